@@ -10,7 +10,7 @@ pub enum Operand {
     Register(Register),
     /// Bytes from where the memory of the plan begins (rbx).
     Memory(u32),
-    /// Bytes from where the constants of the code begin (rbp).
+    /// Bytes from where the constants of the code, or the first coefficients of series, begin (rbp).
     Constant(u32),
 }
 
@@ -111,8 +111,8 @@ impl Assembler {
         self.operation(bits(0x10), target, 0, from);
     }
 
-    pub fn store(&mut self, register: Register, offset: u32) {
-        self.operation(STORE, register, 0, Operand::Memory(offset));
+    pub fn store(&mut self, register: Register, to: Operand) {
+        self.operation(STORE, register, 0, to);
     }
 
     /// `target = then where a < b, else otherwise`; `mask` is overwritten.
@@ -140,6 +140,42 @@ impl Assembler {
     pub fn end(&mut self) {
         self.bytes(&[0xc5, 0xf8, 0x77]); // vzeroupper
         self.bytes(&[0x48, 0x83, 0xc4, 0x08, 0x5d, 0x5b, 0xc3]); // add rsp, 8; pop rbp; pop rbx; ret
+    }
+
+    /// The begin of code for series: coefficients of the order sought in rbx, the first ones in rbp, how many orders are below it in rdx, bits
+    /// in rcx.
+    pub fn begin_series(&mut self, sign: Register) {
+        self.bytes(&[0x53, 0x55]); // push rbx, push rbp
+        self.bytes(&[0x48, 0x89, 0xfb, 0x48, 0x89, 0xf5]); // mov rbx, rdi; mov rbp, rsi
+        self.bytes(&[0xc5, 0x7d, 0x10, 0x01 | (sign & 7) << 3]); // vmovupd sign, [rcx]
+    }
+
+    pub fn end_series(&mut self) {
+        self.bytes(&[0xc5, 0xf8, 0x77]); // vzeroupper
+        self.bytes(&[0x5d, 0x5b, 0xc3]); // pop rbp; pop rbx; ret
+    }
+
+    /// `sum = Σ a_j b_(k−j)` from the order `first` of b's partner down: a from its first coefficient upwards, b from that of the order sought
+    /// downwards, as many as there are orders (`whole`), or one less; `stride` bytes are between two orders. `product` is overwritten.
+    pub fn convolution(&mut self, [sum, product]: [Register; 2], [a, b]: [u32; 2], stride: u32, whole: bool) {
+        self.bytes(&[0x48, 0x8d, 0xbd]); // lea rdi, [rbp + a]
+        self.bytes(&a.to_le_bytes());
+        self.bytes(&[0x48, 0x8d, 0xb3]); // lea rsi, [rbx + b]
+        self.bytes(&b.to_le_bytes());
+        self.bytes(if whole { &[0x8d, 0x4a, 0x01] } else { &[0x89, 0xd1] }); // lea ecx, [rdx + 1], or mov ecx, edx
+        self.operation(XOR, sum, sum, Operand::Register(sum));
+        let again = self.code.len();
+        let high = u8::from(product < 8) << 7;
+        self.bytes(&[0xc5, high | 0x7b, 0x10, (product & 7) << 3 | 7]); // vmovsd product, [rdi]
+        self.bytes(&[0xc5, high | ((!product & 15) << 3) | 3, 0x59, (product & 7) << 3 | 6]); // vmulsd product, product, [rsi]
+        self.operation(ADD, sum, sum, Operand::Register(product));
+        self.bytes(&[0x48, 0x81, 0xc7]); // add rdi, stride
+        self.bytes(&stride.to_le_bytes());
+        self.bytes(&[0x48, 0x81, 0xee]); // sub rsi, stride
+        self.bytes(&stride.to_le_bytes());
+        self.bytes(&[0xff, 0xc9]); // dec ecx
+        let back = again as i64 - (self.code.len() as i64 + 2);
+        self.bytes(&[0x75, back as i8 as u8]); // jnz again
     }
 
     /// Calls a function with addresses of places: two that it reads, two that it writes.

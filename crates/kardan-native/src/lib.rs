@@ -36,12 +36,17 @@ mod compile;
 mod functions;
 #[cfg(all(target_arch = "x86_64", unix))]
 mod memory;
+#[cfg(all(target_arch = "x86_64", unix))]
+mod registers;
+#[cfg(all(target_arch = "x86_64", unix))]
+mod series;
 
 use std::fmt::{self, Debug, Formatter};
 use std::marker::PhantomData;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use kardan_rt::{Lanes, Number, Plan};
+use kardan_rt::{Lanes, Number, Operator, Plan};
 
 /// Whether no code is to be written.
 static OFF: AtomicBool = AtomicBool::new(false);
@@ -49,6 +54,11 @@ static OFF: AtomicBool = AtomicBool::new(false);
 /// From here on there is no new machine code: [`Native::new`] gives none. Results do not change.
 pub fn switch_off() {
     OFF.store(true, Ordering::Relaxed);
+}
+
+#[cfg(all(target_arch = "x86_64", unix))]
+fn is_able() -> bool {
+    !OFF.load(Ordering::Relaxed) && std::arch::is_x86_feature_detected!("avx2")
 }
 
 mod sealed {
@@ -94,7 +104,7 @@ impl<N: Value> Native<N> {
     /// Writes the code of a plan. None on other processors and systems, where memory for code is refused, and for plans with tables.
     #[cfg(all(target_arch = "x86_64", unix))]
     pub fn new(plan: &Plan<'_, f64>) -> Option<Self> {
-        if OFF.load(Ordering::Relaxed) || !std::arch::is_x86_feature_detected!("avx2") {
+        if !is_able() {
             return None;
         }
         let code = memory::Executable::new(&compile::compile(plan, N::WIDE)?)?;
@@ -126,10 +136,109 @@ impl<N: Value> Native<N> {
         // the memory has them all.
         unsafe {
             let run: unsafe extern "C" fn(*mut N, *const u64) = std::mem::transmute(self.code.start());
-            run(memory.as_mut_ptr(), compile::BITS.as_ptr());
+            run(memory.as_mut_ptr(), registers::BITS.as_ptr());
         }
     }
 
     #[cfg(not(all(target_arch = "x86_64", unix)))]
     fn run(&self, _: &mut [N]) {}
+}
+
+/// How the coefficients of one value follow from those of others, by places among the values of an order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Step {
+    /// What the value is of its operands.
+    pub operator: Operator,
+    /// Whether the second operand does not change, so that a product or quotient needs the coefficient of its own order alone.
+    pub scaled: bool,
+    /// Where the value is.
+    pub out: u32,
+    /// Its operands.
+    pub operands: [u32; 3],
+    /// What the rule keeps beside, if it does.
+    pub more: u32,
+}
+
+/// Coefficients of Taylor series as machine code: for sums, multiples, products and quotients. Other steps are left to the caller.
+///
+/// ```
+/// use kardan_native::{NativeSeries, Step};
+/// use kardan_rt::Operator;
+/// // y = x², both at places 0 and 1 of each order.
+/// let square = Step { operator: Operator::Multiply, scaled: false, out: 1, operands: [0, 0, 0], more: 0 };
+/// if let Some(code) = NativeSeries::new(&[square], 2) {
+///     // x = 3 + 5 t
+///     let mut memory = [3.0, 9.0, 5.0, 0.0, 0.0, 0.0];
+///     code.advance(&mut memory, 1, |_, _| {});
+///     code.advance(&mut memory, 2, |_, _| {});
+///     assert_eq!([memory[1], memory[3], memory[5]], [9.0, 30.0, 25.0]);
+/// }
+/// ```
+pub struct NativeSeries {
+    #[cfg(all(target_arch = "x86_64", unix))]
+    code: memory::Executable,
+    /// In turn: where code begins, and which steps follow it that have none.
+    parts: Vec<(usize, Range<usize>)>,
+    /// Values of an order.
+    width: usize,
+}
+
+impl Debug for NativeSeries {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.debug_struct("NativeSeries").field("parts", &self.parts).field("width", &self.width).finish_non_exhaustive()
+    }
+}
+
+impl NativeSeries {
+    /// Writes the code of steps over so many values. None as [`Native::new`], and where a step names a value that there is not.
+    #[cfg(all(target_arch = "x86_64", unix))]
+    pub fn new(steps: &[Step], width: usize) -> Option<Self> {
+        let values = u32::try_from(width).ok().filter(|width| *width <= u32::MAX / 64)?;
+        let known = |step: &Step| step.operands.iter().chain([&step.out]).all(|place| *place < values);
+        if !is_able() || !steps.iter().all(known) {
+            return None;
+        }
+        let (mut assembler, mut parts, mut first) = (assembler::Assembler::new(false), Vec::new(), 0);
+        while first < steps.len() {
+            let own = steps[first..].iter().take_while(|step| series::has_code(step)).count();
+            let others = steps[first + own..].iter().take_while(|step| !series::has_code(step)).count();
+            let begin = assembler.code.len();
+            series::write(&mut assembler, &steps[first..first + own], values);
+            parts.push((begin, first + own..first + own + others));
+            first += own + others;
+        }
+        Some(Self { code: memory::Executable::new(&assembler.code)?, parts, width })
+    }
+
+    /// None: there is no code for this processor or system.
+    #[cfg(not(all(target_arch = "x86_64", unix)))]
+    pub fn new(_: &[Step], _: usize) -> Option<Self> {
+        None
+    }
+
+    /// Finds the coefficients of order `k` of all values, from those of operands that are no step's; `memory` holds all coefficients, those
+    /// of one order after those of the order before. `other` is asked for steps that have no code, by their numbers, in order.
+    ///
+    /// # Panics
+    /// If the memory has no order `k`.
+    #[cfg(all(target_arch = "x86_64", unix))]
+    pub fn advance(&self, memory: &mut [f64], k: usize, mut other: impl FnMut(&mut [f64], usize)) {
+        let first = k * self.width;
+        assert!(memory.len() >= first + self.width, "no coefficients of order {k}");
+        for (begin, others) in &self.parts {
+            // SAFETY: `series::write` wrote functions of this type; they read and write places of `width` values of the orders from 0 to
+            // k, which the memory has; the code begins where it was written.
+            unsafe {
+                let start = self.code.start().cast::<u8>().add(*begin);
+                let run: unsafe extern "C" fn(*mut f64, *mut f64, usize, *const u64) = std::mem::transmute(start);
+                let lowest = memory.as_mut_ptr();
+                run(lowest.add(first), lowest, k, registers::BITS.as_ptr());
+            }
+            others.clone().for_each(|step| other(memory, step));
+        }
+    }
+
+    /// There is no code for this processor or system.
+    #[cfg(not(all(target_arch = "x86_64", unix)))]
+    pub fn advance(&self, _: &mut [f64], _: usize, _: impl FnMut(&mut [f64], usize)) {}
 }

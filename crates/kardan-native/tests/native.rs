@@ -1,6 +1,6 @@
 //! Machine code against the interpreter, bit for bit.
 
-use kardan_native::{Native, Value};
+use kardan_native::{Native, NativeSeries, Step, Value};
 use kardan_rt::{Lanes, Operator, Plan, Run};
 
 const OPERATORS: [Operator; 20] = [
@@ -145,5 +145,60 @@ fn what_cannot_be_code_is_left_to_the_interpreter() {
         assert!(!native.evaluate(&mut [1.0]), "too little memory");
         let mut memory = [f64::NAN, 0.0];
         assert!(!native.evaluate(&mut memory), "an input that is no number");
+    }
+}
+
+/// The coefficient of order k by its rule: a_k and b_k for sums, `Σ a_j b_(k−j)` for products, and `(a_k − Σ q_j b_(k−j))/b_0` for quotients.
+fn coefficient(step: &Step, memory: &[f64], width: usize, k: usize) -> f64 {
+    let at = |place: u32, order: usize| memory[order * width + place as usize];
+    let [a, b, c] = step.operands;
+    let sum = |a: u32, orders: usize| (0..orders).fold(0.0, |sum, j| sum + at(a, j) * at(b, k - j));
+    let product = if step.scaled { at(a, k) * at(b, 0) } else { sum(a, k + 1) };
+    match step.operator {
+        Operator::Add => at(a, k) + at(b, k),
+        Operator::Subtract => at(a, k) - at(b, k),
+        Operator::Negate => -at(a, k),
+        Operator::Multiply => product,
+        Operator::AddProduct => at(c, k) + product,
+        Operator::SubtractProduct => at(c, k) - product,
+        Operator::Divide if step.scaled => at(a, k) / at(b, 0),
+        Operator::Divide => (at(a, k) - sum(step.out, k)) / at(b, 0),
+        // What has no code stands for any other rule.
+        _ => at(a, k) + 1.0,
+    }
+}
+
+#[test]
+fn code_of_series_has_the_bits_of_their_rules() {
+    let mut random = Random(43);
+    for _ in 0..1000 {
+        let (inputs, width, orders) = (5, 40, 1 + random.below(14) as usize);
+        let operators = &OPERATORS[..8];
+        let step = |out: u32, random: &mut Random| Step {
+            operator: operators[random.below(8) as usize],
+            scaled: random.below(2) == 0,
+            out,
+            operands: std::array::from_fn(|_| random.below(u64::from(out)) as u32),
+            more: 0,
+        };
+        let steps: Vec<Step> = (inputs..width).map(|out| step(out, &mut random)).collect();
+        let Some(native) = NativeSeries::new(&steps, width as usize) else {
+            assert!(!cfg!(all(target_arch = "x86_64", unix)) || !has_avx2(), "no code");
+            return;
+        };
+        let width = width as usize;
+        let mut one: Vec<f64> = (0..width * (orders + 1)).map(|_| random.number()).collect();
+        let mut other = one.clone();
+        for k in 1..=orders {
+            for step in &steps {
+                one[k * width + step.out as usize] = coefficient(step, &one, width, k);
+            }
+            native.advance(&mut other, k, |memory, number| {
+                let step = &steps[number];
+                memory[k * width + step.out as usize] = coefficient(step, memory, width, k);
+            });
+        }
+        let different = one.iter().zip(&other).position(|(a, b)| !same(*a, *b));
+        assert_eq!(different, None, "{steps:?}");
     }
 }

@@ -10,7 +10,7 @@ mod text;
 
 pub use compile::compile;
 pub use operators::word;
-pub use series::{Series, convolution};
+pub use series::Series;
 pub use text::{PlanTextError, parse};
 
 use kardan_rt::{Operator, Run, Table};

@@ -4,22 +4,12 @@
 //! Evaluating Derivatives, 2008, chapter 13). So a differential equation whose right side is a plan gives its solution's series one
 //! coefficient after the other: each rate gives the next coefficient of its state.
 
+use kardan_native::{NativeSeries, Step};
 use kardan_rt::Operator;
 
-use super::Plan;
+use std::sync::Arc;
 
-/// One value and how its coefficients follow; its places are those of first coefficients.
-#[derive(Debug, Clone, Copy)]
-struct Step {
-    operator: Operator,
-    /// Whether b does not change, so that a product or quotient needs the coefficient of its own order alone.
-    scaled: bool,
-    out: usize,
-    operands: [usize; 3],
-    /// What is kept beside: the cosine of a sine, 1 + t² of a tangent, √(1 − a²) of an arc sine or cosine, 1 + a² of an arc tangent, a² + b² of
-    /// an angle of a point.
-    more: usize,
-}
+use super::Plan;
 
 /// Taylor coefficients of all values of a plan up to an order.
 ///
@@ -38,19 +28,21 @@ struct Step {
 /// series.begin(&memory);
 /// for k in 1..=3 {
 ///     let rate = series.value(plan.place(0), k - 1);
-///     series.set(0, k, rate / k as f64);
+///     series.set(0, k, &[rate / k as f64]);
 ///     series.advance(k);
 /// }
 /// assert_eq!((series.value(0, 1), series.value(0, 2), series.value(0, 3)), (1.0, 0.0, -1.0 / 6.0));
 /// ```
 #[derive(Debug, Clone)]
 pub struct Series {
-    /// Coefficients of a value.
-    stride: usize,
-    /// Values of the plan, without what rules keep beside.
-    values: usize,
+    order: usize,
+    /// Values of an order: those of the plan, then what rules keep beside (the cosine of a sine, 1 + t² of a tangent, √(1 − a²) of an arc sine or
+    /// cosine, 1 + a² of an arc tangent, a² + b² of an angle of a point).
+    width: usize,
     steps: Vec<Step>,
-    /// Coefficients, those of a value one after the other.
+    /// The steps as machine code, where there is such code.
+    native: Option<Arc<NativeSeries>>,
+    /// Coefficients, those of an order one after the other.
     memory: Vec<f64>,
 }
 
@@ -58,7 +50,6 @@ impl Series {
     /// The series of a plan up to an order, of the values at some places of its memory and of what they need; `steady` tells which inputs
     /// do not change. `None` if one of them has kinks, which have no series.
     pub fn new(plan: &Plan, order: usize, wanted: &[usize], steady: impl Fn(usize) -> bool) -> Option<Self> {
-        let stride = order + 1;
         let (inputs, constants) = (plan.inputs.len(), plan.constants.len());
         let values = plan.block().memory();
         let mut is_steady: Vec<bool> =
@@ -92,28 +83,27 @@ impl Series {
                     }
                     _ => 0,
                 };
-                let operands = operands.map(|place| place * stride);
-                let (out, more) = ((done + k) * stride, more * stride);
+                let (out, more) = ((done + k) as u32, more as u32);
+                let operands = operands.map(|place| place as u32);
                 steps.push(Step { operator: run.operator, scaled, out, operands, more });
             }
             done += run.count * run.operator.values();
             operands = later;
         }
-        Some(Self { stride, values, steps, memory: vec![0.0; beside * stride] })
+        let native = NativeSeries::new(&steps, beside).map(Arc::new);
+        Some(Self { order, width: beside, steps, native, memory: vec![0.0; beside * (order + 1)] })
     }
 
     /// The highest order.
     pub fn order(&self) -> usize {
-        self.stride - 1
+        self.order
     }
 
     /// Takes the values of the plan at the point of expansion, from its memory. Those of higher orders are to be found anew.
     pub fn begin(&mut self, values: &[f64]) {
-        for (coefficients, value) in self.memory.chunks_exact_mut(self.stride).zip(&values[..self.values]) {
-            coefficients[0] = *value;
-        }
+        self.memory[..values.len()].copy_from_slice(values);
         for step in &self.steps {
-            let at = |place: usize| self.memory[place];
+            let at = |place: u32| self.memory[place as usize];
             let [a, b, _] = step.operands;
             let beside = match step.operator {
                 Operator::Tangent => 1.0 + at(step.out) * at(step.out),
@@ -122,86 +112,144 @@ impl Series {
                 Operator::ArcTangent2 => at(a) * at(a) + at(b) * at(b),
                 _ => continue,
             };
-            self.memory[step.more] = beside;
+            self.memory[step.more as usize] = beside;
         }
     }
 
-    /// Sets a coefficient of an input.
+    /// Sets the coefficients of an order of inputs one after the other, from a first one on.
     #[inline]
-    pub fn set(&mut self, input: usize, order: usize, coefficient: f64) {
-        self.memory[input * self.stride + order] = coefficient;
+    pub fn set(&mut self, first: usize, order: usize, coefficients: &[f64]) {
+        self.memory[order * self.width + first..][..coefficients.len()].copy_from_slice(coefficients);
     }
 
     /// A coefficient of the value at a place of the plan's memory.
     #[inline]
     pub fn value(&self, place: usize, order: usize) -> f64 {
-        self.memory[place * self.stride + order]
+        self.memory[order * self.width + place]
     }
 
     /// All coefficients of the value at a place of the plan's memory.
     #[inline]
-    pub fn of(&self, place: usize) -> &[f64] {
-        &self.memory[place * self.stride..][..self.stride]
+    pub fn of(&self, place: usize) -> impl DoubleEndedIterator<Item = f64> + ExactSizeIterator {
+        self.memory[place..].iter().step_by(self.width).copied()
+    }
+
+    /// `Σ c_j x_(k−j)` over j = 1 … k, where c are the coefficients of the value at a place.
+    #[inline]
+    pub fn convolution(&self, place: usize, k: usize, x: impl Fn(usize) -> f64) -> f64 {
+        (1..=k).fold(0.0, |sum, j| sum + self.value(place, j) * x(k - j))
     }
 
     /// Finds the coefficients of an order, at least 1, of all values from those of the inputs.
     pub fn advance(&mut self, k: usize) {
-        let per = 1.0 / k as f64;
-        for step in &self.steps {
-            let memory = self.memory.as_mut_slice();
-            let Step { operator, scaled, out, operands: [a, b, c], more } = *step;
-            let value = match operator {
-                Operator::Add => memory[a + k] + memory[b + k],
-                Operator::Subtract => memory[a + k] - memory[b + k],
-                Operator::Negate => -memory[a + k],
-                Operator::Multiply if scaled => memory[a + k] * memory[b],
-                Operator::Divide if scaled => memory[a + k] / memory[b],
-                Operator::AddProduct if scaled => memory[c + k] + memory[a + k] * memory[b],
-                Operator::SubtractProduct if scaled => memory[c + k] - memory[a + k] * memory[b],
-                Operator::Multiply => product(memory, a, b, k),
-                Operator::AddProduct => memory[c + k] + product(memory, a, b, k),
-                Operator::SubtractProduct => memory[c + k] - product(memory, a, b, k),
-                Operator::Divide => {
-                    (memory[a + k] - convolution(&memory[out..out + k], &memory[b + 1..=b + k])) / memory[b]
-                }
-                Operator::SquareRoot => (memory[a + k] - inner(memory, out, k)) / (2.0 * memory[out]),
-                Operator::Exponential => sloped(memory, a, out, k) * per,
-                Operator::Logarithm => (memory[a + k] - sloped_inner(memory, out, a, k) * per) / memory[a],
-                Operator::SineCosine => {
-                    let cosine = -sloped(memory, a, out, k) * per;
-                    let sine = sloped(memory, a, more, k) * per;
-                    memory[more + k] = cosine;
-                    sine
-                }
-                Operator::Tangent => {
-                    let tangent = sloped(memory, a, more, k) * per;
-                    memory[out + k] = tangent;
-                    memory[more + k] = product(memory, out, out, k);
-                    tangent
-                }
-                Operator::ArcTangent => {
-                    memory[more + k] = product(memory, a, a, k);
-                    (memory[a + k] - sloped_inner(memory, out, more, k) * per) / memory[more]
-                }
-                Operator::ArcSine | Operator::ArcCosine => {
-                    let square = product(memory, a, a, k) + inner(memory, more, k);
-                    memory[more + k] = -square / (2.0 * memory[more]);
-                    let slope = if operator == Operator::ArcSine { memory[a + k] } else { -memory[a + k] };
-                    (slope - sloped_inner(memory, out, more, k) * per) / memory[more]
-                }
-                Operator::ArcTangent2 => {
-                    memory[more + k] = product(memory, a, a, k) + product(memory, b, b, k);
-                    let turn = sloped(memory, a, b, k) - sloped(memory, b, a, k);
-                    (turn - sloped_inner(memory, out, more, k)) * per / memory[more]
-                }
-                // Refused when the series were made.
-                Operator::Absolute | Operator::Minimum | Operator::Maximum | Operator::Select | Operator::Table => {
-                    f64::NAN
-                }
-            };
-            memory[out + k] = value;
+        let Self { width, steps, native, memory, .. } = self;
+        let find = |memory: &mut [f64], step: usize| find(&mut Coefficients { memory, width: *width, k }, &steps[step]);
+        match native {
+            Some(native) => native.advance(memory, k, find),
+            None => (0..steps.len()).for_each(|step| find(memory, step)),
         }
     }
+}
+
+/// The coefficients of all values, while those of order k are found.
+struct Coefficients<'a> {
+    memory: &'a mut [f64],
+    width: usize,
+    k: usize,
+}
+
+impl Coefficients<'_> {
+    #[inline]
+    fn at(&self, place: u32, order: usize) -> f64 {
+        self.memory[order * self.width + place as usize]
+    }
+
+    #[inline]
+    fn now(&self, place: u32) -> f64 {
+        self.at(place, self.k)
+    }
+
+    #[inline]
+    fn put(&mut self, place: u32, value: f64) {
+        self.memory[self.k * self.width + place as usize] = value;
+    }
+
+    /// `Σ a_j b_(k−j)` over some j.
+    #[inline]
+    fn sum(&self, a: u32, b: u32, orders: impl Iterator<Item = usize>) -> f64 {
+        orders.fold(0.0, |sum, j| sum + self.at(a, j) * self.at(b, self.k - j))
+    }
+
+    /// The same over j = 0 … k.
+    fn product(&self, a: u32, b: u32) -> f64 {
+        self.sum(a, b, 0..=self.k)
+    }
+
+    /// `Σ a_j a_(k−j)` over j = 1 … k − 1.
+    fn inner(&self, a: u32) -> f64 {
+        self.sum(a, a, 1..self.k)
+    }
+
+    /// `Σ j a_j b_(k−j)/k` over some j from 1: over all up to k the coefficient of `∫ b ȧ`.
+    #[inline]
+    fn sloped(&self, a: u32, b: u32, orders: impl Iterator<Item = usize>) -> f64 {
+        let per = 1.0 / self.k as f64;
+        orders.fold(0.0, |sum, j| sum + j as f64 * self.at(a, j) * self.at(b, self.k - j)) * per
+    }
+}
+
+/// Finds the coefficient of order k of a value.
+fn find(all: &mut Coefficients<'_>, step: &Step) {
+    let k = all.k;
+    let Step { operator, scaled, out, operands: [a, b, c], more } = *step;
+    let value = match operator {
+        Operator::Add => all.now(a) + all.now(b),
+        Operator::Subtract => all.now(a) - all.now(b),
+        Operator::Negate => -all.now(a),
+        Operator::Multiply if scaled => all.now(a) * all.at(b, 0),
+        Operator::Divide if scaled => all.now(a) / all.at(b, 0),
+        Operator::AddProduct if scaled => all.now(c) + all.now(a) * all.at(b, 0),
+        Operator::SubtractProduct if scaled => all.now(c) - all.now(a) * all.at(b, 0),
+        Operator::Multiply => all.product(a, b),
+        Operator::AddProduct => all.now(c) + all.product(a, b),
+        Operator::SubtractProduct => all.now(c) - all.product(a, b),
+        Operator::Divide => (all.now(a) - all.sum(out, b, 0..k)) / all.at(b, 0),
+        Operator::SquareRoot => (all.now(a) - all.inner(out)) / (2.0 * all.at(out, 0)),
+        Operator::Exponential => all.sloped(a, out, 1..=k),
+        Operator::Logarithm => (all.now(a) - all.sloped(out, a, 1..k)) / all.at(a, 0),
+        Operator::SineCosine => {
+            let (cosine, sine) = (-all.sloped(a, out, 1..=k), all.sloped(a, more, 1..=k));
+            all.put(more, cosine);
+            sine
+        }
+        Operator::Tangent => {
+            let tangent = all.sloped(a, more, 1..=k);
+            all.put(out, tangent);
+            let square = all.product(out, out);
+            all.put(more, square);
+            tangent
+        }
+        Operator::ArcTangent => {
+            let square = all.product(a, a);
+            all.put(more, square);
+            (all.now(a) - all.sloped(out, more, 1..k)) / all.at(more, 0)
+        }
+        Operator::ArcSine | Operator::ArcCosine => {
+            let square = all.product(a, a) + all.inner(more);
+            all.put(more, -square / (2.0 * all.at(more, 0)));
+            let slope = if operator == Operator::ArcSine { all.now(a) } else { -all.now(a) };
+            (slope - all.sloped(out, more, 1..k)) / all.at(more, 0)
+        }
+        Operator::ArcTangent2 => {
+            let square = all.product(a, a) + all.product(b, b);
+            all.put(more, square);
+            let turn = all.sloped(a, b, 1..=k) - all.sloped(b, a, 1..=k);
+            (turn - all.sloped(out, more, 1..k)) / all.at(more, 0)
+        }
+        // Refused when the series were made.
+        Operator::Absolute | Operator::Minimum | Operator::Maximum | Operator::Select | Operator::Table => f64::NAN,
+    };
+    all.put(out, value);
 }
 
 /// Which values of a plan's memory some of them need.
@@ -221,38 +269,6 @@ fn needed(plan: &Plan, wanted: &[usize]) -> Vec<bool> {
         (last, operands) = (first, earlier);
     }
     needed
-}
-
-/// `Σ a_j b_(n−j)` over two lists of n + 1 coefficients.
-#[inline]
-pub fn convolution(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b.iter().rev()).fold(0.0, |sum, (x, y)| sum + x * y)
-}
-
-/// `Σ a_j b_(k−j)` over j = 0 … k.
-#[inline]
-fn product(memory: &[f64], a: usize, b: usize, k: usize) -> f64 {
-    convolution(&memory[a..=a + k], &memory[b..=b + k])
-}
-
-/// `Σ a_j a_(k−j)` over j = 1 … k − 1.
-#[inline]
-fn inner(memory: &[f64], a: usize, k: usize) -> f64 {
-    convolution(&memory[a + 1..a + k], &memory[a + 1..a + k])
-}
-
-/// `Σ j a_j b_(k−j)` over j = 1 … k: k times the coefficient of `∫ b ȧ`.
-#[inline]
-fn sloped(memory: &[f64], a: usize, b: usize, k: usize) -> f64 {
-    let pairs = memory[a + 1..=a + k].iter().zip(memory[b..b + k].iter().rev());
-    pairs.zip(1u32..).fold(0.0, |sum, ((x, y), j)| sum + f64::from(j) * x * y)
-}
-
-/// The same over j = 1 … k − 1.
-#[inline]
-fn sloped_inner(memory: &[f64], a: usize, b: usize, k: usize) -> f64 {
-    let pairs = memory[a + 1..a + k].iter().zip(memory[b + 1..b + k].iter().rev());
-    pairs.zip(1u32..).fold(0.0, |sum, ((x, y), j)| sum + f64::from(j) * x * y)
 }
 
 /// Whether an operation scales by a steady number, and its operands with that as the second one; `None` where it has kinks.

@@ -21,13 +21,13 @@ const ORDERS: std::ops::RangeInclusive<usize> = 4..=24;
 pub(super) struct Taylor {
     relative: f64,
     absolute: Vec<f64>,
-    /// Coefficients of a component.
-    stride: usize,
+    /// The highest order there is memory for.
+    most: usize,
     previous_time: f64,
     time: f64,
     previous: Vec<f64>,
     state: Vec<f64>,
-    /// Coefficients at the begin of the last step, those of one component after the other.
+    /// Coefficients at the begin of the last step, those of an order one after the other.
     coefficients: Vec<f64>,
     /// The highest order used in the last step.
     order: usize,
@@ -45,15 +45,15 @@ pub(super) fn order(relative: f64) -> usize {
 
 impl Taylor {
     pub(super) fn new(relative: f64, absolute: &[f64]) -> Self {
-        let (zero, stride) = (vec![0.0; absolute.len()], order(relative) + 1);
+        let (zero, most) = (vec![0.0; absolute.len()], order(relative));
         Self {
             relative,
             absolute: absolute.to_vec(),
-            stride,
+            most,
             previous_time: 0.0,
             time: 0.0,
             previous: zero.clone(),
-            coefficients: vec![0.0; zero.len() * stride],
+            coefficients: vec![0.0; zero.len() * (most + 1)],
             state: zero,
             order: 0,
             begun: None,
@@ -71,7 +71,7 @@ impl Taylor {
         }
         keeper.count(&mut self.order);
         self.begun = None;
-        self.order = self.order.min(self.stride - 1);
+        self.order = self.order.min(self.most);
         let Counts { accepted, rejected, evaluations } = &mut self.counts;
         [accepted, rejected, evaluations].into_iter().for_each(|count| keeper.word(count));
     }
@@ -86,7 +86,7 @@ impl Taylor {
     }
 
     fn begin(&mut self, mut expand: impl FnMut(usize, &mut [f64]) -> u64) {
-        self.coefficients.chunks_exact_mut(self.stride).zip(&self.state).for_each(|(list, x)| list[0] = *x);
+        self.coefficients[..self.state.len()].copy_from_slice(&self.state);
         self.begun = Some(expand(0, &mut self.coefficients));
         self.counts.evaluations += 1;
         self.order = 1;
@@ -106,7 +106,7 @@ impl Taylor {
         self.begun = None;
         // Fewer terms than all suffice at most where the step is shorter than it could be.
         let short = room <= self.next || self.next == 0.0;
-        let (most, mut order) = (self.stride - 1, 1);
+        let (most, mut order) = (self.most, 1);
         let (mut before, mut small, mut power) = (f64::INFINITY, false, room);
         while order < most && !small {
             expand(order, &mut self.coefficients);
@@ -145,13 +145,20 @@ impl Taylor {
 
     /// The largest coefficient of an order, in tolerances of components that move for so long.
     fn largest(&self, order: usize, length: f64) -> f64 {
-        let lists = self.coefficients.chunks_exact(self.stride).zip(&self.absolute);
-        lists.fold(0.0, |most, (list, absolute)| {
-            let size = list[0].abs().max((list[0] + length * list[1]).abs());
-            let part = list[order].abs() / (absolute + self.relative * size);
+        let of = |order: usize| self.of(order).iter();
+        let lists = of(0).zip(of(1)).zip(of(order)).zip(&self.absolute);
+        lists.fold(0.0, |most, (((x, slope), term), absolute)| {
+            let size = x.abs().max((x + length * slope).abs());
+            let part = term.abs() / (absolute + self.relative * size);
             // What is no number counts.
             if part <= most { most } else { part }
         })
+    }
+
+    /// The coefficients of an order.
+    fn of(&self, order: usize) -> &[f64] {
+        let n = self.absolute.len();
+        &self.coefficients[order * n..][..n]
     }
 
     /// The length at which the last two terms are as large as the tolerance; no number if those are none.
@@ -165,7 +172,7 @@ impl Taylor {
 
     /// Whether all rates are exactly zero where it started.
     pub(super) fn rests(&self) -> bool {
-        self.begun.is_some() && self.coefficients.iter().skip(1).step_by(self.stride).all(|slope| *slope == 0.0)
+        self.begun.is_some() && self.of(1).iter().all(|slope| *slope == 0.0)
     }
 
     /// Stays where it is until a time.
@@ -173,7 +180,7 @@ impl Taylor {
         self.previous.copy_from_slice(&self.state);
         (self.previous_time, self.time) = (self.time, until);
         self.order = 0;
-        self.coefficients.chunks_exact_mut(self.stride).zip(&self.state).for_each(|(list, x)| list[0] = *x);
+        self.coefficients[..self.state.len()].copy_from_slice(&self.state);
         self.begun = None;
         self.counts.accepted += 1;
     }
@@ -181,12 +188,13 @@ impl Taylor {
     /// The state within the last step.
     pub(super) fn interpolate(&self, time: f64, out: &mut [f64]) {
         let t = time - self.previous_time;
-        for (out, list) in out.iter_mut().zip(self.coefficients.chunks_exact(self.stride)) {
-            *out = list[..=self.order].iter().rev().fold(0.0, |sum, coefficient| sum * t + coefficient);
+        out.fill(0.0);
+        for order in (0..=self.order).rev() {
+            out.iter_mut().zip(self.of(order)).for_each(|(out, coefficient)| *out = *out * t + coefficient);
         }
     }
 
-    /// Coefficients at the begin of the last step, those of one component after the other.
+    /// Coefficients at the begin of the last step, those of an order one after the other.
     pub(super) fn coefficients(&self) -> &[f64] {
         &self.coefficients
     }

@@ -4,17 +4,18 @@
 //! coefficient k of the accelerations is what the same factors give for `f_k − Σ_j H_j a_(k−j) − Σ_j G_jᵀ λ_(k−j)` over j from 1, and
 //! that of the torques that hold makes `Σ_j g_j a_(k−j)` and the bias vanish along each direction.
 
-use crate::plan::{Series, convolution};
+use crate::plan::Series;
 use crate::simulate::drive::{Drive, Limit};
 use crate::simulate::friction::Mode;
 
 /// Series of a machine, with memory of its own.
 pub(super) struct Expansion {
     pub(super) series: Series,
-    pub(super) stride: usize,
-    /// Coefficients of the accelerations, and of the torques that hold, those of one after the other.
+    /// Coefficients of the accelerations, and of the torques that hold, those of an order one after the other.
     pub(super) accelerations: Vec<f64>,
     pub(super) torques: Vec<f64>,
+    /// How many of both there are in an order.
+    pub(super) counts: [usize; 2],
     /// Entries of each friction direction that depend on the position, with their places in the plan's memory; and its bias.
     pub(super) rows: Vec<Vec<(usize, usize)>>,
     pub(super) bias: Vec<Option<usize>>,
@@ -26,8 +27,6 @@ pub(super) struct Expansion {
     pub(super) friction_speeds: Vec<usize>,
     pub(super) commands: Vec<usize>,
     pub(super) scratch: Vec<f64>,
-    pub(super) state: Vec<f64>,
-    pub(super) slope: Vec<f64>,
     /// The bias at the point of expansion.
     pub(super) friction_bias: Vec<f64>,
 }
@@ -51,27 +50,33 @@ impl Expansion {
         drives: &[Drive],
         (length, order): (f64, usize),
     ) -> bool {
-        let Self { series, torques, stride, scratch, .. } = self;
-        let mut positive = |coefficients: &[f64], sign: f64, limit: f64| {
-            let terms = scratch.iter_mut().zip(&coefficients[..order]);
+        let Self { series, torques, counts, scratch, .. } = self;
+        fn positive(
+            scratch: &mut [f64],
+            length: f64,
+            coefficients: impl Iterator<Item = f64>,
+            sign: f64,
+            limit: f64,
+        ) -> bool {
             let mut power = sign;
-            terms.for_each(|(term, coefficient)| {
+            scratch.iter_mut().zip(coefficients).for_each(|(term, coefficient)| {
                 *term = coefficient * power;
                 power *= length;
             });
             scratch[0] += limit;
-            is_positive(&mut scratch[..order])
-        };
+            is_positive(scratch)
+        }
+        let scratch = &mut scratch[..order];
         let moving = modes.iter().zip(&self.friction_speeds).filter(|(mode, _)| **mode != Mode::Stick);
         for (mode, place) in moving {
-            if !positive(series.of(*place), mode.sign(), 0.0) {
+            if !positive(scratch, length, series.of(*place), mode.sign(), 0.0) {
                 return false;
             }
         }
         for (a, &k) in holding.iter().enumerate() {
-            let torque = &torques[a * *stride..][..*stride];
+            let torque = || torques[a..].iter().step_by(counts[1]).copied();
             let limit = c[k] * (1.0 - CLEAR);
-            if !(positive(torque, 1.0, limit) && positive(torque, -1.0, limit)) {
+            if ![1.0, -1.0].iter().all(|sign| positive(scratch, length, torque(), *sign, limit)) {
                 return false;
             }
         }
@@ -80,8 +85,7 @@ impl Expansion {
                 return false;
             }
             let Some(limit) = drive.limit.map(|limit| limit * (1.0 - CLEAR)) else { continue };
-            let command = series.of(*place);
-            if !(positive(command, 1.0, limit) && positive(command, -1.0, limit)) {
+            if ![1.0, -1.0].iter().all(|sign| positive(scratch, length, series.of(*place), *sign, limit)) {
                 return false;
             }
         }
@@ -90,31 +94,25 @@ impl Expansion {
 
     /// Keeps the coefficients of order k of accelerations and torques.
     pub(super) fn keep(&mut self, k: usize, accelerations: &[f64], torques: &[f64]) {
-        for (coefficients, value) in self.accelerations.chunks_exact_mut(self.stride).zip(accelerations) {
-            coefficients[k] = *value;
-        }
-        for (coefficients, value) in self.torques.chunks_exact_mut(self.stride).zip(torques) {
-            coefficients[k] = *value;
-        }
+        let [r, m] = self.counts;
+        self.accelerations[k * r..][..r].copy_from_slice(accelerations);
+        self.torques[k * m..][..m].copy_from_slice(torques);
     }
 
     /// Puts the forces of order k, less what lower orders take of them, and the bias along the directions that hold.
     pub(super) fn forces(&self, k: usize, holding: Holding<'_>, force: &mut [f64]) {
-        let Self { series, stride, accelerations, torques, .. } = self;
-        let acceleration = |i: usize| &accelerations[i * stride..][..k];
+        let Self { series, accelerations, torques, counts: [r, m], .. } = self;
         for (force, place) in force.iter_mut().zip(&self.forces) {
             *force = series.value(*place, k);
         }
         for &(row, column, place) in &self.inertia {
-            force[row] -= convolution(&series.of(place)[1..=k], acceleration(column));
+            force[row] -= series.convolution(place, k, |order| accelerations[order * r + column]);
         }
         for (a, &direction) in holding.directions.iter().enumerate() {
-            let torque = &torques[a * stride..][..k];
             let mut bias = self.bias[direction].map_or(0.0, |place| series.value(place, k));
             for &(i, place) in &self.rows[direction] {
-                let entry = &series.of(place)[1..=k];
-                force[i] -= convolution(entry, torque);
-                bias += convolution(entry, acceleration(i));
+                force[i] -= series.convolution(place, k, |order| torques[order * m + a]);
+                bias += series.convolution(place, k, |order| accelerations[order * r + i]);
             }
             holding.bias[direction] = bias;
         }

@@ -33,10 +33,10 @@ impl Machine {
         friction_bias.iter().for_each(|(k, output)| bias[*k] = Some(plan.place(*output)));
         let stride = order + 1;
         let expansion = series.map(|series| Expansion {
-            stride,
             series,
             accelerations: vec![0.0; r * stride],
             torques: vec![0.0; m * stride],
+            counts: [r, m],
             rows,
             bias,
             inertia: inertia.iter().map(|(entry, output)| (entry / r, entry % r, plan.place(*output))).collect(),
@@ -45,16 +45,14 @@ impl Machine {
             friction_speeds: found(&self.places.friction_speeds),
             commands: found(&self.places.commands),
             scratch: vec![0.0; stride],
-            state: vec![0.0; self.size],
-            slope: vec![0.0; self.size],
             friction_bias: vec![0.0; m],
         });
         self.expansion = expansion.map(Box::new);
         self.expansion.is_some()
     }
 
-    /// Finds the coefficients of order k + 1 of all states from those up to k; `x` holds those of one state after the other, one more
-    /// than the order for each. Tells how much the machine has evaluated.
+    /// Finds the coefficients of order k + 1 of all states from those up to k; `x` holds those of one order after the other. Tells how much
+    /// the machine has evaluated.
     pub fn expand(&mut self, time: f64, k: usize, x: &mut [f64]) -> u64 {
         let Some(mut expansion) = self.expansion.take() else { return self.evaluated };
         match k {
@@ -102,8 +100,7 @@ impl Machine {
     pub fn complete_series(&mut self, order: usize, x: &[f64]) {
         let states = self.size - 2;
         if let Some(expansion) = &mut self.expansion {
-            let stride = expansion.stride;
-            (0..states).for_each(|state| expansion.series.set(state, order, x[state * stride + order]));
+            expansion.series.set(0, order, &x[order * self.size..][..states]);
             expansion.series.advance(order);
         }
     }
@@ -111,42 +108,40 @@ impl Machine {
     /// The value of a series so long after the last expansion.
     pub fn series_at(&self, place: usize, order: usize, later: f64) -> f64 {
         let Some(expansion) = &self.expansion else { return f64::NAN };
-        expansion.series.of(place)[..=order].iter().rev().fold(0.0, |sum, coefficient| sum * later + coefficient)
+        expansion.series.of(place).take(order + 1).rev().fold(0.0, |sum, coefficient| sum * later + coefficient)
     }
 
     fn begin_expansion(&mut self, time: f64, expansion: &mut Expansion, x: &mut [f64]) {
-        let stride = expansion.stride;
-        expansion.state.iter_mut().zip(x.iter().step_by(stride)).for_each(|(state, x)| *state = *x);
-        self.derivative(time, &expansion.state, &mut expansion.slope);
-        x.iter_mut().skip(1).step_by(stride).zip(&expansion.slope).for_each(|(x, slope)| *x = *slope);
+        let (state, slope) = x.split_at_mut(self.size);
+        self.derivative(time, state, &mut slope[..self.size]);
         expansion.series.begin(self.work.values());
         let first = 2 * self.degrees_of_freedom + self.places.sources.start;
         for (source, (_, slope, _)) in self.lines.iter().enumerate() {
-            expansion.series.set(first + source, 1, *slope);
+            expansion.series.set(first + source, 1, &[*slope]);
         }
         expansion.friction_bias.copy_from_slice(&self.work.friction_bias);
         expansion.keep(0, &self.acceleration, &self.hold_torque);
     }
 
     fn next_coefficients(&mut self, k: usize, expansion: &mut Expansion, x: &mut [f64]) {
-        let (r, stride, per) = (self.degrees_of_freedom, expansion.stride, 1.0 / (k + 1) as f64);
-        for state in 0..self.size - 2 {
-            expansion.series.set(state, k, x[state * stride + k]);
-        }
+        let (r, size, per) = (self.degrees_of_freedom, self.size, 1.0 / (k + 1) as f64);
+        let (known, next) = x.split_at_mut((k + 1) * size);
+        let (now, next) = (&known[k * size..], &mut next[..size]);
+        expansion.series.set(0, k, &now[..size - 2]);
         expansion.series.advance(k);
         let holding = Holding { directions: &self.holding, bias: &mut self.work.friction_bias };
         expansion.forces(k, holding, &mut self.force);
         self.accelerate_held();
         expansion.keep(k, &self.acceleration, &self.hold_torque);
         for i in 0..r {
-            x[i * stride + k + 1] = x[(r + i) * stride + k] * per;
-            x[(r + i) * stride + k + 1] = self.acceleration[i] * per;
+            next[i] = now[r + i] * per;
+            next[r + i] = self.acceleration[i] * per;
         }
         for &i in &self.still {
-            x[i * stride + k + 1] = 0.0;
+            next[i] = 0.0;
         }
-        for (state, place) in (2 * r..).zip(&expansion.rates) {
-            x[state * stride + k + 1] = expansion.series.value(*place, k) * per;
+        for (next, place) in next[2 * r..].iter_mut().zip(&expansion.rates) {
+            *next = expansion.series.value(*place, k) * per;
         }
         self.work.friction_bias.copy_from_slice(&expansion.friction_bias);
     }
