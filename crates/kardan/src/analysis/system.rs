@@ -1,8 +1,8 @@
 use std::collections::BTreeSet;
 
 use crate::assemble::Along;
-use crate::num::{Matrix, Rational, Scalar, echelon, rational_from_f64};
-use crate::reduce::{Kinematics, Reduced};
+use crate::num::{Matrix, Rational, Scalar, echelon};
+use crate::reduce::{Reduced, slopes};
 
 /// A constant linear constrained mechanical system `Hq̈ + Dq̇ + Sq = Fτ + Cᵀλ`, `Cq = 0` \[diss. (4.31), (4.36)\], as terms
 /// along directions with exact coefficients.
@@ -28,15 +28,13 @@ pub struct ConstrainedSystem {
 impl ConstrainedSystem {
     /// A reduced model at a reduced position (rad), at rest, springs relaxed; friction of the elements in `stuck` holds.
     ///
-    /// Only the inputs named are kept, in that order. The slope of a transmission is rounded to `f64` once and exact from
-    /// there on. A stuck direction that follows from other constraints adds nothing.
+    /// Only the inputs named are kept, in that order. The slope of a transmission that is no fraction is rounded to `f64` once
+    /// and exact from there on ([`slopes`]). A stuck direction that follows from other constraints adds nothing.
     ///
     /// # Panics
     /// If `position` has not one entry per coordinate, gives a slope that is not finite, or an input is not there.
     pub fn at(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>, inputs: &[String]) -> Self {
         let equations = &reduced.equations;
-        let mut kinematics = Kinematics::new(reduced);
-        kinematics.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
         let constant = |term: &Along<crate::units::Exact>| Along {
             element: term.element.clone(),
             row: term.row.clone(),
@@ -45,10 +43,8 @@ impl ConstrainedSystem {
         let row =
             |element: &str, row: &[(usize, Rational)]| Along { element: element.into(), row: row.to_vec(), value: () };
         let mut constraints: Vec<Along<()>> = equations.constraints.iter().map(|c| row(&c.element, &c.row)).collect();
-        constraints.extend(equations.transmissions.iter().map(|t| {
-            let slope = t.curve.derivatives(kinematics.angles[t.driving]).0;
-            let slope = rational_from_f64(slope).expect("the slope of a transmission is finite");
-            let mut entries = vec![(t.driven, Rational::ONE), (t.driving, Rational::ZERO.minus(&slope))];
+        constraints.extend(equations.transmissions.iter().zip(slopes(reduced, position)).map(|(t, slope)| {
+            let mut entries = vec![(t.driven, Rational::ONE), (t.driving, Rational::ZERO.minus(&slope.value))];
             entries.sort_by_key(|(shaft, _)| *shaft);
             Along { element: t.element.clone(), row: entries, value: () }
         }));

@@ -83,7 +83,8 @@ macro_rules! floating {
 floating!(f64, |value: &Rational| rational_to_f64(value));
 floating!(f32, |value: &Rational| value.to_f32().value());
 
-/// Exact fractions; nothing where a value is none (a sine, a root, a quotient by zero).
+/// Exact fractions; nothing where a value is none, or is not known to be one (a sine, a root, a quotient by zero). Functions are where they
+/// vanish or are 1: `sin 0`, `atan 0`, `exp 0`, `ln 1`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Rationals;
 
@@ -111,6 +112,12 @@ impl Domain for Rationals {
             Operator::Maximum => x[0].max(x[1]).clone(),
             Operator::Select if x[0] < x[1] => x[2].clone(),
             Operator::Select => x[3].clone(),
+            // Where they are fractions for certain.
+            Operator::Tangent | Operator::ArcSine | Operator::ArcTangent if x[0].is_zero() => Rational::ZERO,
+            Operator::SquareRoot if x[0].is_zero() => Rational::ZERO,
+            Operator::ArcTangent2 if x[0].is_zero() && *x[1] > Rational::ZERO => Rational::ZERO,
+            Operator::Exponential if x[0].is_zero() => Rational::ONE,
+            Operator::Logarithm | Operator::ArcCosine if *x[0] == Rational::ONE => Rational::ZERO,
             _ => return None,
         })
     }

@@ -1,8 +1,11 @@
 use std::sync::Arc;
 
 use super::{Affine, Reduced, Step};
+use crate::assemble::TransmissionRow;
 use crate::equations::Curve;
+use crate::expr::{Graph, Rationals, lower};
 use crate::num::{Matrix, Rational, Scalar, dot, rational_from_f64, rational_to_f64};
+use crate::units::Dimension;
 
 impl Step {
     /// The shaft that this step finds.
@@ -189,11 +192,75 @@ impl Kinematics {
     }
 }
 
-/// K at a position, exact where it is constant; slopes of curves are rounded to `f64` once.
+/// The slope of a curve at x: the derivative of its expression over the rationals where it is one there, else rounded once. Tells which.
+fn exact_slope(curve: &dyn Curve, x: Option<&Rational>, rounded: f64) -> Slope {
+    let mut graph = Graph::default();
+    let symbol = graph.symbol("x", Dimension::ANGLE);
+    let [_, slope, _] = curve.expressions(&mut graph, symbol);
+    match lower(&graph, &[slope], &mut Rationals, |_| x.cloned()).pop().flatten() {
+        Some(value) => Slope { value, rounded: false },
+        None => {
+            let value = rational_from_f64(curve.derivatives(rounded).0).expect("the slope of a transmission is finite");
+            Slope { value, rounded: true }
+        }
+    }
+}
+
+/// Slope of a transmission at a position, 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slope {
+    /// The slope, exact from here on.
+    pub value: Rational,
+    /// Whether it is no fraction, as far as is known, and was rounded once.
+    pub rounded: bool,
+}
+
+/// Angles of all shafts at a position, where they are fractions.
+fn exact_angles(reduced: &Reduced, position: &[f64]) -> Vec<Option<Rational>> {
+    let mut angles = vec![None; reduced.equations.coordinates.len()];
+    for (&shaft, position) in reduced.coordinates.iter().zip(position) {
+        angles[shaft] = rational_from_f64(*position);
+    }
+    for step in &reduced.steps {
+        let (Step::Linear { value: affine, .. } | Step::Curve { argument: affine, .. }) = step;
+        let argument = exact_argument(affine, &angles);
+        angles[step.shaft()] = match step {
+            Step::Linear { .. } => argument,
+            Step::Curve { curve, .. } => {
+                let mut graph = Graph::default();
+                let symbol = graph.symbol("x", Dimension::ANGLE);
+                let [value, ..] = curve.expressions(&mut graph, symbol);
+                lower(&graph, &[value], &mut Rationals, |_| argument.clone()).pop().flatten()
+            }
+        };
+    }
+    angles
+}
+
+fn exact_argument(affine: &Affine, angles: &[Option<Rational>]) -> Option<Rational> {
+    let term = |(shaft, c): &(usize, Rational)| Some(c.times(angles[*shaft].as_ref()?));
+    let constant = rational_from_f64(affine.constant)?;
+    affine.terms.iter().try_fold(constant, |sum, entry| Some(sum.plus(&term(entry)?)))
+}
+
+/// Slopes of the transmissions at a reduced position (rad), in their order.
+///
+/// # Panics
+/// If `position` has not one entry per coordinate or gives a slope that is not finite.
+pub fn slopes(reduced: &Reduced, position: &[f64]) -> Vec<Slope> {
+    let mut numeric = Kinematics::new(reduced);
+    numeric.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
+    let angles = exact_angles(reduced, position);
+    let of = |t: &TransmissionRow| exact_slope(&*t.curve, angles[t.driving].as_ref(), numeric.angles[t.driving]);
+    reduced.equations.transmissions.iter().map(of).collect()
+}
+
+/// K at a position: exact, but for slopes of curves that are no fractions, which are rounded once.
 pub(super) fn exact_basis(reduced: &Reduced, position: &[f64]) -> Matrix<Rational> {
     let (n, r) = (reduced.equations.coordinates.len(), reduced.degrees_of_freedom());
     let mut numeric = Kinematics::new(reduced);
     numeric.update(position, &vec![0.0; r]);
+    let angles = exact_angles(reduced, position);
     let mut basis = Matrix::<Rational>::zeros(n, r);
     for (column, &shaft) in reduced.coordinates.iter().enumerate() {
         basis[(shaft, column)] = Rational::ONE;
@@ -206,16 +273,16 @@ pub(super) fn exact_basis(reduced: &Reduced, position: &[f64]) -> Matrix<Rationa
         sum
     };
     for step in &reduced.steps {
+        let (Step::Linear { value: affine, .. } | Step::Curve { argument: affine, .. }) = step;
+        let slope = match step {
+            Step::Linear { .. } => Rational::ONE,
+            Step::Curve { curve, .. } => {
+                let x = AffineF64::from(affine).value(&numeric.angles);
+                exact_slope(&**curve, exact_argument(affine, &angles).as_ref(), x).value
+            }
+        };
         for column in 0..r {
-            let entry = match step {
-                Step::Linear { value, .. } => combine(&basis, value, column),
-                Step::Curve { curve, argument, .. } => {
-                    let x = AffineF64::from(argument).value(&numeric.angles);
-                    let slope = rational_from_f64(curve.derivatives(x).0).expect("slope of a transmission is finite");
-                    slope.times(&combine(&basis, argument, column))
-                }
-            };
-            basis[(step.shaft(), column)] = entry;
+            basis[(step.shaft(), column)] = slope.times(&combine(&basis, affine, column));
         }
     }
     basis

@@ -16,7 +16,7 @@ mod reduced;
 pub use dynamics::{Dynamics, Extension, MotionPlan, Work};
 pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;
-pub use kinematics::Kinematics;
+pub use kinematics::{Kinematics, Slope, slopes};
 pub use linear::{LinearModel, linearise};
 pub use mechanism::{MechanismData, MechanismError};
 pub use motion::{Motion, SparseRow};

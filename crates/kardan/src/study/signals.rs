@@ -7,10 +7,12 @@ use super::analysis::output;
 use super::checks::signals_of;
 use super::massless::state_name;
 use crate::analysis::{ConstrainedSystem, OutputSignal};
+use crate::assemble::TransmissionRow;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
 use crate::names::{Quantity, SignalName};
-use crate::reduce::Reduced;
+use crate::num::rational_to_f64;
+use crate::reduce::{Reduced, Slope, slopes};
 use crate::simulate::signal_names;
 
 /// What to analyse and how, beyond what the model file says.
@@ -52,8 +54,21 @@ impl WorkingPoint {
         let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
         let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
         let system = ConstrainedSystem::at(reduced, &position, &stuck, &inputs);
+        notes.extend(ratios(reduced, &position));
         Ok(Self { position, stuck, inputs, outputs, system })
     }
+}
+
+/// Where ratios that depend on the position come from, and how exact they are there.
+fn ratios(reduced: &Reduced, position: &[f64]) -> Vec<String> {
+    let told = |(t, slope): (&TransmissionRow, Slope)| {
+        let rounded = if slope.rounded { " and of the position are" } else { " are" };
+        let (joint, ratio) = (&t.element, rational_to_f64(&slope.value));
+        format!(
+            "ratio of {joint} here: {ratio:.6}; cosines of its angles{rounded} rounded to 16 digits, from there on all is exact"
+        )
+    };
+    reduced.equations.transmissions.iter().zip(slopes(reduced, position)).map(told).collect()
 }
 
 /// Coordinates that are charges of a circuit, not angles.

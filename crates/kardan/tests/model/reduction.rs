@@ -1010,3 +1010,68 @@ fn plans_of_motion_agree_with_other_ways() {
     }
     assert!(seen > 60, "{seen}");
 }
+
+/// The exact linear model is the derivative of the equations of motion, with damping −∂f/∂q̇ and, where no spring is twisted, stiffness −∂f/∂q:
+/// over the rationals where all is rational, else to rounding.
+#[test]
+fn the_linear_model_is_the_derivative_of_the_motion() {
+    use kardan::expr::{Floating, Rationals, lower};
+    use kardan::num::rational_from_f64;
+    use kardan::reduce::{Motion, linearise};
+    let (mut exact, mut rounded) = (0, 0);
+    for builtin in kardan::model::BUILTIN {
+        let (prepared, _) = kardan::study::prepare(builtin.source);
+        for variant in &prepared.variants {
+            let reduced = &variant.reduced;
+            let r = reduced.degrees_of_freedom();
+            for turn in [0.0, 0.375] {
+                let position = vec![turn; r];
+                let linear = linearise(reduced, &position);
+                let mut motion = Motion::new(reduced);
+                let mut wanted = Vec::new();
+                for (&(i, j), entry) in &motion.inertia.clone() {
+                    wanted.push(("inertia", linear.inertia[(i, j)].clone(), *entry));
+                }
+                for (k, row) in motion.inputs.clone().iter().enumerate() {
+                    wanted.extend(row.iter().map(|(i, entry)| ("input", linear.input[(*i, k)].clone(), *entry)));
+                }
+                for (j, what) in (0..2 * r).map(|j| (j, if j < r { "stiffness" } else { "damping" })) {
+                    let slopes = motion.graph.derivatives(&motion.passive.clone(), motion.symbols[j]);
+                    for (i, slope) in slopes.into_iter().enumerate() {
+                        let slope = motion.graph.negate(slope);
+                        match what {
+                            // Springs count as relaxed; those that are twisted at a turned joint pull by its curve too.
+                            "stiffness" if turn != 0.0 => {}
+                            "stiffness" => wanted.push((what, linear.stiffness[(i, j)].clone(), slope)),
+                            _ => wanted.push((what, linear.damping[(i, j - r)].clone(), slope)),
+                        }
+                    }
+                }
+                let exprs: Vec<_> = wanted.iter().map(|(.., expr)| *expr).collect();
+                let place = |symbol| motion.symbols.iter().position(|other| *other == symbol);
+                let number = |symbol| place(symbol).filter(|k| *k < r).map_or(0.0, |_| turn);
+                let fractions = lower(&motion.graph, &exprs, &mut Rationals, |symbol| rational_from_f64(number(symbol)));
+                let numbers = lower(&motion.graph, &exprs, &mut Floating::<f64>::default(), number);
+                let size = |what: &str| {
+                    let of = wanted.iter().filter(|(other, ..)| *other == what);
+                    of.fold(0.0f64, |size, (_, value, _)| size.max(value.to_f64().value().abs()))
+                };
+                for ((what, value, _), (fraction, number)) in wanted.iter().zip(fractions.iter().zip(&numbers)) {
+                    let place = || format!("{} {} at {turn}: {what}", builtin.name, variant.name);
+                    match fraction {
+                        Some(fraction) => {
+                            exact += 1;
+                            assert_eq!(fraction, value, "{}", place());
+                        }
+                        None => {
+                            rounded += 1;
+                            let off = (number - value.to_f64().value()).abs();
+                            assert!(off <= 1e-13 * size(what), "{}: {off:e}", place());
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(exact > 500 && rounded > 20, "{exact} exact, {rounded} rounded");
+}

@@ -161,6 +161,7 @@ impl Machine {
             force: vec![0.0; r],
             acceleration: vec![0.0; r],
             weighted: vec![0.0; m * r],
+            weighted_parts: vec![0..r; m],
             hold_matrix: vec![0.0; m * m],
             hold_factor: Cholesky::new(0),
             hold_torque: vec![0.0; m],

@@ -123,8 +123,10 @@ impl Machine {
     /// Takes what torques along the holding directions (in `scratch`) do from the accelerations.
     fn take_from_acceleration(&mut self) {
         let r = self.degrees_of_freedom;
-        for (torque, weighted) in self.scratch[..self.holding.len()].iter().zip(self.weighted.chunks_exact(r)) {
-            self.acceleration.iter_mut().zip(weighted).for_each(|(x, weight)| *x -= weight * torque);
+        let rows = self.weighted.chunks_exact(r).zip(&self.weighted_parts);
+        for (torque, (weighted, part)) in self.scratch[..self.holding.len()].iter().zip(rows) {
+            let own = self.acceleration[part.clone()].iter_mut().zip(&weighted[part.clone()]);
+            own.for_each(|(x, weight)| *x -= weight * torque);
         }
     }
 
@@ -140,12 +142,13 @@ impl Machine {
             let row = &mut self.weighted[a * r..(a + 1) * r];
             row.copy_from_slice(&self.work.friction_rows[k * r..(k + 1) * r]);
             self.work.factor.solve(row);
+            let first = row.iter().position(|x| *x != 0.0).unwrap_or(0);
+            self.weighted_parts[a] = first..row.iter().rposition(|x| *x != 0.0).map_or(first, |last| last + 1);
         }
         for a in 0..count {
+            let weighted = &self.weighted[a * r..(a + 1) * r];
             for b in 0..count {
-                let k = self.holding[b];
-                self.hold_matrix[a * count + b] =
-                    dot(&self.weighted[a * r..(a + 1) * r], &self.work.friction_rows[k * r..(k + 1) * r]);
+                self.hold_matrix[a * count + b] = self.dynamics.along_friction(self.holding[b], weighted, &self.work);
             }
         }
         self.hold_factor.factor(&self.hold_matrix[..count * count]);

@@ -132,9 +132,51 @@ impl Machine {
             // Torques within their bounds that hold everything: there is no acceleration.
             return None;
         }
+        if self.following.is_empty()
+            && let Some(leaving) = self.one_leaves()
+        {
+            return leaving.map(|leaving| vec![leaving]);
+        }
         let resting: Vec<usize> = (0..self.modes.len()).filter(|&k| self.modes[k] == Mode::Stick).collect();
         let (modes, _) = self.decide(&resting);
         modes.iter().any(|mode| *mode != Mode::Stick).then(|| resting.into_iter().zip(modes).collect())
+    }
+
+    /// Which of the holding directions, independent of each other, does not go on resting at the point last evaluated, if at most one does not:
+    /// with its torque at its limit all others hold, which solves the convex problem. Nothing where more than one may leave.
+    ///
+    /// Method: with `W = G H⁻¹ Gᵀ`, `W t = b` the torques that hold and `W z = e_a`, the torques `t − α z` leave direction a the acceleration
+    /// α and the others none.
+    fn one_leaves(&mut self) -> Option<Option<(usize, Mode)>> {
+        let (r, count, c) = (self.degrees_of_freedom, self.holding.len(), self.dynamics.breakaway_torques());
+        let holds = |(k, torque): (&usize, &f64)| torque.abs() < c[*k] * (1.0 - 1e-12);
+        let mut beyond = (0..count).filter(|&a| !holds((&self.holding[a], &self.hold_torque[a])));
+        let Some(a) = beyond.next() else { return Some(None) };
+        if beyond.next().is_some() {
+            return None;
+        }
+        let (k, torque) = (self.holding[a], self.hold_torque[a]);
+        let z = &mut self.scratch[..count];
+        z.fill(0.0);
+        z[a] = 1.0;
+        self.hold_factor.solve(z);
+        let acceleration = (torque.abs() - c[k]) / z[a];
+        let mut free = self.force.clone();
+        self.work.factor.solve(&mut free);
+        let row = &self.work.friction_rows[k * r..(k + 1) * r];
+        let terms: f64 = row.iter().zip(&free).map(|(g, x)| (g * x).abs()).sum();
+        let of_others = self.hold_matrix[a * count..(a + 1) * count].iter().zip(&self.holding);
+        let scale = terms + self.work.friction_bias[k].abs() + of_others.map(|(w, k)| (w * c[*k]).abs()).sum::<f64>();
+        if !acceleration.is_finite() || z[a] <= 0.0 {
+            return None;
+        }
+        if acceleration <= ROUNDING * scale {
+            return Some(None);
+        }
+        let change = acceleration * torque.signum();
+        let others = (0..count).filter(|&b| b != a).map(|b| (&self.holding[b], self.hold_torque[b] - change * z[b]));
+        let all_hold = others.into_iter().all(|(k, torque)| holds((k, &torque)));
+        all_hold.then_some(Some((k, if torque > 0.0 { Mode::Forward } else { Mode::Backward })))
     }
 
     /// Takes the step of the integrator that lies between two states as the scale of what happens in it; `length` (s) is that
@@ -281,6 +323,7 @@ impl Machine {
         let dependent: Vec<usize> = (0..self.modes.len())
             .filter(|&k| !resting.contains(&k) && span.left(self.metric_row(k)) <= OUTSIDE)
             .collect();
+        let alone = dependent.is_empty() && self.following.is_empty();
         resting.extend(dependent);
         resting.sort_unstable();
         self.stop_along_holding(state);
@@ -288,9 +331,18 @@ impl Machine {
             self.modes[k] = Mode::Stick;
         }
         self.forces(time, state);
-        let (modes, _) = self.decide(&resting);
-        for (&k, mode) in resting.iter().zip(modes) {
-            self.modes[k] = mode;
+        let leaving = if alone {
+            self.accelerate();
+            self.one_leaves()
+        } else {
+            None
+        };
+        match leaving {
+            Some(leaving) => leaving.into_iter().for_each(|(k, mode)| self.modes[k] = mode),
+            None => {
+                let (modes, _) = self.decide(&resting);
+                resting.iter().zip(modes).for_each(|(&k, mode)| self.modes[k] = mode);
+            }
         }
         self.hold_those_that_stick();
     }
@@ -408,7 +460,13 @@ impl Machine {
     /// Chooses independent directions among those given and notes which coordinates stand still.
     pub(super) fn choose_holding(&mut self, sticking: &[usize]) {
         let r = self.degrees_of_freedom;
-        self.holding = self.span(sticking).members;
+        let known = self.hold_constant && self.following.is_empty();
+        if known && sticking.iter().all(|k| self.holding.contains(k)) {
+            // Some of those that are independent wherever they are.
+            self.holding.retain(|k| sticking.contains(k));
+        } else {
+            self.holding = self.span(sticking).members;
+        }
         self.following = sticking.iter().copied().filter(|k| !self.holding.contains(k)).collect();
         self.prepare_holding();
         self.still.clear();

@@ -15,6 +15,8 @@ mod wired;
 
 pub use wired::Setup;
 
+use std::ops::Range;
+
 use super::drive::Drive;
 use super::friction::{BoxProblem, Mode};
 use super::scenario::{Profile, SourceTarget};
@@ -65,7 +67,9 @@ pub struct Machine {
     pub(super) applied: Vec<f64>,
     force: Vec<f64>,
     pub(super) acceleration: Vec<f64>,
+    /// H⁻¹ g of each holding direction, row by row, and which part of each row is not zero.
     weighted: Vec<f64>,
+    weighted_parts: Vec<Range<usize>>,
     hold_matrix: Vec<f64>,
     hold_factor: Cholesky,
     hold_torque: Vec<f64>,
