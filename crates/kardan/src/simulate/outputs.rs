@@ -231,6 +231,27 @@ impl Columns<'_> {
     }
 }
 
+/// Sensors that change what they measure; the columns of the others become what these measure.
+fn resolve(sensors: Vec<(Read, Sampler)>, columns: &mut [(String, Physical, String, Read)]) -> Vec<(Read, Sampler)> {
+    let mut kept = Vec::new();
+    let places: Vec<Read> = sensors
+        .into_iter()
+        .map(|(quantity, sampler)| {
+            if sampler.is_ideal() {
+                return quantity;
+            }
+            kept.push((quantity, sampler));
+            Read::Sensor(kept.len() - 1)
+        })
+        .collect();
+    for (.., read) in columns {
+        if let Read::Sensor(k) = read {
+            *read = places[*k].clone();
+        }
+    }
+    kept
+}
+
 /// Numbers of the terms of an element.
 fn numbered<T>(element: &str, terms: &[Along<T>]) -> Vec<usize> {
     terms.iter().enumerate().filter(|(_, term)| term.element == element).map(|(k, _)| k).collect()
@@ -269,8 +290,9 @@ impl Outputs {
             columns.torque(Quantity::Friction.of(name), format!("friction torque of {name}"), Read::Friction(k));
         }
         columns.add_sources(&scenario.sources);
-        let samplers = columns.add_sensors(scenario.seed);
-        let columns = columns.list;
+        let sensors = columns.add_sensors(scenario.seed);
+        let mut columns = columns.list;
+        let samplers = resolve(sensors, &mut columns);
         let (mut reads, mut signals) = (Vec::new(), Vec::new());
         let wanted = |name: &String| scenario.recorded.as_ref().is_none_or(|names| names.contains(name));
         for (name, physical, description, read) in columns.into_iter().filter(|(name, ..)| wanted(name)) {

@@ -82,6 +82,11 @@ impl Sampler {
         }
     }
 
+    /// Whether it reads exactly and at once.
+    pub fn is_ideal(&self) -> bool {
+        self.step.is_none() && self.period.is_none() && self.noise.is_none()
+    }
+
     /// Whether a speed is the difference of rounded angles.
     pub fn differentiates(sensor: &Sensor) -> bool {
         matches!(sensor.measured, Measured::Speed(_)) && sensor.resolution.is_some()
