@@ -1,4 +1,6 @@
-//! Instructions of x86-64 with AVX, as far as plans need them.
+//! Instructions of x86-64 with AVX and AVX-512F, as far as plans need them.
+
+use crate::sealed::Width;
 
 /// A vector register.
 pub type Register = u8;
@@ -17,27 +19,29 @@ pub enum Operand {
 /// What an instruction does with one number, or all of a register.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Opcode {
-    /// The map of opcodes: 1 for 0F, 3 for 0F 3A.
+    /// The map of opcodes: 1 for 0F, 2 for 0F 38, 3 for 0F 3A.
     map: u8,
     byte: u8,
+    /// The byte for eight numbers: AVX-512F has other instructions bit by bit.
+    byte_eight: u8,
     /// Whether it works bit by bit, on whole registers only.
     bits: bool,
 }
 
 const fn number(byte: u8) -> Opcode {
-    Opcode { map: 1, byte, bits: false }
+    Opcode { map: 1, byte, byte_eight: byte, bits: false }
 }
 
-const fn bits(byte: u8) -> Opcode {
-    Opcode { map: 1, byte, bits: true }
+const fn bits(byte: u8, byte_eight: u8) -> Opcode {
+    Opcode { map: 1, byte, byte_eight, bits: true }
 }
 
 /// The root of the last operand.
 pub const ROOT: Opcode = number(0x51);
 /// Both, bit by bit.
-pub const AND: Opcode = bits(0x54);
+pub const AND: Opcode = bits(0x54, 0xdb);
 /// One of both, bit by bit.
-pub const XOR: Opcode = bits(0x57);
+pub const XOR: Opcode = bits(0x57, 0xef);
 /// The sum.
 pub const ADD: Opcode = number(0x58);
 /// The product.
@@ -50,22 +54,29 @@ pub const MINIMUM: Opcode = number(0x5d);
 pub const DIVIDE: Opcode = number(0x5e);
 /// The first if it is larger, else the second.
 pub const MAXIMUM: Opcode = number(0x5f);
-/// All digits where a comparison holds, none elsewhere.
+/// All digits where a comparison holds, none elsewhere; of eight numbers one digit each, in a register of masks.
 const COMPARE: Opcode = number(0xc2);
 const LOAD: Opcode = number(0x10);
 const STORE: Opcode = number(0x11);
+/// All of a register, from another, and from memory.
+const MOVE: Opcode = bits(0x28, 0x28);
+const LOAD_BITS: Opcode = bits(0x10, 0x10);
 /// The last operand where the highest digit of a mask is set, else the first.
-const BLEND: Opcode = Opcode { map: 3, byte: 0x4b, bits: true };
+const BLEND: Opcode = Opcode { map: 3, byte: 0x4b, byte_eight: 0x4b, bits: true };
+/// Of eight numbers: the last operand where the digit of [`DIGITS`] is set, else the first.
+const BLEND_EIGHT: Opcode = Opcode { map: 2, byte: 0x65, byte_eight: 0x65, bits: true };
+/// The register of masks in use: k1.
+const DIGITS: Register = 1;
 
-/// Machine code while it is written, for one number or for four side by side.
+/// Machine code while it is written, for one number or for several side by side.
 pub struct Assembler {
     pub code: Vec<u8>,
-    wide: bool,
+    width: Width,
 }
 
 impl Assembler {
-    pub fn new(wide: bool) -> Self {
-        Self { code: Vec::new(), wide }
+    pub fn new(width: Width) -> Self {
+        Self { code: Vec::new(), width }
     }
 
     pub fn bytes(&mut self, bytes: &[u8]) {
@@ -74,24 +85,30 @@ impl Assembler {
 
     /// `target = opcode(first, last)`.
     pub fn operation(&mut self, opcode: Opcode, target: Register, first: Register, last: Operand) {
-        // Three bytes of VEX: high digits of the registers (inverted) and the map; the first operand (inverted), the length and the
-        // kind of numbers: 66 for packed doubles, F2 for one.
         let high = |register: Register| u8::from(register < 8);
         let (base_high, mode, low) = match last {
             Operand::Register(register) => (high(register), 0xc0, register & 7),
             Operand::Memory(_) => (1, 0x80, 3),
             Operand::Constant(_) => (1, 0x80, 5),
         };
-        let packed = self.wide || opcode.bits;
-        let kind = if packed { 1 } else { 3 };
-        let length = u8::from(self.wide) << 2;
-        self.bytes(&[
-            0xc4,
-            (high(target) << 7) | (1 << 6) | (base_high << 5) | opcode.map,
-            ((!first & 15) << 3) | length | kind,
-            opcode.byte,
-            mode | ((target & 7) << 3) | low,
-        ]);
+        let highs = (high(target) << 7) | (1 << 6) | (base_high << 5);
+        let first = (!first & 15) << 3;
+        let operands = mode | ((target & 7) << 3) | low;
+        if self.width == Width::Eight {
+            // Three bytes of EVEX: high digits of the registers (inverted, those beyond 15 are not in use) and the map;
+            // the first operand (inverted), packed doubles; the length and the mask. Offsets of four bytes count bytes,
+            // those of one would not.
+            let mask = if opcode == BLEND_EIGHT { DIGITS } else { 0 };
+            self.bytes(&[0x62, highs | 0x10 | opcode.map, 0x85 | first, 0x48 | mask, opcode.byte_eight, operands]);
+        } else {
+            // Two bytes of VEX: high digits of the registers (inverted) and the map; the first operand (inverted), the
+            // length and the kind of numbers: 66 for packed doubles, F2 for one.
+            let (length, kind) = match self.width {
+                Width::One => (0, if opcode.bits { 1 } else { 3 }),
+                _ => (4, 1),
+            };
+            self.bytes(&[0xc4, highs | opcode.map, first | length | kind, opcode.byte, operands]);
+        }
         if let Operand::Memory(offset) | Operand::Constant(offset) = last {
             self.bytes(&offset.to_le_bytes());
         }
@@ -100,15 +117,14 @@ impl Assembler {
     /// Loads a register. Numbers in memory alone are loaded, constants as wide as bits are.
     pub fn load(&mut self, target: Register, from: Operand) {
         match from {
-            // vmovapd
-            Operand::Register(_) => self.operation(bits(0x28), target, 0, from),
+            Operand::Register(_) => self.operation(MOVE, target, 0, from),
             _ => self.operation(LOAD, target, 0, from),
         }
     }
 
     /// Loads a register with as many bits of constants as it has.
     pub fn load_bits(&mut self, target: Register, from: Operand) {
-        self.operation(bits(0x10), target, 0, from);
+        self.operation(LOAD_BITS, target, 0, from);
     }
 
     pub fn store(&mut self, register: Register, to: Operand) {
@@ -124,10 +140,16 @@ impl Assembler {
         b: Operand,
         [then, otherwise]: [Register; 2],
     ) {
-        self.operation(COMPARE, mask, a, b);
+        let eight = self.width == Width::Eight;
+        self.operation(COMPARE, if eight { DIGITS } else { mask }, a, b);
         self.bytes(&[1]); // less, false for NaN
-        self.operation(BLEND, target, otherwise, Operand::Register(then));
-        self.bytes(&[mask << 4]);
+        let then = Operand::Register(then);
+        if eight {
+            self.operation(BLEND_EIGHT, target, otherwise, then);
+        } else {
+            self.operation(BLEND, target, otherwise, then);
+            self.bytes(&[mask << 4]);
+        }
     }
 
     /// Keeps the arguments in registers that calls leave alone: the memory in rbx, constants in rbp.

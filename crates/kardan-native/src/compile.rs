@@ -4,21 +4,20 @@ use kardan_rt::{Operator, Plan};
 
 use crate::assembler::{ADD, AND, Assembler, DIVIDE, MAXIMUM, MINIMUM, MULTIPLY, Operand, ROOT, SUBTRACT, XOR};
 use crate::functions::function;
-use crate::registers::{MASK, Registers, SIGN, SIZE};
+use crate::registers::{MASK, Registers, SIGN, SIZE, SIZE_OFFSET};
+use crate::sealed::Width;
 
 /// The code while it is written.
 struct Writer {
     assembler: Assembler,
-    /// Bytes of a place.
-    width: u32,
+    width: Width,
     registers: Registers,
 }
 
-/// The code of a plan, for one number or four side by side; none where it has tables, or is too long.
-pub fn compile(plan: &Plan<'_, f64>, wide: bool) -> Option<Vec<u8>> {
-    let width = if wide { 32 } else { 8 };
-    i32::try_from(plan.memory().checked_mul(width as usize)?).ok()?;
-    let mut writer = Writer { assembler: Assembler::new(wide), width, registers: Registers::default() };
+/// The code of a plan, for one number or several side by side; none where it has tables, or is too long.
+pub fn compile(plan: &Plan<'_, f64>, width: Width) -> Option<Vec<u8>> {
+    i32::try_from(plan.memory().checked_mul(width.bytes() as usize)?).ok()?;
+    let mut writer = Writer { assembler: Assembler::new(width), width, registers: Registers::default() };
     writer.assembler.begin();
     writer.constants();
     let mut next = u32::try_from(plan.inputs + plan.constants.len()).ok()?;
@@ -31,7 +30,7 @@ pub fn compile(plan: &Plan<'_, f64>, wide: bool) -> Option<Vec<u8>> {
             if own.iter().any(|place| *place >= next) {
                 return None;
             }
-            writer.operation(run.operator, own, next + k, next + count + k, wide)?;
+            writer.operation(run.operator, own, next + k, next + count + k)?;
         }
         next += count * run.operator.values() as u32;
     }
@@ -42,21 +41,21 @@ pub fn compile(plan: &Plan<'_, f64>, wide: bool) -> Option<Vec<u8>> {
 impl Writer {
     fn constants(&mut self) {
         self.assembler.load_bits(SIGN, Operand::Constant(0));
-        self.assembler.load_bits(SIZE, Operand::Constant(32));
+        self.assembler.load_bits(SIZE, Operand::Constant(SIZE_OFFSET));
     }
 
-    fn operation(&mut self, operator: Operator, x: &[u32], out: u32, second: u32, wide: bool) -> Option<()> {
-        if let Some(function) = function(operator, wide) {
+    fn operation(&mut self, operator: Operator, x: &[u32], out: u32, second: u32) -> Option<()> {
+        if let Some(function) = function(operator, self.width) {
             let b = x.get(1).unwrap_or(&x[0]);
             // Functions of one value write it twice.
             let second = if operator.values() == 2 { second } else { out };
-            let places = [x[0], *b, out, second].map(|place| place * self.width);
+            let places = [x[0], *b, out, second].map(|place| place * self.width.bytes());
             self.assembler.call(function as usize as u64, places);
             self.registers.forget();
             self.constants();
             return Some(());
         }
-        let width = self.width;
+        let width = self.width.bytes();
         let at = |place: u32| Operand::Memory(place * width);
         let Self { assembler, registers, .. } = self;
         // Which value is to be in a register first, and which follows.

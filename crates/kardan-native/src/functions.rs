@@ -2,6 +2,8 @@
 
 use kardan_rt::{Lanes, Number, Operator, functions};
 
+use crate::sealed::Width;
+
 /// A function: addresses of two operands and two results.
 type Function = unsafe extern "C" fn(*const f64, *const f64, *mut f64, *mut f64);
 
@@ -21,35 +23,39 @@ fn results<N: Number<One = f64>>(operator: Operator, a: N, b: N) -> (N, N) {
     (one, one)
 }
 
-macro_rules! functions {
-    ($($name:ident, $wide:ident: $operator:path;)*) => {
-        $(
-            /// One number.
-            unsafe extern "C" fn $name(a: *const f64, b: *const f64, first: *mut f64, second: *mut f64) {
-                // SAFETY: the code passes addresses of places in the memory of a plan, which it was given for this call.
-                unsafe {
-                    let (one, other) = results($operator, *a, *b);
-                    *second = other;
-                    *first = one;
-                }
+/// A function of an operator for numbers of this type, with instructions of this feature.
+macro_rules! function {
+    ($name:ident, $operator:path, $number:ty $(, $feature:literal)?) => {
+        $(#[target_feature(enable = $feature)])?
+        unsafe extern "C" fn $name(a: *const f64, b: *const f64, first: *mut f64, second: *mut f64) {
+            // SAFETY: the code passes addresses of places in the memory of a plan, which it was given for this call;
+            // each is as long as this number, and aligned as its lanes are.
+            unsafe {
+                let (one, other) = results($operator, *a.cast::<$number>(), *b.cast::<$number>());
+                *second.cast::<$number>() = other;
+                *first.cast::<$number>() = one;
             }
+        }
+    };
+}
 
-            /// Four numbers.
-            #[target_feature(enable = "avx2")]
-            unsafe extern "C" fn $wide(a: *const f64, b: *const f64, first: *mut f64, second: *mut f64) {
-                // SAFETY: as above; a place is four numbers long.
-                unsafe {
-                    let (one, other) = results($operator, *a.cast::<Lanes<f64, 4>>(), *b.cast::<Lanes<f64, 4>>());
-                    *second.cast::<Lanes<f64, 4>>() = other;
-                    *first.cast::<Lanes<f64, 4>>() = one;
-                }
-            }
+/// The functions of operators, by their names for one number, four and eight.
+macro_rules! functions {
+    ($($operator:path: $one:ident, $four:ident, $eight:ident;)*) => {
+        $(
+            function!($one, $operator, f64);
+            function!($four, $operator, Lanes<f64, 4>, "avx2");
+            function!($eight, $operator, Lanes<f64, 8>, "avx512f");
         )*
 
         /// The function of an operator; none where that is an instruction, or a table.
-        pub fn function(operator: Operator, wide: bool) -> Option<Function> {
-            match operator {
-                $($operator => Some(if wide { $wide } else { $name }),)*
+        pub fn function(operator: Operator, width: Width) -> Option<Function> {
+            match (operator, width) {
+                $(
+                    ($operator, Width::One) => Some($one),
+                    ($operator, Width::Four) => Some($four),
+                    ($operator, Width::Eight) => Some($eight),
+                )*
                 _ => None,
             }
         }
@@ -57,12 +63,12 @@ macro_rules! functions {
 }
 
 functions! {
-    sine_cosine, sine_cosine_wide: Operator::SineCosine;
-    tangent, tangent_wide: Operator::Tangent;
-    arc_sine, arc_sine_wide: Operator::ArcSine;
-    arc_cosine, arc_cosine_wide: Operator::ArcCosine;
-    arc_tangent, arc_tangent_wide: Operator::ArcTangent;
-    arc_tangent_2, arc_tangent_2_wide: Operator::ArcTangent2;
-    exponential, exponential_wide: Operator::Exponential;
-    logarithm, logarithm_wide: Operator::Logarithm;
+    Operator::SineCosine: sine_cosine, sine_cosine_4, sine_cosine_8;
+    Operator::Tangent: tangent, tangent_4, tangent_8;
+    Operator::ArcSine: arc_sine, arc_sine_4, arc_sine_8;
+    Operator::ArcCosine: arc_cosine, arc_cosine_4, arc_cosine_8;
+    Operator::ArcTangent: arc_tangent, arc_tangent_4, arc_tangent_8;
+    Operator::ArcTangent2: arc_tangent_2, arc_tangent_2_4, arc_tangent_2_8;
+    Operator::Exponential: exponential, exponential_4, exponential_8;
+    Operator::Logarithm: logarithm, logarithm_4, logarithm_8;
 }

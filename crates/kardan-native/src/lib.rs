@@ -1,8 +1,13 @@
 //! Plans as machine code.
 //!
-//! [`kardan_rt::Plan`] interprets a list of operations, on every target and in safe code. On x86-64 processors with AVX2 this crate writes
-//! the same operations as straight-line instructions, for one number or for four side by side, with the same bits: each product and each
-//! sum is rounded by itself, functions are those of [`kardan_rt::functions`]. It takes half of the time, four at once a quarter each.
+//! [`kardan_rt::Plan`] interprets a list of operations, on every target and in safe code. On x86-64 processors with
+//! AVX2 this crate writes the same operations as straight-line instructions, for one number or for four side by side,
+//! with AVX-512F also for eight ([`lanes`] tells which). The bits are the same in each lane: each product and each sum
+//! is rounded by itself, functions are those of [`kardan_rt::functions`].
+//!
+//! One evaluation takes half of the time of the interpreter's, four at once a quarter each. Of eight each takes two
+//! thirds of that where functions take most of the time. Sums and products gain nothing on processors that store 64
+//! bytes in two parts (Zen 4), and lose where places are not at multiples of 64 bytes, which is allowed.
 //!
 //! ```
 //! use kardan_native::Native;
@@ -48,6 +53,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use kardan_rt::{Lanes, Number, Operator, Plan};
 
+use sealed::Width;
+
 /// Whether no code is to be written.
 static OFF: AtomicBool = AtomicBool::new(false);
 
@@ -57,33 +64,79 @@ pub fn switch_off() {
 }
 
 #[cfg(all(target_arch = "x86_64", unix))]
-fn is_able() -> bool {
-    !OFF.load(Ordering::Relaxed) && std::arch::is_x86_feature_detected!("avx2")
+fn is_able(width: Width) -> bool {
+    let wide = width != Width::Eight || std::arch::is_x86_feature_detected!("avx512f");
+    !OFF.load(Ordering::Relaxed) && std::arch::is_x86_feature_detected!("avx2") && wide
+}
+
+#[cfg(not(all(target_arch = "x86_64", unix)))]
+fn is_able(_: Width) -> bool {
+    false
+}
+
+/// The most numbers side by side for which machine code is written here: 8 with AVX-512F, 4 with AVX2. 1 where there is
+/// none, on other processors and systems and after [`switch_off`]: then the interpreter does one after the other.
+///
+/// ```
+/// use kardan_native::lanes;
+/// // How many evaluations 100 points take.
+/// let passes = 100_usize.div_ceil(lanes());
+/// assert_eq!(passes, match lanes() { 8 => 13, 4 => 25, _ => 100 });
+/// ```
+#[must_use]
+pub fn lanes() -> usize {
+    [Width::Eight, Width::Four].into_iter().find(|width| is_able(*width)).unwrap_or(Width::One) as usize
 }
 
 mod sealed {
+    use kardan_rt::Lanes;
+
     /// How many numbers stand side by side.
-    pub trait Width {
-        /// Whether they are four.
-        const WIDE: bool;
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Width {
+        /// A number alone.
+        One = 1,
+        /// Four, in a register of AVX2.
+        Four = 4,
+        /// Eight, in a register of AVX-512.
+        Eight = 8,
     }
 
-    impl Width for f64 {
-        const WIDE: bool = false;
+    impl Width {
+        /// Bytes of a place in memory.
+        #[cfg(all(target_arch = "x86_64", unix))]
+        pub fn bytes(self) -> u32 {
+            8 * self as u32
+        }
     }
 
-    impl Width for kardan_rt::Lanes<f64, 4> {
-        const WIDE: bool = true;
+    /// What is as wide as a register can be.
+    pub trait Wide {
+        /// How many numbers it is.
+        const WIDTH: Width;
+    }
+
+    impl Wide for f64 {
+        const WIDTH: Width = Width::One;
+    }
+
+    impl Wide for Lanes<f64, 4> {
+        const WIDTH: Width = Width::Four;
+    }
+
+    impl Wide for Lanes<f64, 8> {
+        const WIDTH: Width = Width::Eight;
     }
 }
 
-/// What machine code computes with: `f64`, or four of them.
-pub trait Value: Number<One = f64> + sealed::Width {}
+/// What machine code computes with: `f64`, or four or eight of them. They need no other alignment than `f64`.
+pub trait Value: Number<One = f64> + sealed::Wide {}
 
 impl Value for f64 {}
 impl Value for Lanes<f64, 4> {}
+impl Value for Lanes<f64, 8> {}
 
-/// A plan as machine code.
+/// A plan as machine code, for memory of entries `N`: one evaluation, or one in each lane.
 pub struct Native<N> {
     #[cfg(all(target_arch = "x86_64", unix))]
     code: memory::Executable,
@@ -101,13 +154,14 @@ impl<N> Debug for Native<N> {
 }
 
 impl<N: Value> Native<N> {
-    /// Writes the code of a plan. None on other processors and systems, where memory for code is refused, and for plans with tables.
+    /// Writes the code of a plan. None on processors without AVX2 (for eight lanes AVX-512F), on other systems, where
+    /// memory for code is refused, after [`switch_off`], and for plans with tables.
     #[cfg(all(target_arch = "x86_64", unix))]
     pub fn new(plan: &Plan<'_, f64>) -> Option<Self> {
-        if !is_able() {
+        if !is_able(N::WIDTH) {
             return None;
         }
-        let code = memory::Executable::new(&compile::compile(plan, N::WIDE)?)?;
+        let code = memory::Executable::new(&compile::compile(plan, N::WIDTH)?)?;
         let (places, inputs) = (plan.memory(), plan.inputs);
         Some(Self { code, places, inputs, outputs: plan.outputs.to_vec(), values: PhantomData })
     }
@@ -118,7 +172,8 @@ impl<N: Value> Native<N> {
         None
     }
 
-    /// Does what [`Plan::evaluate`] does, in memory that [`Plan::begin`] has prepared.
+    /// Does what [`Plan::evaluate`] does, in memory that [`Plan::begin`] has prepared. False where an input or output
+    /// of any lane is no number, or the memory is too short.
     #[must_use = "false tells that an output is no number"]
     pub fn evaluate(&self, memory: &mut [N]) -> bool {
         if memory.len() < self.places {
@@ -132,11 +187,11 @@ impl<N: Value> Native<N> {
 
     #[cfg(all(target_arch = "x86_64", unix))]
     fn run(&self, memory: &mut [N]) {
-        // SAFETY: `compile` wrote a function of this type; it reads and writes the places of the plan, each a number or four of them, and
-        // the memory has them all.
+        // SAFETY: `compile` wrote a function of this type; it reads and writes the places of the plan, each as many
+        // numbers as `N` has, and the memory has them all; `new` asked whether the processor can.
         unsafe {
             let run: unsafe extern "C" fn(*mut N, *const u64) = std::mem::transmute(self.code.start());
-            run(memory.as_mut_ptr(), registers::BITS.as_ptr());
+            run(memory.as_mut_ptr(), registers::BITS.as_ptr().cast());
         }
     }
 
@@ -195,10 +250,10 @@ impl NativeSeries {
     pub fn new(steps: &[Step], width: usize) -> Option<Self> {
         let values = u32::try_from(width).ok().filter(|width| *width <= u32::MAX / 64)?;
         let known = |step: &Step| step.operands.iter().chain([&step.out]).all(|place| *place < values);
-        if !is_able() || !steps.iter().all(known) {
+        if !is_able(Width::One) || !steps.iter().all(known) {
             return None;
         }
-        let (mut assembler, mut parts, mut first) = (assembler::Assembler::new(false), Vec::new(), 0);
+        let (mut assembler, mut parts, mut first) = (assembler::Assembler::new(Width::One), Vec::new(), 0);
         while first < steps.len() {
             let own = steps[first..].iter().take_while(|step| series::has_code(step)).count();
             let others = steps[first + own..].iter().take_while(|step| !series::has_code(step)).count();
@@ -232,7 +287,7 @@ impl NativeSeries {
                 let start = self.code.start().cast::<u8>().add(*begin);
                 let run: unsafe extern "C" fn(*mut f64, *mut f64, usize, *const u64) = std::mem::transmute(start);
                 let lowest = memory.as_mut_ptr();
-                run(lowest.add(first), lowest, k, registers::BITS.as_ptr());
+                run(lowest.add(first), lowest, k, registers::BITS.as_ptr().cast());
             }
             others.clone().for_each(|step| other(memory, step));
         }

@@ -11,11 +11,10 @@ pub const SIGN: Register = 14;
 /// All but the sign.
 pub const SIZE: Register = 15;
 
-/// Bits that the code reads: four times the sign alone, four times all but the sign.
-pub const BITS: [u64; 8] = {
-    let (sign, size) = (1 << 63, u64::MAX >> 1);
-    [sign, sign, sign, sign, size, size, size, size]
-};
+/// Bits that the code reads: eight times the sign alone, eight times all but the sign.
+pub const BITS: [[u64; 8]; 2] = [[1 << 63; 8], [u64::MAX >> 1; 8]];
+/// Where the second of them begin, in bytes.
+pub const SIZE_OFFSET: u32 = 64;
 
 /// The value of a place in memory that each register holds, and when it was used last. Each result is stored at once, so that a register
 /// can be given away at any time.

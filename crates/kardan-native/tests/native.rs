@@ -1,6 +1,6 @@
 //! Machine code against the interpreter, bit for bit.
 
-use kardan_native::{Native, NativeSeries, Step, Value};
+use kardan_native::{Native, NativeSeries, Step, Value, lanes};
 use kardan_rt::{Lanes, Operator, Plan, Run};
 
 const OPERATORS: [Operator; 20] = [
@@ -89,9 +89,9 @@ fn same(a: f64, b: f64) -> bool {
     a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())
 }
 
-/// Evaluates both ways and compares all values; false where there is no machine code here.
-fn agrees<N: Value>(plan: &Plan<'_, f64>, inputs: &[N], lanes: impl Fn(&N) -> Vec<f64>) -> bool {
-    let Some(native) = Native::<N>::new(plan) else { return false };
+/// Evaluates both ways and compares all values, which it gives; none where there is no machine code here.
+fn agrees<N: Value>(plan: &Plan<'_, f64>, inputs: &[N], lanes: impl Fn(&N) -> Vec<f64>) -> Option<Vec<N>> {
+    let native = Native::<N>::new(plan)?;
     let mut one = vec![N::all(0.0); plan.memory()];
     plan.begin(&mut one);
     one[..plan.inputs].copy_from_slice(inputs);
@@ -100,6 +100,23 @@ fn agrees<N: Value>(plan: &Plan<'_, f64>, inputs: &[N], lanes: impl Fn(&N) -> Ve
     for (k, (a, b)) in one.iter().zip(&other).enumerate() {
         let (a, b) = (lanes(a), lanes(b));
         assert!(a.iter().zip(&b).all(|(a, b)| same(*a, *b)), "place {k}: {a:?} and {b:?} of {plan:?}");
+    }
+    Some(other)
+}
+
+/// Random points side by side, both ways, and each by itself; false where there is no machine code of this width here.
+fn lanes_agree<const N: usize>(plan: &Plan<'_, f64>, random: &mut Random) -> bool
+where
+    Lanes<f64, N>: Value,
+{
+    let inputs: Vec<Lanes<f64, N>> =
+        (0..plan.inputs).map(|_| Lanes(std::array::from_fn(|_| random.number()))).collect();
+    let Some(together) = agrees(plan, &inputs, |x| x.0.to_vec()) else { return false };
+    for lane in 0..N {
+        let point: Vec<f64> = inputs.iter().map(|x| x.0[lane]).collect();
+        let alone = agrees(plan, &point, |x| vec![*x]).expect("code for one");
+        let different = together.iter().zip(&alone).position(|(x, alone)| !same(x.0[lane], *alone));
+        assert_eq!(different, None, "lane {lane} of {N}: {plan:?}");
     }
     true
 }
@@ -111,22 +128,45 @@ fn machine_code_has_the_bits_of_the_interpreter() {
         let owned = Owned::random(&mut random);
         let plan = owned.plan();
         let inputs: Vec<f64> = (0..owned.inputs).map(|_| random.number()).collect();
-        let here = agrees(&plan, &inputs, |x| vec![*x]);
-        let inputs: Vec<Lanes<f64, 4>> =
-            (0..owned.inputs).map(|_| Lanes(std::array::from_fn(|_| random.number()))).collect();
-        assert_eq!(here, agrees(&plan, &inputs, |x| x.0.to_vec()));
-        let able = cfg!(all(target_arch = "x86_64", unix));
-        assert!(here || !able || !has_avx2(), "no code");
+        assert_eq!(agrees(&plan, &inputs, |x| vec![*x]).is_some(), has_avx2());
+        assert_eq!(lanes_agree::<4>(&plan, &mut random), has_avx2());
+        assert_eq!(lanes_agree::<8>(&plan, &mut random), has_avx512());
     }
 }
 
-#[cfg(target_arch = "x86_64")]
+#[test]
+fn as_many_lanes_as_the_processor_has() {
+    assert_eq!(
+        lanes(),
+        if has_avx512() {
+            8
+        } else if has_avx2() {
+            4
+        } else {
+            1
+        }
+    );
+}
+
+/// Whether there is machine code for one number and for four.
+#[cfg(all(target_arch = "x86_64", unix))]
 fn has_avx2() -> bool {
     std::arch::is_x86_feature_detected!("avx2")
 }
 
-#[cfg(not(target_arch = "x86_64"))]
+/// Whether there is machine code for eight.
+#[cfg(all(target_arch = "x86_64", unix))]
+fn has_avx512() -> bool {
+    has_avx2() && std::arch::is_x86_feature_detected!("avx512f")
+}
+
+#[cfg(not(all(target_arch = "x86_64", unix)))]
 fn has_avx2() -> bool {
+    false
+}
+
+#[cfg(not(all(target_arch = "x86_64", unix)))]
+fn has_avx512() -> bool {
     false
 }
 
@@ -183,7 +223,7 @@ fn code_of_series_has_the_bits_of_their_rules() {
         };
         let steps: Vec<Step> = (inputs..width).map(|out| step(out, &mut random)).collect();
         let Some(native) = NativeSeries::new(&steps, width as usize) else {
-            assert!(!cfg!(all(target_arch = "x86_64", unix)) || !has_avx2(), "no code");
+            assert!(!has_avx2(), "no code");
             return;
         };
         let width = width as usize;

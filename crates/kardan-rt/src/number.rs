@@ -111,7 +111,7 @@ impl<T: Real, const N: usize> Neg for Lanes<T, N> {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(self.0.map(|a| -a))
+        self.map(|a| -a)
     }
 }
 
@@ -125,7 +125,11 @@ impl<T: Real, const N: usize> Number for Lanes<T, N> {
 
     #[inline(always)]
     fn map(self, function: impl Fn(T) -> T) -> Self {
-        Self(self.0.map(function))
+        let mut out = self;
+        for a in &mut out.0 {
+            *a = function(*a);
+        }
+        out
     }
 
     #[inline(always)]

@@ -139,10 +139,10 @@ fn chain_with_friction_taylor(bencher: Bencher, n: usize) {
 }
 
 /// One evaluation of the steering system's equations of motion, and of those of chains: interpreted, as machine code, and as machine code
-/// for four at once.
+/// for four and for eight at once.
 mod evaluation {
     use super::*;
-    use kardan_native::Native;
+    use kardan_native::{Native, Value};
     use kardan_rt::Lanes;
 
     const MODELS: [&str; 3] = ["sia-steering", "chain of 20", "chain of 100"];
@@ -178,11 +178,23 @@ mod evaluation {
 
     #[divan::bench(args = MODELS)]
     fn native_four_lanes(bencher: Bencher, model: &str) {
+        native_lanes::<4>(bencher, model);
+    }
+
+    #[divan::bench(args = MODELS)]
+    fn native_eight_lanes(bencher: Bencher, model: &str) {
+        native_lanes::<8>(bencher, model);
+    }
+
+    fn native_lanes<const N: usize>(bencher: Bencher, model: &str)
+    where
+        Lanes<f64, N>: Value,
+    {
         let dynamics = dynamics(model);
         let plan = &dynamics.plan().plan;
-        let Some(native) = Native::<Lanes<f64, 4>>::new(&plan.block()) else { return };
-        let mut memory: Vec<Lanes<f64, 4>> = plan.memory().iter().map(|value| Lanes([*value; 4])).collect();
-        memory[..plan.inputs.len()].fill(Lanes([0.3; 4]));
+        let Some(native) = Native::<Lanes<f64, N>>::new(&plan.block()) else { return };
+        let mut memory: Vec<Lanes<f64, N>> = plan.memory().iter().map(|value| Lanes([*value; N])).collect();
+        memory[..plan.inputs.len()].fill(Lanes([0.3; N]));
         bencher.bench_local(|| black_box(native.evaluate(black_box(&mut memory))));
     }
 

@@ -30,18 +30,26 @@ pub fn atan2<N: Number>(y: N, x: N) -> N {
     // base ± (ratio + rest), the base a multiple of π/4.
     let steep = width.select(height, one, zero);
     let side = x.map(Format::sign);
-    let base = |[none, eighth, quarter, three, all]: [N; 5]| {
-        let pick = |turned: N, else_: N| limit.select(small, turned, else_);
-        let left = steep.select(half, pick(three, all), pick(three, quarter));
-        side.select(zero, left, steep.select(half, pick(eighth, none), pick(eighth, quarter)))
-    };
     let direction = steep.select(half, side, -side);
-    let (first, lost) = ordered_sum(base(N::One::EIGHTHS.map(|angle| N::all(angle.0))), direction * ratio);
-    let base_rest = base(N::One::EIGHTHS.map(|angle| N::all(angle.1)));
+    let base = |angles: [N::One; 5]| turned(angles, [limit, small], steep, side);
+    let (first, lost) = ordered_sum(base(N::One::EIGHTHS.map(|angle| angle.0)), direction * ratio);
+    let base_rest = base(N::One::EIGHTHS.map(|angle| angle.1));
     let found = first + (lost + (direction * rest + base_rest));
     // NaN stays, infinity does not matter.
     let (width, height) = (half * most.select(width, most, width), half * most.select(height, most, height));
     (found + (width + height) * zero).zip(y, Format::with_sign)
+}
+
+/// One of the multiples of π/4 from 0 to π, by where a point is: odd where `small` is above `limit`; `steep` is 1
+/// beyond π/4 from the x axis, else 0; `side` is the sign of x. A function, for closures are not always inlined.
+#[inline(always)]
+fn turned<N: Number>(angles: [N::One; 5], [limit, small]: [N; 2], steep: N, side: N) -> N {
+    let (zero, half) = (all::<N>(N::One::ZERO), all::<N>(N::One::HALF));
+    let [none, eighth, quarter, three, half_turn] = angles.map(all::<N>);
+    let even = steep.select(half, half_turn, quarter);
+    let left = limit.select(small, three, even);
+    let right = limit.select(small, eighth, steep.select(half, none, quarter));
+    side.select(zero, left, right)
 }
 
 /// The angle within ±π/2 rad whose tangent this is.
