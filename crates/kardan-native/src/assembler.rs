@@ -1,6 +1,6 @@
 //! Instructions of x86-64 with AVX and AVX-512F, as far as plans need them.
 
-use crate::sealed::Width;
+use crate::width::Width;
 
 /// A vector register.
 pub type Register = u8;
@@ -67,6 +67,21 @@ const BLEND: Opcode = Opcode { map: 3, byte: 0x4b, byte_eight: 0x4b, bits: true 
 const BLEND_EIGHT: Opcode = Opcode { map: 2, byte: 0x65, byte_eight: 0x65, bits: true };
 /// The register of masks in use: k1.
 const DIGITS: Register = 1;
+
+/// The registers rdi and rsi, which walk through coefficients.
+const FIRST: u8 = 7;
+const SECOND: u8 = 6;
+
+/// How many terms a convolution of order k has.
+#[derive(Clone, Copy)]
+pub enum Terms {
+    /// k + 1.
+    All,
+    /// k: the highest of the first one is left out.
+    Below,
+    /// Half of k + 1, rounded down.
+    Half,
+}
 
 /// Machine code while it is written, for one number or for several side by side.
 pub struct Assembler {
@@ -177,19 +192,21 @@ impl Assembler {
         self.bytes(&[0x5d, 0x5b, 0xc3]); // pop rbp; pop rbx; ret
     }
 
-    /// `sum = Σ a_j b_(k−j)` from the order `first` of b's partner down: a from its first coefficient upwards, b from that of the order sought
-    /// downwards, as many as there are orders (`whole`), or one less; `stride` bytes are between two orders. `product` is overwritten.
-    pub fn convolution(&mut self, [sum, product]: [Register; 2], [a, b]: [u32; 2], stride: u32, whole: bool) {
+    /// `sum = Σ a_j b_(k−j)`: a from its first coefficient upwards, b from that of the order sought downwards, over so many j; `stride` bytes
+    /// are between two orders. `product` is overwritten.
+    pub fn convolution(&mut self, [sum, product]: [Register; 2], [a, b]: [u32; 2], stride: u32, terms: Terms) {
         self.bytes(&[0x48, 0x8d, 0xbd]); // lea rdi, [rbp + a]
         self.bytes(&a.to_le_bytes());
         self.bytes(&[0x48, 0x8d, 0xb3]); // lea rsi, [rbx + b]
         self.bytes(&b.to_le_bytes());
-        self.bytes(if whole { &[0x8d, 0x4a, 0x01] } else { &[0x89, 0xd1] }); // lea ecx, [rdx + 1], or mov ecx, edx
+        self.bytes(match terms {
+            Terms::All => &[0x8d, 0x4a, 0x01],              // lea ecx, [rdx + 1]
+            Terms::Below => &[0x89, 0xd1],                  // mov ecx, edx
+            Terms::Half => &[0x8d, 0x4a, 0x01, 0xd1, 0xe9], // lea ecx, [rdx + 1]; shr ecx, 1
+        });
         self.operation(XOR, sum, sum, Operand::Register(sum));
         let again = self.code.len();
-        let high = u8::from(product < 8) << 7;
-        self.bytes(&[0xc5, high | 0x7b, 0x10, (product & 7) << 3 | 7]); // vmovsd product, [rdi]
-        self.bytes(&[0xc5, high | ((!product & 15) << 3) | 3, 0x59, (product & 7) << 3 | 6]); // vmulsd product, product, [rsi]
+        self.multiply(product, SECOND);
         self.operation(ADD, sum, sum, Operand::Register(product));
         self.bytes(&[0x48, 0x81, 0xc7]); // add rdi, stride
         self.bytes(&stride.to_le_bytes());
@@ -198,6 +215,25 @@ impl Assembler {
         self.bytes(&[0xff, 0xc9]); // dec ecx
         let back = again as i64 - (self.code.len() as i64 + 2);
         self.bytes(&[0x75, back as i8 as u8]); // jnz again
+    }
+
+    /// `sum = Σ a_j a_(k−j)` over all j: twice the sum over the lower half, and the square in the middle where there is one.
+    pub fn square(&mut self, [sum, product]: [Register; 2], a: u32, stride: u32) {
+        self.convolution([sum, product], [a, a], stride, Terms::Half);
+        self.operation(ADD, sum, sum, Operand::Register(sum));
+        self.bytes(&[0xf6, 0xc2, 0x01]); // test dl, 1
+        let jump = self.code.len();
+        self.bytes(&[0x75, 0]); // jnz behind
+        self.multiply(product, FIRST);
+        self.operation(ADD, sum, sum, Operand::Register(product));
+        self.code[jump + 1] = (self.code.len() - jump - 2) as u8;
+    }
+
+    /// `product = [rdi]·[rsi]`, or the square of [rdi].
+    fn multiply(&mut self, product: Register, by: u8) {
+        let high = u8::from(product < 8) << 7;
+        self.bytes(&[0xc5, high | 0x7b, 0x10, (product & 7) << 3 | FIRST]); // vmovsd product, [rdi]
+        self.bytes(&[0xc5, high | ((!product & 15) << 3) | 3, 0x59, (product & 7) << 3 | by]); // vmulsd product, product, [by]
     }
 
     /// Calls a function with addresses of places: two that it reads, two that it writes.

@@ -5,7 +5,7 @@ use kardan_rt::{Operator, Plan};
 use crate::assembler::{ADD, AND, Assembler, DIVIDE, MAXIMUM, MINIMUM, MULTIPLY, Operand, ROOT, SUBTRACT, XOR};
 use crate::functions::function;
 use crate::registers::{MASK, Registers, SIGN, SIZE, SIZE_OFFSET};
-use crate::sealed::Width;
+use crate::width::Width;
 
 /// The code while it is written.
 struct Writer {

@@ -2,7 +2,7 @@
 
 use kardan_rt::{Lanes, Number, Operator, functions};
 
-use crate::sealed::Width;
+use crate::width::Width;
 
 /// A function: addresses of two operands and two results.
 type Function = unsafe extern "C" fn(*const f64, *const f64, *mut f64, *mut f64);

@@ -45,15 +45,18 @@ mod memory;
 mod registers;
 #[cfg(all(target_arch = "x86_64", unix))]
 mod series;
+mod step;
+mod width;
 
 use std::fmt::{self, Debug, Formatter};
 use std::marker::PhantomData;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use kardan_rt::{Lanes, Number, Operator, Plan};
+use kardan_rt::{Lanes, Number, Plan};
 
-use sealed::Width;
+pub use step::Step;
+use width::Width;
 
 /// Whether no code is to be written.
 static OFF: AtomicBool = AtomicBool::new(false);
@@ -88,49 +91,8 @@ pub fn lanes() -> usize {
     [Width::Eight, Width::Four].into_iter().find(|width| is_able(*width)).unwrap_or(Width::One) as usize
 }
 
-mod sealed {
-    use kardan_rt::Lanes;
-
-    /// How many numbers stand side by side.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-    pub enum Width {
-        /// A number alone.
-        One = 1,
-        /// Four, in a register of AVX2.
-        Four = 4,
-        /// Eight, in a register of AVX-512.
-        Eight = 8,
-    }
-
-    impl Width {
-        /// Bytes of a place in memory.
-        #[cfg(all(target_arch = "x86_64", unix))]
-        pub fn bytes(self) -> u32 {
-            8 * self as u32
-        }
-    }
-
-    /// What is as wide as a register can be.
-    pub trait Wide {
-        /// How many numbers it is.
-        const WIDTH: Width;
-    }
-
-    impl Wide for f64 {
-        const WIDTH: Width = Width::One;
-    }
-
-    impl Wide for Lanes<f64, 4> {
-        const WIDTH: Width = Width::Four;
-    }
-
-    impl Wide for Lanes<f64, 8> {
-        const WIDTH: Width = Width::Eight;
-    }
-}
-
 /// What machine code computes with: `f64`, or four or eight of them. They need no other alignment than `f64`.
-pub trait Value: Number<One = f64> + sealed::Wide {}
+pub trait Value: Number<One = f64> + width::Wide {}
 
 impl Value for f64 {}
 impl Value for Lanes<f64, 4> {}
@@ -197,21 +159,6 @@ impl<N: Value> Native<N> {
 
     #[cfg(not(all(target_arch = "x86_64", unix)))]
     fn run(&self, _: &mut [N]) {}
-}
-
-/// How the coefficients of one value follow from those of others, by places among the values of an order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Step {
-    /// What the value is of its operands.
-    pub operator: Operator,
-    /// Whether the second operand does not change, so that a product or quotient needs the coefficient of its own order alone.
-    pub scaled: bool,
-    /// Where the value is.
-    pub out: u32,
-    /// Its operands.
-    pub operands: [u32; 3],
-    /// What the rule keeps beside, if it does.
-    pub more: u32,
 }
 
 /// Coefficients of Taylor series as machine code: for sums, multiples, products and quotients. Other steps are left to the caller.

@@ -2,9 +2,9 @@
 
 use kardan_rt::Operator;
 
-use crate::Step;
-use crate::assembler::{ADD, Assembler, DIVIDE, MULTIPLY, Operand, SUBTRACT, XOR};
+use crate::assembler::{ADD, Assembler, DIVIDE, MULTIPLY, Operand, SUBTRACT, Terms, XOR};
 use crate::registers::{MASK, Registers, SIGN};
+use crate::step::Step;
 
 /// Whether there is code for a step: sums, multiples, products and quotients.
 pub fn has_code(step: &Step) -> bool {
@@ -43,7 +43,7 @@ fn write_step(assembler: &mut Assembler, registers: &mut Registers, step: &Step,
         Operator::Divide if !step.scaled => {
             // (a_k − Σ q_j b_(k−j)) / b_0 over j below k
             let target = registers.free();
-            assembler.convolution([target, MASK], [8 * step.out, b], stride, false);
+            assembler.convolution([target, MASK], [8 * step.out, b], stride, Terms::Below);
             take_from(assembler, registers, a, target);
             let last = registers.operand(Operand::Constant(b));
             assembler.operation(DIVIDE, target, target, last);
@@ -59,7 +59,10 @@ fn write_step(assembler: &mut Assembler, registers: &mut Registers, step: &Step,
                 target
             } else {
                 let target = registers.free();
-                assembler.convolution([target, MASK], [a, b], stride, true);
+                match a == b {
+                    true => assembler.square([target, MASK], a, stride),
+                    false => assembler.convolution([target, MASK], [a, b], stride, Terms::All),
+                }
                 target
             };
             match step.operator {

@@ -188,12 +188,19 @@ fn what_cannot_be_code_is_left_to_the_interpreter() {
     }
 }
 
-/// The coefficient of order k by its rule: a_k and b_k for sums, `Σ a_j b_(k−j)` for products, and `(a_k − Σ q_j b_(k−j))/b_0` for quotients.
+/// The coefficient of order k by its rule: a_k and b_k for sums, `Σ a_j b_(k−j)` for products (of squares each pair once), and `(a_k − Σ q_j b_(k−j))/b_0` for quotients.
 fn coefficient(step: &Step, memory: &[f64], width: usize, k: usize) -> f64 {
     let at = |place: u32, order: usize| memory[order * width + place as usize];
     let [a, b, c] = step.operands;
     let sum = |a: u32, orders: usize| (0..orders).fold(0.0, |sum, j| sum + at(a, j) * at(b, k - j));
-    let product = if step.scaled { at(a, k) * at(b, 0) } else { sum(a, k + 1) };
+    let product = match (step.scaled, a == b) {
+        (true, _) => at(a, k) * at(b, 0),
+        (false, false) => sum(a, k + 1),
+        (false, true) => {
+            let half = sum(a, k.div_ceil(2));
+            half + half + if k % 2 == 0 { at(a, k / 2) * at(a, k / 2) } else { 0.0 }
+        }
+    };
     match step.operator {
         Operator::Add => at(a, k) + at(b, k),
         Operator::Subtract => at(a, k) - at(b, k),
@@ -218,7 +225,11 @@ fn code_of_series_has_the_bits_of_their_rules() {
             operator: operators[random.below(8) as usize],
             scaled: random.below(2) == 0,
             out,
-            operands: std::array::from_fn(|_| random.below(u64::from(out)) as u32),
+            operands: match random.below(4) {
+                // A square.
+                0 => [random.below(u64::from(out)) as u32; 3],
+                _ => std::array::from_fn(|_| random.below(u64::from(out)) as u32),
+            },
             more: 0,
         };
         let steps: Vec<Step> = (inputs..width).map(|out| step(out, &mut random)).collect();

@@ -180,9 +180,14 @@ impl Coefficients<'_> {
         orders.fold(0.0, |sum, j| sum + self.at(a, j) * self.at(b, self.k - j))
     }
 
-    /// The same over j = 0 … k.
+    /// The same over j = 0 … k; of a square each pair once.
     fn product(&self, a: u32, b: u32) -> f64 {
-        self.sum(a, b, 0..=self.k)
+        if a != b {
+            return self.sum(a, b, 0..=self.k);
+        }
+        let half = self.sum(a, a, 0..self.k.div_ceil(2));
+        let twice = half + half;
+        if self.k % 2 == 0 { twice + self.at(a, self.k / 2) * self.at(a, self.k / 2) } else { twice }
     }
 
     /// `Σ a_j a_(k−j)` over j = 1 … k − 1.

@@ -1050,7 +1050,8 @@ fn the_linear_model_is_the_derivative_of_the_motion() {
                 let exprs: Vec<_> = wanted.iter().map(|(.., expr)| *expr).collect();
                 let place = |symbol| motion.symbols.iter().position(|other| *other == symbol);
                 let number = |symbol| place(symbol).filter(|k| *k < r).map_or(0.0, |_| turn);
-                let fractions = lower(&motion.graph, &exprs, &mut Rationals, |symbol| rational_from_f64(number(symbol)));
+                let fractions =
+                    lower(&motion.graph, &exprs, &mut Rationals, |symbol| rational_from_f64(number(symbol)));
                 let numbers = lower(&motion.graph, &exprs, &mut Floating::<f64>::default(), number);
                 let size = |what: &str| {
                     let of = wanted.iter().filter(|(other, ..)| *other == what);
