@@ -198,7 +198,7 @@ fn coefficient(step: &Step, memory: &[f64], width: usize, k: usize) -> f64 {
         (false, false) => sum(a, k + 1),
         (false, true) => {
             let half = sum(a, k.div_ceil(2));
-            half + half + if k % 2 == 0 { at(a, k / 2) * at(a, k / 2) } else { 0.0 }
+            half + half + if k.is_multiple_of(2) { at(a, k / 2) * at(a, k / 2) } else { 0.0 }
         }
     };
     match step.operator {

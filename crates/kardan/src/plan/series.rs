@@ -187,7 +187,7 @@ impl Coefficients<'_> {
         }
         let half = self.sum(a, a, 0..self.k.div_ceil(2));
         let twice = half + half;
-        if self.k % 2 == 0 { twice + self.at(a, self.k / 2) * self.at(a, self.k / 2) } else { twice }
+        if self.k.is_multiple_of(2) { twice + self.at(a, self.k / 2) * self.at(a, self.k / 2) } else { twice }
     }
 
     /// `Σ a_j a_(k−j)` over j = 1 … k − 1.
