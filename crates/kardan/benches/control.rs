@@ -5,16 +5,12 @@
 mod observer;
 
 use divan::{Bencher, black_box};
-use kardan::expr::{Expr, Graph};
 use kardan::model::builtin;
-use kardan::num::{Matrix, rational_from_f64};
-use kardan::plan::{Plan, compile};
+use kardan::num::Matrix;
 use kardan::reduce::MechanismData;
 use kardan::results::DataNumber;
 use kardan::study::{self, PreparedVariant};
 use kardan::synthesis::{ChannelDesign, Clock, NoninteractingDesign, Running, Seen, design_noninteracting};
-use kardan::units::Dimension;
-use kardan_native::Native;
 use kardan_rt::{
     Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Noninteracting, PositionLoop, Real, Regulator,
     RegulatorMemory, Situation, StateSpace, Task,
@@ -53,11 +49,7 @@ fn sia_design(variant: &PreparedVariant) -> NoninteractingDesign {
 
 /// (6.124), (6.130), (6.137) with a position loop on the rack and a torque on the wheel, on the estimate of an observer of
 /// 8 states from 3 sensors and 2 motor torques, both loads fed forward.
-fn sia_law_with_observer<T: Real + 'static>(
-    bencher: Bencher,
-    (to, from): (impl Fn(f64) -> T + Copy, impl Fn(T) -> f64),
-    way: Way,
-) {
+fn sia_law_with_observer<T: Real + 'static>(bencher: Bencher, to: impl Fn(f64) -> T + Copy) {
     let variant = variant("sia-steering", 0);
     let design = sia_design(&variant);
     let list = |values: &[f64]| values.iter().map(|x| to(*x)).collect::<Vec<T>>();
@@ -81,96 +73,31 @@ fn sia_law_with_observer<T: Real + 'static>(
     let (mut state, mut next) = ([T::ZERO; 8], [T::ZERO; 8]);
     let (mut accelerations, mut torques) = ([T::ZERO; 2], [T::ZERO; 2]);
     let signals = [0.1, -0.2, 3.0, 0.07, 0.01].map(to);
-    let mut command = |state: &[T; 8], references: &[T; 2], torques: &mut [T; 2]| {
-        let [rk, fs, _, w_rk, w_fs, _, driver, road] = *state;
+    bencher.bench_local(|| {
+        let signals = black_box(signals);
+        let references = black_box([to(1.0), to(0.3)]);
+        let [rk, fs, _, w_rk, w_fs, _, driver, road] = state;
         let measured = Measurement {
             state: state.get(..6).unwrap_or(&[]),
             positions: &[fs, rk],
             speeds: &[w_fs, w_rk],
-            references,
+            references: &references,
             loads: &[driver, road],
         };
-        law.torques(measured, &mut accelerations, torques)
-    };
-    match way {
-        Way::Blocks => bencher.bench_local(|| {
-            let signals = black_box(signals);
-            let found = command(&state, &black_box([to(1.0), to(0.3)]), &mut torques);
-            let kept = observer.step(&mut state, &signals, &mut next);
-            black_box((torques, found, kept))
-        }),
-        Way::Plan => {
-            // Rows over states, signals and references, read from the blocks by unit vectors.
-            let unit = |k: usize, of: usize| to(if k == of { 1.0 } else { 0.0 });
-            let columns: Vec<Vec<f64>> = (0..15)
-                .map(|of| {
-                    let (states, signals, references) = (
-                        std::array::from_fn(|k| unit(k, of)),
-                        std::array::from_fn::<T, 5, _>(|k| unit(k + 8, of)),
-                        std::array::from_fn(|k| unit(k + 13, of)),
-                    );
-                    let (mut torques, mut next) = ([T::ZERO; 2], [T::ZERO; 8]);
-                    assert!(
-                        command(&states, &references, &mut torques) && observer.rates(&states, &signals, &mut next)
-                    );
-                    torques.iter().chain(&next).map(|x| from(*x)).collect()
-                })
-                .collect();
-            let plan = linear_plan(&columns);
-            let native = Native::<f64>::new(&plan.block());
-            let mut memory = plan.memory();
-            let places: [usize; 10] = std::array::from_fn(|k| plan.place(k));
-            bencher.bench_local(|| {
-                memory[8..13].copy_from_slice(&black_box([0.1, -0.2, 3.0, 0.07, 0.01]));
-                memory[13..15].copy_from_slice(&black_box([1.0, 0.3]));
-                let finite = match &native {
-                    Some(native) => native.evaluate(&mut memory),
-                    None => plan.block().evaluate(&mut memory),
-                };
-                let found = places.map(|place| memory[place]);
-                memory[..8].copy_from_slice(&found[2..]);
-                black_box((found[0], found[1], finite))
-            });
-        }
-    }
-}
-
-/// How a law is computed.
-enum Way {
-    /// By the blocks that firmware calls, whatever their numbers.
-    Blocks,
-    /// As one straight line with its numbers in it.
-    Plan,
-}
-
-/// Rows as a plan: of each input the factors in all rows.
-fn linear_plan(columns: &[Vec<f64>]) -> Plan {
-    let mut graph = Graph::default();
-    let inputs: Vec<Expr> = (0..columns.len()).map(|k| graph.symbol(&format!("x{k}"), Dimension::NONE)).collect();
-    let mut row = |i: usize| {
-        let term = |(x, column): (&Expr, &Vec<f64>)| Some((*x, rational_from_f64(column[i]).filter(|c| !c.is_zero())?));
-        let terms: Vec<_> = inputs.iter().zip(columns).filter_map(term).collect();
-        (format!("y{i}"), graph.sum(0.into(), &terms))
-    };
-    let rows: Vec<(String, Expr)> = (0..columns[0].len()).map(&mut row).collect();
-    let symbols: Vec<_> = inputs.iter().filter_map(|x| graph.symbol_of(*x)).collect();
-    compile(&graph, &symbols, &rows).expect("rows of the inputs")
+        let found = law.torques(measured, &mut accelerations, &mut torques);
+        let kept = observer.step(&mut state, &signals, &mut next);
+        black_box((torques, found, kept))
+    });
 }
 
 #[divan::bench(sample_size = 1000)]
 fn sia_law_with_observer_f64(bencher: Bencher) {
-    sia_law_with_observer(bencher, (|x| x, |x| x), Way::Blocks);
-}
-
-/// The same as a plan with its numbers in it, as machine code where that is possible.
-#[divan::bench(sample_size = 1000)]
-fn sia_law_with_observer_as_plan(bencher: Bencher) {
-    sia_law_with_observer(bencher, (|x| x, |x| x), Way::Plan);
+    sia_law_with_observer(bencher, |x| x);
 }
 
 #[divan::bench(sample_size = 1000)]
 fn sia_law_with_observer_f32(bencher: Bencher) {
-    sia_law_with_observer(bencher, (|x| x as f32, f64::from), Way::Blocks);
+    sia_law_with_observer(bencher, |x| x as f32);
 }
 
 /// The same task by the design for 1 kHz with delay and lag: observer, reference model, governor with predictions of 2 motors at

@@ -319,10 +319,12 @@ impl Machine {
         };
         // Directions that depend on resting ones rest too.
         self.choose_holding(&resting);
-        let span = self.span(&resting);
-        let dependent: Vec<usize> = (0..self.modes.len())
-            .filter(|&k| !resting.contains(&k) && span.left(self.metric_row(k)) <= OUTSIDE)
-            .collect();
+        let mut dependent: Vec<usize> =
+            (0..self.modes.len()).filter(|k| !resting.contains(k) && !self.is_outside(*k)).collect();
+        if !dependent.is_empty() {
+            let span = self.span(&resting);
+            dependent.retain(|&k| span.left(self.metric_row(k)) <= OUTSIDE);
+        }
         let alone = dependent.is_empty() && self.following.is_empty();
         resting.extend(dependent);
         resting.sort_unstable();
@@ -442,6 +444,21 @@ impl Machine {
         row
     }
 
+    /// Whether a direction is certainly no combination of the holding ones, whose factor is known: in the metric of the inverse inertia more
+    /// than half of its square is outside of their span.
+    fn is_outside(&self, k: usize) -> bool {
+        let r = self.degrees_of_freedom;
+        let row = &self.work.friction_rows[k * r..(k + 1) * r];
+        let mut weighted = row.to_vec();
+        self.work.factor.solve(&mut weighted);
+        let own = dot(row, &weighted);
+        let along = |&a: &usize| self.dynamics.along_friction(a, &weighted, &self.work);
+        let right: Vec<f64> = self.holding.iter().map(along).collect();
+        let mut shares = right.clone();
+        self.hold_factor.solve(&mut shares);
+        dot(&right, &shares) < 0.5 * own
+    }
+
     /// The span of directions, built from independent ones, the clearest first.
     pub(super) fn span(&self, directions: &[usize]) -> Span {
         Span::new(directions.iter().map(|&k| (k, self.metric_row(k))), self.degrees_of_freedom)
@@ -460,12 +477,14 @@ impl Machine {
     /// Chooses independent directions among those given and notes which coordinates stand still.
     pub(super) fn choose_holding(&mut self, sticking: &[usize]) {
         let r = self.degrees_of_freedom;
+        // Some of those that are independent wherever they are, with one that certainly is no combination of them.
         let known = self.hold_constant && self.following.is_empty();
-        if known && sticking.iter().all(|k| self.holding.contains(k)) {
-            // Some of those that are independent wherever they are.
-            self.holding.retain(|k| sticking.contains(k));
-        } else {
-            self.holding = self.span(sticking).members;
+        let mut new = sticking.iter().filter(|k| !self.holding.contains(k));
+        let all = self.holding.len() < sticking.len() && self.holding.iter().all(|k| sticking.contains(k));
+        match (new.next(), new.next()) {
+            (None, _) if known => self.holding.retain(|k| sticking.contains(k)),
+            (Some(&one), None) if known && all && self.is_outside(one) => self.holding.push(one),
+            _ => self.holding = self.span(sticking).members,
         }
         self.following = sticking.iter().copied().filter(|k| !self.holding.contains(k)).collect();
         self.prepare_holding();
