@@ -4,10 +4,10 @@
 //! Evaluating Derivatives, 2008, chapter 13). So a differential equation whose right side is a plan gives its solution's series one
 //! coefficient after the other: each rate gives the next coefficient of its state.
 
+use std::sync::Arc;
+
 use kardan_native::{NativeSeries, Step};
 use kardan_rt::Operator;
-
-use std::sync::Arc;
 
 use super::Plan;
 

@@ -174,9 +174,11 @@ impl Machine {
             return Some(None);
         }
         let change = acceleration * torque.signum();
-        let others = (0..count).filter(|&b| b != a).map(|b| (&self.holding[b], self.hold_torque[b] - change * z[b]));
-        let all_hold = others.into_iter().all(|(k, torque)| holds((k, &torque)));
-        all_hold.then_some(Some((k, if torque > 0.0 { Mode::Forward } else { Mode::Backward })))
+        let mut others =
+            (0..count).filter(|&b| b != a).map(|b| (&self.holding[b], self.hold_torque[b] - change * z[b]));
+        others
+            .all(|(k, torque)| holds((k, &torque)))
+            .then_some(Some((k, if torque > 0.0 { Mode::Forward } else { Mode::Backward })))
     }
 
     /// Takes the step of the integrator that lies between two states as the scale of what happens in it; `length` (s) is that
