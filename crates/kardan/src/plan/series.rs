@@ -137,7 +137,7 @@ impl Series {
     /// `Σ c_j x_(k−j)` over j = 1 … k, where c are the coefficients of the value at a place.
     #[inline]
     pub fn convolution(&self, place: usize, k: usize, x: impl Fn(usize) -> f64) -> f64 {
-        (1..=k).fold(0.0, |sum, j| sum + self.value(place, j) * x(k - j))
+        (1..k + 1).fold(0.0, |sum, j| sum + self.value(place, j) * x(k - j))
     }
 
     /// Finds the coefficients of an order, at least 1, of all values from those of the inputs.
@@ -183,7 +183,7 @@ impl Coefficients<'_> {
     /// The same over j = 0 … k; of a square each pair once.
     fn product(&self, a: u32, b: u32) -> f64 {
         if a != b {
-            return self.sum(a, b, 0..=self.k);
+            return self.sum(a, b, 0..self.k + 1);
         }
         let half = self.sum(a, a, 0..self.k.div_ceil(2));
         let twice = half + half;
@@ -220,15 +220,15 @@ fn find(all: &mut Coefficients<'_>, step: &Step) {
         Operator::SubtractProduct => all.now(c) - all.product(a, b),
         Operator::Divide => (all.now(a) - all.sum(out, b, 0..k)) / all.at(b, 0),
         Operator::SquareRoot => (all.now(a) - all.inner(out)) / (2.0 * all.at(out, 0)),
-        Operator::Exponential => all.sloped(a, out, 1..=k),
+        Operator::Exponential => all.sloped(a, out, 1..k + 1),
         Operator::Logarithm => (all.now(a) - all.sloped(out, a, 1..k)) / all.at(a, 0),
         Operator::SineCosine => {
-            let (cosine, sine) = (-all.sloped(a, out, 1..=k), all.sloped(a, more, 1..=k));
+            let (cosine, sine) = (-all.sloped(a, out, 1..k + 1), all.sloped(a, more, 1..k + 1));
             all.put(more, cosine);
             sine
         }
         Operator::Tangent => {
-            let tangent = all.sloped(a, more, 1..=k);
+            let tangent = all.sloped(a, more, 1..k + 1);
             all.put(out, tangent);
             let square = all.product(out, out);
             all.put(more, square);
@@ -248,7 +248,7 @@ fn find(all: &mut Coefficients<'_>, step: &Step) {
         Operator::ArcTangent2 => {
             let square = all.product(a, a) + all.product(b, b);
             all.put(more, square);
-            let turn = all.sloped(a, b, 1..=k) - all.sloped(b, a, 1..=k);
+            let turn = all.sloped(a, b, 1..k + 1) - all.sloped(b, a, 1..k + 1);
             (turn - all.sloped(out, more, 1..k)) / all.at(more, 0)
         }
         // Refused when the series were made.
