@@ -883,3 +883,65 @@ fn scales_change_no_event() {
         }
     }
 }
+
+/// Three frictions along two coordinates: one shaft comes to rest, then another, and with it the third, whose direction the others hold
+/// already. Then everything stands exactly still, and the torques hold each other: `λ_wg − λ_fs/50 = τ_wg`, `λ_cs + 51/50 λ_fs = τ_cs`.
+#[test]
+fn a_direction_that_others_hold_comes_to_rest_with_them() {
+    let source = r#"
+[model]
+name = "drive"
+coordinates = ["wg", "cs"]
+[shaft.wg]
+inertia = "130 kg mm^2"
+friction = "0.036 N m"
+[shaft.cs]
+inertia = "0.01 kg m^2"
+friction = "0.18 N m"
+[shaft.fs]
+inertia = "0.01 kg m^2"
+friction = "0.009 N m"
+[harmonic_drive.hd]
+wave_generator = "wg"
+circular_spline = "cs"
+flexspline = "fs"
+ratio = 50
+[motor.m_wg]
+shaft = "wg"
+[motor.m_cs]
+shaft = "cs"
+[scenario]
+duration = "20 s"
+[[scenario.event]]
+at = "0.1 s"
+signal = "m_wg.tau"
+to = "0.06 N m"
+[[scenario.event]]
+at = "0.1 s"
+signal = "m_cs.tau"
+to = "2 N m"
+[[scenario.event]]
+at = "0.2 s"
+signal = "m_cs.tau"
+to = "-0.1 N m"
+[[scenario.event]]
+at = "0.5 s"
+signal = "m_wg.tau"
+to = "0.01 N m"
+"#;
+    let run = run(source);
+    assert_eq!(run.outcome, Outcome::Completed, "{:?}", run.events);
+    balanced(&run);
+    let last = |signal: &str| *values(&run, signal).last().unwrap();
+    for (shaft, limit) in [("wg", 0.036), ("cs", 0.18), ("fs", 0.009)] {
+        assert_eq!(last(&format!("{shaft}.w")), 0.0, "{:?}", run.events);
+        let most = values(&run, &format!("{shaft}.w")).iter().fold(0.0, |most: f64, w| most.max(w.abs()));
+        assert!(most > 0.1, "{shaft} has moved: {most}");
+        assert!(last(&format!("{shaft}.friction")).abs() <= limit, "{shaft}");
+    }
+    let sticks = run.events.iter().filter_map(|event| event.what.strip_suffix(" sticks"));
+    assert_eq!(sticks.collect::<Vec<_>>(), ["cs", "fs", "wg"]);
+    let [wg, cs, fs] = ["wg", "cs", "fs"].map(|shaft| last(&format!("{shaft}.friction")));
+    near(wg - fs / 50.0, 0.01, 1e-9);
+    near(cs + 51.0 / 50.0 * fs, -0.1, 1e-9);
+}
