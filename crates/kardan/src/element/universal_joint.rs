@@ -141,9 +141,18 @@ impl Curve for UniversalJointCurve {
         let (c, one) = (exact(self.ratio), Rational::ONE);
         let theta = graph.sum(exact(self.phase_in), &[(x, one.clone())]);
         let (sin, cos) = (graph.apply(Function::Sin, theta), graph.apply(Function::Cos, theta));
-        let (both, squares) = (graph.multiply(sin, cos), [graph.power(sin, 2), graph.power(cos, 2)]);
-        let mut weighted =
-            |factor: Rational| graph.sum(Rational::ZERO, &[(squares[1], Rational::ONE), (squares[0], factor)]);
+        let both = graph.multiply(sin, cos);
+        // cos² + a sin² as one square and a number, without cancellation.
+        let mut weighted = |factor: Rational| match factor < one {
+            true => {
+                let square = graph.power(cos, 2);
+                graph.sum(factor.clone(), &[(square, &one - &factor)])
+            }
+            false => {
+                let square = graph.power(sin, 2);
+                graph.sum(one.clone(), &[(square, factor - &one)])
+            }
+        };
         let (below, r) = (weighted(c.clone()), weighted(&c * &c));
         let quotient = graph.divide(both, below);
         let quotient = graph.scale(&c - &one, quotient);

@@ -1,6 +1,6 @@
 //! Nodes, and the exact identities by which they are built.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use crate::num::Rational;
 use crate::units::Dimension;
@@ -470,6 +470,29 @@ impl Graph {
             }
         }
         (0..self.nodes.len() as u32).map(Expr).filter(|expr| needed[expr.0 as usize]).collect()
+    }
+
+    /// What more than one product of the graph is divided by.
+    pub(super) fn shared_divisors(&self) -> HashSet<Expr> {
+        let (mut once, mut shared) = (HashSet::new(), HashSet::new());
+        for node in &self.nodes {
+            let Node::Product(factors) = node else { continue };
+            for (factor, _) in factors.iter().filter(|(_, power)| *power < 0) {
+                if !once.insert(*factor) {
+                    shared.insert(*factor);
+                }
+            }
+        }
+        shared
+    }
+
+    /// An expression as a constant and terms with their factors.
+    pub fn terms(&self, expr: Expr) -> (Rational, Vec<(Expr, Rational)>) {
+        match self.node(expr) {
+            Node::Number(value) => (value.clone(), Vec::new()),
+            Node::Sum { constant, terms } => (constant.clone(), terms.clone()),
+            _ => (Rational::ZERO, vec![(expr, Rational::ONE)]),
+        }
     }
 
     /// The symbols that expressions depend on, in the order in which they were made.

@@ -1,6 +1,6 @@
 //! Expressions as operations, one way for all numbers: so a plan and an evaluation agree to the last bit.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use kardan_rt::Operator;
 
@@ -28,7 +28,14 @@ pub fn lower<D: Domain>(
     domain: &mut D,
     mut symbol: impl FnMut(Symbol) -> D::Value,
 ) -> Vec<D::Value> {
-    let mut lowering = Lowering { graph, domain, values: HashMap::new(), angles: HashMap::new() };
+    let mut lowering = Lowering {
+        graph,
+        domain,
+        values: HashMap::new(),
+        angles: HashMap::new(),
+        divisors: graph.shared_divisors(),
+        reciprocals: HashMap::new(),
+    };
     for expr in graph.needed(exprs) {
         if let Some(found) = graph.symbol_of(expr) {
             lowering.values.insert(expr, symbol(found));
@@ -47,6 +54,9 @@ struct Lowering<'a, D: Domain> {
     values: HashMap<Expr, D::Value>,
     /// Sine and cosine of an argument.
     angles: HashMap<Expr, [D::Value; 2]>,
+    /// What several products are divided by, and one over it.
+    divisors: HashSet<Expr>,
+    reciprocals: HashMap<Expr, D::Value>,
 }
 
 impl<D: Domain> Lowering<'_, D> {
@@ -183,7 +193,8 @@ impl<D: Domain> Lowering<'_, D> {
         sum
     }
 
-    /// The constants of a product, and the rest of it: factors with positive powers over those with negative ones.
+    /// The constants of a product, and the rest of it: factors with positive powers over those with negative ones. What several products are
+    /// divided by divides once: they are multiplied by one over it.
     fn product(&mut self, factors: &[(Expr, i32)]) -> (Rational, Option<D::Value>) {
         let mut number = Rational::ONE;
         let [mut above, mut below] = [None, None];
@@ -192,7 +203,9 @@ impl<D: Domain> Lowering<'_, D> {
                 Some(value) => number *= raised(&value, *power),
                 None => {
                     let value = self.get(*factor);
-                    let side = if *power > 0 { &mut above } else { &mut below };
+                    let turned = *power < 0 && self.divisors.contains(factor);
+                    let value = if turned { self.reciprocal(*factor, value) } else { value };
+                    let side = if *power > 0 || turned { &mut above } else { &mut below };
                     let raised = self.raised(value, power.unsigned_abs());
                     *side = Some(match side.take() {
                         Some(product) => self.domain.operation(Operator::Multiply, &[product, raised]),
@@ -210,6 +223,16 @@ impl<D: Domain> Lowering<'_, D> {
             }
         };
         (number, value)
+    }
+
+    fn reciprocal(&mut self, factor: Expr, value: D::Value) -> D::Value {
+        if let Some(known) = self.reciprocals.get(&factor) {
+            return known.clone();
+        }
+        let one = self.domain.constant(&Rational::ONE);
+        let reciprocal = self.domain.operation(Operator::Divide, &[one, value]);
+        self.reciprocals.insert(factor, reciprocal.clone());
+        reciprocal
     }
 
     /// A power by squaring.

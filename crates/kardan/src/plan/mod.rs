@@ -4,6 +4,7 @@
 //! give the same plan, byte for byte.
 
 mod compile;
+mod explain;
 mod operators;
 mod series;
 mod text;

@@ -12,6 +12,37 @@ use crate::units::{Dimension, Exact};
 /// A direction in reduced coordinates: its entries by number, none of them zero.
 pub type SparseRow = BTreeMap<usize, Expr>;
 
+/// Forces along reduced coordinates: of each coordinate the terms that a factor of directions has, one factor after the other, so that every
+/// factor that varies multiplies once.
+#[derive(Debug, Clone, Default)]
+pub struct Forces(Vec<BTreeMap<Expr, Vec<(Expr, Rational)>>>);
+
+impl Forces {
+    /// Adds `factor·value` along a direction.
+    pub fn add(&mut self, graph: &mut Graph, row: &SparseRow, value: Expr, factor: &Rational) {
+        for (column, entry) in row {
+            let (constant, terms) = graph.terms(*entry);
+            let constant = (graph.integer(1), constant);
+            for (part, share) in terms.into_iter().chain([constant]).filter(|(_, share)| !share.is_zero()) {
+                self.0[*column].entry(part).or_default().push((value, share * factor));
+            }
+        }
+    }
+
+    /// The sums.
+    pub fn sums(&self, graph: &mut Graph) -> Vec<Expr> {
+        let mut sum = |parts: &BTreeMap<Expr, Vec<(Expr, Rational)>>| {
+            let product = |(part, terms): (&Expr, &Vec<(Expr, Rational)>)| {
+                let inner = graph.sum(Rational::ZERO, terms);
+                (graph.multiply(*part, inner), Rational::ONE)
+            };
+            let products: Vec<(Expr, Rational)> = parts.iter().map(product).collect();
+            graph.sum(Rational::ZERO, &products)
+        };
+        self.0.iter().map(&mut sum).collect()
+    }
+}
+
 /// `H_r q̈_r = passive + Gᵀτ`, `q̇ = K q̇_r`, `q̈ = K q̈_r + k` \[diss. (4.12)-(4.14), (4.23)\] as expressions.
 #[derive(Debug, Clone)]
 pub struct Motion {
@@ -31,6 +62,8 @@ pub struct Motion {
     pub inertia: BTreeMap<(usize, usize), Expr>,
     /// Forces of springs, dampers and inertias, N m.
     pub passive: Vec<Expr>,
+    /// What these are the sums of.
+    pub passive_terms: Forces,
     /// Directions of the frictions.
     pub frictions: Vec<SparseRow>,
     /// aᵀk along each of them, rad/s².
@@ -86,6 +119,7 @@ impl Motion {
             bias: vec![zero; n],
             inertia: BTreeMap::new(),
             passive: Vec::new(),
+            passive_terms: Forces(vec![BTreeMap::new(); reduced.degrees_of_freedom()]),
             frictions: Vec::new(),
             friction_bias: Vec::new(),
             inputs: Vec::new(),
@@ -141,19 +175,16 @@ impl Motion {
     /// Inertia and forces, term by term.
     fn terms(&mut self, reduced: &Reduced) {
         let equations = &reduced.equations;
-        let mut forces: Vec<Vec<(Expr, Rational)>> = vec![Vec::new(); reduced.degrees_of_freedom()];
         let mut inertia: BTreeMap<(usize, usize), Vec<(Expr, Rational)>> = BTreeMap::new();
         let minus = Rational::from(-1);
-        let mut resist = |out: &mut Self, row: &SparseRow, coefficient: Expr, rate: Expr| {
+        let resist = |out: &mut Self, row: &SparseRow, coefficient: Expr, rate: Expr| {
             if out.graph.is_zero(rate) {
                 return;
             }
             // One number: a twist is taken before it is multiplied, so that rounding stays that of the twist.
             let rate = out.graph.group(rate);
-            for (column, entry) in row {
-                let factors = out.graph.multiply(coefficient, *entry);
-                forces[*column].push((out.graph.multiply(factors, rate), minus.clone()));
-            }
+            let force = out.graph.multiply(coefficient, rate);
+            out.passive_terms.add(&mut out.graph, row, force, &minus);
         };
         for damper in &equations.dampers {
             let (row, rate) = (self.along(&damper.row), self.sum(&damper.row, |out, k| out.speeds[k]));
@@ -179,7 +210,7 @@ impl Motion {
             }
         }
         let graph = &mut self.graph;
-        self.passive = forces.iter().map(|terms| graph.sum(Rational::ZERO, terms)).collect();
+        self.passive = self.passive_terms.sums(graph);
         self.inertia = inertia.into_iter().map(|(place, terms)| (place, graph.sum(Rational::ZERO, &terms))).collect();
         let zero = graph.integer(0);
         self.inertia.retain(|_, entry| *entry != zero);

@@ -1,7 +1,7 @@
 //! The integrator of a run: one of the methods, on the machine.
 
-use super::Machine;
 use super::dop853::{Counts, Dop853, StepError};
+use super::machine::{Machine, Prospect};
 use super::radau::{Equations, Radau};
 use super::taylor::{self, Taylor};
 use crate::num::Keeper;
@@ -42,9 +42,14 @@ impl Integrator {
         Self::Dop853(Box::new(Dop853::new(relative, absolute)))
     }
 
-    /// Taylor series, if the machine has them.
-    pub(super) fn taylor(relative: f64, absolute: &[f64], machine: &mut Machine) -> Option<Self> {
-        let able = machine.prepare_series(taylor::order(relative));
+    /// Taylor series, if the machine has them; with the series of the angles and of the speeds of some shafts.
+    pub(super) fn taylor(
+        relative: f64,
+        absolute: &[f64],
+        machine: &mut Machine,
+        shafts: &[Vec<usize>; 2],
+    ) -> Option<Self> {
+        let able = machine.prepare_series(taylor::order(relative), shafts);
         able.then(|| Self::Taylor(Box::new(Taylor::new(relative, absolute))))
     }
 
@@ -111,11 +116,11 @@ impl Integrator {
         Ok(())
     }
 
-    /// Whether the machine certainly stays in its modes within the last step.
-    pub(super) fn stays(&self, machine: &mut Machine) -> bool {
+    /// What is known of the machine's modes within the last step.
+    pub(super) fn prospect(&self, machine: &mut Machine) -> Prospect {
         match self {
-            Self::Dop853(_) | Self::Radau(_) => false,
-            Self::Taylor(solver) => machine.stays(solver.time() - solver.previous_time(), solver.order()),
+            Self::Dop853(_) | Self::Radau(_) => Prospect::Unknown,
+            Self::Taylor(solver) => machine.prospect(solver.time() - solver.previous_time(), solver.order()),
         }
     }
 

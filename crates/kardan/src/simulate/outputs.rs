@@ -329,6 +329,19 @@ impl Outputs {
         !self.samplers.is_empty()
     }
 
+    /// The shafts whose angles, and those whose speeds, make a row, where all signals are angles and speeds.
+    pub fn shafts(&self) -> Option<[Vec<usize>; 2]> {
+        let mut shafts = [Vec::new(), Vec::new()];
+        for read in &self.reads {
+            match read {
+                Read::Angle(shaft) => shafts[0].push(*shaft),
+                Read::Speed(shaft) => shafts[1].push(*shaft),
+                _ => return None,
+            }
+        }
+        (!self.samples()).then_some(shafts)
+    }
+
     /// Prepares rows from the series of a machine: where all signals are angles and speeds.
     pub fn prepare_series(&mut self, machine: &Machine) {
         let of = |read: &Read| match read {

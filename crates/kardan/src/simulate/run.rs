@@ -5,6 +5,7 @@ use kardan_rt::functions::powi;
 use super::dop853::StepError;
 use super::integrator::Integrator;
 use super::linear::{self, LinearSegment};
+use super::machine::Prospect;
 use super::outputs::Outputs;
 use super::stiffness::is_stiff;
 use super::{FaultKind, Machine, Scenario, Setup};
@@ -310,7 +311,7 @@ impl RunningLoop {
         let solver = match method {
             Method::Dop853 => None,
             Method::Taylor | Method::Automatic | Method::Stepping => {
-                Integrator::taylor(tolerance.relative, &absolute, &mut machine)
+                Integrator::taylor(tolerance.relative, &absolute, &mut machine, &outputs.shafts().unwrap_or_default())
             }
             Method::Radau => Integrator::radau(tolerance.relative, &absolute, &mut machine, reduced),
         };
@@ -506,8 +507,7 @@ impl RunningLoop {
             return Err(self.step_failed(error));
         }
         let length = self.solver.time() - self.solver.previous_time();
-        let quiet = self.solver.stays(&mut self.machine);
-        let mut event = if quiet { None } else { self.look_for_event(length, !self.solver.shortens()) };
+        let mut event = self.find_event(length);
         if let Some(at) = event.filter(|_| self.solver.shortens()) {
             self.shorten_step(at)?;
             event = self.look_for_event(length, true);
@@ -683,6 +683,46 @@ impl RunningLoop {
         !self.reversed.is_empty() || !self.switching.is_empty() || self.machine.breaks_away(time, &self.looked)
     }
 
+    /// The first event within the last step, where the series tell it and the modes confirm it, or where it is found by looking; roughly where the
+    /// step is then made anew. `length` is that of the step, s.
+    fn find_event(&mut self, length: f64) -> Option<f64> {
+        match self.solver.prospect(&mut self.machine) {
+            Prospect::Stays => return None,
+            Prospect::Leaves(part) => {
+                self.machine.measure_step(length, self.solver.previous_state(), self.solver.state());
+                let zero = self.solver.previous_time() + part * length;
+                if let Some((low, high)) = self.confirm(zero) {
+                    let high = self.halve(low, high, 0.0);
+                    self.leaves(high);
+                    return Some(high);
+                }
+            }
+            Prospect::Unknown => {}
+        }
+        self.look_for_event(length, !self.solver.shortens())
+    }
+
+    /// Two times about one at which a mode is left by its series: at the first none is, at the second one is.
+    fn confirm(&mut self, zero: f64) -> Option<(f64, f64)> {
+        let (from, to) = (self.solver.previous_time(), self.solver.time());
+        let (mut low, mut high) = (None, None);
+        let mut apart = 4.0 * f64::EPSILON * zero.abs();
+        for _ in 0..CONFIRMATIONS {
+            let (before, after) = ((zero - apart).max(from), (zero + apart).min(to));
+            if high.is_none() && self.leaves(after) {
+                high = Some(after);
+            }
+            if low.is_none() && before < after && !self.leaves(before) {
+                low = Some(before);
+            }
+            if let (Some(low), Some(high)) = (low, high) {
+                return Some((low, high));
+            }
+            apart *= 32.0;
+        }
+        None
+    }
+
     /// The first event within the last step: `exactly`, to the last bits of the time, or to a [`ROUGHLY`] of the step.
     ///
     /// `length` is that of the step before it was shortened, s.
@@ -743,6 +783,11 @@ impl RunningLoop {
                 apart *= 32.0;
             }
         }
+        self.halve(low, high, least)
+    }
+
+    /// The later end of what bisection leaves of the time between one at which no mode is left and one at which one is.
+    fn halve(&mut self, mut low: f64, mut high: f64, least: f64) -> f64 {
         loop {
             let middle = 0.5 * (low + high);
             if middle <= low || middle >= high || high - low <= least {

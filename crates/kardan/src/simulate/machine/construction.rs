@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::Machine;
 use super::expressions::{Places, extend};
+use super::response::Response;
 use super::sharing::Sharing;
 use super::wired::{Computer, Setup, Wired};
 use crate::assemble::Along;
@@ -170,6 +171,7 @@ impl Machine {
             sharing_known: false,
             sharing: Sharing::new(m, r),
             box_problem: BoxProblem::new(m),
+            response: Response::new(r),
             expansion: None,
             jacobian: None,
             evaluated: 0,

@@ -4,6 +4,7 @@
 //! coefficient k of the accelerations is what the same factors give for `f_k − Σ_j H_j a_(k−j) − Σ_j G_jᵀ λ_(k−j)` over j from 1, and
 //! that of the torques that hold makes `Σ_j g_j a_(k−j)` and the bias vanish along each direction.
 
+use crate::num::bracket;
 use crate::plan::Series;
 use crate::simulate::drive::{Drive, Limit};
 use crate::simulate::friction::Mode;
@@ -27,6 +28,8 @@ pub(super) struct Expansion {
     pub(super) friction_speeds: Vec<usize>,
     pub(super) commands: Vec<usize>,
     pub(super) scratch: Vec<f64>,
+    /// Whether rows need values that follow from the states.
+    pub(super) rows_follow: bool,
     /// The bias at the point of expansion.
     pub(super) friction_bias: Vec<f64>,
 }
@@ -39,57 +42,87 @@ pub(super) struct Holding<'a> {
 
 /// Part of a limit that is kept clear of it.
 const CLEAR: f64 = 1e-9;
+/// Part of a step that a zero is looked for in at last, and halvings that are made for one margin.
+const LEAST: f64 = 1e-10;
+const HALVINGS: usize = 200;
+/// Part of a step to which a zero of a series is found.
+const EXACTLY: f64 = 1e-16;
+/// Coefficients of a series at most.
+const MOST: usize = 32;
+
+/// What the series tell of the modes within a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Prospect {
+    /// They are certainly kept.
+    Stays,
+    /// Up to this part of the step they are certainly kept; there a margin vanishes.
+    Leaves(f64),
+    /// The series do not tell.
+    Unknown,
+}
+
+impl Prospect {
+    fn and(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Unknown, _) | (_, Self::Unknown) => Self::Unknown,
+            (Self::Leaves(a), Self::Leaves(b)) => Self::Leaves(a.min(b)),
+            (Self::Stays, other) | (other, Self::Stays) => other,
+        }
+    }
+}
 
 impl Expansion {
-    /// Whether modes and limits are certainly kept for so long, by series of that order; `c` are the torques that hold at most.
-    pub(super) fn stays(
+    /// Whether modes and limits are kept for so long, by series of that order; `c` are the torques that hold at most, `noise` tells what of a speed
+    /// along a direction is rounding.
+    pub(super) fn prospect(
         &mut self,
         modes: &[Mode],
         holding: &[usize],
-        c: &[f64],
+        (c, noise): (&[f64], impl Fn(usize) -> f64),
         drives: &[Drive],
         (length, order): (f64, usize),
-    ) -> bool {
+    ) -> Prospect {
         let Self { series, torques, counts, scratch, .. } = self;
-        fn positive(
+        fn margin(
             scratch: &mut [f64],
             length: f64,
             coefficients: impl Iterator<Item = f64>,
             sign: f64,
             limit: f64,
-        ) -> bool {
+        ) -> Prospect {
             let mut power = sign;
             scratch.iter_mut().zip(coefficients).for_each(|(term, coefficient)| {
                 *term = coefficient * power;
                 power *= length;
             });
             scratch[0] += limit;
-            is_positive(scratch)
+            first_zero(scratch, CLEAR * limit)
         }
         let scratch = &mut scratch[..order];
-        let moving = modes.iter().zip(&self.friction_speeds).filter(|(mode, _)| **mode != Mode::Stick);
-        for (mode, place) in moving {
-            if !positive(scratch, length, series.of(*place), mode.sign(), 0.0) {
-                return false;
-            }
+        let mut prospect = Prospect::Stays;
+        let moving = modes.iter().zip(&self.friction_speeds).enumerate().filter(|(_, (mode, _))| **mode != Mode::Stick);
+        for (k, (mode, place)) in moving {
+            // What begins to slip has no speed but rounding.
+            let begin = mode.sign() * series.value(*place, 0);
+            let rounding = if begin < 0.0 && -begin <= noise(k) { -begin } else { 0.0 };
+            prospect = prospect.and(margin(scratch, length, series.of(*place), mode.sign(), rounding));
         }
         for (a, &k) in holding.iter().enumerate() {
             let torque = || torques[a..].iter().step_by(counts[1]).copied();
-            let limit = c[k] * (1.0 - CLEAR);
-            if ![1.0, -1.0].iter().all(|sign| positive(scratch, length, torque(), *sign, limit)) {
-                return false;
+            for sign in [1.0, -1.0] {
+                prospect = prospect.and(margin(scratch, length, torque(), sign, c[k]));
             }
         }
         for (drive, place) in drives.iter().zip(&self.commands) {
             if drive.rate.is_some() || drive.limit_mode != Limit::Inside {
-                return false;
+                return Prospect::Unknown;
             }
-            let Some(limit) = drive.limit.map(|limit| limit * (1.0 - CLEAR)) else { continue };
-            if ![1.0, -1.0].iter().all(|sign| positive(scratch, length, series.of(*place), *sign, limit)) {
-                return false;
+            let Some(limit) = drive.limit else { continue };
+            for sign in [1.0, -1.0] {
+                prospect = prospect.and(margin(scratch, length, series.of(*place), sign, limit));
             }
         }
-        true
+        prospect
     }
 
     /// Keeps the coefficients of order k of accelerations and torques.
@@ -119,42 +152,101 @@ impl Expansion {
     }
 }
 
-/// Whether `Σ c_k s^k` is certainly positive for 0 < s ≤ 1, with more than its last term to spare where it is not at its begin. The
-/// coefficients become others.
-fn is_positive(c: &mut [f64]) -> bool {
-    let Some((first, rest)) = c.split_first() else { return false };
-    let spare = rest.last().map_or(0.0, |last| last.abs());
+/// Where `Σ c_k s^k` becomes negative first for 0 < s ≤ 1, if it is not certainly positive, with more than its last term and `clear` to spare
+/// where it is not at its begin.
+///
+/// Method: Bernstein coefficients bound the polynomial; where they do not decide, the interval is halved (de Casteljau).
+fn first_zero(c: &[f64], clear: f64) -> Prospect {
+    let Some((first, rest)) = c.split_first() else { return Prospect::Unknown };
+    let spare = rest.last().map_or(0.0, |last| last.abs()) + clear;
     let sizes = rest.iter().fold(0.0, |sum, c| sum + c.abs());
-    if !(*first >= 0.0) {
-        return false;
+    if !(*first >= 0.0 && sizes < f64::INFINITY && c.len() <= MOST) {
+        return Prospect::Unknown;
     }
     if *first > sizes + spare {
-        return true;
+        return Prospect::Stays;
     }
     // Coefficients of Bernstein's polynomials: b_j = Σ_i (j over i)/(n over i) c_i.
     let n = c.len() - 1;
-    let mut binomial = 1.0;
-    for (i, c) in c.iter_mut().enumerate() {
-        *c /= binomial;
+    let (mut b, mut binomial) = ([0.0; MOST], 1.0);
+    for (i, (b, c)) in b.iter_mut().zip(c).enumerate() {
+        *b = c / binomial;
         binomial *= (n - i) as f64 / (i + 1) as f64;
     }
     for i in 1..=n {
         for j in (i..=n).rev() {
-            c[j] += c[j - 1];
+            b[j] += b[j - 1];
         }
     }
-    c.iter().skip(1).all(|b| *b > spare)
+    let mut halvings = HALVINGS;
+    let zero = Part { c, spare, from: 0.0, to: 1.0 }.first_zero(&b, &mut halvings);
+    match zero {
+        _ if halvings == 0 => Prospect::Unknown,
+        Some(at) => Prospect::Leaves(at),
+        None => Prospect::Stays,
+    }
+}
+
+/// A part of the interval that a polynomial is looked at in.
+struct Part<'a> {
+    c: &'a [f64],
+    spare: f64,
+    from: f64,
+    to: f64,
+}
+
+impl Part<'_> {
+    /// Where it becomes negative first in this part, whose Bernstein coefficients are given, if it is not certainly positive there.
+    fn first_zero(&self, b: &[f64; MOST], halvings: &mut usize) -> Option<f64> {
+        let Self { c, spare, from, to } = *self;
+        let n = c.len() - 1;
+        let own = &b[..=n];
+        if own.iter().skip(1).all(|b| *b > spare) {
+            return None;
+        }
+        if own[0] > 0.0 && own[n] < 0.0 && own.windows(2).all(|pair| pair[1] <= pair[0]) {
+            // It falls, so that it vanishes once.
+            let at = |s: f64| c.iter().rev().fold(0.0, |sum, c| sum * s + c);
+            return Some(bracket([(to, own[n]), (from, own[0])], EXACTLY, at)[0]);
+        }
+        if to - from < LEAST || *halvings == 0 {
+            // At the begin the modes know the sign; elsewhere nothing is certain if it does not become negative.
+            if own[n] < 0.0 {
+                return Some(to);
+            }
+            if from > 0.0 || own.iter().any(|b| *b < 0.0) {
+                *halvings = 0;
+            }
+            return None;
+        }
+        *halvings -= 1;
+        let (mut left, mut right) = ([0.0; MOST], *b);
+        for i in 0..=n {
+            left[i] = right[0];
+            for j in 0..n - i {
+                right[j] = 0.5 * (right[j] + right[j + 1]);
+            }
+        }
+        // What is left over is the right half.
+        let middle = 0.5 * (from + to);
+        let earlier = Part { to: middle, ..*self }.first_zero(&left, halvings);
+        earlier.or_else(|| Part { from: middle, ..*self }.first_zero(&right, halvings))
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::is_positive;
+    use super::{Prospect, first_zero};
+
+    fn is_positive(c: &[f64]) -> bool {
+        first_zero(c, 0.0) == Prospect::Stays
+    }
 
     #[test]
     fn positive_polynomials_are_told_and_others_never() {
         // (1 − s)² + 1/10, s(1 − s/2), 1: positive; each with a term that is left out next to nothing.
         for c in [vec![1.1, -2.0, 1.0, 0.0], vec![0.0, 1.0, -0.5, 0.0], vec![1.0, 0.0]] {
-            assert!(is_positive(&mut c.clone()), "{c:?}");
+            assert!(is_positive(&c), "{c:?}");
         }
         // A zero inside, at the end, a negative begin, no number, and a double zero just above the axis that the last term may hide.
         for c in [
@@ -165,23 +257,35 @@ mod tests {
             vec![1.0, f64::NAN, 0.0],
             vec![0.2501, -1.0, 1.0, 1e-3],
         ] {
-            assert!(!is_positive(&mut c.clone()), "{c:?}");
+            assert!(!is_positive(&c), "{c:?}");
         }
-        // Random ones against a fine grid: what is told to be positive is.
+        // Random ones against a fine grid: what is told is so.
         let mut seed = 1u64;
         let mut random = || {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
         };
-        let mut told = 0;
+        let mut told = [0; 3];
         for _ in 0..20_000 {
             let c: Vec<f64> = (0..7).map(|k| random() + if k == 0 { 0.5 } else { 0.0 }).collect();
-            if is_positive(&mut c.clone()) {
-                told += 1;
-                let at = |s: f64| c.iter().rev().fold(0.0, |sum, c| sum * s + c);
-                assert!((1..=200).all(|k| at(f64::from(k) / 200.0) > 0.0), "{c:?}");
+            let at = |s: f64| c.iter().rev().fold(0.0, |sum, c| sum * s + c);
+            let least = |to: f64| (0..=200).map(|k| at(to * f64::from(k) / 200.0)).fold(f64::INFINITY, f64::min);
+            match first_zero(&c, 0.0) {
+                Prospect::Stays => {
+                    told[0] += 1;
+                    assert!(least(1.0) > 0.0, "{c:?}");
+                }
+                // Before the zero positive, just behind it no more.
+                Prospect::Leaves(s) => {
+                    told[1] += 1;
+                    assert!(least(s * (1.0 - 1e-9)) > 0.0 && at(s) <= 1e-15 && at(s + 1e-9) < 0.0, "{s}: {c:?}");
+                }
+                Prospect::Unknown => {
+                    told[2] += 1;
+                    assert!(c[0] < 0.0 || least(1.0) <= c[6].abs() + 1e-3, "{c:?}");
+                }
             }
         }
-        assert!(told > 2000, "{told}");
+        assert!(told[0] > 5000 && told[1] > 5000, "{told:?}");
     }
 }

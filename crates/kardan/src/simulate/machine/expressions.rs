@@ -249,19 +249,13 @@ fn sliding(all: &mut Loop<'_>, equations: &Equations, senses: &[Expr]) -> (Vec<E
 
 fn forces(all: &mut Loop<'_>, applied: &[Expr], friction: &[Expr]) -> Vec<Expr> {
     let motion = &mut *all.motion;
-    let minus = Rational::from(-1);
-    let mut terms: Vec<Vec<(Expr, Rational)>> = Vec::new();
-    for passive in motion.passive.clone() {
-        terms.push(vec![(motion.graph.group(passive), Rational::ONE)]);
-    }
-    for (rows, torques, sign) in [(&motion.inputs, applied, Rational::ONE), (&motion.frictions, friction, minus)] {
+    let mut forces = motion.passive_terms.clone();
+    for (rows, torques, sign) in [(&motion.inputs, applied, 1), (&motion.frictions, friction, -1)] {
         for (row, torque) in rows.iter().zip(torques) {
-            for (i, entry) in row {
-                terms[*i].push((motion.graph.multiply(*entry, *torque), sign.clone()));
-            }
+            forces.add(&mut motion.graph, row, *torque, &sign.into());
         }
     }
-    terms.iter().map(|terms| motion.graph.sum(Rational::ZERO, terms)).collect()
+    forces.sums(&mut motion.graph)
 }
 
 /// Power of the inputs; loss in dampers and in slipping directions.

@@ -205,15 +205,22 @@ impl Machine {
         }
     }
 
-    /// What is no finite number at a state, in words; names are those of shafts, inputs and friction directions.
-    pub fn not_finite(
+    /// What is no finite number at a state, in words, with the operation that made it; names are those of shafts, inputs and friction
+    /// directions.
+    pub fn not_finite(&mut self, time: f64, state: &[f64], names: (&[String], &[String], &[String])) -> Option<String> {
+        let regular = self.forces(time, state);
+        let from = self.dynamics.plan().plan.not_finite(self.work.values());
+        let what = self.value_not_finite(regular, names)?;
+        Some(from.map_or(what.clone(), |from| format!("{what}, as {from}")))
+    }
+
+    /// The same at the point whose forces were found last, without the operation.
+    fn value_not_finite(
         &mut self,
-        time: f64,
-        state: &[f64],
+        regular: bool,
         (shafts, inputs, frictions): (&[String], &[String], &[String]),
     ) -> Option<String> {
         let r = self.degrees_of_freedom;
-        let regular = self.forces(time, state);
         let find = |values: &[f64]| values.iter().position(|value| !value.is_finite());
         let kinematics = &self.work.kinematics;
         let name = |k: usize| &shafts[kinematics.coordinate_shaft(k)];

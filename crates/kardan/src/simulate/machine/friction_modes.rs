@@ -12,7 +12,7 @@ const ROUNDING: f64 = 1e-12;
 const TAKEN: f64 = 1e-3;
 /// Rounding of a speed on the dense output, relative to what cancels in it: units in the last place of 7 nested terms whose
 /// weights reach some dozens.
-const NOISE: f64 = 64.0 * f64::EPSILON;
+pub(super) const NOISE: f64 = 64.0 * f64::EPSILON;
 
 impl Machine {
     /// Shares the holding torque among sticking directions that depend on each other: the smallest torques relative to
@@ -471,6 +471,7 @@ impl Machine {
         self.hold_factor = Cholesky::new(self.holding.len());
         self.sharing.choose(&self.holding, &self.following);
         (self.hold_known, self.sharing_known) = (false, false);
+        self.response.iter_mut().for_each(|response| response.known = false);
         let sticking = self.sharing.sticking.iter();
         self.hold_constant =
             self.dynamics.has_constant_inertia() && sticking.copied().all(|k| !self.dynamics.friction_varies(k));

@@ -9,10 +9,12 @@ mod friction_modes;
 mod jacobian;
 mod laws;
 mod motor_modes;
+mod response;
 mod series;
 mod sharing;
 mod wired;
 
+pub use expansion::Prospect;
 pub use wired::Setup;
 
 use std::ops::Range;
@@ -25,6 +27,7 @@ use crate::reduce::{Dynamics, Work};
 use expansion::Expansion;
 use expressions::Places;
 use jacobian::Jacobian;
+use response::Response;
 use sharing::Sharing;
 use wired::{Computer, Wired};
 
@@ -80,6 +83,8 @@ pub struct Machine {
     sharing: Sharing,
     box_problem: BoxProblem,
     scratch: Vec<f64>,
+    /// Accelerations and torques for forces at the point of expansion, where there are few coordinates.
+    response: Option<Response>,
     /// Series of the motion, where they are asked for.
     expansion: Option<Box<Expansion>>,
     /// Derivatives of the rates, where they are asked for.

@@ -3,14 +3,16 @@
 use std::ops::Range;
 
 use super::Machine;
-use super::expansion::{Expansion, Holding};
+use super::expansion::{Expansion, Holding, Prospect};
 use super::expressions::Places;
+use super::friction_modes::NOISE;
 use crate::plan::Series;
 use crate::reduce::MotionPlan;
 
 impl Machine {
-    /// Prepares series up to an order; false where a law computes by itself at every instant, or something has kinks.
-    pub fn prepare_series(&mut self, order: usize) -> bool {
+    /// Prepares series up to an order, also of the angles and of the speeds of some shafts; false where a law computes by itself at every
+    /// instant, or something has kinks.
+    pub fn prepare_series(&mut self, order: usize, shafts: &[Vec<usize>; 2]) -> bool {
         let (r, m) = (self.degrees_of_freedom, self.modes.len());
         let MotionPlan { plan, angles, speeds, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
         let Places { held, limits, follows, limiter_rates, senses, .. } = &self.places;
@@ -20,8 +22,12 @@ impl Machine {
         };
         let Places { forces, rates, powers, friction_speeds, commands, .. } = &self.places;
         let extended = [forces, rates, powers, friction_speeds, commands].into_iter().cloned().flatten();
-        let motion = [inertia, friction_rows, friction_bias, angles, speeds].into_iter().flatten();
-        let wanted = extended.map(|output| more.start + output).chain(motion.map(|(_, output)| *output));
+        let motion = [inertia, friction_rows, friction_bias].into_iter().flatten();
+        let rows = [angles, speeds].into_iter().zip(shafts);
+        let rows = rows.flat_map(|(list, shafts)| list.iter().filter(|(shaft, _)| shafts.contains(shaft)));
+        let wanted =
+            extended.map(|output| more.start + output).chain(motion.chain(rows.clone()).map(|(_, output)| *output));
+        let rows_follow = rows.clone().next().is_some();
         let wanted: Vec<usize> = wanted.map(|output| plan.place(output)).collect();
         let series = if self.own_laws { None } else { Series::new(plan, order, &wanted, steady) };
         let found = |places: &Range<usize>| -> Vec<usize> {
@@ -45,6 +51,7 @@ impl Machine {
             friction_speeds: found(&self.places.friction_speeds),
             commands: found(&self.places.commands),
             scratch: vec![0.0; stride],
+            rows_follow,
             friction_bias: vec![0.0; m],
         });
         self.expansion = expansion.map(Box::new);
@@ -68,20 +75,17 @@ impl Machine {
         self.evaluated
     }
 
-    /// Whether within a step of that length from the last expansion, whose highest order was `order`, certainly no direction leaves its mode
-    /// and no motor comes to a limit or leaves it: the series are positive by their Bernstein coefficients, with more room than what the
-    /// series leave out. What is not certain may be so all the same.
-    pub fn stays(&mut self, length: f64, order: usize) -> bool {
-        let Some(mut expansion) = self.expansion.take() else { return false };
-        let stays = expansion.stays(
-            &self.modes,
-            &self.holding,
-            self.dynamics.breakaway_torques(),
-            &self.drives,
-            (length, order),
-        );
+    /// Whether within a step of that length from the last expansion, whose highest order was `order`, a direction leaves its mode or a motor
+    /// comes to a limit or leaves it: decided by the Bernstein coefficients of the series, with more room than what the series leave out.
+    pub fn prospect(&mut self, length: f64, order: usize) -> Prospect {
+        let Some(mut expansion) = self.expansion.take() else { return Prospect::Unknown };
+        let r = self.degrees_of_freedom;
+        let speeds = &self.work.values()[r..2 * r];
+        let noise = |k: usize| NOISE * self.dynamics.friction_terms(k, speeds, &self.work);
+        let c = self.dynamics.breakaway_torques();
+        let prospect = expansion.prospect(&self.modes, &self.holding, (c, noise), &self.drives, (length, order));
         self.expansion = Some(expansion);
-        stays
+        prospect
     }
 
     /// Where the series of angle and speed of a shaft are; `None` where they are not found by the plan.
@@ -101,7 +105,9 @@ impl Machine {
         let states = self.size - 2;
         if let Some(expansion) = &mut self.expansion {
             expansion.series.set(0, order, &x[order * self.size..][..states]);
-            expansion.series.advance(order);
+            if expansion.rows_follow {
+                expansion.series.advance(order);
+            }
         }
     }
 
@@ -120,6 +126,12 @@ impl Machine {
             expansion.series.set(first + source, 1, &[*slope]);
         }
         expansion.friction_bias.copy_from_slice(&self.work.friction_bias);
+        if let Some(response) = self.response.as_mut().filter(|response| !response.known) {
+            let count = self.holding.len();
+            let weighted = &self.weighted[..count * self.degrees_of_freedom];
+            response.find(&self.work.factor, weighted, &self.hold_factor, &self.still);
+            response.known = self.dynamics.has_constant_inertia() && self.hold_constant;
+        }
         expansion.keep(0, &self.acceleration, &self.hold_torque);
     }
 
@@ -131,7 +143,15 @@ impl Machine {
         expansion.series.advance(k);
         let holding = Holding { directions: &self.holding, bias: &mut self.work.friction_bias };
         expansion.forces(k, holding, &mut self.force);
-        self.accelerate_held();
+        match &mut self.response {
+            Some(response) => {
+                let bias = self.holding.iter().map(|&direction| self.work.friction_bias[direction]);
+                let [accelerations, torques] = response.apply(&self.force, bias);
+                self.acceleration.copy_from_slice(accelerations);
+                self.hold_torque[..torques.len()].copy_from_slice(torques);
+            }
+            None => self.accelerate_held(),
+        }
         expansion.keep(k, &self.acceleration, &self.hold_torque);
         for i in 0..r {
             next[i] = now[r + i] * per;
