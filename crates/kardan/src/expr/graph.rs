@@ -237,6 +237,11 @@ impl Graph {
         }
     }
 
+    /// The expression that a symbol is; `None` if it is of another graph.
+    pub fn of_symbol(&self, symbol: Symbol) -> Option<Expr> {
+        self.index.get(&Node::Symbol(symbol)).copied()
+    }
+
     /// Name and dimension of a symbol.
     pub fn name(&self, symbol: Symbol) -> (&str, Dimension) {
         let (name, dimension) = &self.symbols[symbol.0 as usize];

@@ -101,6 +101,8 @@ pub struct MotionPlan {
     pub more: Range<usize>,
     /// Angles and speeds alone; its outputs are those of `angles`, then those of `speeds`.
     shafts: Plan,
+    /// Kinetic and potential energy, J.
+    energy: Plan,
     /// The plan as machine code, where there is such code.
     native: Option<Native<f64>>,
 }
@@ -116,7 +118,7 @@ pub struct Extension {
 
 impl MotionPlan {
     /// Everything that depends on the motion; what is constant is in the memory already.
-    fn new(motion: &Motion, r: usize, extension: Extension) -> Self {
+    fn new(motion: &Motion, r: usize, extension: Extension, energy: Expr) -> Self {
         let mut outputs: Vec<(String, Expr)> = Vec::new();
         let varying = motion.graph.varying();
         let mut list = |name: &str, entries: &mut dyn Iterator<Item = (usize, Expr)>| -> Vec<(usize, usize)> {
@@ -147,6 +149,7 @@ impl MotionPlan {
         let friction_bias = list("friction_bias", &mut numbered(&motion.friction_bias));
         let input_rows = list("input", &mut rows(&motion.inputs));
         let shafts = motion.compile(&outputs[..angles.len() + speeds.len()]);
+        let energy = motion.compile(&[("energy".into(), energy)]);
         let more = outputs.len()..outputs.len() + extension.outputs.len();
         outputs.extend(extension.outputs);
         let symbols: Vec<Symbol> = motion.symbols.iter().copied().chain(extension.inputs).collect();
@@ -165,6 +168,7 @@ impl MotionPlan {
             input_rows,
             more,
             shafts,
+            energy,
             native,
         }
     }
@@ -241,7 +245,8 @@ impl Dynamics {
         let rests: Vec<f64> = equations.springs.iter().map(|spring| spring.value.rest.to_f64()).collect();
         let mut motion = Motion::new(reduced);
         let extension = extend(&mut motion);
-        let plan = MotionPlan::new(&motion, r, extension);
+        let energy = motion.energy(reduced);
+        let plan = MotionPlan::new(&motion, r, extension, energy);
         // What is constant is there from the begin.
         let varying = motion.graph.varying();
         let constants = |exprs: &[Expr]| -> Vec<f64> {
@@ -388,17 +393,13 @@ impl Dynamics {
 
     /// Kinetic and potential energy, J, at the last update.
     pub fn energy(&self, work: &Work) -> f64 {
-        let kinematics = &work.kinematics;
-        let kinetic = self.inertias.rows.iter().zip(&self.inertias.coefficients).map(|(row, inertia)| {
-            let speed = along(row, &kinematics.speeds);
-            0.5 * inertia * speed * speed
-        });
-        let potential =
-            self.springs.rows.iter().zip(&self.springs.coefficients).zip(&self.rests).map(|((row, s), rest)| {
-                let twist = along(row, &kinematics.angles) - rest;
-                0.5 * s * twist * twist
-            });
-        kinetic.chain(potential).sum()
+        let (energy, given) = (&self.plan.energy, 2 * self.degrees_of_freedom);
+        let mut memory = energy.memory();
+        memory[..given].copy_from_slice(&work.memory[..given]);
+        let block = energy.block();
+        // What is no number is seen where it is used.
+        let _ = block.evaluate(&mut memory);
+        memory[energy.place(0)]
     }
 
     /// Number of viscous dampers.

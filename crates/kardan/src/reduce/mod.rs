@@ -3,6 +3,7 @@
 //! Linear constraints are eliminated exactly over the rationals; nonlinear transmissions follow in an order in which
 //! each can be evaluated in closed form. The result is a plan that floating point executes without decisions.
 
+mod constraint_torques;
 mod dynamics;
 mod error;
 mod explicit;
@@ -13,12 +14,13 @@ mod motion;
 mod multipliers;
 mod reduced;
 
+pub use constraint_torques::Acting;
 pub use dynamics::{Dynamics, Extension, MotionPlan, Work};
 pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;
 pub use kinematics::{Kinematics, Slope, slopes};
 pub use linear::{LinearModel, linearise};
 pub use mechanism::{MechanismData, MechanismError};
-pub use motion::{Motion, SparseRow};
+pub use motion::{Forces, Motion, SparseRow};
 pub use multipliers::Multipliers;
 pub use reduced::{Affine, Reduced, Step};

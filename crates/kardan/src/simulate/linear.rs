@@ -321,7 +321,7 @@ impl Probe<'_> {
             let time = probe.place(at);
             outputs.observe(probe.machine, time, &probe.state);
             probe.evaluations += 1;
-            (0..outputs.signals.len()).map(|k| outputs.value(k, probe.machine)).collect()
+            (0..outputs.signals.len()).map(|k| outputs.value(k)).collect()
         };
         let rest = values(self, &[]);
         let mut readout = Matrix::zeros(rest.len(), states + 2);

@@ -9,6 +9,7 @@ mod linear;
 mod machine;
 mod outputs;
 mod radau;
+mod readings;
 mod run;
 mod sampler;
 mod scenario;

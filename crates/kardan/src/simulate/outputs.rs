@@ -1,25 +1,26 @@
 //! The columns of a run: which signals there are and how they are read from the machine.
 
-use super::Machine;
+use super::machine::{Found, Machine};
+use super::readings::Readings;
 use super::sampler::{Compliance, Sampler, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
 use crate::assemble::Along;
 use crate::equations::{Domain, InputKind, Measured};
 use crate::names::Quantity;
-use crate::num::{Keeper, dot, rational_to_f64};
-use crate::reduce::{Multipliers, Reduced};
+use crate::num::Keeper;
+use crate::reduce::{Motion, Multipliers, Reduced};
 use crate::results::{Physical, Signal};
 
+/// What a signal or a sensor is.
 #[derive(Debug, Clone)]
-enum Read {
+pub(super) enum Read {
     Angle(usize),
     Speed(usize),
     Torque(usize),
     Command(usize),
     Ripple(usize),
     Multiplier(usize),
-    /// Shaft and its own inertia, kg m².
-    NetTorque(usize, f64),
+    NetTorque(usize),
     ConstraintTorque(usize, usize),
     /// Sum of multipliers, each times a number.
     Potentials(Vec<(usize, f64)>),
@@ -214,9 +215,7 @@ impl Columns<'_> {
             Measured::SpringTorque(element) => {
                 Read::SpringDamper { springs: self.springs_of(element), dampers: Vec::new() }
             }
-            Measured::NetTorque(s) => {
-                Read::NetTorque(shaft(s), rational_to_f64(&reduced.equations.own_inertia(shaft(s))))
-            }
+            Measured::NetTorque(s) => Read::NetTorque(shaft(s)),
             Measured::ComplianceTorque(element, s) => {
                 let torque = Compliance::new(reduced, element, Some(shaft(s)));
                 Read::Compliance(torque.expect("a sensor names a compliance"))
@@ -264,14 +263,10 @@ pub(super) struct Outputs {
     pub signals: Vec<Signal>,
     /// What each sensor reads, and the sensor.
     samplers: Vec<(Read, Sampler)>,
-    multipliers: Multipliers,
-    needs_multipliers: bool,
-    /// Whether any signal or sensor needs more than angles, speeds and sources.
-    needs_forces: bool,
+    /// Values of signals, then of what sensors read; `None` until they are compiled.
+    readings: Option<Readings>,
     /// The series that each signal is, if all of them are.
     series: Vec<usize>,
-    lambda: Vec<f64>,
-    constraint_force: Vec<f64>,
 }
 
 impl Outputs {
@@ -299,29 +294,13 @@ impl Outputs {
             reads.push(read);
             signals.push(Signal { name, physical, description, values: Vec::with_capacity(scenario.times.len()) });
         }
-        let (constraints, shafts) = (multipliers.elements.len(), equations.coordinates.len());
-        let constrained =
-            |read: &Read| matches!(read, Read::Multiplier(_) | Read::ConstraintTorque(..) | Read::Potentials(_));
-        let used = |k: usize| reads.iter().any(|read| matches!(read, Read::Sensor(number) if *number == k));
-        let sampled = samplers.iter().enumerate().any(|(k, (read, _))| used(k) && constrained(read));
-        let of_motion = |read: &Read| {
-            matches!(
-                read,
-                Read::Angle(_) | Read::Speed(_) | Read::SpringDamper { .. } | Read::Source(_) | Read::Sensor(_)
-            )
-        };
-        let of_motion_alone = reads.iter().chain(samplers.iter().map(|(read, _)| read)).all(of_motion);
-        Self {
-            needs_multipliers: sampled || reads.iter().any(constrained),
-            needs_forces: !of_motion_alone,
-            reads,
-            signals,
-            samplers,
-            multipliers,
-            series: Vec::new(),
-            lambda: vec![0.0; constraints],
-            constraint_force: vec![0.0; shafts],
-        }
+        Self { reads, signals, samplers, readings: None, series: Vec::new() }
+    }
+
+    /// Compiles what signals and sensors read.
+    pub fn compile(&mut self, motion: &mut Motion, reduced: &Reduced, found: &Found) {
+        let reads: Vec<&Read> = self.reads.iter().chain(self.samplers.iter().map(|(read, _)| read)).collect();
+        self.readings = Some(Readings::new(motion, reduced, found, &reads));
     }
 
     /// Whether sensors read at times of their own.
@@ -375,9 +354,16 @@ impl Outputs {
         self.samplers.iter_mut().for_each(|(_, sampler)| sampler.keep(keeper));
     }
 
-    /// The value of a signal at the point that the machine has observed last.
-    pub fn value(&self, signal: usize, machine: &Machine) -> f64 {
-        self.read(&self.reads[signal], machine)
+    /// The value of a signal at the point that was observed last.
+    pub fn value(&self, signal: usize) -> f64 {
+        match &self.reads[signal] {
+            Read::Sensor(k) => self.samplers[*k].1.held,
+            _ => self.reading(signal),
+        }
+    }
+
+    fn reading(&self, reading: usize) -> f64 {
+        self.readings.as_ref().map_or(f64::NAN, |readings| readings.value(reading))
     }
 
     /// The next time at which a sampled sensor reads, s.
@@ -385,66 +371,20 @@ impl Outputs {
         self.samplers.iter().filter_map(|(_, sampler)| sampler.next_time()).fold(f64::INFINITY, f64::min)
     }
 
-    /// Evaluates at a point what signals and sensors are read from, and no more; before `sample` and `record`.
+    /// Evaluates at a point what signals and sensors are read from; before `sample` and `record`.
     pub fn observe(&mut self, machine: &mut Machine, time: f64, state: &[f64]) {
-        if self.needs_forces {
-            machine.observe(time, state);
-            self.solve_multipliers(machine);
-        } else {
-            machine.observe_motion(time, state);
+        if let Some(readings) = &mut self.readings {
+            readings.observe(machine, time, state);
         }
     }
 
-    /// Finds the constraint torques at the point that the machine has observed.
-    fn solve_multipliers(&mut self, machine: &Machine) {
-        if !self.needs_multipliers {
-            return;
+    /// Lets the sensors read that are due at this time, which was observed last.
+    pub fn sample(&mut self, time: f64) {
+        let first = self.reads.len();
+        let Self { samplers, readings, .. } = self;
+        for (k, (_, sampler)) in samplers.iter_mut().enumerate() {
+            sampler.sample(time, || readings.as_ref().map_or(f64::NAN, |readings| readings.value(first + k)));
         }
-        machine.dynamics.constraint_force(
-            &machine.work,
-            &machine.acceleration,
-            &machine.applied,
-            &machine.friction_torques,
-            &mut self.constraint_force,
-        );
-        self.multipliers.solve(&machine.work.kinematics, &self.constraint_force, &mut self.lambda);
-    }
-
-    fn read(&self, read: &Read, machine: &Machine) -> f64 {
-        let kinematics = &machine.work.kinematics;
-        match read {
-            Read::Angle(shaft) => kinematics.angles[*shaft],
-            Read::Speed(shaft) => kinematics.speeds[*shaft],
-            Read::Torque(input) => machine.torques[*input],
-            Read::Command(input) => machine.commands[*input],
-            Read::Ripple(input) => machine.applied[*input] - machine.torques[*input],
-            Read::Multiplier(constraint) => self.lambda[*constraint],
-            Read::NetTorque(shaft, inertia) => {
-                inertia * (dot(kinematics.row(*shaft), &machine.acceleration) + kinematics.bias[*shaft])
-            }
-            Read::ConstraintTorque(constraint, shaft) => {
-                self.lambda[*constraint] * self.multipliers.coefficient(*constraint, *shaft, kinematics)
-            }
-            Read::Potentials(shares) => shares.iter().map(|(row, x)| x * self.lambda[*row]).sum(),
-            Read::SpringDamper { springs, dampers } => {
-                let springs = springs.iter().map(|&k| machine.dynamics.spring_torque(k, &machine.work));
-                let dampers = dampers.iter().map(|&k| machine.dynamics.damper_torque(k, &machine.work));
-                springs.chain(dampers).sum()
-            }
-            Read::Compliance(compliance) => compliance.read(&machine.dynamics, &machine.work),
-            Read::Friction(k) => machine.friction_torques[*k],
-            Read::Source(k) => machine.sources[*k],
-            Read::Sensor(k) => self.samplers[*k].1.held,
-        }
-    }
-
-    /// Lets the sensors read that are due at this time. The constraint torques must be those of this point.
-    pub fn sample(&mut self, time: f64, machine: &Machine) {
-        let mut samplers = std::mem::take(&mut self.samplers);
-        for (quantity, sampler) in &mut samplers {
-            sampler.sample(time, || self.read(quantity, machine));
-        }
-        self.samplers = samplers;
     }
 
     /// Appends the last row once more.
@@ -455,10 +395,10 @@ impl Outputs {
         }
     }
 
-    /// Appends one row. The constraint torques must be those of this point.
-    pub fn record(&mut self, machine: &Machine) {
+    /// Appends one row, at the point that was observed last.
+    pub fn record(&mut self) {
         for k in 0..self.reads.len() {
-            let value = self.read(&self.reads[k], machine);
+            let value = self.value(k);
             self.signals[k].values.push(value);
         }
     }

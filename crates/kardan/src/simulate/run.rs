@@ -287,7 +287,7 @@ impl RunningLoop {
         let directions = names.len();
         let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
         let mut outputs = Outputs::new(reduced, scenario);
-        let mut machine = Machine::new(setup);
+        let mut machine = Machine::with(setup, |motion, found| outputs.compile(motion, reduced, found));
         let (r, size) = (machine.degrees_of_freedom(), machine.size());
         let mut absolute = vec![tolerance.absolute; size];
         absolute[size - 2..].fill(ENERGY * tolerance.relative);
@@ -406,7 +406,7 @@ impl RunningLoop {
             self.looked.copy_from_slice(&self.state);
         }
         self.outputs.observe(&mut self.machine, at, &self.looked);
-        self.outputs.sample(at, &self.machine);
+        self.outputs.sample(at);
     }
 
     /// Everything that what is to come depends on.
@@ -945,9 +945,9 @@ impl RunningLoop {
             }
             // While everything waits, all rows are the same.
             known = self.resting;
-            self.outputs.sample(at, &self.machine);
+            self.outputs.sample(at);
             if row <= at {
-                self.outputs.record(&self.machine);
+                self.outputs.record();
                 self.time_grid.push(row);
                 self.next_row += 1;
             }

@@ -138,9 +138,9 @@ pub(super) enum Quantity {
 /// The torque of a compliant element times a factor: by springs and dampers, by number.
 #[derive(Debug, Clone)]
 pub(super) struct Compliance {
-    springs: Vec<usize>,
-    dampers: Vec<usize>,
-    factor: f64,
+    pub(super) springs: Vec<usize>,
+    pub(super) dampers: Vec<usize>,
+    pub(super) factor: f64,
 }
 
 impl Compliance {

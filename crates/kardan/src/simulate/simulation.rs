@@ -295,7 +295,7 @@ impl Simulation {
             self.running.look(self.now);
             self.looked = true;
         }
-        self.running.outputs.value(signal.0, &self.running.machine)
+        self.running.outputs.value(signal.0)
     }
 
     /// What happened since the last call, before the time reached.

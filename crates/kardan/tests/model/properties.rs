@@ -5,9 +5,11 @@
 //! the implicit equations (4.19) itself.
 
 use crate::common::*;
+use kardan::expr::{Expr, Floating, lower};
 use kardan::num::{Definiteness, Rational, definiteness, rational_from_f64};
-use kardan::reduce::{Dynamics, Kinematics, Multipliers, linearise};
+use kardan::reduce::{Acting, Dynamics, Kinematics, Motion, Multipliers, Reduced, linearise};
 use kardan::results::Run;
+use kardan::units::Dimension;
 use proptest::prelude::*;
 
 /// What joins a shaft to earlier ones.
@@ -283,6 +285,28 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(1.0, |max, x| max.max(x.abs()))
 }
 
+/// The multipliers by [`Motion::multipliers`] at the point of a tree.
+fn multipliers_of_expressions(reduced: &Reduced, tree: &Tree, result: &Explicit) -> Vec<f64> {
+    let mut motion = Motion::new(reduced);
+    let r = reduced.degrees_of_freedom();
+    let mut given: Vec<f64> = tree.position[..r].iter().chain(&tree.speed[..r]).copied().collect();
+    let mut symbols = motion.symbols.clone();
+    let mut more = |name: &str, values: &[f64]| -> Vec<Expr> {
+        let new = |k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE);
+        let new: Vec<Expr> = (0..values.len()).map(new).collect();
+        symbols.extend(new.iter().filter_map(|expr| motion.graph.symbol_of(*expr)));
+        given.extend(values);
+        new
+    };
+    let (accelerations, inputs) =
+        (more("acceleration", &result.reduced), more("torque", &[tree.torque[1], tree.torque[0]]));
+    let acting = Acting { accelerations: &accelerations, inputs: &inputs, frictions: &[] };
+    let exprs = motion.multipliers(reduced, acting);
+    lower(&motion.graph, &exprs, &mut Floating::<f64>::default(), |symbol| {
+        given[symbols.iter().position(|other| *other == symbol).expect("given")]
+    })
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -390,6 +414,11 @@ proptest! {
                 let coefficient = multipliers.coefficient(number, place[s], kinematics);
                 prop_assert!((coefficient - row[s]).abs() <= 1e-12 * largest(row), "J of {name}");
             }
+        }
+        // As expressions of the motion, accelerations and torques they have the same values.
+        let found = multipliers_of_expressions(&reduced, &tree, &result);
+        for (found, numeric) in found.iter().zip(&lambda) {
+            prop_assert!((found - numeric).abs() <= 1e-9 * scale, "{found} against {numeric}");
         }
         // Ideal constraints do no work (4.17).
         let power: f64 = result.force.iter().zip(&kinematics.speeds).map(|(f, w)| f * w).sum();

@@ -509,6 +509,12 @@ fn what_is_no_number_is_named() {
     };
     let Outcome::Failed { time, cause } = run(&text("1e-6", "1e305")).outcome else { panic!("it overflows") };
     assert!(time == 0.5 && cause.contains("the acceleration of a is inf"), "{time} {cause}");
+    // With the operation that made it.
+    let two = text("1", "1e308").replace("[scenario]", "[disturbance.U]\nshaft = \"a\"\n[scenario]")
+        + "[[scenario.event]]\nat = \"0.5 s\"\nsignal = \"U\"\nto = \"1e308 N m\"\n";
+    let Outcome::Failed { time, cause } = run(&two).outcome else { panic!("it overflows") };
+    let named = cause.contains("the force on a is inf, as source.0 + source.1 = ") && cause.contains(" is inf:");
+    assert!(time == 0.5 && named, "{time} {cause}");
 }
 
 /// A run that diverges says so and keeps what it has; energy and rows end together.

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use super::Machine;
-use super::expressions::{Places, extend};
+use super::expressions::{Found, Places, extend};
 use super::response::Response;
 use super::sharing::Sharing;
 use super::wired::{Computer, Setup, Wired};
 use crate::assemble::Along;
 use crate::equations::InputKind;
 use crate::num::{Cholesky, Matrix};
-use crate::reduce::Dynamics;
+use crate::reduce::{Dynamics, Motion};
 use crate::simulate::clocked::Clocked;
 use crate::simulate::drive::Drive;
 use crate::simulate::friction::{BoxProblem, Mode};
@@ -123,6 +123,11 @@ impl Machine {
     /// # Panics
     /// If a law names an input or reference that does not exist (the model checks this before).
     pub fn new(setup: Setup<'_>) -> Self {
+        Self::with(setup, |_, _| {})
+    }
+
+    /// The same, with something made of the same expressions.
+    pub(in crate::simulate) fn with(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found)) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.frictions.len());
         let inputs = reduced.equations.inputs.len();
@@ -133,6 +138,7 @@ impl Machine {
         let mut places = Places::default();
         let (dynamics, work) = Dynamics::extended(reduced, |motion| {
             let (extension, found) = extend(motion, reduced, (&drives, &laws, &targets), 2 * r..size);
+            also(motion, &Found::new(motion, &extension, &found));
             places = found;
             extension
         });

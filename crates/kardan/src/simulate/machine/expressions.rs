@@ -42,6 +42,34 @@ pub(super) struct Places {
     pub powers: Range<usize>,
 }
 
+/// What readings of the loop are made of.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// What is given to the loop, and which of it are the sources.
+    pub inputs: Vec<Symbol>,
+    pub sources: Range<usize>,
+    pub source_values: Vec<Expr>,
+    /// Commands, torques reported, torques applied, of each input.
+    pub commands: Vec<Expr>,
+    pub torques: Vec<Expr>,
+    pub applied: Vec<Expr>,
+}
+
+impl Found {
+    pub(super) fn new(motion: &Motion, extension: &Extension, places: &Places) -> Self {
+        let outputs = |places: &Range<usize>| extension.outputs[places.clone()].iter().map(|(_, expr)| *expr).collect();
+        let sources = &extension.inputs[places.sources.clone()];
+        Self {
+            inputs: extension.inputs.clone(),
+            sources: places.sources.clone(),
+            source_values: sources.iter().filter_map(|symbol| motion.graph.of_symbol(*symbol)).collect(),
+            commands: outputs(&places.commands),
+            torques: outputs(&places.torques),
+            applied: outputs(&places.applied),
+        }
+    }
+}
+
 /// The loop in the making.
 struct Loop<'a> {
     motion: &'a mut Motion,

@@ -7,7 +7,8 @@ use crate::num::dot;
 use crate::simulate::drive::Drive;
 
 impl Machine {
-    pub(super) fn set_sources(&mut self, time: f64) {
+    /// Values of the sources at a time of the segment.
+    pub(in crate::simulate) fn set_sources(&mut self, time: f64) {
         for (value, (at, slope, start)) in self.sources.iter_mut().zip(&self.lines) {
             *value = at + slope * (time - start);
         }
@@ -250,13 +251,6 @@ impl Machine {
         let k = find(&self.acceleration[..r])?;
         let shaft = self.work.kinematics.coordinate_shaft(k);
         Some(format!("the acceleration of {} is {}", shafts[shaft], self.acceleration[k]))
-    }
-
-    /// Angles, speeds and sources at one point.
-    pub fn observe_motion(&mut self, time: f64, state: &[f64]) {
-        let r = self.degrees_of_freedom;
-        self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
-        self.set_sources(time);
     }
 
     /// Pairs of numbers whose products add up to the power of the inputs, and to that of the viscous loss, W, at the point last evaluated.

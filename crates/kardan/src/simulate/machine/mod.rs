@@ -15,6 +15,7 @@ mod sharing;
 mod wired;
 
 pub use expansion::Prospect;
+pub use expressions::Found;
 pub use wired::Setup;
 
 use std::ops::Range;

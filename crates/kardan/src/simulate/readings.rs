@@ -1,0 +1,152 @@
+//! What is read from a run, as expressions of the loop, its accelerations and its friction torques: one plan for all columns and sensors.
+
+use kardan_native::Native;
+
+use super::machine::{Found, Machine};
+use super::outputs::Read;
+use super::sampler::Compliance;
+use crate::expr::{Expr, Symbol};
+use crate::num::{Rational, rational_from_f64};
+use crate::plan::{Plan, compile};
+use crate::reduce::{Acting, Motion, Reduced};
+use crate::units::Dimension;
+
+/// The plan of all that is read, with its memory.
+pub(super) struct Readings {
+    plan: Plan,
+    native: Option<Native<f64>>,
+    memory: Vec<f64>,
+    /// What is given: the inputs of the loop, accelerations, friction torques.
+    counts: [usize; 3],
+    /// Where the sources are among the inputs of the loop.
+    sources: usize,
+    /// Whether anything depends on more than angles, speeds and sources.
+    needs_forces: bool,
+}
+
+/// Expressions that several readings share.
+struct Shared<'a> {
+    motion: &'a mut Motion,
+    reduced: &'a Reduced,
+    found: &'a Found,
+    accelerations: Vec<Expr>,
+    frictions: Vec<Expr>,
+    /// Multipliers, where they are asked for.
+    multipliers: Option<Vec<Expr>>,
+}
+
+impl Readings {
+    /// The plan of readings of a loop; those of sensors are zero in it.
+    pub(super) fn new(motion: &mut Motion, reduced: &Reduced, found: &Found, reads: &[&Read]) -> Self {
+        let mut given: Vec<Symbol> = motion.symbols.iter().chain(&found.inputs).copied().collect();
+        let (loop_inputs, sources) = (given.len(), motion.symbols.len() + found.sources.start);
+        let known: Vec<Symbol> = given[..motion.symbols.len()]
+            .iter()
+            .chain(&given[sources..motion.symbols.len() + found.sources.end])
+            .copied()
+            .collect();
+        let mut symbols = |name: &str, count: usize| -> Vec<Expr> {
+            let new = |k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE);
+            let new: Vec<Expr> = (0..count).map(new).collect();
+            given.extend(new.iter().filter_map(|symbol| motion.graph.symbol_of(*symbol)));
+            new
+        };
+        let accelerations = symbols("acceleration", reduced.degrees_of_freedom());
+        let frictions = symbols("friction", reduced.equations.frictions.len());
+        let counts = [loop_inputs, accelerations.len(), frictions.len()];
+        let mut shared = Shared { motion, reduced, found, accelerations, frictions, multipliers: None };
+        let exprs: Vec<Expr> = reads.iter().map(|read| shared.expression(read)).collect();
+        let graph = &shared.motion.graph;
+        let needs_forces = graph.symbols(&exprs).iter().any(|symbol| !known.contains(symbol));
+        let outputs: Vec<(String, Expr)> =
+            exprs.into_iter().enumerate().map(|(k, expr)| (format!("reading.{k}"), expr)).collect();
+        let plan = compile(graph, &given, &outputs).expect("readings depend on what is given");
+        Self { native: Native::new(&plan.block()), memory: plan.memory(), plan, counts, sources, needs_forces }
+    }
+
+    /// Evaluates a machine at a point, and all readings there.
+    pub(super) fn observe(&mut self, machine: &mut Machine, time: f64, state: &[f64]) {
+        let [inputs, accelerations, frictions] = self.counts;
+        if self.needs_forces {
+            machine.observe(time, state);
+            let (loop_inputs, later) = self.memory.split_at_mut(inputs);
+            loop_inputs.copy_from_slice(&machine.work.values()[..inputs]);
+            later[..accelerations].copy_from_slice(&machine.acceleration);
+            later[accelerations..][..frictions].copy_from_slice(&machine.friction_torques);
+        } else {
+            machine.set_sources(time);
+            self.memory[..2 * accelerations].copy_from_slice(&state[..2 * accelerations]);
+            self.memory[self.sources..][..machine.sources.len()].copy_from_slice(&machine.sources);
+        }
+        // What is no number is seen where it is used.
+        let _ = match &self.native {
+            Some(native) => native.evaluate(&mut self.memory),
+            None => self.plan.block().evaluate(&mut self.memory),
+        };
+    }
+
+    /// A reading at the point observed last.
+    pub(super) fn value(&self, reading: usize) -> f64 {
+        self.memory[self.plan.place(reading)]
+    }
+}
+
+impl Shared<'_> {
+    fn expression(&mut self, read: &Read) -> Expr {
+        match read {
+            Read::Angle(shaft) => self.motion.angles[*shaft],
+            Read::Speed(shaft) => self.motion.speeds[*shaft],
+            Read::Torque(input) => self.found.torques[*input],
+            Read::Command(input) => self.found.commands[*input],
+            Read::Ripple(input) => {
+                let Found { applied, torques, .. } = self.found;
+                self.motion.graph.subtract(applied[*input], torques[*input])
+            }
+            Read::Multiplier(constraint) => self.multiplier(*constraint),
+            Read::NetTorque(shaft) => {
+                let inertia = self.reduced.equations.own_inertia(*shaft);
+                let acceleration = self.motion.shaft_accelerations(&self.accelerations)[*shaft];
+                self.motion.graph.scale(inertia, acceleration)
+            }
+            Read::ConstraintTorque(constraint, shaft) => {
+                let multiplier = self.multiplier(*constraint);
+                let row = self.motion.constraint_row(self.reduced, *constraint);
+                let own = row.into_iter().find(|(other, _)| other == shaft);
+                let zero = self.motion.graph.integer(0);
+                own.map_or(zero, |(_, coefficient)| self.motion.graph.multiply(coefficient, multiplier))
+            }
+            Read::Potentials(shares) => {
+                let terms: Vec<(Expr, Rational)> =
+                    shares.iter().map(|(row, x)| (self.multiplier(*row), exact(*x))).collect();
+                self.motion.graph.sum(Rational::ZERO, &terms)
+            }
+            Read::SpringDamper { springs, dampers } => self.torques(springs, dampers),
+            Read::Compliance(Compliance { springs, dampers, factor }) => {
+                let torque = self.torques(springs, dampers);
+                self.motion.graph.scale(exact(*factor), torque)
+            }
+            Read::Friction(k) => self.frictions[*k],
+            Read::Source(k) => self.found.source_values[*k],
+            Read::Sensor(_) => self.motion.graph.integer(0),
+        }
+    }
+
+    fn torques(&mut self, springs: &[usize], dampers: &[usize]) -> Expr {
+        let mut terms: Vec<Expr> = springs.iter().map(|&k| self.motion.spring_torque(self.reduced, k)).collect();
+        terms.extend(dampers.iter().map(|&k| self.motion.damper_torque(self.reduced, k)));
+        let terms: Vec<(Expr, Rational)> = terms.into_iter().map(|term| (term, Rational::ONE)).collect();
+        self.motion.graph.sum(Rational::ZERO, &terms)
+    }
+
+    fn multiplier(&mut self, constraint: usize) -> Expr {
+        let Self { motion, reduced, found, accelerations, frictions, multipliers } = self;
+        let all = multipliers.get_or_insert_with(|| {
+            motion.multipliers(reduced, Acting { accelerations, inputs: &found.applied, frictions })
+        });
+        all[constraint]
+    }
+}
+
+fn exact(value: f64) -> Rational {
+    rational_from_f64(value).unwrap_or(Rational::ZERO)
+}
