@@ -2,6 +2,9 @@
 
 pub mod design;
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
 use super::text::{figure, number};
 use kardan::results::{
     Assumption, BoxVerdict, Breach, Certificate, Class, Complex, Construction, Count, Definition,
@@ -183,11 +186,15 @@ pub fn motion(shape: &[ShapePart]) -> String {
 
 /// The elements that store most of the energy: `spring 50 %, rack 30 %`.
 pub fn stored(mode: &Mode) -> String {
-    let mut shares: Vec<(&str, f64)> = Vec::new();
+    let mut shares: Vec<(&str, f64)> = Vec::with_capacity(mode.stored.len());
+    let mut places: HashMap<&str, usize> = HashMap::with_capacity(mode.stored.len());
     for StoredShare { element, share, .. } in &mode.stored {
-        match shares.iter_mut().find(|(name, _)| name == element) {
-            Some((_, sum)) => *sum += share,
-            None => shares.push((element, *share)),
+        match places.entry(element.as_str()) {
+            Entry::Occupied(place) => shares[*place.get()].1 += share,
+            Entry::Vacant(place) => {
+                place.insert(shares.len());
+                shares.push((element, *share));
+            }
         }
     }
     percents(shares)

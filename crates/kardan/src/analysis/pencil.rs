@@ -1,7 +1,8 @@
+use super::system::add_outer;
 use super::{ConstrainedSystem, LinearSystem};
 use crate::equations::Measured;
 use crate::names::Quantity;
-use crate::num::{Matrix, Rational, Scalar, echelon};
+use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, project};
 
 /// An output of a linear system: a signal with its name.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,9 +31,14 @@ pub fn linear_system(
     outputs: &[OutputSignal],
 ) -> LinearSystem {
     let r = coordinates.len();
-    let reduce = |m: &Matrix<Rational>| basis.transpose().multiply(&m.multiply(basis));
-    let (inertia, damping, stiffness) =
-        (reduce(&system.inertia_matrix()), reduce(&system.damping_matrix()), reduce(&system.stiffness_matrix()));
+    let entries = |i: usize| basis.row(i).iter().enumerate().filter(|(_, x)| !x.is_zero());
+    let rows: Vec<SparseRow> =
+        (0..basis.rows()).map(|i| entries(i).map(|(j, x)| (j, x.clone())).collect()).collect();
+    let [inertia, damping, stiffness] = [&system.inertias, &system.dampers, &system.springs].map(|terms| {
+        let mut out = Matrix::<Rational>::zeros(r, r);
+        terms.iter().for_each(|term| add_outer(&mut out, &term.value, &project(&term.row, &rows)));
+        out
+    });
     let input = basis.transpose().multiply(&system.input_matrix());
     let (e, a) = first_order(&inertia, &damping, &stiffness);
     let m = system.inputs.len();

@@ -156,15 +156,18 @@ fn dense(rows: &[Along<()>], shafts: usize) -> Matrix<Rational> {
 
 fn sum(terms: &[Along<Rational>], shafts: usize) -> Matrix<Rational> {
     let mut out = Matrix::<Rational>::zeros(shafts, shafts);
-    for term in terms {
-        for (i, x) in &term.row {
-            let scaled = term.value.times(x);
-            for (j, y) in &term.row {
-                out[(*i, *j)] = out[(*i, *j)].plus(&scaled.times(y));
-            }
+    terms.iter().for_each(|term| add_outer(&mut out, &term.value, &term.row));
+    out
+}
+
+/// Adds `value · row rowᵀ`.
+pub(super) fn add_outer(matrix: &mut Matrix<Rational>, value: &Rational, row: &[(usize, Rational)]) {
+    for (i, x) in row {
+        let scaled = value.times(x);
+        for (j, y) in row {
+            matrix[(*i, *j)] = matrix[(*i, *j)].plus(&scaled.times(y));
         }
     }
-    out
 }
 
 /// A linear system `E ẋ = A x + B u`, `y = C x + D u` with exact entries; E is regular but for

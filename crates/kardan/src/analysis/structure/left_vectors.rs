@@ -31,11 +31,11 @@ pub(super) struct Misled;
 /// # Errors
 /// If some prime shows fewer such rows, or what several of them agree on is wrong.
 pub(super) fn invariant_rows(images: &mut Images<'_>, count: usize, limits: &Limits) -> Result<Option<Left>, Misled> {
-    let system = images.system;
-    let n = system.states.len();
+    let n = images.system().states.len();
     if count * (n + count) > limits.numbers {
         return Ok(None);
     }
+    let system = images.system();
     let larger = std::cell::Cell::new(false);
     let modular = |image: &Image| {
         let field = &image.field;

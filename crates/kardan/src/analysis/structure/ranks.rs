@@ -94,9 +94,9 @@ pub(super) struct Ranks {
 }
 
 impl Ranks {
-    /// Of a system and its dual, whose images are drawn with the same primes.
+    /// Of a system; the images are those of it and of its dual, drawn with the same primes.
     pub fn decide(
-        [system, dual]: [&LinearSystem; 2],
+        system: &LinearSystem,
         [images, dual_images]: [&mut Images<'_>; 2],
         own: &mut Primes,
         limits: &Limits,
@@ -112,7 +112,7 @@ impl Ranks {
         }
         let mut next_own = || loop {
             let prime = own.next().expect("primes are many");
-            if let [Some(image), Some(dual)] = [system, dual].map(|s| Image::new(s, prime)) {
+            if let (Some(image), Some(dual)) = (Image::new(system, prime), Image::dual(system, prime)) {
                 return Look::of(Arc::new(image), Arc::new(dual));
             }
         };
