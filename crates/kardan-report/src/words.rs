@@ -181,7 +181,13 @@ pub fn motion(shape: &[ShapePart]) -> String {
             format!("{name} {} at {}°", figure(round(size(part)), 3), figure(atan2(*im, *re).to_degrees().round(), 3))
         }
     };
-    list(&parts.iter().map(one).collect::<Vec<_>>(), NAMED)
+    first(parts.len(), parts.iter().map(one))
+}
+
+/// The first ones, and how many more there are of so many.
+fn first(count: usize, texts: impl Iterator<Item = String>) -> String {
+    let shown = texts.take(NAMED).collect::<Vec<_>>().join(", ");
+    if count > NAMED { format!("{shown} and {} more", count - NAMED) } else { shown }
 }
 
 /// The elements that store most of the energy: `spring 50 %, rack 30 %`.
@@ -212,8 +218,7 @@ fn percents(mut shares: Vec<(&str, f64)>) -> String {
         return format!("spread over {all}");
     }
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let texts: Vec<String> = shares.iter().map(|(name, share)| format!("{name} {}", percent(*share))).collect();
-    list(&texts, NAMED)
+    first(shares.len(), shares.iter().map(|(name, share)| format!("{name} {}", percent(*share))))
 }
 
 /// `12 %`.

@@ -7,7 +7,7 @@ use crate::text::number;
 use crate::words;
 use kardan::results::{
     Analysis, Basis, Class, ConstraintForces, DistanceToUncontrollability, EigenvalueBounds, Factor, FailingMode,
-    FrictionState, MatrixDistance, MatrixDistances, Mode, ParameterRange, PlacementSearch, PolynomialRoots,
+    FrictionState, MatrixDistance, MatrixDistances, Mechanism, Mode, ParameterRange, PlacementSearch, PolynomialRoots,
     Sensitivity, Structure, UncontrollablePoint, Undecided, Verdict,
 };
 
@@ -20,21 +20,31 @@ const VALUES: usize = 6;
 
 /// The page of an analysis.
 pub fn page(analysis: &Analysis) -> Page {
+    page_with(analysis, true)
+}
+
+/// The same without the pictures of the mechanism and its modes, for those who only read.
+pub fn words_of(analysis: &Analysis) -> Page {
+    page_with(analysis, false)
+}
+
+fn page_with(analysis: &Analysis, drawn: bool) -> Page {
     let structure = &analysis.structure;
     let unfinished = analysis.unfinished.as_ref();
     let elimination = analysis.elimination.iter().flat_map(|found| words::elimination(found, structure));
     let forces = analysis.constraint_forces.as_ref().map(constraint_forces);
+    let none = Mechanism::default();
     Page {
         name: if analysis.name.is_empty() { "Structure analysis".into() } else { analysis.name.clone() },
         description: analysis.description.clone(),
         verdict: verdict(analysis),
         alerts: unfinished.map(|why| Alert { kind: "Not complete".into(), text: why.clone() }).into_iter().collect(),
         sections: Page::sections([
-            super::mechanism(&analysis.mechanism),
+            super::mechanism(if drawn { &analysis.mechanism } else { &none }),
             ("class", "Class", analysis.class.as_ref().map(class).unwrap_or_default()),
             ("elimination", "Motions without inertia", Body::default().list(elimination)),
             ("descriptor", "Singular E", descriptor(analysis)),
-            ("modes", "Modes", modes(analysis)),
+            ("modes", "Modes", modes(analysis, drawn)),
             ("structure", "Controllability and observability", ranks(structure)),
             ("properties", "Stability and indices", properties(analysis)),
             ("transfer", "Relative degrees and zeros", transfer(structure, analysis.discrete.is_some())),
@@ -203,7 +213,7 @@ fn decision(decided: Option<bool>, holds: bool) -> Cell {
     }
 }
 
-fn modes(analysis: &Analysis) -> Body {
+fn modes(analysis: &Analysis, drawn: bool) -> Body {
     let energy = analysis.modes.iter().any(|mode| !mode.stored.is_empty());
     let row = |(k, mode): (usize, &Mode)| {
         let mut row = row![
@@ -229,9 +239,11 @@ fn modes(analysis: &Analysis) -> Body {
     if analysis.modes.is_empty() {
         return Body::default();
     }
-    Body::default()
-        .table_of(MODES, &headers, analysis.modes.iter().enumerate().map(row))
-        .pictures(pictures::plane(&analysis.modes, &analysis.structure.zeros))
+    let body = Body::default().table_of(MODES, &headers, analysis.modes.iter().enumerate().map(row));
+    if !drawn {
+        return body;
+    }
+    body.pictures(pictures::plane(&analysis.modes, &analysis.structure.zeros))
         .pictures(crate::mode_shapes::shapes(&analysis.modes))
         .pictures(pictures::energies(&analysis.modes))
 }

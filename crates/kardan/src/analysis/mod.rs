@@ -30,7 +30,7 @@ pub use bases::{BasisError, bases, eigenvalue_bounds, gram_schmidt};
 pub use box_proof::{BoxProof, PencilBox, prove_box};
 pub use class::class;
 pub use constraint_forces::constraint_forces;
-pub use construction::construction;
+pub use construction::{MOST_CONSTRUCTED, construction};
 pub use descriptor::{DescriptorError, MOST_VARIABLES, SingularPencil, TakenApart, descriptor};
 pub use distance::{MOST_FROM_BELOW, MOST_STATES, distance_of_matrices};
 pub use failing::{Mechanics, failing_modes};

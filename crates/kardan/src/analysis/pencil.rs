@@ -1,8 +1,7 @@
-use super::system::add_outer;
 use super::{ConstrainedSystem, LinearSystem};
 use crate::equations::Measured;
 use crate::names::Quantity;
-use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, project};
+use crate::num::{Matrix, Rational, Scalar, echelon, project, sparse_rows, sum_of_outer};
 
 /// An output of a linear system: a signal with its name.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,14 +30,9 @@ pub fn linear_system(
     outputs: &[OutputSignal],
 ) -> LinearSystem {
     let r = coordinates.len();
-    let entries = |i: usize| basis.row(i).iter().enumerate().filter(|(_, x)| !x.is_zero());
-    let rows: Vec<SparseRow> =
-        (0..basis.rows()).map(|i| entries(i).map(|(j, x)| (j, x.clone())).collect()).collect();
-    let [inertia, damping, stiffness] = [&system.inertias, &system.dampers, &system.springs].map(|terms| {
-        let mut out = Matrix::<Rational>::zeros(r, r);
-        terms.iter().for_each(|term| add_outer(&mut out, &term.value, &project(&term.row, &rows)));
-        out
-    });
+    let rows = sparse_rows(basis);
+    let [inertia, damping, stiffness] = [&system.inertias, &system.dampers, &system.springs]
+        .map(|terms| sum_of_outer(terms.iter().map(|term| (project(&term.row, &rows), term.value.clone())), r));
     let input = basis.transpose().multiply(&system.input_matrix());
     let (e, a) = first_order(&inertia, &damping, &stiffness);
     let m = system.inputs.len();
@@ -50,8 +44,8 @@ pub fn linear_system(
     };
     for (i, output) in outputs.iter().enumerate() {
         match &output.measured {
-            Measured::Angle(name) => (0..r).for_each(|j| c[(i, j)] = basis[(shaft(name), j)].clone()),
-            Measured::Speed(name) => (0..r).for_each(|j| c[(i, r + j)] = basis[(shaft(name), j)].clone()),
+            Measured::Angle(name) => c.row_mut(i)[..r].clone_from_slice(basis.row(shaft(name))),
+            Measured::Speed(name) => c.row_mut(i)[r..].clone_from_slice(basis.row(shaft(name))),
             Measured::SpringTorque(element) => {
                 for spring in system.springs.iter().filter(|spring| spring.element == *element) {
                     for (shaft, x) in &spring.row {
@@ -62,7 +56,8 @@ pub fn linear_system(
             }
             Measured::NetTorque(name) => {
                 // J aᵀ q̈_r with q̈_r = H⁻¹ (F u − D q̇ − S q).
-                let row = Matrix::from_fn(1, r, |_, j| basis[(shaft(name), j)].times(&system.own_inertia(shaft(name))));
+                let (shaft, own) = (shaft(name), system.own_inertia(shaft(name)));
+                let row = Matrix::from_fn(1, r, |_, j| basis[(shaft, j)].times(&own));
                 let per_torque = any_solution(&inertia, &row.transpose()).transpose();
                 let [on_angles, on_speeds, on_inputs] =
                     [&stiffness, &damping, &input].map(|matrix| per_torque.multiply(matrix));

@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 
 use crate::assemble::Along;
-use crate::num::{Matrix, Rational, Scalar, echelon};
+use crate::num::{Matrix, Rational, Scalar, echelon, sum_of_outer};
 use crate::reduce::{Reduced, slopes};
 
 /// A constant linear constrained mechanical system `Hq̈ + Dq̇ + Sq = Fτ + Cᵀλ`, `Cq = 0` \[diss. (4.31), (4.36)\], as terms
@@ -155,19 +155,7 @@ fn dense(rows: &[Along<()>], shafts: usize) -> Matrix<Rational> {
 }
 
 fn sum(terms: &[Along<Rational>], shafts: usize) -> Matrix<Rational> {
-    let mut out = Matrix::<Rational>::zeros(shafts, shafts);
-    terms.iter().for_each(|term| add_outer(&mut out, &term.value, &term.row));
-    out
-}
-
-/// Adds `value · row rowᵀ`.
-pub(super) fn add_outer(matrix: &mut Matrix<Rational>, value: &Rational, row: &[(usize, Rational)]) {
-    for (i, x) in row {
-        let scaled = value.times(x);
-        for (j, y) in row {
-            matrix[(*i, *j)] = matrix[(*i, *j)].plus(&scaled.times(y));
-        }
-    }
+    sum_of_outer(terms.iter().map(|term| (&term.row, term.value.clone())), shafts)
 }
 
 /// A linear system `E ẋ = A x + B u`, `y = C x + D u` with exact entries; E is regular but for

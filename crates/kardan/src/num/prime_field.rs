@@ -150,9 +150,17 @@ impl PrimeField {
             return self.reduce(sum);
         }
         for (a, b) in a.chunks(PRODUCTS).zip(b.chunks(PRODUCTS)) {
-            for (x, y) in a.iter().zip(b) {
+            // Two sums do not wait for each other.
+            let mut other = 0u128;
+            let (a, b) = (a.chunks_exact(2), b.chunks_exact(2));
+            for (x, y) in a.remainder().iter().zip(b.remainder()) {
                 sum += u128::from(*x) * u128::from(*y);
             }
+            for (x, y) in a.zip(b) {
+                sum += u128::from(x[0]) * u128::from(y[0]);
+                other += u128::from(x[1]) * u128::from(y[1]);
+            }
+            sum += other;
             let high = (sum >> 64) as u64 % self.prime;
             sum = u128::from(high) << 64 | u128::from(sum as u64);
         }

@@ -10,7 +10,7 @@ use super::sensitivity::sensitivity;
 use super::signals::{WorkingPoint, charges, named};
 use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project};
 use crate::analysis::{
-    BasisError, ConstrainedSystem, LinearSystem, Mechanics, Reduction, Side, StructureError, TakenApart, bases,
+    BasisError, ConstrainedSystem, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side, StructureError, TakenApart, bases,
     certified_structure, class, constraint_forces, construction, distance_of_matrices, exact_modes_beside,
     exact_modes_of_pencil, failing_modes, linear_system, modes, needs_modes, properties, realisations, reduction,
     structure,
@@ -127,10 +127,14 @@ pub(super) fn analyze_variant(
     let mechanics = massless.is_none().then_some(Mechanics { system, basis: &basis });
     failing_modes(&mut analysis.structure, &mut analysis.modes, &linear, mechanics);
     refine(&mut analysis, &linear);
-    keep(progress, &analysis, "the construction of inputs, bases and places");
+    // A copy of a large analysis takes longer than what is left where no places are asked for.
+    let asks_for_places = !(variant.analysis.actuators.is_empty() && variant.analysis.sensors.is_empty());
+    if asks_for_places || linear.states.len() <= MOST_CONSTRUCTED {
+        keep(progress, &analysis, "the construction of inputs, bases and places");
+    }
     construct(&mut analysis, &linear);
     add_bases(&mut analysis, beside.bases, !charges.is_empty())?;
-    if !(variant.analysis.actuators.is_empty() && variant.analysis.sensors.is_empty()) {
+    if asks_for_places {
         keep(progress, &analysis, "places");
     }
     let places = Places {

@@ -40,8 +40,7 @@ pub(super) fn invariant_rows(images: &mut Images<'_>, count: usize, limits: &Lim
     let modular = |image: &Image| {
         let field = &image.field;
         let part = reachable(field, &image.g, &image.b);
-        let spanning = ModularMatrix::from_fn(part.vectors.len(), n, |i, j| part.vectors[i][j]);
-        spanning.null_space(field).multiply(field, &image.inverse_e).echelon(field).0
+        part.span.basis(n).null_space(field).multiply(field, &image.inverse_e).echelon(field).0
     };
     let all = |image: &Image, rows: ModularMatrix| {
         let field = &image.field;
