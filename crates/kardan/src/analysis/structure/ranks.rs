@@ -62,14 +62,16 @@ impl Look {
 pub(super) struct Reach {
     pub rank: usize,
     pub minor: Minor,
-    pub span: Span,
+    /// Where not all is reached.
+    pub span: Option<Span>,
 }
 
 impl Reach {
     fn of(image: &Image) -> Self {
         let part = reachable(&image.field, &image.g, &image.b);
         let rank = part.span.dimension();
-        Self { rank, minor: minor(&image.field, part.columns, &part.span), span: part.span }
+        let minor = minor(&image.field, part.columns, &part.span);
+        Self { rank, minor, span: (rank < image.g.rows).then_some(part.span) }
     }
 }
 
