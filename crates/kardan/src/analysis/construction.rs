@@ -192,7 +192,7 @@ impl Plan<'_> {
             value = value.multiply(field, g).plus(field, c, &unreached);
         }
         let kernel = value.transpose().null_space(field).multiply(field, &unreached);
-        let on_rows = kernel.multiply(field, &self.image.inverse_e);
+        let on_rows = self.image.inverse_e.multiply_from_left(field, &kernel);
         let helps = |i: &usize| (0..on_rows.rows).any(|k| on_rows.row(k)[self.offset + i] != 0);
         (0..self.input.len()).filter(helps).collect()
     }

@@ -1,7 +1,7 @@
 use std::sync::{Arc, OnceLock};
 
 use super::LinearSystem;
-use crate::num::{ModularMatrix, PrimeField, Primes, Rational, Reconstruction, Residue};
+use crate::num::{ModularMatrix, Operator, PrimeField, Primes, Rational, Reconstruction, Residue};
 
 /// A system modulo a prime.
 #[derive(Debug, Clone)]
@@ -9,7 +9,7 @@ pub(super) struct Image {
     pub field: PrimeField,
     pub c: ModularMatrix,
     pub d: ModularMatrix,
-    pub inverse_e: ModularMatrix,
+    pub inverse_e: Operator,
     /// det E.
     pub determinant: Residue,
     /// E⁻¹A.
@@ -43,7 +43,7 @@ impl Image {
     ) -> Option<Self> {
         let (inverse_e, determinant) = e.solve(&field, &ModularMatrix::identity(&field, e.rows))?;
         let (g, b) = (inverse_e.multiply(&field, a), inverse_e.multiply(&field, b));
-        Some(Self { c, d, field, inverse_e, determinant, g, b })
+        Some(Self { c, d, field, inverse_e: Operator::new(&inverse_e), determinant, g, b })
     }
 }
 

@@ -33,7 +33,10 @@ pub fn linear_system(
     let rows = sparse_rows(basis);
     let [inertia, damping, stiffness] = [&system.inertias, &system.dampers, &system.springs]
         .map(|terms| sum_of_outer(terms.iter().map(|term| (project(&term.row, &rows), term.value.clone())), r));
-    let input = basis.transpose().multiply(&system.input_matrix());
+    let mut input = Matrix::<Rational>::zeros(r, system.inputs.len());
+    for (k, along) in system.inputs.iter().enumerate() {
+        project(&along.row, &rows).into_iter().for_each(|(j, x)| input[(j, k)] = x);
+    }
     let (e, a) = first_order(&inertia, &damping, &stiffness);
     let m = system.inputs.len();
     let b = Matrix::from_fn(2 * r, m, |i, j| if i < r { Rational::ZERO } else { input[(i - r, j)].clone() });
@@ -110,18 +113,14 @@ fn first_order(
     stiffness: &Matrix<Rational>,
 ) -> (Matrix<Rational>, Matrix<Rational>) {
     let r = inertia.rows();
-    let unit = |i: usize, j: usize| if i == j { Rational::ONE } else { Rational::ZERO };
-    let e = Matrix::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {
-        (true, true) => unit(i, j),
-        (false, false) => inertia[(i - r, j - r)].clone(),
-        _ => Rational::ZERO,
-    });
-    let a = Matrix::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {
-        (true, true) => Rational::ZERO,
-        (true, false) => unit(i, j - r),
-        (false, true) => minus(&stiffness[(i - r, j)]),
-        (false, false) => minus(&damping[(i - r, j - r)]),
-    });
+    let (mut e, mut a) = (Matrix::<Rational>::zeros(2 * r, 2 * r), Matrix::<Rational>::zeros(2 * r, 2 * r));
+    for i in 0..r {
+        (e[(i, i)], a[(i, r + i)]) = (Rational::ONE, Rational::ONE);
+        let entries = |m: &Matrix<Rational>| (0..r).filter(|&j| !m[(i, j)].is_zero()).collect::<Vec<_>>();
+        entries(inertia).into_iter().for_each(|j| e[(r + i, r + j)] = inertia[(i, j)].clone());
+        entries(stiffness).into_iter().for_each(|j| a[(r + i, j)] = minus(&stiffness[(i, j)]));
+        entries(damping).into_iter().for_each(|j| a[(r + i, r + j)] = minus(&damping[(i, j)]));
+    }
     (e, a)
 }
 

@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 
 use crate::assemble::Along;
-use crate::num::{Matrix, Rational, Scalar, echelon, sum_of_outer};
+use crate::num::{Matrix, Rational, Scalar, echelon, sparse_echelon, sum_of_outer};
 use crate::reduce::{Reduced, slopes};
 
 /// A constant linear constrained mechanical system `Hq̈ + Dq̇ + Sq = Fτ + Cᵀλ`, `Cq = 0` \[diss. (4.31), (4.36)\], as terms
@@ -89,6 +89,10 @@ impl ConstrainedSystem {
     /// Keeps the first rows of C that are independent.
     fn drop_dependent_constraints(&mut self) {
         let rows = self.constraints.len();
+        let order: Vec<usize> = (0..self.coordinates.len()).collect();
+        if sparse_echelon(self.constraints.iter().map(|c| &c.row), &order).rank() == rows {
+            return;
+        }
         let columns = self.constraint_matrix().transpose();
         let kept: BTreeSet<usize> = echelon(&columns, &(0..rows).collect::<Vec<_>>()).pivots.into_iter().collect();
         let mut number = 0;

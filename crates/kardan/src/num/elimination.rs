@@ -145,7 +145,8 @@ pub fn definiteness(matrix: &Matrix<Rational>) -> Definiteness {
     let n = matrix.rows();
     assert_eq!(n, matrix.columns(), "definiteness of a matrix that is not square");
     // What is left of the upper triangle: in each row the entries from the diagonal on, without zeros.
-    let entries = |i: usize| (i..n).filter(move |&j| !matrix[(i, j)].is_zero()).map(move |j| (j, matrix[(i, j)].clone()));
+    let entries =
+        |i: usize| (i..n).filter(move |&j| !matrix[(i, j)].is_zero()).map(move |j| (j, matrix[(i, j)].clone()));
     let mut rows: Vec<BTreeMap<usize, Rational>> = (0..n).map(|i| entries(i).collect()).collect();
     let mut factors: Vec<SparseRow> = Vec::with_capacity(n);
     let mut null = None;

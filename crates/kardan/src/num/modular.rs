@@ -174,9 +174,11 @@ impl ModularMatrix {
     /// the pivot row are zero.
     fn clear(&mut self, field: &PrimeField, pivot: usize, column: usize, from: usize) {
         let width = self.columns;
-        let inverse = field.inverse(self.data[pivot * width + column]);
-        for x in &mut self.data[pivot * width + from..(pivot + 1) * width] {
-            *x = field.times(*x, inverse);
+        let size = self.data[pivot * width + column];
+        if size != field.one() {
+            let inverse = field.inverse(size);
+            let row = &mut self.data[pivot * width + from..(pivot + 1) * width];
+            row.iter_mut().filter(|x| **x != 0).for_each(|x| *x = field.times(*x, inverse));
         }
         let row = self.data[pivot * width + from..(pivot + 1) * width].to_vec();
         let filled: Vec<usize> = (0..row.len()).filter(|&j| row[j] != 0).collect();

@@ -10,10 +10,10 @@ use super::sensitivity::sensitivity;
 use super::signals::{WorkingPoint, charges, named};
 use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project};
 use crate::analysis::{
-    BasisError, ConstrainedSystem, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side, StructureError, TakenApart, bases,
-    certified_structure, class, constraint_forces, construction, distance_of_matrices, exact_modes_beside,
-    exact_modes_of_pencil, failing_modes, linear_system, modes, needs_modes, properties, realisations, reduction,
-    structure,
+    BasisError, ConstrainedSystem, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side, StructureError,
+    TakenApart, bases, certified_structure, class, constraint_forces, construction, distance_of_matrices,
+    exact_modes_beside, exact_modes_of_pencil, failing_modes, linear_system, modes, needs_modes, properties,
+    realisations, reduction, structure,
 };
 use crate::diagnostics::Diagnostic;
 use crate::model::{DataDigits, StateSpace, read_state_space};

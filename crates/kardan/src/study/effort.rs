@@ -150,7 +150,8 @@ impl Terms {
         let mut random = Random::new(SEED);
         let mut draw = || (0..r).map(|_| random.unit() - 0.5).collect::<Vec<f64>>();
         let (mut angle, mut speed) = (draw(), draw());
-        let size = |x: &[f64]| self.inertias.iter().map(|(row, j)| j * along(row, x) * along(row, x)).sum::<f64>().sqrt();
+        let size =
+            |x: &[f64]| self.inertias.iter().map(|(row, j)| j * along(row, x) * along(row, x)).sum::<f64>().sqrt();
         let mut logarithm = 0.0;
         for k in 0..PRODUCTS {
             let mut next = vec![0.0; r];

@@ -31,7 +31,11 @@ impl Mechanical {
 
     fn block(&self, matrix: &Matrix<Rational>, column: usize, sign: i64) -> Matrix<Rational> {
         let r = self.coordinates.len();
-        Matrix::from_fn(r, r, |i, j| matrix[(r + i, column + j)].times(&Rational::from(sign)))
+        let sign = Rational::from(sign);
+        Matrix::from_fn(r, r, |i, j| match &matrix[(r + i, column + j)] {
+            zero if zero.is_zero() => Rational::ZERO,
+            entry => entry.times(&sign),
+        })
     }
 
     fn inertia(&self) -> Matrix<Rational> {

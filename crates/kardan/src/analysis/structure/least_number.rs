@@ -68,7 +68,7 @@ fn companion_rows(images: &mut Images<'_>, first: &Image, m: usize, common: &Pol
     let combinations = generators(first, m, common)?;
     let flat = images.reconstruct(most_primes(n), |image| {
         let rows = chains(image, common, &combinations)?;
-        Some(values(&image.field, &rows.multiply(&image.field, &image.inverse_e)))
+        Some(values(&image.field, &image.inverse_e.multiply_from_left(&image.field, &rows)))
     })?;
     let count = m * degree;
     let system = images.system();

@@ -40,7 +40,8 @@ pub(super) fn invariant_rows(images: &mut Images<'_>, count: usize, limits: &Lim
     let modular = |image: &Image| {
         let field = &image.field;
         let part = reachable(field, &image.g, &image.b);
-        part.span.basis(n).null_space(field).multiply(field, &image.inverse_e).echelon(field).0
+        let unreached = part.span.basis(n).null_space(field);
+        image.inverse_e.multiply_from_left(field, &unreached).echelon(field).0
     };
     let all = |image: &Image, rows: ModularMatrix| {
         let field = &image.field;

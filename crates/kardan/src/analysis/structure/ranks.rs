@@ -114,7 +114,8 @@ impl Ranks {
         }
         let mut next_own = || loop {
             let prime = own.next().expect("primes are many");
-            if let (Some(image), Some(dual)) = (Image::new(system, prime), Image::dual(system, prime)) {
+            if let (Some(image), Some(dual)) = rayon::join(|| Image::new(system, prime), || Image::dual(system, prime))
+            {
                 return Look::of(Arc::new(image), Arc::new(dual));
             }
         };
