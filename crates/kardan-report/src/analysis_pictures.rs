@@ -1,5 +1,7 @@
 //! The pictures of an analysis: drawn in the page's own colours, so that they follow it into the dark and onto paper.
 
+use std::collections::HashMap;
+
 use super::curves::ON_WHITE;
 use super::model::Picture;
 use super::text::{escape, figure};
@@ -273,16 +275,17 @@ pub(super) fn heading(k: usize, mode: &Mode) -> String {
 }
 
 /// The elements that keep energy, in groups by its kind, each from the largest sum of shares.
-fn groups(modes: &[Mode]) -> [Vec<String>; 2] {
+fn groups<'a>(modes: &'a [Mode]) -> [Vec<String>; 2] {
     let mut sums: Vec<(&str, [f64; 2], f64)> = Vec::new();
-    let mut add = |element, kinetic: f64, potential: f64| {
+    let mut places = HashMap::new();
+    let mut add = |element: &'a str, kinetic: f64, potential: f64| {
         if !(kinetic + potential >= 0.0 && (kinetic + potential).is_finite()) {
             return;
         }
-        let found = sums.iter().position(|(name, ..)| *name == element).unwrap_or(sums.len());
-        if found == sums.len() {
+        let found = *places.entry(element).or_insert_with(|| {
             sums.push((element, [0.0; 2], 0.0));
-        }
+            sums.len() - 1
+        });
         sums[found].1[0] += kinetic;
         sums[found].1[1] += potential;
         sums[found].2 += kinetic + potential;
@@ -346,11 +349,14 @@ pub(super) fn energies(modes: &[Mode]) -> Option<Picture> {
 
 /// One stacked bar at `(left, top, width, height)`: motion first, then springs, in the same order for every mode.
 fn stack((left, y, width, height): (f64, f64, f64, f64), parts: &[(&str, f64)], groups: &[Vec<String>; 2]) -> String {
+    let mut shares: HashMap<&str, Vec<f64>> = HashMap::new();
+    for (element, share) in parts.iter().filter(|(_, share)| *share > 0.0 && share.is_finite()) {
+        shares.entry(element).or_default().push(*share);
+    }
     let mut segments: Vec<(String, f64, &str, usize)> = Vec::new();
     for (names, kind) in groups.iter().zip(["kinetic", "potential"]) {
         for (index, name) in names.iter().enumerate() {
-            let shares = parts.iter().filter(|(element, share)| element == name && *share > 0.0 && share.is_finite());
-            let share: f64 = shares.map(|(_, share)| share).sum();
+            let share: f64 = shares.get(name.as_str()).map_or(&[][..], Vec::as_slice).iter().sum();
             match segments.last_mut() {
                 Some(last) if index > COLOURS && last.3 == COLOURS && last.2 == kind => last.1 += share,
                 _ if index >= COLOURS => segments.push(("others".into(), share, kind, COLOURS)),

@@ -37,6 +37,7 @@ use kardan::results::{Mechanism, Study};
 
 pub use model::Page;
 pub use present::analysis::page as analysis;
+pub use present::analysis::words_of as analysis_in_words;
 pub use present::bench::{page as bench, plan};
 pub use present::design::page as design;
 pub use present::identification::page as identification;

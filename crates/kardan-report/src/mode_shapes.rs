@@ -1,6 +1,8 @@
 //! Mode shapes as bars whose lengths are shares of energy, so that they can be compared: a radian of a heavy wheel is not one of a
 //! light rotor.
 
+use std::collections::HashSet;
+
 use super::analysis_pictures::{CHARACTER, MODES, bar, cut, drawing, figure_of, heading, line, text};
 use super::model::Picture;
 use super::text::figure;
@@ -26,24 +28,23 @@ struct Bar {
 }
 
 /// What a row shows: a coordinate and its kinetic energy, or an element with energy that is no coordinate.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Row<'a> {
     name: &'a str,
     potential: bool,
 }
 
 fn rows(modes: &[Mode]) -> Vec<Row<'_>> {
-    let mut coordinates: Vec<Row<'_>> = Vec::new();
+    let (mut coordinates, mut others, mut known) = (Vec::new(), Vec::new(), HashSet::new());
     for part in modes.iter().flat_map(|mode| &mode.shape) {
         let row = Row { name: &part.name, potential: false };
-        if !coordinates.contains(&row) {
+        if known.insert(row) {
             coordinates.push(row);
         }
     }
-    let mut others: Vec<Row<'_>> = Vec::new();
     for stored in modes.iter().flat_map(|mode| &mode.stored) {
         let row = Row { name: &stored.element, potential: stored.energy == EnergyKind::Potential };
-        if stored.share.abs() > 0.0 && !coordinates.contains(&row) && !others.contains(&row) {
+        if stored.share.abs() > 0.0 && known.insert(row) {
             others.push(row);
         }
     }

@@ -119,10 +119,12 @@ fn table(out: &mut String, table: &Table, width: usize) {
     let mut widths: Vec<usize> = (0..titles.len()).map(|k| widest(k).max(count(&titles[k]))).collect();
     let word = |text: &str| text.split(' ').map(count).max().unwrap_or(0);
     let words = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| word(cell)).max().unwrap_or(0);
+    let words: Vec<usize> = (0..titles.len()).map(words).collect();
     let least = |k: usize| if number(k) { word(&titles[k]).max(widest(k)) } else { LEAST };
+    let least: Vec<usize> = (0..titles.len()).map(least).collect();
     while 2 * widths.len() + widths.iter().sum::<usize>() > width {
-        let narrower = (0..widths.len()).filter(|&k| widths[k] > least(k));
-        match narrower.max_by_key(|&k| (number(k), widths[k] > words(k), widths[k], std::cmp::Reverse(k))) {
+        let narrower = (0..widths.len()).filter(|&k| widths[k] > least[k]);
+        match narrower.max_by_key(|&k| (number(k), widths[k] > words[k], widths[k], std::cmp::Reverse(k))) {
             Some(k) => widths[k] -= 1,
             None => break,
         }

@@ -2,6 +2,9 @@
 
 pub mod design;
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
 use super::text::{figure, number};
 use kardan::results::{
     Assumption, BoxVerdict, Breach, Certificate, Class, Complex, Construction, Count, Definition,
@@ -178,16 +181,26 @@ pub fn motion(shape: &[ShapePart]) -> String {
             format!("{name} {} at {}°", figure(round(size(part)), 3), figure(atan2(*im, *re).to_degrees().round(), 3))
         }
     };
-    list(&parts.iter().map(one).collect::<Vec<_>>(), NAMED)
+    first(parts.len(), parts.iter().map(one))
+}
+
+/// The first ones, and how many more there are of so many.
+fn first(count: usize, texts: impl Iterator<Item = String>) -> String {
+    let shown = texts.take(NAMED).collect::<Vec<_>>().join(", ");
+    if count > NAMED { format!("{shown} and {} more", count - NAMED) } else { shown }
 }
 
 /// The elements that store most of the energy: `spring 50 %, rack 30 %`.
 pub fn stored(mode: &Mode) -> String {
-    let mut shares: Vec<(&str, f64)> = Vec::new();
+    let mut shares: Vec<(&str, f64)> = Vec::with_capacity(mode.stored.len());
+    let mut places: HashMap<&str, usize> = HashMap::with_capacity(mode.stored.len());
     for StoredShare { element, share, .. } in &mode.stored {
-        match shares.iter_mut().find(|(name, _)| name == element) {
-            Some((_, sum)) => *sum += share,
-            None => shares.push((element, *share)),
+        match places.entry(element.as_str()) {
+            Entry::Occupied(place) => shares[*place.get()].1 += share,
+            Entry::Vacant(place) => {
+                place.insert(shares.len());
+                shares.push((element, *share));
+            }
         }
     }
     percents(shares)
@@ -205,8 +218,7 @@ fn percents(mut shares: Vec<(&str, f64)>) -> String {
         return format!("spread over {all}");
     }
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let texts: Vec<String> = shares.iter().map(|(name, share)| format!("{name} {}", percent(*share))).collect();
-    list(&texts, NAMED)
+    first(shares.len(), shares.iter().map(|(name, share)| format!("{name} {}", percent(*share))))
 }
 
 /// `12 %`.

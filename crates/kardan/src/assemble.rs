@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::equations::{Curve, Direction, Domain, GROUND, InputKind, Measured, NamedTerm, Sensor, Stribeck, Term};
-use crate::num::{Matrix, Rational, Scalar, rational_from_f64, rational_to_f64};
+use crate::num::{Matrix, Rational, Scalar, rational_from_f64, rational_to_f64, sum_of_outer};
 use crate::units::Exact;
 
 /// A law along a numbered direction.
@@ -355,16 +355,7 @@ impl Equations {
     }
 
     fn sum<'a>(&'a self, terms: impl Iterator<Item = (&'a Vec<(usize, Rational)>, Rational)>) -> Matrix<Rational> {
-        let n = self.coordinates.len();
-        let mut out = Matrix::<Rational>::zeros(n, n);
-        for (row, coefficient) in terms {
-            for (i, x) in row {
-                for (j, y) in row {
-                    out[(*i, *j)] = out[(*i, *j)].plus(&coefficient.times(x).times(y));
-                }
-            }
-        }
-        out
+        sum_of_outer(terms, self.coordinates.len())
     }
 }
 

@@ -33,14 +33,14 @@ pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
 
 /// Writes and prints what was found, all of it or not.
 fn tell(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
-    let page = report::analysis(analysis);
     if let Some(path) = &args.report {
-        save_page(path, &page)?;
+        save_page(path, &report::analysis(analysis))?;
     }
     if let Some(path) = &args.export {
         save_forms(path, analysis)?;
     }
-    print(&if args.json { export::analysis_json(analysis) + "\n" } else { in_words(&page, origin) })?;
+    let in_words = || in_words(&report::analysis_in_words(analysis), origin);
+    print(&if args.json { export::analysis_json(analysis) + "\n" } else { in_words() })?;
     for path in args.report.iter().chain(&args.export).filter(|_| !quiet) {
         say_written(path);
     }

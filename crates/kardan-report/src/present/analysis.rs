@@ -7,7 +7,7 @@ use crate::text::number;
 use crate::words;
 use kardan::results::{
     Analysis, Basis, Class, ConstraintForces, DistanceToUncontrollability, EigenvalueBounds, Factor, FailingMode,
-    FrictionState, MatrixDistance, MatrixDistances, Mode, ParameterRange, PlacementSearch, PolynomialRoots,
+    FrictionState, MatrixDistance, MatrixDistances, Mechanism, Mode, ParameterRange, PlacementSearch, PolynomialRoots,
     Sensitivity, Structure, UncontrollablePoint, Undecided, Verdict,
 };
 
@@ -20,21 +20,31 @@ const VALUES: usize = 6;
 
 /// The page of an analysis.
 pub fn page(analysis: &Analysis) -> Page {
+    page_with(analysis, true)
+}
+
+/// The same for [`Page::text`]: without the pictures and large matrices that it leaves out.
+pub fn words_of(analysis: &Analysis) -> Page {
+    page_with(analysis, false)
+}
+
+fn page_with(analysis: &Analysis, drawn: bool) -> Page {
     let structure = &analysis.structure;
     let unfinished = analysis.unfinished.as_ref();
     let elimination = analysis.elimination.iter().flat_map(|found| words::elimination(found, structure));
-    let forces = analysis.constraint_forces.as_ref().map(constraint_forces);
+    let forces = analysis.constraint_forces.as_ref().map(|forces| constraint_forces(forces, drawn));
+    let none = Mechanism::default();
     Page {
         name: if analysis.name.is_empty() { "Structure analysis".into() } else { analysis.name.clone() },
         description: analysis.description.clone(),
         verdict: verdict(analysis),
         alerts: unfinished.map(|why| Alert { kind: "Not complete".into(), text: why.clone() }).into_iter().collect(),
         sections: Page::sections([
-            super::mechanism(&analysis.mechanism),
+            super::mechanism(if drawn { &analysis.mechanism } else { &none }),
             ("class", "Class", analysis.class.as_ref().map(class).unwrap_or_default()),
             ("elimination", "Motions without inertia", Body::default().list(elimination)),
             ("descriptor", "Singular E", descriptor(analysis)),
-            ("modes", "Modes", modes(analysis)),
+            ("modes", "Modes", modes(analysis, drawn)),
             ("structure", "Controllability and observability", ranks(structure)),
             ("properties", "Stability and indices", properties(analysis)),
             ("transfer", "Relative degrees and zeros", transfer(structure, analysis.discrete.is_some())),
@@ -46,7 +56,7 @@ pub fn page(analysis: &Analysis) -> Page {
                 "Distance of the matrices",
                 analysis.matrix_distance.as_ref().map(distances).unwrap_or_default(),
             ),
-            ("reduction", "Reduction", reduction(analysis)),
+            ("reduction", "Reduction", reduction(analysis, drawn)),
             ("constraint-forces", "Constraint forces", forces.unwrap_or_default()),
             ("certificate", "Certificate", certificate(structure)),
             ("remarks", "Notes of the analysis", Body::default().list(analysis.notes.iter().cloned())),
@@ -203,7 +213,7 @@ fn decision(decided: Option<bool>, holds: bool) -> Cell {
     }
 }
 
-fn modes(analysis: &Analysis) -> Body {
+fn modes(analysis: &Analysis, drawn: bool) -> Body {
     let energy = analysis.modes.iter().any(|mode| !mode.stored.is_empty());
     let row = |(k, mode): (usize, &Mode)| {
         let mut row = row![
@@ -229,9 +239,11 @@ fn modes(analysis: &Analysis) -> Body {
     if analysis.modes.is_empty() {
         return Body::default();
     }
-    Body::default()
-        .table_of(MODES, &headers, analysis.modes.iter().enumerate().map(row))
-        .pictures(pictures::plane(&analysis.modes, &analysis.structure.zeros))
+    let body = Body::default().table_of(MODES, &headers, analysis.modes.iter().enumerate().map(row));
+    if !drawn {
+        return body;
+    }
+    body.pictures(pictures::plane(&analysis.modes, &analysis.structure.zeros))
         .pictures(crate::mode_shapes::shapes(&analysis.modes))
         .pictures(pictures::energies(&analysis.modes))
 }
@@ -408,7 +420,7 @@ fn sensitivity(sensitivity: &Sensitivity) -> Body {
         .part("Observability", said("observability", &sensitivity.observability))
 }
 
-fn reduction(analysis: &Analysis) -> Body {
+fn reduction(analysis: &Analysis, drawn: bool) -> Body {
     if analysis.coordinates.is_empty() && analysis.bases.is_empty() {
         return Body::default();
     }
@@ -418,7 +430,7 @@ fn reduction(analysis: &Analysis) -> Body {
     let body = Body::default()
         .names("Reduced coordinates", &analysis.coordinates)
         .part("Eigenvalues and Geršgorin's discs", discs.hint(hint));
-    analysis.bases.iter().fold(body, |body, basis| {
+    analysis.bases.iter().filter(|_| drawn).fold(body, |body, basis| {
         let title = format!("Matrices: {} (largest cosine of two columns {})", basis.name, number(basis.orthogonality));
         let all = [&basis.basis, &basis.inertia, &basis.damping, &basis.stiffness, &basis.input];
         body.detail(Body::default().fold(&title, Body::default().matrices(all)))
@@ -426,12 +438,11 @@ fn reduction(analysis: &Analysis) -> Body {
 }
 
 fn bounds(basis: &Basis) -> Vec<Vec<Cell>> {
-    let several = |values: &[f64]| {
-        let texts: Vec<String> = values.iter().map(|&value| number(value)).collect();
-        match &texts[..] {
-            [first, .., last] if texts.len() > VALUES => format!("{first} … {last} ({})", texts.len()),
-            all => all.join(", "),
+    let several = |values: &[f64]| match values {
+        [first, .., last] if values.len() > VALUES => {
+            format!("{} … {} ({})", number(*first), number(*last), values.len())
         }
+        all => all.iter().map(|&value| number(value)).collect::<Vec<_>>().join(", "),
     };
     let row = |(k, bounds): (usize, &EigenvalueBounds)| {
         let EigenvalueBounds { matrix, unit, eigenvalues, centres, radii, .. } = bounds;
@@ -448,18 +459,19 @@ fn bounds(basis: &Basis) -> Vec<Vec<Cell>> {
     basis.bounds.iter().enumerate().map(row).collect()
 }
 
-fn constraint_forces(forces: &ConstraintForces) -> Body {
+fn constraint_forces(forces: &ConstraintForces, drawn: bool) -> Body {
     let plural = if forces.rank == 1 { "" } else { "s" };
     let said = format!(
         "The projector P has rank {}: so many independent constraint{plural}. Largest entry of P^2 − P: {}.",
         forces.rank,
         number(forces.idempotence_residual)
     );
+    let body = Body::default().say(said).matrices([&forces.input_to_multiplier]);
+    if !drawn {
+        return body;
+    }
     let projector = Body::default().fold("Projector", Body::default().matrices([&forces.projector]));
-    Body::default()
-        .say(said)
-        .matrices([&forces.input_to_multiplier])
-        .detail(Body::default().matrices([&forces.input_to_torque]).and(projector))
+    body.detail(Body::default().matrices([&forces.input_to_torque]).and(projector))
 }
 
 fn certificate(structure: &Structure) -> Body {

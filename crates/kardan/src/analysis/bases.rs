@@ -54,8 +54,8 @@ pub fn gram_schmidt(h: &Mat<f64>, basis: &Mat<f64>) -> Result<(Mat<f64>, Mat<f64
         return Err(BasisError::NotFinite { matrix: "basis" });
     }
     let mut orthogonal = Mat::<f64>::zeros(n, r);
-    let mut unit: Vec<Vec<f64>> = Vec::with_capacity(r);
-    let mut image: Vec<Vec<f64>> = Vec::with_capacity(r); // H e
+    let mut unit: Vec<SparseVector> = Vec::with_capacity(r);
+    let mut image: Vec<SparseVector> = Vec::with_capacity(r); // H e
     let mut lengths = Vec::with_capacity(r);
     let mut shares = Mat::<f64>::zeros(r, r); // b_k = u_k + Σ shares[i][k] e_i
     for k in 0..r {
@@ -63,12 +63,15 @@ pub fn gram_schmidt(h: &Mat<f64>, basis: &Mat<f64>) -> Result<(Mat<f64>, Mat<f64
         let mut size = dot(&u, &u).sqrt();
         for _pass in 0..2 {
             for i in 0..k {
-                let share = dot(&image[i], &u);
-                shares[(i, k)] += share;
-                u.iter_mut().zip(&unit[i]).for_each(|(u, e)| *u -= share * e);
+                let share: f64 = image[i].iter().map(|(j, x)| x * u[*j]).sum();
+                if share != 0.0 {
+                    shares[(i, k)] += share;
+                    unit[i].iter().for_each(|(j, e)| u[*j] -= share * e);
+                }
             }
         }
-        size += (0..k).map(|i| shares[(i, k)].abs() * dot(&unit[i], &unit[i]).sqrt()).sum::<f64>();
+        let parts = (0..k).filter(|&i| shares[(i, k)] != 0.0);
+        size += parts.map(|i| shares[(i, k)].abs() * length(&unit[i])).sum::<f64>();
         if !(dot(&u, &u).sqrt() > 1e-13 * size) {
             return Err(BasisError::BasisDependent { column: k, combination: combination(&shares, &lengths, k) });
         }
@@ -80,16 +83,31 @@ pub fn gram_schmidt(h: &Mat<f64>, basis: &Mat<f64>) -> Result<(Mat<f64>, Mat<f64
         if !(energy > rounding.max(1e-26 * removed)) {
             return Err(BasisError::InertiaNotDefinite { direction: u, energy });
         }
-        let length = energy.sqrt();
+        let norm = energy.sqrt();
         for i in 0..n {
             orthogonal[(i, k)] = u[i];
         }
-        unit.push(u.iter().map(|x| x / length).collect());
-        image.push(hu.iter().map(|x| x / length).collect());
-        lengths.push(length);
+        unit.push(sparse(&u, norm));
+        image.push(sparse(&hu, norm));
+        lengths.push(norm);
     }
-    let orthonormal = Mat::from_fn(n, r, |i, k| unit[k][i]);
+    let mut orthonormal = Mat::zeros(n, r);
+    for (k, column) in unit.iter().enumerate() {
+        column.iter().for_each(|(i, x)| orthonormal[(*i, k)] = *x);
+    }
     Ok((orthogonal, orthonormal))
+}
+
+/// Entries other than zero with their places.
+type SparseVector = Vec<(usize, f64)>;
+
+/// `x / divisor`.
+fn sparse(x: &[f64], divisor: f64) -> SparseVector {
+    x.iter().enumerate().filter(|(_, x)| **x != 0.0).map(|(i, x)| (i, x / divisor)).collect()
+}
+
+fn length(x: &SparseVector) -> f64 {
+    x.iter().map(|(_, x)| x * x).sum::<f64>().sqrt()
 }
 
 fn times_symmetric(h: &Mat<f64>, x: &[f64]) -> Vec<f64> {

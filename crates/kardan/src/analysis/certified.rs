@@ -601,13 +601,7 @@ fn least(known: Option<Vec<Vec<Option<usize>>>>, found: &[Vec<Option<usize>>]) -
 pub(super) fn whole(system: &LinearSystem) -> LinearSystem {
     let mut out = system.clone();
     let clear = |parts: &mut [&mut Matrix<Rational>], row: usize| {
-        let mut common = UBig::ONE;
-        for part in parts.iter() {
-            for x in part.row(row) {
-                let shared = dashu_int::ops::Gcd::gcd(&common, x.denominator());
-                common = common / shared * x.denominator();
-            }
-        }
+        let common = common_denominator(parts.iter().flat_map(|part| part.row(row)));
         if common != UBig::ONE {
             let common = Rational::from(common);
             for part in parts.iter_mut() {
@@ -656,20 +650,33 @@ fn half_bits(square: &UBig) -> u64 {
     square.bit_len() as u64
 }
 
-/// A bound of log₂ of the coefficients of all minors of S, whole numbers; [step "Bound"](self).
+/// A bound of log₂ of the coefficients of all minors of S, with the rows of [`whole`]; [step "Bound"](self).
 pub(super) fn norm_bits(system: &LinearSystem) -> u64 {
+    let size = |x: &Rational, common: &UBig| x.numerator().clone().into_parts().1 * (common / x.denominator());
+    let sum_of_squares = |sizes: &mut dyn Iterator<Item = UBig>| sizes.fold(UBig::ZERO, |sum, x| sum + &x * &x);
     let state = |i: usize| {
-        let sum = |j: usize| {
-            let size = |m: &Matrix<Rational>| m[(i, j)].numerator().clone().into_parts().1;
-            let both = size(&system.e) + size(&system.a);
-            &both * &both
-        };
-        (0..system.e.columns()).map(sum).fold(squares(&system.b, i), |all, x| all + x)
+        let [e, a, b] = [&system.e, &system.a, &system.b].map(|part| part.row(i));
+        let common = common_denominator([e, a, b].into_iter().flatten());
+        let both = e.iter().zip(a).filter(|(e, a)| !(e.is_zero() && a.is_zero()));
+        let sum = sum_of_squares(&mut both.map(|(e, a)| size(e, &common) + size(a, &common)));
+        sum + sum_of_squares(&mut b.iter().map(|x| size(x, &common)))
     };
-    let output = |i: usize| squares(&system.c, i) + squares(&system.d, i);
+    let output = |i: usize| {
+        let entries = || system.c.row(i).iter().chain(system.d.row(i)).filter(|x| !x.is_zero());
+        let common = common_denominator(entries());
+        sum_of_squares(&mut entries().map(|x| size(x, &common)))
+    };
     let states = (0..system.e.rows()).map(|i| half_bits(&state(i)));
     let halves: u64 = states.chain((0..system.c.rows()).map(|i| half_bits(&output(i)))).sum();
     halves / 2 + 1
+}
+
+/// The least common denominator.
+fn common_denominator<'a>(entries: impl Iterator<Item = &'a Rational>) -> UBig {
+    entries.filter(|x| *x.denominator() != UBig::ONE).fold(UBig::ONE, |common, x| {
+        let shared = dashu_int::ops::Gcd::gcd(&common, x.denominator());
+        common / shared * x.denominator()
+    })
 }
 
 /// A bound of log₂ of the minors of K for a polynomial f; steps 4 and 9 of [the argument](self).

@@ -144,8 +144,10 @@ fn lossy(equations: &Equations) -> Vec<(String, String)> {
             )
         })
         .collect();
-    if let Definiteness::Indefinite { .. } = definiteness(&equations.damping_matrix()) {
-        let negative = equations.dampers.iter().filter(|d| d.value.signum() < 0);
+    let mut negative = equations.dampers.iter().filter(|d| d.value.signum() < 0).peekable();
+    if negative.peek().is_some()
+        && let Definiteness::Indefinite { .. } = definiteness(&equations.damping_matrix())
+    {
         out.extend(negative.map(|d| (d.element.clone(), "its negative damping gives energy to some motion".into())));
     }
     out

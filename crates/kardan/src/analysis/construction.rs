@@ -6,7 +6,7 @@ use crate::num::{ModularMatrix, Polynomial, PrimeField, Residue, reachable};
 use crate::results::{Construction, ConstructionStep};
 
 /// Largest number of states.
-const MOST_STATES: usize = 64;
+pub const MOST_CONSTRUCTED: usize = 64;
 
 /// Most primes for the coefficients of the factors.
 const MOST_PRIMES: usize = 700;
@@ -38,7 +38,7 @@ const MOST_PRIMES: usize = 700;
 /// ```
 pub fn construction(system: &LinearSystem) -> Option<Construction> {
     let n = system.states.len();
-    if n == 0 || n > MOST_STATES {
+    if n == 0 || n > MOST_CONSTRUCTED {
         return None;
     }
     let mut images = Images::unforeseen(system);
@@ -186,14 +186,13 @@ impl Plan<'_> {
     fn helpful_rows(&self, f: &[Residue]) -> Vec<usize> {
         let (field, g) = (&self.image.field, &self.image.g);
         let part = reachable(field, g, &self.columns());
-        let spanning = ModularMatrix::from_fn(part.vectors.len(), g.rows, |i, j| part.vectors[i][j]);
-        let unreached = spanning.null_space(field);
+        let unreached = part.span.basis(g.rows).null_space(field);
         let mut value = ModularMatrix::zeros(unreached.rows, g.rows);
         for &c in f.iter().rev() {
             value = value.multiply(field, g).plus(field, c, &unreached);
         }
         let kernel = value.transpose().null_space(field).multiply(field, &unreached);
-        let on_rows = kernel.multiply(field, &self.image.inverse_e);
+        let on_rows = self.image.inverse_e.multiply_from_left(field, &kernel);
         let helps = |i: &usize| (0..on_rows.rows).any(|k| on_rows.row(k)[self.offset + i] != 0);
         (0..self.input.len()).filter(helps).collect()
     }

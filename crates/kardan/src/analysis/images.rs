@@ -1,7 +1,7 @@
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::LinearSystem;
-use crate::num::{ModularMatrix, PrimeField, Primes, Rational, Reconstruction, Residue};
+use crate::num::{ModularMatrix, Operator, PrimeField, Primes, Rational, Reconstruction, Residue};
 
 /// A system modulo a prime.
 #[derive(Debug, Clone)]
@@ -9,7 +9,7 @@ pub(super) struct Image {
     pub field: PrimeField,
     pub c: ModularMatrix,
     pub d: ModularMatrix,
-    pub inverse_e: ModularMatrix,
+    pub inverse_e: Operator,
     /// det E.
     pub determinant: Residue,
     /// E⁻¹A.
@@ -24,9 +24,26 @@ impl Image {
         let field = PrimeField::new(prime);
         let image = |matrix| ModularMatrix::from_rational(&field, matrix);
         let (e, a, b) = (image(&system.e)?, image(&system.a)?, image(&system.b)?);
+        Self::of_matrices(field, [&e, &a, &b], image(&system.c)?, image(&system.d)?)
+    }
+
+    /// The image of the transposed system.
+    pub fn dual(system: &LinearSystem, prime: u64) -> Option<Self> {
+        let field = PrimeField::new(prime);
+        let image = |matrix| Some(ModularMatrix::from_rational(&field, matrix)?.transpose());
+        let (e, a, b) = (image(&system.e)?, image(&system.a)?, image(&system.c)?);
+        Self::of_matrices(field, [&e, &a, &b], image(&system.b)?, image(&system.d)?)
+    }
+
+    fn of_matrices(
+        field: PrimeField,
+        [e, a, b]: [&ModularMatrix; 3],
+        c: ModularMatrix,
+        d: ModularMatrix,
+    ) -> Option<Self> {
         let (inverse_e, determinant) = e.solve(&field, &ModularMatrix::identity(&field, e.rows))?;
-        let (g, b) = (inverse_e.multiply(&field, &a), inverse_e.multiply(&field, &b));
-        Some(Self { c: image(&system.c)?, d: image(&system.d)?, field, inverse_e, determinant, g, b })
+        let (g, b) = (inverse_e.multiply(&field, a), inverse_e.multiply(&field, b));
+        Some(Self { c, d, field, inverse_e: Operator::new(&inverse_e), determinant, g, b })
     }
 }
 
@@ -35,7 +52,9 @@ const MOST_KEPT: usize = 40_000_000;
 
 /// A system modulo as many primes as are asked for.
 pub(super) struct Images<'a> {
-    pub system: &'a LinearSystem,
+    system: &'a LinearSystem,
+    /// Where the images are those of the transposed system: its place, filled when it is first asked for.
+    dual: Option<&'a OnceLock<LinearSystem>>,
     primes: Vec<u64>,
     images: Vec<Arc<Image>>,
     source: Primes,
@@ -71,7 +90,22 @@ pub(super) fn fingerprint(system: &LinearSystem) -> u64 {
 impl<'a> Images<'a> {
     /// Modulo these primes, but those that divide det E or a denominator.
     pub fn new(system: &'a LinearSystem, source: Primes) -> Self {
-        Self { system, primes: Vec::new(), images: Vec::new(), source }
+        Self { system, dual: None, primes: Vec::new(), images: Vec::new(), source }
+    }
+
+    /// Of the transposed system.
+    pub fn of_dual(system: &'a LinearSystem, dual: &'a OnceLock<LinearSystem>, source: Primes) -> Self {
+        Self { dual: Some(dual), ..Self::new(system, source) }
+    }
+
+    /// What the images are of.
+    pub fn system(&self) -> &'a LinearSystem {
+        self.dual.map_or(self.system, |dual| dual.get_or_init(|| self.system.transpose()))
+    }
+
+    /// The image modulo any prime.
+    pub fn modulo(&self, prime: u64) -> Option<Image> {
+        if self.dual.is_some() { Image::dual(self.system, prime) } else { Image::new(self.system, prime) }
     }
 
     /// Modulo primes that nobody can foresee.
@@ -82,7 +116,7 @@ impl<'a> Images<'a> {
     /// The image modulo the prime of that number; `None` if E is singular modulo eight primes in a row.
     pub fn get(&mut self, number: usize) -> Option<Arc<Image>> {
         while self.primes.len() <= number {
-            let next = self.source.by_ref().take(8).find_map(|prime| Image::new(self.system, prime).map(Arc::new))?;
+            let next = (0..8).find_map(|_| self.source.next().and_then(|prime| self.modulo(prime)).map(Arc::new))?;
             self.primes.push(next.field.prime());
             let size = self.system.states.len().pow(2).max(1);
             // Those that are kept are the first ones.
@@ -94,7 +128,7 @@ impl<'a> Images<'a> {
         }
         match self.images.get(number) {
             Some(image) => Some(image.clone()),
-            None => Image::new(self.system, self.primes[number]).map(Arc::new),
+            None => self.modulo(self.primes[number]).map(Arc::new),
         }
     }
 

@@ -30,14 +30,16 @@ pub use bases::{BasisError, bases, eigenvalue_bounds, gram_schmidt};
 pub use box_proof::{BoxProof, PencilBox, prove_box};
 pub use class::class;
 pub use constraint_forces::constraint_forces;
-pub use construction::construction;
+pub use construction::{MOST_CONSTRUCTED, construction};
 pub use descriptor::{DescriptorError, MOST_VARIABLES, SingularPencil, TakenApart, descriptor};
 pub use distance::{MOST_FROM_BELOW, MOST_STATES, distance_of_matrices};
 pub use failing::{Mechanics, failing_modes};
 pub use family::{Family, Parameter, Pencil, SystemAt, uncontrollability_pencil};
 pub use gramian::{Gramian, gramian, smallest_eigenvalue, transfer_energy};
 pub use massless::{Eliminated, MasslessError, combination, eliminate_massless, massless_direction, plain_combination};
-pub use modes::{exact_modes, exact_modes_of_pencil, mode_of_motion, modes, modes_of_pencil};
+pub use modes::{
+    exact_modes, exact_modes_beside, exact_modes_of_pencil, mode_of_motion, modes, modes_of_pencil, needs_modes,
+};
 pub use pencil::{OutputSignal, linear_system};
 pub use placement::{Candidate, Measure, place, with_candidates};
 pub use properties::properties;

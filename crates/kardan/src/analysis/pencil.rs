@@ -1,7 +1,7 @@
 use super::{ConstrainedSystem, LinearSystem};
 use crate::equations::Measured;
 use crate::names::Quantity;
-use crate::num::{Matrix, Rational, Scalar, echelon};
+use crate::num::{Matrix, Rational, Scalar, echelon, project, sparse_rows, sum_of_outer};
 
 /// An output of a linear system: a signal with its name.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,10 +30,13 @@ pub fn linear_system(
     outputs: &[OutputSignal],
 ) -> LinearSystem {
     let r = coordinates.len();
-    let reduce = |m: &Matrix<Rational>| basis.transpose().multiply(&m.multiply(basis));
-    let (inertia, damping, stiffness) =
-        (reduce(&system.inertia_matrix()), reduce(&system.damping_matrix()), reduce(&system.stiffness_matrix()));
-    let input = basis.transpose().multiply(&system.input_matrix());
+    let rows = sparse_rows(basis);
+    let [inertia, damping, stiffness] = [&system.inertias, &system.dampers, &system.springs]
+        .map(|terms| sum_of_outer(terms.iter().map(|term| (project(&term.row, &rows), term.value.clone())), r));
+    let mut input = Matrix::<Rational>::zeros(r, system.inputs.len());
+    for (k, along) in system.inputs.iter().enumerate() {
+        project(&along.row, &rows).into_iter().for_each(|(j, x)| input[(j, k)] = x);
+    }
     let (e, a) = first_order(&inertia, &damping, &stiffness);
     let m = system.inputs.len();
     let b = Matrix::from_fn(2 * r, m, |i, j| if i < r { Rational::ZERO } else { input[(i - r, j)].clone() });
@@ -44,8 +47,8 @@ pub fn linear_system(
     };
     for (i, output) in outputs.iter().enumerate() {
         match &output.measured {
-            Measured::Angle(name) => (0..r).for_each(|j| c[(i, j)] = basis[(shaft(name), j)].clone()),
-            Measured::Speed(name) => (0..r).for_each(|j| c[(i, r + j)] = basis[(shaft(name), j)].clone()),
+            Measured::Angle(name) => c.row_mut(i)[..r].clone_from_slice(basis.row(shaft(name))),
+            Measured::Speed(name) => c.row_mut(i)[r..].clone_from_slice(basis.row(shaft(name))),
             Measured::SpringTorque(element) => {
                 for spring in system.springs.iter().filter(|spring| spring.element == *element) {
                     for (shaft, x) in &spring.row {
@@ -56,7 +59,8 @@ pub fn linear_system(
             }
             Measured::NetTorque(name) => {
                 // J aᵀ q̈_r with q̈_r = H⁻¹ (F u − D q̇ − S q).
-                let row = Matrix::from_fn(1, r, |_, j| basis[(shaft(name), j)].times(&system.own_inertia(shaft(name))));
+                let (shaft, own) = (shaft(name), system.own_inertia(shaft(name)));
+                let row = Matrix::from_fn(1, r, |_, j| basis[(shaft, j)].times(&own));
                 let per_torque = any_solution(&inertia, &row.transpose()).transpose();
                 let [on_angles, on_speeds, on_inputs] =
                     [&stiffness, &damping, &input].map(|matrix| per_torque.multiply(matrix));
@@ -109,18 +113,14 @@ fn first_order(
     stiffness: &Matrix<Rational>,
 ) -> (Matrix<Rational>, Matrix<Rational>) {
     let r = inertia.rows();
-    let unit = |i: usize, j: usize| if i == j { Rational::ONE } else { Rational::ZERO };
-    let e = Matrix::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {
-        (true, true) => unit(i, j),
-        (false, false) => inertia[(i - r, j - r)].clone(),
-        _ => Rational::ZERO,
-    });
-    let a = Matrix::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {
-        (true, true) => Rational::ZERO,
-        (true, false) => unit(i, j - r),
-        (false, true) => minus(&stiffness[(i - r, j)]),
-        (false, false) => minus(&damping[(i - r, j - r)]),
-    });
+    let (mut e, mut a) = (Matrix::<Rational>::zeros(2 * r, 2 * r), Matrix::<Rational>::zeros(2 * r, 2 * r));
+    for i in 0..r {
+        (e[(i, i)], a[(i, r + i)]) = (Rational::ONE, Rational::ONE);
+        let entries = |m: &Matrix<Rational>| (0..r).filter(|&j| !m[(i, j)].is_zero()).collect::<Vec<_>>();
+        entries(inertia).into_iter().for_each(|j| e[(r + i, r + j)] = inertia[(i, j)].clone());
+        entries(stiffness).into_iter().for_each(|j| a[(r + i, j)] = minus(&stiffness[(i, j)]));
+        entries(damping).into_iter().for_each(|j| a[(r + i, r + j)] = minus(&damping[(i, j)]));
+    }
     (e, a)
 }
 

@@ -57,7 +57,7 @@ pub fn properties(
         },
         controllability_indices: indices(&certificate.reached, structure.inputs.len()),
         observability_indices: indices(&certificate.seen, structure.outputs.len()),
-        infinite_zeros: infinite_zeros(system),
+        infinite_zeros: infinite_zeros(system, structure.zeros.normal_rank),
     }
 }
 
@@ -130,8 +130,11 @@ fn indices(minor: &Minor, inputs: usize) -> Vec<usize> {
     (0..inputs).map(|input| minor.columns.iter().filter(|column| column.input == input).count()).collect()
 }
 
-/// Orders of the zeros at infinity of the transfer matrix.
-fn infinite_zeros(system: &LinearSystem) -> Option<Vec<usize>> {
+/// Orders of the zeros at infinity of the transfer matrix of this rank.
+fn infinite_zeros(system: &LinearSystem, normal_rank: usize) -> Option<Vec<usize>> {
+    if normal_rank > 0 && system.outputs.len().max(system.inputs.len()) > MOST_ROWS {
+        return None;
+    }
     let mut orders = orders_at_infinity(system)?;
     orders.retain(|order| *order > 0);
     Some(orders)

@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 
 use crate::assemble::Along;
-use crate::num::{Matrix, Rational, Scalar, echelon};
+use crate::num::{Matrix, Rational, Scalar, echelon, sparse_echelon, sum_of_outer};
 use crate::reduce::{Reduced, slopes};
 
 /// A constant linear constrained mechanical system `Hq̈ + Dq̇ + Sq = Fτ + Cᵀλ`, `Cq = 0` \[diss. (4.31), (4.36)\], as terms
@@ -89,6 +89,10 @@ impl ConstrainedSystem {
     /// Keeps the first rows of C that are independent.
     fn drop_dependent_constraints(&mut self) {
         let rows = self.constraints.len();
+        let order: Vec<usize> = (0..self.coordinates.len()).collect();
+        if sparse_echelon(self.constraints.iter().map(|c| &c.row), &order).rank() == rows {
+            return;
+        }
         let columns = self.constraint_matrix().transpose();
         let kept: BTreeSet<usize> = echelon(&columns, &(0..rows).collect::<Vec<_>>()).pivots.into_iter().collect();
         let mut number = 0;
@@ -155,16 +159,7 @@ fn dense(rows: &[Along<()>], shafts: usize) -> Matrix<Rational> {
 }
 
 fn sum(terms: &[Along<Rational>], shafts: usize) -> Matrix<Rational> {
-    let mut out = Matrix::<Rational>::zeros(shafts, shafts);
-    for term in terms {
-        for (i, x) in &term.row {
-            let scaled = term.value.times(x);
-            for (j, y) in &term.row {
-                out[(*i, *j)] = out[(*i, *j)].plus(&scaled.times(y));
-            }
-        }
-    }
-    out
+    sum_of_outer(terms.iter().map(|term| (&term.row, term.value.clone())), shafts)
 }
 
 /// A linear system `E ẋ = A x + B u`, `y = C x + D u` with exact entries; E is regular but for

@@ -1,4 +1,6 @@
-use super::{Matrix, Rational, Scalar};
+use std::collections::BTreeMap;
+
+use super::{Matrix, Rational, Scalar, SparseRow};
 
 /// The reduced row echelon form of a matrix, with the way it was reached.
 #[derive(Debug, Clone)]
@@ -126,7 +128,8 @@ pub enum Definiteness {
 
 /// Decides whether a symmetric rational matrix is positive definite, semidefinite or neither, exactly, with a witness.
 ///
-/// Method: elimination by congruence, `EᵀME` diagonal; cost O(n³) rational operations.
+/// Method: elimination by congruence, `EᵀME` diagonal; cost O(n³) rational operations, for a band as many as it has entries. Of E
+/// the column that is a witness is computed alone.
 ///
 /// ```
 /// use kardan::num::{Definiteness, Matrix, Rational, definiteness};
@@ -141,44 +144,58 @@ pub enum Definiteness {
 pub fn definiteness(matrix: &Matrix<Rational>) -> Definiteness {
     let n = matrix.rows();
     assert_eq!(n, matrix.columns(), "definiteness of a matrix that is not square");
-    let mut m = matrix.clone();
-    // Columns of `basis` are the vectors in which the form becomes diagonal.
-    let mut basis = Matrix::<Rational>::identity(n);
-    let column = |basis: &Matrix<Rational>, k: usize| (0..n).map(|i| basis[(i, k)].clone()).collect::<Vec<_>>();
+    // What is left of the upper triangle: in each row the entries from the diagonal on, without zeros.
+    let entries =
+        |i: usize| (i..n).filter(move |&j| !matrix[(i, j)].is_zero()).map(move |j| (j, matrix[(i, j)].clone()));
+    let mut rows: Vec<BTreeMap<usize, Rational>> = (0..n).map(|i| entries(i).collect()).collect();
+    let mut factors: Vec<SparseRow> = Vec::with_capacity(n);
     let mut null = None;
     for k in 0..n {
-        if m[(k, k)] < Rational::zero() {
-            return Definiteness::Indefinite { witness: column(&basis, k) };
-        }
-        if m[(k, k)].is_zero() {
-            if let Some(j) = (k + 1..n).find(|&j| !m[(k, j)].is_zero()) {
+        let mut row = std::mem::take(&mut rows[k]);
+        let Some(pivot) = row.remove(&k) else {
+            if let Some((&j, entry)) = row.first_key_value() {
                 // (t·e_k + e_j) gives 2·t·m_kj + m_jj < 0 for t = −(m_jj + 1)/(2·m_kj).
-                let two = Rational::one().plus(&Rational::one());
-                let t = Rational::zero().minus(&m[(j, j)].plus(&Rational::one())).over(&two.times(&m[(k, j)]));
-                let witness = (0..n).map(|i| t.times(&basis[(i, k)]).plus(&basis[(i, j)])).collect();
+                let two = Rational::ONE.plus(&Rational::ONE);
+                let size = rows[j].get(&j).map_or(Rational::ONE, |m| m.plus(&Rational::ONE));
+                let t = Rational::ZERO.minus(&size).over(&two.times(entry));
+                let (this, other) = (diagonal_direction(&factors, k, n), diagonal_direction(&factors, j, n));
+                let witness = this.iter().zip(&other).map(|(x, y)| t.times(x).plus(y)).collect();
                 return Definiteness::Indefinite { witness };
             }
-            null.get_or_insert_with(|| column(&basis, k));
+            null.get_or_insert(k);
+            factors.push(Vec::new());
             continue;
+        };
+        if pivot < Rational::ZERO {
+            return Definiteness::Indefinite { witness: diagonal_direction(&factors, k, n) };
         }
-        for j in k + 1..n {
-            let factor = m[(k, j)].over(&m[(k, k)]);
-            if factor.is_zero() {
-                continue;
-            }
-            for i in 0..n {
-                m[(i, j)] = m[(i, j)].minus(&factor.times(&m[(i, k)]));
-                basis[(i, j)] = basis[(i, j)].minus(&factor.times(&basis[(i, k)]));
-            }
-            for i in 0..n {
-                m[(j, i)] = m[(j, i)].minus(&factor.times(&m[(k, i)]));
+        let factor: SparseRow = row.iter().map(|(&j, x)| (j, x.over(&pivot))).collect();
+        for (j, x) in &factor {
+            for (&i, y) in row.range(j..) {
+                let entry = rows[*j].entry(i).or_insert(Rational::ZERO);
+                *entry = entry.minus(&x.times(y));
+                if entry.is_zero() {
+                    rows[*j].remove(&i);
+                }
             }
         }
+        factors.push(factor);
     }
     match null {
         None => Definiteness::Positive,
-        Some(direction) => Definiteness::PositiveSemi { direction },
+        Some(k) => Definiteness::PositiveSemi { direction: diagonal_direction(&factors[..k], k, n) },
     }
+}
+
+/// Column `k` of the E that the first steps have made, with `m_kj / m_kk` of each step in `factors`: x with `x_k = 1` and
+/// `x_l + Σ factor_lj x_j = 0` for each step l.
+fn diagonal_direction(factors: &[SparseRow], k: usize, n: usize) -> Vec<Rational> {
+    let mut x = vec![Rational::ZERO; n];
+    x[k] = Rational::ONE;
+    for (l, row) in factors.iter().enumerate().rev() {
+        x[l] = row.iter().fold(Rational::ZERO, |sum, (j, factor)| sum.minus(&factor.times(&x[*j])));
+    }
+    x
 }
 
 #[cfg(test)]

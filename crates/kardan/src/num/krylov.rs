@@ -40,6 +40,31 @@ impl Operator {
         };
         self.rows.iter().map(product).collect()
     }
+
+    /// The product with a matrix of few columns.
+    pub fn multiply(&self, field: &PrimeField, right: &ModularMatrix) -> ModularMatrix {
+        let columns: Vec<Vec<Residue>> = (0..right.columns).map(|j| self.apply(field, &right.column(j))).collect();
+        ModularMatrix::from_fn(self.rows.len(), right.columns, |i, j| columns[j][i])
+    }
+
+    /// The product of a matrix with this one, which is square.
+    pub fn multiply_from_left(&self, field: &PrimeField, left: &ModularMatrix) -> ModularMatrix {
+        let mut out = ModularMatrix::zeros(left.rows, self.rows.len());
+        for i in 0..left.rows {
+            for (row, &x) in self.rows.iter().zip(left.row(i)).filter(|(_, x)| **x != 0) {
+                let target = out.row_mut(i);
+                match row {
+                    OperatorRow::Dense(values) => field.subtract(target, field.negate(x), values),
+                    OperatorRow::Sparse(places, values) => {
+                        for (&j, &y) in places.iter().zip(values) {
+                            target[j] = field.plus(target[j], field.times(x, y));
+                        }
+                    }
+                }
+            }
+        }
+        out
+    }
 }
 
 /// The monic polynomial of least degree whose recurrence the sequence obeys, coefficients of 1, s, s², …

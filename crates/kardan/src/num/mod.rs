@@ -49,4 +49,4 @@ pub use prime_field::{PrimeField, Primes, Random, Residue, is_prime, prime_below
 pub use reachable::{Reachable, Span, quotient_action, reachable};
 pub use reconstruct::{Reconstruction, nearby_fraction};
 pub use scalar::{Rational, Scalar, rational_from_f64, rational_to_f64};
-pub use sparse::{SparseEchelon, SparseRow, project, sparse_echelon};
+pub use sparse::{SparseEchelon, SparseRow, project, sparse_echelon, sparse_rows, sum_of_outer};

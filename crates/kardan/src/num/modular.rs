@@ -27,7 +27,10 @@ impl ModularMatrix {
 
     /// Entry by entry.
     pub fn from_fn(rows: usize, columns: usize, mut f: impl FnMut(usize, usize) -> Residue) -> Self {
-        let data = (0..rows * columns).map(|k| f(k / columns, k % columns)).collect();
+        let mut data = Vec::with_capacity(rows * columns);
+        for i in 0..rows {
+            data.extend((0..columns).map(|j| f(i, j)));
+        }
         Self { rows, columns, data }
     }
 
@@ -71,15 +74,25 @@ impl ModularMatrix {
         (0..self.rows).map(|i| field.dot(self.row(i), x)).collect()
     }
 
+    /// Where each row has entries.
+    fn filled(&self) -> Vec<Vec<usize>> {
+        let places = |row: &[Residue]| (0..row.len()).filter(|&j| row[j] != 0).collect();
+        (0..self.rows).map(|i| places(self.row(i))).collect()
+    }
+
     /// `self · other`.
     pub fn multiply(&self, field: &PrimeField, other: &Self) -> Self {
         let mut out = Self::zeros(self.rows, other.columns);
-        let mut columns = None;
+        let (mut columns, mut filled) = (None, None);
         for i in 0..self.rows {
             let row = self.row(i);
             if 4 * row.iter().filter(|&&x| x != 0).count() < row.len() {
+                let filled = filled.get_or_insert_with(|| other.filled());
                 for (k, &x) in row.iter().enumerate().filter(|(_, x)| **x != 0) {
-                    field.subtract(out.row_mut(i), field.negate(x), other.row(k));
+                    for &j in &filled[k] {
+                        let target = &mut out.data[i * other.columns + j];
+                        *target = field.plus(*target, field.times(x, other.row(k)[j]));
+                    }
                 }
             } else {
                 let columns = columns.get_or_insert_with(|| other.transpose());
@@ -161,15 +174,26 @@ impl ModularMatrix {
     /// the pivot row are zero.
     fn clear(&mut self, field: &PrimeField, pivot: usize, column: usize, from: usize) {
         let width = self.columns;
-        let inverse = field.inverse(self.data[pivot * width + column]);
-        for x in &mut self.data[pivot * width + from..(pivot + 1) * width] {
-            *x = field.times(*x, inverse);
+        let size = self.data[pivot * width + column];
+        if size != field.one() {
+            let inverse = field.inverse(size);
+            let row = &mut self.data[pivot * width + from..(pivot + 1) * width];
+            row.iter_mut().filter(|x| **x != 0).for_each(|x| *x = field.times(*x, inverse));
         }
         let row = self.data[pivot * width + from..(pivot + 1) * width].to_vec();
+        let filled: Vec<usize> = (0..row.len()).filter(|&j| row[j] != 0).collect();
         for i in 0..self.rows {
             let factor = self.data[i * width + column];
-            if i != pivot && factor != 0 {
-                field.subtract(&mut self.data[i * width + from..(i + 1) * width], factor, &row);
+            if i == pivot || factor == 0 {
+                continue;
+            }
+            let target = &mut self.data[i * width + from..(i + 1) * width];
+            if 4 * filled.len() < row.len() {
+                for &j in &filled {
+                    target[j] = field.minus(target[j], field.times(factor, row[j]));
+                }
+            } else {
+                field.subtract(target, factor, &row);
             }
         }
     }

@@ -25,6 +25,8 @@ pub type Residue = u64;
 
 /// How many products of two residues can be added in a `u128` before the high half must be reduced.
 const PRODUCTS: usize = 48;
+/// How many products of two residues are below p · 2⁶⁴ together.
+const FEW_PRODUCTS: usize = 8;
 
 impl PrimeField {
     /// No prime is chosen by [`random_prime`] with a probability above one over this: it is chosen from the numbers of the
@@ -143,10 +145,22 @@ impl PrimeField {
     /// Σ aᵢ bᵢ.
     pub fn dot(&self, a: &[Residue], b: &[Residue]) -> Residue {
         let mut sum = 0u128;
+        if a.len() <= FEW_PRODUCTS {
+            a.iter().zip(b).for_each(|(x, y)| sum += u128::from(*x) * u128::from(*y));
+            return self.reduce(sum);
+        }
         for (a, b) in a.chunks(PRODUCTS).zip(b.chunks(PRODUCTS)) {
-            for (x, y) in a.iter().zip(b) {
+            // Two sums do not wait for each other.
+            let mut other = 0u128;
+            let (a, b) = (a.chunks_exact(2), b.chunks_exact(2));
+            for (x, y) in a.remainder().iter().zip(b.remainder()) {
                 sum += u128::from(*x) * u128::from(*y);
             }
+            for (x, y) in a.zip(b) {
+                sum += u128::from(x[0]) * u128::from(y[0]);
+                other += u128::from(x[1]) * u128::from(y[1]);
+            }
+            sum += other;
             let high = (sum >> 64) as u64 % self.prime;
             sum = u128::from(high) << 64 | u128::from(sum as u64);
         }

@@ -92,9 +92,14 @@ impl Span {
         if swaps.is_multiple_of(2) { product } else { field.negate(product) }
     }
 
+    /// The basis of vectors of length n, one row each.
+    pub fn basis(&self, n: usize) -> ModularMatrix {
+        ModularMatrix::from_fn(self.dimension(), n, |i, j| self.coordinates[j][i])
+    }
+
     /// The basis in reduced row echelon form with its pivots.
     pub fn echelon(&self, field: &PrimeField, n: usize) -> (ModularMatrix, Vec<usize>) {
-        ModularMatrix::from_fn(self.dimension(), n, |i, j| self.coordinates[j][i]).echelon(field)
+        self.basis(n).echelon(field)
     }
 }
 
@@ -103,8 +108,6 @@ impl Span {
 pub struct Reachable {
     /// `(column of B, power)` of independent vectors that span it.
     pub columns: Vec<(usize, usize)>,
-    /// These vectors, one row each.
-    pub vectors: Vec<Vec<Residue>>,
     /// The subspace.
     pub span: Span,
 }
@@ -113,7 +116,7 @@ pub struct Reachable {
 pub fn reachable(field: &PrimeField, g: &ModularMatrix, b: &ModularMatrix) -> Reachable {
     let mut span = Span::default();
     let operator = Operator::new(g);
-    let (mut columns, mut vectors) = (Vec::new(), Vec::new());
+    let mut columns = Vec::new();
     let mut chains: Vec<(usize, Vec<Residue>)> = (0..b.columns).map(|j| (j, b.column(j))).collect();
     let mut power = 0;
     while !chains.is_empty() && span.dimension() < g.rows {
@@ -124,7 +127,6 @@ pub fn reachable(field: &PrimeField, g: &ModularMatrix, b: &ModularMatrix) -> Re
             };
             if new {
                 columns.push((*input, power));
-                vectors.push(vector.clone());
             }
             new
         });
@@ -133,7 +135,7 @@ pub fn reachable(field: &PrimeField, g: &ModularMatrix, b: &ModularMatrix) -> Re
         }
         power += 1;
     }
-    Reachable { columns, vectors, span }
+    Reachable { columns, span }
 }
 
 /// The action of a matrix on the quotient by an invariant subspace.

@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use super::{Rational, Scalar};
+use super::{Matrix, Rational, Scalar};
 
 /// A sparse row: `(column, entry)`, sorted, no zeros.
 pub type SparseRow = Vec<(usize, Rational)>;
@@ -104,9 +104,32 @@ pub fn project(row: &SparseRow, basis: &[SparseRow]) -> SparseRow {
     out.into_iter().filter(|(_, x)| !x.is_zero()).collect()
 }
 
+/// The rows of a matrix without their zeros.
+pub fn sparse_rows(matrix: &Matrix<Rational>) -> Vec<SparseRow> {
+    let row = |i: usize| matrix.row(i).iter().enumerate().filter(|(_, x)| !x.is_zero()).map(|(j, x)| (j, x.clone()));
+    (0..matrix.rows()).map(|i| row(i).collect()).collect()
+}
+
+/// `Σ c a aᵀ` of terms `(a, c)` over n coordinates.
+pub fn sum_of_outer<R: AsRef<[(usize, Rational)]>>(
+    terms: impl IntoIterator<Item = (R, Rational)>,
+    n: usize,
+) -> Matrix<Rational> {
+    let mut out = Matrix::<Rational>::zeros(n, n);
+    for (row, factor) in terms {
+        for (i, x) in row.as_ref() {
+            let scaled = factor.times(x);
+            for (j, y) in row.as_ref() {
+                out[(*i, *j)] = out[(*i, *j)].plus(&scaled.times(y));
+            }
+        }
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::{Matrix, echelon};
+    use super::super::echelon;
     use super::*;
     use proptest::prelude::*;
 

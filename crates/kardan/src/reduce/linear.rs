@@ -1,7 +1,7 @@
 //! The linear model around a position at rest.
 
 use super::{Reduced, kinematics};
-use crate::num::{Matrix, Rational};
+use crate::num::{Matrix, Rational, SparseRow, project, sparse_rows, sum_of_outer};
 
 /// The reduced matrices of a linear(ised) model \[diss. Theorem 4.1\], exact for the stored numbers.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,14 +48,16 @@ impl LinearModel {
 /// If `position` has not one entry per coordinate or gives a slope that is not finite.
 pub fn linearise(reduced: &Reduced, position: &[f64]) -> LinearModel {
     let basis = kinematics::exact_basis(reduced, position);
-    let congruent = |m: Matrix<Rational>| basis.transpose().multiply(&m).multiply(&basis);
+    let (rows, r) = (sparse_rows(&basis), basis.columns());
+    let reduced_row = |row: &SparseRow| project(row, &rows);
     let equations = &reduced.equations;
+    let (inertias, dampers, springs) = (&equations.inertias, &equations.dampers, &equations.springs);
     LinearModel {
         coordinates: reduced.coordinate_names(),
         inputs: equations.inputs.iter().map(|input| input.element.clone()).collect(),
-        inertia: congruent(equations.inertia_matrix()),
-        damping: congruent(equations.damping_matrix()),
-        stiffness: congruent(equations.stiffness_matrix()),
+        inertia: sum_of_outer(inertias.iter().map(|j| (reduced_row(&j.row), j.value.to_rational())), r),
+        damping: sum_of_outer(dampers.iter().map(|d| (reduced_row(&d.row), d.value.to_rational())), r),
+        stiffness: sum_of_outer(springs.iter().map(|s| (reduced_row(&s.row), s.value.stiffness.to_rational())), r),
         input: basis.transpose().multiply(&equations.input_matrix()),
         basis,
     }

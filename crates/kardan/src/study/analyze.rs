@@ -10,15 +10,16 @@ use super::sensitivity::sensitivity;
 use super::signals::{WorkingPoint, charges, named};
 use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project};
 use crate::analysis::{
-    BasisError, ConstrainedSystem, LinearSystem, Mechanics, Side, StructureError, TakenApart, bases,
-    certified_structure, class, constraint_forces, construction, distance_of_matrices, exact_modes,
-    exact_modes_of_pencil, failing_modes, linear_system, properties, realisations, reduction, structure,
+    BasisError, ConstrainedSystem, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side, StructureError,
+    TakenApart, bases, certified_structure, class, constraint_forces, construction, distance_of_matrices,
+    exact_modes_beside, exact_modes_of_pencil, failing_modes, linear_system, modes, needs_modes, properties,
+    realisations, reduction, structure,
 };
 use crate::diagnostics::Diagnostic;
 use crate::model::{DataDigits, StateSpace, read_state_space};
 use crate::num::{Definiteness, Matrix, Rational, definiteness, exact_rank, rational_to_f64};
 use crate::reduce::Reduced;
-use crate::results::{Analysis, DiscreteTime, MatrixDistance, MatrixDistances, Mode};
+use crate::results::{Analysis, Basis, ConstraintForces, DiscreteTime, MatrixDistance, MatrixDistances, Mode};
 
 /// Analyses a model file.
 ///
@@ -48,7 +49,9 @@ impl Project {
         }
         let variant = prepared.variant(settings.variant.as_deref())?;
         let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
-        keep(progress, &analysis, "what the tolerances allow");
+        if !variant.model.tolerances.is_empty() {
+            keep(progress, &analysis, "what the tolerances allow");
+        }
         sensitivity(self.read().0, prepared, variant, settings, &mut analysis, progress)?;
         analysis.notes.extend(diagnostics.iter().map(|warning| warning.message.clone()));
         progress.release();
@@ -84,18 +87,15 @@ pub(super) fn analyze_variant(
     let names: Vec<String> = coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect();
     let charges = charges(reduced);
     let pencil = linear_system(system, &coordinates, &basis, outputs);
-    let mechanical = Mechanical::new(&pencil, names.clone());
-    let massless = (!mechanical.is_regular()).then_some(&mechanical);
-    if massless.is_some() && !settings.eliminate_massless {
+    let mechanical = Mechanical::new(pencil, names.clone());
+    let (massless, mut linear, elimination) = if mechanical.is_regular() {
+        (None, mechanical.into_pencil(), None)
+    } else if settings.eliminate_massless {
+        let rest = mechanical.eliminate().map_err(|error| not_eliminated(error, &charges, variant))?;
+        let elimination = mechanical.elimination(&rest, &charges);
+        (Some(mechanical), rest.system, Some(elimination))
+    } else {
         return Err(mechanical.refusal(variant));
-    }
-    let (mut linear, elimination) = match massless {
-        None => (pencil.clone(), None),
-        Some(mechanical) => {
-            let rest = mechanical.eliminate().map_err(|error| not_eliminated(error, &charges, variant))?;
-            let elimination = mechanical.elimination(&rest, &charges);
-            (rest.system, Some(elimination))
-        }
     };
     linear.states.iter_mut().for_each(|state| *state = state_name(state, &charges));
     let mut analysis = Analysis {
@@ -109,9 +109,15 @@ pub(super) fn analyze_variant(
         ..Analysis::default()
     };
     let rest = "modes, the construction of inputs, bases and places";
-    decide(&mut analysis, &linear, settings.certify, (progress, &variant.name), rest)?;
+    let (decided, beside) = rayon::join(
+        || decide(&mut analysis, &linear, settings.certify, (progress, &variant.name), rest),
+        || Beside::of(system, reduced, massless.is_none()),
+    );
+    decided?;
     let modes = if massless.is_none() {
-        exact_modes(system, &reduction(system, &reduced.coordinates), &analysis.structure.factors)
+        exact_modes_beside(system, &beside.reduction, &analysis.structure.factors, || {
+            beside.modes.unwrap_or_else(|| modes(system, &beside.reduction))
+        })
     } else {
         let note = "after the elimination the modes are those of the states that remain: without energies";
         analysis.notes.push(note.into());
@@ -121,32 +127,68 @@ pub(super) fn analyze_variant(
     let mechanics = massless.is_none().then_some(Mechanics { system, basis: &basis });
     failing_modes(&mut analysis.structure, &mut analysis.modes, &linear, mechanics);
     refine(&mut analysis, &linear);
-    keep(progress, &analysis, "the construction of inputs, bases and places");
+    // A copy of a large analysis takes longer than what is left where no places are asked for.
+    let asks_for_places = !(variant.analysis.actuators.is_empty() && variant.analysis.sensors.is_empty());
+    if asks_for_places || linear.states.len() <= MOST_CONSTRUCTED {
+        keep(progress, &analysis, "the construction of inputs, bases and places");
+    }
     construct(&mut analysis, &linear);
-    keep(progress, &analysis, "bases and places");
-    add_bases(&mut analysis, system, reduced)?;
-    keep(progress, &analysis, "places");
+    add_bases(&mut analysis, beside.bases, !charges.is_empty())?;
+    if asks_for_places {
+        keep(progress, &analysis, "places");
+    }
     let places = Places {
         spec: &variant.analysis,
         system,
         basis: &basis,
         linear: &linear,
-        massless,
+        massless: massless.as_ref(),
         structure: &analysis.structure,
     };
     analysis.placement = places.placement(&mut analysis.notes);
     Ok(analysis)
 }
 
+/// Constraint forces, if there are constraints, and orthogonal bases.
+type Orthogonal = (Option<ConstraintForces>, Vec<Basis>);
+
+/// What does not depend on the structure and is computed beside it.
+struct Beside {
+    reduction: Reduction,
+    /// The modes in floating point, where they are most likely needed.
+    modes: Option<Option<Vec<Mode>>>,
+    /// Nothing where some coordinates have no inertia of their own.
+    bases: Result<Option<Orthogonal>, BasisError>,
+}
+
+impl Beside {
+    fn of(system: &ConstrainedSystem, reduced: &Reduced, regular: bool) -> Self {
+        let reduction = reduction(system, &reduced.coordinates);
+        let modes = (regular && needs_modes(&reduction)).then(|| modes(system, &reduction));
+        Self { modes, bases: orthogonal(system, reduced), reduction }
+    }
+}
+
+fn orthogonal(system: &ConstrainedSystem, reduced: &Reduced) -> Result<Option<Orthogonal>, BasisError> {
+    if definiteness(&system.inertia_matrix()) != Definiteness::Positive {
+        return Ok(None);
+    }
+    let constrained = !system.constraints.is_empty();
+    let forces = constrained.then(|| constraint_forces(system)).transpose()?;
+    Ok(Some((forces, bases(system, &reduced.coordinates)?)))
+}
+
 /// Orthogonal bases and constraint forces, or a note that there are none.
-fn add_bases(analysis: &mut Analysis, system: &ConstrainedSystem, reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {
+fn add_bases(
+    analysis: &mut Analysis,
+    found: Result<Option<Orthogonal>, BasisError>,
+    charges: bool,
+) -> Result<(), Vec<Diagnostic>> {
     let refused = |error: BasisError| vec![Diagnostic::error("analysis::basis", error.to_string())];
-    if definiteness(&system.inertia_matrix()) == Definiteness::Positive {
-        let constrained = !system.constraints.is_empty();
-        analysis.constraint_forces = constrained.then(|| constraint_forces(system)).transpose().map_err(refused)?;
-        analysis.bases = bases(system, &reduced.coordinates).map_err(refused)?;
+    if let Some((forces, bases)) = found.map_err(refused)? {
+        (analysis.constraint_forces, analysis.bases) = (forces, bases);
     } else {
-        let what = if charges(reduced).is_empty() { "shafts have no inertia" } else { "charges have no inductance" };
+        let what = if charges { "charges have no inductance" } else { "shafts have no inertia" };
         let note = format!("some {what} of their own: orthogonal bases and the projector are left out");
         analysis.notes.push(note);
     }

@@ -7,7 +7,7 @@ use crate::assemble::Equations;
 use crate::diagnostics::Diagnostic;
 use crate::equations::{Domain, InputKind};
 use crate::model::{Document, TableReader};
-use crate::num::{Random, dot};
+use crate::num::Random;
 use crate::reduce::{Dynamics, Work, linearise};
 use crate::synthesis::closed_loop_poles;
 
@@ -104,11 +104,18 @@ fn fastest(variant: &PreparedVariant) -> Effort {
     out
 }
 
+/// A row over the coordinates, without its zeros.
+type Row = Vec<(usize, f64)>;
+
 /// The elements of a model at a position: of each its row over the coordinates and its value.
 struct Terms {
-    dampers: Vec<(Vec<f64>, f64)>,
-    springs: Vec<(Vec<f64>, f64)>,
-    inertias: Vec<(Vec<f64>, f64)>,
+    dampers: Vec<(Row, f64)>,
+    springs: Vec<(Row, f64)>,
+    inertias: Vec<(Row, f64)>,
+}
+
+fn along(row: &Row, x: &[f64]) -> f64 {
+    row.iter().map(|(j, factor)| factor * x[*j]).sum()
 }
 
 /// The motion of the largest eigenvalue.
@@ -123,12 +130,12 @@ struct Motion {
 
 impl Terms {
     fn at(equations: &Equations, work: &Work) -> Self {
-        let project = |row: Vec<(usize, f64)>| {
+        let project = |row: Vec<(usize, f64)>| -> Row {
             let mut out = vec![0.0; work.kinematics.row(0).len()];
             for (shaft, c) in row {
                 out.iter_mut().zip(work.kinematics.row(shaft)).for_each(|(sum, x)| *sum += c * x);
             }
-            out
+            out.into_iter().enumerate().filter(|(_, x)| *x != 0.0).collect()
         };
         Self {
             dampers: equations.dampers.iter().map(|d| (project(d.row_f64()), d.value.to_f64())).collect(),
@@ -143,14 +150,15 @@ impl Terms {
         let mut random = Random::new(SEED);
         let mut draw = || (0..r).map(|_| random.unit() - 0.5).collect::<Vec<f64>>();
         let (mut angle, mut speed) = (draw(), draw());
-        let size = |x: &[f64]| self.inertias.iter().map(|(row, j)| j * dot(row, x) * dot(row, x)).sum::<f64>().sqrt();
+        let size =
+            |x: &[f64]| self.inertias.iter().map(|(row, j)| j * along(row, x) * along(row, x)).sum::<f64>().sqrt();
         let mut logarithm = 0.0;
         for k in 0..PRODUCTS {
             let mut next = vec![0.0; r];
             for (terms, x) in [(&self.dampers, &speed), (&self.springs, &angle)] {
                 for (row, value) in terms {
-                    let torque = value * dot(row, x);
-                    next.iter_mut().zip(row).for_each(|(sum, g)| *sum -= torque * g);
+                    let torque = value * along(row, x);
+                    row.iter().for_each(|(j, g)| next[*j] -= torque * g);
                 }
             }
             work.factor.solve(&mut next);
@@ -170,9 +178,9 @@ impl Terms {
     /// The element that turns over most power in a motion, with its key, and what it does in words.
     fn cause(&self, equations: &Equations, motion: &Motion) -> Option<((String, &'static str), String)> {
         let Motion { rate, speed, angle } = motion;
-        let largest = |terms: &[(Vec<f64>, f64)], weight: f64| -> Option<(usize, f64)> {
-            let power = |(row, value): &(Vec<f64>, f64)| {
-                weight * value * (powi(dot(row, speed), 2) + powi(rate * dot(row, angle), 2))
+        let largest = |terms: &[(Row, f64)], weight: f64| -> Option<(usize, f64)> {
+            let power = |(row, value): &(Row, f64)| {
+                weight * value * (powi(along(row, speed), 2) + powi(rate * along(row, angle), 2))
             };
             terms.iter().map(power).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
         };

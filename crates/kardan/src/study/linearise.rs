@@ -103,9 +103,9 @@ fn system_at(
     }
     let names = coordinates.iter().map(|&shaft| point.system.coordinates[shaft].clone()).collect();
     let pencil = linear_system(&point.system, &coordinates, &basis, &point.outputs);
-    let mechanical = Mechanical::new(&pencil, names);
+    let mechanical = Mechanical::new(pencil, names);
     let mut system = match (mechanical.is_regular(), settings.eliminate_massless) {
-        (true, _) => pencil.clone(),
+        (true, _) => mechanical.into_pencil(),
         (false, false) => return Err(mechanical.refusal(variant)),
         (false, true) => mechanical.eliminate().map_err(|error| not_eliminated(error, charges, variant))?.system,
     };

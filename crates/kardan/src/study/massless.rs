@@ -13,21 +13,29 @@ use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, echelon};
 use crate::results::{Definition, Elimination};
 
 /// The equations `H q̈ + D q̇ + S q = F u` and their outputs, read from the blocks of a pencil that may have a singular E.
-pub(super) struct Mechanical<'a> {
-    pencil: &'a LinearSystem,
+pub(super) struct Mechanical {
+    pencil: LinearSystem,
     /// Names of the coordinates.
     coordinates: Vec<String>,
 }
 
-impl<'a> Mechanical<'a> {
-    pub(super) fn new(pencil: &'a LinearSystem, coordinates: Vec<String>) -> Self {
+impl Mechanical {
+    pub(super) fn new(pencil: LinearSystem, coordinates: Vec<String>) -> Self {
         assert_eq!(pencil.states.len(), 2 * coordinates.len(), "a pencil in angles and speeds");
         Self { pencil, coordinates }
     }
 
+    pub(super) fn into_pencil(self) -> LinearSystem {
+        self.pencil
+    }
+
     fn block(&self, matrix: &Matrix<Rational>, column: usize, sign: i64) -> Matrix<Rational> {
         let r = self.coordinates.len();
-        Matrix::from_fn(r, r, |i, j| matrix[(r + i, column + j)].times(&Rational::from(sign)))
+        let sign = Rational::from(sign);
+        Matrix::from_fn(r, r, |i, j| match &matrix[(r + i, column + j)] {
+            zero if zero.is_zero() => Rational::ZERO,
+            entry => entry.times(&sign),
+        })
     }
 
     fn inertia(&self) -> Matrix<Rational> {
@@ -63,7 +71,7 @@ impl<'a> Mechanical<'a> {
 
     /// What remains of the system.
     pub(super) fn eliminate(&self) -> Result<Eliminated, MasslessError> {
-        let (r, pencil) = (self.coordinates.len(), self.pencil);
+        let (r, pencil) = (self.coordinates.len(), &self.pencil);
         let f = Matrix::from_fn(r, pencil.inputs.len(), |i, j| pencil.b[(r + i, j)].clone());
         self.eliminate_with((&pencil.inputs, &f), (&pencil.outputs, &pencil.c, &pencil.d))
     }

@@ -20,7 +20,7 @@ pub(super) struct Places<'a> {
     pub basis: &'a Matrix<Rational>,
     pub linear: &'a LinearSystem,
     /// Of a system with motions without inertia: places are ranked by what remains of it with them as inputs (outputs).
-    pub massless: Option<&'a Mechanical<'a>>,
+    pub massless: Option<&'a Mechanical>,
     pub structure: &'a Structure,
 }
 

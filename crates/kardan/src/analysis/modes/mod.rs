@@ -9,6 +9,7 @@ mod shape;
 use faer::{Mat, c64};
 use kardan_rt::functions::hypot;
 
+use super::spectrum::MOST_EXPANDED;
 use super::{ConstrainedSystem, LinearSystem, Reduction};
 use crate::num::{Matrix, SparseRow, balance, rational_to_f64};
 use crate::results::{Complex, Factor, Mode, Pole};
@@ -71,6 +72,24 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
 /// # Panics
 /// If the reduction is not one of the system.
 pub fn exact_modes(system: &ConstrainedSystem, reduction: &Reduction, factors: &[Factor]) -> Option<Vec<Mode>> {
+    exact_modes_beside(system, reduction, factors, || modes(system, reduction))
+}
+
+/// Whether [`exact_modes`] most likely needs those of [`modes`]: some factor is too long to be written out.
+pub fn needs_modes(reduction: &Reduction) -> bool {
+    2 * reduction.degrees_of_freedom() > MOST_EXPANDED
+}
+
+/// The same as [`exact_modes`], where the caller may have those of [`modes`] already.
+///
+/// # Panics
+/// If the reduction is not one of the system.
+pub fn exact_modes_beside(
+    system: &ConstrainedSystem,
+    reduction: &Reduction,
+    factors: &[Factor],
+    floating: impl FnOnce() -> Option<Vec<Mode>>,
+) -> Option<Vec<Mode>> {
     let r = reduction.degrees_of_freedom();
     let matrices = [reduction.inertia(), reduction.damping(), reduction.stiffness()];
     if !matrices.iter().all(Mat::is_all_finite) {
@@ -96,7 +115,7 @@ pub fn exact_modes(system: &ConstrainedSystem, reduction: &Reduction, factors: &
         };
         vectors.unwrap_or_default().iter().map(mode).collect()
     };
-    with_exact_values(2 * r, factors, at, || modes(system, reduction))
+    with_exact_values(2 * r, factors, at, floating)
 }
 
 /// The modes of `E ẋ = A x` with the eigenvalues of the exact factors, each as often as it is one: n roots altogether.

@@ -46,5 +46,9 @@ pub(super) fn normalised(x: &[c64]) -> Option<Vec<c64>> {
 }
 
 pub(super) fn largest(x: &[c64]) -> c64 {
-    x.iter().copied().fold(c64::ZERO, |best, x| if x.norm() > best.norm() { x } else { best })
+    let larger = |(best, most): (c64, f64), x: c64| match x.norm() {
+        size if size > most => (x, size),
+        _ => (best, most),
+    };
+    x.iter().copied().fold((c64::ZERO, 0.0), larger).0
 }

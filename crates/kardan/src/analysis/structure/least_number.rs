@@ -24,8 +24,7 @@ pub(super) fn count(
     force: Option<(usize, bool)>,
     proven: bool,
 ) -> Option<Count> {
-    let system = images.system;
-    let others = spare.clone().take(8).filter_map(|prime| Image::new(system, prime).map(Arc::new));
+    let others = spare.clone().take(8).filter_map(|prime| images.modulo(prime).map(Arc::new));
     let (witness, minor) = std::iter::once(stated.clone()).chain(others).find_map(|image| witness(&image, m, force))?;
     if m == 1 {
         return Some(Count { number: 1, witness, minor, ..Count::default() });
@@ -61,17 +60,18 @@ fn witness(image: &Image, m: usize, force: Option<(usize, bool)>) -> Option<(Vec
 
 /// Independent rows Y with `Y A = (I ⊗ companion(q)) Y E`, m blocks of them, exact.
 fn companion_rows(images: &mut Images<'_>, first: &Image, m: usize, common: &Polynomial) -> Option<Matrix<Rational>> {
-    let (system, field) = (images.system, first.field);
-    let (n, degree) = (system.states.len(), common.degree());
+    let field = first.field;
+    let (n, degree) = (first.g.rows, common.degree());
     if m * degree * n > MOST_NUMBERS {
         return None;
     }
     let combinations = generators(first, m, common)?;
     let flat = images.reconstruct(most_primes(n), |image| {
         let rows = chains(image, common, &combinations)?;
-        Some(values(&image.field, &rows.multiply(&image.field, &image.inverse_e)))
+        Some(values(&image.field, &image.inverse_e.multiply_from_left(&image.field, &rows)))
     })?;
     let count = m * degree;
+    let system = images.system();
     let y = Matrix::from_fn(count, n, |i, j| flat[i * n + j].clone());
     let (on_e, on_a) = (multiply_sparse(&y, &system.e), multiply_sparse(&y, &system.a));
     let acts = (0..count).all(|i| {

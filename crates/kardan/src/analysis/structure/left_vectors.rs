@@ -31,17 +31,17 @@ pub(super) struct Misled;
 /// # Errors
 /// If some prime shows fewer such rows, or what several of them agree on is wrong.
 pub(super) fn invariant_rows(images: &mut Images<'_>, count: usize, limits: &Limits) -> Result<Option<Left>, Misled> {
-    let system = images.system;
-    let n = system.states.len();
+    let n = images.system().states.len();
     if count * (n + count) > limits.numbers {
         return Ok(None);
     }
+    let system = images.system();
     let larger = std::cell::Cell::new(false);
     let modular = |image: &Image| {
         let field = &image.field;
         let part = reachable(field, &image.g, &image.b);
-        let spanning = ModularMatrix::from_fn(part.vectors.len(), n, |i, j| part.vectors[i][j]);
-        spanning.null_space(field).multiply(field, &image.inverse_e).echelon(field).0
+        let unreached = part.span.basis(n).null_space(field);
+        image.inverse_e.multiply_from_left(field, &unreached).echelon(field).0
     };
     let all = |image: &Image, rows: ModularMatrix| {
         let field = &image.field;

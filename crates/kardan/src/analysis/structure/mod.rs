@@ -10,6 +10,8 @@ mod ranks;
 mod relative_degrees;
 mod statements;
 
+use std::sync::OnceLock;
+
 pub use error::StructureError;
 pub(super) use relative_degrees::relative_degrees;
 
@@ -119,11 +121,11 @@ fn decide_modulo(
     if n == 0 {
         return Err(StructureError::NoStates);
     }
-    let dual = system.transpose();
     // Both skip the same primes.
     let mut images = Images::new(system, drawn.clone());
-    let mut dual_images = Images::new(&dual, drawn);
-    let ranks = Ranks::decide([system, &dual], [&mut images, &mut dual_images], &mut own, limits)?;
+    let dual = OnceLock::new();
+    let mut dual_images = Images::of_dual(system, &dual, drawn);
+    let ranks = Ranks::decide(system, [&mut images, &mut dual_images], &mut own, limits)?;
     let Look { image: first, dual: dual_first, reached, seen } = &ranks.found;
     let mut statements = Statements::new(system);
     let undecided = ranks.proven().map(|proven| certify.is_some() && !proven);

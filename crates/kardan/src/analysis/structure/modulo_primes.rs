@@ -21,7 +21,9 @@ pub(super) fn spectrum(
     limits: &Limits,
 ) -> SpectrumInWords {
     let n = first.g.rows;
-    let missed = |image: &Image, reach: &Reach| quotient_factors(&image.field, &image.g, &reach.span);
+    let missed = |image: &Image, reach: &Reach| {
+        reach.span.as_ref().map_or_else(Vec::new, |span| quotient_factors(&image.field, &image.g, span))
+    };
     let lists = [factors(&first.field, &first.g), missed(first, reached), missed(dual, seen)];
     let found = Spectrum::new(&first.field, lists);
     let (layout, limit) = (found.layout(), limits.primes);

@@ -62,14 +62,16 @@ impl Look {
 pub(super) struct Reach {
     pub rank: usize,
     pub minor: Minor,
-    pub span: Span,
+    /// Where not all is reached.
+    pub span: Option<Span>,
 }
 
 impl Reach {
     fn of(image: &Image) -> Self {
         let part = reachable(&image.field, &image.g, &image.b);
         let rank = part.span.dimension();
-        Self { rank, minor: minor(&image.field, part.columns, &part.span), span: part.span }
+        let minor = minor(&image.field, part.columns, &part.span);
+        Self { rank, minor, span: (rank < image.g.rows).then_some(part.span) }
     }
 }
 
@@ -94,9 +96,9 @@ pub(super) struct Ranks {
 }
 
 impl Ranks {
-    /// Of a system and its dual, whose images are drawn with the same primes.
+    /// Of a system; the images are those of it and of its dual, drawn with the same primes.
     pub fn decide(
-        [system, dual]: [&LinearSystem; 2],
+        system: &LinearSystem,
         [images, dual_images]: [&mut Images<'_>; 2],
         own: &mut Primes,
         limits: &Limits,
@@ -112,7 +114,8 @@ impl Ranks {
         }
         let mut next_own = || loop {
             let prime = own.next().expect("primes are many");
-            if let [Some(image), Some(dual)] = [system, dual].map(|s| Image::new(s, prime)) {
+            if let (Some(image), Some(dual)) = rayon::join(|| Image::new(system, prime), || Image::dual(system, prime))
+            {
                 return Look::of(Arc::new(image), Arc::new(dual));
             }
         };

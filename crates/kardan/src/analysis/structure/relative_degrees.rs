@@ -3,30 +3,28 @@
 use super::fractions::multiply_sparse;
 use crate::analysis::LinearSystem;
 use crate::analysis::images::Image;
-use crate::num::Operator;
+use crate::num::{Operator, Residue};
 
 /// Relative degree of every input-output pair modulo a prime: never below the true one.
 pub(in crate::analysis) fn relative_degrees(image: &Image) -> Vec<Vec<Option<usize>>> {
     let (n, field) = (image.g.rows, &image.field);
-    let columns = Operator::new(&image.g.transpose());
-    let inputs = image.b.transpose();
-    let mut table = Vec::new();
-    for output in 0..image.c.rows {
-        let mut row: Vec<Option<usize>> =
-            image.d.row(output).iter().map(|&x| if x == 0 { None } else { Some(0) }).collect();
-        let mut v = image.c.row(output).to_vec();
+    let (states, outputs) = (Operator::new(&image.g), Operator::new(&image.c));
+    let through = |x: &Residue| if *x == 0 { None } else { Some(0) };
+    let mut table: Vec<Vec<Option<usize>>> =
+        (0..image.c.rows).map(|output| image.d.row(output).iter().map(through).collect()).collect();
+    for input in 0..image.b.columns {
+        let mut v = image.b.column(input);
         for degree in 1..=n {
-            if row.iter().all(Option::is_some) || v.iter().all(|&x| x == 0) {
+            if table.iter().all(|row| row[input].is_some()) || v.iter().all(|&x| x == 0) {
                 break;
             }
-            for (input, entry) in row.iter_mut().enumerate() {
-                if entry.is_none() && field.dot(&v, inputs.row(input)) != 0 {
-                    *entry = Some(degree);
+            for (row, shown) in table.iter_mut().zip(outputs.apply(field, &v)) {
+                if shown != 0 {
+                    row[input].get_or_insert(degree);
                 }
             }
-            v = columns.apply(field, &v);
+            v = states.apply(field, &v);
         }
-        table.push(row);
     }
     table
 }

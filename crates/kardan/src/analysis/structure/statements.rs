@@ -22,7 +22,7 @@ impl Statements {
     /// 100 (H + n) bits. For each claim that is less than 32 (size + 4) (H + size) bits altogether.
     pub fn new(system: &LinearSystem) -> Self {
         let size = (system.states.len() + system.inputs.len() + system.outputs.len()) as f64;
-        let norm = certified::norm_bits(&certified::whole(system)) as f64;
+        let norm = certified::norm_bits(system) as f64;
         let bad = 32.0 * (size + 4.0) * (norm + size) / 60.0;
         Self { list: Vec::new(), open: 0, each: (bad / PrimeField::CHOICES).min(1.0) }
     }
