@@ -33,6 +33,7 @@ pub use at_zero::{AtZero, at_zero, split_off};
 pub use balance::balance;
 pub use bracket::bracket;
 pub use dense::{Cholesky, Lu, dot, multiply};
+pub(crate) use dense::{LANES, Panels, product};
 pub use eigen::eigenvalues;
 pub use elimination::{Definiteness, Echelon, definiteness, echelon};
 pub use exponential::{Discretised, discretise, exponential};

@@ -370,6 +370,11 @@ impl Outputs {
         self.signals[signal].values.push(value);
     }
 
+    /// Appends several rows to one signal.
+    pub fn extend(&mut self, signal: usize, values: &[f64]) {
+        self.signals[signal].values.extend_from_slice(values);
+    }
+
     /// What the next readings of the sensors depend on.
     pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
         self.samplers.iter_mut().for_each(|(_, sampler)| sampler.keep(keeper));
