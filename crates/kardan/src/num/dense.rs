@@ -65,7 +65,7 @@ pub(crate) fn product(a: &Matrix<f64>, b: &Matrix<f64>, out: &mut Matrix<f64>) {
             out[first..first + LANES].copy_from_slice(&lanes(factors, rows));
         }
         for j in whole..columns {
-            out[j] = factors.iter().enumerate().map(|(k, factor)| factor * b[(k, j)]).sum();
+            out[j] = factors.iter().enumerate().fold(0.0, |sum, (k, factor)| sum + factor * b[(k, j)]);
         }
     }
 }

@@ -31,6 +31,7 @@ mod wide;
 
 pub use at_zero::{AtZero, at_zero, split_off};
 pub use balance::balance;
+pub(crate) use balance::{scaled, unscaled};
 pub use bracket::bracket;
 pub use dense::{Cholesky, Lu, dot, multiply};
 pub(crate) use dense::{LANES, Panels, product};

@@ -9,7 +9,7 @@
 //! differ by more than the tolerance (stiff springs between large angles), the loop is left to the integrator.
 
 use super::{Machine, outputs::Outputs, walk::Walk};
-use crate::num::{LANES, Matrix, Panels, balance, dot, exponential, product};
+use crate::num::{LANES, Matrix, Panels, balance, dot, exponential, product, scaled, unscaled};
 use faer::Mat;
 
 /// More states are left to the integrator: a product for each row grows with their square.
@@ -31,6 +31,8 @@ pub(super) struct LinearSegment {
     until: f64,
     /// M, of order states + 2.
     generator: Matrix<f64>,
+    /// Those that balance it.
+    scales: Vec<f64>,
     /// z at the end.
     end: Vec<f64>,
     /// Work of the inputs and loss, J.
@@ -72,9 +74,9 @@ impl LinearSegment {
         while walk.left > 0 {
             walk.step();
             beside.step();
-            for i in 0..states {
-                largest[i] = largest[i].max(walk.z[i].abs());
-                apart[i] = apart[i].max((walk.z[i] - beside.z[i]).abs());
+            for ((largest, apart), (x, other)) in largest.iter_mut().zip(&mut apart).zip(walk.z.iter().zip(&beside.z)) {
+                *largest = larger(*largest, x.abs());
+                *apart = larger(*apart, (x - other).abs());
             }
         }
         // Angles and speeds are judged beside the others of their kind.
@@ -95,6 +97,7 @@ impl LinearSegment {
             from,
             until,
             generator,
+            scales,
             end,
             energies,
             readout,
@@ -171,7 +174,8 @@ impl LinearSegment {
         }
         // Up to the end nothing overflows, so that nothing does before.
         let order = self.z.len();
-        let power = exponential(&self.generator.scale(&step));
+        let power = exponential(&scaled(&self.generator, &self.scales).scale(&step));
+        let power = power.map(|power| unscaled(&power, &self.scales));
         let power = power.unwrap_or_else(|| Matrix::from_fn(order, order, |_, _| f64::NAN));
         if self.spacings.len() == MOST_SPACINGS {
             self.spacings.remove(0);
@@ -235,6 +239,11 @@ fn rounding(time: f64) -> f64 {
 
 fn apply(matrix: &Matrix<f64>, x: &[f64], out: &mut [f64]) {
     out.iter_mut().enumerate().for_each(|(i, out)| *out = dot(matrix.row(i), x));
+}
+
+/// The larger of two numbers; the first if one is none. Takes less time than [`f64::max`].
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }
 
 /// Angles, speeds and what else there is.

@@ -452,11 +452,12 @@ impl Outputs {
         self.samplers = samplers;
     }
 
-    /// Appends the last row once more.
-    pub fn record_again(&mut self) {
-        for signal in &mut self.signals {
-            let last = signal.values.last().copied();
-            signal.values.extend(last);
+    /// Appends the last row so many times more.
+    pub fn record_again(&mut self, count: usize) {
+        for values in self.signals.iter_mut().map(|signal| &mut signal.values) {
+            if let Some(&last) = values.last() {
+                values.extend(std::iter::repeat_n(last, count));
+            }
         }
     }
 

@@ -941,9 +941,11 @@ impl RunningLoop {
                 self.solver.interpolate(at, &mut self.looked);
             }
             if last.is_none() && known && !self.outputs.samples() {
-                self.outputs.record_again();
-                self.time_grid.push(row);
-                self.next_row += 1;
+                let rows = &self.scenario.times[self.next_row..];
+                let count = rows.iter().take_while(|row| **row < time).count();
+                self.outputs.record_again(count);
+                self.time_grid.extend_from_slice(&rows[..count]);
+                self.next_row += count;
                 continue;
             }
             if last.is_some() || !known {

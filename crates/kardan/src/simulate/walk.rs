@@ -6,7 +6,7 @@
 
 use kardan_rt::functions::{ln, powi};
 
-use crate::num::{Matrix, Panels, dot, product};
+use crate::num::{Matrix, Panels, dot, product, scaled, unscaled};
 
 /// Norm of `M h` up to which h is short.
 const SHORT: f64 = 0.5;
@@ -35,7 +35,7 @@ impl Walk {
     /// The way from z through a time, with the integrals for each Q; `None` if the motion is too fast. The scales are those that balance M.
     pub(super) fn new(m: &Matrix<f64>, q: &[Matrix<f64>], scales: &[f64], z: &[f64], time: f64) -> Option<Self> {
         let n = m.rows();
-        let m = Matrix::from_fn(n, n, |i, j| m[(i, j)] * scales[j] / scales[i]);
+        let m = scaled(m, scales);
         let norm = (0..n).map(|i| m.row(i).iter().map(|x| x.abs()).sum()).fold(0.0, f64::max) * time;
         let halvings = (ln(norm / SHORT) / std::f64::consts::LN_2).ceil().max(f64::from(STEPS));
         if !(halvings <= MOST_HALVINGS) {
@@ -48,7 +48,7 @@ impl Walk {
             q.iter().map(|q| Matrix::from_fn(n, n, |i, j| q[(i, j)] * scales[i] * scales[j] * short)),
         );
         (STEPS..halvings as u32).for_each(|_| power.double());
-        let step = Matrix::from_fn(n, n, |i, j| power.whole[(i, j)] * scales[i] / scales[j]);
+        let step = unscaled(&power.whole, scales);
         if !q.is_empty() {
             (0..BETWEEN).for_each(|_| power.double());
         }
