@@ -1,6 +1,8 @@
 use faer::Mat;
 use kardan_rt::functions::{exp2, log2};
 
+use super::Matrix;
+
 /// Scales of the coordinates that make rows and columns of a square matrix alike in size: `A[i][j] · s[j] / s[i]`.
 ///
 /// Powers of two, so that nothing is rounded. Method: Parlett and Reinsch, without permutations; a stiff mechanical model in
@@ -22,6 +24,10 @@ pub fn balance(matrix: &Mat<f64>) -> Vec<f64> {
             if !(column > 0.0 && row > 0.0 && column.is_finite() && row.is_finite()) {
                 continue;
             }
+            // No power of two makes these more alike by as much as is asked for below.
+            if (0.45..2.2).contains(&(row / column)) {
+                continue;
+            }
             let factor = exp2((0.5 * log2(row / column)).round());
             if column * factor + row / factor < 0.95 * (column + row) {
                 changed = true;
@@ -39,4 +45,14 @@ pub fn balance(matrix: &Mat<f64>) -> Vec<f64> {
         }
     }
     scales
+}
+
+/// The matrix in coordinates of these scales: `A[i][j] · s[j] / s[i]`.
+pub(crate) fn scaled(matrix: &Matrix<f64>, scales: &[f64]) -> Matrix<f64> {
+    Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| matrix[(i, j)] * scales[j] / scales[i])
+}
+
+/// The matrix from one in coordinates of these scales.
+pub(crate) fn unscaled(matrix: &Matrix<f64>, scales: &[f64]) -> Matrix<f64> {
+    Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| matrix[(i, j)] * scales[i] / scales[j])
 }

@@ -1,5 +1,75 @@
 use kardan_rt::functions::ln;
 
+use super::Matrix;
+
+/// Sums that go on at once.
+pub(crate) const LANES: usize = 8;
+
+/// A matrix for products with vectors: eight rows at a time, column by column, so that eight sums go on at once.
+#[derive(Debug, Clone)]
+pub(crate) struct Panels {
+    columns: usize,
+    data: Vec<[f64; LANES]>,
+}
+
+impl Panels {
+    /// Of a matrix with at least one column.
+    pub(crate) fn new(matrix: &Matrix<f64>) -> Self {
+        let (rows, columns) = (matrix.rows(), matrix.columns());
+        let entry = |i: usize, j: usize| if i < rows { matrix[(i, j)] } else { 0.0 };
+        let column = |first: usize, j: usize| std::array::from_fn(|lane| entry(first + lane, j));
+        let panels = (0..rows).step_by(LANES);
+        let data = panels.flat_map(|first| (0..columns).map(move |j| column(first, j))).collect();
+        Self { columns, data }
+    }
+
+    /// The product with a vector, eight entries at a time; zeros after the last one.
+    pub(crate) fn products(&self, x: &[f64]) -> impl Iterator<Item = [f64; LANES]> {
+        self.data.chunks_exact(self.columns).map(|panel| lanes(x, panel.iter()))
+    }
+
+    /// `out = self · x`.
+    pub(crate) fn apply(&self, x: &[f64], out: &mut [f64]) {
+        for (out, sums) in out.chunks_mut(LANES).zip(self.products(x)) {
+            out.copy_from_slice(&sums[..out.len()]);
+        }
+    }
+}
+
+/// Sum of the columns, each times a number.
+fn lanes<'a>(x: &[f64], columns: impl Iterator<Item = &'a [f64; LANES]>) -> [f64; LANES] {
+    let mut sums = [0.0; LANES];
+    for (x, column) in x.iter().zip(columns) {
+        for (sum, entry) in sums.iter_mut().zip(column) {
+            *sum += x * entry;
+        }
+    }
+    sums
+}
+
+/// `out = a · b` for matrices that have few zeros; for others, [`Matrix::multiply`].
+///
+/// # Panics
+/// If the shapes do not fit.
+pub(crate) fn product(a: &Matrix<f64>, b: &Matrix<f64>, out: &mut Matrix<f64>) {
+    let (inner, columns) = (b.rows(), b.columns());
+    assert!(
+        (a.rows(), a.columns(), columns) == (out.rows(), inner, out.columns()),
+        "product of matrices that do not fit"
+    );
+    let whole = columns - columns % LANES;
+    for i in 0..a.rows() {
+        let (factors, out) = (a.row(i), out.row_mut(i));
+        for first in (0..whole).step_by(LANES) {
+            let rows = b.as_slice()[first..].chunks(columns).filter_map(|row| row.first_chunk());
+            out[first..first + LANES].copy_from_slice(&lanes(factors, rows));
+        }
+        for j in whole..columns {
+            out[j] = factors.iter().enumerate().fold(0.0, |sum, (k, factor)| sum + factor * b[(k, j)]);
+        }
+    }
+}
+
 /// A Cholesky factorisation `M = LLᵀ` with memory of its own, for repeated use without allocation.
 ///
 /// Zeros at the beginning of the rows of M stay zeros of L and cost nothing: a matrix of a chain, numbered along it, is factored and solved

@@ -1,7 +1,7 @@
 use faer::Mat;
 use kardan_rt::functions::{exp2, log2};
 
-use super::{Matrix, balance};
+use super::{Matrix, balance, product};
 
 /// Coefficients of the numerator of the diagonal Padé approximant of eˣ of degree 13.
 const PADE: [f64; 14] = [
@@ -112,6 +112,12 @@ fn finite(matrix: Matrix<f64>) -> Option<Matrix<f64>> {
     matrix.as_slice().iter().all(|x| x.is_finite()).then_some(matrix)
 }
 
+fn times(a: &Matrix<f64>, b: &Matrix<f64>) -> Matrix<f64> {
+    let mut out = Matrix::zeros(a.rows(), b.columns());
+    product(a, b, &mut out);
+    out
+}
+
 /// The exponential without balancing.
 fn pade(a: &Matrix<f64>) -> Option<Matrix<f64>> {
     let n = a.rows();
@@ -122,20 +128,20 @@ fn pade(a: &Matrix<f64>) -> Option<Matrix<f64>> {
     let squarings = log2(norm / LARGEST_NORM).ceil().max(0.0);
     let a = a.scale(&exp2(-squarings));
     let one = Matrix::identity(n);
-    let second = a.multiply(&a);
-    let fourth = second.multiply(&second);
-    let sixth = fourth.multiply(&second);
+    let second = times(&a, &a);
+    let fourth = times(&second, &second);
+    let sixth = times(&fourth, &second);
     let sum = |c: [f64; 4]| {
         let high = sixth.scale(&c[3]).plus(&fourth.scale(&c[2]));
         high.plus(&second.scale(&c[1])).plus(&one.scale(&c[0]))
     };
     let p = PADE;
-    let odd = sixth.multiply(&sum([0.0, p[9], p[11], p[13]])).plus(&sum([p[1], p[3], p[5], p[7]]));
-    let odd = a.multiply(&odd);
-    let even = sixth.multiply(&sum([0.0, p[8], p[10], p[12]])).plus(&sum([p[0], p[2], p[4], p[6]]));
+    let odd = times(&sixth, &sum([0.0, p[9], p[11], p[13]])).plus(&sum([p[1], p[3], p[5], p[7]]));
+    let odd = times(&a, &odd);
+    let even = times(&sixth, &sum([0.0, p[8], p[10], p[12]])).plus(&sum([p[0], p[2], p[4], p[6]]));
     let mut out = even.plus(&odd.scale(&-1.0)).solve(&even.plus(&odd))?;
     for _ in 0..squarings as usize {
-        out = out.multiply(&out);
+        out = times(&out, &out);
     }
     finite(out)
 }

@@ -31,8 +31,10 @@ mod wide;
 
 pub use at_zero::{AtZero, at_zero, split_off};
 pub use balance::balance;
+pub(crate) use balance::{scaled, unscaled};
 pub use bracket::bracket;
 pub use dense::{Cholesky, Lu, dot, multiply};
+pub(crate) use dense::{LANES, Panels, product};
 pub use eigen::eigenvalues;
 pub use elimination::{Definiteness, Echelon, definiteness, echelon};
 pub use exponential::{Discretised, discretise, exponential};

@@ -1,30 +1,23 @@
 //! Exact solution of loops that are linear between the breakpoints of the scenario.
 //!
 //! With `z = (x, 1, t − t₀)` a segment is `ż = M z`, so `z(t) = e^{M (t − t₀)} z₀`: one matrix exponential for each spacing of the rows and a
-//! product for each row, however stiff the loop is. Every signal is affine in x and t, and the work of the inputs and the loss have quadratic
-//! rates `zᵀ Q z`, whose integral over `2h` follows from that over h: `G(2h) = G(h) + Φ(h)ᵀ G(h) Φ(h)` with `Φ(h) = e^{Mh}`. The
-//! integral over a short h is that of Van Loan (IEEE Trans. Autom. Control 23, 1978, 395).
+//! product for each row, or for eight rows at once, however stiff the loop is. Every signal is affine in x and t, and the work of the inputs and the loss have quadratic
+//! rates `zᵀ Q z`; see [`Walk`].
 //!
 //! The matrices are read from the machine by evaluating it at unit vectors. Whether it is linear is decided before, on exact expressions.
 //! What rounding does to them is measured: read with vectors of another length they round otherwise, and where the two solutions
 //! differ by more than the tolerance (stiff springs between large angles), the loop is left to the integrator.
 
-use kardan_rt::functions::{ln, powi};
-
-use super::{Machine, outputs::Outputs};
-use crate::num::{Matrix, balance, dot, exponential};
+use super::{Machine, outputs::Outputs, walk::Walk};
+use crate::num::{LANES, Matrix, Panels, balance, dot, exponential, product, scaled, unscaled};
 use faer::Mat;
 
 /// More states are left to the integrator: a product for each row grows with their square.
 pub(super) const MOST_STATES: usize = 16;
 /// Spacings of rows whose exponentials are kept.
 const MOST_SPACINGS: usize = 8;
-/// Norm of `M h` up to which the integrals are taken at once.
-const SHORT: f64 = 0.5;
-/// Doublings of a step that are taken as steps: 2 to that power.
-const STEPS: u32 = 8;
-/// Halvings of the segment; beyond, the loop is left to the integrator.
-const MOST_HALVINGS: f64 = 80.0;
+/// Rows that are taken at once.
+pub(super) const BLOCK: usize = LANES;
 /// Length of the vectors that the equations are read with a second time.
 const OTHER_LENGTH: f64 = 0.7;
 /// Difference of two spacings, in units in the last place of the time, that is that of the times' rounding.
@@ -38,13 +31,15 @@ pub(super) struct LinearSegment {
     until: f64,
     /// M, of order states + 2.
     generator: Matrix<f64>,
+    /// Those that balance it.
+    scales: Vec<f64>,
     /// z at the end.
     end: Vec<f64>,
     /// Work of the inputs and loss, J.
     energies: [f64; 2],
     /// Signals over z, row by row; `None`: each row is evaluated, as a sensor reads at times of its own.
     readout: Option<Matrix<f64>>,
-    spacings: Vec<(f64, Matrix<f64>)>,
+    spacings: Vec<Spacing>,
     /// The row reached.
     at: f64,
     z: Vec<f64>,
@@ -70,15 +65,18 @@ impl LinearSegment {
         let (other, _) = probe.equations(states, OTHER_LENGTH);
         let z: Vec<f64> =
             (0..order).map(|i| if i < states { state[i] } else { f64::from(u8::from(i == states)) }).collect();
-        let [mut walk, mut beside] =
-            [Walk::new(&generator, &powers, &z, until - from)?, Walk::new(&other, &[], &z, until - from)?];
+        let scales = balance(&Mat::from_fn(order, order, |i, j| generator[(i, j)]));
+        let [mut walk, mut beside] = [
+            Walk::new(&generator, &powers, &scales, &z, until - from)?,
+            Walk::new(&other, &[], &scales, &z, until - from)?,
+        ];
         let (mut largest, mut apart) = (vec![0.0f64; states], vec![0.0f64; states]);
         while walk.left > 0 {
             walk.step();
             beside.step();
-            for i in 0..states {
-                largest[i] = largest[i].max(walk.z[i].abs());
-                apart[i] = apart[i].max((walk.z[i] - beside.z[i]).abs());
+            for ((largest, apart), (x, other)) in largest.iter_mut().zip(&mut apart).zip(walk.z.iter().zip(&beside.z)) {
+                *largest = larger(*largest, x.abs());
+                *apart = larger(*apart, (x - other).abs());
             }
         }
         // Angles and speeds are judged beside the others of their kind.
@@ -99,6 +97,7 @@ impl LinearSegment {
             from,
             until,
             generator,
+            scales,
             end,
             energies,
             readout,
@@ -127,32 +126,62 @@ impl LinearSegment {
         if step <= 0.0 {
             return;
         }
-        let near = ROUNDED * f64::EPSILON * time.abs();
-        let known = self.spacings.iter().position(|(spacing, _)| (spacing - step).abs() <= near);
-        let place = match known {
-            Some(place) => place,
-            None => {
-                // Up to the end nothing overflows, so that nothing does before.
-                let order = self.z.len();
-                let matrix = exponential(&self.generator.scale(&step));
-                let matrix = matrix.unwrap_or_else(|| Matrix::from_fn(order, order, |_, _| f64::NAN));
-                if self.spacings.len() == MOST_SPACINGS {
-                    self.spacings.remove(0);
-                }
-                self.spacings.push((step, matrix));
-                self.spacings.len() - 1
-            }
-        };
-        let (spacing, matrix) = &self.spacings[place];
-        apply(matrix, &self.z, &mut self.scratch);
+        let place = self.spacing(step, rounding(time));
+        apply(&self.spacings[place].power, &self.z, &mut self.scratch);
+        self.arrive(time, step - self.spacings[place].step);
+    }
+
+    /// Goes on by eight rows, and gives each signal's values in them; false if they must be read one by one: if they are not evenly spaced,
+    /// do not lie before a time, or are too few.
+    pub(super) fn read_block(&mut self, rows: &[f64], before: f64, mut out: impl FnMut(usize, &[f64; BLOCK])) -> bool {
+        let Some(&time) = rows.get(BLOCK - 1).filter(|time| **time < before.min(self.until)) else { return false };
+        let step = (time - self.at) / BLOCK as f64;
+        let near = rounding(time);
+        let even = |(j, row): (usize, &f64)| (row - (self.at + (j + 1) as f64 * step)).abs() <= near;
+        if self.readout.is_none() || !rows[..BLOCK].iter().enumerate().all(even) {
+            return false;
+        }
+        // The matrices of a block cost as much as so many rows.
+        let many = rows.get(BLOCK * self.z.len()).is_some_and(|row| *row < before.min(self.until));
+        let place = self.spacing(step, near / BLOCK as f64);
+        let spacing = &mut self.spacings[place];
+        if let Some(readout) = self.readout.as_ref().filter(|_| spacing.block.is_none() && many) {
+            spacing.block = Some(Block::new(readout, &spacing.power));
+        }
+        let Some(block) = &spacing.block else { return false };
+        block.signals.products(&self.z).enumerate().for_each(|(signal, values)| out(signal, &values));
+        block.power.apply(&self.z, &mut self.scratch);
+        let late = time - self.at - BLOCK as f64 * spacing.step;
+        self.arrive(time, late);
+        true
+    }
+
+    /// Stands at a time, with the z in the scratch memory of so much earlier.
+    fn arrive(&mut self, time: f64, late: f64) {
         std::mem::swap(&mut self.z, &mut self.scratch);
-        let late = step - spacing;
         if late != 0.0 {
             // What the rounding of the times leaves, to first order.
             apply(&self.generator, &self.z, &mut self.scratch);
             self.z.iter_mut().zip(&self.scratch).for_each(|(z, rate)| *z += late * rate);
         }
         self.at = time;
+    }
+
+    /// The place of a spacing, or of one so near.
+    fn spacing(&mut self, step: f64, near: f64) -> usize {
+        if let Some(place) = self.spacings.iter().position(|spacing| (spacing.step - step).abs() <= near) {
+            return place;
+        }
+        // Up to the end nothing overflows, so that nothing does before.
+        let order = self.z.len();
+        let power = exponential(&scaled(&self.generator, &self.scales).scale(&step));
+        let power = power.map(|power| unscaled(&power, &self.scales));
+        let power = power.unwrap_or_else(|| Matrix::from_fn(order, order, |_, _| f64::NAN));
+        if self.spacings.len() == MOST_SPACINGS {
+            self.spacings.remove(0);
+        }
+        self.spacings.push(Spacing { step, power, block: None });
+        self.spacings.len() - 1
     }
 
     /// The signals at the time reached, one after the other; false if they must be evaluated.
@@ -168,82 +197,58 @@ impl LinearSegment {
     }
 }
 
+/// A spacing of the rows.
+struct Spacing {
+    step: f64,
+    /// Φ, `e^{Mh}`.
+    power: Matrix<f64>,
+    block: Option<Block>,
+}
+
+/// Eight spacings at once.
+struct Block {
+    /// Signals over the z at the begin: those of the readout R after 1, 2, …, 8 spacings, `R Φʲ`, one signal after the other.
+    signals: Panels,
+    /// Φ⁸.
+    power: Panels,
+}
+
+impl Block {
+    fn new(readout: &Matrix<f64>, power: &Matrix<f64>) -> Self {
+        let (count, order) = (readout.rows(), power.rows());
+        let mut signals = Matrix::zeros(BLOCK * count, order);
+        let [mut here, mut next] = [readout.clone(), readout.clone()];
+        for j in 0..BLOCK {
+            product(&here, power, &mut next);
+            (0..count).for_each(|k| signals.row_mut(BLOCK * k + j).copy_from_slice(next.row(k)));
+            std::mem::swap(&mut here, &mut next);
+        }
+        let [mut whole, mut twice] = [power.clone(), power.clone()];
+        for _ in 0..BLOCK.ilog2() {
+            product(&whole, &whole, &mut twice);
+            std::mem::swap(&mut whole, &mut twice);
+        }
+        Self { signals: Panels::new(&signals), power: Panels::new(&whole) }
+    }
+}
+
+/// How far two times may lie apart that are one but for rounding.
+fn rounding(time: f64) -> f64 {
+    ROUNDED * f64::EPSILON * time.abs()
+}
+
 fn apply(matrix: &Matrix<f64>, x: &[f64], out: &mut [f64]) {
     out.iter_mut().enumerate().for_each(|(i, out)| *out = dot(matrix.row(i), x));
+}
+
+/// The larger of two numbers; the first if one is none. Takes less time than [`f64::max`].
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }
 
 /// Angles, speeds and what else there is.
 fn kinds(states: usize, r: usize) -> [std::ops::Range<usize>; 3] {
     [0..r, r..2 * r, 2 * r..states]
-}
-
-/// z and both integrals of `zᵀ Q z` on the way through a segment. Each doubling of a step doubles the rounding, so that the last ones are
-/// steps.
-struct Walk {
-    z: Vec<f64>,
-    work: [f64; 2],
-    left: usize,
-    step: Matrix<f64>,
-    integrals: Vec<Matrix<f64>>,
-    next: Vec<f64>,
-}
-
-impl Walk {
-    fn new(m: &Matrix<f64>, powers: &[Matrix<f64>], z: &[f64], time: f64) -> Option<Self> {
-        let n = m.rows();
-        let scales = balance(&Mat::from_fn(n, n, |i, j| m[(i, j)]));
-        let size = |i: usize| (0..n).map(|j| (m[(i, j)] * scales[j] / scales[i]).abs()).sum::<f64>();
-        let norm = (0..n).map(size).fold(0.0, f64::max) * time;
-        let halvings = (ln(norm / SHORT) / std::f64::consts::LN_2).ceil().max(f64::from(STEPS));
-        if !(halvings <= MOST_HALVINGS) {
-            return None;
-        }
-        let (step, integrals) =
-            over(m, powers, time * powi(2.0, -(halvings as i32)), halvings as usize - STEPS as usize)?;
-        Some(Self { z: z.to_vec(), work: [0.0; 2], left: 1 << STEPS, step, integrals, next: vec![0.0; z.len()] })
-    }
-
-    fn step(&mut self) {
-        for (work, integral) in self.work.iter_mut().zip(&self.integrals) {
-            apply(integral, &self.z, &mut self.next);
-            *work += dot(&self.z, &self.next);
-        }
-        apply(&self.step, &self.z, &mut self.next);
-        std::mem::swap(&mut self.z, &mut self.next);
-        self.left -= 1;
-    }
-}
-
-/// `e^{Mh}` and `∫₀ʰ e^{Mᵀs} Q e^{Ms} ds` for both Q, h being a short time doubled so many times.
-fn over(
-    m: &Matrix<f64>,
-    powers: &[Matrix<f64>],
-    short: f64,
-    doublings: usize,
-) -> Option<(Matrix<f64>, Vec<Matrix<f64>>)> {
-    let n = m.rows();
-    // [−Mᵀ Q; 0 M]: F₃ᵀ F₂ of its exponential is the integral.
-    let integral = |q: &Matrix<f64>| {
-        let both = Matrix::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
-            (true, true) => -m[(j, i)] * short,
-            (true, false) => q[(i, j - n)] * short,
-            (false, false) => m[(i - n, j - n)] * short,
-            (false, true) => 0.0,
-        });
-        let both = exponential(&both)?;
-        let right = Matrix::from_fn(n, n, |i, j| both[(n + j, n + i)]);
-        Some(right.multiply(&Matrix::from_fn(n, n, |i, j| both[(i, n + j)])))
-    };
-    let mut integrals: Vec<Matrix<f64>> = powers.iter().map(integral).collect::<Option<_>>()?;
-    let mut whole = exponential(&m.scale(&short))?;
-    for _ in 0..doublings {
-        let turned = whole.transpose();
-        for sum in &mut integrals {
-            *sum = sum.plus(&turned.multiply(&sum.multiply(&whole)));
-        }
-        whole = whole.multiply(&whole);
-    }
-    Some((whole, integrals))
 }
 
 /// Reads the equations from the machine.

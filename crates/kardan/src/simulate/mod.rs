@@ -16,6 +16,7 @@ mod scenario;
 mod simulation;
 mod stiffness;
 mod taylor;
+mod walk;
 
 pub use machine::{Machine, Setup};
 pub use outputs::signal_names;

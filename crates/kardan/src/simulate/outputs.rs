@@ -349,6 +349,11 @@ impl Outputs {
         self.signals[signal].values.push(value);
     }
 
+    /// Appends several rows to one signal.
+    pub fn extend(&mut self, signal: usize, values: &[f64]) {
+        self.signals[signal].values.extend_from_slice(values);
+    }
+
     /// What the next readings of the sensors depend on.
     pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
         self.samplers.iter_mut().for_each(|(_, sampler)| sampler.keep(keeper));
@@ -387,11 +392,12 @@ impl Outputs {
         }
     }
 
-    /// Appends the last row once more.
-    pub fn record_again(&mut self) {
-        for signal in &mut self.signals {
-            let last = signal.values.last().copied();
-            signal.values.extend(last);
+    /// Appends the last row so many times more.
+    pub fn record_again(&mut self, count: usize) {
+        for values in self.signals.iter_mut().map(|signal| &mut signal.values) {
+            if let Some(&last) = values.last() {
+                values.extend(std::iter::repeat_n(last, count));
+            }
         }
     }
 

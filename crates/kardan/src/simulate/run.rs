@@ -4,7 +4,7 @@ use kardan_rt::functions::powi;
 
 use super::dop853::StepError;
 use super::integrator::Integrator;
-use super::linear::{self, LinearSegment};
+use super::linear::{self, BLOCK, LinearSegment};
 use super::machine::Prospect;
 use super::outputs::Outputs;
 use super::stiffness::is_stiff;
@@ -922,6 +922,12 @@ impl RunningLoop {
                 continue;
             }
             if let Some(segment) = self.segment.as_mut().filter(|segment| segment.covers(at)) {
+                let rows = &self.scenario.times[self.next_row..];
+                if segment.read_block(rows, time, |signal, values| self.outputs.extend(signal, values)) {
+                    self.time_grid.extend_from_slice(&rows[..BLOCK]);
+                    self.next_row += BLOCK;
+                    continue;
+                }
                 segment.advance(at);
                 if segment.read(|signal, value| self.outputs.push(signal, value)) {
                     self.time_grid.push(row);
@@ -935,9 +941,11 @@ impl RunningLoop {
                 self.solver.interpolate(at, &mut self.looked);
             }
             if last.is_none() && known && !self.outputs.samples() {
-                self.outputs.record_again();
-                self.time_grid.push(row);
-                self.next_row += 1;
+                let rows = &self.scenario.times[self.next_row..];
+                let count = rows.iter().take_while(|row| **row < time).count();
+                self.outputs.record_again(count);
+                self.time_grid.extend_from_slice(&rows[..count]);
+                self.next_row += count;
                 continue;
             }
             if last.is_some() || !known {

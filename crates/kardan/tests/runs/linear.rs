@@ -2,9 +2,8 @@
 //! method at its tightest, whatever stands in the loop.
 
 use kardan::results::{Outcome, Run};
-use kardan::simulate::Method;
-use kardan::study::Project;
-use kardan::study::{Settings, Silent};
+use kardan::simulate::{Method, RunResult, Scenario, Setup, Tolerance, simulate};
+use kardan::study::{self, Project, Settings, Silent};
 
 use super::common::runs_only;
 
@@ -31,6 +30,16 @@ fn difference(one: &Run, other: &Run) -> (f64, String) {
         }
     }
     worst
+}
+
+/// All signals of the last variant of a model at these times, by matrix exponentials.
+fn rows_at(source: &str, times: &[f64]) -> RunResult {
+    let (prepared, mistakes) = study::prepare(source);
+    let variant = prepared.variants.last().unwrap_or_else(|| panic!("{mistakes:?}"));
+    let scenario = Scenario { times: times.to_vec(), ..variant.scenario.clone() };
+    let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &scenario };
+    let tolerance = Tolerance { method: Method::Automatic, ..Tolerance::default() };
+    simulate(setup, tolerance, &mut |_| None)
 }
 
 /// Whether the run took hardly more steps than the scenario has breakpoints.
@@ -183,5 +192,30 @@ to = "1e7 N m"
         let [one, other] = [Method::Taylor, Method::Automatic].map(|method| runs(&source, method, None).remove(0));
         assert_eq!(one, other);
         assert!(!was_exact(&one));
+    }
+}
+
+/// Evenly spaced rows, which are taken eight at once, are those that are taken one by one because others stand between them; also where
+/// breakpoints lie between two rows.
+#[test]
+fn evenly_spaced_rows_are_those_taken_one_by_one() {
+    let builtin = |name: &str| kardan::model::builtin(name).unwrap().source.to_string();
+    for (source, duration) in [(builtin("two-bodies"), 15.0), (RAMPS.to_string(), 1.5)] {
+        for count in [3001, 2998] {
+            let even: Vec<f64> = (0..=count).map(|k| duration * f64::from(k) / f64::from(count)).collect();
+            let between = even.windows(2).flat_map(|pair| [pair[0], 0.7 * pair[0] + 0.3 * pair[1]]);
+            let uneven: Vec<f64> = between.chain([duration]).collect();
+            let [one, other] = [&even, &uneven].map(|times| rows_at(&source, times));
+            assert!(one.series.time == even && other.series.time == uneven);
+            assert!(one.outcome == Outcome::Completed && one.effort.steps <= 50, "{:?}", one.effort);
+            for (signal, apart) in one.series.signals.iter().zip(&other.series.signals) {
+                let size = signal.values.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+                for (k, value) in signal.values.iter().enumerate() {
+                    let expected = apart.values[2 * k];
+                    let place = format!("{} at {} s: {value} {expected}", signal.name, even[k]);
+                    assert!((value - expected).abs() <= 1e-12 * size, "{place}");
+                }
+            }
+        }
     }
 }
