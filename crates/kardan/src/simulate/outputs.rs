@@ -1,7 +1,7 @@
 //! The columns of a run: which signals there are and how they are read from the machine.
 
 use super::machine::{Found, Machine};
-use super::readings::Readings;
+use super::readings::{Read, Readings};
 use super::sampler::{Compliance, Sampler, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
 use crate::assemble::Along;
@@ -10,29 +10,6 @@ use crate::names::Quantity;
 use crate::num::Keeper;
 use crate::reduce::{Motion, Multipliers, Reduced};
 use crate::results::{Physical, Signal};
-
-/// What a signal or a sensor is.
-#[derive(Debug, Clone)]
-pub(super) enum Read {
-    Angle(usize),
-    Speed(usize),
-    Torque(usize),
-    Command(usize),
-    Ripple(usize),
-    Multiplier(usize),
-    NetTorque(usize),
-    ConstraintTorque(usize, usize),
-    /// Sum of multipliers, each times a number.
-    Potentials(Vec<(usize, f64)>),
-    SpringDamper {
-        springs: Vec<usize>,
-        dampers: Vec<usize>,
-    },
-    Compliance(Compliance),
-    Friction(usize),
-    Source(usize),
-    Sensor(usize),
-}
 
 /// Names and kinds of all signals of a run, in the order of the columns.
 pub fn signal_names(reduced: &Reduced, scenario: &Scenario) -> Vec<(String, Physical)> {

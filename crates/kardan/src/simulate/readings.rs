@@ -3,13 +3,35 @@
 use kardan_native::Native;
 
 use super::machine::{Found, Machine};
-use super::outputs::Read;
 use super::sampler::Compliance;
 use crate::expr::{Expr, Symbol};
 use crate::num::{Rational, rational_from_f64};
 use crate::plan::{Plan, compile};
 use crate::reduce::{Acting, Motion, Reduced};
 use crate::units::Dimension;
+
+/// What a signal or a sensor is.
+#[derive(Debug, Clone)]
+pub(super) enum Read {
+    Angle(usize),
+    Speed(usize),
+    Torque(usize),
+    Command(usize),
+    Ripple(usize),
+    Multiplier(usize),
+    NetTorque(usize),
+    ConstraintTorque(usize, usize),
+    /// Sum of multipliers, each times a number.
+    Potentials(Vec<(usize, f64)>),
+    SpringDamper {
+        springs: Vec<usize>,
+        dampers: Vec<usize>,
+    },
+    Compliance(Compliance),
+    Friction(usize),
+    Source(usize),
+    Sensor(usize),
+}
 
 /// The plan of all that is read, with its memory.
 pub(super) struct Readings {

@@ -28,11 +28,11 @@ fn sum(runs: &[Run]) -> u64 {
 #[test]
 fn built_in_runs_have_the_bits_that_are_written_down() {
     let known = [
-        ("sia-steering", Method::Taylor, 13260741798892710047),
-        ("sia-steering", Method::Dop853, 14780819596476046905),
+        ("sia-steering", Method::Taylor, 13814706845104351848),
+        ("sia-steering", Method::Dop853, 3050989840272188022),
         ("two-bodies", Method::Taylor, 16782384805019828241),
-        ("rlc-ladder", Method::Taylor, 3335454825192882),
-        ("harmonic-drive-spring", Method::Taylor, 9305132135967382613),
+        ("rlc-ladder", Method::Taylor, 5781537973682513750),
+        ("harmonic-drive-spring", Method::Taylor, 2674183021695548294),
     ];
     let found = known.map(|(model, method, _)| {
         let source = kardan::model::builtin(model).unwrap().source;
