@@ -26,7 +26,7 @@ impl Plan {
     /// let plan = compile(&graph, &symbols, &[("q".into(), quotient)]).unwrap();
     /// let mut memory = plan.memory();
     /// memory[..2].copy_from_slice(&[3.0, 3.0]);
-    /// assert!(plan.block().evaluate(&mut memory));
+    /// assert!(!plan.block().evaluate(&mut memory));
     /// assert_eq!(plan.not_finite(&memory).unwrap(), "x/(x - y) = 3/0 is inf");
     /// ```
     pub fn not_finite(&self, memory: &[f64]) -> Option<String> {

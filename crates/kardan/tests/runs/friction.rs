@@ -513,7 +513,7 @@ fn what_is_no_number_is_named() {
     let two = text("1", "1e308").replace("[scenario]", "[disturbance.U]\nshaft = \"a\"\n[scenario]")
         + "[[scenario.event]]\nat = \"0.5 s\"\nsignal = \"U\"\nto = \"1e308 N m\"\n";
     let Outcome::Failed { time, cause } = run(&two).outcome else { panic!("it overflows") };
-    let named = cause.contains("the force on a is inf, as source.0 + source.1 = ") && cause.contains(" is inf:");
+    let named = cause.contains("the force on a is inf, as T + U = ") && cause.contains(" is inf:");
     assert!(time == 0.5 && named, "{time} {cause}");
 }
 

@@ -78,14 +78,14 @@ struct Loop<'a> {
 }
 
 impl Loop<'_> {
-    fn given(&mut self, name: &str, count: usize) -> (Range<usize>, Vec<Expr>) {
+    fn given(&mut self, names: impl Iterator<Item = String>) -> (Range<usize>, Vec<Expr>) {
         let first = self.inputs.len();
-        let symbol = |k: usize| {
-            let symbol = self.motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE);
+        let symbol = |name: String| {
+            let symbol = self.motion.graph.new_symbol(name, Dimension::NONE);
             self.inputs.extend(self.motion.graph.symbol_of(symbol));
             symbol
         };
-        let symbols = (0..count).map(symbol).collect();
+        let symbols = names.map(symbol).collect();
         (first..self.inputs.len(), symbols)
     }
 
@@ -120,17 +120,23 @@ pub(super) fn extend(
     more_states: Range<usize>,
 ) -> (Extension, Places) {
     let equations = &reduced.equations;
-    let inputs = drives.len();
     let mut all = Loop { motion, inputs: Vec::new(), outputs: Vec::new() };
     let mut places = Places::default();
     let (states, sources, held, limits, follows, limiter_rates, senses);
-    (places.states, states) = all.given("state", more_states.len());
-    (places.sources, sources) = all.given("source", targets.len());
-    (places.held, held) = all.given("held", inputs);
-    (places.limits, limits) = all.given("limit", 2 * inputs);
-    (places.follows, follows) = all.given("follows", inputs);
-    (places.limiter_rates, limiter_rates) = all.given("limiter_rate", inputs);
-    (places.senses, senses) = all.given("sense", equations.frictions.len());
+    let of_inputs = |what: &'static str| equations.inputs.iter().map(move |input| format!("{}.{what}", input.element));
+    let of_source = |(k, target): (usize, &SourceTarget)| match target {
+        SourceTarget::Input(input) => equations.inputs[*input].element.clone(),
+        SourceTarget::Reference => format!("reference.{k}"),
+    };
+    let limits_of = |name: String| [format!("{name}_factor"), name];
+    (places.states, states) = all.given(more_states.clone().map(|k| format!("state.{k}")));
+    (places.sources, sources) = all.given(targets.iter().enumerate().map(of_source));
+    (places.held, held) = all.given(of_inputs("held"));
+    (places.limits, limits) = all.given(of_inputs("limit").flat_map(limits_of));
+    (places.follows, follows) = all.given(of_inputs("follows"));
+    (places.limiter_rates, limiter_rates) = all.given(of_inputs("limiter_rate"));
+    (places.senses, senses) =
+        all.given(equations.frictions.iter().map(|friction| format!("{}.sense", friction.element)));
     let state = |place: usize| states[place - more_states.start];
     let commands = commands(&mut all, laws, targets, (&sources, &held, &states, more_states.start));
     let zero = all.motion.graph.integer(0);
