@@ -41,7 +41,7 @@ impl Plan {
     }
 
     /// What every place behind inputs and constants is the result of.
-    fn results(&self) -> BTreeMap<u32, Result<'_>> {
+    fn results(&self) -> BTreeMap<u32, Origin<'_>> {
         let mut first = (self.inputs.len() + self.constants.len()) as u32;
         let (mut results, mut operands) = (BTreeMap::new(), self.operands.as_slice());
         for Run { operator, count } in &self.runs {
@@ -51,7 +51,7 @@ impl Plan {
                 operands = rest;
                 let operands = if operator == Operator::Table { &own[1..] } else { own };
                 for value in 0..operator.values() as u32 {
-                    results.insert(first + value * count + k, Result { operator, is_second: value > 0, operands });
+                    results.insert(first + value * count + k, Origin { operator, is_second: value > 0, operands });
                 }
             }
             first += count * operator.values() as u32;
@@ -60,8 +60,8 @@ impl Plan {
     }
 }
 
-/// The result of an operation; the second one for the cosine.
-struct Result<'a> {
+/// The operation that a result is of; the second result of two for the cosine.
+struct Origin<'a> {
     operator: Operator,
     is_second: bool,
     operands: &'a [u32],
@@ -71,7 +71,7 @@ struct Result<'a> {
 struct Writing<'a> {
     plan: &'a Plan,
     memory: &'a [f64],
-    results: &'a BTreeMap<u32, Result<'a>>,
+    results: &'a BTreeMap<u32, Origin<'a>>,
 }
 
 impl Writing<'_> {
@@ -85,7 +85,7 @@ impl Writing<'_> {
     }
 
     /// An operation with operands that are so many operations deep.
-    fn operation(&self, result: &Result<'_>, depth: usize) -> String {
+    fn operation(&self, result: &Origin<'_>, depth: usize) -> String {
         let inner = |k: usize| self.infix(result.operands[k], depth);
         // What is no single word or call stands in parentheses.
         let part = |k: usize| {

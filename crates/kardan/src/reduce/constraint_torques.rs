@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Motion, Reduced};
-use crate::assemble::Along;
+use crate::assemble::{Along, SpringLaw};
 use crate::expr::{Expr, Graph};
 use crate::num::Rational;
 use crate::units::Exact;
@@ -42,10 +42,14 @@ impl Motion {
 
     /// The torque of a spring, N m: `s (aᵀq − rest)`.
     pub fn spring_torque(&mut self, reduced: &Reduced, spring: usize) -> Expr {
-        let Along { row, value, .. } = &reduced.equations.springs[spring];
-        let (angle, rest) = (self.sum(row, |out, k| out.angles[k]), self.exact(&value.rest));
-        let twist = self.graph.subtract(angle, rest);
-        self.resisting(twist, &value.stiffness)
+        let spring = &reduced.equations.springs[spring];
+        let twist = self.twist(spring);
+        self.resisting(twist, &spring.value.stiffness)
+    }
+
+    fn twist(&mut self, spring: &Along<SpringLaw>) -> Expr {
+        let (angle, rest) = (self.sum(&spring.row, |out, k| out.angles[k]), self.exact(&spring.value.rest));
+        self.graph.subtract(angle, rest)
     }
 
     /// The torque of a damper, N m: `d aᵀq̇`.
@@ -55,8 +59,8 @@ impl Motion {
         self.resisting(speed, value)
     }
 
-    /// A coefficient times a difference that is taken before.
-    fn resisting(&mut self, rate: Expr, coefficient: &Exact) -> Expr {
+    /// A coefficient times a rate that is one number: a twist is taken before it is multiplied, so that rounding stays that of the twist.
+    pub(super) fn resisting(&mut self, rate: Expr, coefficient: &Exact) -> Expr {
         let (rate, coefficient) = (self.graph.group(rate), self.exact(coefficient));
         self.graph.multiply(coefficient, rate)
     }
@@ -65,16 +69,17 @@ impl Motion {
     pub fn energy(&mut self, reduced: &Reduced) -> Expr {
         let half = Rational::from_parts(1.into(), 2u8.into());
         let mut terms = Vec::new();
+        let mut add = |out: &mut Self, rate: Expr, coefficient: &Exact| {
+            let (rate, coefficient) = (out.graph.group(rate), out.exact(coefficient));
+            terms.push((out.graph.product(&[(coefficient, 1), (rate, 2)]), half.clone()));
+        };
         for Along { row, value, .. } in &reduced.equations.inertias {
             let speed = self.sum(row, |out, k| out.speeds[k]);
-            let (speed, inertia) = (self.graph.group(speed), self.exact(value));
-            terms.push((self.graph.product(&[(inertia, 1), (speed, 2)]), half.clone()));
+            add(self, speed, value);
         }
-        for Along { row, value, .. } in &reduced.equations.springs {
-            let (angle, rest) = (self.sum(row, |out, k| out.angles[k]), self.exact(&value.rest));
-            let twist = self.graph.subtract(angle, rest);
-            let (twist, stiffness) = (self.graph.group(twist), self.exact(&value.stiffness));
-            terms.push((self.graph.product(&[(stiffness, 1), (twist, 2)]), half.clone()));
+        for spring in &reduced.equations.springs {
+            let twist = self.twist(spring);
+            add(self, twist, &spring.value.stiffness);
         }
         self.graph.sum(Rational::ZERO, &terms)
     }

@@ -177,31 +177,23 @@ impl Motion {
         let equations = &reduced.equations;
         let mut inertia: BTreeMap<(usize, usize), Vec<(Expr, Rational)>> = BTreeMap::new();
         let minus = Rational::from(-1);
-        let resist = |out: &mut Self, row: &SparseRow, coefficient: Expr, rate: Expr| {
-            if out.graph.is_zero(rate) {
-                return;
-            }
-            // One number: a twist is taken before it is multiplied, so that rounding stays that of the twist.
-            let rate = out.graph.group(rate);
-            let force = out.graph.multiply(coefficient, rate);
-            out.passive_terms.add(&mut out.graph, row, force, &minus);
+        let resist = |out: &mut Self, row: &[(usize, Rational)], force: Expr| -> SparseRow {
+            let row = out.along(row);
+            out.passive_terms.add(&mut out.graph, &row, force, &minus);
+            row
         };
-        for damper in &equations.dampers {
-            let (row, rate) = (self.along(&damper.row), self.sum(&damper.row, |out, k| out.speeds[k]));
-            let coefficient = exact(&mut self.graph, &damper.value);
-            resist(self, &row, coefficient, rate);
+        for (k, damper) in equations.dampers.iter().enumerate() {
+            let force = self.damper_torque(reduced, k);
+            resist(self, &damper.row, force);
         }
-        for spring in &equations.springs {
-            let (row, angle) = (self.along(&spring.row), self.sum(&spring.row, |out, k| out.angles[k]));
-            let rest = exact(&mut self.graph, &spring.value.rest);
-            let twist = self.graph.subtract(angle, rest);
-            let coefficient = exact(&mut self.graph, &spring.value.stiffness);
-            resist(self, &row, coefficient, twist);
+        for (k, spring) in equations.springs.iter().enumerate() {
+            let force = self.spring_torque(reduced, k);
+            resist(self, &spring.row, force);
         }
         for body in &equations.inertias {
-            let (row, bias) = (self.along(&body.row), self.sum(&body.row, |out, k| out.bias[k]));
-            let coefficient = exact(&mut self.graph, &body.value);
-            resist(self, &row, coefficient, bias);
+            let bias = self.sum(&body.row, |out, k| out.bias[k]);
+            let force = self.resisting(bias, &body.value);
+            let (row, coefficient) = (resist(self, &body.row, force), self.exact(&body.value));
             for (i, first) in &row {
                 for (j, second) in row.range(..=i) {
                     let product = self.graph.product(&[(coefficient, 1), (*first, 1), (*second, 1)]);

@@ -1,8 +1,8 @@
 //! Exact solution of loops that are linear between the breakpoints of the scenario.
 //!
 //! With `z = (x, 1, t − t₀)` a segment is `ż = M z`, so `z(t) = e^{M (t − t₀)} z₀`: one matrix exponential for each spacing of the rows and a
-//! product for each row, or for eight rows at once, however stiff the loop is. Every signal is affine in x and t, and the work of the inputs and the loss have quadratic
-//! rates `zᵀ Q z`; see [`Walk`].
+//! product for each row, or for eight rows at once, however stiff the loop is. Every signal is affine in x and t, and the work of the inputs
+//! and the loss have quadratic rates `zᵀ Q z`; see [`Walk`].
 //!
 //! The matrices are read from the machine by evaluating it at unit vectors. Whether it is linear is decided before, on exact expressions.
 //! What rounding does to them is measured: read with vectors of another length they round otherwise, and where the two solutions
