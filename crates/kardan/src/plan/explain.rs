@@ -27,7 +27,7 @@ impl Plan {
     /// let mut memory = plan.memory();
     /// memory[..2].copy_from_slice(&[3.0, 3.0]);
     /// assert!(!plan.block().evaluate(&mut memory));
-    /// assert_eq!(plan.not_finite(&memory).unwrap(), "x/(x - y) = 3/0 is inf");
+    /// assert_eq!(plan.not_finite(&memory).unwrap(), "x/(x - y) = 3.0/0.0 is inf");
     /// ```
     pub fn not_finite(&self, memory: &[f64]) -> Option<String> {
         let results = self.results();
@@ -80,7 +80,7 @@ impl Writing<'_> {
         match (self.plan.inputs.get(place as usize), self.results.get(&place)) {
             (Some(input), _) if depth > 0 => input.clone(),
             (None, Some(result)) if depth > 0 => self.operation(result, depth - 1),
-            _ => format!("{}", self.memory[place as usize]),
+            _ => format!("{:?}", self.memory[place as usize]),
         }
     }
 
