@@ -10,6 +10,8 @@
 
 use kardan_rt::functions::{exp, ln, powi};
 
+pub use super::rounding::RoundingLimit;
+use super::rounding::Rounding;
 use crate::num::Keeper;
 
 /// Why a step could not be made. The solver then still stands at its last accepted point.
@@ -95,6 +97,8 @@ pub struct Dop853 {
     /// Error norm of the last accepted step, memory of the PI controller.
     last_error: f64,
     counts: Counts,
+    rounding: Rounding,
+    limit: RoundingLimit,
 }
 
 impl Dop853 {
@@ -127,6 +131,8 @@ impl Dop853 {
             next: 0.0,
             last_error: LEAST_ERROR,
             counts: Counts::default(),
+            rounding: Rounding::new(absolute.len()),
+            limit: RoundingLimit::default(),
         }
     }
 
@@ -143,6 +149,7 @@ impl Dop853 {
         keeper.flag(&mut self.dense_ready);
         let Counts { accepted, rejected, evaluations } = &mut self.counts;
         [accepted, rejected, evaluations].into_iter().for_each(|count| keeper.word(count));
+        self.limit.keep(keeper);
     }
 
     /// Puts the solver at `state` (n components) at `time` and evaluates the slope there; all history but the counts
@@ -213,7 +220,12 @@ impl Dop853 {
             let end = if landing { until } else { self.time + proposed };
             // The length as the two times have it, so that stages, state and interpolant agree on it.
             let h = end - self.time;
-            let error = self.try_step(h, end, rhs);
+            let mut error = self.try_step(h, end, rhs);
+            if growth_factor(error, self.last_error) < 1.0 {
+                // A shorter step does not help against rounding.
+                self.measure_rounding(h, rhs);
+                error = self.error_norm(h, h);
+            }
             let mut all_finite = error.is_finite();
             if error <= 1.0 {
                 rhs(end, &self.trial, &mut self.slopes[LAST]);
@@ -379,7 +391,23 @@ impl Dop853 {
         rhs(end, w, &mut k[11]);
         combine(trial, x, h, &WEIGHTS, k);
         self.counts.evaluations += 11;
-        self.error_norm(h)
+        self.error_norm(h, 0.0)
+    }
+
+    /// What rounding makes of the slope where it stands.
+    fn measure_rounding(&mut self, h: f64, rhs: &mut impl FnMut(f64, &[f64], &mut [f64])) {
+        let Self { time, state, slopes, rounding, counts, limit, absolute, relative, .. } = self;
+        counts.evaluations += rounding.measure(state, |x, change| {
+            rhs(*time, x, change);
+            change.iter_mut().zip(&slopes[0]).for_each(|(change, slope)| *change -= slope);
+        });
+        let sizes = absolute.iter().zip(&*state).map(|(absolute, x)| absolute + *relative * x.abs());
+        limit.meet(*time, rounding.noise.iter().zip(sizes).map(|(noise, size)| h * noise / size));
+    }
+
+    /// Where rounding in a step exceeded the tolerance by most.
+    pub fn rounding_limit(&self) -> Option<RoundingLimit> {
+        self.limit.told()
     }
 
     /// Makes the trial state at `end` the present one; the slope there is in stage 12.
@@ -393,8 +421,9 @@ impl Dop853 {
     }
 
     /// `|h| Σe₅² / √(N (Σe₅² + 0.01 Σe₃²))` over the N controlled components, errors divided by their scales
-    /// \[HNW, II.10\]; NaN when a stage is not finite. Scaled errors of an uncontrolled component are 0.
-    fn error_norm(&mut self, h: f64) -> f64 {
+    /// \[HNW, II.10\]; NaN when a stage is not finite. Scaled errors of an uncontrolled component are 0. What rounding makes in the time
+    /// `rounding` as last measured is added to the scales.
+    fn error_norm(&mut self, h: f64, rounding: f64) -> f64 {
         let n = self.state.len();
         // The dense coefficients are free while a step is tried.
         let [fifth, third, ..] = &mut self.dense;
@@ -402,10 +431,10 @@ impl Dop853 {
         combine(fifth, &self.work, 1.0, &DEFECT_5, &self.slopes);
         combine(third, &self.work, 1.0, &DEFECT_3, &self.slopes);
         let (fifth, third) = (&fifth[..n], &third[..n]);
-        let (x, y, absolute) = (&self.state[..n], &self.trial[..n], &self.absolute[..n]);
+        let (x, y, absolute, noise) = (&self.state[..n], &self.trial[..n], &self.absolute[..n], &self.rounding.noise[..n]);
         let (mut sum5, mut sum3) = (0.0, 0.0);
         for i in 0..n {
-            let scale = absolute[i] + self.relative * x[i].abs().max(y[i].abs());
+            let scale = absolute[i] + self.relative * x[i].abs().max(y[i].abs()) + rounding * noise[i];
             let (e5, e3) = (fifth[i] / scale, third[i] / scale);
             sum5 += e5 * e5;
             sum3 += e3 * e3;

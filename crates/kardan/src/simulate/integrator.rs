@@ -3,6 +3,7 @@
 use super::dop853::{Counts, Dop853, StepError};
 use super::machine::{Machine, Prospect};
 use super::radau::{Equations, Radau};
+use super::rounding::RoundingLimit;
 use super::taylor::{self, Taylor};
 use crate::num::Keeper;
 use crate::reduce::Reduced;
@@ -95,7 +96,9 @@ impl Integrator {
             }
             Self::Taylor(solver) => {
                 let time = solver.time();
-                solver.step(until, machine.evaluated(), |k, x| machine.expand(time, k, x))
+                solver.step(until, machine.evaluated(), |k, x| machine.expand(time, k, x))?;
+                solver.look_at_rounding(|t, x, dx| machine.derivative(t, x, dx));
+                Ok(())
             }
             Self::Radau(solver) => solver.step(until, machine),
         }
@@ -182,5 +185,10 @@ impl Integrator {
 
     pub(super) fn counts(&self) -> Counts {
         each!(self, counts)
+    }
+
+    /// Where rounding in a step exceeded the tolerance by most.
+    pub(super) fn rounding_limit(&self) -> Option<RoundingLimit> {
+        each!(self, rounding_limit)
     }
 }

@@ -10,6 +10,7 @@ mod machine;
 mod outputs;
 mod radau;
 mod readings;
+mod rounding;
 mod run;
 mod sampler;
 mod scenario;

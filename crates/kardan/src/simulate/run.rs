@@ -7,10 +7,13 @@ use super::integrator::Integrator;
 use super::linear::{self, BLOCK, LinearSegment};
 use super::machine::Prospect;
 use super::outputs::Outputs;
+use super::rounding::RoundingLimit;
 use super::stiffness::is_stiff;
 use super::{FaultKind, Machine, Scenario, Setup};
 use crate::equations::Domain;
+use crate::names::Quantity;
 use crate::num::Keeper;
+use crate::reduce::Reduced;
 use crate::results::{Effort, Energy, Event, MotorStrain, Outcome, Physical, Series};
 
 /// How accurately a run is integrated.
@@ -141,6 +144,8 @@ pub(super) struct RunningLoop {
     names: Vec<String>,
     input_names: Vec<String>,
     shafts: Vec<String>,
+    /// Names of reduced coordinates and of their speeds.
+    state_names: Vec<String>,
     time_grid: Vec<f64>,
     next_row: usize,
     pub(super) events: Vec<Event>,
@@ -335,6 +340,7 @@ impl RunningLoop {
             names,
             input_names,
             shafts: reduced.equations.coordinates.clone(),
+            state_names: state_names(reduced),
             time_grid: Vec::with_capacity(scenario.times.len()),
             next_row: 0,
             events: Vec::new(),
@@ -1038,12 +1044,29 @@ impl RunningLoop {
         failed(at, text)
     }
 
+    /// What to say where the tolerance is below what rounding makes of a step.
+    fn rounding_limit(&self) -> Option<String> {
+        let RoundingLimit { time, component, tolerances } = self.solver.rounding_limit()?;
+        let (names, size, asked) = (&self.state_names, self.machine.size(), self.tolerance);
+        let what = match component {
+            k if k < names.len() => names[k].as_str(),
+            k if k < size - 2 => "a state of the controllers",
+            _ => "the energies",
+        };
+        Some(format!(
+            "A tolerance of {asked:e} is below what double precision gives: in a step at t = {time:.6} s rounding alone makes an error of \
+             {what} that is as large as a tolerance of {:.1e} allows. Steps are not made shorter than that asks.",
+            asked * tolerances,
+        ))
+    }
+
     fn finish(mut self, outcome: Outcome) -> RunResult {
         let size = self.machine.size();
         let stored = self.machine.energy(&self.state) - self.initial_energy;
         let (input, dissipated) = (self.state[size - 2], self.state[size - 1]);
         let counts = self.solver.counts();
         self.notes.extend(self.machine.notes_of_laws());
+        self.notes.extend(self.rounding_limit());
         let end = match outcome {
             Outcome::Failed { time, .. } => time,
             Outcome::Completed => self.scenario.duration,
@@ -1075,6 +1098,18 @@ impl RunningLoop {
             },
         }
     }
+}
+
+/// Names of reduced coordinates, then of their speeds.
+fn state_names(reduced: &Reduced) -> Vec<String> {
+    let named = |rotation: Quantity, charge: Quantity| {
+        reduced.coordinates.iter().map(move |&k| match reduced.equations.domain(k) {
+            Domain::Rotation => rotation.of(&reduced.equations.coordinates[k]),
+            Domain::Charge => charge.of(&reduced.equations.coordinates[k]),
+        })
+    };
+    let positions = named(Quantity::Angle, Quantity::Charge);
+    positions.chain(named(Quantity::Speed, Quantity::Current)).collect()
 }
 
 fn failed(time: f64, cause: String) -> Outcome {

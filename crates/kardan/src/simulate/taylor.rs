@@ -7,12 +7,15 @@
 use kardan_rt::functions::{exp, ln};
 
 use super::dop853::{Counts, StepError};
+use super::rounding::{Rounding, RoundingLimit};
 use crate::num::Keeper;
 
 /// Part of the length at which the last terms are as large as the tolerance.
 const SAFETY: f64 = 0.9;
 /// Two terms in turn that are so small, in tolerances, are the last ones of a step whose length is known.
 const SMALL_TERM: f64 = 1e-2;
+/// Steps from one look at what rounding makes of a step to the next.
+const LOOK_AT_ROUNDING: u64 = 64;
 /// Orders that are used at least and at most.
 const ORDERS: std::ops::RangeInclusive<usize> = 4..=24;
 
@@ -35,6 +38,8 @@ pub(super) struct Taylor {
     begun: Option<u64>,
     next: f64,
     counts: Counts,
+    rounding: Rounding,
+    limit: RoundingLimit,
 }
 
 /// The order for a relative tolerance; some orders more or less hardly change the time of a run.
@@ -59,6 +64,8 @@ impl Taylor {
             begun: None,
             next: 0.0,
             counts: Counts::default(),
+            rounding: Rounding::new(absolute.len()),
+            limit: RoundingLimit::default(),
         }
     }
 
@@ -74,6 +81,7 @@ impl Taylor {
         self.order = self.order.min(self.most);
         let Counts { accepted, rejected, evaluations } = &mut self.counts;
         [accepted, rejected, evaluations].into_iter().for_each(|count| keeper.word(count));
+        self.limit.keep(keeper);
     }
 
     /// Stands at a state. `expand(k, x)` writes the coefficients of order k + 1 from those up to k and tells how much the machine has
@@ -141,6 +149,27 @@ impl Taylor {
         }
         self.counts.accepted += 1;
         Ok(())
+    }
+
+    /// Looks what rounding makes of the last step, once in a while: the lengths of steps do not depend on it.
+    pub(super) fn look_at_rounding(&mut self, mut rates: impl FnMut(f64, &[f64], &mut [f64])) {
+        if !self.counts.accepted.is_multiple_of(LOOK_AT_ROUNDING) {
+            return;
+        }
+        let Self { previous, previous_time, coefficients, time, rounding, limit, absolute, relative, .. } = self;
+        let slope = &coefficients[previous.len()..];
+        rounding.measure(previous, |there, change| {
+            rates(*previous_time, there, change);
+            change.iter_mut().zip(slope).for_each(|(change, slope)| *change -= slope);
+        });
+        let sizes = absolute.iter().zip(&*previous).map(|(absolute, x)| absolute + *relative * x.abs());
+        let length = *time - *previous_time;
+        limit.meet(*previous_time, rounding.noise.iter().zip(sizes).map(|(noise, size)| length * noise / size));
+    }
+
+    /// Where rounding in a step that was looked at exceeded the tolerance by most.
+    pub(super) fn rounding_limit(&self) -> Option<RoundingLimit> {
+        self.limit.told()
     }
 
     /// The largest coefficient of an order, in tolerances of components that move for so long.

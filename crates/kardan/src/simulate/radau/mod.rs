@@ -13,6 +13,7 @@ mod tableau;
 use kardan_rt::functions::{exp, ln, powi};
 
 use super::dop853::{Counts, StepError};
+use super::rounding::{Rounding, RoundingLimit};
 use crate::num::{Keeper, Lu};
 use tableau::{Tableau, tableau};
 
@@ -77,6 +78,8 @@ pub(super) struct Radau {
     weights: Vec<f64>,
     next: f64,
     counts: Counts,
+    rounding: Rounding,
+    limit: RoundingLimit,
 }
 
 impl Radau {
@@ -113,6 +116,8 @@ impl Radau {
             weights: vec![0.0; tableau.stages],
             next: 0.0,
             counts: Counts::default(),
+            rounding: Rounding::new(size),
+            limit: RoundingLimit::default(),
             tableau,
         }
     }
@@ -127,6 +132,7 @@ impl Radau {
         [started, fresh, known, goes_on].into_iter().for_each(|flag| keeper.flag(flag));
         let Counts { accepted, rejected, evaluations } = &mut self.counts;
         [accepted, rejected, evaluations].into_iter().for_each(|count| keeper.word(count));
+        self.limit.keep(keeper);
         if self.factored > 0.0 {
             self.factor(self.factored);
         }
@@ -190,13 +196,14 @@ impl Radau {
                 continue;
             };
             self.integrate(h);
-            let error = self.error(h, again, equations);
-            // Fewer iterations than may be are a reason for more.
-            let most = self.most_iterations() as f64;
-            let effort = (2.0 * most + 1.0) / (2.0 * most + iterations as f64);
-            let power = -1.0 / (self.tableau.stages as f64 + 1.0);
-            let growth = if error > 0.0 { SAFETY * effort * exp(power * ln(error)) } else { GROWTH.1 };
-            let growth = growth.clamp(GROWTH.0, GROWTH.1);
+            let mut error = self.error(h, again, equations);
+            let mut growth = self.growth(error, iterations);
+            if growth < 1.0 {
+                // A shorter step does not help against rounding.
+                self.measure_rounding(h, equations);
+                error = self.largest_error(1.0);
+                growth = self.growth(error, iterations);
+            }
             if !(error <= 1.0) {
                 self.next = if error.is_nan() { 0.5 * h } else { h * growth.min(0.9) };
                 self.counts.rejected += 1;
@@ -217,6 +224,16 @@ impl Radau {
             self.next = if whole { self.next.max(proposed) } else { proposed };
             return Ok(());
         }
+    }
+
+    /// How much longer the next step may be than one with such an error.
+    fn growth(&self, error: f64, iterations: usize) -> f64 {
+        // Fewer iterations than may be are a reason for more.
+        let most = self.most_iterations() as f64;
+        let effort = (2.0 * most + 1.0) / (2.0 * most + iterations as f64);
+        let power = -1.0 / (self.tableau.stages as f64 + 1.0);
+        let growth = if error > 0.0 { SAFETY * effort * exp(power * ln(error)) } else { GROWTH.1 };
+        growth.clamp(GROWTH.0, GROWTH.1)
     }
 
     fn accept(&mut self, end: f64, equations: &mut impl Equations) {
@@ -416,7 +433,7 @@ impl Radau {
 
     /// `((γ/h) I − J)⁻¹ (f + (γ/h) Σ e_i z_i)`, with f at the begin or that given; in the first step without J.
     fn estimate(&mut self, h: f64, slope: Option<&[f64]>) -> f64 {
-        let Self { tableau, implicit, trial, trial_bend, error, state, .. } = self;
+        let Self { tableau, implicit, trial, trial_bend, error, .. } = self;
         let (s, per) = (tableau.stages, tableau.real / h);
         let slope = slope.unwrap_or(&self.slope);
         for ((error, trial), slope) in error.iter_mut().zip(trial.chunks_exact(s)).zip(slope) {
@@ -432,13 +449,47 @@ impl Radau {
             *implicit
         };
         error[unfiltered..].iter_mut().for_each(|error| *error /= per);
-        let mut largest = 0.0f64;
-        for (k, (error, trial)) in error.iter().zip(trial.chunks_exact(s)).enumerate() {
-            let size = state[k].abs().max((state[k] + trial[s - 1]).abs());
-            let part = error.abs() / (self.absolute[k] + self.relative * size);
-            largest = if part <= largest { largest } else { part };
+        self.largest_error(0.0)
+    }
+
+    /// The largest error in tolerances, to which so many times is added what rounding makes of the estimate as last measured.
+    fn largest_error(&self, rounding: f64) -> f64 {
+        let Self { tableau, error, trial, state, absolute, relative, rounding: Rounding { noise, .. }, .. } = self;
+        let ends = trial.iter().skip(tableau.stages - 1).step_by(tableau.stages);
+        error.iter().zip(ends).enumerate().fold(0.0, |largest, (k, (error, end))| {
+            let size = state[k].abs().max((state[k] + end).abs());
+            let part = error.abs() / (absolute[k] + relative * size + rounding * noise[k]);
+            // What is no number counts.
+            if part <= largest { largest } else { part }
+        })
+    }
+
+    /// What rounding makes of the error estimate, through the same system; of the integrals also by what it makes of the state.
+    fn measure_rounding(&mut self, h: f64, equations: &mut impl Equations) {
+        let Self { tableau, implicit, time, state, slope, real, work, rounding, counts, limit, absolute, relative, .. } = self;
+        let (n, per, time) = (*implicit, tableau.real / h, *time);
+        let moved = &mut work[..state.len()];
+        counts.evaluations += 2 * rounding.measure(state, |there, change| {
+            equations.rates(time, there, change);
+            change.iter_mut().zip(&*slope).for_each(|(change, slope)| *change -= slope);
+            real.solve(&mut change[..n]);
+            there.iter_mut().zip(&*state).zip(&*change).take(n).for_each(|((there, x), change)| *there = x + change);
+            equations.rates(time, there, moved);
+            for k in n..change.len() {
+                change[k] = (change[k].abs() + (moved[k] - slope[k]).abs()) / per;
+            }
+        });
+        // The estimate differentiates the states at the stages, of which each is rounded too.
+        for (noise, x) in rounding.noise.iter_mut().zip(&*state) {
+            *noise = tableau.amplification * (*noise + 0.5 * f64::EPSILON * x.abs());
         }
-        largest
+        let sizes = absolute.iter().zip(&*state).map(|(absolute, x)| absolute + *relative * x.abs());
+        limit.meet(time, rounding.noise.iter().zip(sizes).map(|(noise, size)| noise / size));
+    }
+
+    /// Where rounding in a step exceeded the tolerance by most.
+    pub(super) fn rounding_limit(&self) -> Option<RoundingLimit> {
+        self.limit.told()
     }
 
     /// A first length, from slope and its change, as that of DOP853 is found \[HNW, II.4\].

@@ -24,6 +24,8 @@ pub(super) struct Tableau {
     pub inverse: Vec<f64>,
     /// Difference of the solution to one of order s, over the increments, without the part `h f(x₀)/real`.
     pub error: Vec<f64>,
+    /// By how much it can enlarge what rounding makes of each of its terms.
+    pub amplification: f64,
     /// `c_i Π (c_i − c_j)` over the other nodes.
     denominators: Vec<f64>,
 }
@@ -148,8 +150,11 @@ impl Tableau {
         // A quadrature of order s that has the weight 1/real at 0 differs from the solution's by −ℓ_i(0)/real at the nodes.
         let at_zero = |i: usize| others(i).map(|j| nodes[j] / (nodes[j] - nodes[i])).product::<f64>();
         let weights: Vec<f64> = (0..s).map(|i| -at_zero(i) / real).collect();
-        let error = (0..s).map(|j| (0..s).map(|i| weights[i] * inverted[i * s + j]).sum()).collect();
-        Self { stages: s, inverse: inverse(&vectors, s), nodes, integrals, real, pairs, vectors, error, denominators }
+        let error: Vec<f64> =
+            (0..s).map(|j| (0..s).map(|i| weights[i] * inverted[i * s + j]).sum()).collect();
+        let amplification = error.iter().fold(1.0, |sum, e| sum + e.abs());
+        let inverse = inverse(&vectors, s);
+        Self { stages: s, nodes, integrals, real, pairs, vectors, inverse, error, amplification, denominators }
     }
 
     /// Weights of the increments at a part of the step: Lagrange's polynomials of 0 and the nodes. Returns the polynomial that vanishes
