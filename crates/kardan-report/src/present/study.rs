@@ -297,9 +297,15 @@ fn accuracy(study: &Study) -> Body {
     };
     let titles: Vec<String> = first.errors.iter().map(|own| format!("#error [{}]", own.unit.unit())).collect();
     let headers: Vec<&str> = ["variant"].into_iter().chain(titles.iter().map(String::as_str)).collect();
+    let rounded: Vec<String> =
+        known().filter(|(_, found)| found.rounded).map(|(run, _)| variant_label(study, run)).collect();
+    let rounded = match rounded.is_empty() {
+        true => String::new(),
+        false => format!(" Three times the difference where rounding decides about the error: {}.", rounded.join(", ")),
+    };
     let body = Body::default().table(&headers, known().map(row_of)).hint(format!(
         "How far the integration is estimated to be off, over all rows, in the signal where that is most (readings of sensors are not \
-         compared). Not proven: a third of the difference to a second run at the tolerance {} instead of {}.",
+         compared). Not proven: a third of the difference to a second run at the tolerance {} instead of {}.{rounded}",
         figure(first.looser, 2),
         figure(first.tolerance, 2)
     ));

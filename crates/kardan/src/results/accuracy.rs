@@ -15,6 +15,8 @@ pub struct Accuracy {
     /// Whether the second run came through the same events in the same order. Times between an event and its like in the other run
     /// are left out of the comparison; where they differ, nothing is left out.
     pub same_events: bool,
+    /// Whether rounding keeps one of the runs from being as accurate as asked: then three times the difference is told, otherwise a third.
+    pub rounded: bool,
     /// Of each unit the signal with the largest error, and that error.
     pub errors: Vec<SignalError>,
 }

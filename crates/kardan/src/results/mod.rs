@@ -313,7 +313,7 @@ fn length(spans: &[Span], from: f64, until: f64) -> f64 {
 }
 
 /// What the integrator did.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Effort {
     /// Accepted steps.
     pub steps: usize,
@@ -323,6 +323,8 @@ pub struct Effort {
     pub evaluations: usize,
     /// Located events.
     pub events: usize,
+    /// The largest error that rounding alone was seen to make in a step, in tolerances: above 1, steps are not made shorter for it.
+    pub rounding: f64,
     /// How the run was integrated: another method than that asked for, where a loop has no series or derivatives.
     pub method: IntegrationMethod,
 }

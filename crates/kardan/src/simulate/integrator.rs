@@ -3,7 +3,6 @@
 use super::dop853::{Counts, Dop853, StepError};
 use super::machine::{Machine, Prospect};
 use super::radau::{Equations, Radau};
-use super::rounding::RoundingLimit;
 use super::taylor::{self, Taylor};
 use crate::num::Keeper;
 use crate::reduce::Reduced;
@@ -187,8 +186,13 @@ impl Integrator {
         each!(self, counts)
     }
 
-    /// Where rounding in a step exceeded the tolerance by most.
-    pub(super) fn rounding_limit(&self) -> Option<RoundingLimit> {
-        each!(self, rounding_limit)
+    /// The largest error that rounding alone was seen to make of each component in a step, and the largest of all in tolerances.
+    pub(super) fn rounding(&self) -> (&[f64], f64) {
+        let seen = match self {
+            Self::Dop853(solver) => return (solver.rounding(), solver.rounding_in_tolerances()),
+            Self::Taylor(solver) => solver.rounding(),
+            Self::Radau(solver) => solver.rounding(),
+        };
+        (&seen.largest, seen.tolerances)
     }
 }

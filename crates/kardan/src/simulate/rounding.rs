@@ -6,58 +6,44 @@
 
 use crate::num::Keeper;
 
-/// Where rounding exceeds a tolerance by most.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct RoundingLimit {
-    /// Begin of the step, in the unit of time.
-    pub time: f64,
-    /// Index of the component.
-    pub component: usize,
-    /// What rounding makes of it in the step, in tolerances; 0 where it was nowhere above one.
-    pub tolerances: f64,
-}
-
-impl RoundingLimit {
-    /// Takes what rounding makes of the components in a step, in tolerances, if that is more than anything before, and than one.
-    pub(super) fn meet(&mut self, time: f64, step: impl Iterator<Item = f64>) {
-        for (component, tolerances) in step.enumerate() {
-            if tolerances > self.tolerances.max(1.0) {
-                *self = Self { time, component, tolerances };
-            }
-        }
-    }
-
-    /// `None` where rounding was nowhere above the tolerance.
-    pub(super) fn told(self) -> Option<Self> {
-        (self.tolerances > 1.0).then_some(self)
-    }
-
-    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.number(&mut self.time);
-        keeper.count(&mut self.component);
-        keeper.number(&mut self.tolerances);
-    }
-}
-
-/// Memory of the measurement.
+/// What rounding makes of a step, and memory to measure it.
 #[derive(Debug, Clone)]
 pub(super) struct Rounding {
     there: Vec<f64>,
     changes: Vec<f64>,
     /// How much each component may change.
     pub noise: Vec<f64>,
+    /// The largest error that rounding alone was seen to make of each component in a step.
+    pub largest: Vec<f64>,
+    /// The same in tolerances, of all components.
+    pub tolerances: f64,
 }
 
 impl Rounding {
     pub(super) fn new(size: usize) -> Self {
         let zero = vec![0.0; size];
-        Self { there: zero.clone(), changes: zero.clone(), noise: zero }
+        Self { there: zero.clone(), changes: zero.clone(), noise: zero.clone(), largest: zero, tolerances: 0.0 }
+    }
+
+    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.numbers(&mut self.largest);
+        keeper.number(&mut self.tolerances);
+    }
+
+    /// Turns the noise of rates into that of a step, which is so many times as much, and remembers the largest. `sizes`: what errors of the
+    /// components the tolerance allows.
+    pub(super) fn in_step(&mut self, times: f64, sizes: impl Iterator<Item = f64>) {
+        for ((noise, largest), size) in self.noise.iter_mut().zip(&mut self.largest).zip(sizes) {
+            *noise *= times;
+            *largest = largest.max(*noise);
+            self.tolerances = self.tolerances.max(*noise / size);
+        }
     }
 
     /// Measures it at a state. `change` writes what rates, or what comes of them, change by where the state has moved, and may write over
     /// the state. Tells how often it was called.
     pub(super) fn measure(&mut self, state: &[f64], mut change: impl FnMut(&mut [f64], &mut [f64])) -> u64 {
-        let Self { there, changes, noise } = self;
+        let Self { there, changes, noise, .. } = self;
         noise.fill(0.0);
         let patterns = 1 + usize::BITS - state.len().saturating_sub(1).leading_zeros();
         for pattern in 0..patterns {

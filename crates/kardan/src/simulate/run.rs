@@ -7,7 +7,6 @@ use super::integrator::Integrator;
 use super::linear::{self, BLOCK, LinearSegment};
 use super::machine::Prospect;
 use super::outputs::Outputs;
-use super::rounding::RoundingLimit;
 use super::stiffness::is_stiff;
 use super::{FaultKind, Machine, Scenario, Setup};
 use crate::equations::Domain;
@@ -144,8 +143,8 @@ pub(super) struct RunningLoop {
     names: Vec<String>,
     input_names: Vec<String>,
     shafts: Vec<String>,
-    /// Names of reduced coordinates and of their speeds.
-    state_names: Vec<String>,
+    /// Names of reduced coordinates and of their speeds, and what a tolerance is relative to where they are zero.
+    state_names: Vec<(String, f64)>,
     time_grid: Vec<f64>,
     next_row: usize,
     pub(super) events: Vec<Event>,
@@ -340,7 +339,7 @@ impl RunningLoop {
             names,
             input_names,
             shafts: reduced.equations.coordinates.clone(),
-            state_names: state_names(reduced),
+            state_names: state_names(reduced).zip(absolute.iter().map(|x| x / tolerance.relative)).collect(),
             time_grid: Vec::with_capacity(scenario.times.len()),
             next_row: 0,
             events: Vec::new(),
@@ -1044,20 +1043,22 @@ impl RunningLoop {
         failed(at, text)
     }
 
-    /// What to say where the tolerance is below what rounding makes of a step.
-    fn rounding_limit(&self) -> Option<String> {
-        let RoundingLimit { time, component, tolerances } = self.solver.rounding_limit()?;
-        let (names, size, asked) = (&self.state_names, self.machine.size(), self.tolerance);
-        let what = match component {
-            k if k < names.len() => names[k].as_str(),
-            k if k < size - 2 => "a state of the controllers",
-            _ => "the energies",
-        };
-        Some(format!(
-            "A tolerance of {asked:e} is below what double precision gives: in a step at t = {time:.6} s rounding alone makes an error of \
-             {what} that is as large as a tolerance of {:.1e} allows. Steps are not made shorter than that asks.",
-            asked * tolerances,
-        ))
+    /// What to say where the tolerance, of the largest value of a coordinate or a speed, is below what rounding makes of it in a step.
+    fn rounding_limit(&self, series: &Series) -> Option<String> {
+        let errors = self.state_names.iter().zip(self.solver.rounding().0);
+        let relative = errors.filter_map(|((name, least), error)| {
+            let signal = series.signal(name)?;
+            let largest = signal.values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            Some((name, signal.physical.unit(), *error, error / (largest + least)))
+        });
+        let (name, unit, error, ratio) = relative.max_by(|a, b| a.3.total_cmp(&b.3))?;
+        let asked = self.tolerance;
+        (ratio > asked).then(|| {
+            format!(
+                "A tolerance of {asked:e} is below what double precision gives: rounding alone makes errors of up to {error:.1e} {unit} of \
+                 {name} in a step, as large as a tolerance of {ratio:.1e} allows. No step is made shorter for less."
+            )
+        })
     }
 
     fn finish(mut self, outcome: Outcome) -> RunResult {
@@ -1066,12 +1067,13 @@ impl RunningLoop {
         let (input, dissipated) = (self.state[size - 2], self.state[size - 1]);
         let counts = self.solver.counts();
         self.notes.extend(self.machine.notes_of_laws());
-        self.notes.extend(self.rounding_limit());
         let end = match outcome {
             Outcome::Failed { time, .. } => time,
             Outcome::Completed => self.scenario.duration,
         };
-        let series = Series { time: self.time_grid, signals: self.outputs.signals };
+        let series = Series { time: std::mem::take(&mut self.time_grid), signals: std::mem::take(&mut self.outputs.signals) };
+        let rounding = self.rounding_limit(&series);
+        self.notes.extend(rounding);
         let strains = self.machine.strains(&self.input_names, end, |motor| {
             series.largest_torque_asked(motor).unwrap_or_default() // every input has a signal
         });
@@ -1094,6 +1096,7 @@ impl RunningLoop {
                 rejected: counts.rejected as usize,
                 evaluations: counts.evaluations as usize + self.segments.evaluations,
                 events: self.located,
+                rounding: self.solver.rounding().1,
                 method: self.solver.method(self.segments.steps > 0 && !self.stepped),
             },
         }
@@ -1101,15 +1104,14 @@ impl RunningLoop {
 }
 
 /// Names of reduced coordinates, then of their speeds.
-fn state_names(reduced: &Reduced) -> Vec<String> {
+fn state_names(reduced: &Reduced) -> impl Iterator<Item = String> {
     let named = |rotation: Quantity, charge: Quantity| {
         reduced.coordinates.iter().map(move |&k| match reduced.equations.domain(k) {
             Domain::Rotation => rotation.of(&reduced.equations.coordinates[k]),
             Domain::Charge => charge.of(&reduced.equations.coordinates[k]),
         })
     };
-    let positions = named(Quantity::Angle, Quantity::Charge);
-    positions.chain(named(Quantity::Speed, Quantity::Current)).collect()
+    named(Quantity::Angle, Quantity::Charge).chain(named(Quantity::Speed, Quantity::Current))
 }
 
 fn failed(time: f64, cause: String) -> Outcome {

@@ -7,7 +7,7 @@
 use kardan_rt::functions::{exp, ln};
 
 use super::dop853::{Counts, StepError};
-use super::rounding::{Rounding, RoundingLimit};
+use super::rounding::Rounding;
 use crate::num::Keeper;
 
 /// Part of the length at which the last terms are as large as the tolerance.
@@ -39,7 +39,6 @@ pub(super) struct Taylor {
     next: f64,
     counts: Counts,
     rounding: Rounding,
-    limit: RoundingLimit,
 }
 
 /// The order for a relative tolerance; some orders more or less hardly change the time of a run.
@@ -65,7 +64,6 @@ impl Taylor {
             next: 0.0,
             counts: Counts::default(),
             rounding: Rounding::new(absolute.len()),
-            limit: RoundingLimit::default(),
         }
     }
 
@@ -81,7 +79,7 @@ impl Taylor {
         self.order = self.order.min(self.most);
         let Counts { accepted, rejected, evaluations } = &mut self.counts;
         [accepted, rejected, evaluations].into_iter().for_each(|count| keeper.word(count));
-        self.limit.keep(keeper);
+        self.rounding.keep(keeper);
     }
 
     /// Stands at a state. `expand(k, x)` writes the coefficients of order k + 1 from those up to k and tells how much the machine has
@@ -156,20 +154,19 @@ impl Taylor {
         if !self.counts.accepted.is_multiple_of(LOOK_AT_ROUNDING) {
             return;
         }
-        let Self { previous, previous_time, coefficients, time, rounding, limit, absolute, relative, .. } = self;
+        let Self { previous, previous_time, coefficients, time, rounding, absolute, relative, .. } = self;
         let slope = &coefficients[previous.len()..];
         rounding.measure(previous, |there, change| {
             rates(*previous_time, there, change);
             change.iter_mut().zip(slope).for_each(|(change, slope)| *change -= slope);
         });
         let sizes = absolute.iter().zip(&*previous).map(|(absolute, x)| absolute + *relative * x.abs());
-        let length = *time - *previous_time;
-        limit.meet(*previous_time, rounding.noise.iter().zip(sizes).map(|(noise, size)| length * noise / size));
+        rounding.in_step(*time - *previous_time, sizes);
     }
 
-    /// Where rounding in a step that was looked at exceeded the tolerance by most.
-    pub(super) fn rounding_limit(&self) -> Option<RoundingLimit> {
-        self.limit.told()
+    /// What rounding makes of steps, as far as it was looked at.
+    pub(super) fn rounding(&self) -> &Rounding {
+        &self.rounding
     }
 
     /// The largest coefficient of an order, in tolerances of components that move for so long.

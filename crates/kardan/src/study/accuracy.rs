@@ -1,6 +1,6 @@
 //! The error of a run, estimated by a second run.
 
-use crate::results::{Accuracy, Event, Outcome, Run, Series, Signal, SignalError};
+use crate::results::{Accuracy, Effort, Event, IntegrationMethod, Outcome, Run, Series, Signal, SignalError};
 use crate::simulate::{Method, RunResult, Tolerance};
 
 /// How much looser the second run is.
@@ -8,6 +8,8 @@ const LOOSER: f64 = 10.0;
 /// Part of the difference that is taken for the error of the run. Errors that follow the tolerance exactly would be a ninth of it; a
 /// third is safe where they follow it less well, and where both runs are near the rounding of numbers.
 const PART: f64 = 1.0 / 3.0;
+/// The same where rounding decides about the error of a run: no tolerance makes it smaller, and both errors are alike.
+const PART_OF_ROUNDING: f64 = 3.0;
 
 /// The tolerance of the second run. It goes step by step: exponentials have no tolerance that could be looser.
 pub(super) fn looser(tolerance: Tolerance) -> Tolerance {
@@ -27,9 +29,13 @@ pub(super) fn estimate(run: &Run, second: &RunResult, tolerance: Tolerance, read
     let gaps = gaps(&run.events, &second.events);
     let rows = common_rows(&run.series, &second.series, gaps.as_deref().unwrap_or_default());
     let mut errors: Vec<SignalError> = Vec::new();
+    // Steps by series do not look at it.
+    let rounded = |effort: &Effort| effort.rounding > 1.0 && effort.method != IntegrationMethod::Taylor;
+    let rounded = rounded(&run.effort) || rounded(&second.effort);
+    let part = if rounded { PART_OF_ROUNDING } else { PART };
     let pairs = run.series.signals.iter().zip(&second.series.signals);
     for (signal, other) in pairs.filter(|(signal, _)| !readings.contains(&signal.name)) {
-        let error = PART * largest_difference(signal, other, &rows);
+        let error = part * largest_difference(signal, other, &rows);
         let unit = signal.physical;
         let own = || SignalError { signal: signal.name.clone(), unit, error };
         match errors.iter_mut().find(|known| known.unit == unit) {
@@ -39,7 +45,7 @@ pub(super) fn estimate(run: &Run, second: &RunResult, tolerance: Tolerance, read
         }
     }
     let looser = LOOSER * tolerance.relative;
-    Some(Accuracy { tolerance: tolerance.relative, looser, same_events: gaps.is_some(), errors })
+    Some(Accuracy { tolerance: tolerance.relative, looser, same_events: gaps.is_some(), rounded, errors })
 }
 
 /// The times between each event and its like, if both runs have the same ones.

@@ -48,3 +48,31 @@ fn runs_alone_are_not_estimated() {
     let study = study("two-bodies", 1e-8, Method::Taylor, true);
     assert!(study.runs.iter().all(|run| run.accuracy.is_none()));
 }
+
+/// Tolerances near what doubles give: no method makes many times more steps, all agree, and the run says so.
+#[test]
+fn tolerances_below_rounding_are_told_and_cost_little() {
+    for (model, method) in [
+        ("sia-steering", Method::Dop853),
+        ("sia-steering", Method::Radau),
+        ("harmonic-drive-spring", Method::Dop853),
+        ("harmonic-drive-spring", Method::Radau),
+    ] {
+        let (usual, tight) = (study(model, 1e-10, method, true), study(model, 1e-13, method, true));
+        let reference = study(model, 1e-13, Method::Taylor, true);
+        for ((usual, tight), reference) in usual.runs.iter().zip(&tight.runs).zip(&reference.runs) {
+            let told = format!("{model} {}, {method:?}", tight.name);
+            let (few, many) = (usual.effort.steps, tight.effort.steps);
+            assert!(many < 20 * few, "{told}: {few}, {many} steps");
+            let said = tight.notes.iter().any(|note| note.contains("below what double precision gives"));
+            assert!(model != "sia-steering" || said && tight.effort.rounding > 1.0, "{told}: {:?}", tight.notes);
+            assert!(!usual.notes.iter().any(|note| note.contains("double precision")), "{told}: {:?}", usual.notes);
+            for signal in tight.series.signals.iter().filter(|signal| signal.name.ends_with(".phi")) {
+                let error = difference(tight, reference, &signal.name);
+                let size = signal.values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+                // What stands but for rounding is not compared.
+                assert!(size < 1e-9 || error < 1e-9 * size, "{told}: {} {error:e} of {size}", signal.name);
+            }
+        }
+    }
+}

@@ -13,7 +13,7 @@ mod tableau;
 use kardan_rt::functions::{exp, ln, powi};
 
 use super::dop853::{Counts, StepError};
-use super::rounding::{Rounding, RoundingLimit};
+use super::rounding::Rounding;
 use crate::num::{Keeper, Lu};
 use tableau::{Tableau, tableau};
 
@@ -79,7 +79,6 @@ pub(super) struct Radau {
     next: f64,
     counts: Counts,
     rounding: Rounding,
-    limit: RoundingLimit,
 }
 
 impl Radau {
@@ -117,7 +116,6 @@ impl Radau {
             next: 0.0,
             counts: Counts::default(),
             rounding: Rounding::new(size),
-            limit: RoundingLimit::default(),
             tableau,
         }
     }
@@ -132,7 +130,7 @@ impl Radau {
         [started, fresh, known, goes_on].into_iter().for_each(|flag| keeper.flag(flag));
         let Counts { accepted, rejected, evaluations } = &mut self.counts;
         [accepted, rejected, evaluations].into_iter().for_each(|count| keeper.word(count));
-        self.limit.keep(keeper);
+        self.rounding.keep(keeper);
         if self.factored > 0.0 {
             self.factor(self.factored);
         }
@@ -466,7 +464,7 @@ impl Radau {
 
     /// What rounding makes of the error estimate, through the same system; of the integrals also by what it makes of the state.
     fn measure_rounding(&mut self, h: f64, equations: &mut impl Equations) {
-        let Self { tableau, implicit, time, state, slope, real, work, rounding, counts, limit, absolute, relative, .. } = self;
+        let Self { tableau, implicit, time, state, slope, real, work, rounding, counts, absolute, relative, .. } = self;
         let (n, per, time) = (*implicit, tableau.real / h, *time);
         let moved = &mut work[..state.len()];
         counts.evaluations += 2 * rounding.measure(state, |there, change| {
@@ -480,16 +478,14 @@ impl Radau {
             }
         });
         // The estimate differentiates the states at the stages, of which each is rounded too.
-        for (noise, x) in rounding.noise.iter_mut().zip(&*state) {
-            *noise = tableau.amplification * (*noise + 0.5 * f64::EPSILON * x.abs());
-        }
+        rounding.noise.iter_mut().zip(&*state).for_each(|(noise, x)| *noise += 0.5 * f64::EPSILON * x.abs());
         let sizes = absolute.iter().zip(&*state).map(|(absolute, x)| absolute + *relative * x.abs());
-        limit.meet(time, rounding.noise.iter().zip(sizes).map(|(noise, size)| noise / size));
+        rounding.in_step(tableau.amplification, sizes);
     }
 
-    /// Where rounding in a step exceeded the tolerance by most.
-    pub(super) fn rounding_limit(&self) -> Option<RoundingLimit> {
-        self.limit.told()
+    /// What rounding makes of steps, as far as it was looked at.
+    pub(super) fn rounding(&self) -> &Rounding {
+        &self.rounding
     }
 
     /// A first length, from slope and its change, as that of DOP853 is found \[HNW, II.4\].
