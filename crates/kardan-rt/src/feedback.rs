@@ -1,5 +1,5 @@
 use crate::Real;
-use crate::dense::{all_finite, at, dot, row};
+use crate::dense::{all_finite, at, copy, dot, row};
 
 /// A constant gain matrix, row by row: `out += G·x`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,13 +53,35 @@ impl<'a, T: Real> Gain<'a, T> {
     #[inline]
     pub(crate) fn accumulate(&self, x: &[T], out: &mut [T]) {
         let columns = self.columns.max(1);
+        let (mut rows, mut values) = (self.entries, out);
+        // Four rows at once: one sum waits for itself at each term, four wait together.
+        while let (Some((four, next_rows)), true) =
+            (rows.split_at_checked(columns.saturating_mul(4)), values.len() >= 4)
+        {
+            let Some((block, next_values)) = core::mem::take(&mut values).split_at_mut_checked(4) else { break };
+            four_sums(block, four, columns, x);
+            (rows, values) = (next_rows, next_values);
+        }
         // Rows are split off one by one: to count them would take a division, which costs as much as a row.
-        let mut rows = self.entries;
-        for value in out {
+        for value in values {
             let Some((row, next_rows)) = rows.split_at_checked(columns) else { return };
             *value = sum(*value, row, x);
             rows = next_rows;
         }
+    }
+}
+
+/// Adds the products of four rows and x to four values, each in the order of [`sum`].
+#[inline]
+fn four_sums<T: Real>(values: &mut [T], rows: &[T], columns: usize, x: &[T]) {
+    let [a, b, c, d] = values else { return };
+    let Some((first, rows)) = rows.split_at_checked(columns) else { return };
+    let Some((second, rows)) = rows.split_at_checked(columns) else { return };
+    let Some((third, fourth)) = rows.split_at_checked(columns) else { return };
+    let pairs = first.iter().zip(second).zip(third.iter().zip(fourth));
+    for (((first, second), (third, fourth)), x) in pairs.zip(x) {
+        (*a, *b) = (*a + *first * *x, *b + *second * *x);
+        (*c, *d) = (*c + *third * *x, *d + *fourth * *x);
     }
 }
 
@@ -68,16 +90,27 @@ fn sum<T: Real>(start: T, row: &[T], x: &[T]) -> T {
     row.iter().zip(x).fold(start, |sum, (gain, state)| sum + *gain * *state)
 }
 
-/// `out = G x + H y`. Returns false and leaves `out` as it is if an entry of x, y or the answer is not finite: the sums are
-/// formed twice, which takes no memory.
+/// `out = G x + H y`. Returns false and leaves `out` as it is if an entry of x, y or the answer is not finite. Where there are many
+/// answers, the sums are formed twice, which takes no memory.
 #[inline]
 pub fn combine<T: Real>((g, x): (&Gain<'_, T>, &[T]), (h, y): (&Gain<'_, T>, &[T]), out: &mut [T]) -> bool {
+    // An entry that no row sees is looked at all the same: that it is no number must be told.
+    let given = all_finite(x) && all_finite(y);
+    let mut few = [T::ZERO; 8];
+    if let Some(found) = few.get_mut(..out.len()) {
+        g.accumulate(x, found);
+        h.accumulate(y, found);
+        let finite = given && all_finite(found);
+        if finite {
+            copy(found, out);
+        }
+        return finite;
+    }
     let entry = |k: usize| {
         let first = sum(T::ZERO, row(g.entries, k, g.columns.max(1)), x);
         sum(first, row(h.entries, k, h.columns.max(1)), y)
     };
-    // An entry that no row sees is looked at all the same: that it is no number must be told.
-    let finite = all_finite(x) && all_finite(y) && (0..out.len()).all(|k| entry(k).is_finite());
+    let finite = given && (0..out.len()).all(|k| entry(k).is_finite());
     if finite {
         for (k, value) in out.iter_mut().enumerate() {
             *value = entry(k);

@@ -1,6 +1,7 @@
 //! The blocks and the small solvers under them.
 
 mod blocks;
+mod gains;
 mod model_observer;
 mod not_a_number;
 mod solvers;

@@ -433,7 +433,8 @@ impl Dop853 {
         combine(fifth, &self.work, 1.0, &DEFECT_5, &self.slopes);
         combine(third, &self.work, 1.0, &DEFECT_3, &self.slopes);
         let (fifth, third) = (&fifth[..n], &third[..n]);
-        let (x, y, absolute, noise) = (&self.state[..n], &self.trial[..n], &self.absolute[..n], &self.rounding.noise[..n]);
+        let (x, y, absolute, noise) =
+            (&self.state[..n], &self.trial[..n], &self.absolute[..n], &self.rounding.noise[..n]);
         let (mut sum5, mut sum3) = (0.0, 0.0);
         for i in 0..n {
             let scale = absolute[i] + self.relative * x[i].abs().max(y[i].abs()) + rounding * noise[i];

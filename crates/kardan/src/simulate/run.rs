@@ -1071,7 +1071,8 @@ impl RunningLoop {
             Outcome::Failed { time, .. } => time,
             Outcome::Completed => self.scenario.duration,
         };
-        let series = Series { time: std::mem::take(&mut self.time_grid), signals: std::mem::take(&mut self.outputs.signals) };
+        let series =
+            Series { time: std::mem::take(&mut self.time_grid), signals: std::mem::take(&mut self.outputs.signals) };
         let rounding = self.rounding_limit(&series);
         self.notes.extend(rounding);
         let strains = self.machine.strains(&self.input_names, end, |motor| {

@@ -150,8 +150,7 @@ impl Tableau {
         // A quadrature of order s that has the weight 1/real at 0 differs from the solution's by −ℓ_i(0)/real at the nodes.
         let at_zero = |i: usize| others(i).map(|j| nodes[j] / (nodes[j] - nodes[i])).product::<f64>();
         let weights: Vec<f64> = (0..s).map(|i| -at_zero(i) / real).collect();
-        let error: Vec<f64> =
-            (0..s).map(|j| (0..s).map(|i| weights[i] * inverted[i * s + j]).sum()).collect();
+        let error: Vec<f64> = (0..s).map(|j| (0..s).map(|i| weights[i] * inverted[i * s + j]).sum()).collect();
         let amplification = error.iter().fold(1.0, |sum, e| sum + e.abs());
         let inverse = inverse(&vectors, s);
         Self { stages: s, nodes, integrals, real, pairs, vectors, inverse, error, amplification, denominators }
