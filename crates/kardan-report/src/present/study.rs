@@ -376,10 +376,17 @@ fn model(model: &ModelSummary) -> Body {
         true => "",
         false => "Linearised at the initial position, first variant, without Coulomb friction, in floating point.",
     };
+    let matrices = match model.matrices.is_empty() && !model.coordinates.is_empty() {
+        true => Body::default().hint(format!(
+            "Matrices and poles of {} coordinates are too many to be read here: `kardan analyze` writes them.",
+            model.coordinates.len()
+        )),
+        false => Body::default().matrices(&model.matrices),
+    };
     let body = Body::default()
         .part("Elements", Body::default().table(&["name", "kind", "values"], elements))
         .and(coordinates)
-        .part("Reduced matrices at the initial position", Body::default().matrices(&model.matrices));
+        .part("Reduced matrices at the initial position", matrices);
     let body = model.laws.iter().fold(body, |mut body, law| {
         let said = Body::default().list(law.notes.iter().cloned()).matrices(&law.gains);
         let title = format!("Law {} ({})", law.name, law.law);

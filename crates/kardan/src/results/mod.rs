@@ -510,11 +510,11 @@ pub struct ModelSummary {
     pub mechanism: Mechanism,
     /// Shafts chosen as reduced coordinates.
     pub coordinates: Vec<String>,
-    /// The reduced matrices at the initial position.
+    /// The reduced matrices at the initial position; none of more than 100 coordinates.
     pub matrices: Vec<NamedMatrix>,
     /// The designed laws.
     pub laws: Vec<LawSummary>,
-    /// Poles of the linearised loop at the initial position, first variant, without Coulomb friction.
+    /// Poles of the linearised loop at the initial position, first variant, without Coulomb friction; none of more than 100 coordinates.
     pub closed_loop_poles: Vec<Pole>,
 }
 

@@ -4,7 +4,7 @@ use super::{Prepared, PreparedVariant};
 use crate::equations::Domain;
 use crate::num::Matrix;
 use crate::reduce::{Reduced, linearise};
-use crate::results::{LawSummary, ModelSummary, NamedMatrix};
+use crate::results::{LawSummary, ModelSummary, NamedMatrix, Pole};
 use crate::synthesis::closed_loop_poles;
 
 /// Name and unit of the reduced inertia, damping and stiffness matrix.
@@ -21,9 +21,30 @@ pub(super) fn matrix_words(reduced: &Reduced) -> [(&'static str, &'static str); 
     }
 }
 
+/// Matrices and poles of more coordinates are not part of a summary: nobody reads them there, and poles cost the cube of their number.
+const MOST_COORDINATES: usize = 100;
+
 pub(super) fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> ModelSummary {
-    let linear = linearise(&variant.reduced, &variant.scenario.position);
     let laws = &variant.designed;
+    let (matrices, closed_loop_poles) = match variant.reduced.degrees_of_freedom() > MOST_COORDINATES {
+        true => (Vec::new(), Vec::new()),
+        false => numbers(variant),
+    };
+    ModelSummary {
+        name: prepared.name.clone(),
+        description: prepared.description.clone(),
+        elements: variant.model.elements.clone(),
+        mechanism: variant.model.mechanism.clone(),
+        coordinates: variant.reduced.coordinate_names(),
+        matrices,
+        laws: laws.iter().map(|law| law.describe().summary()).collect::<Vec<LawSummary>>(),
+        closed_loop_poles,
+    }
+}
+
+/// The reduced matrices at the initial position, and the poles there.
+fn numbers(variant: &PreparedVariant) -> (Vec<NamedMatrix>, Vec<Pole>) {
+    let linear = linearise(&variant.reduced, &variant.scenario.position);
     let [inertia, damping, stiffness] = matrix_words(&variant.reduced);
     let matrix = |title: &str, unit: &str, columns: &[String], values: &Matrix<_>| NamedMatrix {
         title: title.into(),
@@ -32,19 +53,11 @@ pub(super) fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> Model
         columns: columns.to_vec(),
         values: values.to_rows(),
     };
-    ModelSummary {
-        name: prepared.name.clone(),
-        description: prepared.description.clone(),
-        elements: variant.model.elements.clone(),
-        mechanism: variant.model.mechanism.clone(),
-        coordinates: linear.coordinates.clone(),
-        matrices: vec![
-            matrix(&format!("reduced {}", inertia.0), inertia.1, &linear.coordinates, &linear.inertia),
-            matrix(&format!("reduced {}", damping.0), damping.1, &linear.coordinates, &linear.damping),
-            matrix(&format!("reduced {}", stiffness.0), stiffness.1, &linear.coordinates, &linear.stiffness),
-            matrix("input map", "", &linear.inputs, &linear.input),
-        ],
-        laws: laws.iter().map(|law| law.describe().summary()).collect::<Vec<LawSummary>>(),
-        closed_loop_poles: closed_loop_poles(&linear, laws).unwrap_or_default(),
-    }
+    let matrices = vec![
+        matrix(&format!("reduced {}", inertia.0), inertia.1, &linear.coordinates, &linear.inertia),
+        matrix(&format!("reduced {}", damping.0), damping.1, &linear.coordinates, &linear.damping),
+        matrix(&format!("reduced {}", stiffness.0), stiffness.1, &linear.coordinates, &linear.stiffness),
+        matrix("input map", "", &linear.inputs, &linear.input),
+    ];
+    (matrices, closed_loop_poles(&linear, &variant.designed).unwrap_or_default())
 }
