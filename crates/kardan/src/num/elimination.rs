@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use super::{Matrix, Rational, Scalar, SparseRow};
+use super::{Matrix, Rational, Scalar, SparseRow, sparse_rows};
 
 /// The reduced row echelon form of a matrix, with the way it was reached.
 #[derive(Debug, Clone)]
@@ -142,12 +142,16 @@ pub enum Definiteness {
 /// # Panics
 /// If the matrix is not square.
 pub fn definiteness(matrix: &Matrix<Rational>) -> Definiteness {
-    let n = matrix.rows();
-    assert_eq!(n, matrix.columns(), "definiteness of a matrix that is not square");
+    assert_eq!(matrix.rows(), matrix.columns(), "definiteness of a matrix that is not square");
+    definiteness_of_rows(&sparse_rows(matrix))
+}
+
+/// The same of a symmetric matrix given by its rows.
+pub fn definiteness_of_rows(matrix: &[SparseRow]) -> Definiteness {
+    let n = matrix.len();
     // What is left of the upper triangle: in each row the entries from the diagonal on, without zeros.
-    let entries =
-        |i: usize| (i..n).filter(move |&j| !matrix[(i, j)].is_zero()).map(move |j| (j, matrix[(i, j)].clone()));
-    let mut rows: Vec<BTreeMap<usize, Rational>> = (0..n).map(|i| entries(i).collect()).collect();
+    let upper = |(i, row): (usize, &SparseRow)| row.iter().filter(|(j, _)| *j >= i).cloned().collect();
+    let mut rows: Vec<BTreeMap<usize, Rational>> = matrix.iter().enumerate().map(upper).collect();
     let mut factors: Vec<SparseRow> = Vec::with_capacity(n);
     let mut null = None;
     for k in 0..n {

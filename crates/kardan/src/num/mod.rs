@@ -36,7 +36,7 @@ pub use bracket::bracket;
 pub use dense::{Cholesky, Lu, dot, multiply};
 pub(crate) use dense::{LANES, Panels, product};
 pub use eigen::eigenvalues;
-pub use elimination::{Definiteness, Echelon, definiteness, echelon};
+pub use elimination::{Definiteness, Echelon, definiteness, definiteness_of_rows, echelon};
 pub use exponential::{Discretised, discretise, exponential};
 pub use float::Float;
 pub use hessenberg::Transfer;
@@ -51,4 +51,6 @@ pub use prime_field::{PrimeField, Primes, Random, Residue, is_prime, prime_below
 pub use reachable::{Reachable, Span, quotient_action, reachable};
 pub use reconstruct::{Reconstruction, nearby_fraction};
 pub use scalar::{Rational, Scalar, rational_from_f64, rational_to_f64};
-pub use sparse::{SparseEchelon, SparseRow, project, sparse_echelon, sparse_rows, sum_of_outer};
+pub use sparse::{
+    SparseEchelon, SparseRow, dense_rows, project, sparse_echelon, sparse_rows, sparse_sum_of_outer, sum_of_outer,
+};

@@ -110,21 +110,42 @@ pub fn sparse_rows(matrix: &Matrix<Rational>) -> Vec<SparseRow> {
     (0..matrix.rows()).map(|i| row(i).collect()).collect()
 }
 
+/// The matrix of these rows.
+///
+/// # Panics
+/// If a row has an entry behind the last column.
+pub fn dense_rows(rows: &[SparseRow], columns: usize) -> Matrix<Rational> {
+    let mut out = Matrix::<Rational>::zeros(rows.len(), columns);
+    for (i, row) in rows.iter().enumerate() {
+        row.iter().for_each(|(j, x)| out[(i, *j)] = x.clone());
+    }
+    out
+}
+
+/// `Σ c a aᵀ` of terms `(a, c)` over n coordinates, row by row.
+pub fn sparse_sum_of_outer<R: AsRef<[(usize, Rational)]>>(
+    terms: impl IntoIterator<Item = (R, Rational)>,
+    n: usize,
+) -> Vec<SparseRow> {
+    let mut out = vec![BTreeMap::<usize, Rational>::new(); n];
+    for (row, factor) in terms {
+        for (i, x) in row.as_ref() {
+            let scaled = factor.times(x);
+            for (j, y) in row.as_ref() {
+                let entry = out[*i].entry(*j).or_insert(Rational::ZERO);
+                *entry = entry.plus(&scaled.times(y));
+            }
+        }
+    }
+    out.into_iter().map(|row| row.into_iter().filter(|(_, x)| !x.is_zero()).collect()).collect()
+}
+
 /// `Σ c a aᵀ` of terms `(a, c)` over n coordinates.
 pub fn sum_of_outer<R: AsRef<[(usize, Rational)]>>(
     terms: impl IntoIterator<Item = (R, Rational)>,
     n: usize,
 ) -> Matrix<Rational> {
-    let mut out = Matrix::<Rational>::zeros(n, n);
-    for (row, factor) in terms {
-        for (i, x) in row.as_ref() {
-            let scaled = factor.times(x);
-            for (j, y) in row.as_ref() {
-                out[(*i, *j)] = out[(*i, *j)].plus(&scaled.times(y));
-            }
-        }
-    }
-    out
+    dense_rows(&sparse_sum_of_outer(terms, n), n)
 }
 
 #[cfg(test)]

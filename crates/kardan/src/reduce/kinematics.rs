@@ -4,7 +4,7 @@ use super::{Affine, Reduced, Step};
 use crate::assemble::TransmissionRow;
 use crate::equations::Curve;
 use crate::expr::{Graph, Rationals, lower};
-use crate::num::{Matrix, Rational, Scalar, dot, rational_from_f64, rational_to_f64};
+use crate::num::{self, Rational, Scalar, dot, rational_from_f64, rational_to_f64};
 use crate::units::Dimension;
 
 impl Step {
@@ -255,35 +255,26 @@ pub fn slopes(reduced: &Reduced, position: &[f64]) -> Vec<Slope> {
     reduced.equations.transmissions.iter().map(of).collect()
 }
 
-/// K at a position: exact, but for slopes of curves that are no fractions, which are rounded once.
-pub(super) fn exact_basis(reduced: &Reduced, position: &[f64]) -> Matrix<Rational> {
+/// K at a position, one row for each shaft: exact, but for slopes of curves that are no fractions, which are rounded once.
+pub(super) fn exact_basis(reduced: &Reduced, position: &[f64]) -> Vec<num::SparseRow> {
     let (n, r) = (reduced.equations.coordinates.len(), reduced.degrees_of_freedom());
     let mut numeric = Kinematics::new(reduced);
     numeric.update(position, &vec![0.0; r]);
     let angles = exact_angles(reduced, position);
-    let mut basis = Matrix::<Rational>::zeros(n, r);
+    let mut basis = vec![num::SparseRow::new(); n];
     for (column, &shaft) in reduced.coordinates.iter().enumerate() {
-        basis[(shaft, column)] = Rational::ONE;
+        basis[shaft].push((column, Rational::ONE));
     }
-    let combine = |basis: &Matrix<Rational>, affine: &Affine, column: usize| {
-        let mut sum = Rational::ZERO;
-        for (shaft, c) in &affine.terms {
-            sum = sum.plus(&c.times(&basis[(*shaft, column)]));
-        }
-        sum
-    };
     for step in &reduced.steps {
         let (Step::Linear { value: affine, .. } | Step::Curve { argument: affine, .. }) = step;
-        let slope = match step {
-            Step::Linear { .. } => Rational::ONE,
-            Step::Curve { curve, .. } => {
-                let x = AffineF64::from(affine).value(&numeric.angles);
-                exact_slope(&**curve, exact_argument(affine, &angles).as_ref(), x).value
-            }
-        };
-        for column in 0..r {
-            basis[(step.shaft(), column)] = slope.times(&combine(&basis, affine, column));
+        let mut row = num::project(&affine.terms, &basis);
+        if let Step::Curve { curve, .. } = step {
+            let x = AffineF64::from(affine).value(&numeric.angles);
+            let slope = exact_slope(&**curve, exact_argument(affine, &angles).as_ref(), x).value;
+            row.iter_mut().for_each(|(_, x)| *x = slope.times(x));
+            row.retain(|(_, x)| !x.is_zero());
         }
+        basis[step.shaft()] = row;
     }
     basis
 }

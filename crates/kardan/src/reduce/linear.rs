@@ -1,7 +1,7 @@
 //! The linear model around a position at rest.
 
 use super::{Reduced, kinematics};
-use crate::num::{Matrix, Rational, SparseRow, project, sparse_rows, sum_of_outer};
+use crate::num::{Matrix, Rational, SparseRow, dense_rows, project, sparse_sum_of_outer};
 
 /// The reduced matrices of a linear(ised) model \[diss. Theorem 4.1\], exact for the stored numbers.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,18 +47,48 @@ impl LinearModel {
 /// # Panics
 /// If `position` has not one entry per coordinate or gives a slope that is not finite.
 pub fn linearise(reduced: &Reduced, position: &[f64]) -> LinearModel {
-    let basis = kinematics::exact_basis(reduced, position);
-    let (rows, r) = (sparse_rows(&basis), basis.columns());
-    let reduced_row = |row: &SparseRow| project(row, &rows);
-    let equations = &reduced.equations;
-    let (inertias, dampers, springs) = (&equations.inertias, &equations.dampers, &equations.springs);
+    let SparseModel { inertia, damping, stiffness, input, basis } = sparse_model(reduced, position);
+    let (r, inputs) = (reduced.degrees_of_freedom(), &reduced.equations.inputs);
     LinearModel {
         coordinates: reduced.coordinate_names(),
-        inputs: equations.inputs.iter().map(|input| input.element.clone()).collect(),
-        inertia: sum_of_outer(inertias.iter().map(|j| (reduced_row(&j.row), j.value.to_rational())), r),
-        damping: sum_of_outer(dampers.iter().map(|d| (reduced_row(&d.row), d.value.to_rational())), r),
-        stiffness: sum_of_outer(springs.iter().map(|s| (reduced_row(&s.row), s.value.stiffness.to_rational())), r),
-        input: basis.transpose().multiply(&equations.input_matrix()),
+        inputs: inputs.iter().map(|input| input.element.clone()).collect(),
+        inertia: dense_rows(&inertia, r),
+        damping: dense_rows(&damping, r),
+        stiffness: dense_rows(&stiffness, r),
+        input: dense_rows(&input, r).transpose(),
+        basis: dense_rows(&basis, r),
+    }
+}
+
+/// A [`LinearModel`] without its zeros, row by row: memory and time in proportion to the number of terms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SparseModel {
+    /// H_r.
+    pub inertia: Vec<SparseRow>,
+    /// D_r.
+    pub damping: Vec<SparseRow>,
+    /// S_r.
+    pub stiffness: Vec<SparseRow>,
+    /// The columns of F_r, one for each input.
+    pub input: Vec<SparseRow>,
+    /// K, one row per shaft.
+    pub basis: Vec<SparseRow>,
+}
+
+/// [`linearise`] without the zeros.
+///
+/// # Panics
+/// If `position` has not one entry per coordinate or gives a slope that is not finite.
+pub fn sparse_model(reduced: &Reduced, position: &[f64]) -> SparseModel {
+    let basis = kinematics::exact_basis(reduced, position);
+    let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
+    let along = |row: &SparseRow| project(row, &basis);
+    let (inertias, dampers, springs) = (&equations.inertias, &equations.dampers, &equations.springs);
+    SparseModel {
+        inertia: sparse_sum_of_outer(inertias.iter().map(|j| (along(&j.row), j.value.to_rational())), r),
+        damping: sparse_sum_of_outer(dampers.iter().map(|d| (along(&d.row), d.value.to_rational())), r),
+        stiffness: sparse_sum_of_outer(springs.iter().map(|s| (along(&s.row), s.value.stiffness.to_rational())), r),
+        input: equations.inputs.iter().map(|input| along(&input.row)).collect(),
         basis,
     }
 }

@@ -19,7 +19,7 @@ pub use dynamics::{Dynamics, Extension, MotionPlan, Work};
 pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;
 pub use kinematics::{Kinematics, Slope, slopes};
-pub use linear::{LinearModel, linearise};
+pub use linear::{LinearModel, SparseModel, linearise, sparse_model};
 pub use mechanism::{MechanismData, MechanismError};
 pub use motion::{Forces, Motion, SparseRow};
 pub use multipliers::Multipliers;

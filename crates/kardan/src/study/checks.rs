@@ -8,8 +8,8 @@ use crate::element::Values;
 use crate::entries::Place;
 use crate::equations::Term;
 use crate::model::{ControlSpec, Document, Model, TableReader};
-use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
-use crate::reduce::{Dependency, Kinematics, LinearModel, ReduceError, Reduced, linearise};
+use crate::num::{Definiteness, Rational, Scalar, SparseRow, definiteness_of_rows, dense_rows, rational_to_f64};
+use crate::reduce::{Dependency, Kinematics, ReduceError, Reduced, SparseModel, sparse_model};
 use crate::schema::{Field, Kind};
 use crate::synthesis::{Advice, SynthesisError};
 use std::collections::BTreeMap;
@@ -51,12 +51,12 @@ pub(super) fn is_finite_at(reduced: &Reduced, position: &[f64]) -> bool {
 }
 
 /// Whether the matrices of a model can be held in numbers, and its inertias are not lost in rounding.
-pub(super) fn is_representable(model: &LinearModel) -> bool {
-    let matrices = [&model.inertia, &model.damping, &model.stiffness, &model.input, &model.basis];
-    let finite = matrices.iter().all(|matrix| matrix.to_f64().as_slice().iter().all(|x| x.is_finite()));
-    let inertia = model.inertia.to_f64();
-    let lost = |k: usize| !(inertia[(k, k)].is_normal() && (1.0 / inertia[(k, k)]).is_finite());
-    finite && (0..inertia.rows()).all(|k| model.inertia[(k, k)].is_zero() || !lost(k))
+pub(super) fn is_representable(model: &SparseModel) -> bool {
+    let SparseModel { inertia, damping, stiffness, input, basis } = model;
+    let mut entries = [inertia, damping, stiffness, input, basis].into_iter().flatten().flatten();
+    let mut diagonal = inertia.iter().enumerate().flat_map(|(k, row)| row.iter().filter(move |(j, _)| *j == k));
+    let lost = |x: f64| !(x.is_normal() && (1.0 / x).is_finite());
+    entries.all(|(_, x)| rational_to_f64(x).is_finite()) && !diagonal.any(|(_, x)| lost(rational_to_f64(x)))
 }
 
 /// Tells of parts of the drivetrain that neither an element nor a law connects; circuits may stand beside it.
@@ -226,14 +226,14 @@ pub(super) fn check_matrices(
                 return false;
             }
         };
-        match definiteness(&model.inertia) {
+        match definiteness_of_rows(&model.inertia) {
             Definiteness::Positive => {}
             Definiteness::PositiveSemi { .. } if massless.is_empty() => {
                 massless.push(massless_motion(document, reduced, &model));
             }
             Definiteness::PositiveSemi { .. } => {}
             Definiteness::Indefinite { witness } => {
-                out.push(negative_energy(document, &moving(reduced, &model, &witness)));
+                out.push(negative_energy(document, &moving(reduced, &model.basis, &witness)));
                 return false;
             }
         }
@@ -248,10 +248,10 @@ pub(super) fn check_matrices(
         }
         if passive
             && !negative.is_empty()
-            && let Definiteness::Indefinite { witness } = definiteness(&model.damping)
+            && let Definiteness::Indefinite { witness } = definiteness_of_rows(&model.damping)
         {
             passive = false;
-            out.push(not_passive(document, &negative, &moving(reduced, &model, &witness)));
+            out.push(not_passive(document, &negative, &moving(reduced, &model.basis, &witness)));
         }
     }
     for name in negative.into_iter().filter(|_| passive) {
@@ -269,9 +269,9 @@ pub(super) fn check_matrices(
 }
 
 /// The linear model at a position.
-fn model_at(document: &Document, reduced: &Reduced, position: &[f64]) -> Result<LinearModel, Diagnostic> {
+fn model_at(document: &Document, reduced: &Reduced, position: &[f64]) -> Result<SparseModel, Diagnostic> {
     if is_finite_at(reduced, position) {
-        return Ok(linearise(reduced, position));
+        return Ok(sparse_model(reduced, position));
     }
     let ratios = reduced.equations.constraints.iter().map(|row| row.element.as_str());
     let ratios = ratios.chain(reduced.equations.transmissions.iter().map(|row| row.element.as_str()));
@@ -303,12 +303,12 @@ fn not_passive(document: &Document, dampers: &[&str], shafts: &[(String, Rationa
 }
 
 /// A motion that no mass resists: the shafts that move, and in which proportion.
-fn massless_motion(document: &Document, reduced: &Reduced, model: &LinearModel) -> Diagnostic {
-    let direction = massless_direction(&model.coordinates, &model.inertia).unwrap_or_default();
+fn massless_motion(document: &Document, reduced: &Reduced, model: &SparseModel) -> Diagnostic {
+    let names = reduced.coordinate_names();
+    let direction = massless_direction(&names, &dense_rows(&model.inertia, names.len())).unwrap_or_default();
     let factor = |name: &String| direction.iter().find(|(other, _)| other == name).map(|(_, x)| x.clone());
-    let direction: Vec<Rational> =
-        model.coordinates.iter().map(|name| factor(name).unwrap_or(Rational::ZERO)).collect();
-    let moves = moving(reduced, model, &direction);
+    let direction: Vec<Rational> = names.iter().map(|name| factor(name).unwrap_or(Rational::ZERO)).collect();
+    let moves = moving(reduced, &model.basis, &direction);
     let charges = document.charges();
     if moves.first().is_some_and(|(name, _)| charges.contains(name)) {
         let branches: Vec<&String> = moves.iter().map(|(name, _)| name).filter(|name| charges.contains(name)).collect();
@@ -332,10 +332,9 @@ fn massless_motion(document: &Document, reduced: &Reduced, model: &LinearModel) 
 }
 
 /// Shafts that take part in a reduced motion with their shares, the largest first.
-fn moving(reduced: &Reduced, model: &LinearModel, direction: &[Rational]) -> Vec<(String, Rational)> {
-    let share = |shaft: usize| {
-        direction.iter().enumerate().fold(Rational::ZERO, |sum, (j, x)| sum.plus(&model.basis[(shaft, j)].times(x)))
-    };
+fn moving(reduced: &Reduced, basis: &[SparseRow], direction: &[Rational]) -> Vec<(String, Rational)> {
+    let share =
+        |shaft: usize| basis[shaft].iter().fold(Rational::ZERO, |sum, (j, x)| sum.plus(&x.times(&direction[*j])));
     let mut shares: Vec<(f64, String, Rational)> = reduced
         .equations
         .coordinates

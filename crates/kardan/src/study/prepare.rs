@@ -18,8 +18,8 @@ use crate::diagnostics::{Diagnostic, Severity};
 use crate::equations::{Direction, Measured, NamedTerm, Term};
 use crate::model::{ControlSpec, Document, Model, Setting, TableReader, VariantSettings};
 use crate::names::SignalName;
-use crate::num::{Definiteness, Scalar, definiteness};
-use crate::reduce::{Reduced, reduce};
+use crate::num::{Definiteness, Scalar, definiteness_of_rows};
+use crate::reduce::{Reduced, reduce, sparse_model};
 use crate::simulate::signal_names;
 use crate::synthesis::{Law, Plant, design_law, running};
 use rayon::prelude::*;
@@ -370,11 +370,11 @@ fn design_model(
     }
     match reduce(assemble(&model.all_coordinates, &model.terms), Some(&reduced.coordinate_names())) {
         Ok(design) => {
-            let finite = is_finite_at(&design, &zero);
-            let plant = finite.then(|| Plant::new(design, zero));
-            let good = plant.filter(|plant| {
-                definiteness(&plant.linear.inertia) == Definiteness::Positive && is_representable(&plant.linear)
-            });
+            let able = is_finite_at(&design, &zero) && {
+                let linear = sparse_model(&design, &zero);
+                definiteness_of_rows(&linear.inertia) == Definiteness::Positive && is_representable(&linear)
+            };
+            let good = able.then(|| Plant::new(design, zero));
             if good.is_none() {
                 let message =
                     format!("control `{}`: in its design model a motion without inertia is possible", control.name);

@@ -4,6 +4,8 @@ use kardan::diagnostics::Severity;
 use kardan::results::{Outcome, Run};
 use kardan::study::{self, Progress};
 
+use super::common::runs_only;
+
 /// Ends runs after so many steps, or after it was asked so often.
 struct Limited {
     steps: usize,
@@ -28,7 +30,8 @@ impl Progress for Limited {
 }
 
 fn run(source: &str, limits: &Limited) -> Run {
-    let study = study::run(source, &study::Settings::default(), limits);
+    // Alone: a second run would ask as well.
+    let study = study::run(source, &runs_only(), limits);
     study.unwrap_or_else(|found| panic!("{found:?}")).runs.remove(0)
 }
 
