@@ -378,7 +378,8 @@ fn model(model: &ModelSummary) -> Body {
     };
     let matrices = match model.matrices.is_empty() && !model.coordinates.is_empty() {
         true => Body::default().hint(format!(
-            "Matrices and poles of {} coordinates are too many to be read here: `kardan analyze` writes them.",
+            "Matrices and poles of {} coordinates are too many to be read here: `kardan linearise` writes the matrices, `kardan analyze` the \
+             poles.",
             model.coordinates.len()
         )),
         false => Body::default().matrices(&model.matrices),
