@@ -76,3 +76,18 @@ fn tolerances_below_rounding_are_told_and_cost_little() {
         }
     }
 }
+
+/// Where rounding decides about the errors, a run at a looser tolerance is as wrong as the run itself, and the estimate knows it.
+#[test]
+fn the_estimate_holds_below_rounding() {
+    let exact = study("sia-steering", 1e-13, Method::Taylor, true);
+    let rounded = study("sia-steering", 1e-13, Method::Dop853, false);
+    for (run, exact) in rounded.runs.iter().zip(&exact.runs) {
+        let found = run.accuracy.as_ref().expect("an estimate");
+        assert!(found.rounded, "{}: {}", run.name, run.effort.rounding);
+        for worst in &found.errors {
+            let error = difference(run, exact, &worst.signal);
+            assert!(error <= worst.error, "{}: {worst:?}, error {error:e}", run.name);
+        }
+    }
+}
