@@ -716,3 +716,33 @@ fn lies_are_told_without_a_panic() {
     }
     assert!(wrong.is_empty(), "{} lies, such as\n{}", wrong.len(), wrong[..wrong.len().min(12)].join("\n"));
 }
+
+/// A MAT file of 12 KiB that breaks off after the name of a matrix of 10,000 columns: each column has a name as long.
+#[test]
+fn long_names_of_many_columns_take_little_memory() {
+    let element = |kind: u32, body: &[u8]| [&kind.to_le_bytes(), &(body.len() as u32).to_le_bytes(), body].concat();
+    let sizes: Vec<u8> = [10_000u32, 10_000].iter().flat_map(|size| size.to_le_bytes()).collect();
+    let whole = |name: usize| {
+        let mut matrix = element(6, &9u64.to_le_bytes());
+        matrix.extend(element(5, &sizes));
+        matrix.extend(element(1, &vec![b'n'; name]));
+        matrix.extend([2u32, 100_000_000].iter().flat_map(|word| word.to_le_bytes()));
+        let mut out = write::mat(&series(1, 1.0).table()).unwrap()[..128].to_vec();
+        out.extend([14u32, matrix.len() as u32 + 100_000_000].iter().flat_map(|word| word.to_le_bytes()));
+        out.extend(matrix);
+        out
+    };
+    let mut names = Vec::new();
+    for length in [8, 12 << 10] {
+        let bytes = whole(length);
+        let mut channels = 0;
+        let memory = allocation_counter::measure(|| {
+            let log = kardan_tables::read::open(kardan_tables::read::in_memory(bytes), &CsvOptions::default()).unwrap();
+            channels = log.groups()[0].channels.len();
+            names.push(log.notes().join(" "));
+        });
+        assert!(memory.bytes_max < 64 << 20, "names of {length} bytes: {} bytes of memory", memory.bytes_max);
+        assert!(if length == 8 { channels == 10_000 } else { (500..1000).contains(&channels) }, "{channels} channels");
+    }
+    assert!(names[0].is_empty() && names[1].contains("more than 10 MiB"), "{names:?}");
+}

@@ -22,10 +22,14 @@ const ARRAY_LIMIT: usize = 100_000;
 /// The most columns of a matrix.
 const COLUMN_LIMIT: usize = 10_000;
 const DEPTH_LIMIT: usize = 8;
+/// The most bytes of names, units and notes that are kept: each of very many columns may have a very long name.
+const NAME_LIMIT: usize = 10 << 20;
 /// Numbers of this many bytes are kept when they are passed.
 const SHORT: usize = 64;
 /// How many bytes of a column are read at once.
 const STEP: usize = 1 << 20;
+/// How many bytes of all columns of a group are read at once.
+const STEPS: usize = 64 << 20;
 
 type Shared = Arc<Mutex<Source>>;
 
@@ -238,12 +242,16 @@ impl MatLog {
             source,
             little: true,
             budget: ARRAY_LIMIT,
+            names: NAME_LIMIT,
             found: Vec::new(),
             constants: Vec::new(),
             notes: Vec::new(),
         };
         let damage = walk.variables().err();
-        let Index { source, found, constants, notes, .. } = walk;
+        let Index { source, found, constants, mut notes, names, .. } = walk;
+        if names == 0 {
+            notes.push(format!("names of variables take more than {} MiB: the rest is left out", NAME_LIMIT >> 20));
+        }
         if found.is_empty() {
             return Err(damage.unwrap_or_else(|| LogError::NoChannels {
                 format: MAT,
@@ -280,12 +288,26 @@ struct Index {
     source: Shared,
     little: bool,
     budget: usize,
+    /// How many bytes of names are left.
+    names: usize,
     found: Vec<PendingChannel>,
     constants: Vec<(String, f64)>,
     notes: Vec<String>,
 }
 
 impl Index {
+    /// Whether so many bytes of names may still be kept; once they may not, nothing more is.
+    fn afford(&mut self, bytes: usize) -> bool {
+        self.names = self.names.saturating_sub(bytes + 16);
+        self.names > 0
+    }
+
+    fn leave_out(&mut self, path: &str, why: &str) {
+        if self.afford(path.len() + why.len()) {
+            self.notes.push(format!("`{path}` {why}"));
+        }
+    }
+
     fn variables(&mut self) -> Result<(), LogError> {
         let end = size(&self.source);
         let bytes = |source: &Shared, at, count| {
@@ -362,8 +384,8 @@ impl Index {
                 }
             }
             Content::Text(_) | Content::Other("nothing") => {}
-            Content::Sparse { .. } => self.notes.push(format!("`{path}` is a sparse matrix and left out")),
-            Content::Other(what) => self.notes.push(format!("`{path}` is {what} and left out")),
+            Content::Sparse { .. } => self.leave_out(path, "is a sparse matrix and left out"),
+            Content::Other(what) => self.leave_out(path, &format!("is {what} and left out")),
         }
     }
 
@@ -407,9 +429,9 @@ impl Index {
     ) {
         let sides: Vec<usize> = array.dimensions.iter().copied().filter(|side| *side != 1).collect();
         let (rows, columns, across) = match sides[..] {
-            _ if array.complex => return self.notes.push(format!("`{path}` is complex and left out")),
+            _ if array.complex => return self.leave_out(path, "is complex and left out"),
             [] => {
-                if let Run::Here(bytes) = &numbers.bytes {
+                if let (Run::Here(bytes), true) = (&numbers.bytes, self.afford(path.len())) {
                     self.constants.push((path.to_owned(), value(numbers.storage, numbers.little, bytes)));
                 }
                 return;
@@ -417,10 +439,10 @@ impl Index {
             [rows] => (rows, 1, false),
             [rows, columns] if rows >= columns => (rows, columns, false),
             [columns, rows] => (rows, columns, true),
-            _ => return self.notes.push(format!("`{path}` has more than two dimensions and is left out")),
+            _ => return self.leave_out(path, "has more than two dimensions and is left out"),
         };
         if columns > COLUMN_LIMIT || columns > self.budget {
-            return self.notes.push(format!("`{path}` has {columns} columns, too many, and is left out"));
+            return self.leave_out(path, &format!("has {columns} columns, too many, and is left out"));
         }
         self.budget -= columns;
         for k in 0..if rows == 0 { 0 } else { columns } {
@@ -429,6 +451,9 @@ impl Index {
                 (_, false) => format!("{path}(:,{})", k + 1),
                 (_, true) => format!("{path}({},:)", k + 1),
             };
+            if !self.afford(name.len() + unit.len() + family.0.len() + family.1.len()) {
+                return;
+            }
             let (first, stride) = if across { (k, columns) } else { (k * rows, 1) };
             let (storage, little, run) = (numbers.storage, numbers.little, numbers.bytes.clone());
             let column = Column { variable, run, storage, little, first, stride };
@@ -504,8 +529,9 @@ impl Log for MatLog {
         let Some(next) = next else { return self.pending.take().map_or(Ok(false), Err) };
         let reading = &mut self.reading[next];
         let rows = self.groups[reading.group].rows.unwrap_or(0) as usize;
-        let widest = reading.cursors.iter().map(|cursor| cursor.column.stride * cursor.column.storage.size()).max();
-        let count = (rows - reading.given).min(BLOCK_ROWS).min((STEP / widest.unwrap_or(8)).max(1));
+        let widths = || reading.cursors.iter().map(|cursor| cursor.column.stride * cursor.column.storage.size());
+        let most = (STEP / widths().max().unwrap_or(8)).min(STEPS / widths().sum::<usize>().max(1));
+        let count = (rows - reading.given).min(BLOCK_ROWS).min(most.max(1));
         block.reset(reading.group, reading.cursors.len());
         let from = reading.given;
         let errors: Vec<Option<LogError>> = reading

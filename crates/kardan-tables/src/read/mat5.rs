@@ -15,6 +15,8 @@ pub(crate) const INFLATED_LIMIT: usize = 256 << 20;
 const ARRAY_LIMIT: usize = 10_000;
 /// Structures and cells inside each other.
 const DEPTH_LIMIT: usize = 3;
+/// The most bytes of the name of a field; MATLAB allows 63. Each structure of an array keeps the names of its fields.
+const FIELD_NAME_LIMIT: usize = 1024;
 const HEADER: usize = 128;
 
 /// Why a file cannot be read, and at which byte of the file (of its inflated variable).
@@ -401,6 +403,11 @@ impl<I: Input> Reader<I> {
     /// The field names of a structure.
     fn fields(&mut self, name: &str) -> Result<Vec<String>, Broken> {
         let length = match self.counts()?[..] {
+            [length] if length > FIELD_NAME_LIMIT => {
+                let what =
+                    format!("structure `{name}` has field names of {length} bytes, more than {FIELD_NAME_LIMIT}");
+                return Err(Broken::TooLarge(what));
+            }
             [length] if length > 0 => length,
             _ => return damaged(format!("structure `{name}` does not say how long its field names are")),
         };
