@@ -36,7 +36,7 @@ pub(super) fn text(page: &Page, origin: &str, columns: usize) -> String {
         let mut said = String::new();
         blocks(&mut said, body, width);
         if !said.is_empty() {
-            out += &format!("\n{}\n{said}", textwrap::fill(title, width));
+            out += &format!("\n{}\n{said}", textwrap::fill(title, wrapping(width)));
         }
     }
     // A terminal obeys control characters.
@@ -80,10 +80,16 @@ fn blocks(out: &mut String, body: &Body, width: usize) {
     }
 }
 
+/// Lines break at blanks alone: units such as `N m s/rad` contain other places, and where text may break must not depend on the features that
+/// other crates turn on.
+fn wrapping<'a>(width: usize) -> textwrap::Options<'a> {
+    textwrap::Options::new(width).word_separator(textwrap::WordSeparator::AsciiSpace)
+}
+
 /// A paragraph, wrapped and indented.
 fn sentence(out: &mut String, text: &str, width: usize) {
     let text = rounded(&text.split_whitespace().collect::<Vec<_>>().join(" "));
-    let options = textwrap::Options::new(width).initial_indent("  ").subsequent_indent("    ");
+    let options = wrapping(width).initial_indent("  ").subsequent_indent("    ");
     *out += &textwrap::fill(&text, options);
     out.push('\n');
 }
@@ -154,7 +160,7 @@ fn record(out: &mut String, titles: &[String], row: &[String], width: usize) {
     for (k, (title, cell)) in titles.iter().zip(row).enumerate().filter(|(_, (_, cell))| !cell.is_empty()) {
         let text = if k == 0 || title.is_empty() { cell.clone() } else { format!("{title}: {cell}") };
         let [first, rest] = if k == 0 { ["  ", "    "] } else { ["    ", "      "] };
-        let options = textwrap::Options::new(width).initial_indent(first).subsequent_indent(rest);
+        let options = wrapping(width).initial_indent(first).subsequent_indent(rest);
         *out += &textwrap::fill(&text.replace('\u{a0}', " "), options);
         out.push('\n');
     }
@@ -162,7 +168,7 @@ fn record(out: &mut String, titles: &[String], row: &[String], width: usize) {
 
 /// The lines of a cell; hard spaces do not break, and become plain ones.
 fn lines(cell: &str, width: usize) -> Vec<String> {
-    textwrap::wrap(cell, width.max(1)).iter().map(|line| line.replace('\u{a0}', " ")).collect()
+    textwrap::wrap(cell, wrapping(width.max(1))).iter().map(|line| line.replace('\u{a0}', " ")).collect()
 }
 
 /// A matrix with its names, in as many pieces as its columns need.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::equations::{Curve, Direction, Domain, GROUND, InputKind, Measured, NamedTerm, Sensor, Stribeck, Term};
-use crate::num::{Matrix, Rational, Scalar, rational_from_f64, rational_to_f64, sum_of_outer};
+use crate::num::{Matrix, Rational, Scalar, dense_rows, rational_from_f64, rational_to_f64, sum_of_outer};
 use crate::units::Exact;
 
 /// A law along a numbered direction.
@@ -16,6 +16,12 @@ pub struct Along<T> {
     pub row: Vec<(usize, Rational)>,
     /// The coefficient of the law.
     pub value: T,
+}
+
+impl<T> AsRef<[(usize, Rational)]> for Along<T> {
+    fn as_ref(&self) -> &[(usize, Rational)] {
+        &self.row
+    }
 }
 
 impl<T> Along<T> {
@@ -331,7 +337,7 @@ impl Equations {
 
     /// The coefficient matrix C of the linear constraints \[diss. (4.31)\], exact, one row per constraint.
     pub fn constraint_matrix(&self) -> Matrix<Rational> {
-        dense(&self.constraints, self.coordinates.len())
+        dense_rows(&self.constraints, self.coordinates.len())
     }
 
     /// The inertia matrix `Σ J a aᵀ` over all shaft angles, exact, kg m².
@@ -351,20 +357,10 @@ impl Equations {
 
     /// The input matrix over all shaft angles, one column per input, exact.
     pub fn input_matrix(&self) -> Matrix<Rational> {
-        dense(&self.inputs, self.coordinates.len()).transpose()
+        dense_rows(&self.inputs, self.coordinates.len()).transpose()
     }
 
     fn sum<'a>(&'a self, terms: impl Iterator<Item = (&'a Vec<(usize, Rational)>, Rational)>) -> Matrix<Rational> {
         sum_of_outer(terms, self.coordinates.len())
     }
-}
-
-fn dense<T>(rows: &[Along<T>], shafts: usize) -> Matrix<Rational> {
-    let mut out = Matrix::<Rational>::zeros(rows.len(), shafts);
-    for (i, along) in rows.iter().enumerate() {
-        for (j, x) in &along.row {
-            out[(i, *j)] = x.clone();
-        }
-    }
-    out
 }

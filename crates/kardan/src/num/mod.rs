@@ -27,6 +27,7 @@ mod reconstruct;
 mod roots;
 mod scalar;
 mod sparse;
+mod sparse_lu;
 mod wide;
 
 pub use at_zero::{AtZero, at_zero, split_off};
@@ -54,3 +55,4 @@ pub use scalar::{Rational, Scalar, rational_from_f64, rational_to_f64};
 pub use sparse::{
     SparseEchelon, SparseRow, dense_rows, project, sparse_echelon, sparse_rows, sparse_sum_of_outer, sum_of_outer,
 };
+pub use sparse_lu::{Field, SparseLu, SparseOrder};

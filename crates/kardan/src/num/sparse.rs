@@ -114,10 +114,10 @@ pub fn sparse_rows(matrix: &Matrix<Rational>) -> Vec<SparseRow> {
 ///
 /// # Panics
 /// If a row has an entry behind the last column.
-pub fn dense_rows(rows: &[SparseRow], columns: usize) -> Matrix<Rational> {
+pub fn dense_rows<R: AsRef<[(usize, Rational)]>>(rows: &[R], columns: usize) -> Matrix<Rational> {
     let mut out = Matrix::<Rational>::zeros(rows.len(), columns);
     for (i, row) in rows.iter().enumerate() {
-        row.iter().for_each(|(j, x)| out[(i, *j)] = x.clone());
+        row.as_ref().iter().for_each(|(j, x)| out[(i, *j)] = x.clone());
     }
     out
 }

@@ -2,7 +2,7 @@
 
 use super::dop853::{Counts, Dop853, StepError};
 use super::machine::{Machine, Prospect};
-use super::radau::{Equations, Radau};
+use super::radau::{Descriptor, Equations, Radau};
 use super::taylor::{self, Taylor};
 use crate::num::Keeper;
 use crate::reduce::Reduced;
@@ -20,8 +20,8 @@ impl Equations for Machine {
         self.derivative(time, state, out);
     }
 
-    fn jacobian(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
-        self.find_jacobian(time, state, out);
+    fn linearise(&mut self, time: f64, state: &[f64], out: &mut Descriptor) {
+        self.find_descriptor(time, state, out);
     }
 }
 

@@ -6,6 +6,7 @@ use super::jacobian::Jacobian;
 use crate::expr::{Expr, Symbol};
 use crate::num::Rational;
 use crate::reduce::{Motion, Reduced};
+use crate::simulate::radau::Descriptor;
 use crate::units::Dimension;
 
 impl Machine {
@@ -55,7 +56,15 @@ impl Machine {
 
     /// The derivatives of all rates but those of the energies by all states but these, row by row.
     pub fn find_jacobian(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
-        let Some(mut jacobian) = self.jacobian.take() else { return out.fill(f64::NAN) };
+        let mut equations = Descriptor::default();
+        self.find_descriptor(time, state, &mut equations);
+        equations.solve(self.size - 2, out);
+    }
+
+    /// The same as linear equations of states and holding torques:
+    /// `H v̇ + Gᵀλ = ∂(f − H a − Gᵀλ₀)/∂x x`, `G v̇ = −∂(b + G a)/∂x x`, in whose derivatives accelerations a and torques λ₀ stand still.
+    pub(in crate::simulate) fn find_descriptor(&mut self, time: f64, state: &[f64], out: &mut Descriptor) {
+        let Some(mut jacobian) = self.jacobian.take() else { return out.clear(0) };
         let (r, states) = (self.degrees_of_freedom, self.size - 2);
         self.forces(time, state);
         self.accelerate();
@@ -71,27 +80,37 @@ impl Machine {
             Some(native) => native.evaluate(memory),
             None => plan.block().evaluate(memory),
         };
-        out.fill(0.0);
-        for i in (0..r).filter(|i| !self.still.contains(i)) {
-            out[i * states + r + i] = 1.0;
+        let nonzero = |row: &[f64]| row.iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect::<Vec<_>>();
+        let holds: Vec<Vec<(usize, f64)>> =
+            self.holding.iter().map(|k| nonzero(&self.work.friction_rows[k * r..(k + 1) * r])).collect();
+        out.clear(states + holds.len());
+        for i in (0..r).chain(2 * r..states) {
+            out.mass(i, i, 1.0);
         }
+        for i in 0..r {
+            nonzero(&self.work.inertia[i * r..(i + 1) * r]).into_iter().for_each(|(j, x)| out.mass(r + i, r + j, x));
+        }
+        for (a, hold) in holds.iter().enumerate() {
+            hold.iter().for_each(|(i, x)| out.mass(states + a, r + i, *x));
+        }
+        for (a, hold) in holds.iter().enumerate() {
+            hold.iter().for_each(|(i, x)| out.rate(r + i, states + a, -x));
+        }
+        (0..r).for_each(|i| out.rate(i, r + i, 1.0));
+        for &i in &self.still {
+            [i, r + i].into_iter().for_each(|state| out.still(state));
+        }
+        let mut place = vec![None; self.modes.len()];
+        self.holding.iter().enumerate().for_each(|(a, direction)| place[*direction] = Some(a));
         for (k, column) in columns.iter().enumerate() {
-            for (row, place) in &column.rates {
-                out[(2 * r + row) * states + k] = memory[*place];
+            column.rates.iter().for_each(|(row, value)| out.rate(2 * r + row, k, memory[*value]));
+            column.forces.iter().for_each(|(row, value)| out.rate(r + row, k, memory[*value]));
+            for (direction, value) in &column.bias {
+                if let Some(a) = place[*direction] {
+                    out.rate(states + a, k, -memory[*value]);
+                }
             }
-            if column.forces.is_empty() && column.bias.is_empty() {
-                continue;
-            }
-            self.force.fill(0.0);
-            column.forces.iter().for_each(|(row, place)| self.force[*row] = memory[*place]);
-            self.work.friction_bias.fill(0.0);
-            column.bias.iter().for_each(|(direction, place)| self.work.friction_bias[*direction] = memory[*place]);
-            self.accelerate_held();
-            (0..r).for_each(|i| out[(r + i) * states + k] = self.acceleration[i]);
         }
         self.jacobian = Some(jacobian);
-        // As it was found.
-        self.forces(time, state);
-        self.accelerate();
     }
 }

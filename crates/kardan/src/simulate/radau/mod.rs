@@ -8,22 +8,18 @@
 //! The first step after a start is as short as its fastest motion asks, and its polynomial leaves with the slope that the motion has there:
 //! a direction that breaks away begins to move the way that it is pulled.
 
+mod equations;
+mod newton;
 mod tableau;
 
 use kardan_rt::functions::{exp, ln, powi};
 
 use super::dop853::{Counts, StepError};
 use super::rounding::Rounding;
-use crate::num::{Keeper, Lu};
+use crate::num::Keeper;
+pub(super) use equations::{Descriptor, Equations};
+use newton::Systems;
 use tableau::{Tableau, tableau};
-
-/// What is integrated.
-pub(super) trait Equations {
-    /// The rates of all states.
-    fn rates(&mut self, time: f64, state: &[f64], out: &mut [f64]);
-    /// Their derivatives by the states, row by row, without the last states, which nothing depends on.
-    fn jacobian(&mut self, time: f64, state: &[f64], out: &mut [f64]);
-}
 
 /// Part of the length at which the error is as large as the tolerance.
 const SAFETY: f64 = 0.9;
@@ -57,7 +53,6 @@ pub(super) struct Radau {
     /// The trial in coordinates in which the iteration falls apart.
     split: Vec<f64>,
     rates: Vec<f64>,
-    jacobian: Vec<f64>,
     /// What is added to the last step so that its polynomial leaves with the slope, times the length; and to the trial.
     bend: Vec<f64>,
     trial_bend: Vec<f64>,
@@ -70,9 +65,7 @@ pub(super) struct Radau {
     goes_on: bool,
     /// The length that the factors are for; 0: there are none.
     factored: f64,
-    real: Lu,
-    pairs: Vec<Lu>,
-    matrix: Vec<f64>,
+    systems: Systems,
     work: Vec<f64>,
     error: Vec<f64>,
     weights: Vec<f64>,
@@ -99,7 +92,6 @@ impl Radau {
             trial: stages.clone(),
             split: stages.clone(),
             rates: stages,
-            jacobian: vec![0.0; implicit * implicit],
             bend: zero.clone(),
             trial_bend: zero.clone(),
             started: true,
@@ -107,9 +99,7 @@ impl Radau {
             known: false,
             goes_on: false,
             factored: 0.0,
-            real: Lu::new(implicit),
-            pairs: tableau.pairs.iter().map(|_| Lu::new(2 * implicit)).collect(),
-            matrix: vec![0.0; 4 * implicit * implicit],
+            systems: Systems::new(implicit, tableau),
             work: vec![0.0; 2 * size],
             error: zero,
             weights: vec![0.0; tableau.stages],
@@ -124,13 +114,16 @@ impl Radau {
         for time in [&mut self.previous_time, &mut self.time, &mut self.next, &mut self.factored] {
             keeper.number(time);
         }
-        let Self { previous, state, slope, increments, bend, jacobian, .. } = self;
-        [previous, state, slope, increments, bend, jacobian].into_iter().for_each(|list| keeper.numbers(list));
+        let Self { previous, state, slope, increments, bend, .. } = self;
+        [previous, state, slope, increments, bend].into_iter().for_each(|list| keeper.numbers(list));
         let Self { started, fresh, known, goes_on, .. } = self;
         [started, fresh, known, goes_on].into_iter().for_each(|flag| keeper.flag(flag));
         let Counts { accepted, rejected, evaluations } = &mut self.counts;
         [accepted, rejected, evaluations].into_iter().for_each(|count| keeper.word(count));
         self.rounding.keep(keeper);
+        if !self.systems.keep(keeper) {
+            (self.known, self.factored) = (false, 0.0);
+        }
         if self.factored > 0.0 {
             self.factor(self.factored);
         }
@@ -252,36 +245,14 @@ impl Radau {
     }
 
     fn take_jacobian(&mut self, equations: &mut impl Equations) {
-        equations.jacobian(self.time, &self.state, &mut self.jacobian);
+        self.systems.linearise(self.time, &self.state, equations);
         self.counts.evaluations += 1;
         (self.fresh, self.known, self.factored) = (true, true, 0.0);
     }
 
-    /// Factors `(γ/h) I − J`, and `[(α/h) I − J, (β/h) I; −(β/h) I, (α/h) I − J]` of each pair.
     fn factor(&mut self, h: f64) {
-        let n = self.implicit;
-        let Self { tableau, jacobian, matrix, real, pairs, .. } = self;
-        let shifted = |matrix: &mut [f64], width: usize, shift: f64| {
-            for (row, given) in matrix.chunks_exact_mut(width).zip(jacobian.chunks_exact(n)) {
-                row[..n].iter_mut().zip(given).for_each(|(entry, x)| *entry = -x);
-            }
-            (0..n).for_each(|i| matrix[i * width + i] += shift);
-        };
-        let square = &mut matrix[..n * n];
-        shifted(square, n, tableau.real / h);
-        let mut regular = real.factor(square);
-        for (lu, (alpha, beta)) in pairs.iter_mut().zip(&tableau.pairs) {
-            matrix.fill(0.0);
-            let (upper, lower) = matrix.split_at_mut(2 * n * n);
-            shifted(upper, 2 * n, alpha / h);
-            for i in 0..n {
-                lower[i * 2 * n + n..][..n].copy_from_slice(&upper[i * 2 * n..][..n]);
-                (upper[i * 2 * n + n + i], lower[i * 2 * n + i]) = (beta / h, -beta / h);
-            }
-            regular &= lu.factor(matrix);
-        }
         // A singular matrix makes steps that do not converge.
-        self.factored = if regular { h } else { f64::NAN };
+        self.factored = if self.systems.factor(h, self.tableau) { h } else { f64::NAN };
     }
 
     /// How many iterations may be needed.
@@ -374,14 +345,14 @@ impl Radau {
             }
         }
         work.iter_mut().zip(rates.chunks_exact(s)).take(n).for_each(|(out, rates)| *out = rates[0]);
-        self.real.solve(&mut work[..n]);
+        self.systems.solve(&mut work[..n]);
         split.chunks_exact_mut(s).zip(&*work).take(n).for_each(|(split, change)| split[0] += change);
-        for (k, lu) in self.pairs.iter_mut().enumerate() {
+        for k in 0..tableau.pairs.len() {
             let (i, j) = (2 * k + 1, 2 * k + 2);
             for (row, rates) in rates.chunks_exact(s).enumerate().take(n) {
                 (work[row], work[n + row]) = (rates[i], rates[j]);
             }
-            lu.solve(&mut work[..2 * n]);
+            self.systems.solve_pair(k, &mut work[..2 * n]);
             for (row, split) in split.chunks_exact_mut(s).enumerate().take(n) {
                 split[i] += work[row];
                 split[j] += work[n + row];
@@ -443,7 +414,7 @@ impl Radau {
             trial_bend.iter_mut().zip(&*error).for_each(|(bend, error)| *bend = h * error);
             0
         } else {
-            self.real.solve(&mut error[..*implicit]);
+            self.systems.solve(&mut error[..*implicit]);
             *implicit
         };
         error[unfiltered..].iter_mut().for_each(|error| *error /= per);
@@ -464,13 +435,14 @@ impl Radau {
 
     /// What rounding makes of the error estimate, through the same system; of the integrals also by what it makes of the state.
     fn measure_rounding(&mut self, h: f64, equations: &mut impl Equations) {
-        let Self { tableau, implicit, time, state, slope, real, work, rounding, counts, absolute, relative, .. } = self;
+        let Self { tableau, implicit, time, state, slope, systems, work, rounding, counts, absolute, relative, .. } =
+            self;
         let (n, per, time) = (*implicit, tableau.real / h, *time);
         let moved = &mut work[..state.len()];
         counts.evaluations += 2 * rounding.measure(state, |there, change| {
             equations.rates(time, there, change);
             change.iter_mut().zip(&*slope).for_each(|(change, slope)| *change -= slope);
-            real.solve(&mut change[..n]);
+            systems.solve(&mut change[..n]);
             there.iter_mut().zip(&*state).zip(&*change).take(n).for_each(|((there, x), change)| *there = x + change);
             equations.rates(time, there, moved);
             for k in n..change.len() {

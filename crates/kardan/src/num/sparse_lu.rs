@@ -1,0 +1,295 @@
+//! LU factors of sparse matrices of real or complex numbers.
+
+use std::ops::{Add, Mul, Sub};
+
+use faer::c64;
+
+/// Pivots that cancel to less than this part of their terms are taken for zero.
+const VANISHING: f64 = 1e-13;
+
+/// Numbers that are eliminated with.
+pub trait Field: Copy + Default + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    /// About the absolute value.
+    fn size(self) -> f64;
+    /// The inverse.
+    fn inverse(self) -> Self;
+}
+
+impl Field for f64 {
+    fn size(self) -> f64 {
+        self.abs()
+    }
+
+    fn inverse(self) -> Self {
+        1.0 / self
+    }
+}
+
+impl Field for c64 {
+    fn size(self) -> f64 {
+        self.re.abs() + self.im.abs()
+    }
+
+    fn inverse(self) -> Self {
+        self.inv()
+    }
+}
+
+/// Where the numbers of a sparse matrix and of its factors are: the order of elimination, found from the places alone.
+///
+/// Pivots are taken from the diagonal, always where the fewest numbers change (Markowitz 1957), and never where the diagonal has no number
+/// yet. So the factors of a chain or a tree take memory and time in proportion to its length, and the same places
+/// always give the same order. No row is exchanged for the size of its numbers: a pivot that cancels is told when numbers are factored.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SparseOrder {
+    /// The row (and column) of each pivot.
+    pivots: Vec<usize>,
+    /// For each given number its row and column in the order of the pivots, sorted by rows; and which it is.
+    given: Vec<(usize, usize, usize)>,
+    /// Right of the diagonal: where each row of U begins, and its columns.
+    starts: Vec<usize>,
+    columns: Vec<usize>,
+    /// Left of it: where each row of L begins, and its columns.
+    left_starts: Vec<usize>,
+    left_columns: Vec<usize>,
+}
+
+/// The numbers of the bits that are set, but for one.
+fn others(bits: &[u64], but: usize) -> Vec<usize> {
+    let set = |(word, bits): (usize, &u64)| {
+        let bits = *bits;
+        (0..64).filter(move |bit| bits >> bit & 1 == 1).map(move |bit| word * 64 + bit)
+    };
+    bits.iter().enumerate().flat_map(set).filter(|i| *i != but).collect()
+}
+
+impl SparseOrder {
+    /// For a matrix of n rows with numbers at these places (row, column), of which numbers at the same one add up. `None` if some place of
+    /// the diagonal stays empty to the end.
+    ///
+    /// # Panics
+    /// If a place is outside.
+    pub fn new(n: usize, places: &[(usize, usize)]) -> Option<Self> {
+        let words = n.div_ceil(64);
+        // Which columns each row has, and which rows each column, of those that are left.
+        let (mut rows, mut columns) = (vec![0u64; n * words], vec![0u64; n * words]);
+        for &(i, j) in places {
+            assert!(i < n && j < n, "place ({i}, {j}) of a matrix of {n} rows");
+            rows[i * words + j / 64] |= 1 << (j % 64);
+            columns[j * words + i / 64] |= 1 << (i % 64);
+        }
+        let row_of = |bits: &[u64], i: usize| bits[i * words..(i + 1) * words].to_vec();
+        let cost = |rows: &[u64], columns: &[u64], i: usize| {
+            let count =
+                |bits: &[u64]| bits[i * words..(i + 1) * words].iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
+            (count(rows).max(1) - 1) * (count(columns).max(1) - 1)
+        };
+        let mut costs: Vec<u64> = (0..n).map(|i| cost(&rows, &columns, i)).collect();
+        let mut left: Vec<usize> = (0..n).collect();
+        let (mut pivots, mut upper, mut lower) = (Vec::with_capacity(n), Vec::with_capacity(n), Vec::with_capacity(n));
+        while !left.is_empty() {
+            let able = left.iter().enumerate().filter(|(_, i)| rows[**i * words + **i / 64] >> (**i % 64) & 1 == 1);
+            let (place, &pivot) = able.min_by_key(|(_, i)| (costs[**i], **i))?;
+            left.remove(place);
+            let (own_row, own_column) = (row_of(&rows, pivot), row_of(&columns, pivot));
+            let (right, below) = (others(&own_row, pivot), others(&own_column, pivot));
+            for (bits, at, own) in [(&mut rows, &below, &own_row), (&mut columns, &right, &own_column)] {
+                for i in at {
+                    let there = &mut bits[i * words..(i + 1) * words];
+                    there.iter_mut().zip(own).for_each(|(there, own)| *there |= own);
+                    there[pivot / 64] &= !(1 << (pivot % 64));
+                }
+            }
+            right.iter().chain(&below).for_each(|i| costs[*i] = cost(&rows, &columns, *i));
+            pivots.push(pivot);
+            upper.push(right);
+            lower.push(below);
+        }
+        let mut position = vec![0; n];
+        pivots.iter().enumerate().for_each(|(k, pivot)| position[*pivot] = k);
+        let mut given: Vec<(usize, usize, usize)> =
+            places.iter().enumerate().map(|(number, &(i, j))| (position[i], position[j], number)).collect();
+        given.sort_unstable();
+        let (mut starts, mut columns) = (vec![0], Vec::new());
+        for right in &upper {
+            let mut row: Vec<usize> = right.iter().map(|j| position[*j]).collect();
+            row.sort_unstable();
+            columns.extend(row);
+            starts.push(columns.len());
+        }
+        let mut left = vec![Vec::new(); n];
+        for (k, below) in lower.iter().enumerate() {
+            below.iter().for_each(|i| left[position[*i]].push(k));
+        }
+        let mut left_starts = vec![0];
+        left.iter().for_each(|row| left_starts.push(left_starts[left_starts.len() - 1] + row.len()));
+        Some(Self { pivots, given, starts, columns, left_starts, left_columns: left.concat() })
+    }
+
+    /// How many numbers the factors have.
+    pub fn size(&self) -> usize {
+        self.columns.len() + self.left_columns.len() + self.pivots.len()
+    }
+}
+
+/// The factors of a matrix, `P M Pᵀ = L U`.
+///
+/// ```
+/// use kardan::num::{SparseLu, SparseOrder};
+///
+/// let order = SparseOrder::new(2, &[(0, 0), (0, 1), (1, 0), (1, 1)]).unwrap();
+/// let mut lu = SparseLu::default();
+/// assert!(lu.factor(&order, &[2.0, 1.0, 1.0, 3.0]));
+///
+/// let mut x = [3.0, 4.0];
+/// lu.solve(&order, &mut x);
+/// assert_eq!(x, [1.0, 1.0]);
+/// ```
+#[derive(Debug, Clone, Default)]
+pub struct SparseLu<T> {
+    lower: Vec<T>,
+    upper: Vec<T>,
+    /// One over each pivot.
+    inverses: Vec<T>,
+    work: Vec<T>,
+}
+
+impl<T: Field> SparseLu<T> {
+    /// Factors the matrix with these numbers at the places that the order was found for; false if a pivot cancels.
+    ///
+    /// # Panics
+    /// If there are fewer numbers than places.
+    pub fn factor(&mut self, order: &SparseOrder, numbers: &[T]) -> bool {
+        let n = order.pivots.len();
+        let Self { lower, upper, inverses, work } = self;
+        lower.resize(order.left_columns.len(), T::default());
+        upper.resize(order.columns.len(), T::default());
+        inverses.resize(n, T::default());
+        work.clear();
+        work.resize(n, T::default());
+        let mut given = order.given.iter().peekable();
+        for k in 0..n {
+            while let Some((_, column, number)) = given.next_if(|(row, ..)| *row == k) {
+                work[*column] = work[*column] + numbers[*number];
+            }
+            let mut largest = work[k].size();
+            for at in order.left_starts[k]..order.left_starts[k + 1] {
+                let j = order.left_columns[at];
+                let factor = work[j] * inverses[j];
+                (lower[at], work[j]) = (factor, T::default());
+                let before = work[k];
+                let row = order.starts[j]..order.starts[j + 1];
+                for (column, entry) in order.columns[row.clone()].iter().zip(&upper[row]) {
+                    work[*column] = work[*column] - factor * *entry;
+                }
+                largest = largest.max((work[k] - before).size());
+            }
+            let pivot = work[k];
+            if !(pivot.size() > VANISHING * largest) {
+                return false;
+            }
+            (inverses[k], work[k]) = (pivot.inverse(), T::default());
+            let row = order.starts[k]..order.starts[k + 1];
+            for (column, entry) in order.columns[row.clone()].iter().zip(&mut upper[row]) {
+                (*entry, work[*column]) = (work[*column], T::default());
+            }
+        }
+        true
+    }
+
+    /// Overwrites `b` with `M⁻¹ b`.
+    pub fn solve(&mut self, order: &SparseOrder, b: &mut [T]) {
+        let Self { lower, upper, inverses, work } = self;
+        for (k, pivot) in order.pivots.iter().enumerate() {
+            let row = order.left_starts[k]..order.left_starts[k + 1];
+            let known = order.left_columns[row.clone()].iter().zip(&lower[row]);
+            work[k] = known.fold(b[*pivot], |sum, (j, entry)| sum - *entry * work[*j]);
+        }
+        for (k, pivot) in order.pivots.iter().enumerate().rev() {
+            let row = order.starts[k]..order.starts[k + 1];
+            let known = order.columns[row.clone()].iter().zip(&upper[row]);
+            work[k] = known.fold(work[k], |sum, (j, entry)| sum - *entry * work[*j]) * inverses[k];
+            b[*pivot] = work[k];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::Lu;
+
+    /// Numbers between −1 and 1.
+    fn random(seed: &mut u64) -> f64 {
+        *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (*seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// A tree of n nodes with constraints between some neighbours: a matrix with zeros on its diagonal.
+    fn places(n: usize, seed: &mut u64) -> (usize, Vec<(usize, usize)>) {
+        let mut out: Vec<(usize, usize)> = (0..n).map(|i| (i, i)).collect();
+        let mut size = n;
+        for i in 1..n {
+            let j = ((random(seed) + 1.0) / 2.0 * i as f64) as usize;
+            out.extend([(i, j), (j, i)]);
+            if i % 3 == 0 {
+                out.extend([(size, i), (i, size), (size, j), (j, size)]);
+                size += 1;
+            }
+        }
+        out.push((0, 0));
+        (size, out)
+    }
+
+    #[test]
+    fn factors_solve_what_dense_ones_solve() {
+        let mut seed = 7;
+        for n in [1, 2, 5, 30, 90] {
+            let (size, places) = places(n, &mut seed);
+            let order = SparseOrder::new(size, &places).unwrap();
+            let shift = |(i, j): (usize, usize)| if i == j { 6.0 } else { 0.0 };
+            let numbers: Vec<f64> = places.iter().map(|place| random(&mut seed) + shift(*place)).collect();
+            let mut dense = vec![0.0; size * size];
+            places.iter().zip(&numbers).for_each(|((i, j), x)| dense[i * size + j] += x);
+            let right: Vec<f64> = (0..size).map(|_| random(&mut seed)).collect();
+            let (mut lu, mut sparse) = (Lu::new(size), SparseLu::default());
+            assert!(lu.factor(&dense) && sparse.factor(&order, &numbers), "{n}");
+            let (mut expected, mut found) = (right.clone(), right.clone());
+            lu.solve(&mut expected);
+            sparse.solve(&order, &mut found);
+            for (x, y) in expected.iter().zip(&found) {
+                assert!((x - y).abs() < 1e-9 * (1.0 + x.abs()), "{n}: {x} {y}");
+            }
+            // (M + iM)(x + iy) = (1 + i)(b + ib) has the same solution in both parts.
+            let complex: Vec<c64> = numbers.iter().map(|x| c64::new(*x, *x)).collect();
+            let mut pair: Vec<c64> = right.iter().map(|b| c64::new(0.0, 2.0 * b)).collect();
+            let mut sparse = SparseLu::default();
+            assert!(sparse.factor(&order, &complex));
+            sparse.solve(&order, &mut pair);
+            for (x, z) in expected.iter().zip(&pair) {
+                assert!((z - c64::new(*x, *x)).norm() < 1e-9 * (1.0 + x.abs()), "{n}: {x} {z}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_chain_has_no_fill_and_singular_matrices_are_told() {
+        let n = 500;
+        let chain: Vec<(usize, usize)> = (0..n)
+            .flat_map(|i| [Some((i, i)), (i > 0).then(|| (i, i - 1)), (i > 0).then(|| (i - 1, i))])
+            .flatten()
+            .collect();
+        let order = SparseOrder::new(n, &chain).unwrap();
+        assert_eq!(order.size(), 3 * n - 2);
+        let mut lu = SparseLu::default();
+        assert!(
+            !lu.factor(&SparseOrder::new(2, &[(0, 0), (0, 1), (1, 0), (1, 1)]).unwrap(), &[1.0, 3.0, 1.0 / 3.0, 1.0])
+        );
+        assert_eq!(SparseOrder::new(2, &[(0, 0)]), None);
+        // The first pivot couples the last row with itself only for a symmetric pattern: there is no number, and no pivot, before the second.
+        let saddle = [(0, 0), (0, 1), (1, 0), (1, 1), (1, 2), (2, 1), (2, 0)];
+        let order = SparseOrder::new(3, &saddle).unwrap();
+        assert!(lu.factor(&order, &[1.0, -1.0, 0.5, 2.0, -1.0, 2.0, 3.0]));
+        assert_eq!(SparseOrder::new(0, &[]).unwrap().size(), 0);
+    }
+}

@@ -1,0 +1,105 @@
+//! What the method for stiff loops integrates.
+
+use std::ops::{AddAssign, Mul};
+
+use crate::num::{Keeper, SparseLu, SparseOrder};
+
+/// What is integrated.
+pub(in crate::simulate) trait Equations {
+    /// The rates of all states.
+    fn rates(&mut self, time: f64, state: &[f64], out: &mut [f64]);
+    /// Their derivatives at a state, as linear equations, without the last states, which nothing depends on.
+    fn linearise(&mut self, time: f64, state: &[f64], out: &mut Descriptor);
+}
+
+/// `E ẋ = A x`, linear equations of the motion near a state. Behind the states stand what they do not keep, such as torques that hold.
+#[derive(Debug, Clone, Default)]
+pub(in crate::simulate) struct Descriptor {
+    /// States, and how many more unknowns there are.
+    pub(super) size: usize,
+    /// Row and column of each entry, those of E first.
+    pub(super) places: Vec<(usize, usize)>,
+    values: Vec<f64>,
+    /// How many entries E has.
+    mass: usize,
+    /// States that do not move.
+    pub(super) still: Vec<usize>,
+}
+
+impl Descriptor {
+    /// Without entries, for so many unknowns.
+    pub(in crate::simulate) fn clear(&mut self, size: usize) {
+        (self.size, self.mass) = (size, 0);
+        self.places.clear();
+        self.values.clear();
+        self.still.clear();
+    }
+
+    /// Adds to E; before anything is added to A.
+    pub(in crate::simulate) fn mass(&mut self, row: usize, column: usize, value: f64) {
+        debug_assert_eq!(self.mass, self.places.len());
+        self.rate(row, column, value);
+        self.mass += 1;
+    }
+
+    /// Adds to A.
+    pub(in crate::simulate) fn rate(&mut self, row: usize, column: usize, value: f64) {
+        self.places.push((row, column));
+        self.values.push(value);
+    }
+
+    /// A state that does not move.
+    pub(in crate::simulate) fn still(&mut self, state: usize) {
+        self.still.push(state);
+    }
+}
+
+impl Descriptor {
+    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) -> bool {
+        let [mut rows, mut columns]: [Vec<usize>; 2] =
+            [self.places.iter().map(|(i, _)| *i).collect(), self.places.iter().map(|(_, j)| *j).collect()];
+        [&mut self.size, &mut self.mass].into_iter().for_each(|count| keeper.count(count));
+        [&mut rows, &mut columns, &mut self.still].into_iter().for_each(|list| keeper.counts(list));
+        keeper.numbers(&mut self.values);
+        let inside = |list: &[usize]| list.iter().all(|i| *i < self.size);
+        let fits = rows.len() == columns.len() && rows.len() == self.values.len() && self.mass <= rows.len();
+        let fits = fits && inside(&rows) && inside(&columns) && inside(&self.still);
+        self.places = if fits { rows.into_iter().zip(columns).collect() } else { Vec::new() };
+        fits
+    }
+
+    /// The derivatives of the rates of n states by each of them, row by row; no numbers where they are not determined.
+    pub(in crate::simulate) fn solve(&self, n: usize, out: &mut [f64]) {
+        let entries = self.places.iter().zip(&self.values).enumerate();
+        let (known, rates): (Vec<_>, Vec<_>) = entries.partition(|(k, (place, _))| *k < self.mass || place.1 >= n);
+        let places: Vec<(usize, usize)> = known.iter().map(|(_, (place, _))| **place).collect();
+        let numbers: Vec<f64> = known.iter().map(|(k, (_, x))| if *k < self.mass { **x } else { -**x }).collect();
+        let (order, mut factors) = (SparseOrder::new(self.size, &places), SparseLu::default());
+        let order = order.filter(|order| factors.factor(order, &numbers));
+        let Some(order) = order else { return out.fill(f64::NAN) };
+        let mut right = vec![0.0; self.size];
+        for column in 0..n {
+            right.fill(0.0);
+            let own = rates.iter().filter(|(_, (place, _))| place.1 == column);
+            own.for_each(|(_, (place, x))| right[place.0] += **x);
+            factors.solve(&order, &mut right);
+            self.still.iter().for_each(|i| right[*i] = 0.0);
+            right.iter().take(n).enumerate().for_each(|(row, x)| out[row * n + column] = *x);
+        }
+    }
+
+    /// `σ E − A`.
+    pub(super) fn shifted<T: Copy + Mul<f64, Output = T> + From<f64>>(&self, shift: T, out: &mut Vec<T>) {
+        let value = |(k, value): (usize, &f64)| if k < self.mass { shift * *value } else { T::from(-value) };
+        out.clear();
+        out.extend(self.values.iter().enumerate().map(value));
+    }
+
+    /// `E b`, for b over the states.
+    pub(super) fn weigh<T: Copy + Default + AddAssign + Mul<f64, Output = T>>(&self, b: &[T], out: &mut Vec<T>) {
+        out.clear();
+        out.resize(self.size, T::default());
+        let mass = self.places.iter().zip(&self.values).take(self.mass);
+        mass.for_each(|((i, j), value)| out[*i] += b[*j] * *value);
+    }
+}
