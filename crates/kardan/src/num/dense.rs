@@ -80,12 +80,20 @@ pub struct Cholesky {
     lower: Vec<f64>,
     /// First column of each row that is not zero.
     first: Vec<usize>,
+    /// Whether that is the same for all matrices.
+    profiled: bool,
 }
 
 impl Cholesky {
     /// Memory for `n × n` matrices.
     pub fn new(n: usize) -> Self {
-        Self { n, lower: vec![0.0; n * n], first: vec![0; n] }
+        Self { n, lower: vec![0.0; n * n], first: vec![0; n], profiled: false }
+    }
+
+    /// The same for matrices whose rows begin with zeros that are known: the first column of each row that may not be zero, at most the
+    /// diagonal.
+    pub fn profiled(first: Vec<usize>) -> Self {
+        Self { profiled: true, lower: vec![0.0; first.len() * first.len()], n: first.len(), first }
     }
 
     /// Factors a symmetric matrix given row by row; returns whether it is numerically positive definite.
@@ -95,10 +103,12 @@ impl Cholesky {
         let n = self.n;
         for i in 0..n {
             let given = &matrix[i * n..=i * n + i];
-            let first = given.iter().position(|x| *x != 0.0).unwrap_or(i);
-            self.first[i] = first;
             let (above, row) = self.lower.split_at_mut(i * n);
-            row[..first].fill(0.0);
+            if !self.profiled {
+                self.first[i] = given.iter().position(|x| *x != 0.0).unwrap_or(i);
+                row[..self.first[i]].fill(0.0);
+            }
+            let first = self.first[i];
             for j in first..i {
                 let from = first.max(self.first[j]);
                 let mut sum = given[j];

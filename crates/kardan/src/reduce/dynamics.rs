@@ -282,7 +282,9 @@ impl Dynamics {
             inputs,
             plan: Arc::new(plan),
         };
-        let mut factor = Cholesky::new(r);
+        let mut first: Vec<usize> = (0..r).collect();
+        motion.inertia.keys().for_each(|&(i, j)| first[i.max(j)] = first[i.max(j)].min(i.min(j)));
+        let mut factor = Cholesky::profiled(first);
         factor.factor(&inertia);
         let work = Work {
             // What is constant in a row stays as it is here, what varies is written by each evaluation.

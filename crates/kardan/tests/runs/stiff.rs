@@ -153,12 +153,13 @@ fn stiff_runs_of_all_models_are_those_of_the_reference() {
     assert!(found >= 10, "{found}");
 }
 
+fn method(source: &str, variants: &[&str], method: Method) -> Vec<IntegrationMethod> {
+    runs(source, method, 1e-7, variants).iter().map(|run| run.effort.method).collect()
+}
+
 /// By itself the method is chosen where what decays at once would cost steps, exponentials where nothing bends; and what ran is told.
 #[test]
 fn the_method_is_chosen_for_the_model() {
-    let method = |source: &str, variants: &[&str], method: Method| {
-        runs(source, method, 1e-7, variants).iter().map(|run| run.effort.method).collect::<Vec<_>>()
-    };
     let stiff = |friction: &str| {
         format!(
             "[model]\nname = \"stiff\"\n[shaft.a]\ninertia = \"0.01 kg m^2\"\n{friction}[shaft.b]\ninertia = \"0.02 kg m^2\"\n\
@@ -233,4 +234,40 @@ fn steps_do_not_depend_on_what_decays_at_once() {
     assert!(stiff.effort.steps < 2 * soft.effort.steps, "{:?} {:?}", soft.effort, stiff.effort);
     let residual = stiff.energy.residual.abs();
     assert!(residual < 1e-7 * stiff.energy.input, "{:?}", stiff.energy);
+}
+
+/// Shafts behind springs, every fifth one behind a bent joint, with friction on every seventh.
+fn long_chain(shafts: usize, stiffness: f64, damping: f64) -> String {
+    let mut text = String::from("[model]\nname = \"chain\"\n");
+    for k in 0..shafts {
+        let friction = if k % 7 == 3 { "friction = \"0.02 N m\"\n" } else { "" };
+        write!(text, "[shaft.s{k}]\ninertia = \"0.001 kg m^2\"\ndamping = \"0.002 N m s/rad\"\n{friction}").unwrap();
+    }
+    for k in 1..shafts {
+        let mut from = format!("s{}", k - 1);
+        if k % 5 == 0 {
+            let joint = format!("shaft_1 = \"{from}\"\nshaft_2 = \"j{k}\"\nangle = \"20 deg\"\n");
+            write!(text, "[shaft.j{k}]\n[universal_joint.u{k}]\n{joint}").unwrap();
+            from = format!("j{k}");
+        }
+        let ends = format!("shaft_1 = \"{from}\"\nshaft_2 = \"s{k}\"\n");
+        let law = format!("stiffness = \"{stiffness} N m/rad\"\ndamping = \"{damping} N m s/rad\"\n");
+        write!(text, "[spring_damper.c{k}]\n{ends}{law}").unwrap();
+    }
+    text + "[motor.m]\nshaft = \"s0\"\n[scenario]\nduration = \"0.4 s\"\n[[scenario.event]]\nat = \"0 s\"\nsignal = \"m.tau\"\nto = \"1 N m\"\n"
+}
+
+/// Many states: the same motion as the reference's, and the method is chosen from the fastest motions alone.
+#[test]
+fn stiff_runs_of_long_chains_are_those_of_the_reference() {
+    let (stiff, soft) = (long_chain(60, 1e4, 100.0), long_chain(60, 100.0, 0.01));
+    let one = runs(&stiff, Method::Taylor, 1e-10, &[]).remove(0);
+    let other = runs(&stiff, Method::Radau, 1e-7, &[]).remove(0);
+    assert_eq!((&one.outcome, &other.outcome), (&Outcome::Completed, &Outcome::Completed));
+    assert_eq!((one.effort.method, other.effort.method), (IntegrationMethod::Taylor, IntegrationMethod::Radau));
+    let worst = worst(&one, &other);
+    assert!(worst < 1e-6, "{worst:e}");
+    assert!(20 * other.effort.steps < one.effort.steps, "{} {}", other.effort.steps, one.effort.steps);
+    assert_eq!(method(&stiff, &[], Method::Automatic), [IntegrationMethod::Radau]);
+    assert_eq!(method(&soft, &[], Method::Automatic), [IntegrationMethod::Taylor]);
 }
