@@ -1,7 +1,7 @@
 use std::sync::{Arc, OnceLock};
 
 use super::LinearSystem;
-use crate::num::{ModularMatrix, Operator, PrimeField, Primes, Rational, Reconstruction, Residue};
+use crate::num::{Matrix, ModularMatrix, Operator, PrimeField, Primes, Rational, Reconstruction, Residue};
 
 /// A system modulo a prime.
 #[derive(Debug, Clone)]
@@ -21,29 +21,29 @@ pub(super) struct Image {
 impl Image {
     /// `None` if E is singular modulo the prime, or the prime divides a denominator.
     pub fn new(system: &LinearSystem, prime: u64) -> Option<Self> {
-        let field = PrimeField::new(prime);
-        let image = |matrix| ModularMatrix::from_rational(&field, matrix);
-        let (e, a, b) = (image(&system.e)?, image(&system.a)?, image(&system.b)?);
-        Self::of_matrices(field, [&e, &a, &b], image(&system.c)?, image(&system.d)?)
+        let [e, a, b, c, d] = [&system.e, &system.a, &system.b, &system.c, &system.d];
+        Self::of_matrices(PrimeField::new(prime), [e, a, b, c, d], |matrix| matrix)
     }
 
     /// The image of the transposed system.
     pub fn dual(system: &LinearSystem, prime: u64) -> Option<Self> {
-        let field = PrimeField::new(prime);
-        let image = |matrix| Some(ModularMatrix::from_rational(&field, matrix)?.transpose());
-        let (e, a, b) = (image(&system.e)?, image(&system.a)?, image(&system.c)?);
-        Self::of_matrices(field, [&e, &a, &b], image(&system.b)?, image(&system.d)?)
+        let [e, a, b, c, d] = [&system.e, &system.a, &system.c, &system.b, &system.d];
+        Self::of_matrices(PrimeField::new(prime), [e, a, b, c, d], |matrix| matrix.transpose())
     }
 
+    /// Of matrices as they are given, or transposed. No more of them are in memory at once than needed: each takes that of the square of the
+    /// states.
     fn of_matrices(
         field: PrimeField,
-        [e, a, b]: [&ModularMatrix; 3],
-        c: ModularMatrix,
-        d: ModularMatrix,
+        [e, a, b, c, d]: [&Matrix<Rational>; 5],
+        read: impl Fn(ModularMatrix) -> ModularMatrix,
     ) -> Option<Self> {
-        let (inverse_e, determinant) = e.solve(&field, &ModularMatrix::identity(&field, e.rows))?;
-        let (g, b) = (inverse_e.multiply(&field, a), inverse_e.multiply(&field, b));
-        Some(Self { c, d, field, inverse_e: Operator::new(&inverse_e), determinant, g, b })
+        let image = |matrix| ModularMatrix::from_rational(&field, matrix).map(&read);
+        let (inverse, determinant) = image(e)?.inverse(&field)?;
+        let g = inverse.multiply(&field, &image(a)?);
+        let b = inverse.multiply(&field, &image(b)?);
+        let inverse_e = Operator::new(&inverse);
+        Some(Self { c: image(c)?, d: image(d)?, field, inverse_e, determinant, g, b })
     }
 }
 

@@ -135,6 +135,48 @@ impl ModularMatrix {
         Some((Self::from_fn(n, right.columns, |i, j| joined.data[i * width + n + j]), determinant))
     }
 
+    /// The inverse and the determinant, in the memory of the matrix; `None` if it is singular.
+    ///
+    /// # Panics
+    /// If the matrix is not square.
+    pub fn inverse(mut self, field: &PrimeField) -> Option<(Self, Residue)> {
+        assert_eq!(self.rows, self.columns, "the inverse of a matrix that is not square");
+        let n = self.rows;
+        let (mut determinant, mut order) = (field.one(), (0..n).collect::<Vec<_>>());
+        for k in 0..n {
+            let pivot = (k..n).find(|&i| self.data[i * n + k] != 0)?;
+            if pivot != k {
+                self.swap(pivot, k);
+                order.swap(pivot, k);
+                determinant = field.negate(determinant);
+            }
+            let size = std::mem::replace(&mut self.data[k * n + k], field.one());
+            determinant = field.times(determinant, size);
+            let inverse = field.inverse(size);
+            let own = self.row_mut(k);
+            own.iter_mut().filter(|x| **x != 0).for_each(|x| *x = field.times(*x, inverse));
+            let row = own.to_vec();
+            let filled: Vec<usize> = (0..n).filter(|&j| row[j] != 0).collect();
+            for i in (0..n).filter(|i| *i != k) {
+                let factor = std::mem::take(&mut self.data[i * n + k]);
+                if factor != 0 {
+                    let target = self.row_mut(i);
+                    if 4 * filled.len() < n {
+                        filled.iter().for_each(|&j| target[j] = field.minus(target[j], field.times(factor, row[j])));
+                    } else {
+                        field.subtract(target, factor, &row);
+                    }
+                }
+            }
+        }
+        // Rows that were exchanged are columns of the inverse.
+        for i in 0..n {
+            let row = self.row(i).to_vec();
+            order.iter().zip(row).for_each(|(&j, x)| self.data[i * n + j] = x);
+        }
+        Some((self, determinant))
+    }
+
     /// The determinant.
     ///
     /// # Panics
@@ -353,5 +395,15 @@ mod tests {
         assert_eq!(null.rows, 2);
         assert!((0..2).all(|k| wide.apply(&f, null.row(k)).iter().all(|&x| x == 0)));
         assert_eq!(ModularMatrix::zeros(0, 0).characteristic_polynomial(&f), [f.one()]);
+        // Dense, and sparse with a pivot that is zero at first.
+        let sparse = |i: usize, j: usize| if (i * 5 + 3) % 12 == j || i == j && i % 2 == 1 { f.one() } else { 0 };
+        for m in [a.clone(), ModularMatrix::from_fn(12, 12, sparse)] {
+            let identity = ModularMatrix::identity(&f, m.rows);
+            let (inverse, determinant) = m.clone().inverse(&f).unwrap();
+            assert_eq!(m.multiply(&f, &inverse), identity);
+            assert_eq!(determinant, m.determinant(&f));
+            assert_eq!(m.solve(&f, &identity).unwrap(), (inverse, determinant));
+        }
+        assert!(ModularMatrix::zeros(2, 2).inverse(&f).is_none());
     }
 }

@@ -7,16 +7,16 @@ use crate::num::{Matrix, dot, eigenvalues};
 /// states.
 const MOST_STATES: usize = 100;
 const PRODUCTS: usize = 40;
-/// Part of its rate that a motion decays with at least that is gone at once.
-const DAMPED: f64 = 0.5;
-/// Length of a step of the explicit method in time constants of the fastest motion, and of the implicit one in those of the fastest that is
-/// left.
+/// A motion is gone when it has decayed for so many time constants.
+const GONE: f64 = 16.0;
+/// Length of a step of the explicit method in time constants of the fastest motion, gone or not, and of the implicit one in those of the
+/// fastest that is not.
 const EXPLICIT_STEP: f64 = 6.0;
 const IMPLICIT_STEP: f64 = 2.0;
-/// Steps of the implicit method until it is past what is gone at once.
+/// Steps of the implicit method after a start.
 const BEGIN: f64 = 15.0;
-/// Time of a step of the implicit method in steps of the explicit one, about.
-const DEARER: f64 = 10.0;
+/// Time of a step of the implicit method in steps of the explicit one, about; and of many states.
+const DEARER: [f64; 2] = [10.0, 4.0];
 /// Part of the size of a state that it is changed by.
 const CHANGE: f64 = 1e-6;
 
@@ -26,24 +26,24 @@ pub(super) fn is_stiff(machine: &mut Machine, scenario: &Scenario, state: &[f64]
     if states == 0 {
         return false;
     }
-    let slopes = if states > MOST_STATES { fastest(machine, state, states) } else { slopes(machine, state, states) };
+    let many = states > MOST_STATES;
+    let slopes = if many { fastest(machine, state, states) } else { slopes(machine, state, states) };
     let Some(poles) = eigenvalues(&slopes) else { return false };
-    let largest = |damped: bool| {
-        let alike = poles.iter().filter(|(real, imaginary)| {
-            let size = (real * real + imaginary * imaginary).sqrt();
-            (-real >= DAMPED * size) == damped
-        });
-        alike.map(|(real, imaginary)| (real * real + imaginary * imaginary).sqrt()).fold(0.0, f64::max)
-    };
     // Each breakpoint and each sample is a start.
     let begins = scenario.events.iter().map(|event| if event.over > 0.0 { 2.0 } else { 1.0 }).sum::<f64>() + 1.0;
     let mut length = machine.shortest_period().min(scenario.duration / begins);
     if !length.is_finite() {
         length = 1.0;
     }
-    let explicit = largest(true) * length / EXPLICIT_STEP;
-    let implicit = BEGIN + largest(false) * length / IMPLICIT_STEP;
-    explicit > DEARER * implicit
+    let (mut explicit, mut implicit) = (0.0f64, 0.0f64);
+    for (real, imaginary) in poles {
+        let rate = (real * real + imaginary * imaginary).sqrt();
+        explicit = explicit.max(rate * length / EXPLICIT_STEP);
+        let there = if real < 0.0 { length.min(-GONE / real) } else { length };
+        implicit = implicit.max(rate * there / IMPLICIT_STEP);
+    }
+    let implicit = BEGIN + implicit;
+    explicit > DEARER[usize::from(many)] * implicit
 }
 
 /// The derivatives of the rates by differences.
@@ -62,14 +62,21 @@ fn slopes(machine: &mut Machine, state: &[f64], states: usize) -> Matrix<f64> {
     out
 }
 
-/// The derivatives in the space of their first powers times one vector, whose poles are near the outermost ones (Arnoldi 1951).
+/// The derivatives in the space of their first powers times one vector, whose poles are near the outermost ones (Arnoldi 1951). Angles are
+/// measured in a unit in which springs move them as fast as speeds: else poles of a damped chain seem to oscillate.
 fn fastest(machine: &mut Machine, state: &[f64], states: usize) -> Matrix<f64> {
-    let scale = CHANGE * state[..states].iter().fold(1.0f64, |most, x| most.max(x.abs()));
-    let (mut there, mut plus, mut minus) = (state.to_vec(), state.to_vec(), state.to_vec());
+    let r = machine.degrees_of_freedom();
     // Without the symmetry that a model may have.
     let mut next: Vec<f64> = (0..states).map(|k| 1.0 + (k * 7 % 11) as f64).collect();
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    let mut out = Matrix::zeros(PRODUCTS, PRODUCTS);
+    let mut product = Product::new(machine, state, states);
+    let angles: Vec<f64> = next.iter().enumerate().map(|(k, x)| if k < r { *x } else { 0.0 }).collect();
+    let mut accelerations = vec![0.0; states];
+    product.of(&angles, &mut accelerations);
+    let ratio = dot(&accelerations[r..], &accelerations[r..]) / dot(&angles, &angles);
+    if ratio > 0.0 && ratio.is_finite() {
+        product.units[..r].fill(1.0 / ratio.sqrt().sqrt());
+    }
+    let (mut basis, mut out) = (Vec::<Vec<f64>>::new(), Matrix::zeros(PRODUCTS, PRODUCTS));
     for step in 0..PRODUCTS {
         let size = dot(&next, &next).sqrt();
         if step > 0 {
@@ -79,16 +86,7 @@ fn fastest(machine: &mut Machine, state: &[f64], states: usize) -> Matrix<f64> {
             break;
         }
         basis.push(next.iter().map(|x| x / size).collect());
-        let direction = &basis[step];
-        let change = scale / direction.iter().fold(0.0f64, |most, x| most.max(x.abs()));
-        let along = |sign: f64, there: &mut [f64]| {
-            there.iter_mut().zip(state).zip(direction).for_each(|((there, x), d)| *there = x + sign * change * d);
-        };
-        along(1.0, &mut there);
-        machine.derivative(0.0, &there, &mut plus);
-        along(-1.0, &mut there);
-        machine.derivative(0.0, &there, &mut minus);
-        next.iter_mut().zip(plus.iter().zip(&minus)).for_each(|(next, (p, m))| *next = (p - m) / (2.0 * change));
+        product.of(&basis[step], &mut next);
         // Twice, so that the basis is orthogonal.
         for _ in 0..2 {
             for (k, known) in basis.iter().enumerate() {
@@ -99,4 +97,35 @@ fn fastest(machine: &mut Machine, state: &[f64], states: usize) -> Matrix<f64> {
         }
     }
     out
+}
+
+/// Products with the derivatives of the rates, by differences, in units of one's own.
+struct Product<'a> {
+    machine: &'a mut Machine,
+    state: &'a [f64],
+    scale: f64,
+    units: Vec<f64>,
+    there: Vec<f64>,
+    rates: [Vec<f64>; 2],
+}
+
+impl<'a> Product<'a> {
+    fn new(machine: &'a mut Machine, state: &'a [f64], states: usize) -> Self {
+        let scale = CHANGE * state[..states].iter().fold(1.0f64, |most, x| most.max(x.abs()));
+        let there = state.to_vec();
+        Self { machine, state, scale, units: vec![1.0; states], rates: [there.clone(), there.clone()], there }
+    }
+
+    fn of(&mut self, direction: &[f64], out: &mut [f64]) {
+        let Self { machine, state, scale, units, there, rates } = self;
+        let moved = || direction.iter().zip(&*units).map(|(d, unit)| d * unit);
+        let change = *scale / moved().fold(0.0f64, |most, x| most.max(x.abs()));
+        for (sign, rates) in [1.0, -1.0].into_iter().zip(rates.iter_mut()) {
+            there.iter_mut().zip(*state).zip(moved()).for_each(|((there, x), d)| *there = x + sign * change * d);
+            machine.derivative(0.0, there, rates);
+        }
+        for (((out, plus), minus), unit) in out.iter_mut().zip(&rates[0]).zip(&rates[1]).zip(&*units) {
+            *out = (plus - minus) / (2.0 * change * unit);
+        }
+    }
 }
