@@ -6,7 +6,7 @@ use crate::element::Element;
 use crate::entries::Place;
 use crate::schema::{Placed, Table};
 use crate::synthesis::LawKind;
-use crate::units::{Dimension, Exact, Spread};
+use crate::units::{Dimension, Exact, Expression, Spread};
 
 /// An entry of `[parameters]`.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +23,8 @@ pub struct Parameter {
     pub text: String,
     /// How far it may be from its value, if that is written behind it.
     pub spread: Option<Spread>,
+    /// How it follows from other parameters, which stand before it in the document; its value is that for theirs.
+    pub expression: Option<Expression>,
 }
 
 /// An entry of `[variants]`.

@@ -9,11 +9,11 @@ use crate::element;
 use crate::schema::{Field, Kind};
 use crate::synthesis;
 
-/// What a quantity looks like: a number with a unit, with or without a tolerance, or the name of a parameter. Whether the unit fits
-/// tells `kardan check`.
-const QUANTITY: &str = r"^\s*([A-Za-z_][A-Za-z0-9_-]*|[-+(]?\s*[0-9.].*[A-Za-z°%Ωµμ].*)\s*$";
-/// A number as a text, with or without a tolerance, or the name of a parameter.
-const NUMBER: &str = r"^\s*([A-Za-z_][A-Za-z0-9_-]*|[-+(]?\s*[0-9.].*)\s*$";
+/// What a quantity looks like: a number with a unit, with or without a tolerance, the name of a parameter, or an expression of these.
+/// Whether the unit fits tells `kardan check`.
+const QUANTITY: &str = r"^\s*[-+(]*\s*([A-Za-z_][A-Za-z0-9_-]*|[A-Za-z_].*[-+*/^()].*|[0-9.].*[A-Za-z°%Ωµμ].*)\s*$";
+/// A number as a text, with or without a tolerance, the name of a parameter, or an expression of these.
+const NUMBER: &str = r"^\s*[-+(]*\s*([A-Za-z_][A-Za-z0-9_-]*|[A-Za-z_].*[-+*/^()].*|[0-9.].*)\s*$";
 /// What can be the name of something.
 const NAME: &str = "^[A-Za-z_][A-Za-z0-9_-]{0,99}$";
 

@@ -97,6 +97,15 @@ const PARAMETERS: &str = "\
 
 Named quantities: `NAME = \"130 kg mm^2\"`. Elements, laws and the study use them by name: `inertia = \"NAME\"`.
 
+Expressions
+  A quantity or number, here and in every key that takes one, may be computed from parameters:
+    `m_rack * r_pinion^2`, `200 N * 7.5 mm`, `sqrt(c / J)`, `if(z > 20, 2, 3)`, `2 pi / 60 s * 3000`
+  There are + - * / ^, parentheses, pi, sqrt sin cos tan asin acos atan atan2 exp ln abs min max sign, and
+  if(a < b, x, y) with < <= > >= == !=. Units stand behind a number and bind closer than * and /; a fraction without
+  spaces is one number: 1/2 s. Units are checked; angles are not counted in what is computed. Values stay exact as
+  fractions and powers of pi; roots and functions are rounded once, to the nearest number of floating point. Variants
+  compute them anew. A name with `-` in it cannot be used in an expression.
+
 Tolerances
   A quantity here, or in the key of an element, may say how far it can be from its value:
       \"0.0081 N m s/rad ± 10 %\"                    a fraction of the value (also +- or +/-)

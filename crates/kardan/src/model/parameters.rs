@@ -5,7 +5,7 @@ use super::parse::{Node, check_name, value};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::{Place, Written};
 use crate::schema::{Kind, Scalar, Sign, Table, Value};
-use crate::units::{Tolerated, parse_number, written_quantity};
+use crate::units::{Evaluated, Expression, Tolerated, UnitError, parse_number, written_quantity};
 
 pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     let before = out.len();
@@ -13,6 +13,7 @@ pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mu
         document.doubts.all |= out.len() > before;
         return;
     };
+    let mut following = Vec::new();
     for found in node.table.iter() {
         let (name, place, given) = (found.key.as_str(), found.place.clone(), &found.entry);
         // In doubt until it is read: what uses it is not wrong for that.
@@ -44,8 +45,10 @@ pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mu
                     _ => written_quantity(&value, dimension),
                 };
                 document.doubts.names.remove(&name);
-                document.parameters.push(Parameter { name, place: read.place, value, dimension, text, spread: None });
+                let (place, spread, expression) = (read.place, None, None);
+                document.parameters.push(Parameter { name, place, value, dimension, text, spread, expression });
             }
+            Value::Scalar(Scalar::Expression(expression)) => following.push((name, read.place, *expression)),
             Value::Scalar(Scalar::Tolerated(tolerated)) => {
                 document.doubts.names.remove(&name);
                 document.parameters.push(parameter(name, read.place, *tolerated));
@@ -57,11 +60,70 @@ pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mu
             ),
         }
     }
+    follow(following, document, out);
+}
+
+/// Parameters that follow from others, in an order in which each stands behind those that it needs.
+fn follow(mut left: Vec<(String, Place, Expression)>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    loop {
+        let before = left.len();
+        let mut waiting = Vec::new();
+        for (name, place, expression) in std::mem::take(&mut left) {
+            let known = |name: &str| document.parameters.iter().find(|parameter| parameter.name == name);
+            let undefined: Vec<&str> = expression.names().into_iter().filter(|name| known(name).is_none()).collect();
+            if undefined.iter().any(|name| document.doubts.has(name)) {
+                waiting.push((name, place, expression));
+                continue;
+            }
+            match expression.evaluate(&|name| known(name).map(|found| (found.value.clone(), found.dimension))) {
+                Ok(Evaluated { value, dimension, .. }) => {
+                    document.doubts.names.remove(&name);
+                    let (text, spread, expression) = (expression.text().to_string(), None, Some(expression));
+                    document.parameters.push(Parameter { name, place, value, dimension, text, spread, expression });
+                }
+                Err(error) => out.push(mistake(&format!("parameter `{name}`"), error, &expression, &place)),
+            }
+        }
+        left = waiting;
+        if left.len() == before {
+            break;
+        }
+    }
+    // What is left waits for a parameter with a mistake, or for itself.
+    let waits = |name: &str| left.iter().find(|(other, ..)| other == name);
+    for (name, place, own) in &left {
+        let mut chain = vec![name.as_str()];
+        while let Some((_, _, expression)) = chain.last().and_then(|last| waits(last)) {
+            let Some(next) = expression.names().into_iter().find(|name| waits(name).is_some()) else { break };
+            if next == name {
+                chain.push(next);
+                let message = format!("parameter `{name}` follows from itself: {}", chain.join(" from "));
+                let at = place.part(own.text(), 0..own.text().len());
+                out.push(
+                    Diagnostic::error("parameter::circle", message)
+                        .at(at, "in a circle")
+                        .help("write one of them as a number with its unit"),
+                );
+                break;
+            }
+            if chain.contains(&next) {
+                break;
+            }
+            chain.push(next);
+        }
+    }
+}
+
+/// A mistake in an expression, at its place.
+pub(super) fn mistake(what: &str, error: UnitError, expression: &Expression, place: &Place) -> Diagnostic {
+    let at = place.part(expression.text(), error.span);
+    let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
+    Diagnostic { help: error.help, ..diagnostic }
 }
 
 fn parameter(name: String, place: Place, read: Tolerated) -> Parameter {
     let Tolerated { value, dimension, spread, text } = read;
-    Parameter { name, place, value, dimension, text, spread: Some(spread) }
+    Parameter { name, place, value, dimension, text, spread: Some(spread), expression: None }
 }
 
 /// Takes the tolerances out of an element's table: each such key becomes a parameter of the name `<element>.<key>`.

@@ -16,6 +16,7 @@ use crate::file::syntax;
 use crate::names::{SignalName, how_to_hold, nearest_or_alike, stands_still};
 use crate::schema::{Field, Keys, Kind, Table};
 use crate::synthesis;
+use crate::units::Expression;
 
 /// What tells the law of a `[control.<name>]`; the other keys are those of the law.
 pub const CONTROL: &[Field] = &[Field::required("law", Kind::Choice(LAWS), "Which control law.")];
@@ -110,6 +111,8 @@ fn unused_parameters(entries: &Entries, document: &Document, out: &mut Vec<Diagn
     let mut named = BTreeSet::new();
     let others = entries.iter().filter(|found| !matches!(found.key.as_str(), "parameters" | "plot"));
     others.for_each(|found| texts(&found.entry.value, &mut named));
+    let following = document.parameters.iter().filter_map(|parameter| parameter.expression.as_ref());
+    named.extend(following.flat_map(Expression::names));
     for parameter in document.parameters.iter().filter(|parameter| !named.contains(parameter.name.as_str())) {
         let varied = if document.is_varied(&parameter.name) { ": all its variants are the same" } else { "" };
         let message = format!("nothing uses the parameter `{}`{varied}", shortened(&parameter.name));
@@ -165,6 +168,10 @@ fn texts<'e>(value: &'e Written, out: &mut BTreeSet<&'e str>) {
     match value {
         Written::Text(text) => {
             out.insert(text.trim());
+            if let Ok(read) = Expression::parse(text) {
+                let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+                out.extend(words.filter(|word| read.names().contains(word)));
+            }
         }
         Written::Table(table) => table.iter().for_each(|found| texts(&found.entry.value, out)),
         Written::List(list) => list.iter().for_each(|entry| texts(&entry.value, out)),

@@ -217,13 +217,14 @@ impl Document {
 
     /// All parameters with their values.
     pub fn parameter_values(&self, settings: &[Setting]) -> Vec<ParameterValue> {
+        let reader = TableReader::new(self, settings);
         self.parameters
             .iter()
             .map(|parameter| {
                 let set = settings.iter().find(|s| s.name == parameter.name);
                 ParameterValue {
                     name: parameter.name.clone(),
-                    value: set.map_or(&parameter.value, |s| &s.value).to_f64(),
+                    value: reader.parameter_value(&parameter.name).unwrap_or(f64::NAN),
                     unit: parameter.dimension.si(),
                     text: set.map_or_else(|| parameter.text.clone(), |s| s.text.clone()),
                 }

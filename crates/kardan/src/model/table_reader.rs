@@ -4,12 +4,13 @@ use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use super::document::{Document, Parameter, Setting};
+use super::parameters::mistake;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
 use crate::entries::Place;
 use crate::names::{Quantity, SignalName, did_you_mean, how_to_hold, stands_still};
 use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
-use crate::units::{Dimension, Exact};
+use crate::units::{Dimension, Exact, Expression, UnitError};
 
 /// Looks up names and parameters of tables.
 pub struct TableReader<'a> {
@@ -17,7 +18,13 @@ pub struct TableReader<'a> {
     settings: &'a [Setting],
     /// Keywords of the elements of each name (two of one name are reported elsewhere).
     elements: OnceCell<HashMap<&'a str, Vec<&'static str>>>,
-    parameters: OnceCell<HashMap<&'a str, &'a Parameter>>,
+    parameters: OnceCell<HashMap<&'a str, Found<'a>>>,
+}
+
+/// A parameter with its value for the settings, or what is wrong with its expression for them.
+struct Found<'a> {
+    declared: &'a Parameter,
+    value: Result<Exact, UnitError>,
 }
 
 /// From so many mistakes on nobody is told what may have been meant: that compares each name with all others.
@@ -46,17 +53,73 @@ impl<'a> TableReader<'a> {
         all.get(name).map_or(&[], Vec::as_slice)
     }
 
-    fn parameter(&self, name: &str) -> Option<(&Exact, Dimension)> {
+    fn parameter(&self, name: &str) -> Option<&Found<'a>> {
         let all = self.parameters.get_or_init(|| {
-            let mut all = HashMap::new();
-            for parameter in self.document.all_parameters() {
-                all.entry(parameter.name.as_str()).or_insert(parameter);
+            let mut all: HashMap<&str, Found<'a>> = HashMap::new();
+            // Each stands behind those that it follows from.
+            for declared in self.document.all_parameters() {
+                let name = declared.name.as_str();
+                let set = self.settings.iter().find(|setting| setting.name == name);
+                let value = match (set, &declared.expression) {
+                    (Some(set), _) => Ok(set.value.clone()),
+                    (None, Some(expression)) => {
+                        let known = |name: &str| known(all.get(name)?);
+                        expression.evaluate(&known).map(|found| found.value)
+                    }
+                    _ => Ok(declared.value.clone()),
+                };
+                all.entry(name).or_insert(Found { declared, value });
             }
             all
         });
-        let declared = all.get(name)?;
-        let value = self.settings.iter().find(|s| s.name == name).map_or(&declared.value, |s| &s.value);
-        Some((value, declared.dimension))
+        all.get(name)
+    }
+
+    /// The value of a parameter for the settings, in SI units; nothing if it has none.
+    pub(super) fn parameter_value(&self, name: &str) -> Option<f64> {
+        self.parameter(name)?.value.as_ref().ok().map(Exact::to_f64)
+    }
+
+    /// The value of an expression that stands at a place.
+    fn evaluate(
+        &self,
+        expression: &Expression,
+        (place, what): (&Place, &str),
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<(Exact, Dimension)> {
+        let names = expression.names();
+        for name in &names {
+            match self.parameter(name) {
+                Some(Found { declared, value: Err(error) }) => {
+                    self.not_computed(declared, error, out);
+                    return None;
+                }
+                None if self.document.doubts.has(name) => return None,
+                _ => {}
+            }
+        }
+        match expression.evaluate(&|name| known(self.parameter(name)?)) {
+            Ok(found) => Some((found.value, found.dimension)),
+            Err(mut error) => {
+                let unknown = names.iter().find(|name| self.parameter(name).is_none());
+                let declared = self.document.parameters.iter().map(|parameter| parameter.name.as_str());
+                if let Some(near) = unknown
+                    .filter(|_| matches!(error.code, "name::unknown" | "unit::unknown"))
+                    .and_then(|n| guess(n, declared, out))
+                {
+                    error.help = Some(format!("did you mean the parameter `{near}`?"));
+                }
+                out.push(mistake(what, error, expression, place));
+                None
+            }
+        }
+    }
+
+    /// Reports a parameter that has no value for the settings.
+    fn not_computed(&self, declared: &Parameter, error: &UnitError, out: &mut Vec<Diagnostic>) {
+        let Some(expression) = &declared.expression else { return };
+        let what = format!("parameter `{}`", declared.name);
+        out.push(mistake(&what, error.clone(), expression, &declared.place));
     }
 
     /// A scalar with its parameter put in; the dimension and sign are checked where they are known.
@@ -70,61 +133,105 @@ impl<'a> TableReader<'a> {
         match &scalar.value {
             Scalar::Literal(value, dimension) => Some((value.clone(), *dimension)),
             Scalar::Tolerated(read) => Some((read.value.clone(), read.dimension)),
-            Scalar::Parameter(name) => {
-                let Some((value, dimension)) = self.parameter(name) else {
-                    if self.document.doubts.has(name) {
-                        return None;
-                    }
-                    let names = self.document.parameters.iter().map(|p| p.name.as_str());
-                    let help = match guess(name, names, out) {
-                        Some(near) => format!("did you mean the parameter `{near}`?"),
-                        None => format!("write a number with its unit, or declare `{name}` under `[parameters]`"),
-                    };
-                    let message = format!("{what}: there is no parameter `{}`", shortened(name));
-                    out.push(
-                        Diagnostic::error("name::unknown", message).at(scalar.place.clone(), "not declared").help(help),
-                    );
-                    return None;
-                };
-                if let Some((wanted, sign)) = expected {
-                    if wanted != dimension {
-                        let message =
-                            format!("{what}: expected {}, but `{name}` is {}", wanted.noun(), dimension.noun());
-                        out.push(
-                            Diagnostic::error("unit::dimension", message)
-                                .at(scalar.place.clone(), dimension.noun())
-                                .help(format!("give `{name}` a unit such as {}", wanted.example())),
-                        );
-                        return None;
-                    }
-                    let fits = match sign {
-                        Sign::Any => true,
-                        Sign::NonNegative => value.signum() >= 0,
-                        Sign::Positive => value.signum() > 0,
-                        Sign::NonZero => value.signum() != 0,
-                    };
-                    if !fits {
-                        let wanted = match sign {
-                            Sign::NonNegative => "zero or more",
-                            Sign::NonZero => "anything but zero",
-                            _ => "more than zero",
-                        };
-                        let text = self.settings.iter().find(|s| s.name == *name).map_or_else(
-                            || self.document.all_parameters().find(|p| p.name == *name).map(|p| p.text.clone()),
-                            |set| Some(set.text.clone()),
-                        );
-                        let message = format!("{what} must be {wanted}, but `{name}` is {}", text.unwrap_or_default());
-                        out.push(
-                            Diagnostic::error("number::sign", message)
-                                .at(scalar.place.clone(), "through this parameter")
-                                .help(format!("change `{name}` under `[parameters]` or `[variants]`")),
-                        );
-                        return None;
-                    }
-                }
-                Some((value.clone(), dimension))
+            Scalar::Expression(expression) => self.computed(expression, expected, (&scalar.place, what), out),
+            Scalar::Parameter(name) => self.named(name, expected, (&scalar.place, what), out),
+        }
+    }
+
+    /// The value of an expression.
+    fn computed(
+        &self,
+        expression: &Expression,
+        expected: Option<(Dimension, Sign)>,
+        (place, what): (&Place, &str),
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<(Exact, Dimension)> {
+        let (mut value, mut found) = self.evaluate(expression, (place, what), out)?;
+        let Some((wanted, sign)) = expected else { return Some((value, found)) };
+        if let Some(period) = wanted.period(&value, &found) {
+            (value, found) = (period, wanted);
+        }
+        if !wanted.is_like(&found) {
+            let message = format!("{what}: expected {}, but this is {}", wanted.noun(), found.noun());
+            out.push(
+                Diagnostic::error("unit::dimension", message)
+                    .at(place.clone(), found.noun())
+                    .help(format!("it should come out in a unit such as {}", wanted.example())),
+            );
+            return None;
+        }
+        if let Some(rule) = broken(sign, &value) {
+            let message = format!("{what} must be {rule}, but `{}` is {value} {}", expression.text(), wanted.si());
+            out.push(
+                Diagnostic::error("number::sign", message)
+                    .at(place.clone(), "this value")
+                    .help("change the parameters in it under `[parameters]` or `[variants]`"),
+            );
+            return None;
+        }
+        Some((value, wanted))
+    }
+
+    /// The value of a parameter.
+    fn named(
+        &self,
+        name: &str,
+        expected: Option<(Dimension, Sign)>,
+        (place, what): (&Place, &str),
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<(Exact, Dimension)> {
+        let Some(Found { declared, value }) = self.parameter(name) else {
+            if self.document.doubts.has(name) {
+                return None;
+            }
+            let names = self.document.parameters.iter().map(|p| p.name.as_str());
+            let help = match guess(name, names, out) {
+                Some(near) => format!("did you mean the parameter `{near}`?"),
+                None => format!("write a number with its unit, or declare `{name}` under `[parameters]`"),
+            };
+            let message = format!("{what}: there is no parameter `{}`", shortened(name));
+            out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not declared").help(help));
+            return None;
+        };
+        let (mut value, mut dimension) = match value {
+            Ok(value) => (value.clone(), declared.dimension),
+            Err(error) => {
+                self.not_computed(declared, error, out);
+                return None;
+            }
+        };
+        if let Some((wanted, sign)) = expected {
+            if let Some(period) = wanted.period(&value, &dimension) {
+                (value, dimension) = (period, wanted);
+            }
+            // Of what is computed angles are not counted.
+            if declared.expression.is_some() && wanted.is_like(&dimension) {
+                dimension = wanted;
+            }
+            if wanted != dimension {
+                let message = format!("{what}: expected {}, but `{name}` is {}", wanted.noun(), dimension.noun());
+                out.push(
+                    Diagnostic::error("unit::dimension", message)
+                        .at(place.clone(), dimension.noun())
+                        .help(format!("give `{name}` a unit such as {}", wanted.example())),
+                );
+                return None;
+            }
+            if let Some(wanted) = broken(sign, &value) {
+                let text = self.settings.iter().find(|s| s.name == name).map_or_else(
+                    || self.document.all_parameters().find(|p| p.name == name).map(|p| p.text.clone()),
+                    |set| Some(set.text.clone()),
+                );
+                let message = format!("{what} must be {wanted}, but `{name}` is {}", text.unwrap_or_default());
+                out.push(
+                    Diagnostic::error("number::sign", message)
+                        .at(place.clone(), "through this parameter")
+                        .help(format!("change `{name}` under `[parameters]` or `[variants]`")),
+                );
+                return None;
             }
         }
+        Some((value, dimension))
     }
 
     /// The place of a key's value; of the header if the key is absent.
@@ -215,7 +322,7 @@ impl<'a> TableReader<'a> {
         let mut settings = Vec::new();
         for (name, scalar) in entries {
             let label = format!("`{key}` of {what}");
-            let Some((_, dimension)) = self.parameter(&name.value) else {
+            let Some(&Found { declared, .. }) = self.parameter(&name.value) else {
                 let names = self.document.parameters.iter().map(|p| p.name.as_str());
                 let other = || "only names under `[parameters]` can be set here".to_string();
                 let help = did_you_mean(guess(&name.value, names, out), other);
@@ -226,8 +333,10 @@ impl<'a> TableReader<'a> {
                 out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "not declared").help(help));
                 continue;
             };
+            let dimension = declared.dimension;
             if let Some((value, found)) = self.scalar(scalar, None, &label, out) {
-                if found != dimension {
+                let computed = matches!(scalar.value, Scalar::Expression(_)) || declared.expression.is_some();
+                if found != dimension && !(computed && found.is_like(&dimension)) {
                     out.push(wrong_dimension(&label, dimension, found, scalar.place.clone()));
                     continue;
                 }
@@ -372,6 +481,21 @@ impl<'a> TableReader<'a> {
         };
         out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "does not fit").help(help));
     }
+}
+
+/// The rule that a value breaks.
+fn broken(sign: Sign, value: &Exact) -> Option<&'static str> {
+    match (sign, value.signum()) {
+        (Sign::NonNegative, -1) => Some("zero or more"),
+        (Sign::NonZero, 0) => Some("anything but zero"),
+        (Sign::Positive, -1 | 0) => Some("more than zero"),
+        _ => None,
+    }
+}
+
+/// What an expression is given for a name.
+fn known(found: &Found<'_>) -> Option<(Exact, Dimension)> {
+    Some((found.value.clone().ok()?, found.declared.dimension))
 }
 
 /// A quantity of another dimension than expected.

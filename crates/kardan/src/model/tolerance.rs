@@ -86,17 +86,29 @@ impl Document {
         }
     }
 
-    /// What an element checks over several keys must hold at both ends.
+    /// What an element checks over several keys must hold at both ends, and what is computed must have a value there.
     fn check_ends(&self, tolerance: &Tolerance, settings: &[Setting], out: &mut Vec<Diagnostic>) {
+        // Each parameter stands behind those that it follows from.
+        let mut following = vec![tolerance.parameter.as_str()];
+        for parameter in &self.parameters {
+            if parameter.expression.as_ref().is_some_and(|one| one.names().iter().any(|name| following.contains(name)))
+            {
+                following.push(&parameter.name);
+            }
+        }
         let users = self.elements.iter().filter(|instance| {
-            instance.table.unread.is_empty() && instance.table.values.values().any(|given| names(given, tolerance))
+            instance.table.unread.is_empty() && instance.table.values.values().any(|given| uses(given, &following))
         });
         for instance in users {
-            let mistakes = |settings: &[Setting]| {
+            let mistakes = |settings: &[Setting]| -> Vec<(String, String)> {
                 let mut silent = Vec::new();
                 let reader = TableReader::new(self, settings);
-                let values = reader.values(instance.kind.fields, &instance.table, "", &mut silent);
-                if silent.is_empty() { (instance.kind.check)(&values) } else { Vec::new() }
+                let what = format!("{} `{}`", instance.kind.keyword, instance.name);
+                let values = reader.values(instance.kind.fields, &instance.table, &what, &mut silent);
+                if !silent.is_empty() {
+                    return silent.into_iter().map(|one| (one.message, one.help.unwrap_or_default())).collect();
+                }
+                (instance.kind.check)(&values).into_iter().map(|one| (one.message, one.help)).collect()
             };
             if !mistakes(settings).is_empty() {
                 continue; // Reported of the model itself.
@@ -105,23 +117,37 @@ impl Document {
                 let set = Setting { name: tolerance.parameter.clone(), value: value.clone(), text: String::new() };
                 let mut settings: Vec<Setting> = settings.iter().filter(|s| s.name != set.name).cloned().collect();
                 settings.push(set);
-                for mistake in mistakes(&settings) {
+                for (message, help) in mistakes(&settings) {
                     let message = format!(
                         "{} `{}`, at the {end} end of the tolerance of `{}` ({}): {}",
                         instance.kind.keyword,
                         instance.name,
                         tolerance.parameter,
                         shown(value, tolerance.dimension),
-                        mistake.message
+                        message
                     );
                     out.push(
                         Diagnostic::error("element::check", message)
                             .at(tolerance.place.clone(), "with this tolerance")
-                            .help(format!("narrow the tolerance, or: {}", mistake.help)),
+                            .help(format!("narrow the tolerance, or: {help}")),
                     );
                 }
             }
         }
+    }
+}
+
+/// Whether a value of a table is one of these parameters, or computed from one.
+fn uses(given: &Placed<Value>, parameters: &[&str]) -> bool {
+    let uses = |scalar: &Scalar| match scalar {
+        Scalar::Parameter(name) => parameters.contains(&name.as_str()),
+        Scalar::Expression(expression) => expression.names().iter().any(|name| parameters.contains(name)),
+        Scalar::Literal(..) | Scalar::Tolerated(_) => false,
+    };
+    match &given.value {
+        Value::Scalar(scalar) => uses(scalar),
+        Value::Map(entries) => entries.iter().any(|(_, scalar)| uses(&scalar.value)),
+        _ => false,
     }
 }
 

@@ -122,8 +122,18 @@ fn users(document: &Document, parameter: &str) -> usize {
     let tables = document.elements.iter().map(|e| &e.table).chain(document.controls.iter().map(|c| &c.table));
     tables
         .flat_map(|table| table.values.values())
-        .filter(|given| matches!(&given.value, Value::Scalar(Scalar::Parameter(name)) if name == parameter))
+        .filter(|given| match &given.value {
+            Value::Scalar(Scalar::Parameter(name)) => name == parameter,
+            Value::Scalar(Scalar::Expression(expression)) => expression.names().contains(&parameter),
+            _ => false,
+        })
         .count()
+        + document
+            .parameters
+            .iter()
+            .filter_map(|p| p.expression.as_ref())
+            .filter(|e| e.names().contains(&parameter))
+            .count()
 }
 
 /// The start of the line below `[element.name]`.

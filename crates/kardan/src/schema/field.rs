@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::entries::Place;
-use crate::units::{Dimension, Exact, Tolerated, parse_number, parse_quantity};
+use crate::units::{Dimension, Exact, Expression, Tolerated, parse_number, parse_quantity};
 
 /// Which numbers a field takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -134,6 +134,8 @@ pub enum Scalar {
     Tolerated(Box<Tolerated>),
     /// The name of an entry of `[parameters]`, or of an implicit parameter such as `wg.inertia`.
     Parameter(String),
+    /// An expression with such names in it.
+    Expression(Box<Expression>),
 }
 
 /// What was read for a [`Field`].

@@ -82,11 +82,20 @@ impl Exact {
         if self.pi == 0 {
             return self.rational.to_f64().value();
         }
-        // π = numerator / 10^120: a rounding error far below that of the result, so the result is the nearest f64.
+        // A rounding error far below that of the result, so the result is the nearest f64.
+        self.digits().to_f64().value()
+    }
+
+    /// The number to 120 digits.
+    pub(super) fn digits(&self) -> RBig {
+        if self.pi == 0 { self.rational.clone() } else { &self.rational * Self::pi_digits().pow(self.pi as isize) }
+    }
+
+    /// π to 120 digits.
+    pub(super) fn pi_digits() -> RBig {
         let (words, ten) = (PI_DIGITS, UBig::from(10u8));
         let numerator = words.iter().fold(UBig::ZERO, |sum, word| sum * ten.pow(20) + UBig::from(*word));
-        let pi = RBig::from_parts(numerator.into(), ten.pow(20 * (words.len() - 1)));
-        (&self.rational * pi.pow(self.pi as isize)).to_f64().value()
+        RBig::from_parts(numerator.into(), ten.pow(20 * (words.len() - 1)))
     }
 
     /// Whether it is zero.

@@ -13,3 +13,4 @@ mod properties;
 mod reduction;
 mod source_equations;
 mod state_space;
+mod values;

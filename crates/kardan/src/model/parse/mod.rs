@@ -42,8 +42,8 @@ use crate::entries::{Entries, Entry, Place, Written};
 use crate::names::nearest_or_alike;
 use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::units::{
-    Dimension, Exact, Tolerated, UnitError, parse_number, parse_poles, parse_quantity, parse_tolerated, tolerance_mark,
-    written_quantity,
+    Dimension, Exact, Expression, Tolerated, UnitError, parse_number, parse_poles, parse_quantity, parse_tolerated,
+    tolerance_mark, written_quantity,
 };
 
 /// Reads one table by its schema.
@@ -397,12 +397,42 @@ impl Reader<'_> {
             Err(error) if quoted && is_name(text) && error.code != "number::not-finite" => {
                 return Some(Scalar::Parameter(text.to_string()));
             }
-            Err(error) => {
-                out.push(self.unit_error(error, text));
-                return None;
-            }
+            Err(error) => match self.expression(error, quoted && !marked, text) {
+                Ok(Scalar::Literal(value, dimension)) => (value, dimension, None),
+                Ok(expression) => return Some(expression),
+                Err(error) => {
+                    out.push(self.unit_error(error, text));
+                    return None;
+                }
+            },
         };
         self.literal(number, dimension, tolerated, text, out)
+    }
+
+    /// What is no quantity, as an expression; if it is none either, why. Without names it is a value at once.
+    fn expression(&self, error: UnitError, quoted: bool, text: &str) -> Result<Scalar, UnitError> {
+        // A number with a unit where none may be is no expression either.
+        if !quoted || error.code == "number::not-finite" || parse_quantity(text).is_ok() {
+            return Err(error);
+        }
+        // What has no sign of an expression is a quantity with a mistake.
+        let called = |at: usize| text[..at].ends_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
+        let calls = text.match_indices('(').any(|(at, _)| called(at));
+        let meant = calls || text.contains('+') || [" * ", " - ", " / ", "^("].iter().any(|sign| text.contains(sign));
+        let read = match Expression::parse(text) {
+            Ok(read) => read,
+            Err(own) => return Err(if meant && error.code != "unit::syntax" { own } else { error }),
+        };
+        if !read.names().is_empty() {
+            return Ok(Scalar::Expression(Box::new(read)));
+        }
+        let found = read.evaluate(&|_| None)?;
+        let dimension = match *self.kind {
+            Kind::Quantity(expected, _) if expected.is_like(&found.dimension) => expected,
+            Kind::Number(_) if Dimension::NONE.is_like(&found.dimension) => Dimension::NONE,
+            _ => found.dimension,
+        };
+        Ok(Scalar::Literal(found.value, dimension))
     }
 
     /// A number that was read, if its dimension and its sign are those asked for.
@@ -414,6 +444,12 @@ impl Reader<'_> {
         text: &str,
         out: &mut Vec<Diagnostic>,
     ) -> Option<Scalar> {
+        let (mut number, mut dimension) = (number, dimension);
+        if let (Kind::Quantity(expected, _), None) = (self.kind, &tolerated)
+            && let Some(period) = expected.period(&number, &dimension)
+        {
+            (number, dimension) = (period, *expected);
+        }
         let sign = match *self.kind {
             Kind::Quantity(expected, _) if expected != dimension => {
                 let message = format!("expected {}, found {}", expected.noun(), dimension.noun());

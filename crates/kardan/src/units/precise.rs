@@ -1,0 +1,191 @@
+//! Functions of numbers to 256 binary digits, for values that are rounded once in the end.
+
+use dashu_int::ops::{Abs, BitTest, SquareRoot};
+use dashu_int::{IBig, UBig};
+use dashu_ratio::RBig;
+
+use super::Exact;
+
+/// Binary digits that are kept.
+const DIGITS: isize = 256;
+
+/// The number with the leading binary digits.
+pub(super) fn short(x: &RBig) -> RBig {
+    if x.is_zero() {
+        return RBig::ZERO;
+    }
+    let size = x.numerator().bit_len() as isize - x.denominator().bit_len() as isize;
+    let shift = DIGITS - size;
+    if shift <= 0 {
+        return x.clone();
+    }
+    let scaled = x.numerator() << shift as usize;
+    RBig::from_parts(scaled / IBig::from(x.denominator().clone()), UBig::ONE << shift as usize)
+}
+
+fn whole(n: i64) -> RBig {
+    RBig::from(n)
+}
+
+/// The nearest number of floating point.
+pub(super) fn nearest(x: &RBig) -> f64 {
+    x.to_f64().value()
+}
+
+fn of(x: f64) -> RBig {
+    RBig::try_from(x).unwrap_or(RBig::ZERO)
+}
+
+/// π.
+pub(super) fn pi() -> RBig {
+    Exact::pi_digits()
+}
+
+/// The square root of a number that is not negative; exact where it is a fraction.
+pub(super) fn square_root(x: &RBig) -> (RBig, bool) {
+    let (numerator, denominator) = (UBig::try_from(x.numerator().clone()).unwrap_or(UBig::ZERO), x.denominator());
+    // √(n/d) = √(n d)/d
+    let product = &numerator * denominator;
+    let root = product.sqrt();
+    if &root * &root == product {
+        return (RBig::from_parts(root.into(), denominator.clone()), true);
+    }
+    let scaled = (product << (2 * DIGITS as usize)).sqrt();
+    (short(&RBig::from_parts(scaled.into(), denominator.clone() << DIGITS as usize)), false)
+}
+
+/// `Σ xᵏ/k!` from a power on, in steps.
+fn series(x: &RBig, first: RBig, start: i64, step: i64, alternates: bool) -> RBig {
+    let mut power = short(x);
+    if step == 2 {
+        power = short(&(&power * &power));
+    }
+    if alternates {
+        power = -power;
+    }
+    let (mut term, mut sum, mut k) = (first, RBig::ZERO, start);
+    // Terms fall below the last digit.
+    for _ in 0..80 {
+        if term.is_zero() || term.numerator().bit_len() as isize + DIGITS < term.denominator().bit_len() as isize {
+            break;
+        }
+        sum += &term;
+        let divisor = if step == 2 { (k + 1) * (k + 2) } else { k + 1 };
+        term = short(&(&term * &power / whole(divisor)));
+        k += step;
+    }
+    short(&sum)
+}
+
+/// eˣ, for sizes below a thousand.
+pub(super) fn exponential(x: &RBig) -> RBig {
+    const HALVINGS: usize = 16;
+    let small = x / RBig::from(UBig::ONE << HALVINGS);
+    let mut out = series(&small, RBig::ONE, 0, 1, false);
+    for _ in 0..HALVINGS {
+        out = short(&(&out * &out));
+    }
+    out
+}
+
+/// ln x, for numbers above zero.
+pub(super) fn logarithm(x: &RBig) -> RBig {
+    // x = m 2ᵏ with m near one.
+    let k = x.numerator().bit_len() as i64 - x.denominator().bit_len() as i64;
+    let scale = RBig::from(UBig::ONE << k.unsigned_abs() as usize);
+    let m = if k >= 0 { x / &scale } else { x * &scale };
+    let one = |m: &RBig| {
+        let mut y = of(kardan_rt::functions::ln(nearest(m)));
+        for _ in 0..3 {
+            let e = exponential(&y);
+            y = short(&(&y + whole(2) * (m - &e) / (m + &e)));
+        }
+        y
+    };
+    short(&(one(&m) + whole(k) * one(&whole(2))))
+}
+
+/// Sine and cosine.
+pub(super) fn sine_cosine(x: &RBig) -> [RBig; 2] {
+    let quarter = pi() / whole(2);
+    let turns = (x / &quarter).round();
+    let rest = short(&(x - RBig::from(turns.clone()) * &quarter));
+    let sine = series(&rest, rest.clone(), 1, 2, true);
+    let cosine = series(&rest, RBig::ONE, 0, 2, true);
+    let turn = i64::try_from(turns % IBig::from(4)).unwrap_or(0).rem_euclid(4);
+    match turn {
+        0 => [sine, cosine],
+        1 => [cosine, -sine],
+        2 => [-sine, -cosine],
+        _ => [-cosine, sine],
+    }
+}
+
+/// The angle of a point, between −π and π; zero at the origin.
+pub(super) fn angle(y: &RBig, x: &RBig) -> RBig {
+    if y.is_zero() && x.is_zero() {
+        return RBig::ZERO;
+    }
+    let (ay, ax) = (y.clone().abs(), x.clone().abs());
+    // Of the smaller part: between 0 and 1.
+    let swapped = ay > ax;
+    let slope = short(&if swapped { &ax / &ay } else { &ay / &ax });
+    let mut out = of(kardan_rt::functions::atan2(nearest(&slope), 1.0));
+    for _ in 0..3 {
+        let [sine, cosine] = sine_cosine(&out);
+        let rest = short(&((&slope * &cosine - &sine) / (&cosine + &slope * &sine)));
+        out = short(&(&out + &rest - &rest * &rest * &rest / whole(3)));
+    }
+    if swapped {
+        out = pi() / whole(2) - out;
+    }
+    if *x < RBig::ZERO {
+        out = pi() - out;
+    }
+    short(&if *y < RBig::ZERO { -out } else { out })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Digits of a reference work: e, ln 2, √2, sin 1, cos 1, atan 1/2 (sequences A001113, A002162, A002193, A049469, A049470, A073000 of the
+    /// On-Line Encyclopedia of Integer Sequences).
+    #[test]
+    fn known_digits_come_out() {
+        let ten = UBig::from(10u8);
+        let digits = |x: &RBig, count: usize| (x * RBig::from(ten.pow(count))).floor().to_string();
+        let (two, half) = (whole(2), RBig::from_parts(1.into(), 2u8.into()));
+        let [sine, cosine] = sine_cosine(&RBig::ONE);
+        for (found, expected) in [
+            (exponential(&RBig::ONE), "27182818284590452353602874713526624977572470936999"),
+            (logarithm(&two), "06931471805599453094172321214581765680755001343602"),
+            (square_root(&two).0, "14142135623730950488016887242096980785696718753769"),
+            (sine, "08414709848078965066525023216302989996225630607983"),
+            (cosine, "05403023058681397174009366074429766037323104206179"),
+            (angle(&half, &RBig::ONE), "04636476090008061162142562314612144020285370542861"),
+        ] {
+            assert_eq!(digits(&found, 49), expected.trim_start_matches('0'), "{expected}");
+        }
+        assert_eq!(
+            square_root(&RBig::from_parts(9.into(), 4u8.into())),
+            (RBig::from_parts(3.into(), 2u8.into()), true)
+        );
+    }
+
+    #[test]
+    fn identities_hold_far_out_and_close_by() {
+        let close = |a: &RBig, b: &RBig| assert!((a - b).abs() * RBig::from(UBig::ONE << 200) < RBig::ONE, "{a} {b}");
+        for x in ["-700.3", "-1e-30", "0.001", "2.9", "12345.678", "1e15"] {
+            let x = super::super::parse_number(x).unwrap().rational;
+            let [sine, cosine] = sine_cosine(&x);
+            close(&(&sine * &sine + &cosine * &cosine), &RBig::ONE);
+            let back = sine_cosine(&angle(&sine, &cosine));
+            close(&back[0], &sine);
+            close(&back[1], &cosine);
+            if x.clone().abs() < whole(1000) {
+                close(&logarithm(&exponential(&x)), &x);
+            }
+        }
+    }
+}
