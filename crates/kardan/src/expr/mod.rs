@@ -10,9 +10,11 @@ mod graph;
 mod interval;
 mod lower;
 mod print;
+mod written;
 
 pub use domains::{Domain, Floating, Rationals};
 pub use graph::{Expr, Function, Graph, PiecewisePolynomial, Symbol};
 pub use interval::{Interval, Intervals};
 pub use lower::lower;
 pub use print::{Style, printed};
+pub use written::Named;

@@ -1,0 +1,213 @@
+//! Values as expressions: `"m_rack * r_pinion^2"`, `"200 N * 7.5 mm"`, `"sqrt(c / J)"`.
+
+mod dimensions;
+mod evaluate;
+mod reading;
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+pub(crate) use self::evaluate::Value;
+use self::reading::Parser;
+use super::quantity::{check_length, check_range};
+use super::reader::Reader;
+use super::{Dimension, Exact, UnitError};
+
+/// The longest expression, in bytes.
+const TEXT_LIMIT: usize = 1024;
+/// Parentheses inside each other.
+const DEPTH_LIMIT: usize = 64;
+/// The largest size of a power of π.
+const PI_LIMIT: i64 = 1000;
+/// The largest size of a power.
+const POWER_LIMIT: i32 = 64;
+
+/// An expression of numbers with units, names and functions, with what each part of it is in the text.
+///
+/// `+ - * / ^`, parentheses, `pi`, and the functions `sqrt sin cos tan asin acos atan atan2 exp ln abs min max sign` and `if(a < b, x, y)`.
+/// A number takes the units behind it, which bind closer than `*` and `/`: `2 pi / 60 s` divides by a minute, `100 N m/rad` is one
+/// stiffness. A fraction without spaces is a number: `51/50`, `1/2 s`. What is no number or unit behind one is a name: `m_rack`, the key of
+/// an element `wheel.inertia`, a signal `arm.phi`; within `'...'` a name may hold other letters.
+///
+/// ```
+/// use kardan::units::{Dimension, Exact, Expression, parse_quantity};
+/// let read = Expression::parse("m_rack * r_pinion^2")?;
+/// assert_eq!(read.names(), ["m_rack", "r_pinion"]);
+/// let value = read.evaluate(&|name| parse_quantity(if name == "m_rack" { "3 kg" } else { "7 mm" }).ok())?;
+/// assert_eq!((value.value, value.dimension, value.exact), (Exact::from_ratio(147, 1_000_000), Dimension::INERTIA, true));
+/// # Ok::<(), kardan::units::UnitError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Expression {
+    text: String,
+    pub(crate) root: Node,
+}
+
+/// What an expression gives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluated {
+    /// In SI units.
+    pub value: Exact,
+    /// Its dimension; angles are not counted among the results of functions and powers.
+    pub dimension: Dimension,
+    /// Whether that is the number itself; else it is the nearest one of floating point.
+    pub exact: bool,
+}
+
+/// A part of an expression.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Node {
+    /// Where it stands in the text.
+    pub(crate) span: Range<usize>,
+    /// What it is.
+    pub(crate) kind: Kind,
+}
+
+/// What a part of an expression is.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Kind {
+    /// A number with its units.
+    Literal(Exact, Dimension),
+    /// A parameter or signal.
+    Name(String),
+    /// Its opposite.
+    Negative(Box<Node>),
+    /// One of `+ - * / ^` between two parts.
+    Binary(char, Box<[Node; 2]>),
+    /// A function of some parts.
+    Call(Called, Vec<Node>),
+    /// A comparison, and what holds if it is so or not.
+    If(&'static str, Box<[Node; 4]>),
+}
+
+/// A function of expressions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Called {
+    Sqrt,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Atan2,
+    Exp,
+    Ln,
+    Abs,
+    Min,
+    Max,
+    Sign,
+}
+
+const FUNCTIONS: [(&str, Called, Range<usize>); 14] = [
+    ("sqrt", Called::Sqrt, 1..2),
+    ("sin", Called::Sin, 1..2),
+    ("cos", Called::Cos, 1..2),
+    ("tan", Called::Tan, 1..2),
+    ("asin", Called::Asin, 1..2),
+    ("acos", Called::Acos, 1..2),
+    ("atan", Called::Atan, 1..2),
+    ("atan2", Called::Atan2, 2..3),
+    ("exp", Called::Exp, 1..2),
+    ("ln", Called::Ln, 1..2),
+    ("abs", Called::Abs, 1..2),
+    ("min", Called::Min, 2..usize::MAX),
+    ("max", Called::Max, 2..usize::MAX),
+    ("sign", Called::Sign, 1..2),
+];
+
+const COMPARISONS: [&str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
+
+fn syntax(span: Range<usize>, message: impl Into<String>, help: impl Into<String>) -> UnitError {
+    UnitError::new("expression::syntax", span, message).help(help)
+}
+
+impl Expression {
+    /// Reads an expression.
+    ///
+    /// # Errors
+    /// What is no expression, with its place; unknown units and functions; a text longer than 1024 bytes or with more than 64 parentheses inside
+    /// each other.
+    pub fn parse(text: &str) -> Result<Self, UnitError> {
+        Self::read(text, false)
+    }
+
+    /// Reads an expression of time and signals: `t` is the time, and may stand behind its factor, `2 pi t / 1 s`. A tonne is `1000 kg` there.
+    ///
+    /// ```
+    /// use kardan::units::Expression;
+    /// let law = Expression::parse_law("10 deg * sin(2 pi t / 1 s) - arm.phi")?;
+    /// assert_eq!(law.names(), ["t", "arm.phi"]);
+    /// # Ok::<(), kardan::units::UnitError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As of [`parse`](Self::parse).
+    pub fn parse_law(text: &str) -> Result<Self, UnitError> {
+        Self::read(text, true)
+    }
+
+    fn read(text: &str, of_time: bool) -> Result<Self, UnitError> {
+        check_length(text, TEXT_LIMIT)?;
+        let mut parser = Parser { reader: Reader { text, at: 0 }, depth: 0, of_time };
+        let root = parser.sum()?;
+        parser.reader.spaces();
+        if parser.reader.peek().is_some() {
+            let (here, found) = (parser.reader.here(), parser.reader.found());
+            let help = match parser.at_unit() {
+                true => "a unit stands behind a number: write `sin(beta) * 1 N m`",
+                false => "write `*` between two factors",
+            };
+            return Err(syntax(here, format!("unexpected {found} in an expression"), help));
+        }
+        Ok(Self { text: text.to_string(), root })
+    }
+
+    /// As it is written.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The names in it, in the order in which they first appear.
+    pub fn names(&self) -> Vec<&str> {
+        let mut out = Vec::new();
+        self.root.names(&mut out);
+        out
+    }
+
+    /// The value, with names looked up; exact as long as it is a fraction times a power of π, else rounded once.
+    ///
+    /// # Errors
+    /// Names that are unknown, dimensions that do not fit, divisions by zero and functions without a value, with the place.
+    pub fn evaluate(&self, lookup: &dyn Fn(&str) -> Option<(Exact, Dimension)>) -> Result<Evaluated, UnitError> {
+        let Value { number, dimension } = self.root.value(lookup)?;
+        let (value, exact) = number.rounded_once().ok_or_else(|| {
+            let message = "the value is beyond the numbers of floating point";
+            UnitError::new("number::range", 0..self.text.len(), message).help("check the exponents")
+        })?;
+        check_range(&value, &self.text, 0..self.text.len())?;
+        Ok(Evaluated { value, dimension, exact })
+    }
+}
+
+impl Dimension {
+    /// The same but for angles: a ratio of two lengths has none.
+    pub fn is_like(&self, other: &Self) -> bool {
+        self.exponents == other.exponents
+    }
+
+    /// A value of another dimension as one of this: a frequency as the time from one to the next, and the other way round.
+    ///
+    /// ```
+    /// use kardan::units::{Dimension, Exact, parse_quantity};
+    /// let (rate, dimension) = parse_quantity("1 kHz")?;
+    /// assert_eq!(Dimension::TIME.period(&rate, &dimension), Some(Exact::from_ratio(1, 1000)));
+    /// # Ok::<(), kardan::units::UnitError>(())
+    /// ```
+    pub fn period(&self, value: &Exact, dimension: &Self) -> Option<Exact> {
+        const FREQUENCY: Dimension = Dimension::mechanical(0, 0, -1, 0);
+        let fits = [(Self::TIME, FREQUENCY), (FREQUENCY, Self::TIME)].contains(&(*self, *dimension));
+        if fits { value.recip() } else { None }
+    }
+}

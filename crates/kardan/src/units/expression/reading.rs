@@ -1,0 +1,314 @@
+//! Texts as expressions.
+
+use std::ops::Range;
+
+use dashu_ratio::RBig;
+
+use super::super::catalogue::{find_unit, unit_help};
+use super::super::reader::Reader;
+use super::super::{Dimension, Exact, UnitError};
+use super::{COMPARISONS, DEPTH_LIMIT, FUNCTIONS, Kind, Node, syntax};
+
+pub(super) struct Parser<'t> {
+    pub(super) reader: Reader<'t>,
+    pub(super) depth: usize,
+    /// Whether `t` is the time.
+    pub(super) of_time: bool,
+}
+
+impl Parser<'_> {
+    fn binary(operator: char, left: Node, right: Node) -> Node {
+        Node { span: left.span.start..right.span.end, kind: Kind::Binary(operator, Box::new([left, right])) }
+    }
+
+    pub(super) fn sum(&mut self) -> Result<Node, UnitError> {
+        self.depth += 1;
+        if self.depth > DEPTH_LIMIT {
+            let what = format!("more than {DEPTH_LIMIT} parentheses are inside each other");
+            return Err(syntax(self.reader.here(), what, "give a part of it a name under `[parameters]`"));
+        }
+        let mut left = self.product()?;
+        loop {
+            self.reader.spaces();
+            let operator = match self.reader.peek() {
+                Some('+') => '+',
+                Some('-' | '−') => '-',
+                _ => break,
+            };
+            self.reader.sign();
+            left = Self::binary(operator, left, self.product()?);
+        }
+        self.depth -= 1;
+        Ok(left)
+    }
+
+    fn product(&mut self) -> Result<Node, UnitError> {
+        let mut left = self.signed()?;
+        loop {
+            self.reader.spaces();
+            let operator = if self.reader.eat_times() {
+                '*'
+            } else if self.reader.eat('/') {
+                '/'
+            } else if self.at_time() {
+                if matches!(left.kind, Kind::Binary('/', _)) {
+                    let help = "write `*`, or parentheses";
+                    return Err(syntax(self.reader.here(), "it is not clear whether `/` also divides by `t`", help));
+                }
+                '*'
+            } else {
+                return Ok(left);
+            };
+            left = Self::binary(operator, left, self.signed()?);
+        }
+    }
+
+    fn signed(&mut self) -> Result<Node, UnitError> {
+        self.reader.spaces();
+        let start = self.reader.at;
+        if matches!(self.reader.peek(), Some('-' | '−' | '+')) {
+            self.depth += 1;
+            if self.depth > DEPTH_LIMIT {
+                return Err(syntax(start..start + 1, "too many signs", "write one sign"));
+            }
+            let negative = self.reader.sign();
+            let inner = self.signed()?;
+            self.depth -= 1;
+            let span = start..inner.span.end;
+            return Ok(if negative { Node { span, kind: Kind::Negative(Box::new(inner)) } } else { inner });
+        }
+        let base = self.atom()?;
+        self.reader.spaces();
+        if self.reader.eat('^') || self.reader.rest().starts_with("**") && self.reader.eat('*') && self.reader.eat('*')
+        {
+            // From the right: a^b^c is a^(b^c).
+            self.depth += 1;
+            if self.depth > DEPTH_LIMIT {
+                return Err(syntax(self.reader.here(), "too many powers", "write parentheses"));
+            }
+            let power = self.signed()?;
+            self.depth -= 1;
+            return Ok(Self::binary('^', base, power));
+        }
+        Ok(base)
+    }
+
+    fn atom(&mut self) -> Result<Node, UnitError> {
+        let reader = &mut self.reader;
+        let start = reader.at;
+        if reader.eat('(') {
+            let inner = self.sum()?;
+            self.close(start)?;
+            return Ok(Node { span: start..self.reader.at, ..inner });
+        }
+        if let Some(number) = self.number()? {
+            let (factor, dimension) = self.units()?;
+            let kind = Kind::Literal(&number * &factor, dimension);
+            return Ok(Node { span: start..self.reader.at, kind });
+        }
+        let name = self.name()?;
+        if name.is_empty() {
+            let message = format!("expected a number, a name or `(`, found {}", self.reader.found());
+            return Err(syntax(self.reader.here(), message, "write it like `m_rack * r_pinion^2` or `200 N * 7.5 mm`"));
+        }
+        let span = start..self.reader.at;
+        if self.reader.eat('(') {
+            return self.call(&name, span);
+        }
+        Ok(Node { span, kind: Kind::Name(name) })
+    }
+
+    /// A name: words with dots between them, or anything within `'...'`.
+    fn name(&mut self) -> Result<String, UnitError> {
+        let start = self.reader.at;
+        if self.reader.eat('\'') {
+            let name = self.reader.run(|c| c != '\'').to_string();
+            if !self.reader.eat('\'') || name.is_empty() {
+                let span = start..self.reader.at;
+                return Err(syntax(span, "a name within `'` needs its second `'`", "write it like `'my-shaft.phi'`"));
+            }
+            return Ok(name);
+        }
+        let mut name = self.reader.run(|c| c.is_ascii_alphanumeric() || c == '_').to_string();
+        let goes_on = |rest: &str| {
+            let mut next = rest.chars();
+            next.next() == Some('.') && next.next().is_some_and(|c| c.is_ascii_alphanumeric() || c == '_')
+        };
+        while !name.is_empty() && goes_on(self.reader.rest()) {
+            self.reader.eat('.');
+            name.push('.');
+            name += self.reader.run(|c| c.is_ascii_alphanumeric() || c == '_');
+        }
+        Ok(name)
+    }
+
+    /// Whether the time is next.
+    fn at_time(&self) -> bool {
+        let mut next = self.reader.rest().chars();
+        let one = next.next() == Some('t');
+        one && self.of_time && !next.next().is_some_and(|c| c.is_alphanumeric() || c == '_' || c == '.')
+    }
+
+    /// A decimal, π, or a product or fraction of these without spaces around `/`.
+    fn number(&mut self) -> Result<Option<Exact>, UnitError> {
+        let Some(mut number) = self.reader.factor_of_number()? else { return Ok(None) };
+        loop {
+            let start = self.reader.at;
+            if self.reader.eat('/') {
+                if let Some(divisor) = self.reader.factor_of_number()? {
+                    number = number
+                        .div(&divisor)
+                        .ok_or_else(|| syntax(start..self.reader.at, "division by zero", "divide by another number"))?;
+                    continue;
+                }
+            } else {
+                self.reader.spaces();
+                if self.reader.eat_pi() {
+                    number = &number * &Exact::new(RBig::ONE, 1);
+                    continue;
+                }
+            }
+            self.reader.at = start;
+            return Ok(Some(number));
+        }
+    }
+
+    /// Whether a unit is next, and no name or function.
+    pub(super) fn at_unit(&self) -> bool {
+        if self.at_time() {
+            return false;
+        }
+        let rest = self.reader.rest();
+        let end = rest.find(|c: char| !(c.is_alphabetic() || c == '°' || c == '%')).unwrap_or(rest.len());
+        let goes_on = rest[end..].starts_with(|c: char| c == '_' || c == '(' || c.is_ascii_digit());
+        !goes_on && find_unit(&rest[..end]).is_some()
+    }
+
+    /// Units behind a number: with spaces between, and with `*` and `/` without spaces around.
+    fn units(&mut self) -> Result<(Exact, Dimension), UnitError> {
+        let start = self.reader.at;
+        let mut product = (Exact::one(), Dimension::NONE);
+        let (mut divided, mut first) = (false, true);
+        loop {
+            let before = self.reader.at;
+            self.reader.spaces();
+            let tight = self.reader.at == before;
+            let (divides, times) = match () {
+                () if tight && !first && self.reader.eat('/') => (true, false),
+                () if tight && !first && self.reader.eat_times() => (false, true),
+                () => (false, false),
+            };
+            let group = divides && self.reader.rest().starts_with('(');
+            if !group && !self.at_unit() {
+                if first
+                    && !self.at_time()
+                    && self.reader.peek().is_some_and(|c| c.is_alphabetic() || c == '°' || c == '%')
+                {
+                    let at = self.reader.at;
+                    let name = self.reader.run(|c| c.is_alphanumeric() || "°%_".contains(c));
+                    return Err(UnitError::new("unit::unknown", at..self.reader.at, format!("unknown unit `{name}`"))
+                        .help(format!("{}; or write `*` before the name of a parameter", unit_help(name))));
+                }
+                self.reader.at = before;
+                return Ok(product);
+            }
+            let at = self.reader.at;
+            // A parenthesis may hold something else than units: then it is an operand.
+            let read = if group { self.reader.factor().ok() } else { Some(self.unit(at)?) };
+            let Some((factor, dimension)) = read else {
+                self.reader.at = before;
+                return Ok(product);
+            };
+            if divided && !divides && !times {
+                let last = &self.reader.text[at..self.reader.at];
+                let message = format!("it is not clear whether `/` also divides by `{last}`");
+                return Err(UnitError::new("unit::syntax", at..self.reader.at, message)
+                    .help(format!("write `*{last}` without spaces, or parentheses")));
+            }
+            divided |= divides;
+            let size = if divides { factor.pow(-1) } else { Some(factor) };
+            let next =
+                size.map(|size| &product.0 * &size).zip(product.1.times(&dimension, if divides { -1 } else { 1 }));
+            product = next.ok_or_else(|| self.reader.too_high(start))?;
+            first = false;
+        }
+    }
+
+    /// The unit that is next, with its power.
+    fn unit(&mut self, at: usize) -> Result<(Exact, Dimension), UnitError> {
+        let name = self.reader.run(|c| c.is_alphabetic() || c == '°' || c == '%');
+        let Some((factor, dimension)) = find_unit(name) else { return Ok((Exact::one(), Dimension::NONE)) };
+        let power = self.reader.power(at)?;
+        let whole = factor.pow(power).zip(Dimension::NONE.times(&dimension, power));
+        whole.ok_or_else(|| self.reader.too_high(at))
+    }
+
+    fn close(&mut self, start: usize) -> Result<(), UnitError> {
+        self.reader.spaces();
+        if self.reader.eat(')') {
+            return Ok(());
+        }
+        let span = start..self.reader.at;
+        let found = self.reader.found();
+        Err(syntax(span, format!("a `(` without its `)`: found {found}"), "close it"))
+    }
+
+    fn call(&mut self, name: &str, span: Range<usize>) -> Result<Node, UnitError> {
+        if name == "if" {
+            return self.condition(span);
+        }
+        let Some((_, function, count)) = FUNCTIONS.iter().find(|(known, ..)| *known == name) else {
+            let known: Vec<&str> = FUNCTIONS.iter().map(|(known, ..)| *known).chain(["if"]).collect();
+            let help = match crate::names::nearest(name, known.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("there are {}", known.join(", ")),
+            };
+            return Err(UnitError::new("expression::function", span, format!("unknown function `{name}`")).help(help));
+        };
+        let mut arguments = vec![self.sum()?];
+        loop {
+            self.reader.spaces();
+            if !self.reader.eat(',') {
+                break;
+            }
+            arguments.push(self.sum()?);
+        }
+        self.close(span.start)?;
+        let span = span.start..self.reader.at;
+        if !count.contains(&arguments.len()) {
+            let wanted = match (count.start, count.end) {
+                (1, _) => "one value".to_string(),
+                (least, usize::MAX) => format!("at least {least} values"),
+                (exactly, _) => format!("{exactly} values"),
+            };
+            let message = format!("`{name}` takes {wanted}, not {}", arguments.len());
+            return Err(syntax(span, message, "separate values by commas"));
+        }
+        Ok(Node { span, kind: Kind::Call(*function, arguments) })
+    }
+
+    fn condition(&mut self, span: Range<usize>) -> Result<Node, UnitError> {
+        const HELP: &str = "write it like `if(a < b, x, y)`";
+        let left = self.sum()?;
+        self.reader.spaces();
+        let Some(comparison) = COMPARISONS.into_iter().find(|sign| self.reader.rest().starts_with(sign)) else {
+            let message = format!("expected a comparison, found {}", self.reader.found());
+            return Err(syntax(self.reader.here(), message, HELP));
+        };
+        self.reader.at += comparison.len();
+        let right = self.sum()?;
+        let mut comma = || {
+            self.reader.spaces();
+            let found = self.reader.found();
+            let here = self.reader.here();
+            if self.reader.eat(',') {
+                self.sum()
+            } else {
+                Err(syntax(here, format!("expected `,`, found {found}"), HELP))
+            }
+        };
+        let (yes, no) = (comma()?, comma()?);
+        self.close(span.start)?;
+        Ok(Node { span: span.start..self.reader.at, kind: Kind::If(comparison, Box::new([left, right, yes, no])) })
+    }
+}
