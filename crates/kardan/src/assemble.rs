@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::equations::{Curve, Direction, Domain, GROUND, InputKind, Measured, NamedTerm, Sensor, Stribeck, Term};
+use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, dense_rows, rational_from_f64, rational_to_f64, sum_of_outer};
 use crate::units::Exact;
 
@@ -121,6 +122,8 @@ pub struct Equations {
     pub coordinates: Vec<String>,
     /// What each coordinate is.
     pub domains: Vec<Domain>,
+    /// What the directions of an element are, by its name, where it is not what they act on.
+    pub measures: BTreeMap<String, Domain>,
     /// Nodes of circuits, sorted; the last rows of `constraints` are their balances.
     pub nodes: Vec<String>,
     /// Inertias, kg m².
@@ -175,8 +178,8 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
     for NamedTerm { element, term } in sorted {
         let element = element.clone();
         match term {
-            Term::Inertia { along, inertia } => {
-                next.inertias.push(Along { element, row: row(along), value: inertia.clone() });
+            Term::Inertia { along, inertia: value } => {
+                next.inertias.push(Along { element, row: row(along), value: value.clone() });
             }
             Term::Spring { along, stiffness, rest } => {
                 let value = SpringLaw { stiffness: stiffness.clone(), rest: rest.clone() };
@@ -214,7 +217,8 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
                 next.inputs.push(Along { element, row: row(along), value: kind.clone() });
             }
             Term::Output(sensor) => next.sensors.push((element, sensor.clone())),
-            Term::Charge { name } => next.domains[number(name)] = Domain::Charge,
+            Term::Charge { name } | Term::Position { name } => next.domains[number(name)] = term.domain(),
+            Term::Measure(domain) => drop(next.measures.insert(element, *domain)),
             Term::Balance { node, .. } if node == GROUND => {}
             Term::Balance { node, along } => {
                 let shares = balances.entry(node.clone()).or_default();
@@ -324,9 +328,29 @@ impl Equations {
         self.domains.get(coordinate).copied().unwrap_or_default()
     }
 
-    /// The domain of a law: that of what it acts on.
+    /// The domain of a law: what its direction is, else that of what it acts on.
     pub fn domain_of<T>(&self, along: &Along<T>) -> Domain {
+        if let Some(domain) = self.measures.get(&along.element) {
+            return *domain;
+        }
         along.row.first().map_or(Domain::Rotation, |(coordinate, _)| self.domain(*coordinate))
+    }
+
+    /// What the reading of a sensor is: of a mass a position, a velocity or a force.
+    pub fn reading(&self, measured: &Measured) -> Quantity {
+        let domain = |name: &str| self.coordinates.iter().position(|other| other == name).map(|k| self.domain(k));
+        let motion = |name: &str, rate: usize| domain(name).unwrap_or_default().motion()[rate];
+        match measured {
+            Measured::Angle(name) => motion(name, 0),
+            Measured::Speed(name) => motion(name, 1),
+            Measured::NetTorque(name) | Measured::ConstraintTorque(_, name) | Measured::ComplianceTorque(_, name) => {
+                domain(name).unwrap_or_default().effort()
+            }
+            Measured::SpringTorque(element) => {
+                let spring = self.springs.iter().find(|spring| spring.element == *element);
+                spring.map_or(Domain::Rotation, |spring| self.domain_of(spring)).effort()
+            }
+        }
     }
 
     /// The node whose balance a constraint is, by number.

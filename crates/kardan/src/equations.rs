@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use crate::expr::{Expr, Graph};
 use crate::names::Quantity;
-use crate::units::Exact;
+use crate::units::{Dimension, Exact};
 
 /// What a coordinate is. All laws are the same in both domains, only their units differ \[diss. Table 4.3\]: an inertia is
 /// an inductance (H), a damping a resistance (Ohm), a stiffness an elastance (1/F), a torque a voltage (V).
@@ -18,6 +18,8 @@ pub enum Domain {
     /// The angle of a shaft, rad.
     #[default]
     Rotation,
+    /// The position of a mass, m: an inertia is a mass (kg), a torque a force (N).
+    Translation,
     /// The charge that has gone through a branch of a circuit, C.
     Charge,
 }
@@ -27,7 +29,44 @@ impl Domain {
     pub fn motion(self) -> [Quantity; 2] {
         match self {
             Self::Rotation => [Quantity::Angle, Quantity::Speed],
+            Self::Translation => [Quantity::Position, Quantity::Velocity],
             Self::Charge => [Quantity::Charge, Quantity::Current],
+        }
+    }
+
+    /// The dimensions of coordinate and rate.
+    pub fn dimensions(self) -> [Dimension; 2] {
+        match self {
+            Self::Rotation => [Dimension::ANGLE, Dimension::ANGULAR_VELOCITY],
+            Self::Translation => [Dimension::LENGTH, Dimension::VELOCITY],
+            Self::Charge => [Dimension::CHARGE, Dimension::CURRENT],
+        }
+    }
+
+    /// What moves it.
+    pub fn effort(self) -> Quantity {
+        match self {
+            Self::Rotation => Quantity::Torque,
+            Self::Translation => Quantity::Force,
+            Self::Charge => Quantity::Voltage,
+        }
+    }
+
+    /// SI units of inertia, damping and stiffness.
+    pub fn units(self) -> [&'static str; 3] {
+        match self {
+            Self::Rotation => ["kg m^2", "N m s/rad", "N m/rad"],
+            Self::Translation => ["kg", "N s/m", "N/m"],
+            Self::Charge => ["H", "Ohm", "1/F"],
+        }
+    }
+
+    /// What has such a coordinate, as a word.
+    pub fn carrier(self) -> &'static str {
+        match self {
+            Self::Rotation => "shaft",
+            Self::Translation => "mass",
+            Self::Charge => "branch",
         }
     }
 }
@@ -143,17 +182,6 @@ pub enum Measured {
     NetTorque(String),
 }
 
-impl Measured {
-    /// What the last word of a reading's name says.
-    pub fn quantity(&self) -> Quantity {
-        match self {
-            Self::Angle(_) => Quantity::Angle,
-            Self::Speed(_) => Quantity::Speed,
-            _ => Quantity::Torque,
-        }
-    }
-}
-
 /// A sensor: what it measures and how coarsely.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensor {
@@ -244,6 +272,13 @@ pub enum Term {
     },
     /// A measured quantity.
     Output(Sensor),
+    /// Declares a coordinate that is the position of a mass.
+    Position {
+        /// Its name.
+        name: String,
+    },
+    /// The directions of this element are such quantities, whatever they act on: a row over shafts and masses is a length.
+    Measure(Domain),
     /// Declares a coordinate that is a charge.
     Charge {
         /// Its name.
@@ -257,6 +292,43 @@ pub enum Term {
         /// a
         along: Direction,
     },
+}
+
+impl Term {
+    /// The direction of its law.
+    pub fn along(&mut self) -> Option<&mut Direction> {
+        match self {
+            Self::Inertia { along, .. }
+            | Self::Spring { along, .. }
+            | Self::Damper { along, .. }
+            | Self::Friction { along, .. }
+            | Self::Constraint { along, .. }
+            | Self::Compliance { along, .. }
+            | Self::Input { along, .. }
+            | Self::Balance { along, .. } => Some(along),
+            Self::Transmission { .. }
+            | Self::Output(_)
+            | Self::Position { .. }
+            | Self::Measure(_)
+            | Self::Charge { .. } => None,
+        }
+    }
+
+    /// What a coordinate that it declares is.
+    pub fn domain(&self) -> Domain {
+        match self {
+            Self::Charge { .. } => Domain::Charge,
+            Self::Position { .. } => Domain::Translation,
+            _ => Domain::Rotation,
+        }
+    }
+
+    /// Takes [`GROUND`] out of its direction: it does not move.
+    pub fn leave_ground(&mut self) {
+        if let Some(along) = self.along() {
+            along.entries.retain(|(name, _)| name != GROUND);
+        }
+    }
 }
 
 /// A term with the name of the element it belongs to.

@@ -120,6 +120,7 @@ fn massless(equations: &Equations) -> Vec<(String, String)> {
             let without = (0..equations.coordinates.len()).filter(|shaft| !with.contains(shaft));
             let what = |shaft| match equations.domain(shaft) {
                 Domain::Rotation => "it has no inertia of its own",
+                Domain::Translation => "it has no mass of its own",
                 Domain::Charge => "it has no inductance of its own",
             };
             let mut out: Vec<_> =

@@ -1,17 +1,18 @@
 use super::{Element, Mistake, Values};
-use crate::equations::{Direction, Term};
+use crate::equations::{Direction, Domain, Term};
 use crate::results::Symbol;
-use crate::schema::{ElementKeys, Keys, Sign, keys};
-use crate::units::Dimension;
+use crate::schema::{ElementKeys, Keys, keys};
 
 keys! {
     /// Any linear row by hand, \[diss. (4.31)\] with an offset.
     element Constraint("constraint") {
         required {
-            coefficients: Coefficients, "Coefficients by shaft; one shaft alone is held still by { shaft = 1 }.";
+            coefficients: Coefficients,
+                "Coefficients by shaft; one shaft alone is held still by { shaft = 1 }. With masses, or with lengths as coefficients \
+                 of shafts, the sum is a length: { rack = 1, pinion = \"-7 mm\" }.";
         }
         optional {
-            offset: Quantity(Dimension::ANGLE, Sign::Any) = "0 deg", "The right-hand side.";
+            offset: AnyQuantity, "The right-hand side, an angle or a length; left out: zero.";
         }
     }
 }
@@ -19,10 +20,10 @@ keys! {
 /// Any linear row by hand, \[diss. (4.31)\] with an offset.
 pub const CONSTRAINT: Element = Element {
     keyword: Constraint::KEYWORD,
-    summary: "Any linear relation between shaft angles, by hand: sum of coefficient times angle = offset.",
+    summary: "Any linear relation between angles and positions, by hand: sum of coefficient times angle = offset.",
     sketch: r"
     a1 q1 + a2 q2 + ... = offset",
-    signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is a_k times it.",
+    signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is a_k times it. Where the sum is a length it is the force `<name>.f`.",
     symbol: Symbol::Relation,
     fields: Constraint::FIELDS,
     example: "\
@@ -47,5 +48,7 @@ fn check(values: &Values) -> Vec<Mistake> {
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let along = Direction { entries: values.map("coefficients").unwrap_or_default().to_vec() };
-    vec![Term::Constraint { along, offset: values.exact_or_default("offset") }]
+    let measure = values.measure("coefficients").filter(|domain| *domain == Domain::Translation).map(Term::Measure);
+    let row = Term::Constraint { along, offset: values.exact_or_default("offset") };
+    measure.into_iter().chain([row]).collect()
 }

@@ -1,33 +1,34 @@
+use super::shared::straight::check_moves;
 use super::{Element, Values};
 use crate::equations::{Direction, InputKind, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, keys};
 
 keys! {
-    /// A torque from outside, set by the scenario and unknown to the laws.
+    /// A torque or force from outside, set by the scenario and unknown to the laws.
     element Disturbance("disturbance") {
         required {
-            shaft: Shaft, "The shaft that the torque acts on.";
+            shaft: Body, "The shaft that the torque acts on, or the mass that the force acts on.";
         }
         optional {
         }
     }
 }
 
-/// A torque from outside, set by the scenario and unknown to the laws.
+/// A torque or force from outside, set by the scenario and unknown to the laws.
 pub const DISTURBANCE: Element = Element {
     keyword: Disturbance::KEYWORD,
-    summary: "A torque from outside on a shaft; events of the scenario set it, control laws do not know it.",
+    summary: "A torque from outside on a shaft, or a force on a mass; events of the scenario set it, control laws do not know it.",
     sketch: r"
     road --> tau on shaft",
-    signs: "Positive in the sense of the shaft's angle; the signal carries the element's own name.",
+    signs: "Positive in the sense of the angle or position; the signal carries the element's own name.",
     symbol: Symbol::Torque,
     fields: Disturbance::FIELDS,
     example: "\
 [disturbance.T_dist]
 shaft = \"rk\"
 ",
-    check: |_| Vec::new(),
+    check: |values| check_moves(values, &["shaft"]),
     terms,
 };
 

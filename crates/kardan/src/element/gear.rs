@@ -5,24 +5,24 @@ use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
 
 keys! {
-    /// Two shafts in a fixed ratio, \[diss. (4.3)\].
+    /// Two shafts (or two masses) in a fixed ratio, \[diss. (4.3)\].
     element Gear("gear") {
         required {
-            shaft_1: Shaft, "The first shaft.";
-            shaft_2: Shaft, "The second shaft.";
+            shaft_1: Body, "The first shaft, or mass of a lever.";
+            shaft_2: Body, "The second shaft or mass.";
             ratio: Number(Sign::NonZero),
                 "i: turns of the first shaft for one turn of the second; a fraction such as \"51/50\" stays exact.";
         }
         optional {
-            offset: Quantity(Dimension::ANGLE, Sign::Any) = "0 deg", "Mounting offset.";
+            offset: Mechanical(Dimension::ANGLE, Sign::Any) = "0 deg", "Mounting offset.";
         }
     }
 }
 
-/// Two shafts in a fixed ratio, \[diss. (4.3)\].
+/// Two shafts (or two masses) in a fixed ratio, \[diss. (4.3)\].
 pub const GEAR: Element = Element {
     keyword: Gear::KEYWORD,
-    summary: "Two shafts in a fixed ratio: q1 - i q2 + offset = 0.",
+    summary: "Two shafts, or two masses, in a fixed ratio: q1 - i q2 + offset = 0.",
     sketch: r"
     shaft_1 ====[ ]
                 [ ]   q1 - i q2 + offset = 0
@@ -45,8 +45,8 @@ pub(super) fn check(values: &Values) -> Vec<Mistake> {
     if values.word("shaft_1").is_some() && values.word("shaft_1") == values.word("shaft_2") {
         return vec![Mistake::new(
             "shaft_2",
-            format!("both ends are the shaft `{}`", values.word_or_default("shaft_1")),
-            "name two different shafts",
+            format!("both ends are `{}`", values.word_or_default("shaft_1")),
+            "name two different ones",
         )];
     }
     Vec::new()

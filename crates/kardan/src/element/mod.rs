@@ -9,9 +9,13 @@ mod disturbance;
 mod gear;
 mod harmonic_drive;
 mod inductor;
+mod mass;
 mod motor;
 mod planetary;
+mod pulley;
+mod rack_and_pinion;
 mod resistor;
+mod screw;
 mod sensor;
 mod shaft;
 mod shared;
@@ -26,9 +30,13 @@ pub use disturbance::Disturbance;
 pub use gear::Gear;
 pub use harmonic_drive::HarmonicDrive;
 pub use inductor::Inductor;
+pub use mass::Mass;
 pub use motor::Motor;
 pub use planetary::Planetary;
+pub use pulley::Pulley;
+pub use rack_and_pinion::RackAndPinion;
 pub use resistor::Resistor;
+pub use screw::Screw;
 pub use sensor::Sensor;
 pub use shaft::Shaft;
 pub use shared::kind::{Element, Mistake};
@@ -41,9 +49,13 @@ pub use voltage_source::VoltageSource;
 /// All kinds of elements.
 pub const REGISTRY: &[Element] = &[
     shaft::SHAFT,
+    mass::MASS,
     harmonic_drive::HARMONIC_DRIVE,
     planetary::PLANETARY,
     gear::GEAR,
+    rack_and_pinion::RACK_AND_PINION,
+    screw::SCREW,
+    pulley::PULLEY,
     spring_damper::SPRING_DAMPER,
     universal_joint::UNIVERSAL_JOINT,
     constraint::CONSTRAINT,

@@ -1,3 +1,4 @@
+use super::shared::straight::check_moves;
 use super::{Element, Mistake, Values};
 use crate::equations::{self, Direction, InputKind, Ripple, Term};
 use crate::results::Symbol;
@@ -5,19 +6,19 @@ use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A torque input between the housing and a shaft, or between two shafts.
+    /// A torque input between the housing and a shaft, or between two shafts; a force along masses.
     element Motor("motor") {
         required {
-            shaft: Shaft, "The shaft that the torque acts on.";
+            shaft: Body, "The shaft that the torque acts on, or the mass that the force acts on.";
         }
         optional {
-            reaction: Shaft, "The shaft that carries the stator; left out: the housing.";
-            torque_limit: Quantity(Dimension::TORQUE, Sign::Positive),
+            reaction: Body, "The shaft or mass that carries the stator; left out: the housing.";
+            torque_limit: Mechanical(Dimension::TORQUE, Sign::Positive),
                 "Largest torque either way; left out: unlimited.";
-            rate_limit: Quantity(Dimension::TORQUE_RATE, Sign::Positive),
+            rate_limit: Mechanical(Dimension::TORQUE_RATE, Sign::Positive),
                 "Largest change of torque per time; left out: unlimited.";
             lag: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "Time constant of the first-order lag.";
-            ripple: Quantity(Dimension::TORQUE, Sign::NonNegative),
+            ripple: Mechanical(Dimension::TORQUE, Sign::NonNegative),
                 "Amplitude of a torque ripple (cogging), ripple sin(ripple_order angle), with the angle of the shaft \
                  against `reaction`. It acts beside `<name>.tau`, which is what the drive reports, and is shown as \
                  `<name>.ripple`; designs leave it out. Left out: none.";
@@ -27,13 +28,13 @@ keys! {
     }
 }
 
-/// A torque input between the housing and a shaft, or between two shafts.
+/// A torque input between the housing and a shaft, or between two shafts; a force along masses.
 pub const MOTOR: Element = Element {
     keyword: Motor::KEYWORD,
     summary: "A torque input that a control law or the scenario commands; ideal, or with torque limit, rate limit and lag.",
     sketch: r"
     command -->[ limit ]-->[ rate ]-->[ 1/(lag s + 1) ]--> tau (+ ripple) on shaft",
-    signs: "`<name>.tau` is the torque on the shaft after limits and lag (the opposite torque acts on `reaction` if \
+    signs: "`<name>.tau` (along a mass the force `<name>.f`) is the torque on the shaft after limits and lag (the opposite torque acts on `reaction` if \
             it is given); `<name>.command` is what was asked for.",
     symbol: Symbol::Motor,
     fields: Motor::FIELDS,
@@ -48,7 +49,7 @@ lag = \"160 us\"
 };
 
 fn check(values: &Values) -> Vec<Mistake> {
-    let mut out = check_shafts(values);
+    let mut out = [check_shafts(values), check_moves(values, &["shaft"])].concat();
     match (values.has("ripple"), values.has("ripple_order")) {
         (true, false) => out.push(Mistake::new(
             "ripple",
@@ -60,6 +61,11 @@ fn check(values: &Values) -> Vec<Mistake> {
             "the order of a ripple stands without a ripple",
             "add `ripple`, its amplitude, or remove `ripple_order`",
         )),
+        (true, true) if values.along_masses => out.push(Mistake::new(
+            "ripple",
+            "a ripple has periods in a turn, and a mass does not turn",
+            "remove `ripple` and `ripple_order`",
+        )),
         _ => {}
     }
     out
@@ -69,7 +75,7 @@ fn check_shafts(values: &Values) -> Vec<Mistake> {
     if values.word("shaft").is_none() || values.word("shaft") != values.word("reaction") {
         return Vec::new();
     }
-    let message = format!("it pushes against its own shaft `{}`, so it does nothing", values.word_or_default("shaft"));
+    let message = format!("it pushes against `{}` itself, so it does nothing", values.word_or_default("shaft"));
     vec![Mistake::new("reaction", message, "name another shaft, or remove `reaction` for the housing")]
 }
 

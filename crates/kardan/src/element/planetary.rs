@@ -1,6 +1,6 @@
 use super::shared::shafts::check_different;
 use super::{Element, Mistake, Values};
-use crate::equations::{Direction, Term};
+use crate::equations::{Direction, Domain, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
@@ -56,6 +56,11 @@ ring_teeth = 70
 fn check(values: &Values) -> Vec<Mistake> {
     let named: Vec<&'static str> = SHAFTS.into_iter().chain(TEETH).filter(|key| values.has(key)).collect();
     match (values.map("coefficients"), named.first()) {
+        (Some(_), None) if values.measure("coefficients") == Some(Domain::Translation) => vec![Mistake::new(
+            "coefficients",
+            "a planetary gear joins shafts by numbers without a unit",
+            "write numbers of teeth, or use `[constraint.NAME]` for masses and lengths",
+        )],
         (Some(coefficients), None) => check_coefficients(coefficients),
         (Some(_), Some(key)) => {
             let message = format!("`{key}` and `coefficients` both say how the gear turns");

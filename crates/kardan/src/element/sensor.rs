@@ -1,5 +1,6 @@
 use std::f64::consts::TAU;
 
+use super::shared::straight::check_moves;
 use super::{Element, Mistake, Values};
 use crate::equations::{self, Measured, Term};
 use crate::results::Symbol;
@@ -11,14 +12,18 @@ keys! {
     element Sensor("sensor") {
         required {
             measures: Choice(&["angle", "speed", "torque", "net_torque"]),
-                "What is measured; the net torque on a shaft is its own inertia times its acceleration.";
+                "What is measured; the net torque on a shaft is its own inertia times its acceleration. Of a mass they are position, \
+                 velocity and force.";
         }
         optional {
-            shaft: Shaft, "The shaft, for an angle, a speed, a net torque or a constraint torque.";
-            element: Element(&["spring_damper", "harmonic_drive", "planetary", "gear", "universal_joint", "constraint"]),
+            shaft: Body, "The shaft or mass, for an angle, a speed, a net torque or a constraint torque.";
+            element: Element(&[
+                "spring_damper", "harmonic_drive", "planetary", "gear", "universal_joint", "constraint", "rack_and_pinion",
+                "screw", "pulley",
+            ]),
                 "The torsion bar (its spring torque, by its twist) or the gear (its constraint torque on `shaft`).";
             lines: Number(Sign::Positive), "Lines per revolution; every line counts four edges. Left out: no rounding.";
-            resolution: Quantity(Dimension::ANGLE, Sign::Positive),
+            resolution: Mechanical(Dimension::ANGLE, Sign::Positive),
                 "Smallest step of the angle or twist, instead of `lines`.";
             phase: Number(Sign::NonNegative) = "0",
                 "Where within a step the sensor stands at zero, from 0 to below 1: the reading is step * \
@@ -41,7 +46,8 @@ pub const SENSOR: Element = Element {
               torque on a shaft.",
     sketch: r"
     quantity --(+ noise)-->[ resolution ]-->[ sample and hold ]--> reading",
-    signs: "The reading `<name>.phi`, `<name>.w` or `<name>.tau` has the sign of what it measures.",
+    signs: "The reading `<name>.phi`, `<name>.w` or `<name>.tau` (of a mass `<name>.s`, `<name>.v` or `<name>.f`) has the sign of what it \
+            measures.",
     symbol: Symbol::Sensor,
     fields: Sensor::FIELDS,
     example: "\
@@ -57,7 +63,7 @@ sample_time = \"1 ms\"
 };
 
 fn check(values: &Values) -> Vec<Mistake> {
-    let mut out = Vec::new();
+    let mut out = check_moves(values, &["shaft"]);
     match values.word("measures") {
         Some(kind @ ("angle" | "speed" | "net_torque")) => {
             let kind = kind.replace('_', " ");
@@ -85,6 +91,10 @@ fn check(values: &Values) -> Vec<Mistake> {
             "noise is drawn for each reading, and a sensor without a sample time reads at every instant",
             "add `sample_time`, such as \"1 ms\"",
         ));
+    }
+    if values.has("lines") && values.along_masses {
+        let help = "give the smallest step of the position as `resolution`";
+        out.push(Mistake::new("lines", "lines are counted in a turn, and a mass does not turn", help));
     }
     if values.has("lines") && values.has("resolution") {
         out.push(Mistake::new("resolution", "both `lines` and `resolution` are given", "keep one of them"));

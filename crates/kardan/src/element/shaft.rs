@@ -17,8 +17,8 @@ keys! {
                  long as the whole model stays passive.";
             friction: Quantity(Dimension::TORQUE, Sign::NonNegative) = "0 N m",
                 "Coulomb friction torque against the housing, the same at rest and in motion without `breakaway`.";
-            breakaway: Quantity(Dimension::TORQUE, Sign::NonNegative) as BREAKAWAY;
-            stribeck_speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as STRIBECK_SPEED;
+            breakaway: Mechanical(Dimension::TORQUE, Sign::NonNegative) as BREAKAWAY;
+            stribeck_speed: Mechanical(Dimension::ANGULAR_VELOCITY, Sign::Positive) as STRIBECK_SPEED;
         }
     }
 }

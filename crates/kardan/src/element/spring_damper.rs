@@ -6,35 +6,35 @@ use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// Spring, damper and friction in parallel between two shafts or to the housing.
+    /// Spring, damper and friction in parallel between two shafts or masses, or to the housing.
     element SpringDamper("spring_damper") {
         required {
-            shaft_1: Shaft, "The first shaft.";
+            shaft_1: Body, "The first shaft or mass.";
         }
         optional {
-            shaft_2: Shaft, "The second shaft; left out: the housing.";
-            stiffness: Quantity(Dimension::STIFFNESS, Sign::NonNegative), "Torsional stiffness; left out: no spring.";
-            damping: Quantity(Dimension::DAMPING, Sign::Any) = "0 N m s/rad", "Viscous damping.";
-            friction: Quantity(Dimension::TORQUE, Sign::NonNegative) = "0 N m", "Coulomb friction torque.";
-            breakaway: Quantity(Dimension::TORQUE, Sign::NonNegative) as BREAKAWAY;
-            stribeck_speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as STRIBECK_SPEED;
-            rest: Quantity(Dimension::ANGLE, Sign::Any),
-                "The angle q1 - q2 at which the spring is relaxed; left out: zero.";
+            shaft_2: Body, "The second; left out: the housing.";
+            stiffness: Mechanical(Dimension::STIFFNESS, Sign::NonNegative), "Stiffness; left out: no spring.";
+            damping: Mechanical(Dimension::DAMPING, Sign::Any) = "0 N m s/rad", "Viscous damping.";
+            friction: Mechanical(Dimension::TORQUE, Sign::NonNegative) = "0 N m", "Coulomb friction.";
+            breakaway: Mechanical(Dimension::TORQUE, Sign::NonNegative) as BREAKAWAY;
+            stribeck_speed: Mechanical(Dimension::ANGULAR_VELOCITY, Sign::Positive) as STRIBECK_SPEED;
+            rest: Mechanical(Dimension::ANGLE, Sign::Any),
+                "The angle or distance q1 - q2 at which the spring is relaxed; left out: zero.";
         }
     }
 }
 
-/// Spring, damper and friction in parallel between two shafts or to the housing.
+/// Spring, damper and friction in parallel between two shafts or masses, or to the housing.
 pub const SPRING_DAMPER: Element = Element {
     keyword: SpringDamper::KEYWORD,
-    summary: "Spring, viscous damper and Coulomb friction in parallel between two shafts, or from a shaft to the housing.",
+    summary: "Spring, viscous damper and Coulomb friction in parallel between two shafts or two masses, or from one to the housing.",
     sketch: r"
                  s
     shaft_1 ===/\/\/\=== shaft_2
             ===[ d ]====
             ===[ c ]====",
     signs: "The twist is q1 - q2 - rest; `<name>.tau` = s twist + d (w1 - w2) is the torque that tries to turn \
-            shaft_2 forward and shaft_1 back.",
+            shaft_2 forward and shaft_1 back; between masses it is the force `<name>.f`.",
     symbol: Symbol::SpringDamper,
     fields: SpringDamper::FIELDS,
     example: "\

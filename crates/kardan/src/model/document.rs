@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::element::Element;
 use crate::entries::Place;
+use crate::equations::Domain;
 use crate::schema::{Placed, Table};
 use crate::synthesis::LawKind;
 use crate::units::{Dimension, Exact, Expression, Spread};
@@ -83,6 +84,17 @@ pub struct Instance {
     pub place: Place,
     /// Its keys.
     pub table: Table,
+}
+
+impl Instance {
+    /// What it is if it is a body of its own, which others name.
+    pub fn body(&self) -> Option<Domain> {
+        match self.kind.keyword {
+            "shaft" => Some(Domain::Rotation),
+            "mass" => Some(Domain::Translation),
+            _ => None,
+        }
+    }
 }
 
 /// A controller's table.

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::manual::{STUDY_TABLES, describe, need, study_table};
+use super::manual::{STUDY_TABLES, holds, need, study_table};
 use super::parse::example;
 use super::reading::CONTROL;
 use crate::element;
@@ -78,12 +78,22 @@ fn control() -> Value {
 }
 
 fn table(fields: &[Field], what: &str) -> Value {
-    let properties: Map<String, Value> = fields.iter().map(|field| (field.name.into(), key(field))).collect();
-    let required: Vec<&str> = fields.iter().filter(|field| field.required).map(|field| field.name).collect();
+    let mut properties: Map<String, Value> = fields.iter().map(|field| (field.name.into(), key(field))).collect();
+    properties.extend(fields.iter().filter_map(|field| Some((field.alias()?, key(field)))));
+    let plain = fields.iter().filter(|field| field.required && field.alias().is_none());
+    let required: Vec<&str> = plain.map(|field| field.name).collect();
     let mut table =
         json!({ "type": "object", "description": what, "additionalProperties": false, "properties": properties });
     if !required.is_empty() {
         table["required"] = json!(required);
+    }
+    let one_of = |field: &Field| {
+        let alias = field.alias().filter(|_| field.required)?;
+        Some(json!({ "anyOf": [{ "required": [field.name] }, { "required": [alias] }] }))
+    };
+    let either: Vec<Value> = fields.iter().filter_map(one_of).collect();
+    if !either.is_empty() {
+        table["allOf"] = json!(either);
     }
     table
 }
@@ -91,8 +101,7 @@ fn table(fields: &[Field], what: &str) -> Value {
 fn key(field: &Field) -> Value {
     let mut key = value(&field.kind);
     let example = example(&field.kind);
-    key["description"] =
-        format!("{} ({}, {}). Example: {example}", field.doc, describe(&field.kind), need(field)).into();
+    key["description"] = format!("{} ({}, {}). Example: {example}", field.doc, holds(field), need(field)).into();
     if let Some(default) = field.default {
         key["default"] = default.into();
     }
@@ -104,11 +113,11 @@ fn value(kind: &Kind) -> Value {
     let scalar = || json!({ "anyOf": [{ "type": "number" }, { "type": "string", "pattern": NUMBER }] });
     let by_name = |value: Value| json!({ "type": "object", "additionalProperties": value });
     match kind {
-        Kind::Shaft | Kind::Element(_) | Kind::Signal | Kind::Output | Kind::Text => text(),
+        Kind::Shaft | Kind::Mass | Kind::Body | Kind::Element(_) | Kind::Signal | Kind::Output | Kind::Text => text(),
         Kind::Name | Kind::Node => json!({ "type": "string", "pattern": NAME }),
         Kind::Choice(words) => json!({ "enum": words }),
-        Kind::Quantity(..) => json!({ "type": "string", "pattern": QUANTITY }),
-        Kind::Number(_) | Kind::AnyQuantity => scalar(),
+        Kind::Quantity(..) | Kind::Mechanical(..) => json!({ "type": "string", "pattern": QUANTITY }),
+        Kind::Number(_) | Kind::AnyQuantity | Kind::Coefficient => scalar(),
         Kind::Shafts(count) => {
             let mut list = json!({ "type": "array", "items": text(), "uniqueItems": true, "minItems": count.max(&1) });
             if *count > 0 {

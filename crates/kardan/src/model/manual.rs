@@ -191,7 +191,7 @@ pub fn manual_tables() -> Vec<ManualTable> {
 fn manual_keys(fields: &[Field]) -> Vec<ManualKey> {
     let key = |field: &Field| ManualKey {
         name: field.name.into(),
-        holds: describe(&field.kind),
+        holds: holds(field),
         required: field.required,
         default: field.default.map(Into::into),
         summary: field.doc.into(),
@@ -205,10 +205,10 @@ fn manual_keys(fields: &[Field]) -> Vec<ManualKey> {
 
 fn keys(fields: &[Field], out: &mut String) {
     for field in fields {
-        let _ = writeln!(out, "  {} ({}, {})\n      {}", field.name, describe(&field.kind), need(field), field.doc);
+        let _ = writeln!(out, "  {} ({}, {})\n      {}", field.name, holds(field), need(field), field.doc);
         if let Kind::Tables(inner) | Kind::Table(inner) = field.kind {
             for field in inner {
-                let (kind, need) = (describe(&field.kind), need(field));
+                let (kind, need) = (holds(field), need(field));
                 let _ = writeln!(out, "      {} ({kind}, {need})\n          {}", field.name, field.doc);
             }
         }
@@ -224,7 +224,15 @@ pub(super) fn need(field: &Field) -> String {
     }
 }
 
-pub(super) fn describe(kind: &Kind) -> String {
+/// What a key holds, and its other name.
+pub(super) fn holds(field: &Field) -> String {
+    match field.alias() {
+        Some(alias) => format!("{}; also `{alias}`", describe(&field.kind)),
+        None => describe(&field.kind),
+    }
+}
+
+fn describe(kind: &Kind) -> String {
     let sign = |sign: &Sign| match sign {
         Sign::Any => "",
         Sign::NonNegative => ", zero or more",
@@ -233,11 +241,17 @@ pub(super) fn describe(kind: &Kind) -> String {
     };
     match kind {
         Kind::Shaft => "shaft".into(),
+        Kind::Mass => "mass".into(),
+        Kind::Body => "shaft or mass".into(),
         Kind::Node => "node".into(),
         Kind::Shafts(_) => "list of shafts".into(),
         Kind::Quantity(dimension, s) => format!("{}{}", dimension.si(), sign(s)),
+        Kind::Mechanical(dimension, s) => {
+            format!("{}; along masses {}{}", dimension.si(), dimension.along_masses().si(), sign(s))
+        }
         Kind::Number(s) => format!("number{}", sign(s)),
-        Kind::Coefficients => "numbers by shaft".into(),
+        Kind::Coefficients => "numbers by shaft or mass".into(),
+        Kind::Coefficient => "number or length".into(),
         Kind::Choice(words) => words.join(" | "),
         Kind::Element(kinds) => format!("name of a {}", kinds.join(" or ")),
         Kind::Elements(kinds) => format!("list of {} names", kinds.join(" or ")),
@@ -276,7 +290,7 @@ mod tests {
         }
         let page = manual_of("analysis").unwrap_or_default();
         for key in [
-            "shaft (shaft, required)",
+            "shaft (shaft or mass; also `mass`, required)",
             "measures (angle | speed, left out: angle)",
             "cost (number, zero or more, left out: 1)",
         ] {

@@ -3,7 +3,6 @@
 use super::document::Instance;
 use crate::element::Values;
 use crate::equations::{GROUND, Measured, Term};
-use crate::names::Quantity;
 use crate::results::{JoinKind, MechanismPart, Symbol, Terminal};
 use crate::schema::{Field, Kind};
 
@@ -32,8 +31,11 @@ pub(super) fn part(instance: &Instance, values: &Values, terms: &[Term], describ
 fn ends(field: &Field, values: &Values, symbol: Symbol) -> Vec<Terminal> {
     let end = |kind, name: &str| vec![Terminal { key: field.name.into(), kind, name: name.into(), coefficient: None }];
     match (field.kind, values.word(field.name)) {
-        (Kind::Shaft, Some(name)) => end(JoinKind::Shaft, name),
-        (Kind::Shaft, None) if !field.required && !matches!(symbol, Symbol::Sensor | Symbol::PlanetaryGear) => {
+        (Kind::Shaft | Kind::Mass | Kind::Body, Some(GROUND)) => end(JoinKind::Housing, ""),
+        (Kind::Shaft | Kind::Mass | Kind::Body, Some(name)) => end(JoinKind::Shaft, name),
+        (Kind::Shaft | Kind::Body, None)
+            if !field.required && !matches!(symbol, Symbol::Sensor | Symbol::PlanetaryGear) =>
+        {
             end(JoinKind::Housing, "")
         }
         (Kind::Node, Some(GROUND)) => end(JoinKind::Ground, GROUND),
@@ -61,16 +63,18 @@ fn laws_of(term: &Term) -> Vec<&'static str> {
         Term::Friction { .. } => vec!["friction"],
         Term::Compliance { damping, .. } if damping.is_zero() => vec!["stiffness"],
         Term::Compliance { .. } => vec!["stiffness", "damping"],
-        Term::Output(sensor) => vec![match (&sensor.measured, sensor.measured.quantity()) {
-            (Measured::NetTorque(_), _) => "net_torque",
-            (_, Quantity::Angle) => "angle",
-            (_, Quantity::Speed) => "speed",
+        Term::Output(sensor) => vec![match &sensor.measured {
+            Measured::NetTorque(_) => "net_torque",
+            Measured::Angle(_) => "angle",
+            Measured::Speed(_) => "speed",
             _ => "torque",
         }],
         Term::Constraint { .. }
         | Term::Transmission { .. }
         | Term::Input { .. }
         | Term::Charge { .. }
+        | Term::Position { .. }
+        | Term::Measure(_)
         | Term::Balance { .. } => Vec::new(),
     }
 }

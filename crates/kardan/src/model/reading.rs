@@ -88,7 +88,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     check_unique(&document, &mut out);
     check_named_controls(&document, &mut study);
     let is_error = |d: &Diagnostic| d.severity == Severity::Error;
-    if document.elements.iter().all(|e| e.kind.keyword != "shaft" && e.kind.charges(&e.name).is_empty())
+    if document.elements.iter().all(|e| e.body().is_none() && e.kind.charges(&e.name).is_empty())
         && !document.doubts.all
         && !out.iter().chain(&study).any(is_error)
     {

@@ -10,7 +10,7 @@ use super::tolerance::Tolerance;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::element::Values;
 use crate::entries::Place;
-use crate::equations::{Measured, NamedTerm, Term};
+use crate::equations::{GROUND, Measured, NamedTerm, Term};
 use crate::results::{ElementSummary, Mechanism, ParameterValue};
 use crate::schema::{Field, Keys, Kind};
 use crate::synthesis::LawKind;
@@ -79,7 +79,10 @@ impl Document {
             if !sound {
                 doubtful.insert(instance.name.clone());
             }
-            let own = (instance.kind.terms)(&instance.name, &values);
+            let mut own = (instance.kind.terms)(&instance.name, &values);
+            if !self.elements.iter().any(|other| other.name == GROUND && other.body().is_some()) {
+                own.iter_mut().for_each(Term::leave_ground);
+            }
             let described = describe(instance, &values);
             mechanism.parts.push(part(instance, &values, &own, &described));
             terms.extend(own.into_iter().map(|term| NamedTerm { element: instance.name.clone(), term }));
@@ -95,7 +98,7 @@ impl Document {
         let (active, idle): (Vec<&Control>, Vec<&Control>) =
             self.controls.iter().partition(|control| active.is_none_or(|a| a.contains(&control.name)));
         let mut all_coordinates: Vec<String> =
-            self.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.clone()).collect();
+            self.elements.iter().filter(|e| e.body().is_some()).map(|e| e.name.clone()).collect();
         all_coordinates.extend(self.charges());
         all_coordinates.sort();
         all_coordinates.dedup();
@@ -276,8 +279,9 @@ fn keys_of(law: &LawKind) -> Vec<Field> {
 fn describe(instance: &Instance, values: &Values) -> String {
     let mut parts = Vec::new();
     for field in instance.kind.fields {
-        let text = match (&field.kind, values.exact(field.name), values.word(field.name), values.map(field.name)) {
-            (Kind::Quantity(dimension, _), Some(value), _, _) if *dimension == Dimension::ANGLE => {
+        let kind = field.kind.along(instance.table.along_masses);
+        let text = match (kind, values.exact(field.name), values.word(field.name), values.map(field.name)) {
+            (Kind::Quantity(dimension, _), Some(value), _, _) if dimension == Dimension::ANGLE => {
                 format!("{} deg", tidy(value.to_f64().to_degrees()))
             }
             (Kind::Quantity(dimension, _), Some(value), _, _) => format!("{} {}", tidy(value.to_f64()), dimension.si()),

@@ -3,12 +3,13 @@
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
-use super::document::{Document, Parameter, Setting};
+use super::document::{Document, Instance, Parameter, Setting};
 use super::parameters::mistake;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
 use crate::entries::Place;
-use crate::names::{Quantity, SignalName, did_you_mean, how_to_hold, stands_still};
+use crate::equations::{Domain, GROUND};
+use crate::names::{Quantity, SignalName, did_you_mean, stands_still};
 use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::units::{Dimension, Exact, Expression, UnitError};
 
@@ -242,6 +243,7 @@ impl<'a> TableReader<'a> {
     /// All values of a table, with names of shafts and elements checked and parameters put in.
     pub fn values(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Values {
         let mut values = Values::default();
+        values.along_masses = table.along_masses;
         for field in fields {
             let word = || field.default_word().map(|word| Resolved::Word(word.into()));
             if let Some(default) = field.default_number().map(Resolved::Exact).or_else(word) {
@@ -250,10 +252,8 @@ impl<'a> TableReader<'a> {
             let Some(spanned) = table.values.get(field.name) else { continue };
             let label = format!("`{}` of {what}", field.name);
             let resolved = match (&field.kind, &spanned.value) {
-                (Kind::Shaft, Value::Word(name)) => {
-                    if !self.check_housing(field, name, &spanned.place, &label, out) {
-                        self.check_shaft(name, &spanned.place, &label, &[], out);
-                    }
+                (Kind::Shaft | Kind::Mass | Kind::Body, Value::Word(name)) => {
+                    self.check_body(&field.kind, name, &spanned.place, &label, out);
                     Resolved::Word(name.clone())
                 }
                 (Kind::Element(kinds), Value::Word(name)) => {
@@ -265,9 +265,7 @@ impl<'a> TableReader<'a> {
                     for word in words {
                         match kind {
                             // A list of shafts names coordinates; those of a circuit are charges.
-                            Kind::Shafts(_) => {
-                                self.check_shaft(&word.value, &word.place, &label, &self.document.charges(), out);
-                            }
+                            Kind::Shafts(_) => self.check_coordinate(&word.value, &word.place, &label, out),
                             Kind::Elements(kinds) => self.check_element(&word.value, kinds, &word.place, &label, out),
                             _ => {}
                         }
@@ -275,31 +273,35 @@ impl<'a> TableReader<'a> {
                     Resolved::Words(words.iter().map(|word| word.value.clone()).collect())
                 }
                 (kind, Value::Scalar(scalar)) => {
-                    let expected = match kind {
+                    let expected = match &kind.along(table.along_masses) {
                         Kind::Quantity(dimension, sign) => Some((*dimension, *sign)),
                         Kind::Number(sign) => Some((Dimension::NONE, *sign)),
                         _ => None,
                     };
                     let scalar = Placed { value: scalar.clone(), place: spanned.place.clone() };
-                    match self.scalar(&scalar, expected, &label, out) {
-                        Some((value, _)) => Resolved::Exact(value),
-                        None => continue, // Reported, or in doubt.
+                    let read = self.scalar(&scalar, expected, &label, out);
+                    // A row has a right-hand side of its own kind.
+                    let row = values.measure("coefficients").filter(|_| field.name == "offset");
+                    match (read, row.map(|domain| domain.dimensions()[0])) {
+                        (Some((value, found)), Some(wanted)) if wanted != found => {
+                            let computed = !matches!(scalar.value, Scalar::Literal(..));
+                            if !(computed && wanted.is_like(&found)) {
+                                out.push(wrong_dimension(&label, wanted, found, spanned.place.clone()));
+                                continue;
+                            }
+                            Resolved::Exact(value)
+                        }
+                        (Some((value, _)), _) => Resolved::Exact(value),
+                        (None, _) => continue, // Reported, or in doubt.
                     }
                 }
-                (kind, Value::Map(entries)) => {
-                    let mut map = Vec::new();
-                    for (name, scalar) in entries {
-                        let expected = if *kind == Kind::Coefficients {
-                            self.check_shaft(&name.value, &name.place, &label, &[], out);
-                            Some((Dimension::NONE, Sign::Any))
-                        } else {
-                            None
-                        };
-                        if let Some((value, _)) = self.scalar(scalar, expected, &label, out) {
-                            map.push((name.value.clone(), value));
-                        }
-                    }
-                    Resolved::Map(map)
+                (Kind::Coefficients, Value::Map(entries)) => self.row(entries, &label, out),
+                (_, Value::Map(entries)) => {
+                    let read = |(name, scalar): &(Placed<String>, Placed<Scalar>)| {
+                        let (value, _) = self.scalar(scalar, None, &label, out)?;
+                        Some((name.value.clone(), value))
+                    };
+                    Resolved::Map(entries.iter().filter_map(read).collect())
                 }
                 (Kind::Table(inner), Value::Tables(tables)) => {
                     Resolved::Tables(tables.iter().map(|table| self.values(inner, table, &label, out)).collect())
@@ -354,11 +356,10 @@ impl<'a> TableReader<'a> {
                 (Kind::Signal, Some(Placed { value: Value::Word(signal), place })) => {
                     let label = format!("`{}` of {what}", field.name);
                     let name = SignalName::new(signal);
-                    let is_angle = name.angle_of().is_some_and(|shaft| self.shafts().any(|s| s == shaft));
-                    if is_angle || self.document.doubts.has(name.element) {
+                    let angles: Vec<String> = self.motions().map(|[angle, _]| angle).collect();
+                    if angles.contains(signal) || self.document.doubts.has(name.element) {
                         continue;
                     }
-                    let angles: Vec<String> = self.shafts().map(|shaft| Quantity::Angle.of(shaft)).collect();
                     let all = || angles.iter().map(String::as_str);
                     let message = format!("{label}: `{}` is not the angle of a shaft", shortened(signal));
                     let own = all().find(|angle| SignalName::new(angle).element == name.element);
@@ -395,21 +396,18 @@ impl<'a> TableReader<'a> {
         let name = SignalName::new(signal);
         let (head, quantity, alone) = (name.element, name.quantity(), name.on.is_none());
         let sensors = || self.document.elements.iter().filter(|e| e.kind.keyword == "sensor").map(|e| e.name.as_str());
-        let is_motion = matches!(quantity, Some(Quantity::Angle | Quantity::Speed));
-        let is_reading = name.word.is_none() || is_motion || quantity == Some(Quantity::Torque);
-        let of_shaft = alone && is_motion && self.shafts().any(|shaft| shaft == head);
+        let is_motion = name.is_position() || name.is_rate();
+        let is_reading =
+            name.word.is_none() || is_motion || matches!(quantity, Some(Quantity::Torque | Quantity::Force));
+        let of_shaft = self.motions().flatten().any(|motion| motion == signal);
         let of_sensor = alone && is_reading && sensors().any(|sensor| sensor == head);
         if of_shaft || of_sensor || self.document.doubts.has(head) {
             return;
         }
-        let all: Vec<String> = self
-            .shafts()
-            .flat_map(|shaft| [Quantity::Angle, Quantity::Speed].map(|quantity| quantity.of(shaft)))
-            .chain(sensors().map(str::to_string))
-            .collect();
+        let all: Vec<String> = self.motions().flatten().chain(sensors().map(str::to_string)).collect();
         let names = || all.iter().map(String::as_str);
         let help = did_you_mean(nearest(signal, names()), || match quantity {
-            Some(Quantity::Torque) if alone => format!(
+            Some(Quantity::Torque | Quantity::Force) if alone => format!(
                 "add a sensor of that torque: `[sensor.NAME]` with `measures = \"torque\"` and `element = \"{}\"`",
                 shortened(head)
             ),
@@ -419,42 +417,120 @@ impl<'a> TableReader<'a> {
         out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an output").help(help));
     }
 
-    fn shafts(&self) -> impl Iterator<Item = &str> {
-        self.document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str())
-    }
-
-    /// Tells how a shaft is held where `housing` or the like is named as if it were one; whether that was so.
-    fn check_housing(&self, field: &Field, name: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) -> bool {
-        if !stands_still(name) || self.kinds(name).contains(&"shaft") || self.document.doubts.has(name) {
-            return false;
+    /// Coefficients by shaft or mass: all of one kind of quantity when multiplied with what they belong to.
+    fn row(&self, entries: &[(Placed<String>, Placed<Scalar>)], label: &str, out: &mut Vec<Diagnostic>) -> Resolved {
+        let (mut map, mut measured): (Vec<(String, Exact)>, Option<Domain>) = (Vec::new(), None);
+        for (name, scalar) in entries {
+            self.check_body(&Kind::Body, &name.value, &name.place, label, out);
+            let label = format!("`{}` in {label}", name.value);
+            let Some((value, dimension)) = self.scalar(scalar, None, &label, out) else { continue };
+            map.push((name.value.clone(), value));
+            let Some(body) = self.body(&name.value) else { continue };
+            let own = Dimension { angle: 0, ..dimension };
+            let product = match (body, own) {
+                (_, Dimension::NONE) => Some(body),
+                (Domain::Rotation, Dimension::LENGTH) => Some(Domain::Translation),
+                _ => None,
+            };
+            let expected = match (body, product, measured) {
+                (_, Some(product), None) => {
+                    measured = Some(product);
+                    continue;
+                }
+                (_, Some(product), Some(measured)) if product == measured => continue,
+                (Domain::Rotation, _, Some(Domain::Translation)) => {
+                    "the sum is a length: a shaft needs a length for each angle, such as \"7 mm/rad\""
+                }
+                (Domain::Translation, Some(_), Some(_)) => {
+                    "the sum is an angle so far, and a mass has a position: give the shafts lengths for each angle, such as \"7 mm/rad\""
+                }
+                (Domain::Rotation, ..) => "write a number, or a length for each angle such as \"7 mm/rad\"",
+                _ => "write a number without a unit",
+            };
+            let message = format!("{label}: {} does not fit here", dimension.noun());
+            out.push(Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), "").help(expected));
         }
-        let help = if !field.required && field.doc.contains("housing") {
-            format!("leave `{}` out: it acts against the housing then", field.name)
-        } else {
-            format!("what stands still is a shaft too: declare `[shaft.{name}]`; {}", how_to_hold(name))
-        };
-        let message = format!("{label}: there is no shaft `{name}`");
-        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such shaft").help(help));
-        true
+        Resolved::Row(map, measured.unwrap_or_default())
     }
 
-    /// `charges` are those that may be named as well.
-    fn check_shaft(&self, name: &str, place: &Place, label: &str, charges: &[String], out: &mut Vec<Diagnostic>) {
-        let fitting = || self.shafts().chain(charges.iter().map(String::as_str));
-        let known = self.kinds(name).contains(&"shaft") || charges.iter().any(|charge| charge == name);
-        if known || self.document.doubts.has(name) {
+    /// Angles and speeds of shafts, positions and velocities of masses.
+    fn motions(&self) -> impl Iterator<Item = [String; 2]> {
+        let bodies = self.document.elements.iter().filter_map(|instance| Some((instance, instance.body()?)));
+        bodies.map(|(instance, domain)| domain.motion().map(|quantity| quantity.of(&instance.name)))
+    }
+
+    /// The shafts, the masses, or both.
+    fn bodies(&self, kind: &Kind) -> impl Iterator<Item = &str> {
+        let kind = *kind;
+        let fits = move |domain| match kind {
+            Kind::Shaft => domain == Domain::Rotation,
+            Kind::Mass => domain == Domain::Translation,
+            _ => true,
+        };
+        let bodies = self.document.elements.iter().filter(move |instance| instance.body().is_some_and(fits));
+        bodies.map(|instance| instance.name.as_str())
+    }
+
+    /// What a body is: a shaft or a mass.
+    fn body(&self, name: &str) -> Option<Domain> {
+        self.document.elements.iter().filter(|instance| instance.name == name).find_map(Instance::body)
+    }
+
+    /// A shaft, a mass, or `ground`, which stands still.
+    fn check_body(&self, kind: &Kind, name: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
+        if self.bodies(kind).any(|body| body == name) || self.document.doubts.has(name) || name == GROUND {
             return;
         }
-        let help = did_you_mean(guess(name, fitting(), out), || match fitting().next() {
-            Some(_) if out.len() < GUESSES && !charges.is_empty() => format!("there are {}", quoted(fitting())),
-            Some(_) if out.len() < GUESSES => {
-                format!("there are {}; declare another as `[shaft.{}]`", quoted(self.shafts()), shortened(name))
+        let what = match kind {
+            Kind::Shaft => "shaft",
+            Kind::Mass => "mass",
+            _ if self.bodies(&Kind::Mass).next().is_some() => "shaft or mass",
+            _ => "shaft",
+        };
+        let (message, help) = match self.body(name) {
+            Some(other) => (
+                format!("{label}: `{name}` is a {}, not a {what}", other.carrier()),
+                "what turns meets what moves straight in a `rack_and_pinion`, a `screw` or a `pulley`".to_string(),
+            ),
+            None => {
+                let keyword = if *kind == Kind::Mass { "mass" } else { "shaft" };
+                let declare = format!("`[{keyword}.{}]`", shortened(name));
+                let near = guess(name, self.bodies(kind), out);
+                let help = if near.is_none() && stands_still(name) {
+                    "what stands still is called \"ground\"".to_string()
+                } else {
+                    did_you_mean(near, || match self.bodies(kind).next() {
+                        Some(_) if out.len() < GUESSES => {
+                            format!("there are {}; declare another as {declare}", quoted(self.bodies(kind)))
+                        }
+                        _ => format!("declare it: {declare}"),
+                    })
+                };
+                (format!("{label}: there is no {what} `{}`", shortened(name)), help)
             }
+        };
+        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), format!("no such {what}")).help(help));
+    }
+
+    /// A shaft, a mass or a charge.
+    fn check_coordinate(&self, name: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
+        let charges = self.document.charges();
+        if charges.iter().any(|charge| charge == name) {
+            return;
+        }
+        if charges.is_empty() {
+            return self.check_body(&Kind::Body, name, place, label, out);
+        }
+        if self.body(name).is_some() || self.document.doubts.has(name) {
+            return;
+        }
+        let fitting = || self.bodies(&Kind::Body).chain(charges.iter().map(String::as_str));
+        let help = did_you_mean(guess(name, fitting(), out), || match fitting().next() {
+            Some(_) if out.len() < GUESSES => format!("there are {}", quoted(fitting())),
             _ => format!("declare it: `[shaft.{}]`", shortened(name)),
         });
-        let kinds = if charges.is_empty() { "shaft" } else { "shaft or charge" };
-        let message = format!("{label}: there is no {kinds} `{}`", shortened(name));
-        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), format!("no such {kinds}")).help(help));
+        let message = format!("{label}: there is no shaft or charge `{}`", shortened(name));
+        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such shaft or charge").help(help));
     }
 
     fn check_element(&self, name: &str, kinds: &[&str], place: &Place, label: &str, out: &mut Vec<Diagnostic>) {

@@ -4,7 +4,7 @@ use crate::schema::{Sign, choice, keys};
 use crate::units::Dimension;
 
 /// The elements that can have Coulomb friction; a test keeps them equal to the registry.
-pub(super) const FRICTION: &[&str] = &["shaft", "spring_damper"];
+pub(super) const FRICTION: &[&str] = &["shaft", "mass", "spring_damper"];
 
 keys! {
     /// `[model]`.
@@ -263,7 +263,7 @@ keys! {
     /// `[[analysis.actuator]]`.
     table ActuatorSite {
         required {
-            shaft: Shaft, "The shaft that the torque would act on.";
+            shaft: Body, "The shaft or mass that the torque or force would act on.";
         }
         optional {
             cost: Number(Sign::NonNegative) = "1", "What this place costs.";
@@ -275,7 +275,7 @@ keys! {
     /// `[[analysis.sensor]]`.
     table SensorSite {
         required {
-            shaft: Shaft, "The shaft that would be measured.";
+            shaft: Body, "The shaft or mass that would be measured.";
         }
         optional {
             measures: Choice(&["angle", "speed"]) = "angle", "What would be measured.";
@@ -381,7 +381,7 @@ keys! {
                 "`stribeck`: more friction at low speed, the parameters `<element>.stribeck` and \
                  `<element>.stribeck_speed`; `load`: a loss in proportion to a torque, as in a strain-wave gear, the \
                  parameter `<element>.load_loss`.";
-            friction: Element(&["shaft", "spring_damper"]), "The element whose friction it adds to.";
+            friction: Element(&["shaft", "mass", "spring_damper"]), "The element whose friction it adds to.";
         }
         optional {
             shape: Choice(&["gaussian", "exponential", "peak"]) = "gaussian",

@@ -164,7 +164,7 @@ fn names(given: &Placed<Value>, tolerance: &Tolerance) -> bool {
 /// Reports an interval that breaks the rule of a key.
 fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
     for (field, given) in fields.iter().filter_map(|field| Some((field, table.values.get(field.name)?))) {
-        let sign = match (&field.kind, &given.value) {
+        let sign = match (&field.kind.along(table.along_masses), &given.value) {
             (Kind::Tables(inner) | Kind::Table(inner), Value::Tables(tables)) => {
                 for (i, table) in tables.iter().enumerate() {
                     let what = format!("entry {} of `{}` of {what}", i + 1, field.name);
@@ -172,7 +172,7 @@ fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &st
                 }
                 continue;
             }
-            (Kind::Quantity(_, sign) | Kind::Number(sign), Value::Scalar(_)) if names(given, tolerance) => sign,
+            (Kind::Quantity(_, sign) | Kind::Number(sign), Value::Scalar(_)) if names(given, tolerance) => *sign,
             _ => continue,
         };
         let Tolerance { nominal, lower, upper, .. } = tolerance;

@@ -91,7 +91,9 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
     let (element, key) = names::parameter(&new.name).ok_or("no such parameter")?;
     let instance = document.elements.iter().find(|instance| instance.name == element).ok_or("no such element")?;
     let field = instance.kind.fields.iter().find(|field| field.name == key).ok_or("no such key")?;
-    let Kind::Quantity(dimension, sign) = field.kind else { return Err("no quantity".into()) };
+    let Kind::Quantity(dimension, sign) = field.kind.along(instance.table.along_masses) else {
+        return Err("no quantity".into());
+    };
     if sign != Sign::Any && new.value < 0.0 {
         return Err("the value found is below zero, which the file cannot hold".into());
     }

@@ -21,6 +21,12 @@ pub enum Quantity {
     Disturbance,
     /// `excess`: what a torque limit leaves of a command, less the command, N m.
     Excess,
+    /// `s`: position of a mass, m.
+    Position,
+    /// `v`: velocity of a mass, m/s.
+    Velocity,
+    /// `f`: force, N.
+    Force,
     /// `q`: charge, C.
     Charge,
     /// `i`: current, A.
@@ -29,7 +35,7 @@ pub enum Quantity {
     Voltage,
 }
 
-const WORDS: [(Quantity, &str); 11] = [
+const WORDS: [(Quantity, &str); 14] = [
     (Quantity::Angle, "phi"),
     (Quantity::Speed, "w"),
     (Quantity::Torque, "tau"),
@@ -38,6 +44,10 @@ const WORDS: [(Quantity, &str); 11] = [
     (Quantity::Friction, "friction"),
     (Quantity::Disturbance, "disturbance"),
     (Quantity::Excess, "excess"),
+    (Quantity::Position, "s"),
+    // Of what is no mass it is a voltage: who asks knows.
+    (Quantity::Velocity, "v"),
+    (Quantity::Force, "f"),
     (Quantity::Charge, "q"),
     (Quantity::Current, "i"),
     (Quantity::Voltage, "v"),
@@ -54,11 +64,25 @@ impl Quantity {
         format!("{element}.{}", self.word())
     }
 
+    /// How fast it changes: a speed of an angle, a velocity of a position; anything else stays.
+    #[must_use]
+    pub fn rate(self) -> Self {
+        match self {
+            Self::Angle => Self::Speed,
+            Self::Position => Self::Velocity,
+            Self::Charge => Self::Current,
+            other => other,
+        }
+    }
+
     /// The SI unit.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Angle => "rad",
             Self::Speed => "rad/s",
+            Self::Position => "m",
+            Self::Velocity => "m/s",
+            Self::Force => "N",
             Self::Charge => "C",
             Self::Current => "A",
             Self::Voltage => "V",
@@ -97,7 +121,7 @@ impl<'a> SignalName<'a> {
         }
     }
 
-    /// What its last word says, if that is known.
+    /// What its last word says, if that is known; of `v` that it is a velocity.
     pub fn quantity(self) -> Option<Quantity> {
         let word = self.word?;
         WORDS.iter().find(|(_, other)| *other == word).map(|(quantity, _)| *quantity)
@@ -108,9 +132,19 @@ impl<'a> SignalName<'a> {
         self.on.is_none().then_some(self.element)
     }
 
-    /// Whether it is this quantity.
+    /// Whether it is this quantity; `v` is a velocity and a voltage.
     pub fn is(self, quantity: Quantity) -> bool {
-        self.quantity() == Some(quantity)
+        self.word == Some(quantity.word())
+    }
+
+    /// Whether it is where something is: an angle, a position, a charge.
+    pub fn is_position(self) -> bool {
+        matches!(self.quantity(), Some(Quantity::Angle | Quantity::Position | Quantity::Charge))
+    }
+
+    /// Whether it is how fast something moves, of a coordinate or a sensor of its motion: a speed, a velocity, a current.
+    pub fn is_rate(self) -> bool {
+        matches!(self.quantity(), Some(Quantity::Speed | Quantity::Velocity | Quantity::Current))
     }
 
     /// The SI unit of its quantity; N m where that is not known, as of references without a dot.
@@ -118,9 +152,14 @@ impl<'a> SignalName<'a> {
         self.quantity().map_or("N m", Quantity::unit)
     }
 
-    /// The shaft whose angle it is.
+    /// The name of the rate of an angle or position: `rk.w` of `rk.phi`, `rack.v` of `rack.s`.
+    pub fn rate(self) -> String {
+        self.quantity().unwrap_or(Quantity::Angle).rate().of(self.element)
+    }
+
+    /// The shaft or mass whose angle or position it is.
     pub fn angle_of(self) -> Option<&'a str> {
-        self.alone().filter(|_| self.is(Quantity::Angle))
+        self.alone().filter(|_| self.is(Quantity::Angle) || self.is(Quantity::Position))
     }
 }
 
@@ -158,7 +197,7 @@ mod tests {
         }
         for (quantity, word) in WORDS {
             let name = quantity.of("rk");
-            assert_eq!((SignalName::new(&name).quantity(), quantity.word()), (Some(quantity), word));
+            assert_eq!((SignalName::new(&name).is(quantity), quantity.word()), (true, word));
         }
     }
 }

@@ -3,11 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::{Affine, Reduced, Step};
-use crate::equations::Domain;
 use crate::expr::{Expr, Graph, Symbol};
 use crate::num::{Rational, rational_from_f64};
 use crate::plan::{Plan, compile};
-use crate::units::{Dimension, Exact};
+use crate::units::Exact;
 
 /// A direction in reduced coordinates: its entries by number, none of them zero.
 pub type SparseRow = BTreeMap<usize, Expr>;
@@ -100,11 +99,7 @@ impl Motion {
             let symbol = |&coordinate: &usize| {
                 let domain = reduced.equations.domain(coordinate);
                 let name = domain.motion()[rate].of(&reduced.equations.coordinates[coordinate]);
-                let dimensions = match domain {
-                    Domain::Rotation => [Dimension::ANGLE, Dimension::ANGULAR_VELOCITY],
-                    Domain::Charge => [Dimension::CHARGE, Dimension::CURRENT],
-                };
-                graph.new_symbol(name, dimensions[rate])
+                graph.new_symbol(name, domain.dimensions()[rate])
             };
             reduced.coordinates.iter().map(symbol).collect()
         };

@@ -59,6 +59,15 @@ pub enum Physical {
     /// Energy, J.
     #[serde(rename = "J")]
     Energy,
+    /// Position of a mass, m.
+    #[serde(rename = "m")]
+    Position,
+    /// Velocity of a mass, m/s.
+    #[serde(rename = "m/s")]
+    Velocity,
+    /// Force, N.
+    #[serde(rename = "N")]
+    Force,
     /// Electric charge, C.
     #[serde(rename = "C")]
     Charge,
@@ -78,6 +87,9 @@ impl Physical {
             Physical::Speed => "rad/s",
             Physical::Torque => "N m",
             Physical::Energy => "J",
+            Physical::Position => "m",
+            Physical::Velocity => "m/s",
+            Physical::Force => "N",
             Physical::Charge => "C",
             Physical::Current => "A",
             Physical::Voltage => "V",
@@ -91,9 +103,31 @@ impl Physical {
             Physical::Speed => "angular velocity",
             Physical::Torque => "torque",
             Physical::Energy => "energy",
+            Physical::Position => "position",
+            Physical::Velocity => "velocity",
+            Physical::Force => "force",
             Physical::Charge => "charge",
             Physical::Current => "current",
             Physical::Voltage => "voltage",
+        }
+    }
+}
+
+impl Quantity {
+    /// The kind of the numbers.
+    pub fn physical(self) -> Physical {
+        match self {
+            Self::Angle => Physical::Angle,
+            Self::Speed => Physical::Speed,
+            Self::Position => Physical::Position,
+            Self::Velocity => Physical::Velocity,
+            Self::Force => Physical::Force,
+            Self::Charge => Physical::Charge,
+            Self::Current => Physical::Current,
+            Self::Voltage => Physical::Voltage,
+            Self::Torque | Self::Command | Self::Ripple | Self::Friction | Self::Disturbance | Self::Excess => {
+                Physical::Torque
+            }
         }
     }
 }
@@ -128,7 +162,9 @@ impl Series {
 
     /// Largest torque asked of a motor in the rows, before its limits, N m; `None` if there is no such motor.
     pub fn largest_torque_asked(&self, motor: &str) -> Option<f64> {
-        let signal = self.signal(&Quantity::Command.of(motor)).or_else(|| self.signal(&Quantity::Torque.of(motor)));
+        let names = [Quantity::Command, Quantity::Torque, Quantity::Force, Quantity::Voltage]
+            .map(|quantity| quantity.of(motor));
+        let signal = names.iter().find_map(|name| self.signal(name));
         signal.map(|signal| signal.values.iter().fold(0.0, |max: f64, x| max.max(x.abs())))
     }
 }

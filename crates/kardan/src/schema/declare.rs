@@ -110,6 +110,7 @@ macro_rules! keys {
     (@type Tables($table:ty)) => { Vec<$table> };
     (@type Table($table:ty)) => { $table };
     (@type Quantity $($args:tt)*) => { $crate::schema::Quantity };
+    (@type Mechanical $($args:tt)*) => { $crate::schema::Quantity };
     (@type AnyQuantity) => { $crate::schema::Quantity };
     (@type Number $($args:tt)*) => { $crate::schema::Quantity };
     (@type Coefficients) => { $crate::schema::Named };

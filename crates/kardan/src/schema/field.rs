@@ -23,16 +23,24 @@ pub enum Sign {
 pub enum Kind {
     /// The name of a shaft.
     Shaft,
+    /// The name of a mass.
+    Mass,
+    /// The name of a shaft or of a mass. The key may be written with `mass` in place of `shaft`.
+    Body,
     /// The name of a node of a circuit; naming it is all that makes it.
     Node,
     /// Two or more different shaft names; the number asked for (0: any number from one up).
     Shafts(usize),
     /// A number with a unit, as text: `"130 kg mm^2"`; or the name of a parameter.
     Quantity(Dimension, Sign),
+    /// The same of an element along shafts; along masses that quantity of masses: a force for a torque.
+    Mechanical(Dimension, Sign),
     /// A number without a unit (a TOML number or its text, also `"51/50"`); or the name of a parameter.
     Number(Sign),
-    /// A table from shaft names to numbers: `{ wg = 1, cs = -51, fs = 50 }`.
+    /// A table from names of shafts and masses to coefficients: `{ wg = 1, cs = -51, fs = 50 }`.
     Coefficients,
+    /// One of these: a number, or a length for each angle.
+    Coefficient,
     /// One of a few words.
     Choice(&'static [&'static str]),
     /// The name of an element of one of the kinds listed.
@@ -67,6 +75,18 @@ pub enum Kind {
     Poles,
 }
 
+impl Kind {
+    /// What it holds for an element along shafts or along masses.
+    #[must_use]
+    pub fn along(self, masses: bool) -> Self {
+        match self {
+            Self::Mechanical(dimension, sign) if masses => Self::Quantity(dimension.along_masses(), sign),
+            Self::Mechanical(dimension, sign) => Self::Quantity(dimension, sign),
+            other => other,
+        }
+    }
+}
+
 /// A complex number with exact parts, 1/s.
 pub type ExactPole = (Exact, Exact);
 
@@ -99,7 +119,9 @@ impl Field {
     /// The number that holds when the key is left out, if that is a number; a test reads that of each field.
     pub fn default_number(&self) -> Option<Exact> {
         match self.kind {
-            Kind::Quantity(..) => self.default.and_then(|text| parse_quantity(text).ok()).map(|(value, _)| value),
+            Kind::Quantity(..) | Kind::Mechanical(..) => {
+                self.default.and_then(|text| parse_quantity(text).ok()).map(|(value, _)| value)
+            }
             Kind::Number(_) => self.default.and_then(|text| parse_number(text).ok()),
             _ => None,
         }
@@ -108,6 +130,12 @@ impl Field {
     /// The word that holds when the key is left out, if that is a word.
     pub fn default_word(&self) -> Option<&'static str> {
         self.default.filter(|_| matches!(self.kind, Kind::Choice(_) | Kind::Text))
+    }
+
+    /// The other name of a key: that of a body may say `mass` for `shaft`.
+    pub fn alias(&self) -> Option<String> {
+        let rest = self.name.strip_prefix("shaft").filter(|_| self.kind == Kind::Body);
+        rest.map(|rest| format!("mass{rest}"))
     }
 
     /// A key that may be left out, and then has this value.
@@ -166,6 +194,8 @@ pub struct Table {
     pub values: BTreeMap<&'static str, Placed<Value>>,
     /// Quantities as they are written, `179 deg`, by key.
     pub written: BTreeMap<&'static str, String>,
+    /// Whether its element acts along masses.
+    pub along_masses: bool,
     /// Keys that are in the file but could not be read, misspelt ones included; each has been reported.
     pub unread: Vec<&'static str>,
 }
@@ -178,7 +208,8 @@ impl Table {
     /// The number that holds for a key that is left out.
     pub fn default_scalar(&self, key: &str) -> Option<Scalar> {
         let field = self.default_of(key)?;
-        let dimension = if let Kind::Quantity(dimension, _) = field.kind { dimension } else { Dimension::NONE };
+        let kind = field.kind.along(self.along_masses);
+        let dimension = if let Kind::Quantity(dimension, _) = kind { dimension } else { Dimension::NONE };
         Some(Scalar::Literal(field.default_number()?, dimension))
     }
 

@@ -28,18 +28,17 @@ impl Columns<'_> {
         self.list.push((name, physical, description, read));
     }
 
-    fn torque(&mut self, name: String, description: String, read: Read) {
-        self.add(name, Physical::Torque, description, read);
-    }
-
     /// Angles and speeds; charges, currents and voltages of branches.
     fn add_shafts(&mut self) {
         let equations = &self.reduced.equations;
         for (k, shaft) in equations.coordinates.iter().enumerate() {
-            if equations.domain(k) == Domain::Rotation {
-                self.add(Quantity::Angle.of(shaft), Physical::Angle, format!("angle of shaft {shaft}"), Read::Angle(k));
-                let description = format!("angular velocity of shaft {shaft}");
-                self.add(Quantity::Speed.of(shaft), Physical::Speed, description, Read::Speed(k));
+            let domain = equations.domain(k);
+            if domain != Domain::Charge {
+                for (quantity, read) in domain.motion().into_iter().zip([Read::Angle(k), Read::Speed(k)]) {
+                    let physical = quantity.physical();
+                    let description = format!("{} of {} {shaft}", physical.word(), domain.carrier());
+                    self.add(quantity.of(shaft), physical, description, read);
+                }
                 continue;
             }
             self.add(Quantity::Charge.of(shaft), Physical::Charge, format!("charge through {shaft}"), Read::Angle(k));
@@ -67,18 +66,17 @@ impl Columns<'_> {
         let equations = &self.reduced.equations;
         for (k, input) in equations.inputs.iter().enumerate() {
             let name = &input.element;
-            if equations.domain_of(input) == Domain::Charge {
-                self.add(Quantity::Voltage.of(name), Physical::Voltage, format!("voltage of {name}"), Read::Torque(k));
-            } else if let InputKind::Motor(motor) = &input.value {
-                self.torque(Quantity::Torque.of(name), format!("torque of {name}"), Read::Torque(k));
-                if motor.torque_limit.is_some() || motor.rate_limit.is_some() || motor.lag.is_some() {
-                    let description = format!("torque asked of {name}, before limits and lag");
-                    self.torque(Quantity::Command.of(name), description, Read::Command(k));
-                }
-                if motor.ripple.is_some() {
-                    let description = format!("torque that {name} adds to what it reports");
-                    self.torque(Quantity::Ripple.of(name), description, Read::Ripple(k));
-                }
+            let effort = equations.domain_of(input).effort();
+            let (physical, word) = (effort.physical(), effort.physical().word());
+            let InputKind::Motor(motor) = &input.value else { continue };
+            self.add(effort.of(name), physical, format!("{word} of {name}"), Read::Torque(k));
+            if motor.torque_limit.is_some() || motor.rate_limit.is_some() || motor.lag.is_some() {
+                let description = format!("{word} asked of {name}, before limits and lag");
+                self.add(Quantity::Command.of(name), physical, description, Read::Command(k));
+            }
+            if motor.ripple.is_some() {
+                let description = format!("{word} that {name} adds to what it reports");
+                self.add(Quantity::Ripple.of(name), physical, description, Read::Ripple(k));
             }
         }
     }
@@ -96,8 +94,12 @@ impl Columns<'_> {
             if equations.constraints.get(k).is_some_and(|row| equations.domain_of(row) == Domain::Charge) {
                 continue;
             }
+            let effort = equations.measures.get(element).copied().unwrap_or_else(|| {
+                equations.constraints.get(k).map_or(Domain::Rotation, |row| equations.domain_of(row))
+            });
+            let effort = effort.effort();
             let description = format!("constraint multiplier of {element}");
-            self.torque(Quantity::Torque.of(element), description, Read::Multiplier(k));
+            self.add(effort.of(element), effort.physical(), description, Read::Multiplier(k));
             let shafts: Vec<usize> = match equations.constraints.get(k) {
                 Some(constraint) => constraint.row.iter().map(|(shaft, _)| *shaft).collect(),
                 None => {
@@ -106,9 +108,8 @@ impl Columns<'_> {
                 }
             };
             for shaft in shafts {
-                let name = &equations.coordinates[shaft];
-                let description = format!("constraint torque of {element} on shaft {name}");
-                self.torque(format!("{element}.{name}.tau"), description, Read::ConstraintTorque(k, shaft));
+                let what = |physical: Physical| format!("constraint {}", physical.word());
+                self.on_body(element, shaft, what, Read::ConstraintTorque(k, shaft));
             }
         }
     }
@@ -118,12 +119,11 @@ impl Columns<'_> {
         for compliance in &reduced.equations.compliances {
             let element = &compliance.element;
             let torque = |shaft| Read::Compliance(Compliance::new(reduced, element, shaft).expect("a compliance"));
-            let description = format!("torque of {element} in place of a constraint multiplier");
-            self.torque(Quantity::Torque.of(element), description, torque(None));
+            let effort = reduced.equations.domain_of(compliance).effort();
+            let description = format!("{} of {element} in place of a constraint multiplier", effort.physical().word());
+            self.add(effort.of(element), effort.physical(), description, torque(None));
             for (shaft, _) in &compliance.row {
-                let name = &reduced.equations.coordinates[*shaft];
-                let description = format!("torque of {element} on shaft {name}");
-                self.torque(format!("{element}.{name}.tau"), description, torque(Some(*shaft)));
+                self.on_body(element, *shaft, |physical| physical.word().into(), torque(Some(*shaft)));
             }
         }
     }
@@ -131,7 +131,7 @@ impl Columns<'_> {
     /// Springs and dampers between shafts.
     fn add_couplings(&mut self) {
         let (reduced, equations) = (self.reduced, &self.reduced.equations);
-        let is_rotation = |spring: &&Along<_>| equations.domain_of(spring) == Domain::Rotation;
+        let is_rotation = |spring: &&Along<_>| equations.domain_of(spring) != Domain::Charge;
         let mut couplings: Vec<&str> =
             equations.springs.iter().filter(is_rotation).map(|s| s.element.as_str()).collect();
         couplings
@@ -144,7 +144,11 @@ impl Columns<'_> {
                 springs: self.springs_of(element),
                 dampers: numbered(element, &equations.dampers),
             };
-            self.torque(Quantity::Torque.of(element), format!("spring and damper torque of {element}"), read);
+            let domain = equations.springs.iter().find(|s| s.element == element).map(|s| equations.domain_of(s));
+            let dampers = || equations.dampers.iter().find(|d| d.element == element).map(|d| equations.domain_of(d));
+            let effort = domain.or_else(dampers).unwrap_or_default().effort();
+            let description = format!("spring and damper {} of {element}", effort.physical().word());
+            self.add(effort.of(element), effort.physical(), description, read);
         }
     }
 
@@ -176,19 +180,34 @@ impl Columns<'_> {
                 _ => quantity,
             };
             let description = format!("reading of sensor {name}");
-            self.add(measured.quantity().of(name), physical, description, Read::Sensor(samplers.len()));
+            self.add(
+                self.reduced.equations.reading(measured).of(name),
+                physical,
+                description,
+                Read::Sensor(samplers.len()),
+            );
             samplers.push((quantity, Sampler::new(name, sensor, stiffness(reduced, measured), seed)));
         }
         samplers
     }
 
+    /// What an element does to one of its bodies.
+    fn on_body(&mut self, element: &str, body: usize, what: impl Fn(Physical) -> String, read: Read) {
+        let equations = &self.reduced.equations;
+        let (name, domain) = (&equations.coordinates[body], equations.domain(body));
+        let effort = domain.effort();
+        let description = format!("{} of {element} on {} {name}", what(effort.physical()), domain.carrier());
+        self.add(format!("{element}.{}", effort.of(name)), effort.physical(), description, read);
+    }
+
     /// What a sensor measures.
     fn read(&self, measured: &Measured) -> (Physical, Read) {
         let reduced = self.reduced;
+        let physical = reduced.equations.reading(measured).physical();
         let shaft = |name: &str| reduced.coordinate(name).expect("a sensor names a shaft");
         let torque = match measured {
-            Measured::Angle(s) => return (Physical::Angle, Read::Angle(shaft(s))),
-            Measured::Speed(s) => return (Physical::Speed, Read::Speed(shaft(s))),
+            Measured::Angle(s) => return (physical, Read::Angle(shaft(s))),
+            Measured::Speed(s) => return (physical, Read::Speed(shaft(s))),
             Measured::SpringTorque(element) => {
                 Read::SpringDamper { springs: self.springs_of(element), dampers: Vec::new() }
             }
@@ -203,7 +222,7 @@ impl Columns<'_> {
                 Read::ConstraintTorque(k, shaft(s))
             }
         };
-        (Physical::Torque, torque)
+        (physical, torque)
     }
 }
 
@@ -259,7 +278,9 @@ impl Outputs {
         columns.add_couplings();
         for (k, friction) in equations.frictions.iter().enumerate() {
             let name = &friction.element;
-            columns.torque(Quantity::Friction.of(name), format!("friction torque of {name}"), Read::Friction(k));
+            let physical = equations.domain_of(friction).effort().physical();
+            let description = format!("friction {} of {name}", physical.word());
+            columns.add(Quantity::Friction.of(name), physical, description, Read::Friction(k));
         }
         columns.add_sources(&scenario.sources);
         let sensors = columns.add_sensors(scenario.seed);

@@ -10,7 +10,6 @@ use super::outputs::Outputs;
 use super::stiffness::is_stiff;
 use super::{FaultKind, Machine, Scenario, Setup};
 use crate::equations::Domain;
-use crate::names::Quantity;
 use crate::num::Keeper;
 use crate::reduce::Reduced;
 use crate::results::{Effort, Energy, Event, MotorStrain, Outcome, Physical, Series};
@@ -1106,13 +1105,11 @@ impl RunningLoop {
 
 /// Names of reduced coordinates, then of their speeds.
 fn state_names(reduced: &Reduced) -> impl Iterator<Item = String> {
-    let named = |rotation: Quantity, charge: Quantity| {
-        reduced.coordinates.iter().map(move |&k| match reduced.equations.domain(k) {
-            Domain::Rotation => rotation.of(&reduced.equations.coordinates[k]),
-            Domain::Charge => charge.of(&reduced.equations.coordinates[k]),
-        })
+    let equations = &reduced.equations;
+    let named = |rate: usize| {
+        reduced.coordinates.iter().map(move |&k| equations.domain(k).motion()[rate].of(&equations.coordinates[k]))
     };
-    named(Quantity::Angle, Quantity::Charge).chain(named(Quantity::Speed, Quantity::Current))
+    named(0).chain(named(1))
 }
 
 fn failed(time: f64, cause: String) -> Outcome {

@@ -10,7 +10,7 @@ use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::entries::Place;
 use crate::equations::{Domain, Measured};
-use crate::model::{Setting, TableReader, tables};
+use crate::model::{Instance, Setting, TableReader, tables};
 use crate::names::unknown_name;
 use crate::names::{Quantity, SignalName, carrier};
 use crate::reduce::Reduced;
@@ -121,9 +121,9 @@ pub(super) fn analysis_spec(
     spec.samples = values.number("samples").and_then(|samples| whole_samples(table, samples, out));
     let coordinates = point.as_ref().map(|point| point.reduced.coordinate_names());
     let targets = coordinates.as_deref();
-    let at = targets_of("at", &[Quantity::Angle], known, targets, &reader, out);
+    let at = targets_of("at", 1, known, targets, &reader, out);
     spec.at = at.into_iter().map(|(signal, angle)| (SignalName::new(&signal).element.to_string(), angle)).collect();
-    spec.motion = targets_of("motion", &[Quantity::Angle, Quantity::Speed], known, targets, &reader, out);
+    spec.motion = targets_of("motion", 2, known, targets, &reader, out);
     let moves = spec.motion.iter().any(|(_, value)| *value != 0.0);
     if matches!(table.values.get("motion"), Some(given) if matches!(&given.value, Value::Map(entries)
         if entries.len() == spec.motion.len()))
@@ -205,13 +205,13 @@ pub(super) fn output(
     let shown = shortened(name);
     if let Some(k) = coordinate(name) {
         let [first, second] = equations.domain(k).motion().map(|quantity| quantity.of(name));
-        let what = if equations.domain(k) == Domain::Charge { "branch" } else { "shaft" };
+        let what = equations.domain(k).carrier();
         let help = format!("write `{first}` or `{second}`");
         return Err(Some((format!("`{shown}` is a {what}, not a signal of it"), help)));
     }
     if has_signal(name) {
         let is_input = equations.inputs.iter().any(|input| input.element == head);
-        return Err(Some(if signal.is(Quantity::Torque) && !is_input {
+        return Err(Some(if (signal.is(Quantity::Torque) || signal.is(Quantity::Force)) && !is_input {
             (
                 format!("the torque `{shown}` is no output: only angles and speeds of shafts and sensors are"),
                 format!("add a sensor: `[sensor.NAME]` with `measures = \"torque\"` and `element = \"{head}\"`"),
@@ -262,10 +262,10 @@ fn whole_samples(table: &Table, samples: f64, out: &mut Vec<Diagnostic>) -> Opti
     None
 }
 
-/// Angles and speeds of coordinates by name: `at` and `motion`.
+/// Angles (and speeds, if `rates` is 2) of coordinates by name: `at` and `motion`.
 fn targets_of(
     key: &str,
-    quantities: &[Quantity],
+    rates: usize,
     known: &Known<'_>,
     coordinates: Option<&[String]>,
     reader: &TableReader<'_>,
@@ -279,12 +279,13 @@ fn targets_of(
     for (name, scalar) in entries {
         let signal = SignalName::new(&name.value);
         let shaft = signal.alone().unwrap_or(&name.value);
-        let is_shaft = document.elements.iter().any(|e| e.name == shaft && e.kind.keyword == "shaft");
+        let body = |name: &str| document.elements.iter().filter(|e| e.name == name).find_map(Instance::body);
+        let quantities = |name: &str| body(name).unwrap_or_default().motion().into_iter().take(rates);
+        let is_shaft = body(shaft).is_some();
         let fits = coordinates.map_or(is_shaft, |names| names.iter().any(|n| n == shaft));
-        let asked = signal.quantity().is_some_and(|quantity| quantities.contains(&quantity));
-        if fits && asked {
-            let angle = signal.is(Quantity::Angle);
-            let dimension = if angle { Dimension::ANGLE } else { Dimension::ANGULAR_VELOCITY };
+        let asked = quantities(shaft).position(|quantity| signal.is(quantity));
+        if let (true, Some(rate)) = (fits, asked) {
+            let dimension = body(shaft).unwrap_or_default().dimensions()[rate];
             let label = format!("`{}` in `{key}` of `[analysis]`", name.value);
             let value = of_dimension(reader, scalar, (dimension, Sign::Any), &label, out);
             found.extend(value.map(|value| (name.value.clone(), value.to_f64())));
@@ -293,22 +294,22 @@ fn targets_of(
         if coordinates.is_none() && document.doubts.has(shaft) {
             continue;
         }
-        let shafts = document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.clone());
+        let shafts = document.elements.iter().filter(|e| e.body().is_some()).map(|e| e.name.clone());
         let usable: Vec<String> = coordinates.map_or_else(|| shafts.collect(), <[String]>::to_vec);
         let names: Vec<String> =
-            usable.iter().flat_map(|name| quantities.iter().map(move |quantity| quantity.of(name))).collect();
+            usable.iter().flat_map(|name| quantities(name).map(move |quantity| quantity.of(name))).collect();
         let names = || names.iter().map(String::as_str);
         let shown = shortened(&name.value);
-        let (message, help) = if fits && signal.is(Quantity::Speed) {
+        let (message, help) = if fits && signal.is_rate() {
             (
                 format!("`{shown}` is a speed, and an operating point is at rest"),
                 format!("give angles: {}", quoted(names())),
             )
-        } else if is_shaft && asked {
+        } else if is_shaft && asked.is_some() {
             let help = format!("the coordinates give {}; `coordinates` of `[model]` chooses others", quoted(names()));
             (format!("`{shaft}` is not a coordinate, its motion follows from them"), help)
         } else {
-            let kind = if quantities.len() > 1 { "angle or speed" } else { "angle" };
+            let kind = if rates > 1 { "angle or speed" } else { "angle" };
             let help = unknown_name(&name.value, names());
             (format!("`{shown}` is not the {kind} of a coordinate"), help)
         };
@@ -340,11 +341,13 @@ fn places(
     let mut found: Vec<Site> = Vec::new();
     for (i, table) in tables.iter().enumerate() {
         let Some(shaft) = read_word(table, "shaft") else { continue };
+        let body = known.document.elements.iter().filter(|e| e.name == shaft).find_map(Instance::body);
+        let [position, rate] = body.unwrap_or_default().motion();
         let signal = match (key, read_word(table, "measures")) {
             ("actuator", _) => String::new(),
-            (_, Some("speed")) => Quantity::Speed.of(shaft),
+            (_, Some("speed")) => rate.of(shaft),
             (_, None) if table.unread.contains(&"measures") => continue,
-            _ => Quantity::Angle.of(shaft),
+            _ => position.of(shaft),
         };
         // What could not be read has been reported by `TableReader::values` of the whole table.
         let label = format!("`cost` of entry {} of `{key}` of `[analysis]`", i + 1);

@@ -3,11 +3,12 @@
 use kardan_rt::functions::{atan2, hypot, ln};
 
 use super::descriptor::taken_apart;
-use super::massless::{Mechanical, not_eliminated, state_name};
+use super::massless::{Mechanical, not_eliminated};
+use super::others::{others, state_name};
 use super::placement::Places;
 use super::prepare::is_error;
 use super::sensitivity::sensitivity;
-use super::signals::{WorkingPoint, charges, named};
+use super::signals::{WorkingPoint, named};
 use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project};
 use crate::analysis::{
     BasisError, ConstrainedSystem, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side, StructureError,
@@ -16,6 +17,7 @@ use crate::analysis::{
     realisations, reduction, structure,
 };
 use crate::diagnostics::Diagnostic;
+use crate::equations::Domain;
 use crate::model::{DataDigits, StateSpace, read_state_space};
 use crate::num::{Definiteness, Matrix, Rational, definiteness, exact_rank, rational_to_f64};
 use crate::reduce::Reduced;
@@ -85,19 +87,19 @@ pub(super) fn analyze_variant(
         ]);
     }
     let names: Vec<String> = coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect();
-    let charges = charges(reduced);
+    let others = others(reduced);
     let pencil = linear_system(system, &coordinates, &basis, outputs);
     let mechanical = Mechanical::new(pencil, names.clone());
     let (massless, mut linear, elimination) = if mechanical.is_regular() {
         (None, mechanical.into_pencil(), None)
     } else if settings.eliminate_massless {
-        let rest = mechanical.eliminate().map_err(|error| not_eliminated(error, &charges, variant))?;
-        let elimination = mechanical.elimination(&rest, &charges);
+        let rest = mechanical.eliminate().map_err(|error| not_eliminated(error, &others, variant))?;
+        let elimination = mechanical.elimination(&rest, &others);
         (Some(mechanical), rest.system, Some(elimination))
     } else {
         return Err(mechanical.refusal(variant));
     };
-    linear.states.iter_mut().for_each(|state| *state = state_name(state, &charges));
+    linear.states.iter_mut().for_each(|state| *state = state_name(state, &others));
     let mut analysis = Analysis {
         name: prepared.name.clone(),
         description: prepared.description.clone(),
@@ -133,7 +135,7 @@ pub(super) fn analyze_variant(
         keep(progress, &analysis, "the construction of inputs, bases and places");
     }
     construct(&mut analysis, &linear);
-    add_bases(&mut analysis, beside.bases, !charges.is_empty())?;
+    add_bases(&mut analysis, beside.bases, others.values().any(|domain| *domain == Domain::Charge))?;
     if asks_for_places {
         keep(progress, &analysis, "places");
     }

@@ -35,14 +35,14 @@ impl Known<'_> {
         let doubtful = doubted(head);
         // A branch in doubt may name any node.
         let mut branches = self.document.elements.iter().filter(|e| e.kind.node_keys().next().is_some());
-        if quantity == Some(Quantity::Voltage) && branches.any(|e| doubted(&e.name)) {
+        if name.is(Quantity::Voltage) && name.on.is_none() && branches.any(|e| doubted(&e.name)) {
             return true;
         }
         let kind = self.document.elements.iter().find(|e| e.name == head).map(|e| e.kind.keyword);
         doubtful
             && match kind {
-                Some("shaft") => quantity == Some(Quantity::Friction),
-                Some("motor") => matches!(quantity, Some(Quantity::Torque | Quantity::Command)),
+                Some("shaft" | "mass") => quantity == Some(Quantity::Friction),
+                Some("motor") => matches!(quantity, Some(Quantity::Torque | Quantity::Force | Quantity::Command)),
                 _ => true,
             }
     }

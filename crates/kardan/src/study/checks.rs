@@ -87,7 +87,9 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
             | Term::Compliance { along, .. }
             | Term::Input { along, .. } => along.entries.iter().map(|(name, _)| name.as_str()).collect(),
             Term::Transmission { driven, driving, .. } => vec![driven, driving],
-            Term::Output(_) | Term::Charge { .. } | Term::Balance { .. } => continue,
+            Term::Output(_) | Term::Charge { .. } | Term::Position { .. } | Term::Measure(_) | Term::Balance { .. } => {
+                continue;
+            }
         };
         if matches!(named.term, Term::Input { .. }) {
             shafts_of_input.insert(&named.element, shafts.clone());

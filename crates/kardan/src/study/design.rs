@@ -12,7 +12,7 @@ use super::signals::{AnalyzeSettings, signals};
 use super::strain::scenario_strains;
 use super::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use crate::analysis::OutputSignal;
-use crate::assemble::Along;
+use crate::assemble::{Along, Equations};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::{Entries, Written};
 use crate::equations::{Domain, InputKind};
@@ -124,7 +124,7 @@ fn design_own(
     progress: &dyn Progress,
 ) -> Result<Design, Vec<Diagnostic>> {
     let is_motor = |input: &Along<InputKind>| {
-        variant.reduced.equations.domain_of(input) == Domain::Rotation && matches!(input.value, InputKind::Motor(_))
+        variant.reduced.equations.domain_of(input) != Domain::Charge && matches!(input.value, InputKind::Motor(_))
     };
     if !variant.reduced.equations.inputs.iter().any(is_motor) {
         return Err(vec![
@@ -148,7 +148,7 @@ fn design_own(
         .chain(model.controls.iter().chain(&model.idle).map(|control| control.name.as_str()))
         .collect();
     let own = free(OWN, &taken);
-    let keys = keys(keyword, &inputs, &outputs, &taken)?;
+    let keys = keys(keyword, &inputs, (&variant.reduced.equations, &outputs), &taken)?;
     let mut changed = project.changed(|model| model.control_of(&own, keyword, keys).alone(&own));
     if let Some(feedback) = &settings.feedback {
         changed = with_feedback(&changed, &own, feedback)?;
@@ -211,7 +211,7 @@ fn keep(progress: &dyn Progress, design: &Design, missing: &[&str]) {
 fn keys(
     keyword: &str,
     inputs: &[String],
-    outputs: &[OutputSignal],
+    (equations, outputs): (&Equations, &[OutputSignal]),
     taken: &[&str],
 ) -> Result<Entries, Vec<Diagnostic>> {
     let Some(law) = REGISTRY.iter().find(|law| law.keyword == keyword) else {
@@ -222,7 +222,7 @@ fn keys(
     };
     let full = |output: &OutputSignal| match SignalName::new(&output.name).word {
         Some(_) => output.name.clone(),
-        None => output.measured.quantity().of(&output.name),
+        None => equations.reading(&output.measured).of(&output.name),
     };
     let outputs: Vec<String> = outputs.iter().map(full).collect();
     let Some(mut keys) = (law.template)(inputs, &outputs) else {

@@ -5,7 +5,7 @@ use kardan_rt::functions::{exp, ln, powi};
 use super::PreparedVariant;
 use crate::assemble::Equations;
 use crate::diagnostics::Diagnostic;
-use crate::equations::{Domain, InputKind};
+use crate::equations::InputKind;
 use crate::model::{Document, TableReader};
 use crate::num::Random;
 use crate::reduce::{Dynamics, Work, linearise};
@@ -189,12 +189,12 @@ impl Terms {
             largest(&self.springs, 1.0 / rate).filter(|(_, power)| damper.is_none_or(|(_, loss)| *power > loss));
         let of = largest(&self.inertias, *rate).map_or(String::new(), |(k, _)| {
             let term = &equations.inertias[k];
-            let unit = if equations.domain_of(term) == Domain::Charge { "H" } else { "kg m^2" };
+            let unit = equations.domain_of(term).units()[0];
             format!(" of `{}` ({} {unit})", term.element, short(self.inertias[k].1))
         });
         if let Some((k, _)) = spring {
             let term = &equations.springs[k];
-            let unit = if equations.domain_of(term) == Domain::Charge { "1/F" } else { "N m/rad" };
+            let unit = equations.domain_of(term).units()[2];
             let cause = format!(
                 "the stiffness of `{}` ({} {unit}) lets the inertia{of} oscillate at {} rad/s",
                 term.element,
@@ -204,7 +204,7 @@ impl Terms {
             return Some(((term.element.clone(), "stiffness"), cause));
         }
         let term = &equations.dampers[damper?.0];
-        let unit = if equations.domain_of(term) == Domain::Charge { "Ohm" } else { "N m s/rad" };
+        let unit = equations.domain_of(term).units()[1];
         let cause = format!(
             "the damping of `{}` ({} {unit}) brakes the inertia{of} with a time constant of {} s",
             term.element,

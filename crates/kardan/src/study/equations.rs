@@ -140,8 +140,11 @@ fn lines(
 ) -> Vec<(String, String)> {
     let marked = |order: usize| model.coordinates.iter().map(|name| mark(name, order)).collect::<Vec<_>>();
     let input = |input: &Along<InputKind>| match input.value {
-        InputKind::Motor(_) if variant.reduced.equations.domain_of(input) == Domain::Charge => mark(&input.element, 6),
-        InputKind::Motor(_) => mark(&input.element, 3),
+        InputKind::Motor(_) => match variant.reduced.equations.domain_of(input) {
+            Domain::Charge => mark(&input.element, 6),
+            Domain::Translation => mark(&input.element, 7),
+            Domain::Rotation => mark(&input.element, 3),
+        },
         InputKind::Disturbance => mark(&input.element, 5),
     };
     let inputs: Vec<String> = variant.reduced.equations.inputs.iter().map(input).collect();
@@ -178,7 +181,7 @@ fn constraints(variant: &PreparedVariant, angle: &dyn Fn(&str) -> String) -> Vec
     linear.chain(curves).collect()
 }
 
-/// A name in the text: of a coordinate by the order of its derivative, of a motor's torque, friction, disturbance or voltage.
+/// A name in the text: of a coordinate by the order of its derivative, of a motor's torque, friction, disturbance, voltage or force.
 fn text_mark(name: &str, order: usize) -> String {
     match order {
         0 | 5 => name.to_string(),
@@ -186,23 +189,23 @@ fn text_mark(name: &str, order: usize) -> String {
         2 => format!("{name}''"),
         3 => Quantity::Torque.of(name),
         6 => Quantity::Voltage.of(name),
+        7 => Quantity::Force.of(name),
         _ => format!("sgn({name}')"),
     }
 }
 
 fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     let mut out = String::new();
-    let charges = charges(variant).len();
-    let shafts = model.basis.rows() - charges;
-    let (kinds, units, others) = match (shafts, charges) {
-        (_, 0) => (format!("shafts {shafts}"), "angles in rad, torques in N m", "Shafts"),
-        (0, _) => (format!("charges {charges}"), "charges in C, voltages in V", "Charges"),
-        _ => (
-            format!("shafts {shafts}, charges {charges}"),
-            "angles in rad, torques in N m, charges in C, voltages in V",
-            "Shafts and charges",
-        ),
+    let kinds = kinds(variant);
+    let join = |words: Vec<String>| words.join(", ");
+    let others: Vec<&str> = kinds.iter().map(|kind| kind.plural).collect();
+    let others = match others.as_slice() {
+        [others @ .., last] if !others.is_empty() => format!("{} and {last}", others.join(", ")),
+        others => others.concat(),
     };
+    let others = others[..1].to_uppercase() + &others[1..];
+    let units = join(kinds.iter().map(|kind| kind.units.to_string()).collect());
+    let kinds = join(kinds.iter().map(|kind| format!("{} {}", kind.plural, kind.count)).collect());
     let _ = writeln!(out, "Model {}: {kinds}, degrees of freedom {}", variant.model.name, model.coordinates.len());
     let _ = writeln!(out, "Coordinates: {} ({units})\n", model.coordinates.join(", "));
     out.push_str("Equations of motion\n");
@@ -239,11 +242,31 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     out
 }
 
-/// The coordinates that are charges.
-fn charges(variant: &PreparedVariant) -> Vec<&str> {
-    let equations = &variant.reduced.equations;
-    let names = equations.coordinates.iter().enumerate().filter(|(k, _)| equations.domain(*k) == Domain::Charge);
-    names.map(|(_, name)| name.as_str()).collect()
+/// What the coordinates of a model are.
+struct CoordinateKind {
+    plural: &'static str,
+    count: usize,
+    units: &'static str,
+}
+
+/// The kinds of coordinates that there are, in one order.
+fn kinds(variant: &PreparedVariant) -> Vec<CoordinateKind> {
+    let domains = &variant.reduced.equations.domains;
+    let words = [
+        (Domain::Rotation, "shafts", "angles in rad, torques in N m"),
+        (Domain::Translation, "masses", "positions in m, forces in N"),
+        (Domain::Charge, "charges", "charges in C, voltages in V"),
+    ];
+    let kind = |(domain, plural, units)| {
+        let count = domains.iter().filter(|other| **other == domain).count();
+        CoordinateKind { plural, count, units }
+    };
+    words.into_iter().map(kind).filter(|kind| kind.count > 0).collect()
+}
+
+/// What a coordinate is, by its name.
+fn domain_of(variant: &PreparedVariant, name: &str) -> Domain {
+    variant.reduced.coordinate(name).map(|k| variant.reduced.equations.domain(k)).unwrap_or_default()
 }
 
 fn matrices<'m>(
@@ -282,10 +305,14 @@ fn table(rows: &[String], columns: &[String], matrix: &Matrix<f64>, out: &mut St
 
 fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
     let escape = |name: &str| name.replace('_', r"\_");
-    let charges = charges(variant);
+    let kinds = kinds(variant);
     let mark = |name: &str, order: usize| {
         let index = format!(r"\mathrm{{{}}}", escape(name));
-        let letter = if charges.contains(&name) { " q" } else { r"\varphi" };
+        let letter = match domain_of(variant, name) {
+            Domain::Charge => " q",
+            Domain::Translation => " s",
+            Domain::Rotation => r"\varphi",
+        };
         match order {
             5 => index,
             0 => format!("{}_{{{index}}}", letter.trim_start()),
@@ -293,12 +320,13 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
             2 => format!(r"\ddot{letter}_{{{index}}}"),
             3 => format!(r"\tau_{{{index}}}"),
             6 => format!("u_{{{index}}}"),
-            _ => format!(r"\operatorname{{sgn}}\dot\varphi_{{{index}}}"),
+            7 => format!("f_{{{index}}}"),
+            _ => format!(r"\operatorname{{sgn}}\dot{letter}_{{{index}}}"),
         }
     };
     let mut out = String::new();
-    let units = if charges.is_empty() { "" } else { "; of circuits charges in C, voltages in V" };
-    let _ = writeln!(out, "% Model {}: angles in rad, torques in N m{units}", variant.model.name);
+    let units: Vec<&str> = kinds.iter().map(|kind| kind.units).collect();
+    let _ = writeln!(out, "% Model {}: {}", variant.model.name, units.join("; "));
     if !Kinematics::new(&variant.reduced).is_constant() {
         out.push_str("% The matrices depend on the position; these hold at the initial position, near rest.\n");
     }
@@ -326,7 +354,8 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
         .filter(|input| matches!(input.value, InputKind::Motor(_)))
         .map(|input| escape(&input.element))
         .collect();
-    let kind = if charges.is_empty() { "motors" } else { "motors and voltage sources" };
+    let circuit = kinds.iter().any(|kind| kind.plural == "charges");
+    let kind = if circuit { "motors and voltage sources" } else { "motors" };
     let _ = writeln!(out, "% Columns of F_r: all inputs in order of name; {kind}: {}", motors.join(", "));
     out
 }

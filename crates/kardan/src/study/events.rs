@@ -5,10 +5,9 @@ use super::places::places_in_control;
 use super::read::{physical_dimension, quantity, read_word};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::equations::{Domain, InputKind};
+use crate::equations::InputKind;
 use crate::model::{ControlSpec, Document, Model, TableReader};
 use crate::names::{Quantity, SignalName};
-use crate::results::Physical;
 use crate::schema::{Sign, Table, Value};
 use crate::simulate::{SignalEvent, Source, SourceTarget};
 use crate::units::{Dimension, Exact};
@@ -67,15 +66,12 @@ pub(super) fn sources(
         let (name, description) = match &input.value {
             InputKind::Disturbance => (input.element.clone(), format!("disturbance {}", input.element)),
             InputKind::Motor(_) if commanded.contains(&input.element) => continue,
-            InputKind::Motor(_) if equations.domain_of(input) == Domain::Charge => {
-                (Quantity::Voltage.of(&input.element), format!("voltage of {}", input.element))
+            InputKind::Motor(_) => {
+                let effort = equations.domain_of(input).effort();
+                (effort.of(&input.element), format!("{} of {}", effort.physical().word(), input.element))
             }
-            InputKind::Motor(_) => (Quantity::Torque.of(&input.element), format!("torque of {}", input.element)),
         };
-        let physical = match equations.domain_of(input) {
-            Domain::Rotation => Physical::Torque,
-            Domain::Charge => Physical::Voltage,
-        };
+        let physical = equations.domain_of(input).effort().physical();
         sources.push(Source { name, physical, description, target: SourceTarget::Input(k) });
     }
     sources.sort_by(|a, b| a.name.cmp(&b.name));
@@ -93,7 +89,7 @@ fn not_settable(signal: &str, sources: &[Source], document: &Document, model: &M
     let name = SignalName::new(signal);
     let (head, quantity) = (name.alone().unwrap_or(signal), name.quantity());
     let is_kind = |keyword: &str| document.elements.iter().any(|e| e.name == head && e.kind.keyword == keyword);
-    if quantity == Some(Quantity::Torque) && is_kind("motor") {
+    if matches!(quantity, Some(Quantity::Torque | Quantity::Force)) && is_kind("motor") {
         let commands = |control: &&ControlSpec| (control.law.inputs)(&control.values).iter().any(|input| input == head);
         let control = model.controls.iter().find(commands)?;
         let references: Vec<String> = (control.law.references)(&control.values).into_iter().map(|r| r.name).collect();
@@ -104,7 +100,9 @@ fn not_settable(signal: &str, sources: &[Source], document: &Document, model: &M
     let is_charge = document.charges().iter().any(|charge| charge == head);
     let follows = match quantity {
         Some(Quantity::Angle | Quantity::Speed) => is_kind("shaft"),
-        Some(Quantity::Charge | Quantity::Current | Quantity::Voltage) => is_charge,
+        Some(Quantity::Position) => is_kind("mass"),
+        Some(Quantity::Velocity) => is_kind("mass") || is_charge,
+        Some(Quantity::Charge | Quantity::Current) => is_charge,
         _ => false,
     };
     if follows {

@@ -6,7 +6,6 @@ use super::stepped_loop::{Shown, Subject, WITHOUT_MAP, subject, window};
 use super::{PreparedVariant, Progress};
 use crate::element::{Resolved, Values};
 use crate::equations::Measured;
-use crate::names::Quantity;
 use crate::num::{Rational, rational_from_f64};
 use crate::results::{Alternative, Exploration, WithSensor};
 use crate::synthesis::{Clock, Plant, VariedPlant, clock, design_law, reading_variance, running};
@@ -211,13 +210,13 @@ fn candidates(plant: &Plant, values: &Values) -> Vec<String> {
             Measured::Speed(_) | Measured::SpringTorque(_) => {}
             _ => continue,
         }
-        let full = sensor.measured.quantity().of(name);
+        let full = equations.reading(&sensor.measured).of(name);
         if !used.contains(&full) {
             out.push(full);
         }
     }
-    let names =
-        plant.coordinates().iter().filter(|shaft| !measured.contains(shaft)).map(|shaft| Quantity::Angle.of(shaft));
+    let names = plant.coordinates().iter().enumerate().filter(|(_, shaft)| !measured.contains(shaft));
+    let names = names.map(|(k, shaft)| equations.domain(k).motion()[0].of(shaft));
     out.extend(names.filter(|name| !used.contains(name)));
     out
 }

@@ -1,13 +1,13 @@
 //! What `kardan linearise` asks for: the linear model of a variant with names and units.
 
-use std::collections::BTreeSet;
-
-use super::massless::{Mechanical, not_eliminated, state_name};
+use super::massless::{Mechanical, not_eliminated};
+use super::others::{Others, others, state_name};
 use super::prepare::is_error;
-use super::signals::{AnalyzeSettings, WorkingPoint, charges};
+use super::signals::{AnalyzeSettings, WorkingPoint};
 use super::{PreparedVariant, Project};
 use crate::analysis::{LinearSystem, linear_system};
 use crate::diagnostics::Diagnostic;
+use crate::equations::Domain;
 use crate::names::{Quantity, SignalName};
 use crate::num::Matrix;
 use crate::results::{Linearised, NamedUnit};
@@ -49,8 +49,8 @@ impl Project {
         let variant = prepared.variant(settings.variant.as_deref())?;
         let mut notes = Vec::new();
         let point = WorkingPoint::of(variant, settings, &mut notes)?;
-        let charges = charges(&variant.reduced);
-        let mut system = system_at(variant, &point, settings, &charges)?;
+        let others = others(&variant.reduced);
+        let mut system = system_at(variant, &point, settings, &others)?;
         if !descriptor {
             system = system.explicit().ok_or_else(|| {
                 let message = "the inertia matrix is singular: there is no ẋ = A x + B u";
@@ -59,17 +59,17 @@ impl Project {
         }
         let unit = |name: &String| NamedUnit { name: name.clone(), unit: SignalName::new(name).unit().into() };
         let outputs = system.outputs.iter().zip(&point.outputs).map(|(name, output)| {
-            let quantity = SignalName::new(name).quantity().unwrap_or_else(|| output.measured.quantity());
+            let quantity = variant.reduced.equations.reading(&output.measured);
             NamedUnit { name: name.clone(), unit: quantity.unit().into() }
         });
         let inputs = system.inputs.iter().zip(&point.system.inputs).map(|(name, input)| {
-            let electric = input.row.iter().all(|(k, _)| charges.contains(&point.system.coordinates[*k]));
-            let quantity = if electric { Quantity::Voltage } else { Quantity::Torque };
+            let first = input.row.first().and_then(|(k, _)| others.get(&point.system.coordinates[*k]));
+            let quantity = first.map_or(Domain::Rotation, |domain| *domain).effort();
             NamedUnit { name: name.clone(), unit: quantity.unit().into() }
         });
         let coordinates = variant.reduced.coordinate_names();
         let places = coordinates.iter().zip(&point.position);
-        let angle = |name: &String| unit(&state_name(&Quantity::Angle.of(name), &charges));
+        let angle = |name: &String| unit(&state_name(&Quantity::Angle.of(name), &others));
         let found = Linearised {
             name: prepared.name.clone(),
             variant: variant.name.clone(),
@@ -93,7 +93,7 @@ fn system_at(
     variant: &PreparedVariant,
     point: &WorkingPoint,
     settings: &AnalyzeSettings,
-    charges: &BTreeSet<String>,
+    others: &Others,
 ) -> Result<LinearSystem, Vec<Diagnostic>> {
     let (coordinates, basis) = point.system.explicit_basis(&variant.reduced.coordinates);
     if coordinates.is_empty() {
@@ -107,8 +107,8 @@ fn system_at(
     let mut system = match (mechanical.is_regular(), settings.eliminate_massless) {
         (true, _) => mechanical.into_pencil(),
         (false, false) => return Err(mechanical.refusal(variant)),
-        (false, true) => mechanical.eliminate().map_err(|error| not_eliminated(error, charges, variant))?.system,
+        (false, true) => mechanical.eliminate().map_err(|error| not_eliminated(error, others, variant))?.system,
     };
-    system.states.iter_mut().for_each(|state| *state = state_name(state, charges));
+    system.states.iter_mut().for_each(|state| *state = state_name(state, others));
     Ok(system)
 }

@@ -1,14 +1,12 @@
 //! Motions without inertia, eliminated for an analysis.
 
-use std::collections::BTreeSet;
-
 use super::PreparedVariant;
+use super::others::{Others, state_name};
 use crate::analysis::{
     Eliminated, LinearSystem, MasslessError, Side, combination, eliminate_massless, massless_direction,
     plain_combination,
 };
 use crate::diagnostics::Diagnostic;
-use crate::names::{Quantity, SignalName, carrier};
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, echelon};
 use crate::results::{Definition, Elimination};
 
@@ -93,10 +91,10 @@ impl Mechanical {
     }
 
     /// What was eliminated, in words.
-    pub(super) fn elimination(&self, eliminated: &Eliminated, charges: &BTreeSet<String>) -> Elimination {
+    pub(super) fn elimination(&self, eliminated: &Eliminated, others: &Others) -> Elimination {
         let (r, inertia) = (self.coordinates.len(), self.inertia());
         let direction = massless_direction(&self.coordinates, &inertia).unwrap_or_default();
-        let named = |name: &String| state_name(name, charges);
+        let named = |name: &String| state_name(name, others);
         let term = |(name, factor): &(String, Rational)| (named(name), factor.clone());
         Elimination {
             motions: r - echelon(&inertia, &(0..r).collect::<Vec<_>>()).rank(),
@@ -131,14 +129,10 @@ impl Mechanical {
     }
 }
 
-/// Why the elimination failed; `charges` are coordinates that are no angles.
-pub(super) fn not_eliminated(
-    error: MasslessError,
-    charges: &BTreeSet<String>,
-    variant: &PreparedVariant,
-) -> Vec<Diagnostic> {
+/// Why the elimination failed; `others` are coordinates that are no angles.
+pub(super) fn not_eliminated(error: MasslessError, others: &Others, variant: &PreparedVariant) -> Vec<Diagnostic> {
     let rename = |direction: Vec<(String, Rational)>| -> Vec<(String, Rational)> {
-        direction.into_iter().map(|(name, factor)| (state_name(&name, charges), factor)).collect()
+        direction.into_iter().map(|(name, factor)| (state_name(&name, others), factor)).collect()
     };
     let (error, help) = match error {
         MasslessError::Undetermined { direction } => (
@@ -156,14 +150,4 @@ pub(super) fn not_eliminated(
         mistake.labels.clone_from(&massless.labels);
     }
     vec![mistake]
-}
-
-/// `a.w` as it is, `L1.i` in place of `L1.w` for a charge.
-pub(super) fn state_name(name: &str, charges: &BTreeSet<String>) -> String {
-    let branch = carrier(name);
-    match SignalName::new(name).quantity().filter(|_| charges.contains(branch)) {
-        Some(Quantity::Angle) => Quantity::Charge.of(branch),
-        Some(Quantity::Speed) => Quantity::Current.of(branch),
-        _ => name.to_string(),
-    }
 }

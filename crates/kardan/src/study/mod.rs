@@ -20,6 +20,7 @@ mod linearise;
 mod margins;
 mod margins_over;
 mod massless;
+mod others;
 mod passage;
 mod placement;
 mod places;

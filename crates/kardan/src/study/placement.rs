@@ -37,7 +37,7 @@ impl Places<'_> {
         let unit = if spec.motion.is_empty() { "rad^2/(N^2 m^2 s)" } else { "N^2 m^2 s" };
         let inputs = self.search(Side::Inputs, motors.collect(), &mut |states| self.reach(states, notes), unit);
         let sensors = spec.sensors.iter().map(|place| {
-            let begin = if SignalName::new(&place.signal).is(Quantity::Speed) { r } else { 0 };
+            let begin = if SignalName::new(&place.signal).is_rate() { r } else { 0 };
             Candidate { name: place.signal.clone(), cost: place.cost, column: self.column(&place.shaft, begin) }
         });
         let unit = if spec.sensors.iter().all(|place| SignalName::new(&place.signal).is(Quantity::Angle)) {
@@ -119,8 +119,7 @@ impl Places<'_> {
 
 /// Speeds with this weight count as angles.
 fn scaled(states: &[Combination], speed: f64) -> Measure {
-    let is_rate = |quantity| matches!(quantity, Some(Quantity::Speed | Quantity::Current));
-    let is_speed = |terms: &Combination| terms.iter().all(|(name, _)| is_rate(SignalName::new(name).quantity()));
+    let is_speed = |terms: &Combination| terms.iter().all(|(name, _)| SignalName::new(name).is_rate());
     Measure::SmallestEigenvalue(states.iter().map(|s| if is_speed(s) { speed } else { 1.0 }).collect())
 }
 

@@ -146,7 +146,7 @@ fn unreduced(model: &mut Model) -> Reduced {
         | Term::Balance { along, .. }
         | Term::Input { along, .. } => of_element(named, along),
         Term::Transmission { driven, driving, .. } => known(driven) && known(driving),
-        Term::Output(_) | Term::Charge { .. } => true,
+        Term::Output(_) | Term::Charge { .. } | Term::Position { .. } | Term::Measure(_) => true,
     });
     let constrains = |element: &String| {
         let is_row =

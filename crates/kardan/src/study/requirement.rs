@@ -91,7 +91,7 @@ fn written(bound: f64, unit: &DisplayUnit) -> f64 {
 /// The motor of which a signal is the torque.
 pub(super) fn motor_of(signal: &str) -> Option<&str> {
     let name = SignalName::new(signal);
-    name.alone().filter(|_| matches!(name.quantity(), Some(Quantity::Torque | Quantity::Command)))
+    name.alone().filter(|_| matches!(name.quantity(), Some(Quantity::Torque | Quantity::Force | Quantity::Command)))
 }
 
 /// The mean over the time of values that lie on straight lines between the rows; of one row its value.

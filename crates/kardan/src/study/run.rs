@@ -15,6 +15,7 @@ use super::{
     AnalyzeSettings, DesignSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent, overrule, strain,
 };
 use crate::diagnostics::{Diagnostic, nearest};
+use crate::equations::Domain;
 use crate::names::Quantity;
 use crate::results::{Analysis, Design, Outcome, Plot, PlottedReference, Run, Study};
 use crate::simulate::{Method, RunResult, Setup, Tolerance, signal_names, simulate};
@@ -100,8 +101,10 @@ impl Project {
         progress.release();
         let mut study = Study { warnings, analysis, designs, ..Arc::unwrap_or_clone(study) };
         for ((run, second), variant) in study.runs.iter_mut().zip(&seconds).zip(&chosen) {
-            let sensors = variant.reduced.equations.sensors.iter();
-            let readings: Vec<String> = sensors.map(|(name, sensor)| sensor.measured.quantity().of(name)).collect();
+            let equations = &variant.reduced.equations;
+            let sensors = equations.sensors.iter();
+            let readings: Vec<String> =
+                sensors.map(|(name, sensor)| equations.reading(&sensor.measured).of(name)).collect();
             run.accuracy = accuracy::estimate(run, second, tolerance(prepared, settings, progress), &readings);
         }
         Ok(study)
@@ -213,8 +216,9 @@ fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analys
 fn controlled(variant: &PreparedVariant) -> Vec<Plot> {
     let columns = signal_names(&variant.reduced, &variant.scenario);
     let signal = |name: &str| {
-        let torque = Quantity::Torque.of(name);
-        columns.iter().find(|(other, _)| other == name).or_else(|| columns.iter().find(|(other, _)| *other == torque))
+        let efforts = [Quantity::Torque, Quantity::Force].map(|quantity| quantity.of(name));
+        let named = || columns.iter().find(|(other, _)| efforts.contains(other));
+        columns.iter().find(|(other, _)| other == name).or_else(named)
     };
     let mut plots: Vec<Plot> = Vec::new();
     let mut others: Vec<String> = Vec::new();
@@ -256,6 +260,14 @@ fn default_plots(variant: &PreparedVariant) -> Vec<Plot> {
     let coordinates = |quantity: Quantity| {
         names.iter().map(|name| quantity.of(name)).filter(|name| columns.contains(name)).collect::<Vec<_>>()
     };
+    // A branch has a voltage of the same name.
+    let masses = |quantity: Quantity| {
+        let equations = &variant.reduced.equations;
+        let is_mass = |name: &&String| {
+            variant.reduced.coordinate(name).is_some_and(|k| equations.domain(k) == Domain::Translation)
+        };
+        names.iter().filter(is_mass).map(|name| quantity.of(name)).collect::<Vec<_>>()
+    };
     let inputs = |quantity: Quantity| {
         let inputs: Vec<_> = variant.reduced.equations.inputs.iter().map(|input| quantity.of(&input.element)).collect();
         columns.iter().filter(|name| inputs.contains(name)).cloned().collect()
@@ -270,6 +282,9 @@ fn default_plots(variant: &PreparedVariant) -> Vec<Plot> {
         plot("angles", "Angles of the coordinates", coordinates(Quantity::Angle)),
         plot("speeds", "Speeds of the coordinates", coordinates(Quantity::Speed)),
         plot("torques", "Motor torques", inputs(Quantity::Torque)),
+        plot("positions", "Positions of the coordinates", coordinates(Quantity::Position)),
+        plot("velocities", "Velocities of the coordinates", masses(Quantity::Velocity)),
+        plot("forces", "Forces of motors", inputs(Quantity::Force)),
         plot("charges", "Charges of the coordinates", coordinates(Quantity::Charge)),
         plot("currents", "Currents of the coordinates", coordinates(Quantity::Current)),
         plot("voltages", "Source voltages", inputs(Quantity::Voltage)),

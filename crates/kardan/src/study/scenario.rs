@@ -6,7 +6,7 @@ use super::read::{of_dimension, quantity, read_word};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::equations::Domain;
-use crate::model::{Document, Model, Setting, TableReader};
+use crate::model::{Document, Instance, Model, Setting, TableReader};
 use crate::names::{SignalName, carrier, unknown_name};
 use crate::num::{Rational, rational_to_f64};
 use crate::schema::{Sign, Table, Value};
@@ -79,6 +79,7 @@ fn check_noise(reader: &TableReader<'_>, document: &Document, out: &mut Vec<Diag
             Some("torque" | "net_torque") => Dimension::TORQUE,
             _ => continue,
         };
+        let dimension = if sensor.table.along_masses { dimension.along_masses() } else { dimension };
         let what = format!("sensor `{}`", sensor.name);
         let noise = quantity(reader, &sensor.table, "noise", (dimension, Sign::NonNegative), &what, out);
         if let Some(noise) = noise.filter(|noise| noise.signum() < 0) {
@@ -214,19 +215,18 @@ pub(super) fn initial_state(
     };
     let charges = document.charges();
     let mut shafts: Vec<&str> =
-        document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str()).collect();
+        document.elements.iter().filter(|e| e.body().is_some()).map(|e| e.name.as_str()).collect();
     shafts.extend(charges.iter().map(String::as_str));
     for (name, scalar) in entries {
         let signal = SignalName::new(&name.value);
         let shaft = carrier(&name.value);
         let coordinate = names.iter().position(|n| n == shaft);
         let is_shaft = shafts.contains(&shaft);
-        let domain =
-            |name: &str| if charges.iter().any(|charge| charge == name) { Domain::Charge } else { Domain::Rotation };
-        let dimensions = match domain(shaft) {
-            Domain::Charge => [Dimension::CHARGE, Dimension::CURRENT],
-            Domain::Rotation => [Dimension::ANGLE, Dimension::ANGULAR_VELOCITY],
+        let domain = |name: &str| match document.elements.iter().find(|e| e.name == name) {
+            _ if charges.iter().any(|charge| charge == name) => Domain::Charge,
+            found => found.and_then(Instance::body).unwrap_or_default(),
         };
+        let dimensions = domain(shaft).dimensions();
         let rate = domain(shaft).motion().iter().position(|quantity| signal.is(*quantity));
         let target = match (rate, coordinate) {
             (Some(0), Some(k)) => Some((Some(&mut position[k]), dimensions[0])),

@@ -182,7 +182,7 @@ impl Subject<'_> {
                 threshold: spec.threshold,
             };
             let equations = &self.variant.reduced.equations;
-            let circuit = self.coordinates.iter().any(|&q| equations.domain(q) == Domain::Charge);
+            let circuit = self.coordinates.iter().any(|&q| equations.domain(q) != Domain::Rotation);
             let unit = match side {
                 _ if circuit => "SI",
                 Side::Inputs => "rad^2/(N^2 m^2 s)",

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::PreparedVariant;
 use super::analysis::output;
 use super::checks::signals_of;
-use super::massless::state_name;
+use super::others::{others, state_name};
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::TransmissionRow;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -71,13 +71,6 @@ fn ratios(reduced: &Reduced, position: &[f64]) -> Vec<String> {
     reduced.equations.transmissions.iter().zip(slopes(reduced, position)).map(told).collect()
 }
 
-/// Coordinates that are charges of a circuit, not angles.
-pub(super) fn charges(reduced: &Reduced) -> BTreeSet<String> {
-    let equations = &reduced.equations;
-    let is_charge = |(k, _): &(usize, &String)| equations.domain(*k) == Domain::Charge;
-    equations.coordinates.iter().enumerate().filter(is_charge).map(|(_, name)| name.clone()).collect()
-}
-
 /// Inputs and outputs: asked for on the command line, in the file, or by default; says which default was taken.
 pub(super) fn signals(
     variant: &PreparedVariant,
@@ -98,7 +91,8 @@ pub(super) fn signals(
         notes.push(if motors.is_empty() {
             "the model has no motor: nothing is controllable".into()
         } else {
-            let what = if charges(&variant.reduced).is_empty() { "motors" } else { "motors and sources" };
+            let circuit = others(&variant.reduced).values().any(|domain| *domain == Domain::Charge);
+            let what = if !circuit { "motors" } else { "motors and sources" };
             format!("inputs: all {what} ({})", motors.join(", "))
         });
         motors
@@ -118,14 +112,14 @@ pub(super) fn signals(
             .controls
             .iter()
             .flat_map(|control| signals_of(control.law.fields, &control.values))
-            .filter(|signal| SignalName::new(signal).is(Quantity::Angle))
+            .filter(|signal| SignalName::new(signal).angle_of().is_some())
             .collect();
         let names: Vec<String> = if controlled.is_empty() {
             variant
                 .reduced
                 .coordinate_names()
                 .iter()
-                .map(|shaft| state_name(&Quantity::Angle.of(shaft), &charges(&variant.reduced)))
+                .map(|shaft| state_name(&Quantity::Angle.of(shaft), &others(&variant.reduced)))
                 .collect()
         } else {
             controlled.into_iter().collect()

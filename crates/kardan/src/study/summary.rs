@@ -11,6 +11,11 @@ use crate::synthesis::closed_loop_poles;
 pub(super) fn matrix_words(reduced: &Reduced) -> [(&'static str, &'static str); 3] {
     let has = |domain| reduced.coordinates.iter().any(|&k| reduced.equations.domain(k) == domain);
     match (has(Domain::Rotation), has(Domain::Charge)) {
+        _ if has(Domain::Translation) && has(Domain::Charge) => {
+            [("inertia and inductance", "SI"), ("damping and resistance", "SI"), ("stiffness and elastance", "SI")]
+        }
+        (true, _) if has(Domain::Translation) => [("inertia and mass", "SI"), ("damping", "SI"), ("stiffness", "SI")],
+        _ if has(Domain::Translation) => [("mass", "kg"), ("damping", "N s/m"), ("stiffness", "N/m")],
         (_, false) => [("inertia", "kg m^2"), ("damping", "N m s/rad"), ("stiffness", "N m/rad")],
         (false, true) => [("inductance", "H"), ("resistance", "Ohm"), ("elastance", "1/F")],
         (true, true) => [

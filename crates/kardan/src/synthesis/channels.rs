@@ -62,12 +62,23 @@ pub(super) fn check_dynamics(channel: &Values, output: &str) -> Result<(), Synth
 /// The reference of a channel. Its unit is told by the end of the output's name; without one it is a torque.
 pub(super) fn reference(channel: &Values) -> Option<Reference> {
     let (output, name) = (channel.word("output")?, channel.word("reference")?);
-    let physical = match SignalName::new(output).quantity() {
-        Some(Quantity::Angle) => Physical::Angle,
-        Some(Quantity::Speed) => Physical::Speed,
-        _ => Physical::Torque,
-    };
+    let physical = SignalName::new(output).quantity().map_or(Physical::Torque, Quantity::physical);
     Some(Reference { name: name.into(), physical, description: format!("reference of {output}") })
+}
+
+/// An angle, or of a mass a position.
+pub(super) fn position_along(output: &str) -> Physical {
+    if SignalName::new(output).is(Quantity::Position) { Physical::Position } else { Physical::Angle }
+}
+
+/// What acts along an output: a torque along an angle, a force along a position.
+pub(super) fn effort_along(output: &str) -> Physical {
+    if SignalName::new(output).is(Quantity::Position) { Physical::Force } else { Physical::Torque }
+}
+
+/// The unit of the inertia that is felt along an output.
+pub(super) fn inertia_unit(output: &str) -> &'static str {
+    if SignalName::new(output).is(Quantity::Position) { "kg" } else { "kg m^2" }
 }
 
 /// Reports the first name that stands twice.

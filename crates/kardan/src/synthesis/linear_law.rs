@@ -262,8 +262,7 @@ impl<T: Float> Block for StateSpaceBlock<T> {
 }
 
 fn data(request: &Request<'_>, design: &Design, references: &[Reference], block: &LinearBlock) -> ControllerData {
-    let names = &request.plant.linear.coordinates;
-    let mut reads = [Quantity::Angle, Quantity::Speed].map(|quantity| ReadSignal::of_each(quantity, names)).concat();
+    let mut reads = [0, 1].map(|rate| request.plant.motions(rate)).concat();
     reads.extend(references.iter().map(|r| ReadSignal::new(&r.name, r.physical.unit())));
     let shafts = request.plant.coordinates();
     reads.extend(ReadSignal::of_each(Quantity::Disturbance, request.disturbances.iter().map(|&k| &shafts[k])));

@@ -15,6 +15,8 @@ pub(super) struct Nonlinear {
     at_design_point: Arc<dyn Law>,
     /// Whether the model is its linear one, without forces at zero.
     like_linear: bool,
+    /// Positions and rates of the coordinates.
+    motions: Vec<ReadSignal>,
     /// As it is at the start of a run.
     block: ComputedTorqueBlock<f64>,
 }
@@ -174,15 +176,14 @@ impl Nonlinear {
             data,
         };
         block.memory = vec![0.0; block.law().memory()];
-        Ok(Self { at_design_point, like_linear: request.plant.is_linear(), block })
+        let motions = [0, 1].map(|rate| request.plant.motions(rate)).concat();
+        Ok(Self { at_design_point, like_linear: request.plant.is_linear(), motions, block })
     }
 
     /// The tables of the model as the block reads them.
     fn data(&self) -> ControllerData {
         let shafts = &self.block.data.shafts;
-        let coordinates = || self.block.coordinates.iter().map(|&k| &shafts[k]);
-        let mut reads =
-            [Quantity::Angle, Quantity::Speed].map(|quantity| ReadSignal::of_each(quantity, coordinates())).concat();
+        let mut reads = self.motions.clone();
         let references = self.at_design_point.references();
         reads.extend(
             self.block

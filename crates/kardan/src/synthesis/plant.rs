@@ -10,6 +10,7 @@ use crate::equations::{InputKind, Measured};
 use crate::names::{Quantity, SignalName};
 use crate::num::{Matrix, Rational};
 use crate::reduce::{Dynamics, Kinematics, LinearModel, Reduced, linearise};
+use crate::results::ReadSignal;
 
 /// The model that a law is designed on: the file's, with the design values of the controller, without Coulomb friction.
 #[derive(Debug, Clone)]
@@ -84,8 +85,32 @@ impl Plant {
 
     /// Names of the states `[q_r; q̇_r]`.
     pub fn states(&self) -> Vec<String> {
-        let names = || self.linear.coordinates.iter();
-        names().map(|name| Quantity::Angle.of(name)).chain(names().map(|name| Quantity::Speed.of(name))).collect()
+        [0, 1].into_iter().flat_map(|rate| self.motions(rate)).map(|read| read.signal).collect()
+    }
+
+    /// Positions (`rate` 0) or rates (1) of the coordinates, with their units.
+    pub fn motions(&self, rate: usize) -> Vec<ReadSignal> {
+        let equations = &self.reduced.equations;
+        let quantity = |k: usize| equations.domain(k).motion()[rate];
+        let signal = |&k: &usize| ReadSignal::new(quantity(k).of(&equations.coordinates[k]), quantity(k).unit());
+        self.reduced.coordinates.iter().map(signal).collect()
+    }
+
+    /// The torque of a motor, or its force.
+    pub fn effort_of(&self, input: &str) -> String {
+        let equations = &self.reduced.equations;
+        let found = equations.inputs.iter().find(|other| other.element == input);
+        found.map_or(Quantity::Torque, |found| equations.domain_of(found).effort()).of(input)
+    }
+
+    /// The unit of an output: of a sensor, or of a coordinate's motion.
+    pub fn unit_of(&self, output: &str) -> &'static str {
+        let signal = SignalName::new(output);
+        let sensor = self.reduced.equations.sensors.iter().find(|(sensor, _)| sensor == signal.element);
+        match sensor {
+            Some((_, sensor)) => self.reduced.equations.reading(&sensor.measured).unit(),
+            None => signal.unit(),
+        }
     }
 
     /// The linear model as terms along directions, with these inputs.
@@ -120,16 +145,15 @@ impl Plant {
         let head = signal.element;
         let equations = &self.reduced.equations;
         if self.reduced.coordinate(head).is_some() {
-            let measured =
-                if signal.is(Quantity::Speed) { Measured::Speed(head.into()) } else { Measured::Angle(head.into()) };
+            let measured = if signal.is_rate() { Measured::Speed(head.into()) } else { Measured::Angle(head.into()) };
             return Ok(OutputSignal { name: name.into(), measured });
         }
         let sensor = equations.sensors.iter().find(|(sensor, _)| sensor == head);
         let measured =
             sensor.map(|(_, sensor)| sensor.measured.clone()).unwrap_or_else(|| panic!("no output `{name}`"));
-        let quantity = measured.quantity();
+        let quantity = equations.reading(&measured);
         let full = quantity.of(head);
-        if name == full || quantity == Quantity::Torque && signal.word.is_none() {
+        if name == full || matches!(quantity, Quantity::Torque | Quantity::Force) && signal.word.is_none() {
             return Ok(OutputSignal { name: full, measured });
         }
         Err(SynthesisError::SensorKind { signal: name.into(), full })

@@ -37,6 +37,22 @@ impl Dimension {
     pub const STIFFNESS: Self = Self::mechanical(1, 2, -2, -1);
     /// A torsional damping [N m s/rad].
     pub const DAMPING: Self = Self::mechanical(1, 2, -1, -1);
+    /// A length, or the position of a mass \[m\].
+    pub const LENGTH: Self = Self::mechanical(0, 1, 0, 0);
+    /// A velocity [m/s].
+    pub const VELOCITY: Self = Self::mechanical(0, 1, -1, 0);
+    /// A force \[N\].
+    pub const FORCE: Self = Self::mechanical(1, 1, -2, 0);
+    /// The rate of a force [N/s].
+    pub const FORCE_RATE: Self = Self::mechanical(1, 1, -3, 0);
+    /// A mass \[kg\].
+    pub const MASS: Self = Self::mechanical(1, 0, 0, 0);
+    /// The stiffness of a spring between masses [N/m].
+    pub const LINEAR_STIFFNESS: Self = Self::mechanical(1, 0, -2, 0);
+    /// The damping between masses [N s/m].
+    pub const LINEAR_DAMPING: Self = Self::mechanical(1, 0, -1, 0);
+    /// A length for each angle: a radius, or the lead of a screw over its turn [m/rad].
+    pub const LENGTH_PER_ANGLE: Self = Self::mechanical(0, 1, 0, -1);
     /// A time \[s\].
     pub const TIME: Self = Self::mechanical(0, 0, 1, 0);
     /// An electric charge \[C\].
@@ -61,6 +77,27 @@ impl Dimension {
     /// ```
     pub const fn mechanical(kg: i8, m: i8, s: i8, angle: i8) -> Self {
         Self { exponents: [kg, m, s, 0, 0, 0, 0], angle }
+    }
+
+    /// The same quantity along masses where it is one of shafts: forces for torques, lengths for angles.
+    ///
+    /// ```
+    /// use kardan::units::Dimension;
+    /// assert_eq!(Dimension::STIFFNESS.along_masses().si(), "N/m");
+    /// assert_eq!(Dimension::TIME.along_masses(), Dimension::TIME);
+    /// ```
+    #[must_use]
+    pub fn along_masses(self) -> Self {
+        match self {
+            Self::ANGLE => Self::LENGTH,
+            Self::ANGULAR_VELOCITY => Self::VELOCITY,
+            Self::TORQUE => Self::FORCE,
+            Self::TORQUE_RATE => Self::FORCE_RATE,
+            Self::INERTIA => Self::MASS,
+            Self::STIFFNESS => Self::LINEAR_STIFFNESS,
+            Self::DAMPING => Self::LINEAR_DAMPING,
+            other => other,
+        }
     }
 
     const fn electrical(kg: i8, m: i8, s: i8, ampere: i8) -> Self {

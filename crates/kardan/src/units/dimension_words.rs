@@ -14,7 +14,7 @@ const fn known(dimension: Dimension, word: &'static str, si: &'static str, examp
     Known { dimension, word, si, example }
 }
 
-pub(super) static KNOWN: [Known; 22] = [
+pub(super) static KNOWN: [Known; 25] = [
     known(Dimension::NONE, "number without a unit", "", "51/50"),
     known(Dimension::ANGLE, "angle", "rad", "30 deg"),
     known(Dimension::ANGULAR_VELOCITY, "angular velocity", "rad/s", "60 rpm"),
@@ -26,11 +26,14 @@ pub(super) static KNOWN: [Known; 22] = [
     known(Dimension::DAMPING, "torsional damping", "N m s/rad", "0.01 N m s/rad"),
     known(Dimension::TIME, "time", "s", "2 ms"),
     known(Dimension::mechanical(0, 0, -1, 0), "frequency", "Hz", "1 kHz"),
-    known(Dimension::mechanical(1, 0, 0, 0), "mass", "kg", "2 kg"),
-    known(Dimension::mechanical(0, 1, 0, 0), "length", "m", "20 mm"),
-    known(Dimension::mechanical(0, 1, -1, 0), "velocity", "m/s", "0.1 m/s"),
-    known(Dimension::mechanical(1, 1, -2, 0), "force", "N", "10 N"),
-    known(Dimension::mechanical(0, 1, 0, -1), "length per angle", "m/rad", "50 mm/rev"),
+    known(Dimension::MASS, "mass", "kg", "2 kg"),
+    known(Dimension::LENGTH, "length", "m", "20 mm"),
+    known(Dimension::VELOCITY, "velocity", "m/s", "0.1 m/s"),
+    known(Dimension::FORCE, "force", "N", "10 N"),
+    known(Dimension::FORCE_RATE, "force rate", "N/s", "100 N/s"),
+    known(Dimension::LINEAR_STIFFNESS, "stiffness along masses", "N/m", "20 N/mm"),
+    known(Dimension::LINEAR_DAMPING, "damping along masses", "N s/m", "50 N s/m"),
+    known(Dimension::LENGTH_PER_ANGLE, "length per angle", "m/rad", "50 mm/rev"),
     known(Dimension::CHARGE, "charge", "C", "2 uC"),
     known(Dimension::CURRENT, "current", "A", "5 A"),
     known(Dimension::VOLTAGE, "voltage", "V", "24 V"),

@@ -24,12 +24,19 @@ fn nodes_in(fields: &[Field], table: &Table) -> BTreeSet<String> {
     nodes.filter_map(|spanned| word(&spanned.value)).filter(|name| name != GROUND).collect()
 }
 
+/// Masses that a table names.
+fn masses_in(fields: &[Field], table: &Table) -> BTreeSet<String> {
+    let named = fields.iter().filter(|field| field.kind == Kind::Mass).filter_map(|field| table.values.get(field.name));
+    let word = |value: &Value| if let Value::Word(name) = value { Some(name.clone()) } else { None };
+    named.filter_map(|spanned| word(&spanned.value)).collect()
+}
+
 /// Shafts that a table names.
 fn shafts_in(fields: &[Field], table: &Table, out: &mut BTreeSet<String>) {
     for field in fields {
         let Some(value) = table.values.get(field.name).map(|spanned| &spanned.value) else { continue };
         match (field.kind, value) {
-            (Kind::Shaft, Value::Word(name)) => {
+            (Kind::Shaft | Kind::Body, Value::Word(name)) => {
                 out.insert(name.clone());
             }
             (Kind::Shafts(_), Value::Words(names)) => out.extend(names.iter().map(|name| name.value.clone())),
@@ -77,6 +84,23 @@ fn around(kind: &element::Element) -> Vec<String> {
             2 + k
         ));
     }
+    let mut masses = masses_in(kind.fields, &instance.table);
+    for (k, mass) in masses.iter().enumerate() {
+        tables.push(format!(
+            "[mass.{mass}]\nmass = \"1.{k} kg\"\ndamping = \"0.{} N s/m\"\nfriction = \"0.{} N\"\n",
+            2 + k,
+            1 + k
+        ));
+    }
+    masses.extend(document.elements.iter().filter(|e| e.kind.keyword == "mass").map(|e| e.name.clone()));
+    for (k, mass) in masses.iter().enumerate() {
+        tables.push(format!(
+            "[spring_damper.of_{mass}]\nmass_1 = \"{mass}\"\nstiffness = \"{} N/m\"\ndamping = \"0.{} N s/m\"\n\
+             [disturbance.on_{mass}]\nmass = \"{mass}\"\n",
+            20 + 7 * k,
+            3 + k
+        ));
+    }
     tables.push("[motor.drive]\nshaft = \"base\"\n".into());
     for (k, node) in nodes_in(kind.fields, &instance.table).into_iter().enumerate() {
         let parts = [
@@ -99,12 +123,12 @@ fn driven(tables: &[String]) -> String {
     let equations = first(&bare).reduced.equations.clone();
     let mut out = "[scenario]\nduration = \"3 s\"\noutput_step = \"5 ms\"\n".to_string();
     for (k, input) in equations.inputs.iter().enumerate() {
-        let charge = equations.domain_of(input) == Domain::Charge;
+        let effort = equations.domain_of(input).effort();
         let signal = match input.value {
-            InputKind::Motor(_) => format!("{}.{}", input.element, if charge { "v" } else { "tau" }),
+            InputKind::Motor(_) => effort.of(&input.element),
             InputKind::Disturbance => input.element.clone(),
         };
-        let unit = if charge { "V" } else { "N m" };
+        let unit = effort.unit();
         for (at, to, over) in [(0.1, 2.0, 0.0), (0.8, -1.0, 0.5), (2.0, 0.0, 0.0)] {
             out += &format!(
                 "[[scenario.event]]\nat = \"{} s\"\nsignal = \"{signal}\"\nto = \"{to} {unit}\"\nover = \"{over} s\"\n",
@@ -126,8 +150,10 @@ fn shares(run: &Run, reduced: &Reduced, element: &str) -> Vec<(Vec<f64>, Vec<f64
         return equations
             .coordinates
             .iter()
-            .filter(|shaft| run.series.signal(&format!("{element}.{shaft}.tau")).is_some())
-            .map(|shaft| (read(format!("{element}.{shaft}.tau")), read(format!("{shaft}.w"))))
+            .zip(&equations.domains)
+            .map(|(body, domain)| (format!("{element}.{}", domain.effort().of(body)), domain.motion()[1].of(body)))
+            .filter(|(torque, _)| run.series.signal(torque).is_some())
+            .map(|(torque, speed)| (read(torque), read(speed)))
             .collect();
     };
     let name = |charge: usize| &equations.coordinates[charge];

@@ -13,4 +13,5 @@ mod properties;
 mod reduction;
 mod source_equations;
 mod state_space;
+mod translation;
 mod values;

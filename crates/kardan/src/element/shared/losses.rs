@@ -25,14 +25,14 @@ pub(in crate::element) fn losses(along: &Direction, values: &Values) -> Vec<Term
 
 pub(in crate::element) const BREAKAWAY: Field = Field::optional(
     "breakaway",
-    Kind::Quantity(Dimension::TORQUE, Sign::NonNegative),
+    Kind::Mechanical(Dimension::TORQUE, Sign::NonNegative),
     "Torque at which it breaks away from rest, not below `friction`; in motion the friction falls from it as \
      friction + (breakaway - friction) exp(-(w/stribeck_speed)^2). Only runs know it, designs leave friction out. Left out: \
      equal to `friction`.",
 );
 pub(in crate::element) const STRIBECK_SPEED: Field = Field::optional(
     "stribeck_speed",
-    Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+    Kind::Mechanical(Dimension::ANGULAR_VELOCITY, Sign::Positive),
     "Speed with which the friction falls from `breakaway`; needed with it.",
 );
 
@@ -55,8 +55,7 @@ pub(in crate::element) fn check_losses(values: &Values) -> Vec<Mistake> {
     }
     let (friction, breakaway) = (values.exact_or_default("friction"), values.exact("breakaway"));
     if let Some(breakaway) = breakaway.filter(|breakaway| breakaway.to_rational() < friction.to_rational()) {
-        let message =
-            format!("the breakaway torque {} N m is below the friction {} N m", breakaway.to_f64(), friction.to_f64());
+        let message = format!("breaking away takes less than sliding: {} < {}", breakaway.to_f64(), friction.to_f64());
         out.push(Mistake::new(
             "breakaway",
             message,

@@ -4,4 +4,5 @@ pub(super) mod branch;
 pub(super) mod kind;
 pub(super) mod losses;
 pub(super) mod shafts;
+pub(super) mod straight;
 pub(super) mod values;

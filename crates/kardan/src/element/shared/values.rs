@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::equations::Domain;
 use crate::schema::ExactPole;
 use crate::units::Exact;
 
@@ -14,8 +15,10 @@ pub enum Resolved {
     Words(Vec<String>),
     /// A quantity or number, SI.
     Exact(Exact),
-    /// Coefficients by shaft, or values by parameter.
+    /// Values by name.
     Map(Vec<(String, Exact)>),
+    /// Coefficients by shaft or mass, and what their sum with these is.
+    Row(Vec<(String, Exact)>, Domain),
     /// Tables.
     Tables(Vec<Values>),
     /// Poles, 1/s.
@@ -26,6 +29,8 @@ pub enum Resolved {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Values {
     map: BTreeMap<&'static str, Resolved>,
+    /// Whether the element acts along masses.
+    pub along_masses: bool,
     /// What holds for keys that are left out.
     defaults: BTreeMap<&'static str, Resolved>,
 }
@@ -98,9 +103,14 @@ impl Values {
     /// Coefficients by shaft.
     pub fn map(&self, key: &str) -> Option<&[(String, Exact)]> {
         match self.get(key) {
-            Some(Resolved::Map(map)) => Some(map),
+            Some(Resolved::Map(map) | Resolved::Row(map, _)) => Some(map),
             _ => None,
         }
+    }
+
+    /// What a row of coefficients sums up to: an angle or a length.
+    pub fn measure(&self, key: &str) -> Option<Domain> {
+        if let Some(Resolved::Row(_, domain)) = self.get(key) { Some(*domain) } else { None }
     }
 
     /// A list of tables.

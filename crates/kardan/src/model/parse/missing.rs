@@ -38,7 +38,7 @@ fn own(kind: &Kind, known: Known<'_>, used: &mut Vec<String>) -> Option<String> 
     };
     let element = |kinds: &[&str]| kinds.iter().find_map(|kind| names(known, kind).next());
     match kind {
-        Kind::Shaft => Some(format!("{:?}", shafts(1)?.first()?)),
+        Kind::Shaft | Kind::Body => Some(format!("{:?}", shafts(1)?.first()?)),
         Kind::Shafts(count) => shafts((*count).max(1)).map(list),
         Kind::Element(kinds) => element(kinds).map(|name| format!("{name:?}")),
         Kind::Elements(kinds) => element(kinds).map(|name| format!("[{name:?}]")),

@@ -25,6 +25,7 @@
 //! );
 //! ```
 
+mod masses;
 mod missing;
 mod node;
 #[cfg(test)]
@@ -37,6 +38,7 @@ pub use node::Node;
 pub(super) use wording::example;
 use wording::{expected, unknown_key, what_is_written};
 
+use self::masses::moves_along;
 use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::entries::{Entries, Entry, Place, Written};
 use crate::names::nearest_or_alike;
@@ -59,13 +61,24 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
     let known: Vec<&str> = fields.iter().map(|field| field.name).collect();
     let mut read = Table { fields, place: node.place.clone(), ..Table::default() };
     let mut misspelt = Vec::new();
+    read.along_masses = moves_along(fields, node);
     for keyed in node.table.iter() {
         let name = keyed.key.as_str();
-        match fields.iter().find(|field| field.name == name) {
+        let field = fields.iter().find(|field| field.name == name);
+        match field.or_else(|| fields.iter().find(|field| field.alias().is_some_and(|alias| alias == name))) {
+            Some(field) if name != field.name && node.table.keyed(field.name).is_some() => {
+                let message = format!("{what}: `{name}` is another word for `{}`, which is there too", field.name);
+                out.push(
+                    Diagnostic::error("key::duplicate", message)
+                        .at(keyed.place.clone(), "the second name")
+                        .help("remove one of the two"),
+                );
+            }
             Some(field) => {
                 let before = out.len();
                 let label = format!("`{name}` of {what}");
-                match value_near(&field.kind, &label, &keyed.entry, node.known, out) {
+                let kind = field.kind.along(read.along_masses);
+                match value_near(&kind, &label, &keyed.entry, node.known, out) {
                     Some(entry) if field.required && entry.value == Value::Tables(Vec::new()) => {
                         let reader = Reader { kind: &field.kind, what: &label, place: entry.place, known: node.known };
                         reader.unlike("list::length", "one or more tables", "an empty list", "empty", out);
@@ -77,7 +90,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
                             read.unread.push(field.name);
                         }
                         if let (Kind::Quantity(..) | Kind::AnyQuantity, Written::Text(text)) =
-                            (&field.kind, &keyed.entry.value)
+                            (&kind, &keyed.entry.value)
                         {
                             read.written.insert(field.name, text.clone());
                         }
@@ -96,7 +109,9 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
     let mut proposed = own_shafts(node.table);
     for field in fields.iter().filter(|field| field.required && !broken) {
         // A key that was misspelt is reported once only.
-        if node.table.keyed(field.name).is_none() && !misspelt.contains(&field.name) {
+        let given = |name: &str| node.table.keyed(name).is_some();
+        let absent = !given(field.name) && !field.alias().is_some_and(|alias| given(&alias));
+        if absent && !misspelt.contains(&field.name) {
             read.unread.push(field.name);
             out.push(
                 Diagnostic::error("key::missing", format!("{what} needs the key `{}`", field.name))
@@ -156,6 +171,8 @@ fn value_near(
         (_, Written::Broken) => None,
         (
             Kind::Shaft
+            | Kind::Mass
+            | Kind::Body
             | Kind::Node
             | Kind::Element(_)
             | Kind::Signal
@@ -168,10 +185,11 @@ fn value_near(
         (Kind::Shafts(_) | Kind::Elements(_) | Kind::Signals | Kind::Outputs | Kind::Words, Written::List(list)) => {
             reader.words(list, out)
         }
-        (Kind::Quantity(..) | Kind::AnyQuantity | Kind::Number(_), literal) => {
-            reader.scalar(literal, out).map(Value::Scalar)
-        }
-        (Kind::Coefficients, Written::Table(entries)) => reader.map(&Kind::Number(Sign::Any), entries, out),
+        (
+            Kind::Quantity(..) | Kind::Mechanical(..) | Kind::AnyQuantity | Kind::Coefficient | Kind::Number(_),
+            literal,
+        ) => reader.scalar(literal, out).map(Value::Scalar),
+        (Kind::Coefficients, Written::Table(entries)) => reader.map(&Kind::Coefficient, entries, out),
         (Kind::Overrides | Kind::Lists, Written::Table(entries)) => reader.map(&Kind::AnyQuantity, entries, out),
         (Kind::Tables(fields), Written::List(list)) => {
             let mut tables = Vec::new();
@@ -457,6 +475,12 @@ impl Reader<'_> {
                 out.push(self.error("unit::dimension", message, dimension.noun()).help(help));
                 return None;
             }
+            Kind::Coefficient if !is_coefficient(dimension) => {
+                let message = format!("expected {}, found {}", expected(self.kind), dimension.noun());
+                let help = "write `2`, or `\"7 mm/rad\"` for a shaft that moves a mass";
+                out.push(self.error("unit::dimension", message, dimension.noun()).help(help));
+                return None;
+            }
             Kind::Number(_) if dimension != Dimension::NONE => {
                 let message = format!("expected {}, found {}", Dimension::NONE.noun(), dimension.noun());
                 out.push(
@@ -480,6 +504,11 @@ impl Reader<'_> {
         let diagnostic = Diagnostic::error(error.code, message).at(self.place.part(text, error.span), "");
         Diagnostic { help: error.help, ..diagnostic }
     }
+}
+
+/// A number without a unit, or a length for each angle.
+fn is_coefficient(dimension: Dimension) -> bool {
+    dimension == Dimension::NONE || Dimension::LENGTH.is_like(&dimension)
 }
 
 /// The rule that a number breaks, and what to do about it.

@@ -201,11 +201,11 @@ fn each_kind_says_what_it_expects() {
         ),
         (
             "terms = { wg = \"1 kg\", cs = [1] }",
-            "error[unit::dimension] 1:19: `wg` in `terms` of shaft `wg`: expected a number without a unit, found a unit | help: write \"1\"\nerror[type::wrong] 1:29: `cs` in `terms` of shaft `wg`: expected a decimal number or the name of a parameter, found a list | a list | help: write it like `1.5`\n",
+            "error[unit::dimension] 1:16: `wg` in `terms` of shaft `wg`: expected a number, or a length for each angle, found a mass | a mass | help: write `2`, or `\"7 mm/rad\"` for a shaft that moves a mass\nerror[type::wrong] 1:29: `cs` in `terms` of shaft `wg`: expected a number, or a length for each angle, found a list | a list | help: write it like `1.5`\n",
         ),
         (
             "terms = {}",
-            "error[list::length] 1:9: `terms` of shaft `wg`: expected a table from shaft names to numbers, found an empty table | empty | help: write it like `{ wg = 1, cs = -51, fs = 50 }`\n",
+            "error[list::length] 1:9: `terms` of shaft `wg`: expected a table from names of shafts and masses to numbers, found an empty table | empty | help: write it like `{ wg = 1, cs = -51, fs = 50 }`\n",
         ),
         (
             "name = \"rk.phi\"",

@@ -40,13 +40,18 @@ pub(super) fn what_is_written(value: &Written) -> String {
 pub(super) fn expected(kind: &Kind) -> String {
     match kind {
         Kind::Shaft => "the name of a shaft".to_string(),
+        Kind::Mass => "the name of a mass".to_string(),
+        Kind::Body => "the name of a shaft or mass".to_string(),
         Kind::Node => "the name of a node".to_string(),
         Kind::Shafts(0) => "a list of one or more shaft names".to_string(),
         Kind::Shafts(1) => "a list of one shaft name".to_string(),
         Kind::Shafts(count) => format!("a list of {count} shaft names"),
-        Kind::Quantity(dimension, _) => format!("{} such as {}", dimension.noun(), dimension.example()),
+        Kind::Quantity(dimension, _) | Kind::Mechanical(dimension, _) => {
+            format!("{} such as {}", dimension.noun(), dimension.example())
+        }
         Kind::Number(_) => "a decimal number or the name of a parameter".to_string(),
-        Kind::Coefficients => "a table from shaft names to numbers".to_string(),
+        Kind::Coefficients => "a table from names of shafts and masses to numbers".to_string(),
+        Kind::Coefficient => "a number, or a length for each angle".to_string(),
         Kind::Choice(choices) => format!("one of {}", listed(choices, "or")),
         Kind::Element(kinds) => format!("the name of an element of the kind {}", listed(kinds, "or")),
         Kind::Elements(kinds) => format!("a list of one or more names of elements of the kind {}", listed(kinds, "or")),
@@ -69,14 +74,16 @@ pub(super) fn expected(kind: &Kind) -> String {
 /// A value of a kind as it stands in a file.
 pub(in crate::model) fn example(kind: &Kind) -> String {
     match kind {
-        Kind::Shaft => "\"wg\"".to_string(),
+        Kind::Shaft | Kind::Body => "\"wg\"".to_string(),
+        Kind::Mass => "\"rack\"".to_string(),
         Kind::Node => "\"out\"".to_string(),
         Kind::Shafts(1) => "[\"wg\"]".to_string(),
         Kind::Shafts(0 | 2) => "[\"wg\", \"cs\"]".to_string(),
         Kind::Shafts(3) => "[\"wg\", \"cs\", \"fs\"]".to_string(),
         Kind::Shafts(_) => "[\"wg\", \"cs\", \"fs\", …]".to_string(),
-        Kind::Quantity(dimension, _) => dimension.example(),
+        Kind::Quantity(dimension, _) | Kind::Mechanical(dimension, _) => dimension.example(),
         Kind::Number(_) => "1.5".to_string(),
+        Kind::Coefficient => "1.5".to_string(),
         Kind::Coefficients => "{ wg = 1, cs = -51, fs = 50 }".to_string(),
         Kind::Choice(choices) => format!("\"{}\"", choices.first().unwrap_or(&"")),
         Kind::Element(kinds) => format!("\"my_{}\"", kinds.first().unwrap_or(&"element")),

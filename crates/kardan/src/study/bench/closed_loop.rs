@@ -255,12 +255,12 @@ fn shown(equations: &Equations, output: &str) -> String {
     match sensor.map(|(name, sensor)| (name, &sensor.measured)) {
         None => output.into(),
         Some((_, measured @ (Measured::Angle(of) | Measured::Speed(of) | Measured::SpringTorque(of)))) => {
-            measured.quantity().of(of)
+            equations.reading(measured).of(of)
         }
         Some((_, Measured::ConstraintTorque(element, shaft) | Measured::ComplianceTorque(element, shaft))) => {
-            format!("{element}.{shaft}.tau")
+            format!("{element}.{}", equations.reading(&Measured::NetTorque(shaft.clone())).of(shaft))
         }
-        Some((name, measured @ Measured::NetTorque(_))) => measured.quantity().of(name),
+        Some((name, measured @ Measured::NetTorque(_))) => equations.reading(measured).of(name),
     }
 }
 

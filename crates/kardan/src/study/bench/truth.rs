@@ -53,7 +53,7 @@ impl Truth {
         let reader = TableReader::new(document, settings);
         for (number, element) in document.elements.iter().enumerate() {
             for field in element.kind.fields {
-                let Kind::Quantity(dimension, sign) = field.kind else { continue };
+                let Kind::Quantity(dimension, sign) = field.kind.along(element.table.along_masses) else { continue };
                 let source = if field.name == "breakaway" { "friction" } else { field.name };
                 let Some(written) = element.table.values.get(field.name) else { continue };
                 let Value::Scalar(scalar) = &written.value else { continue };
@@ -129,7 +129,7 @@ enum Target {
 /// Dimension and sign of a key that holds a number.
 fn numeric(field: &Field) -> Option<(Dimension, Sign)> {
     match field.kind {
-        Kind::Quantity(dimension, sign) => Some((dimension, sign)),
+        Kind::Quantity(dimension, sign) | Kind::Mechanical(dimension, sign) => Some((dimension, sign)),
         Kind::Number(sign) => Some((Dimension::NONE, sign)),
         _ => None,
     }

@@ -70,20 +70,31 @@ pub(super) fn quantity_of(signal: &str, model: &Model) -> Option<(Quantity, Opti
     if model.all_coordinates.iter().any(|shaft| shaft == head) {
         let shaft = head.to_string();
         match asked {
-            Some(names::Quantity::Angle) => return Some((Quantity::Angle(shaft), None)),
-            Some(names::Quantity::Speed) => return Some((Quantity::Speed(shaft), None)),
+            Some(names::Quantity::Angle | names::Quantity::Position) => return Some((Quantity::Angle(shaft), None)),
+            Some(names::Quantity::Speed | names::Quantity::Velocity) => return Some((Quantity::Speed(shaft), None)),
             _ => {}
         }
     }
     model.terms.iter().filter(|named| named.element == head).find_map(|named| match &named.term {
-        Term::Input { .. } if name.is(names::Quantity::Torque) => Some((Quantity::Torque(head.to_string()), None)),
-        Term::Output(sensor) if name.word.is_none() || name.is(sensor.measured.quantity()) => match &sensor.measured {
+        Term::Input { .. } if name.is(names::Quantity::Torque) || name.is(names::Quantity::Force) => {
+            Some((Quantity::Torque(head.to_string()), None))
+        }
+        Term::Output(sensor) if name.word.is_none() || reads(name, &sensor.measured) => match &sensor.measured {
             Measured::Angle(shaft) => Some((Quantity::Angle(shaft.clone()), sensor.resolution)),
             Measured::Speed(shaft) => Some((Quantity::Speed(shaft.clone()), None)),
             _ => None,
         },
         _ => None,
     })
+}
+
+/// Whether a sensor's reading may have this name.
+fn reads(name: SignalName<'_>, measured: &Measured) -> bool {
+    match measured {
+        Measured::Angle(_) => name.is_position(),
+        Measured::Speed(_) => name.is_rate(),
+        _ => matches!(name.quantity(), Some(names::Quantity::Torque | names::Quantity::Force)),
+    }
 }
 
 /// All signals that a channel may be.

@@ -54,7 +54,11 @@ fn declared_term(
     out: &mut Vec<Diagnostic>,
 ) -> Option<ExtraTerm> {
     let (load, element) = (read_word(table, "kind")? == "load", read_word(table, "friction")?.to_string());
-    if !document.elements.iter().any(|e| e.name == element && matches!(e.kind.keyword, "shaft" | "spring_damper")) {
+    if !document
+        .elements
+        .iter()
+        .any(|e| e.name == element && matches!(e.kind.keyword, "shaft" | "mass" | "spring_damper"))
+    {
         let message = format!("{what}: there is no shaft or spring_damper `{}`", shortened(&element));
         let names = document.elements.iter().map(|e| e.name.as_str());
         let help = did_you_mean(nearest(&element, names), || "name one of the model".into());

@@ -41,7 +41,8 @@ fn split(name: &str) -> Option<(&str, Kind)> {
 /// The keys that could be asked for of a model.
 pub(super) fn possible(document: &Document) -> Vec<String> {
     // The keys of a compliant gear are not the coefficients themselves.
-    let plain = document.elements.iter().filter(|instance| matches!(instance.kind.keyword, "shaft" | "spring_damper"));
+    let plain =
+        document.elements.iter().filter(|instance| matches!(instance.kind.keyword, "shaft" | "mass" | "spring_damper"));
     let keys = plain.flat_map(|instance| {
         let has = |kind: &Kind| instance.kind.fields.iter().any(|field| field.name == kind.key());
         KINDS.into_iter().filter(has).map(|kind| format!("{}.{}", instance.name, kind.key()))

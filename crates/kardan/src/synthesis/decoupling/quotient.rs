@@ -5,7 +5,7 @@ use super::relative_degree::assert_explicit;
 use super::resolvent::characteristic_polynomial;
 use super::rows::{RowSpan, columns, primitive, row_times, stack, unit, unit_place};
 use crate::analysis::LinearSystem;
-use crate::names::{Quantity, SignalName};
+use crate::names::SignalName;
 use crate::num::{Matrix, Polynomial, Rational, Scalar, echelon};
 use crate::results::Definition;
 use crate::synthesis::words::in_words;
@@ -114,8 +114,7 @@ fn last_one(row: &[Rational]) -> usize {
 fn coordinates(states: &[String], subspace: &Matrix<Rational>, preferred: &[Vec<Rational>]) -> Vec<Vec<Rational>> {
     let n = states.len();
     let vectors = subspace.transpose();
-    let is_position =
-        |k: &usize| matches!(SignalName::new(&states[*k]).quantity(), Some(Quantity::Angle | Quantity::Charge));
+    let is_position = |k: &usize| SignalName::new(&states[*k]).is_position();
     let units = |keep: &dyn Fn(&usize) -> bool| (0..n).filter(keep).map(|k| unit(k, n)).collect::<Vec<_>>();
     let mut candidates = units(&is_position);
     candidates.extend(preferred.iter().map(|row| primitive(row)));

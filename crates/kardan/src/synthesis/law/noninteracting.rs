@@ -5,7 +5,7 @@ use kardan_rt::{Channel, Gain, Measurement, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
 use crate::names::{Quantity, SignalName};
-use crate::synthesis::channels::once;
+use crate::synthesis::channels::{effort_along, inertia_unit, once, position_along};
 use crate::synthesis::nonlinear_law::{Nonlinear, WantedTask};
 use crate::synthesis::outputs::{channels, paired_channels, paired_inputs};
 use crate::synthesis::zeros::check_zeros;
@@ -14,7 +14,7 @@ use crate::analysis::OutputSignal;
 use crate::element::Values;
 use crate::num::{Float, Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::reduce::LinearModel;
-use crate::results::{ControllerData, DataMatrix, DataNumber, Design, Feedback, Physical, ReadSignal};
+use crate::results::{ControllerData, DataMatrix, DataNumber, Design, Feedback, ReadSignal};
 use crate::schema::{Keys, LawKeys, Sign, keys};
 use crate::synthesis::sampled::entries;
 use crate::synthesis::{
@@ -104,15 +104,15 @@ fn references(values: &Values) -> Vec<Reference> {
         let output = channel.word_or_default("output");
         if let Some(name) = channel.word("reference") {
             let (physical, what) = if is_position(channel) {
-                (Physical::Angle, "position reference of")
+                (position_along(output), "position reference of")
             } else {
-                (Physical::Torque, "torque reference along")
+                (effort_along(output), "torque reference along")
             };
             out.push(Reference { name: name.into(), physical, description: format!("{what} {output}") });
         }
         if let Some(name) = channel.word("load") {
             let description = format!("load estimate along {output}");
-            out.push(Reference { name: name.into(), physical: Physical::Torque, description });
+            out.push(Reference { name: name.into(), physical: effort_along(output), description });
         }
     }
     out
@@ -367,7 +367,8 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let model = &request.plant.linear;
     let (designs, inputs, outputs) = chosen_channels(request)?;
     let names = |channel: &ChannelDesign| {
-        (Quantity::Angle.of(&request.plant.coordinates()[channel.shaft]), model.inputs[channel.input].clone())
+        let domain = request.plant.reduced.equations.domain(channel.shaft);
+        (domain.motion()[0].of(&request.plant.coordinates()[channel.shaft]), model.inputs[channel.input].clone())
     };
     let design = design_noninteracting(model, &designs, &names)?;
     once((NONINTERACTING.references)(request.values).iter().map(|r| r.name.as_str()), "reference")?;
@@ -469,7 +470,7 @@ impl Designed {
         let read = |name: &String| ReadSignal::new(name, SignalName::new(name).unit());
         let mut reads: Vec<ReadSignal> = state.iter().map(read).collect();
         for output in &self.outputs {
-            let speed = Quantity::Speed.of(SignalName::new(output).element);
+            let speed = SignalName::new(output).rate();
             reads.extend([output, &speed].map(read));
         }
         for (reference, load) in &self.block.reference_places {
@@ -600,8 +601,9 @@ impl Law for Designed {
         let accelerations: Vec<String> = self.outputs.iter().map(|output| format!("{output}''")).collect();
         let notes = self.outputs.iter().zip(&self.design.effective_inertia).map(|(output, inertia)| {
             format!(
-                "Relative degree of {output}: 2; effective inertia along it: {:.9} kg m^2.",
-                rational_to_f64(inertia)
+                "Relative degree of {output}: 2; effective inertia along it: {:.9} {}.",
+                rational_to_f64(inertia),
+                inertia_unit(output)
             )
         });
         let NoninteractingDesign { state_gain, acceleration_gain, decoupling_matrix, .. } = &self.design;

@@ -1,10 +1,11 @@
 use std::sync::Arc;
 
 use crate::element::Values;
-use crate::names::{Quantity, SignalName};
+use crate::names::SignalName;
 use crate::num::{Float, Matrix, rational_to_f64};
-use crate::results::{ControllerData, DataNumber, Design, Physical, ReadSignal};
+use crate::results::{ControllerData, DataNumber, Design, ReadSignal};
 use crate::schema::{Keys, LawKeys, Sign};
+use crate::synthesis::channels::{effort_along, inertia_unit, position_along};
 use crate::synthesis::{
     Block, Clock, Law, LawKind, LinearLaw, Reference, Request, Seen, SynthesisError, input_inertia, is_single,
     output_shaft,
@@ -56,12 +57,12 @@ fn references(values: &Values) -> Vec<Reference> {
     let output = values.word_or_default("output");
     let reference = values.word("reference").map(|name| Reference {
         name: name.into(),
-        physical: Physical::Angle,
+        physical: position_along(output),
         description: format!("position reference of {output}"),
     });
     let load = values.word("load").map(|name| Reference {
         name: name.into(),
-        physical: Physical::Torque,
+        physical: effort_along(output),
         description: format!("load estimate along {output}"),
     });
     reference.into_iter().chain(load).collect()
@@ -143,8 +144,10 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
 impl Designed {
     /// What the block [`kardan_rt::PositionLoop`] runs with: its acceleration times the inertia is the torque.
     fn data(&self) -> ControllerData {
-        let speed = Quantity::Speed.of(SignalName::new(&self.output).element);
-        let mut reads = vec![ReadSignal::new(&self.output, "rad"), ReadSignal::new(speed, "rad/s")];
+        let output = SignalName::new(&self.output);
+        let speed = output.rate();
+        let unit = SignalName::new(&speed).unit();
+        let mut reads = vec![ReadSignal::new(&self.output, output.unit()), ReadSignal::new(&speed, unit)];
         reads.extend(self.references.iter().map(|r| ReadSignal::new(&r.name, r.physical.unit())));
         ControllerData {
             block: "PositionLoop".into(),
@@ -198,8 +201,10 @@ impl Law for Designed {
             controller_data: self.data(),
             notes: vec![format!(
                 "{} follows its reference with natural frequency {natural_frequency} rad/s and damping ratio \
-                 {damping_ratio}, for an inertia of {:.9} kg m^2.",
-                self.output, self.block.inertia
+                 {damping_ratio}, for an inertia of {:.9} {}.",
+                self.output,
+                self.block.inertia,
+                inertia_unit(&self.output)
             )],
             ..Design::default()
         }

@@ -522,9 +522,9 @@ struct Observer {
 /// What the keys of an observer say of the noise of states and sensors.
 fn noise(keys: &Values, states: &[String], sensors: usize) -> Noise {
     let number = |key: &str, otherwise: f64| powi(keys.number(key).unwrap_or(otherwise), 2);
-    let intensity = |name: &String| match SignalName::new(name).quantity() {
-        Some(Quantity::Angle) => 0.0,
-        Some(Quantity::Speed) => number("speed_noise", 10.0),
+    let intensity = |name: &String| match SignalName::new(name) {
+        name if name.is_position() => 0.0,
+        name if name.is_rate() => number("speed_noise", 10.0),
         _ => number("disturbance_rate", 10.0),
     };
     Noise { process: states.iter().map(intensity).collect(), measurement: vec![number("sensor_noise", 1e-5); sensors] }
@@ -592,7 +592,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
     if !straight {
         return Ok(out);
     }
-    let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| Quantity::Torque.of(input));
+    let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| plant.effort_of(input));
     let all: Vec<String> = out.states.iter().cloned().chain(lagged).chain(names).collect();
     let mut sentences = distinguishable_torques(plant, &system)?;
     sentences
@@ -865,8 +865,12 @@ fn describe(
     let past: Vec<String> = (1..=on_their_way(clock).max(1))
         .flat_map(|k| inputs.iter().map(move |input| format!("{input} {k} before")))
         .collect();
-    let lagged: Vec<String> =
-        inputs.iter().zip(&problem.lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| Quantity::Torque.of(i)).collect();
+    let lagged: Vec<String> = inputs
+        .iter()
+        .zip(&problem.lags)
+        .filter(|(_, lag)| **lag > 0.0)
+        .map(|(i, _)| request.plant.effort_of(i))
+        .collect();
     let disturbed: Vec<String> = observed.disturbances.iter().map(|shaft| Quantity::Disturbance.of(shaft)).collect();
     let reference_names: Vec<String> = references.iter().map(|r| r.name.clone()).collect();
     let models: Vec<String> =

@@ -4,7 +4,7 @@ use kardan_rt::functions::powi;
 
 use crate::analysis::LinearSystem;
 use crate::element::Values;
-use crate::names::{Quantity, SignalName};
+use crate::names::SignalName;
 use crate::num::rational_to_f64;
 use crate::results::{ExactMatrix, Pole};
 use crate::synthesis::observer::{Noise, distinguishable, kalman, luenberger};
@@ -28,9 +28,9 @@ pub(super) fn gain(
     let title = ("observer_gain", "observer gain L of x' = A x + B u + L (y - C x)", "");
     if values.word("method") == Some("kalman") {
         let number = |key: &str, otherwise: f64| powi(values.number(key).unwrap_or(otherwise), 2);
-        let process = extended.states.iter().map(|state| match SignalName::new(state).quantity() {
-            Some(Quantity::Angle) => 0.0,
-            Some(Quantity::Speed) => number("speed_noise", 0.1),
+        let process = extended.states.iter().map(|state| match SignalName::new(state) {
+            name if name.is_position() => 0.0,
+            name if name.is_rate() => number("speed_noise", 0.1),
             _ => number("disturbance_rate", 10.0),
         });
         let noise = Noise {

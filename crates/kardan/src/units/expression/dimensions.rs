@@ -1,7 +1,7 @@
 //! Dimensions of the parts of an expression, whatever their values.
 
 use super::super::{Dimension, UnitError};
-use super::{Called, Node};
+use super::tree::{Called, Node};
 
 impl Node {
     pub(crate) fn error(&self, code: &'static str, message: impl Into<String>, help: impl Into<String>) -> UnitError {

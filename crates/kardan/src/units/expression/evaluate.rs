@@ -8,7 +8,12 @@ use dashu_ratio::RBig;
 
 use super::super::catalogue::{find_unit, unit_help};
 use super::super::{Dimension, Exact, UnitError, precise};
-use super::{Called, Kind, Node, PI_LIMIT, POWER_LIMIT};
+use super::tree::{Called, Kind, Node};
+
+/// The largest size of a power of π.
+const PI_LIMIT: i64 = 1000;
+/// The largest size of a power.
+const POWER_LIMIT: i32 = 64;
 
 /// A number on the way to a value.
 #[derive(Clone)]

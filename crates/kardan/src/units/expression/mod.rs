@@ -5,23 +5,12 @@ mod evaluate;
 mod reading;
 #[cfg(test)]
 mod tests;
-
-use std::ops::Range;
+mod tree;
 
 pub(crate) use self::evaluate::Value;
-use self::reading::Parser;
-use super::quantity::{check_length, check_range};
-use super::reader::Reader;
+pub(crate) use self::tree::{Called, Kind, Node};
+use super::quantity::check_range;
 use super::{Dimension, Exact, UnitError};
-
-/// The longest expression, in bytes.
-const TEXT_LIMIT: usize = 1024;
-/// Parentheses inside each other.
-const DEPTH_LIMIT: usize = 64;
-/// The largest size of a power of π.
-const PI_LIMIT: i64 = 1000;
-/// The largest size of a power.
-const POWER_LIMIT: i32 = 64;
 
 /// An expression of numbers with units, names and functions, with what each part of it is in the text.
 ///
@@ -55,74 +44,6 @@ pub struct Evaluated {
     pub exact: bool,
 }
 
-/// A part of an expression.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Node {
-    /// Where it stands in the text.
-    pub(crate) span: Range<usize>,
-    /// What it is.
-    pub(crate) kind: Kind,
-}
-
-/// What a part of an expression is.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Kind {
-    /// A number with its units.
-    Literal(Exact, Dimension),
-    /// A parameter or signal.
-    Name(String),
-    /// Its opposite.
-    Negative(Box<Node>),
-    /// One of `+ - * / ^` between two parts.
-    Binary(char, Box<[Node; 2]>),
-    /// A function of some parts.
-    Call(Called, Vec<Node>),
-    /// A comparison, and what holds if it is so or not.
-    If(&'static str, Box<[Node; 4]>),
-}
-
-/// A function of expressions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Called {
-    Sqrt,
-    Sin,
-    Cos,
-    Tan,
-    Asin,
-    Acos,
-    Atan,
-    Atan2,
-    Exp,
-    Ln,
-    Abs,
-    Min,
-    Max,
-    Sign,
-}
-
-const FUNCTIONS: [(&str, Called, Range<usize>); 14] = [
-    ("sqrt", Called::Sqrt, 1..2),
-    ("sin", Called::Sin, 1..2),
-    ("cos", Called::Cos, 1..2),
-    ("tan", Called::Tan, 1..2),
-    ("asin", Called::Asin, 1..2),
-    ("acos", Called::Acos, 1..2),
-    ("atan", Called::Atan, 1..2),
-    ("atan2", Called::Atan2, 2..3),
-    ("exp", Called::Exp, 1..2),
-    ("ln", Called::Ln, 1..2),
-    ("abs", Called::Abs, 1..2),
-    ("min", Called::Min, 2..usize::MAX),
-    ("max", Called::Max, 2..usize::MAX),
-    ("sign", Called::Sign, 1..2),
-];
-
-const COMPARISONS: [&str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
-
-fn syntax(span: Range<usize>, message: impl Into<String>, help: impl Into<String>) -> UnitError {
-    UnitError::new("expression::syntax", span, message).help(help)
-}
-
 impl Expression {
     /// Reads an expression.
     ///
@@ -149,18 +70,7 @@ impl Expression {
     }
 
     fn read(text: &str, of_time: bool) -> Result<Self, UnitError> {
-        check_length(text, TEXT_LIMIT)?;
-        let mut parser = Parser { reader: Reader { text, at: 0 }, depth: 0, of_time };
-        let root = parser.sum()?;
-        parser.reader.spaces();
-        if parser.reader.peek().is_some() {
-            let (here, found) = (parser.reader.here(), parser.reader.found());
-            let help = match parser.at_unit() {
-                true => "a unit stands behind a number: write `sin(beta) * 1 N m`",
-                false => "write `*` between two factors",
-            };
-            return Err(syntax(here, format!("unexpected {found} in an expression"), help));
-        }
+        let root = reading::read(text, of_time)?;
         Ok(Self { text: text.to_string(), root })
     }
 

@@ -5,15 +5,61 @@ use std::ops::Range;
 use dashu_ratio::RBig;
 
 use super::super::catalogue::{find_unit, unit_help};
+use super::super::quantity::check_length;
 use super::super::reader::Reader;
 use super::super::{Dimension, Exact, UnitError};
-use super::{COMPARISONS, DEPTH_LIMIT, FUNCTIONS, Kind, Node, syntax};
+use super::tree::{Called, Kind, Node};
 
-pub(super) struct Parser<'t> {
-    pub(super) reader: Reader<'t>,
-    pub(super) depth: usize,
+/// The longest expression, in bytes.
+const TEXT_LIMIT: usize = 1024;
+/// Parentheses inside each other.
+const DEPTH_LIMIT: usize = 64;
+
+const FUNCTIONS: [(&str, Called, Range<usize>); 14] = [
+    ("sqrt", Called::Sqrt, 1..2),
+    ("sin", Called::Sin, 1..2),
+    ("cos", Called::Cos, 1..2),
+    ("tan", Called::Tan, 1..2),
+    ("asin", Called::Asin, 1..2),
+    ("acos", Called::Acos, 1..2),
+    ("atan", Called::Atan, 1..2),
+    ("atan2", Called::Atan2, 2..3),
+    ("exp", Called::Exp, 1..2),
+    ("ln", Called::Ln, 1..2),
+    ("abs", Called::Abs, 1..2),
+    ("min", Called::Min, 2..usize::MAX),
+    ("max", Called::Max, 2..usize::MAX),
+    ("sign", Called::Sign, 1..2),
+];
+
+const COMPARISONS: [&str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
+
+fn syntax(span: Range<usize>, message: impl Into<String>, help: impl Into<String>) -> UnitError {
+    UnitError::new("expression::syntax", span, message).help(help)
+}
+
+/// The parts of a text; `of_time`: `t` is the time.
+pub(super) fn read(text: &str, of_time: bool) -> Result<Node, UnitError> {
+    check_length(text, TEXT_LIMIT)?;
+    let mut parser = Parser { reader: Reader { text, at: 0 }, depth: 0, of_time };
+    let root = parser.sum()?;
+    parser.reader.spaces();
+    if parser.reader.peek().is_some() {
+        let (here, found) = (parser.reader.here(), parser.reader.found());
+        let help = match parser.at_unit() {
+            true => "a unit stands behind a number: write `sin(beta) * 1 N m`",
+            false => "write `*` between two factors",
+        };
+        return Err(syntax(here, format!("unexpected {found} in an expression"), help));
+    }
+    Ok(root)
+}
+
+struct Parser<'t> {
+    reader: Reader<'t>,
+    depth: usize,
     /// Whether `t` is the time.
-    pub(super) of_time: bool,
+    of_time: bool,
 }
 
 impl Parser<'_> {
@@ -21,7 +67,7 @@ impl Parser<'_> {
         Node { span: left.span.start..right.span.end, kind: Kind::Binary(operator, Box::new([left, right])) }
     }
 
-    pub(super) fn sum(&mut self) -> Result<Node, UnitError> {
+    fn sum(&mut self) -> Result<Node, UnitError> {
         self.depth += 1;
         if self.depth > DEPTH_LIMIT {
             let what = format!("more than {DEPTH_LIMIT} parentheses are inside each other");
@@ -174,7 +220,7 @@ impl Parser<'_> {
     }
 
     /// Whether a unit is next, and no name or function.
-    pub(super) fn at_unit(&self) -> bool {
+    fn at_unit(&self) -> bool {
         if self.at_time() {
             return false;
         }

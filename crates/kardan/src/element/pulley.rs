@@ -1,0 +1,48 @@
+use super::shared::straight::{check_moves, straight};
+use super::{Element, Values};
+use crate::equations::Term;
+use crate::results::Symbol;
+use crate::schema::{ElementKeys, Keys, Sign, keys};
+use crate::units::{Dimension, Exact};
+
+keys! {
+    /// A rope or belt on a pulley.
+    element Pulley("pulley") {
+        required {
+            shaft: Shaft, "The shaft of the pulley.";
+            mass: Mass, "What hangs on the rope, or moves with the belt.";
+            radius: Quantity(Dimension::LENGTH, Sign::NonZero), "Radius of the pulley to the middle of the rope.";
+        }
+        optional {
+            offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the mass where the pulley stands at zero.";
+        }
+    }
+}
+
+/// A rope or belt on a pulley.
+pub const PULLEY: Element = Element {
+    keyword: Pulley::KEYWORD,
+    summary: "A rope or belt that a pulley winds without slip or stretch, always tight: s - r phi = offset.",
+    sketch: r"
+        ( o )  shaft, phi >0
+          |
+        [ m ]  s >0            s - r phi = offset",
+    signs: "With a negative radius the mass hangs on the other side. `<name>.f` is the force of the rope on the mass; on the shaft acts \
+            -r times it, `<name>.<shaft>.tau`. The rope pushes as well as it pulls.",
+    symbol: Symbol::Gear,
+    fields: Pulley::FIELDS,
+    example: "\
+[pulley.hoist]
+shaft = \"drum\"
+mass = \"cabin\"
+radius = \"0.2 m\"
+",
+    check: |values| check_moves(values, &["shaft", "mass"]),
+    terms,
+};
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    let radius = values.exact("radius").cloned().unwrap_or_else(Exact::one);
+    let ends = ["shaft", "mass"].map(|key| values.word_or_default(key));
+    straight(ends, &radius, values.exact_or_default("offset"))
+}

@@ -1,0 +1,47 @@
+use super::shared::straight::{check_moves, straight};
+use super::{Element, Values};
+use crate::equations::Term;
+use crate::results::Symbol;
+use crate::schema::{ElementKeys, Keys, Sign, keys};
+use crate::units::{Dimension, Exact};
+
+keys! {
+    /// A screw that moves a nut.
+    element Screw("screw") {
+        required {
+            shaft: Shaft, "The shaft of the screw.";
+            nut: Mass, "What moves with the nut.";
+            lead: Quantity(Dimension::LENGTH_PER_ANGLE, Sign::NonZero), "Travel for a turn: \"5 mm/rev\".";
+        }
+        optional {
+            offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the nut where the screw stands at zero.";
+        }
+    }
+}
+
+/// A screw that moves a nut.
+pub const SCREW: Element = Element {
+    keyword: Screw::KEYWORD,
+    summary: "A screw that moves a nut, such as a ball screw: s - lead phi = offset.",
+    sketch: r"
+    shaft ====/////[nut]/////====     s - lead phi = offset
+        phi >0      ---> s >0",
+    signs: "A positive lead means that the nut moves forward as the screw turns forward. `<name>.f` is the force of the thread on \
+            the nut; on the screw acts -lead times it, `<name>.<shaft>.tau`.",
+    symbol: Symbol::Gear,
+    fields: Screw::FIELDS,
+    example: "\
+[screw.ball_screw]
+shaft = \"motor\"
+nut = \"table\"
+lead = \"5 mm/rev\"
+",
+    check: |values| check_moves(values, &["shaft", "nut"]),
+    terms,
+};
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    let lead = values.exact("lead").cloned().unwrap_or_else(Exact::one);
+    let ends = ["shaft", "nut"].map(|key| values.word_or_default(key));
+    straight(ends, &lead, values.exact_or_default("offset"))
+}

@@ -1,0 +1,18 @@
+//! What turns and what moves straight.
+
+use super::kind::Mistake;
+use super::values::Values;
+use crate::equations::{Direction, Domain, Term};
+use crate::units::Exact;
+
+/// `s − lead·φ = offset`: a row over a mass and a shaft, which is a length.
+pub(in crate::element) fn straight([shaft, mass]: [&str; 2], lead: &Exact, offset: Exact) -> Vec<Term> {
+    let along = Direction { entries: vec![(mass.to_string(), Exact::one()), (shaft.to_string(), -lead)] };
+    vec![Term::Measure(Domain::Translation), Term::Constraint { along, offset }]
+}
+
+/// Keys that must name what moves.
+pub(in crate::element) fn check_moves(values: &Values, keys: &[&'static str]) -> Vec<Mistake> {
+    let still = keys.iter().filter(|key| values.word(key) == Some(crate::equations::GROUND));
+    still.map(|key| Mistake::new(key, "the ground does not move", "name a shaft or mass that moves")).collect()
+}

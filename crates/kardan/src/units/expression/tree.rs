@@ -1,0 +1,50 @@
+//! What expressions are made of.
+
+use std::ops::Range;
+
+use super::super::{Dimension, Exact};
+
+/// A part of an expression.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Node {
+    /// Where it stands in the text.
+    pub(crate) span: Range<usize>,
+    /// What it is.
+    pub(crate) kind: Kind,
+}
+
+/// What a part of an expression is.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Kind {
+    /// A number with its units.
+    Literal(Exact, Dimension),
+    /// A parameter or signal.
+    Name(String),
+    /// Its opposite.
+    Negative(Box<Node>),
+    /// One of `+ - * / ^` between two parts.
+    Binary(char, Box<[Node; 2]>),
+    /// A function of some parts.
+    Call(Called, Vec<Node>),
+    /// A comparison, and what holds if it is so or not.
+    If(&'static str, Box<[Node; 4]>),
+}
+
+/// A function of expressions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Called {
+    Sqrt,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Atan2,
+    Exp,
+    Ln,
+    Abs,
+    Min,
+    Max,
+    Sign,
+}
