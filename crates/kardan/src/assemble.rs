@@ -221,11 +221,7 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             Term::Measure(domain) => drop(next.measures.insert(element, *domain)),
             Term::Balance { node, .. } if node == GROUND => {}
             Term::Balance { node, along } => {
-                let shares = balances.entry(node.clone()).or_default();
-                for (coordinate, x) in row(along) {
-                    let sum = shares.entry(coordinate).or_default();
-                    *sum = sum.plus(&x);
-                }
+                add_shares(balances.entry(node.clone()).or_default(), row(along));
             }
         }
     }
@@ -276,6 +272,13 @@ impl Equations {
                 sensor.measured = Measured::ComplianceTorque(element.clone(), shaft.clone());
             }
         }
+    }
+}
+
+fn add_shares(shares: &mut BTreeMap<usize, Rational>, more: Vec<(usize, Rational)>) {
+    for (coordinate, x) in more {
+        let sum = shares.entry(coordinate).or_default();
+        *sum = sum.plus(&x);
     }
 }
 

@@ -108,8 +108,8 @@ pub trait Curve: fmt::Debug + Send + Sync {
     fn derivatives(&self, x: f64) -> (f64, f64);
     /// γ, γ′ and γ″ at x as expressions.
     fn expressions(&self, graph: &mut Graph, x: Expr) -> [Expr; 3];
-    /// The curve of the opposite direction, `driving = γ⁻¹(driven)`.
-    fn inverse(&self) -> Arc<dyn Curve>;
+    /// The curve of the opposite direction, `driving = γ⁻¹(driven)`; none if it has no closed form: then the driving end must come first.
+    fn inverse(&self) -> Option<Arc<dyn Curve>>;
     /// The constant offset `γ(x) − x` if the curve is exactly a shifted identity, so that it can be treated as linear.
     fn shifted_identity(&self) -> Option<f64>;
     /// Whether its derivatives are the same half a turn later.

@@ -161,6 +161,9 @@ fn named(part: &MechanismPart) -> String {
         _ if part.symbol != Symbol::Sensor => "",
         Some("angle") => "φ ",
         Some("speed") => "ω ",
+        Some("position") => "s ",
+        Some("velocity") => "v ",
+        Some("force") => "F ",
         _ => "τ ",
     };
     format!("{sign}{}", part.name)
@@ -200,7 +203,11 @@ pub(super) fn host(block: &Block<'_>, [left, right]: [bool; 2]) -> Cell {
 
 fn shaft(part: &MechanismPart, block: &Block<'_>, [left, right]: [bool; 2]) -> Cell {
     let has = |law: &str| part.laws.iter().any(|own| own == law);
-    let body = if has("inertia") { symbols::disc() } else { symbols::dot() };
+    let body = match part.symbol {
+        _ if !has("inertia") => symbols::dot(),
+        Symbol::Mass => symbols::slab(),
+        _ => symbols::disc(),
+    };
     let losses = has("damping") || has("friction");
     let (up, down) = (if losses { body.up.max(symbols::bearing().up) } else { body.up }, body.down);
     let mut cell = Cell { left: 40.0, right: 40.0, above: 4.0, below: 4.0, ..Cell::default() };
@@ -225,7 +232,8 @@ fn shaft(part: &MechanismPart, block: &Block<'_>, [left, right]: [bool; 2]) -> C
     }
     let mut marks = vec![Mark::Line { points: vec![(ends[0], 0.0), (ends[1], 0.0)], class: "heavy" }];
     if losses {
-        marks.push(symbol((20.0, 0.0), symbols::bearing()));
+        let at = if part.symbol == Symbol::Mass { 26.0 } else { 20.0 };
+        marks.push(symbol((at, 0.0), symbols::bearing()));
     }
     marks.push(symbol((0.0, 0.0), body));
     let up = if motors.is_empty() { up } else { up.max(symbols::motor().up) };

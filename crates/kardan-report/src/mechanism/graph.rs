@@ -102,7 +102,7 @@ impl<'a> Graph<'a> {
         let parts = &mechanism.parts;
         let mut graph = Self::default();
         let mut hosts: BTreeMap<(bool, &str), usize> = BTreeMap::new();
-        for part in parts.iter().filter(|part| part.symbol == Symbol::Shaft) {
+        for part in parts.iter().filter(|part| part.symbol.is_body()) {
             hosts.entry((false, &part.name)).or_insert(graph.blocks.len());
             graph.blocks.push(Block::new(Content::Shaft(part)));
         }
@@ -118,7 +118,7 @@ impl<'a> Graph<'a> {
             _ => None,
         };
         let mut places: BTreeMap<&str, usize> = BTreeMap::new();
-        for part in parts.iter().filter(|part| !matches!(part.symbol, Symbol::Shaft | Symbol::Sensor)) {
+        for part in parts.iter().filter(|part| !part.symbol.is_body() && part.symbol != Symbol::Sensor) {
             let live: Vec<(usize, usize)> =
                 part.terminals.iter().enumerate().filter_map(|(k, end)| Some((k, host(end)?))).collect();
             let place = match live[..] {

@@ -109,9 +109,14 @@ fn mark(mark: &Mark) -> String {
 /// `5 shafts, 7 elements`
 fn in_words(mechanism: &Mechanism) -> String {
     let count = |count: usize, one: &str| if count == 1 { format!("1 {one}") } else { format!("{count} {one}s") };
-    let shafts = mechanism.parts.iter().filter(|part| part.symbol == Symbol::Shaft).count();
-    let others = mechanism.parts.len() - shafts;
-    let both = [(shafts, "shaft"), (others, "element")].into_iter().filter(|(number, _)| *number > 0);
+    let of = |symbol: Symbol| mechanism.parts.iter().filter(|part| part.symbol == symbol).count();
+    let bodies = of(Symbol::Shaft) + of(Symbol::Mass);
+    let counts = [
+        (of(Symbol::Shaft), "shaft"),
+        (of(Symbol::Mass), if of(Symbol::Mass) == 1 { "mass" } else { "masse" }),
+        (mechanism.parts.len() - bodies, "element"),
+    ];
+    let both = counts.into_iter().filter(|(number, _)| *number > 0);
     both.map(|(number, one)| count(number, one)).collect::<Vec<_>>().join(", ")
 }
 
@@ -125,14 +130,14 @@ fn caption(mechanism: &Mechanism, scene: &Scene) -> String {
         _ => part.terminals.iter().any(|end| end.kind == JoinKind::Housing),
     };
     let housing = parts.iter().any(held);
-    let losses = parts.iter().any(|part| part.symbol == Symbol::Shaft && part.laws.iter().any(|law| law != "inertia"));
+    let losses = parts.iter().any(|part| part.symbol.is_body() && part.laws.iter().any(|law| law != "inertia"));
     let folded = scene.groups.iter().any(|group| group.kind == "folded");
     let said = [
         (symbol(Symbol::StrainWaveGear), "WG: wave generator; CS: circular spline; FS: flexspline"),
         (losses, "hatched: bearings with losses"),
         (symbol(Symbol::Motor), "M: motors"),
-        (symbol(Symbol::Torque), "round arrows: torques from outside"),
-        (symbol(Symbol::Sensor), "flags: sensors (φ angle, ω speed, τ torque)"),
+        (symbol(Symbol::Torque), "arrows: torques and forces from outside"),
+        (symbol(Symbol::Sensor), "flags: sensors (φ angle, ω speed, τ torque; of masses s, v, F)"),
     ];
     let said: Vec<&str> = said.iter().filter(|(there, _)| *there).map(|(_, text)| *text).collect();
     let mut out = format!("{}. ", in_words(mechanism));

@@ -36,6 +36,11 @@ pub(super) fn disc() -> Drawn {
     Drawn::new("<rect class=\"solid\" x=\"-5\" y=\"-18\" width=\"10\" height=\"36\" rx=\"1\"/>", 5.0, 18.0)
 }
 
+/// What moves straight.
+pub(super) fn slab() -> Drawn {
+    Drawn::new("<rect class=\"solid\" x=\"-13\" y=\"-10\" width=\"26\" height=\"20\" rx=\"1\"/>", 13.0, 10.0)
+}
+
 /// A shaft or node without inertia.
 pub(super) fn dot() -> Drawn {
     Drawn::new("<circle class=\"solid\" r=\"3.2\"/>", 4.0, 4.0)
@@ -65,6 +70,10 @@ pub(super) fn hung(part: &MechanismPart) -> Drawn {
             let circle = "<path class=\"thin\" d=\"M-14 0H-10\"/><circle class=\"motor\" r=\"10\"/>";
             let sign = "<text class=\"sign small\" y=\"3.8\">M</text>";
             Drawn::new(format!("{circle}{sign}"), 14.0, 10.0)
+        }
+        Symbol::Torque if part.terminals.iter().any(|end| end.key.starts_with("mass")) => {
+            let arrow = "<path class=\"torque\" d=\"M-10 0H4\"/><path class=\"tip\" d=\"M2 -5L11 0L2 5z\"/>";
+            Drawn::new(format!("{}{arrow}", thin("M-14 0H-10")), 14.0, 8.0)
         }
         Symbol::Torque => {
             let arrow = "<path class=\"torque\" d=\"M-5 8.5A9.5 9.5 0 1 1 6.5 7\"/><path class=\"tip\" d=\"M2.5 11.5l8 -1.5l-4.5 -6.5z\"/>";

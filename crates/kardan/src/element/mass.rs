@@ -36,7 +36,7 @@ pub const MASS: Element = Element {
        --d-c--  ground",
     signs: "Position `<name>.s`, velocity `<name>.v` and forces of a mass count positive in one sense, chosen once. Gears, springs, \
             motors and sensors name masses as they name shafts, by `mass`, `mass_1`, `mass_2`.",
-    symbol: Symbol::Shaft,
+    symbol: Symbol::Mass,
     fields: Mass::FIELDS,
     example: "\
 [mass.rack]

@@ -1,6 +1,9 @@
+use std::sync::Arc;
+
+use super::shared::spline::{Spline, check_points};
 use super::shared::straight::{check_moves, straight};
 use super::{Element, Mistake, Values};
-use crate::equations::Term;
+use crate::equations::{Domain, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
@@ -13,10 +16,25 @@ keys! {
             rack: Mass, "The rack.";
         }
         optional {
-            radius: Quantity(Dimension::LENGTH, Sign::NonZero), "Pitch radius of the pinion; needed, or `travel`.";
+            radius: Quantity(Dimension::LENGTH, Sign::NonZero), "Pitch radius of the pinion; needed, or `travel`, or `curve`.";
             travel: Quantity(Dimension::LENGTH_PER_ANGLE, Sign::NonZero),
                 "Travel of the rack for a turn of the pinion, in place of `radius`: \"44 mm/rev\".";
-            offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the rack where the pinion stands at zero.";
+            curve: Tables(RackPoint),
+                "Positions of the rack by angles of the pinion, in place of `radius`, for a ratio that varies: a smooth curve through them (a \
+                 natural cubic spline), straight beyond the first and the last. The pinion, or what it hangs on, must be a coordinate.";
+            offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the rack where the pinion stands at zero; not with `curve`.";
+        }
+    }
+}
+
+keys! {
+    /// A point of the curve of a rack.
+    table RackPoint {
+        required {
+            angle: Quantity(Dimension::ANGLE, Sign::Any), "Angle of the pinion.";
+            position: Quantity(Dimension::LENGTH, Sign::Any), "Position of the rack there.";
+        }
+        optional {
         }
     }
 }
@@ -24,7 +42,7 @@ keys! {
 /// A pinion that moves a rack.
 pub const RACK_AND_PINION: Element = Element {
     keyword: RackAndPinion::KEYWORD,
-    summary: "A pinion that moves a rack: s - r phi = offset.",
+    summary: "A pinion that moves a rack: s - r phi = offset, or s = curve(phi) where the ratio varies.",
     sketch: r"
             ( o )  pinion, phi >0
       ======/\/\/\======>  rack, s >0     s - r phi = offset",
@@ -42,22 +60,44 @@ radius = \"7 mm\"
     terms,
 };
 
+fn points(values: &Values) -> Option<Vec<(f64, f64)>> {
+    let point = |point: &Values| Some((point.number("angle")?, point.number("position")?));
+    values.tables("curve")?.iter().map(point).collect()
+}
+
 fn check(values: &Values) -> Vec<Mistake> {
     let mut out = check_moves(values, &["pinion", "rack"]);
-    match (values.has("radius"), values.has("travel")) {
-        (true, true) => out.push(Mistake::new("travel", "both `radius` and `travel` are given", "keep one of them")),
-        (false, false) => out.push(Mistake::new(
+    let ways: Vec<&'static str> = ["radius", "travel", "curve"].into_iter().filter(|key| values.has(key)).collect();
+    match ways[..] {
+        [first, second, ..] => {
+            out.push(Mistake::new(second, format!("both `{first}` and `{second}` are given"), "keep one of them"));
+        }
+        [] => out.push(Mistake::new(
             "radius",
             "it needs the radius of the pinion, or the travel of the rack for a turn",
-            "add `radius = \"7 mm\"` or `travel = \"44 mm/rev\"`",
+            "add `radius = \"7 mm\"` or `travel = \"44 mm/rev\"`, or points of a `curve`",
         )),
         _ => {}
+    }
+    if let Some(points) = points(values) {
+        out.extend(check_points("curve", &points));
+        if values.has("offset") {
+            out.push(Mistake::new("offset", "a curve gives positions itself", "add it to the positions of the curve"));
+        }
     }
     out
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let ends = ["pinion", "rack"].map(|key| values.word_or_default(key));
+    let curve = points(values).filter(|points| check_points("curve", points).is_empty());
+    if let Some(spline) = curve.and_then(|points| Spline::new(&points)) {
+        let [driving, driven] = ends.map(String::from);
+        return vec![
+            Term::Measure(Domain::Translation),
+            Term::Transmission { driven, driving, curve: Arc::new(spline) },
+        ];
+    }
     let lead = values.exact("travel").or(values.exact("radius")).cloned().unwrap_or_else(Exact::one);
     straight(ends, &lead, values.exact_or_default("offset"))
 }

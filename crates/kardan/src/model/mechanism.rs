@@ -11,6 +11,7 @@ pub(super) fn part(instance: &Instance, values: &Values, terms: &[Term], describ
     let kind = instance.kind;
     let mut laws: Vec<String> = Vec::new();
     for law in terms.iter().flat_map(laws_of) {
+        let law = if values.along_masses { along_masses(law) } else { law };
         if !laws.iter().any(|known| known == law) {
             laws.push(law.into());
         }
@@ -29,7 +30,8 @@ pub(super) fn part(instance: &Instance, values: &Values, terms: &[Term], describ
 /// The ends that a key declares. A shaft that may be left out is the housing then, but for a sensor, and for a planetary gear that is
 /// given by coefficients.
 fn ends(field: &Field, values: &Values, symbol: Symbol) -> Vec<Terminal> {
-    let end = |kind, name: &str| vec![Terminal { key: field.name.into(), kind, name: name.into(), coefficient: None }];
+    let key = field.alias().filter(|_| values.along_masses).unwrap_or_else(|| field.name.into());
+    let end = |kind, name: &str| vec![Terminal { key: key.clone(), kind, name: name.into(), coefficient: None }];
     match (field.kind, values.word(field.name)) {
         (Kind::Shaft | Kind::Mass | Kind::Body, Some(GROUND)) => end(JoinKind::Housing, ""),
         (Kind::Shaft | Kind::Mass | Kind::Body, Some(name)) => end(JoinKind::Shaft, name),
@@ -51,6 +53,17 @@ fn ends(field: &Field, values: &Values, symbol: Symbol) -> Vec<Terminal> {
             values.map(field.name).unwrap_or_default().iter().map(shaft).collect()
         }
         _ => Vec::new(),
+    }
+}
+
+/// The word for what is measured of a mass.
+fn along_masses(law: &'static str) -> &'static str {
+    match law {
+        "angle" => "position",
+        "speed" => "velocity",
+        "torque" => "force",
+        "net_torque" => "net_force",
+        other => other,
     }
 }
 

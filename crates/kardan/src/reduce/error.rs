@@ -36,10 +36,12 @@ pub enum ReduceError {
         suggestion: Vec<String>,
     },
     /// The transmissions cannot be evaluated one after another from the coordinates.
-    #[error("the transmissions {} close a loop that cannot be evaluated one after another", list(elements))]
+    #[error("{}", describe_open(elements, one_way))]
     NotExplicit {
         /// Elements of the loop.
         elements: Vec<String>,
+        /// Those of them whose curve has no inverse in closed form: the shaft that drives must be known first.
+        one_way: Vec<String>,
         /// Coordinates that would do, if there are any.
         suggestion: Vec<String>,
     },
@@ -84,4 +86,15 @@ fn describe_dependencies(dependencies: &[Dependency]) -> String {
         format!("{} = 0, {verdict}", sum.join(" + "))
     };
     dependencies.iter().map(one).collect::<Vec<_>>().join("; ")
+}
+
+fn describe_open(elements: &[String], one_way: &[String]) -> String {
+    let all = list(elements);
+    if one_way.is_empty() {
+        return format!("the transmissions {all} close a loop that cannot be evaluated one after another");
+    }
+    let drives = list(one_way);
+    format!(
+        "the transmissions {all} cannot be evaluated from these coordinates: of {drives} what drives must be known first"
+    )
 }

@@ -230,7 +230,8 @@ fn with_coordinates(
 }
 
 fn not_explicit(open: &[&TransmissionRow], suggestion: Vec<String>) -> ReduceError {
-    ReduceError::NotExplicit { elements: open.iter().map(|t| t.element.clone()).collect(), suggestion }
+    let one_way = open.iter().filter(|t| t.curve.inverse().is_none()).map(|t| t.element.clone()).collect();
+    ReduceError::NotExplicit { elements: open.iter().map(|t| t.element.clone()).collect(), one_way, suggestion }
 }
 
 fn known_last(equations: &Equations, known: &[usize]) -> Vec<usize> {
@@ -257,7 +258,7 @@ fn plan<'a>(equations: &'a Equations, coordinates: &[usize]) -> Result<Vec<Step>
         };
         let next = open.iter().enumerate().find_map(|(k, t)| match (follows(t.driving), follows(t.driven)) {
             (true, false) => Some((k, t.driving, t.driven, std::sync::Arc::clone(&t.curve))),
-            (false, true) => Some((k, t.driven, t.driving, t.curve.inverse())),
+            (false, true) => t.curve.inverse().map(|inverse| (k, t.driven, t.driving, inverse)),
             _ => None,
         });
         if let Some((k, from, shaft, curve)) = next {

@@ -10,6 +10,8 @@ pub enum Symbol {
     /// A rotating body.
     #[default]
     Shaft,
+    /// A body that moves straight.
+    Mass,
     /// Two wheels.
     Gear,
     /// A strain-wave gear with its three shafts.
@@ -38,6 +40,13 @@ pub enum Symbol {
     Transformer,
     /// A source of voltage.
     Source,
+}
+
+impl Symbol {
+    /// Whether it is a body that others act on.
+    pub fn is_body(self) -> bool {
+        matches!(self, Self::Shaft | Self::Mass)
+    }
 }
 
 /// What a terminal is joined to.

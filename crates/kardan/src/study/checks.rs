@@ -155,7 +155,7 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
         ReduceError::TooDeep { shaft, .. } => Diagnostic::error("constraint::depth", error.to_string())
             .at(place_of(document, shaft), "follows from all of them")
             .help("put a spring between some of them, or take one shaft where joints only pass a motion on"),
-        ReduceError::NotExplicit { elements, suggestion } => {
+        ReduceError::NotExplicit { elements, suggestion, .. } => {
             let out = Diagnostic::error("constraint::loop", error.to_string());
             let out = at_each(document, elements.iter().map(String::as_str), "part of the loop", out);
             out.help(if model.coordinates.is_some() {

@@ -180,3 +180,37 @@ fn laws_control_positions_by_forces() {
         assert!((f[k] - expected).abs() <= 1e-9 * (1.0 + expected.abs()), "{} {expected}", f[k]);
     }
 }
+
+/// A rack whose ratio varies follows its points, does no work in its teeth, and keeps the energy; with points on a line it is the rack with
+/// one ratio.
+#[test]
+fn the_ratio_of_a_rack_may_vary() {
+    let curved = |points: &str| {
+        RACK.replace("radius = \"8 mm\"", &format!("curve = [{points}]")).replace("\"500 N\"", "\"4 kN\"")
+    };
+    let point = |(angle, position): (f64, f64)| format!("{{ angle = \"{angle} rad\", position = \"{position} mm\" }}");
+    let list = |points: &[(f64, f64)]| points.iter().copied().map(point).collect::<Vec<_>>().join(", ");
+    let line = run(&curved(&list(&[(-3.0, -24.0), (0.0, 0.0), (1.0, 8.0), (4.0, 32.0)])));
+    let straight = run(&RACK.replace("\"500 N\"", "\"4 kN\""));
+    for name in ["rack.s", "pinion.w", "teeth.f", "teeth.pinion.tau", "tyre.f"] {
+        let (one, other) = (signal(&line, name), signal(&straight, name));
+        let size = one.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        assert!(one.iter().zip(other).all(|(a, b)| (a - b).abs() <= 1e-8 * size), "{name}");
+    }
+    let points = [(-8.0, -80.0), (-3.0, -27.0), (0.0, 0.0), (3.0, 27.0), (8.0, 80.0), (20.0, 215.0)];
+    let found = run(&curved(&list(&points)));
+    let [s, v, phi, w, f, tau] =
+        ["rack.s", "rack.v", "pinion.phi", "pinion.w", "teeth.f", "teeth.pinion.tau"].map(|name| signal(&found, name));
+    let mut far = 0.0f64;
+    for k in 0..s.len() {
+        // Between two points the rack is between theirs; power goes through unchanged.
+        let pair = points.windows(2).find(|pair| (pair[0].0..pair[1].0).contains(&phi[k])).expect("within the points");
+        assert!(s[k] >= 1e-3 * pair[0].1 - 1e-12 && s[k] <= 1e-3 * pair[1].1 + 1e-12, "{} at {}", s[k], phi[k]);
+        let power = [f[k] * v[k], tau[k] * w[k]];
+        assert!((power[0] + power[1]).abs() <= 1e-9 * (1e-9 + power[0].abs()), "{power:?}");
+        far = far.max(phi[k].abs());
+    }
+    assert!(far > 3.0, "only {far} rad were seen");
+    let e = found.energy;
+    assert!(e.residual.abs() <= 1e-8 * (e.input.abs() + e.stored.abs() + e.dissipated.abs()), "{e:?}");
+}

@@ -4,5 +4,6 @@ pub(super) mod branch;
 pub(super) mod kind;
 pub(super) mod losses;
 pub(super) mod shafts;
+pub(super) mod spline;
 pub(super) mod straight;
 pub(super) mod values;

@@ -1,0 +1,167 @@
+//! Smooth curves through points.
+
+use std::sync::Arc;
+
+use super::kind::Mistake;
+use crate::equations::Curve;
+use crate::expr::{Domain, Expr, Floating, Graph, PiecewisePolynomial};
+use crate::num::{Rational, rational_from_f64};
+
+/// A natural cubic spline, straight beyond its ends: the curve and its slope are continuous exactly, its curvature to rounding.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::element) struct Spline {
+    /// The curve, its slope and its curvature.
+    tables: [PiecewisePolynomial; 3],
+}
+
+impl Spline {
+    /// Through two or more points whose first parts rise.
+    pub fn new(points: &[(f64, f64)]) -> Option<Self> {
+        let slopes = slopes(points);
+        let exact = |value: f64| rational_from_f64(value);
+        let straight = |(x, y): (f64, f64), slope: f64| Some((exact(x)?, vec![exact(y)?, exact(slope)?]));
+        let mut pieces = vec![straight(*points.first()?, *slopes.first()?)?];
+        for (k, pair) in points.windows(2).enumerate() {
+            let [(x0, y0), (x1, y1)] = [pair[0], pair[1]].map(|(x, y)| (exact(x), exact(y)));
+            let (x0, y0, x1, y1) = (x0?, y0?, x1?, y1?);
+            let (d0, d1) = (exact(slopes[k])?, exact(slopes[k + 1])?);
+            // Hermite: y0 + d0 t + a t^2 + b t^3 with both ends and both slopes.
+            let h = &x1 - &x0;
+            let chord = (&y1 - &y0) / &h;
+            let a = (&chord * Rational::from(3) - &d0 * Rational::from(2) - &d1) / &h;
+            let b = (&d0 + &d1 - &chord * Rational::from(2)) / (&h * &h);
+            pieces.push((x0, vec![y0, d0, a, b]));
+        }
+        pieces.push(straight(*points.last()?, *slopes.last()?)?);
+        let knots = points.iter().map(|(x, _)| exact(*x)).collect::<Option<_>>()?;
+        let curve = PiecewisePolynomial { knots, pieces };
+        let slope = curve.derivative();
+        let curvature = slope.derivative();
+        Some(Self { tables: [curve, slope, curvature] })
+    }
+
+    /// Where the curve turns back: the ends of the first piece in which the slope vanishes or changes its sign.
+    pub fn turns(&self) -> Option<(f64, f64)> {
+        let [_, slope, _] = &self.tables;
+        let rises = slope.value(&slope.knots[0]) > Rational::ZERO;
+        let falls_short = |value: Rational| if rises { value <= Rational::ZERO } else { value >= Rational::ZERO };
+        slope.knots.windows(2).enumerate().find_map(|(k, ends)| {
+            let (origin, coefficients) = &slope.pieces[k + 1];
+            let mut places = vec![ends[0].clone(), ends[1].clone()];
+            // The vertex of the parabola.
+            if let [_, first, second] = coefficients.as_slice()
+                && *second != Rational::ZERO
+            {
+                let vertex = origin - first / (second * Rational::from(2));
+                places.extend(Some(vertex).filter(|x| *x > ends[0] && *x < ends[1]));
+            }
+            let bad = places.iter().any(|x| falls_short(slope.value(x)));
+            bad.then(|| (ends[0].to_f64().value(), ends[1].to_f64().value()))
+        })
+    }
+
+    fn at(&self, order: usize, x: f64) -> f64 {
+        Floating::<f64>::default().table(&self.tables[order], &x)
+    }
+}
+
+impl Curve for Spline {
+    fn value(&self, x: f64) -> f64 {
+        self.at(0, x)
+    }
+
+    fn derivatives(&self, x: f64) -> (f64, f64) {
+        (self.at(1, x), self.at(2, x))
+    }
+
+    fn expressions(&self, graph: &mut Graph, x: Expr) -> [Expr; 3] {
+        self.tables.clone().map(|table| graph.table(table, x))
+    }
+
+    fn inverse(&self) -> Option<Arc<dyn Curve>> {
+        None
+    }
+
+    fn shifted_identity(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// Slopes of the natural spline at its points: the curvature is continuous, and zero at both ends.
+fn slopes(points: &[(f64, f64)]) -> Vec<f64> {
+    let n = points.len();
+    if n < 2 {
+        return Vec::new();
+    }
+    let h: Vec<f64> = points.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+    let chord: Vec<f64> = points.windows(2).zip(&h).map(|(pair, h)| (pair[1].1 - pair[0].1) / h).collect();
+    // Rows: lower, diagonal, upper, right-hand side.
+    let row = |k: usize| match k {
+        0 => [0.0, 2.0, 1.0, 3.0 * chord[0]],
+        _ if k == n - 1 => [1.0, 2.0, 0.0, 3.0 * chord[k - 1]],
+        _ => {
+            let (before, behind) = (h[k - 1].recip(), h[k].recip());
+            [before, 2.0 * (before + behind), behind, 3.0 * (chord[k - 1] * before + chord[k] * behind)]
+        }
+    };
+    let mut rows: Vec<[f64; 4]> = (0..n).map(row).collect();
+    for k in 1..n {
+        let factor = rows[k][0] / rows[k - 1][1];
+        rows[k][1] -= factor * rows[k - 1][2];
+        rows[k][3] -= factor * rows[k - 1][3];
+    }
+    let mut out = vec![0.0; n];
+    for k in (0..n).rev() {
+        let behind = out.get(k + 1).map_or(0.0, |slope| rows[k][2] * slope);
+        out[k] = (rows[k][3] - behind) / rows[k][1];
+    }
+    out
+}
+
+/// What is wrong with the points of a curve.
+pub(in crate::element) fn check_points(key: &'static str, points: &[(f64, f64)]) -> Vec<Mistake> {
+    if points.len() < 2 {
+        return vec![Mistake::new(key, "a curve needs two points at least", "add more points")];
+    }
+    if let Some(pair) = points.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
+        let message = format!("its points do not rise: after {} comes {} (SI)", pair[0].0, pair[1].0);
+        return vec![Mistake::new(key, message, "list the points in order, each place once")];
+    }
+    match Spline::new(points).and_then(|spline| spline.turns()) {
+        Some((from, to)) => {
+            let message = format!("the smooth curve through its points turns back between {from} and {to} (SI)");
+            vec![Mistake::new(key, message, "let the values rise or fall all along, or add points there")]
+        }
+        None => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A straight line is itself; a spline goes through its points, its derivatives are those of differences, and its curvature does
+    /// not jump but for rounding.
+    #[test]
+    fn splines_are_smooth_curves_through_their_points() {
+        let points = [(-2.0, -1.5), (-0.5, -0.2), (0.3, 0.1), (1.0, 0.9), (2.5, 1.4)];
+        let spline = Spline::new(&points).unwrap();
+        for (x, y) in points {
+            assert!((spline.value(x) - y).abs() < 1e-14);
+            let [before, behind] = [-1e-9, 1e-9].map(|step| spline.derivatives(x + step).1);
+            assert!((before - behind).abs() < 1e-7, "{before} {behind} at {x}");
+        }
+        for k in -40..50 {
+            let (x, step) = (0.0731 * f64::from(k), 1e-5);
+            let (slope, curvature) = spline.derivatives(x);
+            let [low, high] = [x - step, x + step];
+            assert!(((spline.value(high) - spline.value(low)) / (2.0 * step) - slope).abs() < 1e-8);
+            let second = (spline.derivatives(high).0 - spline.derivatives(low).0) / (2.0 * step);
+            assert!((second - curvature).abs() < 1e-4, "{second} {curvature} at {x}");
+        }
+        let line = Spline::new(&[(0.0, 1.0), (1.0, 3.0), (4.0, 9.0)]).unwrap();
+        assert!((line.value(-3.0) + 5.0).abs() < 1e-14 && line.derivatives(2.0).1.abs() < 1e-14);
+        assert_eq!(check_points("curve", &[(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]).len(), 1);
+        assert_eq!(check_points("curve", &[(0.0, 0.0), (0.0, 1.0)]).len(), 1);
+    }
+}
