@@ -195,7 +195,8 @@ fn the_ratio_of_a_rack_may_vary() {
     for name in ["rack.s", "pinion.w", "teeth.f", "teeth.pinion.tau", "tyre.f"] {
         let (one, other) = (signal(&line, name), signal(&straight, name));
         let size = one.iter().fold(0.0f64, |most, x| most.max(x.abs()));
-        assert!(one.iter().zip(other).all(|(a, b)| (a - b).abs() <= 1e-8 * size), "{name}");
+        // Tables run by DOP853, whose rows between steps hold speeds to 1e-7 of their size.
+        assert!(one.iter().zip(other).all(|(a, b)| (a - b).abs() <= 1e-6 * size), "{name}");
     }
     let points = [(-8.0, -80.0), (-3.0, -27.0), (0.0, 0.0), (3.0, 27.0), (8.0, 80.0), (20.0, 215.0)];
     let found = run(&curved(&list(&points)));
