@@ -468,7 +468,8 @@ impl RunningLoop {
         let time = self.time;
         let profiles = (0..self.scenario.sources.len()).flat_map(|k| self.machine.profile(k).breakpoints());
         let faults = self.scenario.faults.iter().flat_map(|fault| [fault.at, fault.until]);
-        let later = profiles.chain(faults).filter(|at| *at > time).fold(self.scenario.duration, f64::min);
+        let known = self.machine.next_timed(time).min(self.scenario.duration);
+        let later = profiles.chain(faults).filter(|at| *at > time).fold(known, f64::min);
         self.breakpoint = if later > time { later } else { f64::INFINITY };
         self.tick = self.machine.next_tick();
         // A sample that falls on a breakpoint but for rounding sees what holds from there on.
@@ -1004,6 +1005,10 @@ impl RunningLoop {
             } else {
                 format!("{} steps to {value}", source.name)
             };
+            self.events.push(Event { time, what });
+        }
+        for part in self.machine.told_at(time) {
+            let what = format!("{} steps to {}", part.name, part.pieces.value(time));
             self.events.push(Event { time, what });
         }
     }

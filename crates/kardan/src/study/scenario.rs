@@ -46,7 +46,7 @@ pub(super) fn scenario(
     check_noise(&reader, document, out);
     let seed = whole(&reader, table, "seed", "`[scenario]`", out).unwrap_or_default();
     let events = given.iter().map(GivenEvent::event).collect();
-    Scenario { duration, times, sources, events, faults, seed, recorded: None, position, speed }
+    Scenario { duration, times, sources, events, signals: Vec::new(), faults, seed, recorded: None, position, speed }
 }
 
 /// A whole number of a table; `None` if it is left out or wrong, which is reported.
