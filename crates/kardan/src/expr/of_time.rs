@@ -87,6 +87,8 @@ pub fn polynomial(coefficients: &[f64; 4], x: f64) -> f64 {
 pub struct Part {
     /// What it is called in messages and plans.
     pub name: String,
+    /// What it is of.
+    pub dimension: Dimension,
     /// Its pieces, SI.
     pub pieces: Pieces,
     /// Whether a run tells of each of its breakpoints.
@@ -220,7 +222,7 @@ mod tests {
         let product = graph.product(&[(pi, 1), (least, 2), (turned, -1)]);
         let value = graph.sum(Rational::ONE, &[(product, Rational::from(3)), (gate, Rational::ONE)]);
         let pieces = Pieces::new([(0.0, [0.5, 0.0, 0.0, 0.0])]);
-        let part = Arc::new(Part { name: "gate".into(), pieces, told: false });
+        let part = Arc::new(Part { name: "gate".into(), dimension: Dimension::NONE, pieces, told: false });
         let text = printed(&graph, value, Style::Text, &|name| name.into());
         let function = OfTime::new(graph, time, vec![(gate, part)], value, Dimension::NONE).unwrap();
         let mut other = Graph::default();

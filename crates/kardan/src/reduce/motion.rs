@@ -251,7 +251,7 @@ impl Motion {
         let mut part = |graph: &mut Graph, part: &Arc<Part>| match parts.iter().find(|(other, _)| other == part) {
             Some((_, symbol)) => *symbol,
             None => {
-                let symbol = graph.new_symbol(part.name.clone(), function.dimension());
+                let symbol = graph.new_symbol(part.name.clone(), part.dimension);
                 parts.push((Arc::clone(part), symbol));
                 symbol
             }

@@ -114,6 +114,7 @@ macro_rules! keys {
     (@type Number $($args:tt)*) => { $crate::schema::Quantity };
     (@type Coefficients) => { $crate::schema::Named };
     (@type Overrides) => { $crate::schema::Named };
+    (@type Functions) => { $crate::schema::Named };
     (@type Lists) => { $crate::schema::Lists };
     (@type Poles) => { $crate::schema::Quantities };
     (@type Shafts $($args:tt)*) => { $crate::schema::Words };
