@@ -55,12 +55,6 @@ impl Pieces {
         self.starts.get(self.starts.partition_point(|start| *start <= time)).copied()
     }
 
-    /// Whether one of them begins at a time.
-    pub fn begins_at(&self, time: f64) -> bool {
-        let k = self.starts.partition_point(|start| *start < time);
-        self.starts.get(k) == Some(&time)
-    }
-
     /// Times where another piece begins, s.
     pub fn starts(&self) -> &[f64] {
         &self.starts

@@ -86,6 +86,11 @@ macro_rules! keys {
             const KEYWORD: &'static str = $keyword;
         }
     };
+    (@mark signal $name:ident $keyword:literal) => {
+        impl $crate::schema::SignalKeys for $name {
+            const KEYWORD: &'static str = $keyword;
+        }
+    };
     (@mark law $name:ident $keyword:literal) => {
         impl $crate::schema::LawKeys for $name {
             const KEYWORD: &'static str = $keyword;

@@ -2,12 +2,12 @@ use super::{Course, Refused, SignalKind};
 use crate::element::Values;
 use crate::expr::{Expr, Function};
 use crate::num::Rational;
-use crate::schema::{Keys, Sign, keys};
+use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::Dimension;
 
 keys! {
     /// A sine whose frequency changes.
-    table Chirp {
+    signal Chirp("chirp") {
         required {
             amplitude: AnyQuantity, "Largest deviation from the offset; its unit is that of the signal.";
             from: Quantity(Dimension::FREQUENCY, Sign::Positive), "Frequency at the start, `1 Hz`.";
@@ -25,7 +25,7 @@ keys! {
 }
 
 pub(super) const CHIRP: SignalKind = SignalKind {
-    keyword: "chirp",
+    keyword: Chirp::KEYWORD,
     summary: "A sine whose frequency goes from one value to another.",
     formula: "offset + amplitude sin(2 pi n + phase) with x = t - start and\n\
               linear: n = from x + (to - from) x^2/(2 over); logarithmic: n = from over ((to/from)^(x/over) - 1)/ln(to/from);\n\

@@ -1,12 +1,12 @@
 use super::{Course, Refused, SignalKind};
 use crate::element::Values;
 use crate::expr::Expr;
-use crate::schema::{Keys, keys};
+use crate::schema::{Keys, SignalKeys, keys};
 use crate::units::Expression;
 
 keys! {
     /// A function of time as it is written.
-    table Formula {
+    signal ExpressionSignal("expression") {
         required {
             value: Text, "An expression of the time `t`, parameters and other signals: `\"2 N m * sin(2 pi t / 1 s) * gate\"`.";
         }
@@ -16,11 +16,11 @@ keys! {
 }
 
 pub(super) const EXPRESSION: SignalKind = SignalKind {
-    keyword: "expression",
+    keyword: ExpressionSignal::KEYWORD,
     summary: "An expression of the time, parameters and other signals.",
     formula: "As it is written; `t` is the time, functions are those of `kardan elements parameters`. Where it bends by `abs`, `min`, `max`\n\
               or `if`, no step of the integrator ends: pulses, ramps and tables have exact breakpoints.",
-    fields: Formula::FIELDS,
+    fields: ExpressionSignal::FIELDS,
     example: "\
 [signal.fading]
 kind = \"expression\"

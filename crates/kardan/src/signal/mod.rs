@@ -15,11 +15,11 @@ mod table;
 
 pub use chirp::Chirp;
 pub use course::{Course, MOST_BREAKPOINTS, Refused, SignalKind};
-pub use expression::Formula;
+pub use expression::ExpressionSignal;
 pub use multisine::{Multisine, MultisineLine};
 pub use noise::Noise;
 pub use pulses::Pulses;
-pub use ramp::RampSignal;
+pub use ramp::Ramp;
 pub use sine::Sine;
 pub use table::{Samples, TableSignal};
 

@@ -3,7 +3,7 @@ use super::{Course, Refused, SignalKind};
 use crate::element::{Mistake, Values};
 use crate::expr::{Expr, Function};
 use crate::num::Rational;
-use crate::schema::{Keys, Sign, keys};
+use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::{Dimension, Exact};
 
 /// Lines of a multisine.
@@ -11,7 +11,7 @@ const MOST_LINES: f64 = 1000.0;
 
 keys! {
     /// A sum of sines.
-    table Multisine {
+    signal Multisine("multisine") {
         required {
         }
         optional {
@@ -40,7 +40,7 @@ keys! {
 }
 
 pub(super) const MULTISINE: SignalKind = SignalKind {
-    keyword: "multisine",
+    keyword: Multisine::KEYWORD,
     summary: "A sum of sines: those listed, or evenly spaced ones of a band with the phases of Schroeder, which keep peaks low.",
     formula: "offset + sum of amplitude sin(2 pi frequency (t - start) + phase); of a band of N sines the one of number k from 0 on\n\
               has the phase -pi k (k + 1)/N (Schroeder, IEEE Trans. Inf. Theory 16, 1970); before the start: offset.",

@@ -3,12 +3,12 @@ use super::{Course, Refused, SignalKind};
 use crate::element::{Mistake, Values};
 use crate::expr::Expr;
 use crate::num::Random;
-use crate::schema::{Keys, Sign, keys};
+use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::Dimension;
 
 keys! {
     /// Seeded noise.
-    table Noise {
+    signal Noise("noise") {
         required {
             deviation: AnyQuantity, "Standard deviation; its unit is that of the signal.";
             hold: Quantity(Dimension::TIME, Sign::Positive), "How long each value holds, `1 ms`.";
@@ -23,7 +23,7 @@ keys! {
 }
 
 pub(super) const NOISE: SignalKind = SignalKind {
-    keyword: "noise",
+    keyword: Noise::KEYWORD,
     summary: "Normally distributed noise, held from one draw to the next: the same seed, the same bits on every machine.",
     formula: "mean + deviation x_k from start + k hold on, with independent normal x_k; before the start: mean.",
     fields: Noise::FIELDS,

@@ -2,12 +2,12 @@ use super::course::{mistake, times};
 use super::{Course, Refused, SignalKind};
 use crate::element::{Mistake, Values};
 use crate::expr::Expr;
-use crate::schema::{Keys, Sign, keys};
+use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::{Dimension, Exact};
 
 keys! {
     /// A train of pulses.
-    table Pulses {
+    signal Pulses("pulses") {
         required {
             high: AnyQuantity, "Value during a pulse; its unit is that of the signal.";
             period: Quantity(Dimension::TIME, Sign::Positive), "Time from one pulse to the next.";
@@ -22,7 +22,7 @@ keys! {
 }
 
 pub(super) const PULSES: SignalKind = SignalKind {
-    keyword: "pulses",
+    keyword: Pulses::KEYWORD,
     summary: "A train of pulses, steps at exact times.",
     formula: "high from start + k period on for the width, for k = 0, 1, 2 ...; else low.",
     fields: Pulses::FIELDS,
@@ -65,7 +65,8 @@ fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
     let pulse = move |(begin, end): (f64, f64)| [(begin, level(high)), (end, level(low))];
     let count = values.number("count").map_or(usize::MAX, |count| count as usize);
     let pulses = times(&start, &period).zip(times(&end, &period)).take(count).flat_map(pulse);
-    let before = (!start.is_zero()).then_some((0.0, level(low)));
+    // Before the run: no step that is told.
+    let before = (!start.is_zero()).then_some((-1.0, level(low)));
     let about = (course.dimension, true);
     course.pieces("", about, before.into_iter().chain(pulses))
 }

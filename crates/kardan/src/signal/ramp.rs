@@ -2,12 +2,12 @@ use super::{Course, Refused, SignalKind};
 use crate::element::Values;
 use crate::expr::Expr;
 use crate::num::rational_to_f64;
-use crate::schema::{Keys, Sign, keys};
+use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::Dimension;
 
 keys! {
     /// A ramp from one value to another.
-    table RampSignal {
+    signal Ramp("ramp") {
         required {
             to: AnyQuantity, "Value at the end; its unit is that of the signal.";
             over: Quantity(Dimension::TIME, Sign::Positive), "How long it takes.";
@@ -20,10 +20,10 @@ keys! {
 }
 
 pub(super) const RAMP: SignalKind = SignalKind {
-    keyword: "ramp",
+    keyword: Ramp::KEYWORD,
     summary: "A straight line from one value to another, level before and behind it.",
     formula: "from + (to - from) x/over with x = t - start, not below 0 and not above over.",
-    fields: RampSignal::FIELDS,
+    fields: Ramp::FIELDS,
     example: "\
 [signal.rise]
 kind = \"ramp\"

@@ -1,12 +1,12 @@
 use super::{Course, Refused, SignalKind};
 use crate::element::Values;
 use crate::expr::Expr;
-use crate::schema::{Keys, Sign, keys};
+use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::Dimension;
 
 keys! {
     /// A sine.
-    table Sine {
+    signal Sine("sine") {
         required {
             amplitude: AnyQuantity, "Largest deviation from the offset; its unit is that of the signal.";
             frequency: Quantity(Dimension::FREQUENCY, Sign::Positive), "Waves in a second, `2 Hz`; or the time of one, `0.5 s`.";
@@ -20,7 +20,7 @@ keys! {
 }
 
 pub(super) const SINE: SignalKind = SignalKind {
-    keyword: "sine",
+    keyword: Sine::KEYWORD,
     summary: "A sine.",
     formula: "offset + amplitude sin(2 pi frequency (t - start) + phase); before the start: offset.",
     fields: Sine::FIELDS,

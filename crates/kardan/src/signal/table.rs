@@ -2,12 +2,12 @@ use super::course::mistake;
 use super::{Course, Refused, SignalKind};
 use crate::element::{Mistake, Values};
 use crate::expr::Expr;
-use crate::schema::{Keys, Sign, keys};
+use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::Dimension;
 
 keys! {
     /// Values at times, from a file or as they are listed.
-    table TableSignal {
+    signal TableSignal("table") {
         required {
         }
         optional {
@@ -31,7 +31,7 @@ keys! {
 }
 
 pub(super) const TABLE: SignalKind = SignalKind {
-    keyword: "table",
+    keyword: TableSignal::KEYWORD,
     summary: "Values at times: from a log, or listed in the model.",
     formula: "Through the points by `interpolation`; beyond them by `beyond`.",
     fields: TableSignal::FIELDS,

@@ -468,8 +468,10 @@ impl RunningLoop {
         let time = self.time;
         let profiles = (0..self.scenario.sources.len()).flat_map(|k| self.machine.profile(k).breakpoints());
         let faults = self.scenario.faults.iter().flat_map(|fault| [fault.at, fault.until]);
-        let known = self.machine.next_timed(time).min(self.scenario.duration);
-        let later = profiles.chain(faults).filter(|at| *at > time).fold(known, f64::min);
+        let later = profiles.chain(faults).filter(|at| *at > time).fold(self.scenario.duration, f64::min);
+        // What rounding alone parts is one breakpoint.
+        let timed = self.machine.next_timed(time);
+        let later = if timed < later * (1.0 - SAME) { timed } else { later };
         self.breakpoint = if later > time { later } else { f64::INFINITY };
         self.tick = self.machine.next_tick();
         // A sample that falls on a breakpoint but for rounding sees what holds from there on.
@@ -1008,7 +1010,8 @@ impl RunningLoop {
             self.events.push(Event { time, what });
         }
         for part in self.machine.told_at(time) {
-            let what = format!("{} steps to {}", part.name, part.pieces.value(time));
+            let value = part.pieces.value(time + SAME * time);
+            let what = format!("{} steps to {value} {}", part.name, part.dimension.si());
             self.events.push(Event { time, what });
         }
     }

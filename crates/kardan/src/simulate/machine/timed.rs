@@ -10,6 +10,9 @@ use crate::simulate::scenario::Scenario;
 
 use super::expressions::Places;
 
+/// Relative difference of two times that are one: breakpoints of two parts, or that of a part and an event, which rounding parts.
+const SAME: f64 = 1e-14;
+
 /// What is given of the time in a run.
 #[derive(Default)]
 pub(super) struct Timed {
@@ -71,13 +74,13 @@ impl Timed {
     /// Takes the pieces of all parts that hold from a time on.
     pub fn enter(&mut self, time: f64) {
         for (now, part) in self.now.iter_mut().zip(&self.parts) {
-            *now = part.pieces.piece(time);
+            *now = part.pieces.piece(time + SAME * time);
         }
     }
 
     /// The first breakpoint of a part after a time, s; infinite if there is none.
     pub fn next(&self, time: f64) -> f64 {
-        self.parts.iter().filter_map(|part| part.pieces.next(time)).fold(f64::INFINITY, f64::min)
+        self.parts.iter().filter_map(|part| part.pieces.next(time + SAME * time)).fold(f64::INFINITY, f64::min)
     }
 
     /// Breakpoints of all parts up to a time.
@@ -87,7 +90,12 @@ impl Timed {
 
     /// Parts that a run tells of and that have a breakpoint at a time.
     pub fn told(&self, time: f64) -> impl Iterator<Item = &Part> {
-        self.parts.iter().map(|part| &**part).filter(move |part| part.told && part.pieces.begins_at(time))
+        let begins = move |part: &&Part| {
+            let starts = part.pieces.starts();
+            let first = starts.partition_point(|start| *start < time - SAME * time);
+            starts.get(first).is_some_and(|start| *start <= time + SAME * time)
+        };
+        self.parts.iter().map(|part| &**part).filter(|part| part.told).filter(begins)
     }
 
     /// What is given at a time of the segment.

@@ -110,6 +110,14 @@ impl Chosen {
                 return Err(refusal("file", message, "thin it out"));
             }
         }
+        if !log.damage().is_empty() {
+            let message = format!("not every row could be read: {}", log.notes().join("; "));
+            return Err(refusal(
+                "file",
+                message,
+                "every point needs a time and a value: put the row right, or take it out",
+            ));
+        }
         Ok(Self { samples, dimension })
     }
 }
