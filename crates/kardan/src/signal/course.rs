@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::table::Samples;
 use crate::element::{Mistake, Values};
 use crate::expr::{Expr, Function, Graph, Named, Part, Pieces};
 use crate::num::{Rational, rational_to_f64};
@@ -49,6 +48,15 @@ impl Refused {
 
 pub(super) fn mistake(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Mistake {
     Mistake { key, message: message.into(), help: help.into() }
+}
+
+/// Points of a table, SI.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Samples {
+    /// Times, s.
+    pub times: Vec<f64>,
+    /// Values.
+    pub values: Vec<f64>,
 }
 
 /// What a signal is written into.

@@ -14,14 +14,14 @@ mod sine;
 mod table;
 
 pub use chirp::Chirp;
-pub use course::{Course, MOST_BREAKPOINTS, Refused, SignalKind};
+pub use course::{Course, MOST_BREAKPOINTS, Refused, Samples, SignalKind};
 pub use expression::ExpressionSignal;
 pub use multisine::{Multisine, MultisineLine};
 pub use noise::Noise;
 pub use pulses::Pulses;
 pub use ramp::Ramp;
 pub use sine::Sine;
-pub use table::{Samples, TableSignal};
+pub use table::TableSignal;
 
 /// All kinds of signals.
 pub const REGISTRY: &[SignalKind] = &[

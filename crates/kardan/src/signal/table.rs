@@ -1,5 +1,5 @@
 use super::course::mistake;
-use super::{Course, Refused, SignalKind};
+use super::{Course, Refused, Samples, SignalKind};
 use crate::element::{Mistake, Values};
 use crate::expr::Expr;
 use crate::schema::{Keys, Sign, SignalKeys, keys};
@@ -45,15 +45,6 @@ beyond = \"hold\"
     check,
     write,
 };
-
-/// Points of a table, SI.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Samples {
-    /// Times, s.
-    pub times: Vec<f64>,
-    /// Values.
-    pub values: Vec<f64>,
-}
 
 fn check(values: &Values) -> Vec<Mistake> {
     let mut out = Vec::new();

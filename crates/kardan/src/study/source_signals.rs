@@ -164,7 +164,8 @@ impl<'a, 'd> Making<'a, 'd> {
     fn mistake(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
         let at = place.part(text, error.span.clone());
         let name = text.get(error.span.clone()).unwrap_or_default();
-        if error.code == "name::unknown" {
+        if error.message.starts_with("there is no parameter") && !error.message.contains("behind a number") {
+            error.code = "name::unknown";
             error.message = format!("there is no parameter or signal `{}`", shortened(name));
             let signals = self.document.signals.iter().map(|signal| signal.name.as_str());
             let known = || signals.clone().chain(self.document.parameters.iter().map(|p| p.name.as_str())).chain(["t"]);

@@ -94,6 +94,14 @@ impl Loop<'_> {
         (first..self.inputs.len(), symbols)
     }
 
+    /// What the expressions came to need of the time is given behind all else.
+    fn give_time(&mut self, places: &mut Places) {
+        let timed = &self.motion.timed;
+        let given = timed.parts.iter().map(|(_, symbol)| *symbol).chain(timed.time);
+        self.inputs.extend(given.filter_map(|symbol| self.motion.graph.symbol_of(symbol)));
+        places.timed.end = self.inputs.len();
+    }
+
     fn found(&mut self, name: &str, exprs: Vec<Expr>) -> Range<usize> {
         let first = self.outputs.len();
         self.outputs.extend(exprs.into_iter().enumerate().map(|(k, expr)| (format!("{name}.{k}"), expr)));
@@ -180,17 +188,7 @@ pub(super) fn extend(
         }
         torques.push(torque);
         applied.push(match drive.ripple {
-            Some((size, order)) => {
-                let angle = all.motion.sum(&equations.inputs[k].row, |motion, shaft| motion.angles[shaft]);
-                let angle = all.motion.graph.group(angle);
-                let (size, order) = (all.float(size), all.float(order));
-                let graph = &mut all.motion.graph;
-                let argument = graph.multiply(order, angle);
-                let wave = graph.apply(Function::Sin, argument);
-                let ripple = graph.multiply(size, wave);
-                let both = graph.add(torque, ripple);
-                graph.group(both)
-            }
+            Some(ripple) => rippling(&mut all, &equations.inputs[k].row, torque, ripple),
             None => torque,
         });
     }
@@ -205,11 +203,21 @@ pub(super) fn extend(
     places.rates = all.found("rate", rates);
     places.friction_speeds = all.found("friction_speed", speeds);
     places.powers = all.found("power", powers.to_vec());
-    let timed = &all.motion.timed;
-    let given = timed.parts.iter().map(|(_, symbol)| *symbol).chain(timed.time);
-    all.inputs.extend(given.filter_map(|symbol| all.motion.graph.symbol_of(symbol)));
-    places.timed.end = all.inputs.len();
+    all.give_time(&mut places);
     (Extension { inputs: all.inputs, outputs: all.outputs }, places, sources)
+}
+
+/// A torque with its ripple, of a size and an order, along the row of its input.
+fn rippling(all: &mut Loop<'_>, row: &[(usize, Rational)], torque: Expr, (size, order): (f64, f64)) -> Expr {
+    let angle = all.motion.sum(row, |motion, shaft| motion.angles[shaft]);
+    let angle = all.motion.graph.group(angle);
+    let (size, order) = (all.float(size), all.float(order));
+    let graph = &mut all.motion.graph;
+    let argument = graph.multiply(order, angle);
+    let wave = graph.apply(Function::Sin, argument);
+    let ripple = graph.multiply(size, wave);
+    let both = graph.add(torque, ripple);
+    graph.group(both)
 }
 
 /// The sources with the functions of time that are added to them.
