@@ -81,7 +81,7 @@ fn a_sine_begins_at_its_start() {
 fn the_phase_of_a_chirp_is_the_integral_of_its_frequency() {
     let (from, to, over, start) = (1.0, 9.0, 2.0, 0.25);
     let linear = |x: f64| from + (to - from) * x / over;
-    let logarithmic = |x: f64| from * (to / from as f64).powf(x / over);
+    let logarithmic = |x: f64| from * f64::powf(to / from, x / over);
     let all: [(&str, &dyn Fn(f64) -> f64); 2] = [("linear", &linear), ("logarithmic", &logarithmic)];
     for (sweep, frequency) in all {
         let chirp = format!(
