@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::Path;
 
 use kardan::diagnostics::{Diagnostic, nearest};
-use kardan::model::BUILTIN;
+use kardan::model::{BUILTIN, FileBytes};
 use kardan::study::Project;
 
 use crate::args::Changes;
@@ -23,6 +23,12 @@ const MATRICES_LIMIT: u64 = 256 << 20;
 pub fn open(model: &Path, changes: &Changes, quiet: bool) -> Result<(Source, Project), Failure> {
     let mut source = read(model, quiet)?;
     let project = Project::open(source.text.as_str());
+    let files = project.files().into_iter().map(|name| {
+        let bytes = beside(model, &source, &name);
+        (name, bytes)
+    });
+    let files: Vec<_> = files.collect();
+    let project = if files.is_empty() { project } else { project.with_files(files) };
     if changes.set.is_empty() {
         return Ok((source, project));
     }
@@ -30,6 +36,18 @@ pub fn open(model: &Path, changes: &Changes, quiet: bool) -> Result<(Source, Pro
     remarks.iter().filter(|_| !quiet).for_each(|remark| render::note(remark));
     source.changed = Some(project.to_toml());
     Ok((source, project))
+}
+
+/// The bytes of a file that a model names, from the folder of the model; why there are none, else.
+fn beside(model: &Path, source: &Source, name: &str) -> FileBytes {
+    let folder = match source.origin {
+        Origin::File => model.parent().unwrap_or_else(|| Path::new("")),
+        Origin::Builtin | Origin::Stdin => Path::new(""),
+    };
+    let path = folder.join(name);
+    let shown = path.display().to_string();
+    let missing = |name: &str| Diagnostic::error("file::not-found", format!("there is no file `{name}`"));
+    file(&path, &shown, LIMIT, &missing).map(Into::into).map_err(|mistake| mistake.message)
 }
 
 /// The same, prepared: a bar tells how far that is where it takes long.

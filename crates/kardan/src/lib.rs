@@ -69,6 +69,8 @@ pub mod project;
 pub mod reduce;
 pub mod results;
 pub mod schema;
+#[doc(hidden)]
+pub mod signal;
 pub mod simulate;
 pub mod study;
 pub mod synthesis;

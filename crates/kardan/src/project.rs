@@ -10,7 +10,8 @@ pub use crate::element::{
 pub use crate::entries::{Entries, Place};
 pub use crate::model::tables::*;
 pub use crate::model::{BUILTIN, Builder, Builtin, builtin};
-pub use crate::schema::{ElementKeys, Given, Keys, LawKeys, Lists, Named, Quantities, Quantity, Words};
+pub use crate::schema::{ElementKeys, Given, Keys, LawKeys, Lists, Named, Quantities, Quantity, SignalKeys, Words};
+pub use crate::signal::{Chirp, ExpressionSignal, Multisine, MultisineLine, Noise, Pulses, Ramp, Sine, TableSignal};
 pub use crate::study::Project;
 pub use crate::synthesis::{
     ComputedTorque, ComputedTorqueChannel, Decoupling, DecouplingChannel, Flatness, FlatnessChannel, Lqr, LqrChannel,

@@ -9,6 +9,7 @@ mod domains;
 mod graph;
 mod interval;
 mod lower;
+mod of_time;
 mod print;
 mod written;
 
@@ -16,5 +17,6 @@ pub use domains::{Domain, Floating, Rationals};
 pub use graph::{Expr, Function, Graph, PiecewisePolynomial, Symbol};
 pub use interval::{Interval, Intervals};
 pub use lower::lower;
+pub use of_time::{OfTime, Part, Pieces, polynomial};
 pub use print::{Style, printed};
 pub use written::Named;

@@ -2,7 +2,7 @@
 
 use crate::entries::{Entries, Entry, Written};
 use crate::model::tables::{Analysis, Bench, Event, Header, Identification, Log, Plot, Requirement, Scenario, Variant};
-use crate::schema::{ElementKeys, Given, Keys, LawKeys, Quantities, Quantity};
+use crate::schema::{ElementKeys, Given, Keys, LawKeys, Quantities, Quantity, SignalKeys};
 
 /// A model that a program builds, or changes: every table of a model file as a typed struct. What is wrong with it is told by the
 /// project that comes of it, as of a file, with the path of the entry.
@@ -82,6 +82,26 @@ impl Builder {
         table.set("law", Written::Text(law.into()));
         keys.iter().for_each(|entry| table.set(&entry.key, entry.entry.value.clone()));
         self.named("control", name, table)
+    }
+
+    /// A signal `[signal.NAME]`, in place of one of that name.
+    ///
+    /// ```
+    /// use kardan::project::{Builder, Disturbance, Project, Scenario, Shaft, Sine};
+    ///
+    /// let model = Builder::new("axle")
+    ///     .element("axle", Shaft::new().inertia("2 kg cm^2"))
+    ///     .element("load", Disturbance::new("axle"))
+    ///     .signal("wave", Sine::new("1 N m", "2 Hz"))
+    ///     .scenario(Scenario::default().signals([("load", "2 * wave")]));
+    /// assert_eq!(Project::build(model).mistakes(), []);
+    /// ```
+    #[must_use]
+    pub fn signal<S: SignalKeys>(self, name: &str, signal: S) -> Self {
+        let mut table = Entries::default();
+        table.set("kind", Written::Text(S::KEYWORD.into()));
+        signal.entries().iter().for_each(|entry| table.set(&entry.key, entry.entry.value.clone()));
+        self.named("signal", name, table)
     }
 
     /// A key of a table, by its path: `&["control", "column", "feedback"]`. Tables on the way are made where there are none.

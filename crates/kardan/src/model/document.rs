@@ -1,11 +1,13 @@
 //! A model as typed tables; names are not looked up yet.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use crate::element::Element;
 use crate::entries::Place;
 use crate::equations::Domain;
-use crate::schema::{Placed, Table};
+use crate::schema::{Placed, Table, Value};
+use crate::signal::SignalKind;
 use crate::synthesis::LawKind;
 use crate::units::{Dimension, Exact, Expression, Spread};
 
@@ -110,6 +112,22 @@ pub struct Control {
     pub table: Table,
 }
 
+/// A signal's table.
+#[derive(Debug, Clone)]
+pub struct SignalTable {
+    /// Its kind.
+    pub kind: &'static SignalKind,
+    /// Its name.
+    pub name: String,
+    /// Place of the header.
+    pub place: Place,
+    /// Its keys.
+    pub table: Table,
+}
+
+/// What is in a file that a model names; why it could not be read, else.
+pub type FileBytes = Result<Arc<[u8]>, String>;
+
 /// A model file as typed tables.
 #[derive(Debug, Clone, Default)]
 pub struct Document {
@@ -129,6 +147,10 @@ pub struct Document {
     pub controls: Vec<Control>,
     /// `[scenario]`
     pub scenario: Table,
+    /// `[signal.<name>]`
+    pub signals: Vec<SignalTable>,
+    /// Files that the model names, by their names, as far as they were handed over.
+    pub files: BTreeMap<String, FileBytes>,
     /// `[analysis]`
     pub analysis: Table,
     /// `[bench]`
@@ -185,6 +207,14 @@ impl Document {
     /// The entries of `[parameters]` and the implicit parameters.
     pub(crate) fn all_parameters(&self) -> impl Iterator<Item = &Parameter> {
         self.parameters.iter().chain(&self.implicit)
+    }
+
+    /// Names of the files that the model needs.
+    pub fn file_names(&self) -> impl Iterator<Item = &str> {
+        self.signals.iter().filter_map(|signal| match &signal.table.values.get("file")?.value {
+            Value::Word(name) => Some(name.as_str()),
+            _ => None,
+        })
     }
 
     /// The charges that the elements introduce as coordinates.

@@ -113,6 +113,18 @@ scale = \"20 N m\"
 zero_samples = 100
 ";
 
+const SIGNAL: &str = "\
+[signal.knocks]
+kind = \"pulses\"
+high = \"5 N m\"
+period = \"0.2 s\"
+width = \"10 ms\"
+
+[scenario]
+duration = \"2 s\"
+signals = { load = \"knocks + 2 N m * sin(2 pi t / 1 s)\" }
+";
+
 const IDENTIFICATION: &str = "\
 [identification]
 parameters = [\"wg.damping\", \"wg.friction\"]
@@ -140,6 +152,7 @@ pub(super) fn example_of(page: &str) -> &'static str {
         "variant" => VARIANT,
         "analysis" => ANALYSIS,
         "log" => LOG,
+        "signal" => SIGNAL,
         "identification" => IDENTIFICATION,
         "bench" => BENCH,
         _ => "",

@@ -4,9 +4,10 @@ use serde_json::{Map, Value, json};
 
 use super::manual::{STUDY_TABLES, holds, need, study_table};
 use super::parse::example;
-use super::reading::CONTROL;
+use super::reading::{CONTROL, SIGNAL};
 use crate::element;
 use crate::schema::{Field, Kind};
+use crate::signal;
 use crate::synthesis;
 
 /// What a quantity looks like: a number with a unit, with or without a tolerance, the name of a parameter, or an expression of these.
@@ -46,6 +47,7 @@ pub fn json_schema() -> String {
         properties.insert(kind.keyword.into(), named(table(kind.fields, kind.summary), kind.summary));
     }
     properties.insert("control".into(), named(control(), "A control law: the key `law` tells which."));
+    properties.insert("signal".into(), named(signals(), "A function of time: the key `kind` tells which."));
     let schema = json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "$id": "kardan/1/model",
@@ -75,6 +77,16 @@ fn control() -> Value {
         keys
     });
     json!({ "type": "object", "required": ["law"], "oneOf": laws.collect::<Vec<_>>() })
+}
+
+/// A signal: the keys are those of its kind.
+fn signals() -> Value {
+    let kinds = signal::REGISTRY.iter().map(|kind| {
+        let mut keys = table(&[SIGNAL, kind.fields].concat(), kind.summary);
+        keys["properties"]["kind"] = json!({ "const": kind.keyword, "description": kind.summary });
+        keys
+    });
+    json!({ "type": "object", "required": ["kind"], "oneOf": kinds.collect::<Vec<_>>() })
 }
 
 fn table(fields: &[Field], what: &str) -> Value {
@@ -134,6 +146,7 @@ fn value(kind: &Kind) -> Value {
             table
         }
         Kind::Overrides => by_name(scalar()),
+        Kind::Functions => by_name(text()),
         Kind::Lists => by_name(json!({ "anyOf": [scalar(), { "type": "array", "items": scalar() }] })),
         Kind::Tables(fields) => several(table(fields, "")),
         Kind::Table(fields) => table(fields, ""),

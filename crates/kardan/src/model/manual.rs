@@ -3,11 +3,12 @@
 use std::fmt::Write;
 
 use super::examples::example_of;
-use super::reading::CONTROL;
+use super::reading::{CONTROL, SIGNAL};
 use super::tables;
 use crate::element;
 use crate::results::{ManualKey, ManualTable};
 use crate::schema::{Field, Keys, Kind, Sign};
+use crate::signal;
 use crate::synthesis;
 
 /// An overview of all tables that a model file may have.
@@ -19,6 +20,10 @@ pub fn manual() -> String {
     out.push_str("\nControl laws\n");
     for law in synthesis::REGISTRY {
         let _ = writeln!(out, "  [control.NAME] with law = \"{}\"\n      {}", law.keyword, law.summary);
+    }
+    out.push_str("\nSignals\n");
+    for kind in signal::REGISTRY {
+        let _ = writeln!(out, "  [signal.NAME] with kind = \"{}\"\n      {}", kind.keyword, kind.summary);
     }
     out.push_str("\nStudy\n");
     for (_, header, what) in STUDY {
@@ -39,6 +44,11 @@ const STUDY: &[(&str, &str, &str)] = &[
     ("variant", "[[variant]]", "A run with parameter values and a name of its own."),
     ("scenario", "[scenario]", "Duration, output step, initial state."),
     ("event", "[[scenario.event]]", "A step or ramp of a reference, a disturbance or a motor torque."),
+    (
+        "signal",
+        "[signal.NAME]",
+        "A function of time by name: sine, chirp, pulses, ramp, multisine, noise, table, expression.",
+    ),
     ("fault", "[[scenario.fault]]", "A sensor of a sampled controller that fails for a while, or for good."),
     ("requirement", "[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
     ("plot", "[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
@@ -90,6 +100,19 @@ const VARIANTS: &str = "\
 
 Lists of parameter values, one run for each combination: `NAME = \"[0, 10, 20, 30] deg\"` or
 `NAME = [\"0 deg\", \"10 deg\"]`; NAME is declared under [parameters]. Runs that are no grid: `kardan elements variant`.
+";
+
+const SIGNALS: &str = "\
+[signal.NAME]
+
+A function of time with a name. `signals` of [scenario] adds functions of time to sources (references, disturbances, torques of motors
+without a law, voltages): expressions of the time `t`, parameters and signals, `\"knocks + 2 N m * sin(2 pi t / 1 s)\"`. A source
+is then what its events say and that together. Signals may name each other in expressions; `kardan elements KIND` shows the keys.
+Where a signal steps or bends a step of the integrator ends, at the exact time; all signals of a run have at most 100000 such times.
+Before the start and after the end of a signal holds what its formula says. Such times bring no rows of their own: choose
+`output_step` so that pulses are seen. A Simulation that goes on beyond `duration` finds no further pulses, draws and points there.
+
+Kinds
 ";
 
 const PARAMETERS: &str = "\
@@ -147,6 +170,20 @@ pub fn manual_of(name: &str) -> Option<String> {
         let _ = writeln!(out, "[control.NAME] with law = \"{}\"\n\n{}\n\nKeys", law.keyword, law.summary);
         keys(&[CONTROL, law.fields].concat(), &mut out);
         let _ = write!(out, "\nExample\n\n{}", law.example);
+    } else if let Some(kind) = signal::find(name) {
+        let _ = writeln!(
+            out,
+            "[signal.NAME] with kind = \"{}\"\n\n{}\n\n{}\n\nKeys",
+            kind.keyword, kind.summary, kind.formula
+        );
+        keys(&[SIGNAL, kind.fields].concat(), &mut out);
+        let _ = write!(out, "\nExample\n\n{}", kind.example);
+    } else if name == "signal" {
+        out.push_str(SIGNALS);
+        for kind in signal::REGISTRY {
+            let _ = writeln!(out, "  kind = \"{}\": {}", kind.keyword, kind.summary);
+        }
+        let _ = write!(out, "\nExample\n\n{}", example_of(name));
     } else if name == "variants" {
         out.push_str(VARIANTS);
     } else if name == "parameters" {
@@ -181,11 +218,15 @@ pub fn manual_tables() -> Vec<ManualTable> {
         let keys = [CONTROL, law.fields].concat();
         table(law.keyword, "[control.NAME]".into(), "law", law.summary, &keys, law.example)
     });
+    let signals = signal::REGISTRY.iter().map(|kind| {
+        let keys = [SIGNAL, kind.fields].concat();
+        table(kind.keyword, "[signal.NAME]".into(), "signal", kind.summary, &keys, kind.example)
+    });
     let study = STUDY.iter().map(|(page, header, summary)| {
         let fields = STUDY_TABLES.iter().find(|(name, _)| name == page).map_or(&[][..], |(_, fields)| *fields);
         table(page, (*header).into(), "study", summary, fields, example_of(page))
     });
-    elements.chain(laws).chain(study).collect()
+    elements.chain(laws).chain(signals).chain(study).collect()
 }
 
 fn manual_keys(fields: &[Field]) -> Vec<ManualKey> {
@@ -263,6 +304,7 @@ fn describe(kind: &Kind) -> String {
         Kind::AnyQuantity => "quantity".into(),
         Kind::Overrides => "quantities by name".into(),
         Kind::Lists => "lists of quantities by name".into(),
+        Kind::Functions => "functions of time by name".into(),
         Kind::Tables(_) => "list of tables".into(),
         Kind::Table(_) => "table".into(),
         Kind::Output => "angle, speed or sensor".into(),
@@ -326,6 +368,7 @@ mod tests {
         let mut seen = 0;
         element::REGISTRY.iter().for_each(|kind| check(kind.fields, &mut seen));
         synthesis::REGISTRY.iter().for_each(|law| check(law.fields, &mut seen));
+        signal::REGISTRY.iter().for_each(|kind| check(kind.fields, &mut seen));
         for (_, fields) in STUDY_TABLES {
             check(fields, &mut seen);
         }

@@ -22,7 +22,10 @@ mod write;
 
 pub(crate) use assignment::assign;
 pub use builder::Builder;
-pub use document::{Control, Document, Doubts, Instance, NamedVariant, Parameter, Setting, VariantSettings, Variants};
+pub use document::{
+    Control, Document, Doubts, FileBytes, Instance, NamedVariant, Parameter, Setting, SignalTable, VariantSettings,
+    Variants,
+};
 pub use json_schema::json_schema;
 pub use manual::{manual, manual_of, manual_tables, study_pages};
 pub use reading::{open, read, read_entries};

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
-use super::document::{Control, Document, Doubts, Instance};
+use super::document::{Control, Document, Doubts, Instance, SignalTable};
 use super::examples::example_of;
 use super::parameters::{REMOVE_TOLERANCE, implicit_parameters, read_parameters, refuse_tolerances};
 use super::parse::{Node, check_name, table, value};
@@ -11,15 +11,22 @@ use super::tables;
 use super::variants::{check_named_controls, read_named_variants, read_variants};
 use crate::diagnostics::{Diagnostic, Severity, shortened};
 use crate::element;
-use crate::entries::{Entries, KeyedEntry, Place, Written};
+use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
 use crate::file::syntax;
 use crate::names::{SignalName, how_to_hold, nearest_or_alike, stands_still};
 use crate::schema::{Field, Keys, Kind, Table};
+use crate::signal;
 use crate::synthesis;
 use crate::units::Expression;
 
 /// What tells the law of a `[control.<name>]`; the other keys are those of the law.
 pub const CONTROL: &[Field] = &[Field::required("law", Kind::Choice(LAWS), "Which control law.")];
+
+/// What tells the kind of a `[signal.<name>]`; the other keys are those of the kind.
+pub const SIGNAL: &[Field] = &[Field::required("kind", Kind::Choice(SIGNALS), "Which kind of signal.")];
+
+/// The keywords of [`signal::REGISTRY`]; a test keeps them equal.
+const SIGNALS: &[&str] = &["sine", "chirp", "pulses", "ramp", "multisine", "noise", "table", "expression"];
 
 /// The keywords of [`synthesis::REGISTRY`]; a test keeps them equal.
 const LAWS: &[&str] = &[
@@ -85,6 +92,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     read_elements(&root, &mut document, &mut out);
     read_controls(&root, &mut document, &mut out);
     read_logs(&root, &mut document, &mut study);
+    read_signals(&root, &mut document, &mut study);
     check_unique(&document, &mut out);
     check_named_controls(&document, &mut study);
     let is_error = |d: &Diagnostic| d.severity == Severity::Error;
@@ -129,7 +137,7 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
     };
     for found in entries.iter().filter(|found| matches!(&found.entry.value, Written::Table(table) if table.is_empty()))
     {
-        let named = element::find(&found.key).is_some() || found.key == "control" || found.key == "log";
+        let named = element::find(&found.key).is_some() || matches!(found.key.as_str(), "control" | "log" | "signal");
         let (name, dot) = (&found.key, if named { ".NAME" } else { "" });
         let help = format!("write its keys below `[{name}{dot}]`, or remove it");
         out.push(warning(format!("the table `[{name}]` is empty"), &found.place, "nothing in it", &help));
@@ -146,7 +154,11 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
     let inputs = ["motor", "disturbance", "voltage_source", "plot", "requirement"];
     let others = entries.iter().filter(|found| !inputs.contains(&found.key.as_str()));
     others.for_each(|found| texts(&found.entry.value, &mut named));
-    let has_events = document.scenario.values.contains_key("event") && document.bench.values.is_empty();
+    if let Some(signals) = entries.table("scenario").and_then(|scenario| scenario.table("signals")) {
+        named.extend(signals.iter().map(|found| found.key.as_str()));
+    }
+    let has_events = ["event", "signals"].iter().any(|key| document.scenario.values.contains_key(key));
+    let has_events = has_events && document.bench.values.is_empty();
     let moved = |name: &str| named.iter().any(|text| SignalName::new(text).element == name);
     for input in document.elements.iter().filter(|element| has_events && inputs[..3].contains(&element.kind.keyword)) {
         if !moved(&input.name) {
@@ -168,7 +180,7 @@ fn texts<'e>(value: &'e Written, out: &mut BTreeSet<&'e str>) {
     match value {
         Written::Text(text) => {
             out.insert(text.trim());
-            if let Ok(read) = Expression::parse(text) {
+            if let Ok(read) = Expression::parse(text).or_else(|_| Expression::parse_law(text)) {
                 let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
                 out.extend(words.filter(|word| read.names().contains(word)));
             }
@@ -271,8 +283,53 @@ fn read_logs(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>
     }
 }
 
+fn read_signals(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    for node in named_tables(root, "signal", SIGNAL, &mut Doubts::default(), out) {
+        let what = format!("signal `{}`", shortened(node.name));
+        let word = node.table.keyed("kind").map(|found| &found.entry);
+        let known = |entry: &Entry| match &entry.value {
+            Written::Text(word) => signal::REGISTRY.iter().position(|kind| kind.keyword == word),
+            _ => None,
+        };
+        let Some(number) = word.and_then(known) else {
+            // Says what is wrong with `kind` alone: the other keys depend on it.
+            match word {
+                Some(given) => drop(value(&SIGNAL[0].kind, &format!("`kind` of {what}"), given, out)),
+                None => drop(table(SIGNAL, &Node { table: &Entries::default(), ..node.clone() }, &what, out)),
+            }
+            document.doubts.names.insert(node.name.to_string());
+            continue;
+        };
+        let kind = &signal::REGISTRY[number];
+        let before = out.len();
+        let mut table = table(&SIGNAL_FIELDS[number], &node.clone().like(kind.example), &what, out);
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        if out.len() > before {
+            document.doubts.names.insert(node.name.to_string());
+            continue;
+        }
+        let (name, place) = (node.name.to_string(), node.name_place.clone());
+        if let Some(reason) = reserved(&name, document) {
+            let message = format!("`{name}` cannot be the name of a signal: {reason}");
+            let help = format!("choose another name, such as `{name}_1`");
+            out.push(Diagnostic::error("name::reserved", message).at(place.clone(), "this name").help(help));
+        }
+        document.signals.push(SignalTable { kind, name, place, table });
+    }
+}
+
+/// Why a signal cannot have that name.
+fn reserved(name: &str, document: &Document) -> Option<&'static str> {
+    match name {
+        "t" => Some("it means the time"),
+        "pi" => Some("it means a number"),
+        name if document.parameters.iter().any(|parameter| parameter.name == name) => Some("a parameter has it"),
+        _ => None,
+    }
+}
+
 /// The study's tables; all others make the equations.
-const STUDY: [&str; 7] = ["scenario", "requirement", "plot", "analysis", "bench", "identification", "log"];
+const STUDY: [&str; 8] = ["scenario", "signal", "requirement", "plot", "analysis", "bench", "identification", "log"];
 
 /// Reports tables that a model file does not have.
 fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>, study: &mut Vec<Diagnostic>) {
@@ -401,9 +458,26 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
 static CONTROL_FIELDS: LazyLock<Vec<Vec<Field>>> =
     LazyLock::new(|| synthesis::REGISTRY.iter().map(|law| [CONTROL, law.fields].concat()).collect());
 
+/// All keys of a signal table, by kind.
+static SIGNAL_FIELDS: LazyLock<Vec<Vec<Field>>> =
+    LazyLock::new(|| signal::REGISTRY.iter().map(|kind| [SIGNAL, kind.fields].concat()).collect());
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_kind_of_signal_can_be_chosen() {
+        let keywords: Vec<&str> = signal::REGISTRY.iter().map(|kind| kind.keyword).collect();
+        assert!(!keywords.is_empty());
+        assert_eq!(keywords, SIGNALS);
+        for kind in signal::REGISTRY {
+            let (document, mistakes) = read(kind.example);
+            let mistakes: Vec<_> = mistakes.into_iter().filter(|d| d.code != "model::no-shaft").collect();
+            assert_eq!(mistakes, [], "{}", kind.keyword);
+            assert_eq!(document.signals.len(), 1, "{}", kind.keyword);
+        }
+    }
 
     #[test]
     fn every_law_can_be_chosen() {

@@ -81,6 +81,16 @@ impl<'a> TableReader<'a> {
         self.parameter(name)?.value.as_ref().ok().map(Exact::to_f64)
     }
 
+    /// The value of a parameter for the settings, and its dimension; `None`: there is no such parameter. A mistake in its own expression
+    /// is reported, and it has no value.
+    pub(crate) fn value_of(&self, name: &str, out: &mut Vec<Diagnostic>) -> Option<Option<(Exact, Dimension)>> {
+        let found = self.parameter(name)?;
+        if let Err(error) = &found.value {
+            self.not_computed(found.declared, error, out);
+        }
+        Some(known(found))
+    }
+
     /// The value of an expression that stands at a place.
     fn evaluate(
         &self,

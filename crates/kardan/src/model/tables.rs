@@ -38,6 +38,9 @@ keys! {
             seed: Number(Sign::NonNegative) = "1",
                 "Whole number from which the `noise` of sensors is drawn: the same seed, the same noise.";
             event: Tables(Event), "Steps and ramps of signals: `[[scenario.event]]`.";
+            signals: Functions,
+                "What is added to references, disturbances, motor torques and voltages: expressions of the time `t`, parameters \
+                 and the signals of `[signal.NAME]`: { load = \"knocks + 2 N m * sin(2 pi t / 1 s)\" }.";
             fault: Tables(Fault), "Sensors that fail: `[[scenario.fault]]`.";
         }
     }

@@ -21,6 +21,6 @@ pub use explicit::reduce;
 pub use kinematics::{Kinematics, Slope, slopes};
 pub use linear::{LinearModel, SparseModel, linearise, sparse_model};
 pub use mechanism::{MechanismData, MechanismError};
-pub use motion::{Forces, Motion, SparseRow};
+pub use motion::{Forces, Motion, SparseRow, Timed};
 pub use multipliers::Multipliers;
 pub use reduced::{Affine, Reduced, Step};

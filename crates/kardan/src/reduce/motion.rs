@@ -1,12 +1,13 @@
 //! The equations of motion of a reduced model as exact expressions of its coordinates and their speeds.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::{Affine, Reduced, Step};
-use crate::expr::{Expr, Graph, Symbol};
+use crate::expr::{Expr, Graph, OfTime, Part, Symbol};
 use crate::num::{Rational, rational_from_f64};
 use crate::plan::{Plan, compile};
-use crate::units::Exact;
+use crate::units::{Dimension, Exact};
 
 /// A direction in reduced coordinates: its entries by number, none of them zero.
 pub type SparseRow = BTreeMap<usize, Expr>;
@@ -69,6 +70,17 @@ pub struct Motion {
     pub friction_bias: Vec<Expr>,
     /// Directions of the inputs.
     pub inputs: Vec<SparseRow>,
+    /// What is given of the time.
+    pub timed: Timed,
+}
+
+/// The time, and parts of functions of it, as symbols of a motion: there once something depends on them.
+#[derive(Debug, Clone, Default)]
+pub struct Timed {
+    /// The time, s.
+    pub time: Option<Expr>,
+    /// Parts, each with its symbol.
+    pub parts: Vec<(Arc<Part>, Expr)>,
 }
 
 fn exact(graph: &mut Graph, value: &Exact) -> Expr {
@@ -118,6 +130,7 @@ impl Motion {
             frictions: Vec::new(),
             friction_bias: Vec::new(),
             inputs: Vec::new(),
+            timed: Timed::default(),
         };
         for (k, &shaft) in reduced.coordinates.iter().enumerate() {
             (out.angles[shaft], out.speeds[shaft]) = (position[k], speed[k]);
@@ -224,6 +237,21 @@ impl Motion {
             outputs.extend(row.iter().map(|(i, expr)| (format!("{kind}[{element},{}]", names[*i]), *expr)));
         }
         outputs
+    }
+
+    /// A function of time as an expression. What it needs of the time becomes part of [`timed`](Self::timed), once for all functions.
+    pub fn of_time(&mut self, function: &OfTime) -> Expr {
+        let Timed { time, parts } = &mut self.timed;
+        let mut time = |graph: &mut Graph| *time.get_or_insert_with(|| graph.new_symbol("t".into(), Dimension::TIME));
+        let mut part = |graph: &mut Graph, part: &Arc<Part>| match parts.iter().find(|(other, _)| other == part) {
+            Some((_, symbol)) => *symbol,
+            None => {
+                let symbol = graph.new_symbol(part.name.clone(), part.dimension);
+                parts.push((Arc::clone(part), symbol));
+                symbol
+            }
+        };
+        function.write_into(&mut self.graph, &mut time, &mut part)
     }
 
     /// The expression of a rational times a power of π.

@@ -86,6 +86,11 @@ macro_rules! keys {
             const KEYWORD: &'static str = $keyword;
         }
     };
+    (@mark signal $name:ident $keyword:literal) => {
+        impl $crate::schema::SignalKeys for $name {
+            const KEYWORD: &'static str = $keyword;
+        }
+    };
     (@mark law $name:ident $keyword:literal) => {
         impl $crate::schema::LawKeys for $name {
             const KEYWORD: &'static str = $keyword;
@@ -115,6 +120,7 @@ macro_rules! keys {
     (@type Number $($args:tt)*) => { $crate::schema::Quantity };
     (@type Coefficients) => { $crate::schema::Named };
     (@type Overrides) => { $crate::schema::Named };
+    (@type Functions) => { $crate::schema::Named };
     (@type Lists) => { $crate::schema::Lists };
     (@type Poles) => { $crate::schema::Quantities };
     (@type Shafts $($args:tt)*) => { $crate::schema::Words };

@@ -63,6 +63,8 @@ pub enum Kind {
     Overrides,
     /// A table from names to lists of quantities: `{ wg = ["20 rad/s", "60 rad/s"] }`.
     Lists,
+    /// A table from names to functions of time: `{ load = "2 N m * sin(2 pi t / 1 s)" }`.
+    Functions,
     /// A list of tables, each of the given shape.
     Tables(&'static [Field]),
     /// One table of the given shape.
@@ -175,7 +177,7 @@ pub enum Value {
     Words(Vec<Placed<String>>),
     /// For `Quantity`, `AnyQuantity` and `Number`.
     Scalar(Scalar),
-    /// For `Coefficients` (numbers), `Overrides` (quantities) and `Lists` (an entry for each quantity of a list).
+    /// For `Coefficients` (numbers), `Overrides` (quantities), `Functions` (expressions) and `Lists` (an entry for each quantity of a list).
     Map(Vec<(Placed<String>, Placed<Scalar>)>),
     /// For `Tables`, and the one of `Table`.
     Tables(Vec<Table>),

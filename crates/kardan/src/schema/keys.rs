@@ -24,6 +24,12 @@ pub trait ElementKeys: Keys {
     const KEYWORD: &'static str;
 }
 
+/// A signal: `[signal.NAME]` with `kind = "keyword"`.
+pub trait SignalKeys: Keys {
+    /// The word in the file.
+    const KEYWORD: &'static str;
+}
+
 /// A control law: `[control.NAME]` with `law = "keyword"`.
 pub trait LawKeys: Keys {
     /// The word in the file.

@@ -22,5 +22,5 @@ mod walk;
 pub use machine::{Machine, Setup};
 pub use outputs::signal_names;
 pub use run::{Method, Ready, RunResult, Tolerance, simulate};
-pub use scenario::{FaultKind, Profile, Scenario, SensorFault, SignalEvent, Source, SourceTarget};
+pub use scenario::{FaultKind, Profile, Scenario, SensorFault, SignalEvent, Source, SourceSignal, SourceTarget};
 pub use simulation::{InputId, SignalId, Simulation, SimulationError, Snapshot};

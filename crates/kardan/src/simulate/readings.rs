@@ -40,8 +40,9 @@ pub(super) struct Readings {
     memory: Vec<f64>,
     /// What is given: the inputs of the loop, accelerations, friction torques.
     counts: [usize; 3],
-    /// Where the sources are among the inputs of the loop.
+    /// Where the sources are among the inputs of the loop, and what is given of the time.
     sources: usize,
+    timed: usize,
     /// Whether anything depends on more than angles, speeds and sources.
     needs_forces: bool,
 }
@@ -62,9 +63,11 @@ impl Readings {
     pub(super) fn new(motion: &mut Motion, reduced: &Reduced, found: &Found, reads: &[&Read]) -> Self {
         let mut given: Vec<Symbol> = motion.symbols.iter().chain(&found.inputs).copied().collect();
         let (loop_inputs, sources) = (given.len(), motion.symbols.len() + found.sources.start);
+        let timed = motion.symbols.len() + found.timed.start;
         let known: Vec<Symbol> = given[..motion.symbols.len()]
             .iter()
             .chain(&given[sources..motion.symbols.len() + found.sources.end])
+            .chain(&given[timed..motion.symbols.len() + found.timed.end])
             .copied()
             .collect();
         let mut symbols = |name: &str, count: usize| -> Vec<Expr> {
@@ -83,7 +86,7 @@ impl Readings {
         let outputs: Vec<(String, Expr)> =
             exprs.into_iter().enumerate().map(|(k, expr)| (format!("reading.{k}"), expr)).collect();
         let plan = compile(graph, &given, &outputs).expect("readings depend on what is given");
-        Self { native: Native::new(&plan.block()), memory: plan.memory(), plan, counts, sources, needs_forces }
+        Self { native: Native::new(&plan.block()), memory: plan.memory(), plan, counts, sources, timed, needs_forces }
     }
 
     /// Evaluates a machine at a point, and all readings there.
@@ -99,6 +102,8 @@ impl Readings {
             machine.set_sources(time);
             self.memory[..2 * accelerations].copy_from_slice(&state[..2 * accelerations]);
             self.memory[self.sources..][..machine.sources.len()].copy_from_slice(&machine.sources);
+            let timed = machine.timed_at(time);
+            self.memory[self.timed..][..timed.len()].copy_from_slice(timed);
         }
         // What is no number is seen where it is used.
         let _ = match &self.native {

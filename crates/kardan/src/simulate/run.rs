@@ -468,6 +468,9 @@ impl RunningLoop {
         let profiles = (0..self.scenario.sources.len()).flat_map(|k| self.machine.profile(k).breakpoints());
         let faults = self.scenario.faults.iter().flat_map(|fault| [fault.at, fault.until]);
         let later = profiles.chain(faults).filter(|at| *at > time).fold(self.scenario.duration, f64::min);
+        // What rounding alone parts is one breakpoint.
+        let timed = self.machine.next_timed(time);
+        let later = if timed < later * (1.0 - SAME) { timed } else { later };
         self.breakpoint = if later > time { later } else { f64::INFINITY };
         self.tick = self.machine.next_tick();
         // A sample that falls on a breakpoint but for rounding sees what holds from there on.
@@ -1003,6 +1006,11 @@ impl RunningLoop {
             } else {
                 format!("{} steps to {value}", source.name)
             };
+            self.events.push(Event { time, what });
+        }
+        for part in self.machine.told_at(time) {
+            let value = part.pieces.value(time + SAME * time);
+            let what = format!("{} steps to {value} {}", part.name, part.dimension.si());
             self.events.push(Event { time, what });
         }
     }

@@ -1,5 +1,6 @@
 //! What happens during a run: steps and ramps of the signals that come from outside.
 
+use crate::expr::OfTime;
 use crate::names::SignalName;
 use crate::num::Keeper;
 use crate::results::Physical;
@@ -37,6 +38,15 @@ pub struct SignalEvent {
     pub to: f64,
     /// Length of the ramp, s; 0: a step.
     pub over: f64,
+}
+
+/// What a source follows besides its steps and ramps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SourceSignal {
+    /// Number of the source.
+    pub source: usize,
+    /// What is added to it, SI.
+    pub function: OfTime,
 }
 
 /// What a sensor does that fails.
@@ -90,6 +100,8 @@ pub struct Scenario {
     pub sources: Vec<Source>,
     /// What they do.
     pub events: Vec<SignalEvent>,
+    /// Functions of time that are added, at most one for each source.
+    pub signals: Vec<SourceSignal>,
     /// Sensors that fail.
     pub faults: Vec<SensorFault>,
     /// Seed of the noise of sensors.

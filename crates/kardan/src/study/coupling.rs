@@ -164,6 +164,7 @@ fn step(scenario: &Scenario, reference: Option<&str>, window: f64) -> Scenario {
         times,
         sources: scenario.sources.clone(),
         events: source.map(|source| SignalEvent { source, at, to: 1.0, over: 0.0 }).into_iter().collect(),
+        signals: Vec::new(),
         faults: Vec::new(),
         position: vec![0.0; scenario.position.len()],
         speed: vec![0.0; scenario.speed.len()],

@@ -78,14 +78,20 @@ pub(super) fn sources(
     sources
 }
 
-/// Why an event cannot set a signal; nothing if the signal may be there when the mistakes told are put right.
-fn not_settable(signal: &str, sources: &[Source], document: &Document, model: &Model) -> Option<(String, String)> {
+/// Why an event, or what else sets signals, cannot set one; nothing if the signal may be there when the mistakes told are put right.
+pub(super) fn not_settable(
+    signal: &str,
+    sources: &[Source],
+    (document, model): (&Document, &Model),
+    [who, all]: [&str; 2],
+) -> Option<(String, String)> {
     let shown = shortened(signal);
     let names = || sources.iter().map(|source| source.name.as_str());
-    let all = || match sources {
+    let listed = || match sources {
         [] => "there is nothing to set: add a motor, a disturbance or a voltage_source".to_string(),
-        _ => format!("events can set {}", quoted(names())),
+        _ => format!("{all} can set {}", quoted(names())),
     };
+    let all = listed;
     let name = SignalName::new(signal);
     let (head, quantity) = (name.alone().unwrap_or(signal), name.quantity());
     let is_kind = |keyword: &str| document.elements.iter().any(|e| e.name == head && e.kind.keyword == keyword);
@@ -93,8 +99,7 @@ fn not_settable(signal: &str, sources: &[Source], document: &Document, model: &M
         let commands = |control: &&ControlSpec| (control.law.inputs)(&control.values).iter().any(|input| input == head);
         let control = model.controls.iter().find(commands)?;
         let references: Vec<String> = (control.law.references)(&control.values).into_iter().map(|r| r.name).collect();
-        let message =
-            format!("control `{}` commands the motor `{head}`, so an event cannot set `{shown}`", control.name);
+        let message = format!("control `{}` commands the motor `{head}`, so {who} cannot set `{shown}`", control.name);
         return Some((message, format!("set {} instead", quoted(references.iter().map(String::as_str)))));
     }
     let is_charge = document.charges().iter().any(|charge| charge == head);
@@ -106,14 +111,14 @@ fn not_settable(signal: &str, sources: &[Source], document: &Document, model: &M
         _ => false,
     };
     if follows {
-        return Some((format!("`{shown}` follows from the equations, so an event cannot set it"), all()));
+        return Some((format!("`{shown}` follows from the equations, so {who} cannot set it"), all()));
     }
     let known = Known { document, signals: Vec::new(), doubtful: model.doubtful.clone() };
     if known.may_have(signal) {
         return None;
     }
     let help = nearest(signal, names()).map_or_else(all, |near| format!("did you mean `{near}`?"));
-    Some((format!("there is no signal `{shown}` that an event can set"), help))
+    Some((format!("there is no signal `{shown}` that {who} can set"), help))
 }
 
 /// An event as it is written.
@@ -163,7 +168,7 @@ pub(super) fn events(
         check_late(table, "event", at.as_ref(), duration, out);
         let Some(signal) = read_word(table, "signal") else { continue };
         let Some(source) = sources.iter().position(|source| source.name == signal) else {
-            if let Some((message, help)) = not_settable(signal, sources, document, model) {
+            if let Some((message, help)) = not_settable(signal, sources, (document, model), ["an event", "events"]) {
                 out.push(
                     Diagnostic::error("name::unknown", format!("{what}: {message}"))
                         .at(TableReader::place(table, "signal"), "not settable")

@@ -36,6 +36,7 @@ mod run;
 mod scenario;
 mod sensitivity;
 mod signals;
+mod source_signals;
 mod stepped_loop;
 mod strain;
 mod summary;

@@ -1,5 +1,6 @@
 //! One model, read once and prepared once: the door that every command goes through.
 
+use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
 use super::Prepared;
@@ -8,7 +9,7 @@ use super::progress::{Progress, Silent};
 use crate::diagnostics::Diagnostic;
 use crate::entries::{Entries, Written};
 use crate::file::to_toml;
-use crate::model::{Builder, Document, assign, open, read_entries};
+use crate::model::{Builder, Document, FileBytes, assign, open, read_entries};
 use crate::schema::{ElementKeys, LawKeys};
 use crate::simulate::{Setup, Simulation};
 
@@ -64,6 +65,27 @@ impl Project {
         Self::of(model.into_entries(), String::new(), Vec::new(), false)
     }
 
+    /// Names of the files that the model needs besides itself, each once: tables of signals.
+    ///
+    /// ```
+    /// use kardan::project::Project;
+    ///
+    /// let project = Project::open("[signal.road]\nkind = \"table\"\nfile = \"road.csv\"\n");
+    /// assert_eq!(project.files(), ["road.csv"]);
+    /// ```
+    pub fn files(&self) -> Vec<String> {
+        let names: BTreeSet<&str> = self.document.file_names().collect();
+        names.into_iter().map(Into::into).collect()
+    }
+
+    /// The same model with the bytes of files that it needs, or why they cannot be read, which is told where it names them.
+    #[must_use]
+    pub fn with_files(mut self, files: impl IntoIterator<Item = (String, FileBytes)>) -> Self {
+        self.document.files.extend(files);
+        (self.ready, self.analysed) = (OnceLock::new(), OnceLock::new());
+        self
+    }
+
     fn of(entries: Entries, source: String, mistakes: Vec<Diagnostic>, broken: bool) -> Self {
         let (document, reading) = read_entries(&entries, mistakes, broken);
         Self { entries, source, document, reading, ready: OnceLock::new(), analysed: OnceLock::new() }
@@ -113,7 +135,7 @@ impl Project {
         let broken = |d: &&Diagnostic| matches!(d.code, "toml::syntax" | "file::empty");
         let broken: Vec<_> = self.reading.iter().filter(broken).cloned().collect();
         let in_doubt = !broken.is_empty();
-        Self::of(entries, self.source.clone(), broken, in_doubt)
+        Self::of(entries, self.source.clone(), broken, in_doubt).with_files(self.document.files.clone())
     }
 
     /// The model as a file: opened again it says the same.

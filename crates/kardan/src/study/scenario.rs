@@ -3,6 +3,7 @@
 use super::events::{GivenEvent, events, sources};
 use super::faults::faults;
 use super::read::{of_dimension, quantity, read_word};
+use super::source_signals::source_signals;
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::equations::Domain;
@@ -46,7 +47,8 @@ pub(super) fn scenario(
     check_noise(&reader, document, out);
     let seed = whole(&reader, table, "seed", "`[scenario]`", out).unwrap_or_default();
     let events = given.iter().map(GivenEvent::event).collect();
-    Scenario { duration, times, sources, events, faults, seed, recorded: None, position, speed }
+    let signals = source_signals(&reader, (document, model), &sources, (duration, seed), out);
+    Scenario { duration, times, sources, events, signals, faults, seed, recorded: None, position, speed }
 }
 
 /// A whole number of a table; `None` if it is left out or wrong, which is reported.

@@ -55,6 +55,8 @@ impl Dimension {
     pub const LENGTH_PER_ANGLE: Self = Self::mechanical(0, 1, 0, -1);
     /// A time \[s\].
     pub const TIME: Self = Self::mechanical(0, 0, 1, 0);
+    /// A frequency [1/s].
+    pub const FREQUENCY: Self = Self::mechanical(0, 0, -1, 0);
     /// An electric charge \[C\].
     pub const CHARGE: Self = Self::electrical(0, 0, 1, 1);
     /// An electric current \[A\].

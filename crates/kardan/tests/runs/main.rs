@@ -14,6 +14,7 @@ mod linear;
 mod motor_limits;
 mod noise;
 mod ripple;
+mod signals;
 mod simulation;
 mod stiff;
 mod taylor;

@@ -25,6 +25,7 @@ const LAYERS: &[&str] = &[
     "equations",   // terms, data only
     "results",     // what a study gives, data only
     "element",     // named handfuls of terms, one registry
+    "signal",      // functions of time by name, one registry
     "assemble",    // terms to matrices
     "reduce",      // constraints out of the equations
     "analysis",    // structure, modes, zeros
@@ -39,9 +40,9 @@ const LAYERS: &[&str] = &[
 
 /// Additional borders: what a layer does not know although it stands above it.
 const UNKNOWN: &[(&str, &[&str])] = &[
-    ("simulate", &["element", "schema", "diagnostics", "analysis"]),
+    ("simulate", &["element", "schema", "diagnostics", "signal", "analysis"]),
     ("identify", &["element", "schema", "diagnostics", "analysis", "synthesis", "simulate"]),
-    ("reduce", &["element", "schema", "diagnostics"]),
+    ("reduce", &["element", "schema", "diagnostics", "signal"]),
     ("assemble", &["element", "schema", "diagnostics"]),
     ("export", &["model", "study", "simulate", "synthesis", "analysis", "reduce", "assemble", "element"]),
 ];

@@ -191,6 +191,7 @@ fn value_near(
         ) => reader.scalar(literal, out).map(Value::Scalar),
         (Kind::Coefficients, Written::Table(entries)) => reader.map(&Kind::Coefficient, entries, out),
         (Kind::Overrides | Kind::Lists, Written::Table(entries)) => reader.map(&Kind::AnyQuantity, entries, out),
+        (Kind::Functions, Written::Table(entries)) => Some(reader.functions(entries, out)),
         (Kind::Tables(fields), Written::List(list)) => {
             let mut tables = Vec::new();
             for (i, entry) in list.iter().enumerate() {
@@ -382,6 +383,32 @@ impl Reader<'_> {
             self.unlike("list::length", &expected(self.kind), "an empty table", "empty", out);
         }
         Some(Value::Map(map))
+    }
+
+    /// Functions of time by name.
+    fn functions(&self, table: &Entries, out: &mut Vec<Diagnostic>) -> Value {
+        let mut map = Vec::new();
+        for keyed in table.iter() {
+            let what = format!("`{}` in {}", keyed.key, self.what);
+            let here = Reader { what: &what, place: keyed.entry.place.clone(), ..*self };
+            let text = match &keyed.entry.value {
+                Written::Text(text) | Written::Number(text) => text,
+                Written::Broken => continue,
+                other => {
+                    here.wrong_type("a function of time such as \"2 N m * sin(2 pi t / 1 s)\"", other, out);
+                    continue;
+                }
+            };
+            match Expression::parse_law(text) {
+                Ok(read) => {
+                    let name = Placed { value: keyed.key.clone(), place: keyed.place.clone() };
+                    let value = Scalar::Expression(Box::new(read));
+                    map.push((name, Placed { value, place: keyed.entry.place.clone() }));
+                }
+                Err(error) => out.push(here.unit_error(error, text)),
+            }
+        }
+        Value::Map(map)
     }
 
     fn scalar(&self, value: &Written, out: &mut Vec<Diagnostic>) -> Option<Scalar> {

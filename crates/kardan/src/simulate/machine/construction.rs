@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use super::Machine;
-use super::expressions::{Found, Places, extend};
+use super::expressions::{Found, Parts, Places, extend};
 use super::response::Response;
 use super::sharing::Sharing;
+use super::timed::Timed;
 use super::wired::{Computer, Setup, Wired};
 use crate::assemble::Along;
 use crate::equations::InputKind;
@@ -135,10 +136,12 @@ impl Machine {
         let drives = drives(&reduced.equations.inputs, &mut size);
         let laws: Vec<Wired> = setup.laws.iter().map(|law| wired(law, &setup, &drives, &mut size)).collect();
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
-        let mut places = Places::default();
+        let (mut places, mut timed) = (Places::default(), Timed::default());
         let (dynamics, work) = Dynamics::extended(reduced, |motion| {
-            let (extension, found) = extend(motion, reduced, (&drives, &laws, &targets), 2 * r..size);
-            also(motion, &Found::new(motion, &extension, &found));
+            let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals };
+            let (extension, found, sources) = extend(motion, reduced, parts, 2 * r..size);
+            timed = Timed::new(motion, scenario, (&extension, &found), &sources);
+            also(motion, &Found::new(&extension, &found, sources));
             places = found;
             extension
         });
@@ -154,6 +157,8 @@ impl Machine {
             lines: vec![(0.0, 0.0, 0.0); profiles.len()],
             sources: vec![0.0; profiles.len()],
             profiles,
+            signals: scenario.signals.clone(),
+            timed,
             modes: vec![Mode::Stick; m],
             holding: Vec::with_capacity(r),
             following: Vec::with_capacity(m),

@@ -1,7 +1,7 @@
 //! The Jacobian of a machine: the residuals that are derived, and accelerations and holding torques from their derivatives.
 
 use super::Machine;
-use super::expressions::extend;
+use super::expressions::{Parts, extend};
 use super::jacobian::Jacobian;
 use crate::expr::{Expr, Symbol};
 use crate::num::Rational;
@@ -17,8 +17,9 @@ impl Machine {
         }
         let (r, states) = (self.degrees_of_freedom, self.size - 2);
         let mut motion = Motion::new(reduced);
-        let parts = (&self.drives[..], &self.laws[..], &self.targets[..]);
-        let (extension, places) = extend(&mut motion, reduced, parts, 2 * r..states);
+        let Self { drives, laws, targets, signals, .. } = self;
+        let parts = Parts { drives, laws, targets, signals };
+        let (extension, places, _) = extend(&mut motion, reduced, parts, 2 * r..states);
         let mut given: Vec<Symbol> = motion.symbols.iter().chain(&extension.inputs).copied().collect();
         let more = places.states.clone().map(|state| extension.inputs[state]);
         let by: Vec<Symbol> = motion.symbols.iter().copied().chain(more).collect();

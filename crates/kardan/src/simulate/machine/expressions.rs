@@ -8,7 +8,7 @@ use crate::expr::{Expr, Function, Symbol};
 use crate::num::{Matrix, Rational, rational_from_f64};
 use crate::reduce::{Dynamics, Extension, Motion, Reduced, Work};
 use crate::simulate::drive::Drive;
-use crate::simulate::scenario::SourceTarget;
+use crate::simulate::scenario::{SourceSignal, SourceTarget};
 use crate::units::Dimension;
 
 /// Where the inputs and outputs of the loop are among those of the [`Extension`].
@@ -28,6 +28,10 @@ pub(super) struct Places {
     pub limiter_rates: Range<usize>,
     /// Given: the sense of each friction direction's motion.
     pub senses: Range<usize>,
+    /// Given of the time: of each source with a function of it whether it follows that (1) or is set from outside (0), parts of
+    /// functions, the time itself.
+    pub timed: Range<usize>,
+    pub follows_signal: Range<usize>,
     /// Found: commands, torques reported, torques applied, of each input.
     pub commands: Range<usize>,
     pub torques: Range<usize>,
@@ -45,9 +49,10 @@ pub(super) struct Places {
 /// What readings of the loop are made of.
 #[derive(Debug, Clone)]
 pub struct Found {
-    /// What is given to the loop, and which of it are the sources.
+    /// What is given to the loop; which of it are the sources, and what is given of the time.
     pub inputs: Vec<Symbol>,
     pub sources: Range<usize>,
+    pub timed: Range<usize>,
     pub source_values: Vec<Expr>,
     /// Commands, torques reported, torques applied, of each input.
     pub commands: Vec<Expr>,
@@ -56,13 +61,13 @@ pub struct Found {
 }
 
 impl Found {
-    pub(super) fn new(motion: &Motion, extension: &Extension, places: &Places) -> Self {
+    pub(super) fn new(extension: &Extension, places: &Places, source_values: Vec<Expr>) -> Self {
         let outputs = |places: &Range<usize>| extension.outputs[places.clone()].iter().map(|(_, expr)| *expr).collect();
-        let sources = &extension.inputs[places.sources.clone()];
         Self {
             inputs: extension.inputs.clone(),
             sources: places.sources.clone(),
-            source_values: sources.iter().filter_map(|symbol| motion.graph.of_symbol(*symbol)).collect(),
+            timed: places.timed.clone(),
+            source_values,
             commands: outputs(&places.commands),
             torques: outputs(&places.torques),
             applied: outputs(&places.applied),
@@ -89,6 +94,14 @@ impl Loop<'_> {
         (first..self.inputs.len(), symbols)
     }
 
+    /// What the expressions came to need of the time is given behind all else.
+    fn give_time(&mut self, places: &mut Places) {
+        let timed = &self.motion.timed;
+        let given = timed.parts.iter().map(|(_, symbol)| *symbol).chain(timed.time);
+        self.inputs.extend(given.filter_map(|symbol| self.motion.graph.symbol_of(symbol)));
+        places.timed.end = self.inputs.len();
+    }
+
     fn found(&mut self, name: &str, exprs: Vec<Expr>) -> Range<usize> {
         let first = self.outputs.len();
         self.outputs.extend(exprs.into_iter().enumerate().map(|(k, expr)| (format!("{name}.{k}"), expr)));
@@ -112,13 +125,21 @@ fn row(matrix: &Matrix<f64>, row: usize, x: &[Expr]) -> Vec<(Expr, Rational)> {
     x.iter().enumerate().filter_map(entry).collect()
 }
 
-/// Everything between plant, motors, linear laws and scenario, written into the expressions of the motion.
+/// What a loop is made of besides its plant.
+pub(super) struct Parts<'a> {
+    pub drives: &'a [Drive],
+    pub laws: &'a [Wired],
+    pub targets: &'a [SourceTarget],
+    pub signals: &'a [SourceSignal],
+}
+
+/// Everything between plant, motors, linear laws and scenario, written into the expressions of the motion; with the sources.
 pub(super) fn extend(
     motion: &mut Motion,
     reduced: &Reduced,
-    (drives, laws, targets): (&[Drive], &[Wired], &[SourceTarget]),
+    Parts { drives, laws, targets, signals }: Parts<'_>,
     more_states: Range<usize>,
-) -> (Extension, Places) {
+) -> (Extension, Places, Vec<Expr>) {
     let equations = &reduced.equations;
     let mut all = Loop { motion, inputs: Vec::new(), outputs: Vec::new() };
     let mut places = Places::default();
@@ -137,6 +158,7 @@ pub(super) fn extend(
     (places.limiter_rates, limiter_rates) = all.given(of_inputs("limiter_rate"));
     (places.senses, senses) =
         all.given(equations.frictions.iter().map(|friction| format!("{}.sense", friction.element)));
+    let sources = with_signals(&mut all, &mut places, sources, signals);
     let state = |place: usize| states[place - more_states.start];
     let commands = commands(&mut all, laws, targets, (&sources, &held, &states, more_states.start));
     let zero = all.motion.graph.integer(0);
@@ -166,17 +188,7 @@ pub(super) fn extend(
         }
         torques.push(torque);
         applied.push(match drive.ripple {
-            Some((size, order)) => {
-                let angle = all.motion.sum(&equations.inputs[k].row, |motion, shaft| motion.angles[shaft]);
-                let angle = all.motion.graph.group(angle);
-                let (size, order) = (all.float(size), all.float(order));
-                let graph = &mut all.motion.graph;
-                let argument = graph.multiply(order, angle);
-                let wave = graph.apply(Function::Sin, argument);
-                let ripple = graph.multiply(size, wave);
-                let both = graph.add(torque, ripple);
-                graph.group(both)
-            }
+            Some(ripple) => rippling(&mut all, &equations.inputs[k].row, torque, ripple),
             None => torque,
         });
     }
@@ -191,7 +203,40 @@ pub(super) fn extend(
     places.rates = all.found("rate", rates);
     places.friction_speeds = all.found("friction_speed", speeds);
     places.powers = all.found("power", powers.to_vec());
-    (Extension { inputs: all.inputs, outputs: all.outputs }, places)
+    all.give_time(&mut places);
+    (Extension { inputs: all.inputs, outputs: all.outputs }, places, sources)
+}
+
+/// A torque with its ripple, of a size and an order, along the row of its input.
+fn rippling(all: &mut Loop<'_>, row: &[(usize, Rational)], torque: Expr, (size, order): (f64, f64)) -> Expr {
+    let angle = all.motion.sum(row, |motion, shaft| motion.angles[shaft]);
+    let angle = all.motion.graph.group(angle);
+    let (size, order) = (all.float(size), all.float(order));
+    let graph = &mut all.motion.graph;
+    let argument = graph.multiply(order, angle);
+    let wave = graph.apply(Function::Sin, argument);
+    let ripple = graph.multiply(size, wave);
+    let both = graph.add(torque, ripple);
+    graph.group(both)
+}
+
+/// The sources with the functions of time that are added to them.
+fn with_signals(
+    all: &mut Loop<'_>,
+    places: &mut Places,
+    mut sources: Vec<Expr>,
+    signals: &[SourceSignal],
+) -> Vec<Expr> {
+    let follows;
+    (places.follows_signal, follows) = all.given(signals.iter().map(|signal| format!("follows.{}", signal.source)));
+    places.timed = places.follows_signal.clone();
+    for (signal, follows) in signals.iter().zip(follows) {
+        let value = all.motion.of_time(&signal.function);
+        let value = all.motion.graph.multiply(follows, value);
+        let value = all.motion.graph.add(sources[signal.source], value);
+        sources[signal.source] = all.motion.graph.group(value);
+    }
+    sources
 }
 
 /// Sources, linear laws, and what other laws command, added up for each input.

@@ -14,8 +14,9 @@ impl Machine {
         }
     }
 
-    /// Takes the lines of all sources that hold from a time on.
+    /// Takes the lines of all sources, and pieces of functions of time, that hold from a time on.
     pub fn enter_segment(&mut self, time: f64) {
+        self.timed.enter(time);
         for (line, profile) in self.lines.iter_mut().zip(&self.profiles) {
             *line = profile.piece(time);
         }
@@ -27,6 +28,7 @@ impl Machine {
         self.set_sources(time);
         self.held.fill(0.0);
         if self.own_laws {
+            self.timed.find_sources(&self.sources, time);
             self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         }
         for wired in &mut self.laws {
@@ -35,7 +37,7 @@ impl Machine {
                 Computer::Clocked(clocked) => wired.commands.copy_from_slice(&clocked.held),
                 Computer::Continuous(law) => {
                     for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
-                        *value = self.sources[source];
+                        *value = self.timed.values[source];
                     }
                     let seen = seen(&self.work.kinematics, &wired.reference_values, &state[wired.states.clone()]);
                     law.command(seen, &mut wired.commands);
@@ -43,7 +45,7 @@ impl Machine {
             }
             wired.inputs.iter().zip(&wired.commands).for_each(|(&input, command)| self.held[input] += command);
         }
-        self.give(state);
+        self.give(time, state);
         let regular = self.update(state);
         let Self { dynamics, work, places, .. } = self;
         read(dynamics, work, &places.commands, &mut self.commands);
@@ -61,8 +63,11 @@ impl Machine {
     }
 
     /// What the expressions of the loop are given besides angles and speeds.
-    fn give(&mut self, state: &[f64]) {
+    fn give(&mut self, time: f64, state: &[f64]) {
         let Self { dynamics, work, places, .. } = self;
+        if !self.timed.is_empty() {
+            work.give(dynamics, places.timed.start, self.timed.at(time).iter().copied());
+        }
         work.give(dynamics, places.states.start, state[2 * self.degrees_of_freedom..self.size - 2].iter().copied());
         work.give(dynamics, places.sources.start, self.sources.iter().copied());
         work.give(dynamics, places.held.start, self.held.iter().copied());
@@ -262,7 +267,7 @@ impl Machine {
 
     /// Whether nothing depends on time until the segment ends: all sources keep their values, and sampled laws their torques.
     pub fn is_steady(&self) -> bool {
-        self.lines.iter().all(|(_, slope, _)| *slope == 0.0)
+        self.lines.iter().all(|(_, slope, _)| *slope == 0.0) && self.timed.is_steady()
     }
 
     /// Evaluates forces and accelerations in the present modes.

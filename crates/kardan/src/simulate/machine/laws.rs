@@ -2,6 +2,7 @@
 
 use super::Machine;
 use super::wired::{Computer, Wired};
+use crate::expr::Part;
 use crate::simulate::clocked::Clocked;
 use crate::simulate::scenario::Profile;
 
@@ -13,6 +14,7 @@ impl Machine {
             |wired: &Wired| wired.clocked().is_none() && !wired.law.bends() && wired.law.friction_width().is_none();
         self.dynamics.is_linear()
             && self.modes.is_empty()
+            && self.timed.affine
             && self.laws.iter().all(linear)
             && self.drives.iter().all(|drive| drive.limit.is_none() && drive.rate.is_none() && drive.ripple.is_none())
     }
@@ -26,11 +28,32 @@ impl Machine {
     /// From a time on a source has one value, whatever the scenario says.
     pub(in crate::simulate) fn take_over(&mut self, source: usize, from: f64, value: f64) {
         self.profiles[source].hold(from, value);
+        self.timed.take_over(source);
     }
 
     /// The profile of a source.
     pub(in crate::simulate) fn profile(&self, source: usize) -> &Profile {
         &self.profiles[source]
+    }
+
+    /// The first breakpoint of a function of time after a time, s; infinite if there is none.
+    pub(in crate::simulate) fn next_timed(&self, time: f64) -> f64 {
+        self.timed.next(time)
+    }
+
+    /// Breakpoints of functions of time up to a time.
+    pub(in crate::simulate) fn timed_breakpoints(&self, until: f64) -> usize {
+        self.timed.breakpoints(until)
+    }
+
+    /// Parts of functions of time that step or bend at a time, where a run tells of that.
+    pub(in crate::simulate) fn told_at(&self, time: f64) -> impl Iterator<Item = &Part> {
+        self.timed.told(time)
+    }
+
+    /// What is given of the time, at a time of the segment.
+    pub(in crate::simulate) fn timed_at(&mut self, time: f64) -> &[f64] {
+        self.timed.at(time)
     }
 
     /// Sets the states of the laws at the start of a run.
@@ -63,10 +86,11 @@ impl Machine {
     pub(in crate::simulate) fn tick(&mut self, time: f64, state: &[f64]) {
         self.update(state);
         self.set_sources(time);
+        self.timed.find_sources(&self.sources, time);
         for wired in &mut self.laws {
             let Computer::Clocked(clocked) = &mut wired.computer else { continue };
             for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
-                *value = self.sources[source];
+                *value = self.timed.values[source];
             }
             let model = (&self.dynamics, &self.work);
             clocked.advance(time, &wired.reference_values, model, &wired.limits);

@@ -12,6 +12,7 @@ mod motor_modes;
 mod response;
 mod series;
 mod sharing;
+mod timed;
 mod wired;
 
 pub use expansion::Prospect;
@@ -22,7 +23,7 @@ use std::ops::Range;
 
 use super::drive::Drive;
 use super::friction::{BoxProblem, Mode};
-use super::scenario::{Profile, SourceTarget};
+use super::scenario::{Profile, SourceSignal, SourceTarget};
 use crate::num::{Cholesky, Keeper};
 use crate::reduce::{Dynamics, Work};
 use expansion::Expansion;
@@ -30,6 +31,7 @@ use expressions::Places;
 use jacobian::Jacobian;
 use response::Response;
 use sharing::Sharing;
+use timed::Timed;
 use wired::{Computer, Wired};
 
 /// The closed loop: plant, motors, laws and sources, with the current modes.
@@ -48,8 +50,12 @@ pub struct Machine {
     drives: Vec<Drive>,
     profiles: Vec<Profile>,
     targets: Vec<SourceTarget>,
+    /// Functions of time that are added to sources.
+    signals: Vec<SourceSignal>,
     /// `(value, slope, start)` of each source in the current segment.
     lines: Vec<(f64, f64, f64)>,
+    /// What else is given of the time.
+    timed: Timed,
     pub(super) modes: Vec<Mode>,
     /// Independent directions among those that stick.
     holding: Vec<usize>,
@@ -63,6 +69,7 @@ pub struct Machine {
     step_speeds: Vec<f64>,
     degrees_of_freedom: usize,
     size: usize,
+    /// Of each source its steps and ramps.
     pub(super) sources: Vec<f64>,
     pub(super) commands: Vec<f64>,
     /// Torques that the inputs report.
@@ -115,6 +122,7 @@ impl Machine {
             [value, slope, start].into_iter().for_each(|x| keeper.number(x));
         }
         self.profiles.iter_mut().for_each(|profile| profile.keep(keeper));
+        self.timed.keep(keeper);
         self.drives.iter_mut().for_each(|drive| drive.keep(keeper));
         for wired in &mut self.laws {
             for list in [&mut wired.reference_values, &mut wired.commands, &mut wired.torques] {

@@ -15,10 +15,12 @@ impl Machine {
     pub fn prepare_series(&mut self, order: usize, shafts: &[Vec<usize>; 2]) -> bool {
         let (r, m) = (self.degrees_of_freedom, self.modes.len());
         let MotionPlan { plan, angles, speeds, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
-        let Places { held, limits, follows, limiter_rates, senses, .. } = &self.places;
+        let Places { held, limits, follows, limiter_rates, senses, follows_signal, .. } = &self.places;
         let steady = |input: usize| {
             let given = input.wrapping_sub(2 * r);
-            [held, limits, follows, limiter_rates, senses].into_iter().any(|places| places.contains(&given))
+            [held, limits, follows, limiter_rates, senses, follows_signal]
+                .into_iter()
+                .any(|places| places.contains(&given))
         };
         let Places { forces, rates, powers, friction_speeds, commands, .. } = &self.places;
         let extended = [forces, rates, powers, friction_speeds, commands].into_iter().cloned().flatten();
@@ -124,6 +126,12 @@ impl Machine {
         let first = 2 * self.degrees_of_freedom + self.places.sources.start;
         for (source, (_, slope, _)) in self.lines.iter().enumerate() {
             expansion.series.set(first + source, 1, &[*slope]);
+        }
+        let first = 2 * self.degrees_of_freedom + self.places.timed.start;
+        for (k, coefficients) in self.timed.series(time).enumerate() {
+            for (order, coefficient) in (1..=expansion.series.order()).zip(coefficients) {
+                expansion.series.set(first + k, order, &[coefficient]);
+            }
         }
         expansion.friction_bias.copy_from_slice(&self.work.friction_bias);
         if let Some(response) = self.response.as_mut().filter(|response| !response.known) {

@@ -97,7 +97,9 @@ pub fn closed_loop(
         let others: Vec<Option<Run>> = runs.by_ref().take(2 * kinds.len()).collect();
         let (Some(simulated), Some(measured)) = (simulated, measured) else { continue };
         let events = &variant.scenario.events;
-        let moving = |t: f64| events.iter().any(|event| (event.at..=event.at + event.over + transient).contains(&t));
+        let always = !variant.scenario.signals.is_empty();
+        let moving =
+            |t: f64| always || events.iter().any(|event| (event.at..=event.at + event.over + transient).contains(&t));
         let pair = Pair { equations, simulated: &simulated, measured: &measured, moving: &moving };
         let responses =
             design.channels.iter().filter_map(|one| pair.response(&one.output, &one.reference, &kinds, &others));

@@ -499,6 +499,7 @@ impl PreparedBench {
                     times: Vec::new(),
                     sources: Vec::new(),
                     events: Vec::new(),
+                    signals: Vec::new(),
                     faults: Vec::new(),
                     seed: spec.seed,
                     recorded: None,

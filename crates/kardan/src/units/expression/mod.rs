@@ -116,8 +116,7 @@ impl Dimension {
     /// # Ok::<(), kardan::units::UnitError>(())
     /// ```
     pub fn period(&self, value: &Exact, dimension: &Self) -> Option<Exact> {
-        const FREQUENCY: Dimension = Dimension::mechanical(0, 0, -1, 0);
-        let fits = [(Self::TIME, FREQUENCY), (FREQUENCY, Self::TIME)].contains(&(*self, *dimension));
+        let fits = [(Self::TIME, Self::FREQUENCY), (Self::FREQUENCY, Self::TIME)].contains(&(*self, *dimension));
         if fits { value.recip() } else { None }
     }
 }

@@ -1,0 +1,232 @@
+//! Functions of time: expressions of the time and of parts that are polynomials between exact breakpoints.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::{Expr, Floating, Graph, Symbol, lower};
+use crate::units::Dimension;
+
+/// Cubics between breakpoints, with jumps and kinks at them; zero before the first.
+///
+/// ```
+/// use kardan::expr::Pieces;
+/// let ramp = Pieces::new([(1.0, [0.0, 2.0, 0.0, 0.0]), (3.0, [4.0, 0.0, 0.0, 0.0])]);
+/// assert_eq!([0.5, 2.0, 3.0, 9.0].map(|time| ramp.value(time)), [0.0, 2.0, 4.0, 4.0]);
+/// assert_eq!((ramp.next(1.0), ramp.next(3.0)), (Some(3.0), None));
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Pieces {
+    starts: Vec<f64>,
+    /// Of each piece, in powers of the time since its start.
+    coefficients: Vec<[f64; 4]>,
+}
+
+impl Pieces {
+    /// From starts (s) that rise, and coefficients; of two pieces with one start the later one counts.
+    pub fn new(pieces: impl IntoIterator<Item = (f64, [f64; 4])>) -> Self {
+        let mut out = Self::default();
+        for (start, coefficients) in pieces {
+            if out.starts.last() == Some(&start) {
+                out.starts.pop();
+                out.coefficients.pop();
+            }
+            out.starts.push(start);
+            out.coefficients.push(coefficients);
+        }
+        out
+    }
+
+    /// Start and coefficients of the piece that holds from a time on.
+    pub fn piece(&self, time: f64) -> (f64, [f64; 4]) {
+        match self.starts.partition_point(|start| *start <= time).checked_sub(1) {
+            Some(k) => (self.starts[k], self.coefficients[k]),
+            None => (0.0, [0.0; 4]),
+        }
+    }
+
+    /// The value at a time; at a jump, the value after it.
+    pub fn value(&self, time: f64) -> f64 {
+        let (start, coefficients) = self.piece(time);
+        polynomial(&coefficients, time - start)
+    }
+
+    /// The first breakpoint after a time, s.
+    pub fn next(&self, time: f64) -> Option<f64> {
+        self.starts.get(self.starts.partition_point(|start| *start <= time)).copied()
+    }
+
+    /// Times where another piece begins, s.
+    pub fn starts(&self) -> &[f64] {
+        &self.starts
+    }
+
+    /// The highest power of the time that any piece has.
+    pub fn degree(&self) -> usize {
+        let degree = |coefficients: &[f64; 4]| coefficients.iter().rposition(|c| *c != 0.0).unwrap_or(0);
+        self.coefficients.iter().map(degree).max().unwrap_or(0)
+    }
+}
+
+/// The value of a cubic.
+pub fn polynomial(coefficients: &[f64; 4], x: f64) -> f64 {
+    let [a, b, c, d] = *coefficients;
+    if c == 0.0 && d == 0.0 {
+        return a + b * x;
+    }
+    a + (b + (c + d * x) * x) * x
+}
+
+/// A part of a function of time that is given by pieces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// What it is called in messages and plans.
+    pub name: String,
+    /// What it is of.
+    pub dimension: Dimension,
+    /// Its pieces, SI.
+    pub pieces: Pieces,
+    /// Whether a run tells of each of its breakpoints.
+    pub told: bool,
+}
+
+/// A function of time: an expression of the time and of [`Part`]s, in a graph of its own.
+///
+/// It is written into another graph, such as that of a motion, by [`write_into`](Self::write_into): once for all that depends on it.
+///
+/// ```
+/// use kardan::expr::{Function, Graph, OfTime};
+/// use kardan::units::Dimension;
+/// let mut graph = Graph::default();
+/// let time = graph.symbol("t", Dimension::TIME);
+/// let sine = graph.apply(Function::Sin, time);
+/// let wave = OfTime::new(graph, time, Vec::new(), sine, Dimension::NONE).unwrap();
+/// assert_eq!((wave.value(0.0), wave.is_affine()), (0.0, false));
+/// ```
+#[derive(Debug, Clone)]
+pub struct OfTime {
+    graph: Graph,
+    time: Symbol,
+    parts: Vec<(Symbol, Arc<Part>)>,
+    value: Expr,
+    dimension: Dimension,
+}
+
+impl PartialEq for OfTime {
+    fn eq(&self, other: &Self) -> bool {
+        self.graph.nodes == other.graph.nodes && self.value == other.value && self.parts == other.parts
+    }
+}
+
+impl OfTime {
+    /// From an expression of a graph, the symbol of the time, and those of the parts; `None` if it depends on something else.
+    pub fn new(
+        graph: Graph,
+        time: Expr,
+        parts: Vec<(Expr, Arc<Part>)>,
+        value: Expr,
+        dimension: Dimension,
+    ) -> Option<Self> {
+        let time = graph.symbol_of(time)?;
+        let used = graph.symbols(&[value]);
+        let symbol = |(expr, part): (Expr, Arc<Part>)| Some((graph.symbol_of(expr)?, part));
+        let parts: Vec<(Symbol, Arc<Part>)> =
+            parts.into_iter().filter_map(symbol).filter(|(symbol, _)| used.contains(symbol)).collect();
+        let known = |symbol: &Symbol| *symbol == time || parts.iter().any(|(part, _)| part == symbol);
+        let complete = used.iter().all(known);
+        complete.then_some(Self { graph, time, parts, value, dimension })
+    }
+
+    /// What it is of.
+    pub fn dimension(&self) -> Dimension {
+        self.dimension
+    }
+
+    /// Its parts.
+    pub fn parts(&self) -> impl ExactSizeIterator<Item = &Arc<Part>> {
+        self.parts.iter().map(|(_, part)| part)
+    }
+
+    /// Whether the time itself stands in it.
+    pub fn has_time(&self) -> bool {
+        self.graph.symbols(&[self.value]).contains(&self.time)
+    }
+
+    /// Whether it is a straight line between two breakpoints.
+    pub fn is_affine(&self) -> bool {
+        self.graph.affine()(self.value) && self.parts().all(|part| part.pieces.degree() <= 1)
+    }
+
+    /// The value at a time, SI.
+    pub fn value(&self, time: f64) -> f64 {
+        let symbol = |symbol: Symbol| match self.parts.iter().find(|(part, _)| *part == symbol) {
+            Some((_, part)) => part.pieces.value(time),
+            None => time,
+        };
+        lower(&self.graph, &[self.value], &mut Floating::<f64>::default(), symbol)[0]
+    }
+
+    /// Its expression in another graph, in which the time and each part are what these functions say.
+    pub fn write_into(
+        &self,
+        graph: &mut Graph,
+        time: &mut dyn FnMut(&mut Graph) -> Expr,
+        part: &mut dyn FnMut(&mut Graph, &Arc<Part>) -> Expr,
+    ) -> Expr {
+        let mut values = Vec::new();
+        for symbol in self.graph.symbols(&[self.value]) {
+            let value = match self.parts.iter().find(|(other, _)| *other == symbol) {
+                Some((_, own)) => part(graph, own),
+                None => time(graph),
+            };
+            values.push((symbol, value));
+        }
+        graph.copied(&self.graph, self.value, &values)
+    }
+}
+
+impl Graph {
+    /// An expression of another graph, with expressions of this one in place of its symbols.
+    fn copied(&mut self, other: &Self, value: Expr, symbols: &[(Symbol, Expr)]) -> Expr {
+        let mut new: HashMap<Expr, Expr> = HashMap::new();
+        for expr in other.needed(&[value]) {
+            let copy = match other.symbol_of(expr) {
+                Some(symbol) => symbols.iter().find(|(own, _)| *own == symbol).map_or(expr, |(_, value)| *value),
+                None => self.remade(other, expr, |part| new[&part]),
+            };
+            new.insert(expr, copy);
+        }
+        new[&value]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expr::{Function, Style, printed};
+    use crate::num::Rational;
+
+    /// What is written into another graph is printed as it was, and has its value.
+    #[test]
+    fn a_function_is_the_same_in_another_graph() {
+        let mut graph = Graph::default();
+        let [time, gate] = ["t", "gate"].map(|name| graph.symbol(name, Dimension::NONE));
+        let turned = graph.apply(Function::Sin, time);
+        let pi = graph.pi();
+        let least = graph.min(turned, gate);
+        let product = graph.product(&[(pi, 1), (least, 2), (turned, -1)]);
+        let value = graph.sum(Rational::ONE, &[(product, Rational::from(3)), (gate, Rational::ONE)]);
+        let pieces = Pieces::new([(0.0, [0.5, 0.0, 0.0, 0.0])]);
+        let part = Arc::new(Part { name: "gate".into(), dimension: Dimension::NONE, pieces, told: false });
+        let text = printed(&graph, value, Style::Text, &|name| name.into());
+        let function = OfTime::new(graph, time, vec![(gate, part)], value, Dimension::NONE).unwrap();
+        let mut other = Graph::default();
+        let other_gate = other.symbol("gate", Dimension::NONE);
+        let copy =
+            function.write_into(&mut other, &mut |graph| graph.symbol("t", Dimension::NONE), &mut |_, _| other_gate);
+        assert_eq!(printed(&other, copy, Style::Text, &|name| name.into()), text);
+        let sine: f64 = kardan_rt::functions::sin(0.3);
+        let expected = 1.0 + 3.0 * std::f64::consts::PI * kardan_rt::functions::powi(sine.min(0.5), 2) / sine + 0.5;
+        assert!((function.value(0.3) - expected).abs() < 1e-15 * expected);
+        assert!(function.has_time() && !function.is_affine());
+    }
+}

@@ -1,0 +1,67 @@
+use super::{Course, Refused, SignalKind};
+use crate::element::Values;
+use crate::expr::{Expr, Function};
+use crate::num::Rational;
+use crate::schema::{Keys, Sign, SignalKeys, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// A sine whose frequency changes.
+    signal Chirp("chirp") {
+        required {
+            amplitude: AnyQuantity, "Largest deviation from the offset; its unit is that of the signal.";
+            from: Quantity(Dimension::FREQUENCY, Sign::Positive), "Frequency at the start, `1 Hz`.";
+            to: Quantity(Dimension::FREQUENCY, Sign::Positive), "Frequency at the end.";
+            over: Quantity(Dimension::TIME, Sign::Positive), "How long it takes from one to the other.";
+        }
+        optional {
+            sweep: Choice(&["linear", "logarithmic"]) = "linear",
+                "How the frequency grows: as much in each second, or by the same factor.";
+            phase: Quantity(Dimension::ANGLE, Sign::Any) = "0 rad", "Angle of the sine at the start.";
+            offset: AnyQuantity, "What is added, and holds before the start and after the end; left out: zero.";
+            start: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "When it begins.";
+        }
+    }
+}
+
+pub(super) const CHIRP: SignalKind = SignalKind {
+    keyword: Chirp::KEYWORD,
+    summary: "A sine whose frequency goes from one value to another.",
+    formula: "offset + amplitude sin(2 pi n + phase) with x = t - start and\n\
+              linear: n = from x + (to - from) x^2/(2 over); logarithmic: n = from over ((to/from)^(x/over) - 1)/ln(to/from);\n\
+              before the start and after the end: offset.",
+    fields: Chirp::FIELDS,
+    example: "\
+[signal.sweep]
+kind = \"chirp\"
+amplitude = \"1 N m\"
+from = \"1 Hz\"
+to = \"50 Hz\"
+over = \"2 s\"
+sweep = \"logarithmic\"
+",
+    check: |_| Vec::new(),
+    write,
+};
+
+fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+    let [from, to, over] = ["from", "to", "over"].map(|key| values.exact_or_default(key));
+    let (on, clock) = course.clock(&values.exact_or_default("start"), Some(&over))?;
+    let [first, last, length] = [&from, &to, &over].map(|value| course.exact(value));
+    let graph = &mut *course.graph;
+    let waves = if values.word_or_default("sweep") == "logarithmic" && from != to {
+        let growth = graph.divide(last, first);
+        let growth = graph.apply(Function::Ln, growth);
+        let part = graph.product(&[(growth, 1), (clock, 1), (length, -1)]);
+        let grown = graph.apply(Function::Exp, part);
+        let grown = graph.sum(Rational::from(-1), &[(grown, Rational::ONE)]);
+        graph.product(&[(first, 1), (length, 1), (grown, 1), (growth, -1)])
+    } else {
+        let more = graph.subtract(last, first);
+        let bent = graph.product(&[(more, 1), (clock, 2), (length, -1)]);
+        let straight = graph.multiply(first, clock);
+        graph.sum(Rational::ZERO, &[(straight, Rational::ONE), (bent, Rational::from_parts(1.into(), 2u8.into()))])
+    };
+    let angle = course.turns(waves, &values.exact_or_default("phase"));
+    Ok(course.wave(values, on, angle))
+}

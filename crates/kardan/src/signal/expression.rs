@@ -1,0 +1,43 @@
+use super::{Course, Refused, SignalKind};
+use crate::element::Values;
+use crate::expr::Expr;
+use crate::schema::{Keys, SignalKeys, keys};
+use crate::units::Expression;
+
+keys! {
+    /// A function of time as it is written.
+    signal ExpressionSignal("expression") {
+        required {
+            value: Text, "An expression of the time `t`, parameters and other signals: `\"2 N m * sin(2 pi t / 1 s) * gate\"`.";
+        }
+        optional {
+        }
+    }
+}
+
+pub(super) const EXPRESSION: SignalKind = SignalKind {
+    keyword: ExpressionSignal::KEYWORD,
+    summary: "An expression of the time, parameters and other signals.",
+    formula: "As it is written; `t` is the time, functions are those of `kardan elements parameters`. Where it bends by `abs`, `min`, `max`\n\
+              or `if`, no step of the integrator ends: pulses, ramps and tables have exact breakpoints.",
+    fields: ExpressionSignal::FIELDS,
+    example: "\
+[signal.fading]
+kind = \"expression\"
+value = \"2 N m * exp(-t / 0.5 s) * sin(2 pi t / 0.1 s)\"
+",
+    check: |_| Vec::new(),
+    write,
+};
+
+fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+    let read = Expression::parse_law(values.word_or_default("value")).map_err(Refused::Expression)?;
+    let known = course.names;
+    let mut names = |_: &mut _, name: &str| {
+        let found = known.iter().find(|(other, _)| other == name);
+        found.map(|(_, named)| named.clone())
+    };
+    let (value, dimension) = course.graph.written(&read, &mut names).map_err(Refused::Expression)?;
+    course.dimension = dimension;
+    Ok(value)
+}

@@ -1,0 +1,41 @@
+//! Signals: functions of time by name, one file for each kind.
+//!
+//! [`REGISTRY`] is the one list from which the parser, its checks, the manual and the tests are derived. Smooth kinds are expressions of
+//! the time; what steps or bends is made of pieces between exact breakpoints, at which steps of the integrator end.
+
+mod chirp;
+mod course;
+mod expression;
+mod multisine;
+mod noise;
+mod pulses;
+mod ramp;
+mod sine;
+mod table;
+
+pub use chirp::Chirp;
+pub use course::{Course, MOST_BREAKPOINTS, Refused, Samples, SignalKind};
+pub use expression::ExpressionSignal;
+pub use multisine::{Multisine, MultisineLine};
+pub use noise::Noise;
+pub use pulses::Pulses;
+pub use ramp::Ramp;
+pub use sine::Sine;
+pub use table::TableSignal;
+
+/// All kinds of signals.
+pub const REGISTRY: &[SignalKind] = &[
+    sine::SINE,
+    chirp::CHIRP,
+    pulses::PULSES,
+    ramp::RAMP,
+    multisine::MULTISINE,
+    noise::NOISE,
+    table::TABLE,
+    expression::EXPRESSION,
+];
+
+/// The kind with that keyword.
+pub fn find(keyword: &str) -> Option<&'static SignalKind> {
+    REGISTRY.iter().find(|kind| kind.keyword == keyword)
+}

@@ -1,0 +1,61 @@
+use super::course::{mistake, times};
+use super::{Course, Refused, SignalKind};
+use crate::element::{Mistake, Values};
+use crate::expr::Expr;
+use crate::num::Random;
+use crate::schema::{Keys, Sign, SignalKeys, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// Seeded noise.
+    signal Noise("noise") {
+        required {
+            deviation: AnyQuantity, "Standard deviation; its unit is that of the signal.";
+            hold: Quantity(Dimension::TIME, Sign::Positive), "How long each value holds, `1 ms`.";
+        }
+        optional {
+            mean: AnyQuantity, "Mean, which holds before the start; left out: zero.";
+            seed: Number(Sign::NonNegative),
+                "Whole number that it is drawn from, together with the name of the signal; left out: that of the scenario.";
+            start: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "When it begins.";
+        }
+    }
+}
+
+pub(super) const NOISE: SignalKind = SignalKind {
+    keyword: Noise::KEYWORD,
+    summary: "Normally distributed noise, held from one draw to the next: the same seed, the same bits on every machine.",
+    formula: "mean + deviation x_k from start + k hold on, with independent normal x_k; before the start: mean.",
+    fields: Noise::FIELDS,
+    example: "\
+[signal.rumble]
+kind = \"noise\"
+deviation = \"0.1 N m\"
+hold = \"5 ms\"
+seed = 7
+",
+    check,
+    write,
+};
+
+fn check(values: &Values) -> Vec<Mistake> {
+    let mut out = Vec::new();
+    if let Some(deviation) = values.number("deviation").filter(|deviation| *deviation < 0.0) {
+        let message = format!("a standard deviation has no sign, found {deviation}");
+        out.push(mistake("deviation", message, "write zero or a number above zero"));
+    }
+    if let Some(seed) = values.number("seed").filter(|seed| seed.fract() != 0.0 || *seed > 9e15) {
+        out.push(mistake("seed", format!("expected a whole number, found {seed}"), "write a whole number, such as 1"));
+    }
+    out
+}
+
+fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+    let [mean, deviation] = ["mean", "deviation"].map(|key| values.number_or_default(key));
+    let [start, hold] = ["start", "hold"].map(|key| values.exact_or_default(key));
+    let seed = values.number("seed").map_or(course.seed, |seed| seed as u64);
+    let mut random = Random::named(seed, course.name);
+    let draws = times(&start, &hold).map(|time| (time, [mean + deviation * random.normal(), 0.0, 0.0, 0.0]));
+    let before = (!start.is_zero()).then_some((0.0, [mean, 0.0, 0.0, 0.0]));
+    course.pieces("", (course.dimension, false), before.into_iter().chain(draws))
+}

@@ -1,0 +1,72 @@
+use super::course::{mistake, times};
+use super::{Course, Refused, SignalKind};
+use crate::element::{Mistake, Values};
+use crate::expr::Expr;
+use crate::schema::{Keys, Sign, SignalKeys, keys};
+use crate::units::{Dimension, Exact};
+
+keys! {
+    /// A train of pulses.
+    signal Pulses("pulses") {
+        required {
+            high: AnyQuantity, "Value during a pulse; its unit is that of the signal.";
+            period: Quantity(Dimension::TIME, Sign::Positive), "Time from one pulse to the next.";
+            width: Quantity(Dimension::TIME, Sign::Positive), "How long a pulse lasts, less than the period.";
+        }
+        optional {
+            low: AnyQuantity, "Value between pulses, and before the start; left out: zero.";
+            start: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "When the first pulse begins.";
+            count: Number(Sign::Positive), "How many pulses, a whole number; left out: up to the end of the run.";
+        }
+    }
+}
+
+pub(super) const PULSES: SignalKind = SignalKind {
+    keyword: Pulses::KEYWORD,
+    summary: "A train of pulses, steps at exact times.",
+    formula: "high from start + k period on for the width, for k = 0, 1, 2 ...; else low.",
+    fields: Pulses::FIELDS,
+    example: "\
+[signal.knocks]
+kind = \"pulses\"
+high = \"5 N m\"
+period = \"0.2 s\"
+width = \"10 ms\"
+start = \"0.1 s\"
+count = 3
+",
+    check,
+    write,
+};
+
+fn check(values: &Values) -> Vec<Mistake> {
+    let mut out = Vec::new();
+    if let (Some(width), Some(period)) = (values.number("width"), values.number("period"))
+        && width >= period
+    {
+        let message = format!("a pulse of {width} s does not end before the next one begins, after {period} s");
+        out.push(mistake("width", message, "make `width` less than `period`"));
+    }
+    if let Some(count) = values.number("count").filter(|count| count.fract() != 0.0) {
+        out.push(mistake(
+            "count",
+            format!("expected a whole number of pulses, found {count}"),
+            "write a number such as 3",
+        ));
+    }
+    out
+}
+
+fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+    let [low, high] = ["low", "high"].map(|key| values.number_or_default(key));
+    let [start, period, width] = ["start", "period", "width"].map(|key| values.exact_or_default(key));
+    let end = Exact::new(start.to_rational() + width.to_rational(), 0);
+    let level = |level: f64| [level, 0.0, 0.0, 0.0];
+    let pulse = move |(begin, end): (f64, f64)| [(begin, level(high)), (end, level(low))];
+    let count = values.number("count").map_or(usize::MAX, |count| count as usize);
+    let pulses = times(&start, &period).zip(times(&end, &period)).take(count).flat_map(pulse);
+    // Before the run: no step that is told.
+    let before = (!start.is_zero()).then_some((-1.0, level(low)));
+    let about = (course.dimension, true);
+    course.pieces("", about, before.into_iter().chain(pulses))
+}

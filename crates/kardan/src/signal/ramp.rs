@@ -1,0 +1,45 @@
+use super::{Course, Refused, SignalKind};
+use crate::element::Values;
+use crate::expr::Expr;
+use crate::num::rational_to_f64;
+use crate::schema::{Keys, Sign, SignalKeys, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// A ramp from one value to another.
+    signal Ramp("ramp") {
+        required {
+            to: AnyQuantity, "Value at the end; its unit is that of the signal.";
+            over: Quantity(Dimension::TIME, Sign::Positive), "How long it takes.";
+        }
+        optional {
+            from: AnyQuantity, "Value before the start; left out: zero.";
+            start: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "When it begins.";
+        }
+    }
+}
+
+pub(super) const RAMP: SignalKind = SignalKind {
+    keyword: Ramp::KEYWORD,
+    summary: "A straight line from one value to another, level before and behind it.",
+    formula: "from + (to - from) x/over with x = t - start, not below 0 and not above over.",
+    fields: Ramp::FIELDS,
+    example: "\
+[signal.rise]
+kind = \"ramp\"
+to = \"30 deg\"
+start = \"0.1 s\"
+over = \"0.5 s\"
+",
+    check: |_| Vec::new(),
+    write,
+};
+
+fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+    let [from, to, over] = ["from", "to", "over"].map(|key| values.number_or_default(key));
+    let [start, length] = ["start", "over"].map(|key| values.exact_or_default(key).to_rational());
+    let (begin, end) = (rational_to_f64(&start), rational_to_f64(&(start + length)));
+    let level = |level: f64| [level, 0.0, 0.0, 0.0];
+    let pieces = [(0.0, level(from)), (begin, [from, (to - from) / over, 0.0, 0.0]), (end, level(to))];
+    course.pieces("", (course.dimension, false), pieces.into_iter())
+}

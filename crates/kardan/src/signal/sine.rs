@@ -1,0 +1,44 @@
+use super::{Course, Refused, SignalKind};
+use crate::element::Values;
+use crate::expr::Expr;
+use crate::schema::{Keys, Sign, SignalKeys, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// A sine.
+    signal Sine("sine") {
+        required {
+            amplitude: AnyQuantity, "Largest deviation from the offset; its unit is that of the signal.";
+            frequency: Quantity(Dimension::FREQUENCY, Sign::Positive), "Waves in a second, `2 Hz`; or the time of one, `0.5 s`.";
+        }
+        optional {
+            phase: Quantity(Dimension::ANGLE, Sign::Any) = "0 rad", "Angle of the sine at the start.";
+            offset: AnyQuantity, "What is added, and holds before the start; left out: zero.";
+            start: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "When it begins.";
+        }
+    }
+}
+
+pub(super) const SINE: SignalKind = SignalKind {
+    keyword: Sine::KEYWORD,
+    summary: "A sine.",
+    formula: "offset + amplitude sin(2 pi frequency (t - start) + phase); before the start: offset.",
+    fields: Sine::FIELDS,
+    example: "\
+[signal.wobble]
+kind = \"sine\"
+amplitude = \"2 N m\"
+frequency = \"3 Hz\"
+phase = \"90 deg\"
+",
+    check: |_| Vec::new(),
+    write,
+};
+
+fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+    let (on, clock) = course.clock(&values.exact_or_default("start"), None)?;
+    let frequency = course.exact(&values.exact_or_default("frequency"));
+    let waves = course.graph.multiply(frequency, clock);
+    let angle = course.turns(waves, &values.exact_or_default("phase"));
+    Ok(course.wave(values, on, angle))
+}

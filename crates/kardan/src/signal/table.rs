@@ -1,0 +1,201 @@
+use super::course::mistake;
+use super::{Course, Refused, Samples, SignalKind};
+use crate::element::{Mistake, Values};
+use crate::expr::Expr;
+use crate::schema::{Keys, Sign, SignalKeys, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// Values at times, from a file or as they are listed.
+    signal TableSignal("table") {
+        required {
+        }
+        optional {
+            points: Lists,
+                "The points: `{ time = [\"0 s\", \"1 s\"], value = [\"0 N m\", \"2 N m\"] }`; left out: those of a file.";
+            file: Text,
+                "A log with the points (CSV, Parquet, MAT or MDF 4), by its path from the folder of the model file.";
+            time: Text, "The column of the time; left out: the one the file marks, or the one called time or t.";
+            column: Text, "The column of the values; left out: the one besides the time, if there is one only.";
+            unit: Text, "Unit of the values in the file, `deg`; left out: that of the file.";
+            time_unit: Text, "Unit of the time; left out: that of the file, else s.";
+            interpolation: Choice(&["linear", "cubic", "hold"]) = "linear",
+                "Between two points: a straight line, a cubic that is as monotone as the points are (Steffen, Astron. Astrophys. 239, \
+                 1990), or the value of the earlier one.";
+            beyond: Choice(&["refuse", "hold", "repeat"]) = "refuse",
+                "Where the run goes on before the first or beyond the last point: it is refused, the value of that point holds, \
+                 or the table is repeated.";
+            delay: Quantity(Dimension::TIME, Sign::Any) = "0 s", "What is added to the times.";
+        }
+    }
+}
+
+pub(super) const TABLE: SignalKind = SignalKind {
+    keyword: TableSignal::KEYWORD,
+    summary: "Values at times: from a log, or listed in the model.",
+    formula: "Through the points by `interpolation`; beyond them by `beyond`.",
+    fields: TableSignal::FIELDS,
+    example: "\
+[signal.road]
+kind = \"table\"
+points = { time = [\"0 s\", \"0.5 s\", \"2 s\"], value = [\"0 N m\", \"4 N m\", \"1 N m\"] }
+interpolation = \"cubic\"
+beyond = \"hold\"
+",
+    check,
+    write,
+};
+
+fn check(values: &Values) -> Vec<Mistake> {
+    let mut out = Vec::new();
+    match (values.has("points"), values.has("file")) {
+        (true, true) => out.push(mistake("points", "there are points and a file", "take out one of the two")),
+        (false, false) => out.push(mistake("kind", "there are neither points nor a file", "add `points` or `file`")),
+        _ => {}
+    }
+    let of_file = ["time", "column", "unit", "time_unit"];
+    if let Some(key) = of_file.iter().find(|key| values.has("points") && values.has(key)) {
+        out.push(mistake(key, format!("`{key}` tells of a file, but there are points"), "take it out"));
+    }
+    out
+}
+
+fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+    let key = if values.has("file") { "file" } else { "points" };
+    let refused = |code, message: String, help: &str| Refused::new(code, key, message, help);
+    let Some(Samples { times, values: samples }) = course.samples else {
+        return Err(refused("signal::points", "there are no points".into(), "add some"));
+    };
+    let delay = values.number_or_default("delay");
+    let times: Vec<f64> = times.iter().map(|time| time + delay).collect();
+    if times.len() != samples.len() || times.is_empty() {
+        let message = format!("{} times and {} values are no points", times.len(), samples.len());
+        return Err(refused("signal::points", message, "give one value for each time"));
+    }
+    let all = || times.iter().chain(samples);
+    if let Some(k) = all().position(|x| !x.is_finite()) {
+        let (row, what) = (k % times.len(), if k < times.len() { "time" } else { "value" });
+        let message = format!("the {what} of point {} is no number", row + 1);
+        return Err(refused(
+            "signal::points",
+            message,
+            "every point needs a time and a value: is a cell empty, or a row too short?",
+        ));
+    }
+    if let Some(k) = times.windows(2).position(|pair| pair[0] >= pair[1]) {
+        let message = format!("the times do not rise: {} s after {} s (point {})", times[k + 1], times[k], k + 2);
+        return Err(refused("signal::order", message, "sort the points by time, and keep one for each time"));
+    }
+    let (first, last) = (times[0], times[times.len() - 1]);
+    let beyond = values.word_or_default("beyond");
+    if beyond == "refuse" && (first > 0.0 || last < course.horizon) {
+        let message = format!("the points are from {first} s to {last} s, the run is from 0 s to {} s", course.horizon);
+        let help = "say what holds beyond them by `beyond = \"hold\"` or `beyond = \"repeat\"`";
+        return Err(refused("signal::beyond", message, help));
+    }
+    let mut pieces = between(&times, samples, values.word_or_default("interpolation"));
+    let level = |value: f64| [value, 0.0, 0.0, 0.0];
+    if beyond == "repeat" && times.len() > 1 {
+        let period = last - first;
+        let before = (first / period).ceil();
+        let round = move |k: usize| {
+            let shift = (k as f64 - before) * period;
+            pieces.clone().into_iter().map(move |(start, coefficients)| (start + shift, coefficients))
+        };
+        let all = (0..).flat_map(round);
+        return course.pieces("", (course.dimension, false), from_zero(all));
+    }
+    pieces.push((last, level(samples[samples.len() - 1])));
+    let before = (first > 0.0).then_some((0.0, level(samples[0])));
+    course.pieces("", (course.dimension, false), from_zero(before.into_iter().chain(pieces)))
+}
+
+/// Pieces without those that end before time zero.
+fn from_zero(pieces: impl Iterator<Item = (f64, [f64; 4])>) -> impl Iterator<Item = (f64, [f64; 4])> {
+    let mut pieces = pieces.peekable();
+    std::iter::from_fn(move || {
+        loop {
+            let piece = pieces.next()?;
+            if pieces.peek().is_none_or(|(start, _)| *start > 0.0) {
+                return Some(piece);
+            }
+        }
+    })
+}
+
+/// The pieces between points.
+fn between(times: &[f64], values: &[f64], interpolation: &str) -> Vec<(f64, [f64; 4])> {
+    let count = times.len();
+    let secant = |k: usize| (values[k + 1] - values[k]) / (times[k + 1] - times[k]);
+    if interpolation != "cubic" || count < 3 {
+        let slope = |k: usize| if interpolation == "hold" { 0.0 } else { secant(k) };
+        return (0..count - 1).map(|k| (times[k], [values[k], slope(k), 0.0, 0.0])).collect();
+    }
+    let slopes = steffen(times, values);
+    let piece = |k: usize| {
+        let (h, s) = (times[k + 1] - times[k], secant(k));
+        let c = (3.0 * s - 2.0 * slopes[k] - slopes[k + 1]) / h;
+        let d = (slopes[k] + slopes[k + 1] - 2.0 * s) / (h * h);
+        (times[k], [values[k], slopes[k], c, d])
+    };
+    (0..count - 1).map(piece).collect()
+}
+
+/// Slopes at three or more points of a cubic that is monotone where they are.
+fn steffen(x: &[f64], y: &[f64]) -> Vec<f64> {
+    let n = x.len();
+    let h = |k: usize| x[k + 1] - x[k];
+    let s = |k: usize| (y[k + 1] - y[k]) / h(k);
+    // That of the parabola through three points, at one end of them.
+    let end = |near: usize, far: usize| {
+        let part = h(near) / (h(near) + h(far));
+        let slope = s(near) * (1.0 + part) - s(far) * part;
+        match slope {
+            slope if slope * s(near) <= 0.0 => 0.0,
+            slope if slope.abs() > 2.0 * s(near).abs() => 2.0 * s(near),
+            slope => slope,
+        }
+    };
+    let inner = |k: usize| {
+        let (before, behind) = (s(k - 1), s(k));
+        if before * behind <= 0.0 {
+            return 0.0;
+        }
+        let parabola = (before * h(k) + behind * h(k - 1)) / (h(k - 1) + h(k));
+        2.0 * before.signum() * before.abs().min(behind.abs()).min(0.5 * parabola.abs())
+    };
+    (0..n)
+        .map(|k| match k {
+            0 => end(0, 1),
+            k if k == n - 1 => end(n - 2, n - 3),
+            k => inner(k),
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expr::polynomial;
+
+    /// Cubics go through the points with one slope on both sides, and are monotone where these are.
+    #[test]
+    fn cubics_are_smooth_and_monotone() {
+        let (x, y) = ([0.0, 1.0, 1.5, 4.0, 5.0, 7.0], [0.0, 1.0, 1.1, 8.0, 8.0, 2.0]);
+        let pieces = between(&x, &y, "cubic");
+        let slope = |[_, b, c, d]: [f64; 4], h: f64| b + (2.0 * c + 3.0 * d * h) * h;
+        for k in 0..pieces.len() {
+            let (h, (start, piece)) = (x[k + 1] - x[k], pieces[k]);
+            assert_eq!((start, piece[0]), (x[k], y[k]));
+            assert!((polynomial(&piece, h) - y[k + 1]).abs() < 1e-14);
+            if let Some((_, next)) = pieces.get(k + 1) {
+                assert!((slope(piece, h) - next[1]).abs() < 1e-13);
+            }
+            let values: Vec<f64> = (0..=100).map(|j| polynomial(&piece, h * f64::from(j) / 100.0)).collect();
+            let rise = (y[k + 1] - y[k]).signum() * f64::from(u8::from(y[k + 1] != y[k]));
+            assert!(values.windows(2).all(|pair| rise * (pair[1] - pair[0]) >= -1e-14), "{k}: {values:?}");
+        }
+        // What is a parabola at three points with rising slopes keeps its slope in the middle.
+        assert!((steffen(&[1.0, 2.0, 3.0], &[1.0, 4.0, 9.0])[1] - 4.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,154 @@
+//! What the expressions of a loop are given of the time: the time itself, parts of functions of it, and which sources follow theirs.
+
+use std::sync::Arc;
+
+use crate::expr::{Expr, Part, polynomial};
+use crate::num::Keeper;
+use crate::plan::{Plan, compile};
+use crate::reduce::{Extension, Motion};
+use crate::simulate::scenario::Scenario;
+
+use super::expressions::Places;
+
+/// Relative difference of two times that are one: breakpoints of two parts, or that of a part and an event, which rounding parts.
+const SAME: f64 = 1e-14;
+
+/// What is given of the time in a run.
+#[derive(Default)]
+pub(super) struct Timed {
+    parts: Vec<Arc<Part>>,
+    /// Of each part the piece of now: its start and its coefficients.
+    now: Vec<(f64, [f64; 4])>,
+    /// Whether the time itself is given.
+    time: bool,
+    /// Sources with a function of time, and 1 where they follow it, 0 where they are set from outside.
+    sources: Vec<usize>,
+    follows: Vec<f64>,
+    /// Whether all functions are straight lines between breakpoints.
+    pub affine: bool,
+    /// What is given: who follows, parts, the time.
+    given: Vec<f64>,
+    /// Values of the sources, of their lines and what is given; nothing if no source has a function.
+    plan: Option<(Plan, Vec<f64>)>,
+    /// What they were found to be last.
+    pub values: Vec<f64>,
+}
+
+impl Timed {
+    /// For a loop that was written into a motion; `values` are the sources.
+    pub fn new(
+        motion: &Motion,
+        scenario: &Scenario,
+        (extension, places): (&Extension, &Places),
+        values: &[Expr],
+    ) -> Self {
+        let parts: Vec<Arc<Part>> = motion.timed.parts.iter().map(|(part, _)| Arc::clone(part)).collect();
+        let sources: Vec<usize> = scenario.signals.iter().map(|signal| signal.source).collect();
+        let plan = (!sources.is_empty()).then(|| {
+            let inputs = places.sources.clone().chain(places.timed.clone());
+            let inputs: Vec<_> = inputs.map(|place| extension.inputs[place]).collect();
+            let outputs: Vec<(String, Expr)> =
+                values.iter().enumerate().map(|(k, value)| (format!("source.{k}"), *value)).collect();
+            let plan = compile(&motion.graph, &inputs, &outputs).expect("sources depend on the time alone");
+            let memory = plan.memory();
+            (plan, memory)
+        });
+        Self {
+            now: vec![(0.0, [0.0; 4]); parts.len()],
+            parts,
+            time: motion.timed.time.is_some(),
+            follows: vec![1.0; sources.len()],
+            sources,
+            affine: scenario.signals.iter().all(|signal| signal.function.is_affine()),
+            given: vec![0.0; places.timed.len()],
+            plan,
+            values: vec![0.0; values.len()],
+        }
+    }
+
+    /// Whether nothing depends on the time.
+    pub fn is_empty(&self) -> bool {
+        self.given.is_empty()
+    }
+
+    /// Takes the pieces of all parts that hold from a time on.
+    pub fn enter(&mut self, time: f64) {
+        for (now, part) in self.now.iter_mut().zip(&self.parts) {
+            *now = part.pieces.piece(time + SAME * time);
+        }
+    }
+
+    /// The first breakpoint of a part after a time, s; infinite if there is none.
+    pub fn next(&self, time: f64) -> f64 {
+        self.parts.iter().filter_map(|part| part.pieces.next(time + SAME * time)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Breakpoints of all parts up to a time.
+    pub fn breakpoints(&self, until: f64) -> usize {
+        self.parts.iter().map(|part| part.pieces.starts().partition_point(|start| *start < until)).sum()
+    }
+
+    /// Parts that a run tells of and that have a breakpoint at a time.
+    pub fn told(&self, time: f64) -> impl Iterator<Item = &Part> {
+        let begins = move |part: &&Part| {
+            let starts = part.pieces.starts();
+            let first = starts.partition_point(|start| *start < time - SAME * time);
+            starts.get(first).is_some_and(|start| *start <= time + SAME * time)
+        };
+        self.parts.iter().map(|part| &**part).filter(|part| part.told).filter(begins)
+    }
+
+    /// What is given at a time of the segment.
+    pub fn at(&mut self, time: f64) -> &[f64] {
+        let count = self.follows.len();
+        let (follows, later) = self.given.split_at_mut(count);
+        follows.copy_from_slice(&self.follows);
+        for (value, (start, coefficients)) in later.iter_mut().zip(&self.now) {
+            *value = polynomial(coefficients, time - start);
+        }
+        if let Some(last) = later.last_mut().filter(|_| self.time) {
+            *last = time;
+        }
+        &self.given
+    }
+
+    /// Finds the values of the sources from those of their lines.
+    pub fn find_sources(&mut self, lines: &[f64], time: f64) {
+        self.at(time);
+        let Some((plan, memory)) = &mut self.plan else { return self.values.copy_from_slice(lines) };
+        memory[..lines.len()].copy_from_slice(lines);
+        memory[lines.len()..][..self.given.len()].copy_from_slice(&self.given);
+        // What is no number is seen where it is used.
+        let _ = plan.block().evaluate(memory);
+        self.values.iter_mut().enumerate().for_each(|(k, value)| *value = memory[plan.place(k)]);
+    }
+
+    /// Whether nothing of it changes until the segment ends.
+    pub fn is_steady(&self) -> bool {
+        !self.time && self.now.iter().all(|(_, coefficients)| coefficients[1..].iter().all(|c| *c == 0.0))
+    }
+
+    /// The series of all that is given, from a time of the segment on: coefficients of the orders 1 to 3.
+    pub fn series(&self, time: f64) -> impl Iterator<Item = [f64; 3]> {
+        let of_part = move |(start, [_, b, c, d]): &(f64, [f64; 4])| {
+            let x = time - start;
+            [b + (2.0 * c + 3.0 * d * x) * x, c + 3.0 * d * x, *d]
+        };
+        let follows = self.follows.iter().map(|_| [0.0; 3]);
+        follows.chain(self.now.iter().map(of_part)).chain(self.time.then_some([1.0, 0.0, 0.0]))
+    }
+
+    /// A source is set from outside from now on.
+    pub fn take_over(&mut self, source: usize) {
+        let own = self.sources.iter().zip(&mut self.follows).filter(|(own, _)| **own == source);
+        own.for_each(|(_, follows)| *follows = 0.0);
+    }
+
+    pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.numbers(&mut self.follows);
+        for (start, coefficients) in &mut self.now {
+            keeper.number(start);
+            keeper.numbers(coefficients);
+        }
+    }
+}

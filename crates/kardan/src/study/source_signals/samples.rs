@@ -1,0 +1,171 @@
+//! Points of a table: listed, or from a file.
+
+use std::sync::Arc;
+
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::element::Values;
+use crate::model::{Document, TableReader};
+use crate::schema::Table;
+use crate::signal::{MOST_BREAKPOINTS, Samples};
+use crate::units::{Dimension, Exact, parse_quantity};
+use kardan_tables::read::{Block, CsvOptions, Group, LogError, in_memory, open, unit_in_name};
+
+/// The points of a table, and what those of a file are of; nothing if there is a mistake, which is told.
+pub(super) fn samples(
+    document: &Document,
+    table: &Table,
+    values: &Values,
+    what: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Option<(Option<Samples>, Option<Dimension>)> {
+    let Some(file) = values.word("file") else {
+        let points = values.map("points").unwrap_or_default();
+        let of = |name: &str| points.iter().filter(|(other, _)| other == name).map(|(_, x)| Exact::to_f64(x)).collect();
+        return Some((Some(Samples { times: of("time"), values: of("value") }), None));
+    };
+    let shown = shortened(file);
+    let bytes = match document.files.get(file) {
+        Some(Ok(bytes)) => Arc::clone(bytes),
+        Some(Err(why)) => {
+            return tell(
+                table,
+                "file",
+                format!("{what}: {why}"),
+                "check its name: it is looked for from the folder of the model",
+                out,
+            );
+        }
+        None => {
+            let message = format!("{what}: the file `{shown}` was not handed over");
+            return tell(table, "file", message, "a program gives it by `Project::with_files`", out);
+        }
+    };
+    match Chosen::new(bytes, table, values) {
+        Ok(chosen) => Some((Some(chosen.samples), Some(chosen.dimension))),
+        Err(Refusal { key, message, help }) => tell(table, key, format!("{what}: `{shown}`: {message}"), &help, out),
+    }
+}
+
+fn tell<T>(table: &Table, key: &str, message: String, help: &str, out: &mut Vec<Diagnostic>) -> Option<T> {
+    out.push(Diagnostic::error("signal::file", message).at(TableReader::place(table, key), "").help(help));
+    None
+}
+
+struct Refusal {
+    key: &'static str,
+    message: String,
+    help: String,
+}
+
+fn refusal(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Refusal {
+    Refusal { key, message: message.into(), help: help.into() }
+}
+
+impl From<LogError> for Refusal {
+    fn from(error: LogError) -> Self {
+        refusal("file", error.to_string(), "is it a table with a column of times and one of values?")
+    }
+}
+
+/// What was chosen of a file.
+struct Chosen {
+    samples: Samples,
+    dimension: Dimension,
+}
+
+impl Chosen {
+    fn new(bytes: Arc<[u8]>, table: &Table, values: &Values) -> Result<Self, Refusal> {
+        let mut log = open(in_memory(bytes), &CsvOptions::default())?;
+        let groups = log.groups().to_vec();
+        let (group, column) = column(&groups, values.word("column"))?;
+        let own = &groups[group];
+        let time = match values.word("time") {
+            Some(name) => own.channel(name).ok_or_else(|| unknown("time", name, own))?,
+            None => own.time.ok_or_else(|| {
+                let names = quoted(own.channels.iter().map(|channel| channel.name.as_str()).take(24));
+                refusal("file", "no column is called like a time", format!("name it by `time`; there are {names}"))
+            })?,
+        };
+        let channel = &own.channels[time];
+        let unit = match values.word("time_unit") {
+            Some(unit) => unit,
+            None if channel.unit.trim().is_empty() => unit_in_name(&channel.name).unwrap_or("s"),
+            None => &channel.unit,
+        };
+        let of_time = factor(unit, "time_unit")?;
+        if of_time.1 != Dimension::TIME {
+            let message = format!("the unit `{}` is that of {}, not of a time", shortened(unit), of_time.1.noun());
+            return Err(refusal("time_unit", message, "write a unit such as `time_unit = \"ms\"`"));
+        }
+        let unit = values.word("unit").unwrap_or(&own.channels[column].unit);
+        let (of_value, dimension) = factor(unit, if table.values.contains_key("unit") { "unit" } else { "file" })?;
+        log.choose(&[(group, time), (group, column)])?;
+        let (mut block, mut samples) = (Block::default(), Samples::default());
+        while log.next(&mut block)? {
+            let [times, values] = &block.columns[..] else { continue };
+            samples.times.extend(times.iter().map(|time| time * of_time.0));
+            samples.values.extend(values.iter().map(|value| value * of_value));
+            if samples.times.len() > MOST_BREAKPOINTS {
+                let message = format!("more than {MOST_BREAKPOINTS} rows, each of which ends a step of the integrator");
+                return Err(refusal("file", message, "thin it out"));
+            }
+        }
+        if !log.damage().is_empty() {
+            let message = format!("not every row could be read: {}", log.notes().join("; "));
+            return Err(refusal(
+                "file",
+                message,
+                "every point needs a time and a value: put the row right, or take it out",
+            ));
+        }
+        Ok(Self { samples, dimension })
+    }
+}
+
+/// Group and column of the values.
+fn column(groups: &[Group], name: Option<&str>) -> Result<(usize, usize), Refusal> {
+    if let Some(name) = name {
+        let found = groups.iter().enumerate().find_map(|(k, group)| Some((k, group.channel(name)?)));
+        return found.ok_or_else(|| {
+            let all = Group {
+                channels: groups.iter().flat_map(|group| group.channels.clone()).collect(),
+                ..Group::default()
+            };
+            unknown("column", name, &all)
+        });
+    }
+    let others = groups.iter().enumerate().flat_map(|(k, group)| {
+        (0..group.channels.len()).filter(|column| group.time != Some(*column)).map(move |column| (k, column))
+    });
+    let others: Vec<(usize, usize)> = others.collect();
+    if let [only] = others[..] {
+        return Ok(only);
+    }
+    let names = others.iter().map(|(group, column)| groups[*group].channels[*column].name.as_str());
+    let help = format!("name one by `column`; there are {}", quoted(names.take(24)));
+    Err(refusal("file", format!("{} columns may be the values", others.len()), help))
+}
+
+fn unknown(key: &'static str, name: &str, group: &Group) -> Refusal {
+    let names = || group.channels.iter().map(|channel| channel.name.as_str());
+    let help = match nearest(name, names()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("there are {}", quoted(names().take(24))),
+    };
+    refusal(key, format!("there is no column `{}`", shortened(name)), help)
+}
+
+/// Of a reading in a unit to SI, and its dimension.
+fn factor(unit: &str, key: &'static str) -> Result<(f64, Dimension), Refusal> {
+    let unit = unit.trim();
+    if matches!(unit, "" | "-" | "1") {
+        return Ok((1.0, Dimension::NONE));
+    }
+    match parse_quantity(&format!("1 {unit}")) {
+        Ok((factor, dimension)) => Ok((factor.to_f64(), dimension)),
+        Err(_) => {
+            let message = format!("the unit `{}` is not known", shortened(unit));
+            Err(refusal(key, message, "say it by `unit = \"N m\"`, or `time_unit = \"ms\"` for the time"))
+        }
+    }
+}
