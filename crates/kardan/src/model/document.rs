@@ -25,6 +25,8 @@ pub struct Parameter {
     pub spread: Option<Spread>,
     /// How it follows from other parameters, which stand before it in the document; its value is that for theirs.
     pub expression: Option<Expression>,
+    /// Zero, or above the ranks of all that it follows from.
+    pub(crate) rank: usize,
 }
 
 /// An entry of `[variants]`.
@@ -107,6 +109,8 @@ pub struct Document {
     pub parameters: Vec<Parameter>,
     /// Keys of elements that are written with a tolerance: parameters of the names `<element>.<key>`.
     pub implicit: Vec<Parameter>,
+    /// Keys of elements that expressions name, `<element>.<key>`: their values are in the tables of the elements, these are to be looked up.
+    pub keys: Vec<Parameter>,
     /// `[variants]`
     pub variants: Vec<Variants>,
     /// `[[variant]]`
@@ -155,6 +159,11 @@ impl Doubts {
     pub fn has(&self, name: &str) -> bool {
         self.all || self.names.contains(name)
     }
+
+    /// Whether a name in an expression may be that of a value that was not read: a parameter, or the key of an element.
+    pub(crate) fn has_key(&self, name: &str) -> bool {
+        self.has(name) || crate::names::parameter(name).is_some_and(|(element, _)| self.has(element))
+    }
 }
 
 impl Document {
@@ -173,6 +182,13 @@ impl Document {
     /// The entries of `[parameters]` and the implicit parameters.
     pub(crate) fn all_parameters(&self) -> impl Iterator<Item = &Parameter> {
         self.parameters.iter().chain(&self.implicit)
+    }
+
+    /// All that an expression may name, each behind what it follows from.
+    pub(crate) fn in_order(&self) -> Vec<&Parameter> {
+        let mut all: Vec<&Parameter> = self.all_parameters().chain(&self.keys).collect();
+        all.sort_by_key(|parameter| parameter.rank);
+        all
     }
 
     /// The charges that the elements introduce as coordinates.
