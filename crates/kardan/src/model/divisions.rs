@@ -4,7 +4,6 @@ use std::collections::HashMap;
 
 use super::document::{Document, Setting};
 use super::table_reader::TableReader;
-use super::tolerance::{Tolerance, shown};
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
 use crate::expr::{Expr, Graph, Interval, Intervals, Named, lower};
@@ -16,6 +15,18 @@ use crate::units::{Dimension, Exact, Expression};
 const PIECES: usize = 512;
 /// The smallest piece is the interval halved so often.
 const HALVINGS: usize = 12;
+
+/// A parameter that may lie anywhere in an interval.
+pub(super) struct Varied<'a> {
+    pub(super) parameter: &'a str,
+    pub(super) dimension: Dimension,
+    pub(super) lower: &'a Exact,
+    pub(super) upper: &'a Exact,
+    /// Where the interval is written.
+    pub(super) place: &'a Place,
+    /// It in words.
+    pub(super) shown: String,
+}
 
 /// What is known of a divisor over an interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,15 +42,15 @@ enum Zero {
 /// Reports divisors that are, or may be, zero somewhere in the interval of a parameter.
 pub(super) fn check_divisions(
     document: &Document,
-    tolerance: &Tolerance,
+    varied: &Varied<'_>,
     settings: &[Setting],
     out: &mut Vec<Diagnostic>,
 ) {
     let reader = TableReader::new(document, settings);
     let mut graph = Graph::default();
-    let symbol = graph.symbol(&tolerance.parameter, tolerance.dimension);
-    let varying = HashMap::from([(tolerance.parameter.clone(), (symbol, tolerance.dimension))]);
-    let mut search = Search { reader, graph, varying, tolerance };
+    let symbol = graph.symbol(varied.parameter, varied.dimension);
+    let varying = HashMap::from([(varied.parameter.to_string(), (symbol, varied.dimension))]);
+    let mut search = Search { reader, graph, varying, varied };
     for parameter in document.in_order() {
         let Some(expression) = &parameter.expression else { continue };
         if settings.iter().any(|set| set.name == parameter.name) || !search.varies(expression) {
@@ -67,7 +78,7 @@ struct Search<'a> {
     graph: Graph,
     /// What follows from the parameter.
     varying: HashMap<String, (Expr, Dimension)>,
-    tolerance: &'a Tolerance,
+    varied: &'a Varied<'a>,
 }
 
 impl Search<'_> {
@@ -105,27 +116,24 @@ impl Search<'_> {
     fn check(&mut self, expression: &Expression, (place, what): (&Place, &str), out: &mut Vec<Diagnostic>) {
         for divisor in expression.divisors().iter().filter(|divisor| self.varies(divisor)).collect::<Vec<_>>() {
             let Some((expr, _)) = self.written(divisor) else { continue };
-            let found = zero_of(&self.graph, expr, self.tolerance, divisor.jumps());
+            let found = zero_of(&self.graph, expr, self.varied, divisor.jumps());
             let verdict = match found {
                 Zero::Excluded => continue,
                 Zero::Crossed => "is zero for a value",
                 Zero::Possible => "may be zero for a value",
             };
-            let Tolerance { parameter, lower, upper, dimension, .. } = self.tolerance;
+            let Varied { parameter, shown, .. } = self.varied;
             let span = divisor.span();
             let part = expression.text().get(span.clone()).unwrap_or_default();
-            let message = format!(
-                "{what}: division by `{part}`, which {verdict} within the tolerance of `{parameter}`: [{}, {}]",
-                shown(lower, *dimension),
-                shown(upper, *dimension)
-            );
+            let message =
+                format!("{what}: division by `{part}`, which {verdict} within the tolerance of `{parameter}`: {shown}");
             let told = match found {
                 Zero::Crossed => Diagnostic::error("expression::division", message),
                 _ => Diagnostic::warning("expression::division", message),
             };
             out.push(
                 told.at(place.part(expression.text(), span), "divided by this")
-                    .at(self.tolerance.place.clone(), "this tolerance")
+                    .at(self.varied.place.clone(), "this tolerance")
                     .help("narrow the tolerance, or choose another value near zero with `if(abs(x) < ..., ..., ...)`"),
             );
         }
@@ -133,13 +141,13 @@ impl Search<'_> {
 }
 
 /// Whether an expression of one symbol is zero somewhere in an interval: bisection with intervals.
-fn zero_of(graph: &Graph, expr: Expr, tolerance: &Tolerance, jumps: bool) -> Zero {
+fn zero_of(graph: &Graph, expr: Expr, varied: &Varied<'_>, jumps: bool) -> Zero {
     let over = |low: f64, high: f64| lower(graph, &[expr], &mut Intervals, |_| Interval { low, high })[0];
     let exact =
         |value: &Exact, near: f64| rational_from_f64(near).map(|near| Exact::new(near, 0)) == Some(value.clone());
-    let (low, high) = (tolerance.lower.to_f64(), tolerance.upper.to_f64());
-    let low = if exact(&tolerance.lower, low) { low } else { low.next_down() };
-    let high = if exact(&tolerance.upper, high) { high } else { high.next_up() };
+    let (low, high) = (varied.lower.to_f64(), varied.upper.to_f64());
+    let low = if exact(varied.lower, low) { low } else { low.next_down() };
+    let high = if exact(varied.upper, high) { high } else { high.next_up() };
     let (mut left, mut looked_at) = (vec![(low, high, 0)], 0);
     let [mut negative, mut positive, mut possible, mut finite] = [false, false, false, true];
     while let Some((low, high, depth)) = left.pop() {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::element::Element;
 use crate::entries::Place;
-use crate::schema::{Placed, Table};
+use crate::schema::{Field, Placed, Table};
 use crate::synthesis::LawKind;
 use crate::units::{Dimension, Exact, Expression, Spread};
 
@@ -195,4 +195,9 @@ impl Document {
     pub fn charges(&self) -> Vec<String> {
         self.elements.iter().flat_map(|e| e.kind.charges(&e.name)).collect()
     }
+}
+
+/// The keys of a law, without the values of its design model, which is read with the parameters.
+pub(super) fn keys_of(law: &LawKind) -> Vec<Field> {
+    law.fields.iter().filter(|field| field.name != "design").copied().collect()
 }

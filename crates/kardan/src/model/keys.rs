@@ -93,8 +93,8 @@ fn names_of(value: &Written, out: &mut BTreeSet<String>) {
     }
 }
 
-/// What may have been meant by a name in an expression that nobody knows.
-pub(super) fn meant(document: &Document, expression: &Expression, unknown: &str) -> Option<String> {
+/// What may have been meant by a name in an expression that nobody knows; nothing where a unit is nearer.
+fn meant(document: &Document, expression: &Expression, unknown: &str, unit: Option<&str>) -> Option<String> {
     let parameters = || document.parameters.iter().map(|parameter| parameter.name.as_str());
     let given = |(element, field, _): &(&Instance, &Field, Dimension)| {
         element.table.values.contains_key(field.name) || field.default.is_some()
@@ -119,7 +119,7 @@ pub(super) fn meant(document: &Document, expression: &Expression, unknown: &str)
             None => format!("{kind} `{element}` has {}", crate::names::quoted(own())),
         });
     }
-    let near = nearest(unknown, all())?;
+    let near = nearest(unknown, all().chain(unit)).filter(|near| unit != Some(*near))?;
     let what = if parameters().any(|name| name == near) { "the parameter " } else { "" };
     let quotes = if near.contains('-') { "'" } else { "" };
     Some(format!("did you mean {what}`{quotes}{near}{quotes}`?"))
@@ -138,7 +138,8 @@ pub(super) fn mistake(
 ) -> Diagnostic {
     if matches!(error.code, "name::unknown" | "unit::unknown") && out.len() < GUESSES {
         let part = expression.text().get(error.span.clone()).unwrap_or_default().trim_matches('\'');
-        error.help = meant(document, expression, part).or(error.help);
+        let unit = error.help.as_deref().and_then(|help| help.strip_prefix("did you mean `")?.split('`').next());
+        error.help = meant(document, expression, part, unit).or(error.help);
     }
     let at = place.part(expression.text(), error.span);
     let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::document::{Control, Document, Instance, Setting};
+use super::document::{Control, Document, Instance, Setting, keys_of};
 use super::mechanism::part;
 use super::table_reader::{Rounded, TableReader, words};
 use super::tables::Header;
@@ -12,7 +12,7 @@ use crate::element::Values;
 use crate::entries::Place;
 use crate::equations::{Measured, NamedTerm, Term};
 use crate::results::{ElementSummary, Mechanism, ParameterValue};
-use crate::schema::{Field, Keys, Kind};
+use crate::schema::{Keys, Kind};
 use crate::synthesis::LawKind;
 use crate::units::Dimension;
 
@@ -283,11 +283,6 @@ fn element_values(instance: &Instance, reader: &TableReader<'_>, out: &mut Vec<D
         }
     }
     (values, complete && out.len() == before)
-}
-
-/// The keys of a law, without the values of its design model, which [`TableReader::settings`] reads.
-pub(super) fn keys_of(law: &LawKind) -> Vec<Field> {
-    law.fields.iter().filter(|field| field.name != "design").copied().collect()
 }
 
 fn describe(instance: &Instance, values: &Values) -> String {

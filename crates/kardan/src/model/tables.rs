@@ -143,7 +143,7 @@ keys! {
                  window, and zero of `iae`.";
             band: AnyQuantity,
                 "How near to its target the signal must stay, of `settling_time`: in its unit, or as a part of the way from \
-                 its first value in the window to the target, `2 %`.";
+                 its first value in the window to the target, 0.02.";
             from: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "Begin of the window.";
             until: Quantity(Dimension::TIME, Sign::Positive), "End of the window; left out: the end.";
             variants: Words, "Variants that it applies to; left out: all.";

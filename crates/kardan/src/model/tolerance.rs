@@ -1,8 +1,7 @@
 //! How far parameters may be from their values, and whether the model still has a meaning there.
 
-use super::divisions::check_divisions;
-use super::document::{Document, Setting};
-use super::resolve::keys_of;
+use super::divisions::{Varied, check_divisions};
+use super::document::{Document, Setting, keys_of};
 use super::table_reader::TableReader;
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
@@ -71,7 +70,10 @@ impl Document {
                 self.check_ends(&tolerance, settings, out);
             }
             if out.len() == before {
-                check_divisions(self, &tolerance, settings, out);
+                let Tolerance { parameter, dimension, lower, upper, place, .. } = &tolerance;
+                let shown = format!("[{}, {}]", shown(lower, *dimension), shown(upper, *dimension));
+                let varied = Varied { parameter, dimension: *dimension, lower, upper, place, shown };
+                check_divisions(self, &varied, settings, out);
             }
         }
     }
@@ -213,7 +215,7 @@ fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &st
 }
 
 /// A value for a message; angles in degrees.
-pub(super) fn shown(value: &Exact, dimension: Dimension) -> String {
+fn shown(value: &Exact, dimension: Dimension) -> String {
     let (value, unit) = match dimension {
         Dimension::ANGLE => (value.to_f64().to_degrees(), "deg".to_string()),
         _ => (value.to_f64(), dimension.si()),

@@ -78,9 +78,8 @@ fn variant_values(
                         values.push((value, dimension, text.trim().to_string(), entry.place.clone()));
                     }
                     Err(error) => match computed(name, &text, (&entry.place, document, varied), out) {
-                        Some(Ok((value, dimension))) => {
-                            let shown = format!("{} {}", value.to_f64(), dimension.si()).trim().to_string();
-                            values.push((value, dimension, shown, entry.place.clone()));
+                        Some(Ok((value, dimension, shown))) => {
+                            values.push((value, dimension, shown, entry.place.clone()))
                         }
                         Some(Err(mistake)) => out.push(mistake),
                         None => out.push(unreadable(error, &text, &entry.place)),
@@ -109,8 +108,11 @@ fn computed(
     text: &str,
     (place, document, varied): (&Place, &Document, &[&str]),
     out: &[Diagnostic],
-) -> Option<Result<(Exact, Dimension), Diagnostic>> {
-    let expression = Expression::parse(text).ok()?;
+) -> Option<Result<(Exact, Dimension, String), Diagnostic>> {
+    // A word alone is a quantity with a mistake.
+    let declared = |name: &&str| document.in_order().iter().any(|one| one.name == *name);
+    let expression =
+        Expression::parse(text).ok().filter(|read| read.names() != [text.trim()] || declared(&text.trim()))?;
     let what = format!("variants of `{name}`");
     let all = document.in_order();
     // A value that differs between the variants itself is none of the file.
@@ -139,7 +141,9 @@ fn computed(
             let declared = document.parameters.iter().find(|declared| declared.name == name);
             let dimension =
                 declared.map(|declared| declared.dimension).filter(|wanted| wanted.is_like(&found.dimension));
-            Ok((found.value, dimension.unwrap_or(found.dimension)))
+            let dimension = dimension.unwrap_or(found.dimension);
+            let shown = format!("{} {}", found.value.to_f64(), dimension.si()).trim().to_string();
+            Ok((found.value, dimension, shown))
         }
         Err(error) => Err(mistake(document, &what, error, &expression, (place, out))),
     })

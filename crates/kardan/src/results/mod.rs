@@ -115,6 +115,7 @@ impl Physical {
             Physical::Current => "current",
             Physical::Voltage => "voltage",
             Physical::Other("") => "number",
+            Physical::Other("W") => "power",
             Physical::Other(_) => "quantity",
         }
     }

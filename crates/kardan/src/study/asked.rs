@@ -1,7 +1,7 @@
 //! What a study asks for: requirements, plots, accuracy.
 
 use super::Requirement;
-use super::computed::{Asked, asked, reference};
+use super::computed::{Asked, POWER, asked, reference};
 use super::known::Known;
 use super::measure::Band;
 use super::read::{physical_dimension, quantity, read_scalar, read_word, read_words};
@@ -165,7 +165,7 @@ impl Requirements<'_> {
     }
 }
 
-const BAND_HELP: &str = "write a part of the way to the target, `band = \"2 %\"`, or a size in the unit of the signal";
+const BAND_HELP: &str = "write a part of the way to the target, `band = 0.02`, or a size in the unit of the signal";
 
 /// The dimension of a measure; nothing of a power that is none.
 fn measured_dimension(measure: Measure, signal: Dimension) -> Option<Dimension> {
@@ -177,9 +177,6 @@ fn measured_dimension(measure: Measure, signal: Dimension) -> Option<Dimension> 
         Measure::Max | Measure::Min | Measure::MaxAbs | Measure::Final | Measure::Rms | Measure::Ripple => Some(signal),
     }
 }
-
-/// The dimension of a power.
-const POWER: Dimension = Dimension::mechanical(1, 2, -3, 0);
 
 fn unit_of(measure: Measure, dimension: Dimension) -> String {
     if measure == Measure::Energy { Physical::Energy.unit().to_string() } else { dimension.si() }

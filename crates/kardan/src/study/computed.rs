@@ -14,6 +14,9 @@ use crate::results::{Physical, PlottedReference, Series, Signal};
 use crate::schema::Table;
 use crate::units::{Dimension, Exact, Expression, UnitError};
 
+/// The dimension of a power.
+pub(super) const POWER: Dimension = Dimension::mechanical(1, 2, -3, 0);
+
 /// The time in an expression of signals.
 const TIME: &str = "t";
 
@@ -28,6 +31,10 @@ pub(super) struct Asked {
 /// The kind of a signal with this dimension. An angle is no unit of its own in what is computed, but for those that are named after it.
 fn kind_of(dimension: Dimension) -> (Physical, Dimension) {
     use Physical::{Angle, Charge, Current, Speed, Torque, Voltage};
+    // What an angle has to do with a power is not told by its unit.
+    if dimension.is_like(&POWER) {
+        return (Physical::other("W"), POWER);
+    }
     let dimension = if dimension.word().is_some() { dimension } else { Dimension { angle: 0, ..dimension } };
     let all = [Angle, Speed, Torque, Charge, Current, Voltage];
     let physical = all.into_iter().find(|physical| physical_dimension(*physical) == dimension);
@@ -75,7 +82,7 @@ pub(super) fn asked(
         Ok(law) if law.names() == [text.trim()] && text.trim() != TIME => return plain(text, out),
         Ok(law) => law,
         // A name that no signal has, and no expression.
-        Err(_) if !text.contains(['+', '*', '/', '(', '^', ' ']) => return plain(text, out),
+        Err(_) if !text.contains(['+', '*', '/', '(', '^']) && !text.contains(" - ") => return plain(text, out),
         Err(error) => {
             out.push(told(error));
             return None;

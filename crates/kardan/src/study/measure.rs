@@ -215,7 +215,7 @@ mod tests {
             let expected = exp(-PI * z / damped);
             let found = of(Measure::Overshoot, &response, Some(-1.0), None);
             let error = (found.value - expected).abs();
-            assert!(error < 2e-5 && error <= found.grid + 1e-9, "{z}: {found:?} {expected}");
+            assert!(error < 2e-5 && error <= 1.1 * found.grid, "{z}: {found:?} {expected}");
             // The last time at which the distance is 5 %: found by bisection behind the last extreme that is outside.
             let distance = |t: f64| (step(t) - 1.0).abs();
             let last = (1..60).rev().map(|k| f64::from(k) * PI / damped).find(|t| distance(*t) > 0.05);
@@ -229,7 +229,7 @@ mod tests {
                 if distance(middle) > 0.05 { low = middle } else { high = middle }
             }
             let found = of(Measure::SettlingTime, &response, Some(-1.0), Some(Band::Part(0.05)));
-            assert!((found.value - low).abs() < 1e-4 && found.grid == 0.01, "{z}: {found:?} {low}");
+            assert!((found.value - low).abs() < 1e-4 && (found.grid - 0.01).abs() < 1e-12, "{z}: {found:?} {low}");
             let size = of(Measure::SettlingTime, &response, Some(-1.0), Some(Band::Size(0.15)));
             assert!((size.value - found.value).abs() < 1e-9);
         }

@@ -61,7 +61,10 @@ fn measure_of(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Resu
         }
         Measure::Events => {
             let element = SignalName::new(signal).element;
-            let of_element = |event: &&Event| signal == "t" || event.what.split(' ').next() == Some(element);
+            let of_element = |event: &&Event| {
+                signal == "t"
+                    || event.what.split(' ').next().is_some_and(|name| SignalName::new(name).element == element)
+            };
             let inside = ran.events.iter().filter(|event| (*from..=*until).contains(&event.time));
             Ok(alone(inside.filter(of_element).count() as f64))
         }
