@@ -15,6 +15,7 @@ const MARKS: usize = 12;
 /// A plot with the picture that stands for it on paper; `index` is its place in the data.
 pub(super) fn chart(index: usize, plot: &Plot, picture: &PlotFile) -> Chart {
     Chart {
+        still: curves::still(plot),
         anchor: picture.name.trim_end_matches(".svg").into(),
         title: if plot.title.is_empty() { plot.id.clone() } else { plot.title.clone() },
         index,
@@ -31,7 +32,11 @@ pub(super) fn chart(index: usize, plot: &Plot, picture: &PlotFile) -> Chart {
 /// "colour", "dash", "width", "t", "v"}]}], "clock": {"per_second", "unit"}}`; `t` in s, to be shown in the unit of the clock.
 pub(super) fn data(study: &Study) -> String {
     let plot = |plot: &Plot| {
-        let curves = curves::curves(study, plot);
+        let mut curves = curves::curves(study, plot);
+        if curves::still(plot) {
+            // Its picture is shown.
+            curves.all.clear();
+        }
         let label = json_string(&curves::axis_label(plot, &curves.all));
         let least = json_number(curves.least_span);
         format!("{{\"y\":{label},\"least_span\":{least},\"curves\":{}}}", json_array(curves.all.iter().map(curve)))
@@ -48,7 +53,7 @@ pub(super) fn data(study: &Study) -> String {
 }
 
 fn curve(curve: &Curve) -> String {
-    let kept = thin(curve.time, &curve.values, POINTS);
+    let kept = thin(&curve.time, &curve.values, POINTS);
     format!(
         "{{\"label\":{},\"unit\":{},\"colour\":{},\"dash\":{},\"width\":{},\"t\":{},\"v\":{}}}",
         json_string(&curve.label),

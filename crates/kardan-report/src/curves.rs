@@ -1,7 +1,7 @@
 //! What a plot shows: which signals of which runs, under which name, in which style.
 
 use super::text::Clock;
-use kardan::results::{Physical, Plot, PlottedReference, Run, Signal, Study};
+use kardan::results::{Physical, Plot, PlottedReference, Run, Signal, Spectrum, Study};
 use std::borrow::Cow;
 
 /// The colours of curves on white: hues of Okabe and Ito, so bright that each stands out from the paper (contrast 3 and more) and
@@ -45,8 +45,8 @@ pub(super) struct Curve<'a> {
     pub(super) physical: Physical,
     /// Their unit.
     pub(super) unit: &'a str,
-    /// Time, s.
-    pub(super) time: &'a [f64],
+    /// Time, s, or what stands on the horizontal axis.
+    pub(super) time: Cow<'a, [f64]>,
     /// As many values.
     pub(super) values: Cow<'a, [f64]>,
 }
@@ -77,17 +77,18 @@ pub(super) fn curves<'a>(study: &'a Study, plot: &'a Plot) -> Curves<'a> {
                 (false, true) => (variant_label(study, run), run_index, dash(0, run_index)),
                 (_, false) => (name.to_string(), signal_index, dash(0, signal_index)),
             };
-            all.push(curve(plot, run, signal, label, Some(colour), dash));
+            all.push(curve((study, plot), run, signal, label, Some(colour), dash));
         }
     }
     let least_span = rounding(study, plot, &all);
-    let alike = tell_apart(&mut all, least_span);
+    let alike = !still(plot) && tell_apart(&mut all, least_span);
     for (number, reference) in plot.references.iter().enumerate() {
         let name = format!("{}{}", if reference.opposite { "−" } else { "" }, reference.signal);
         let name = label(plot, plot.signals.len() + number, &name).to_string();
         all.extend(references(study, plot, &runs, reference, &name));
     }
-    let mut note = Vec::new();
+    let (all, logarithmic) = on_axes(study, plot, all);
+    let mut note: Vec<&str> = logarithmic.iter().map(String::as_str).collect();
     if alike {
         note.push(
             "Curves that coincide to within the width of a line are drawn in one another, the first of them widest; the legend \
@@ -102,6 +103,68 @@ pub(super) fn curves<'a>(study: &'a Study, plot: &'a Plot) -> Curves<'a> {
         note.push("What moves here is less than a billionth of what these signals do in other runs: rounding.");
     }
     Curves { all, least_span, note: note.join(" ") }
+}
+
+/// Whether a plot is drawn once: it shows something else than values over the time.
+pub(super) fn still(plot: &Plot) -> bool {
+    plot.over.is_some() || plot.spectrum || plot.log_x || plot.log_y
+}
+
+/// The label of the horizontal axis, with the scale of its numbers.
+pub(super) fn x_axis(study: &Study, plot: &Plot) -> (String, f64) {
+    let Clock { per_second, unit } = clock(study);
+    match &plot.over {
+        _ if plot.spectrum => ("frequency [Hz]".into(), 1.0),
+        Some(name) => {
+            let found = study.runs.iter().find_map(|run| run.series.signal(name));
+            let kind = found.map(|signal| (signal.physical.word(), in_unit(plot, signal).1));
+            let (word, unit) = kind.unwrap_or(("", ""));
+            (label_of(word, name, unit), 1.0)
+        }
+        None => (format!("time [{unit}]"), per_second),
+    }
+}
+
+fn label_of(word: &str, name: &str, unit: &str) -> String {
+    let unit = if unit.is_empty() { String::new() } else { format!("[{unit}]") };
+    [word, name, &unit].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+/// How a value of a signal is drawn, and its unit.
+fn in_unit<'a>(plot: &'a Plot, signal: &Signal) -> (f64, &'a str) {
+    let display = plot.display.as_ref().filter(|display| display.physical == signal.physical);
+    display.map_or((1.0, signal.physical.unit()), |display| (display.unit.size, display.unit.unit.as_str()))
+}
+
+/// The curves over another signal or the frequency, with what has no logarithm taken out; and what the reader is told.
+fn on_axes<'a>(study: &Study, plot: &Plot, curves: Vec<Curve<'a>>) -> (Vec<Curve<'a>>, Vec<String>) {
+    let mut notes = Vec::new();
+    if plot.spectrum {
+        notes.push("Amplitudes with a window of Hann, without the mean: a sine shows its amplitude.".to_string());
+        let missing = study.spectra.iter().filter(|spectrum| spectrum.plot == plot.id);
+        for (name, why) in missing.filter_map(|spectrum| Some((&spectrum.signal, spectrum.missing.as_ref()?))) {
+            notes.push(format!("No spectrum of {name}: {why}."));
+        }
+    }
+    let mut out = Vec::new();
+    let mut left_out = 0;
+    for mut curve in curves {
+        let rows = curve.time.len();
+        if plot.log_x || plot.log_y {
+            let outside = |x: f64, y: f64| plot.log_x && x <= 0.0 || plot.log_y && y <= 0.0;
+            let kept = |(x, y): (&f64, &f64)| if outside(*x, *y) { f64::NAN } else { *y };
+            let values: Vec<f64> = curve.time.iter().zip(curve.values.iter()).map(kept).collect();
+            left_out += values.iter().zip(curve.values.iter()).filter(|(a, b)| a.is_nan() && !b.is_nan()).count();
+            let first = (0..rows).find(|&k| !plot.log_x || curve.time[k] > 0.0).unwrap_or(rows);
+            curve.time = curve.time[first..].to_vec().into();
+            curve.values = values[first..].to_vec().into();
+        }
+        out.push(curve);
+    }
+    if left_out > 0 {
+        notes.push(format!("{left_out} points are not above zero and have no place on a logarithmic axis."));
+    }
+    (out, notes)
 }
 
 /// What a curve is called in the legend, by its number among signals and references.
@@ -121,7 +184,7 @@ fn references<'a>(
     let mut drawn = 0;
     for (index, run) in runs.iter().enumerate() {
         let Some(signal) = run.series.signal(&reference.signal) else { continue };
-        let mut own = curve(plot, run, signal, String::new(), Some(index), REFERENCE_DASH);
+        let mut own = curve((study, plot), run, signal, String::new(), Some(index), REFERENCE_DASH);
         if reference.opposite {
             // No zero gets a sign.
             own.values = own.values.iter().map(|value| 0.0 - value).collect();
@@ -158,7 +221,8 @@ fn references<'a>(
 fn as_far_as<'a>(curve: &Curve<'a>, other: &Curve) -> Curve<'a> {
     let end = other.time.last().copied().unwrap_or(f64::NEG_INFINITY);
     let count = (curve.time.partition_point(|&time| time < end) + 1).min(curve.time.len());
-    Curve { time: &curve.time[..count], values: curve.values[..count].to_vec().into(), ..curve.clone() }
+    let time = curve.time[..count].to_vec().into();
+    Curve { time, values: curve.values[..count].to_vec().into(), ..curve.clone() }
 }
 
 /// The dash pattern of a signal in a colour; where the palette starts over, the next pattern.
@@ -168,27 +232,35 @@ fn dash(signal_index: usize, colour: usize) -> &'static [f64] {
 
 /// The part of a signal that the plot shows, in its unit.
 fn curve<'a>(
-    plot: &'a Plot,
+    (study, plot): (&'a Study, &'a Plot),
     run: &'a Run,
     signal: &'a Signal,
     label: String,
     colour: Option<usize>,
     dash: &'static [f64],
 ) -> Curve<'a> {
+    let same = |one: &&Spectrum| one.plot == plot.id && one.run == run.name && one.signal == signal.name;
+    let spectrum = if plot.spectrum { study.spectra.iter().find(same) } else { None };
     let count = run.series.time.len().min(signal.values.len());
     let time = &run.series.time[..count];
     let (from, until) = plot.window.map_or((0, count), |window| {
         (time.partition_point(|&t| t < window.from), time.partition_point(|&t| t <= window.until))
     });
     let shown = from.min(until)..until;
-    let values = &signal.values[shown.clone()];
-    let display =
-        plot.display.as_ref().filter(|display| display.physical == signal.physical).map(|display| &display.unit);
-    let (unit, values) = match display {
-        Some(display) => (display.unit.as_str(), values.iter().map(|&value| display.of(value)).collect()),
-        None => (signal.physical.unit(), Cow::Borrowed(values)),
+    let (size, unit) = in_unit(plot, signal);
+    let scaled = |values: &'a [f64], size: f64| match size {
+        1.0 => Cow::Borrowed(values),
+        size => values.iter().map(|&value| value / size).collect(),
     };
-    Curve { label, colour, dash, width: WIDTH, physical: signal.physical, unit, time: &time[shown], values }
+    let mut values = scaled(&signal.values[shown.clone()], size);
+    let mut time = Cow::Borrowed(&time[shown.clone()]);
+    if let Some(over) = plot.over.as_ref().and_then(|name| run.series.signal(name)) {
+        time = scaled(over.values.get(shown).unwrap_or_default(), in_unit(plot, over).0);
+    }
+    if let Some(spectrum) = spectrum {
+        (time, values) = (Cow::Borrowed(&spectrum.frequency[..]), scaled(&spectrum.amplitude, size));
+    }
+    Curve { label, colour, dash, width: WIDTH, physical: signal.physical, unit, time, values }
 }
 
 fn runs<'a>(study: &'a Study, plot: &Plot) -> Vec<&'a Run> {
@@ -317,9 +389,13 @@ pub(super) fn axis_label(plot: &Plot, curves: &[Curve]) -> String {
             kinds.push((curve.physical, curve.unit));
         }
     }
+    let of = if plot.spectrum { "amplitude of " } else { "" };
     match (&kinds[..], &plot.signals[..]) {
-        ([(kind, unit)], [signal]) => format!("{} {signal} [{unit}]", kind.word()),
-        _ => kinds.iter().map(|(kind, unit)| format!("{} [{unit}]", kind.word())).collect::<Vec<_>>().join(", "),
+        ([(kind, unit)], [signal]) => format!("{of}{}", label_of(kind.word(), signal, unit)),
+        _ => {
+            let labels: Vec<String> = kinds.iter().map(|(kind, unit)| label_of(kind.word(), "", unit)).collect();
+            format!("{of}{}", labels.join(", "))
+        }
     }
 }
 
@@ -367,7 +443,16 @@ mod tests {
     fn curve_of<'a>(time: &'a [f64], values: &'a [f64]) -> Curve<'a> {
         let (physical, unit) = (Physical::Angle, "rad");
         let values = Cow::Borrowed(values);
-        Curve { label: "a".into(), colour: Some(0), dash: &[], width: WIDTH, physical, unit, time, values }
+        Curve {
+            label: "a".into(),
+            colour: Some(0),
+            dash: &[],
+            width: WIDTH,
+            physical,
+            unit,
+            time: Cow::Borrowed(time),
+            values,
+        }
     }
 
     #[test]

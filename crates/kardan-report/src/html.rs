@@ -260,13 +260,18 @@ fn figure(picture: &Picture, level: usize) -> String {
 
 /// A chart, with the picture that stands for it on paper and without scripts.
 fn chart(chart: &Chart, level: usize) -> String {
-    let Chart { anchor, title, index, svg, caption } = chart;
+    let Chart { anchor, title, index, still, svg, caption } = chart;
     let caption =
         if caption.is_empty() { String::new() } else { format!("<figcaption>{}</figcaption>\n", prose(caption)) };
+    let zoomed = format!(
+        "<div class=\"tools\" data-plot=\"{index}\"></div>\n\
+         <div class=\"chart\" data-plot=\"{index}\" role=\"img\" aria-label=\"{}\"></div>\n",
+        escape(title)
+    );
+    let zoomed = if *still { String::new() } else { zoomed };
     format!(
-        "<figure id=\"plot-{anchor}\">\n<h{level}>{title}</h{level}>\n<div class=\"tools\" data-plot=\"{index}\"></div>\n\
-         <div class=\"chart\" data-plot=\"{index}\" role=\"img\" aria-label=\"{title}\"></div>\n\
-         <div class=\"picture\">{svg}</div>\n{caption}</figure>\n",
+        "<figure id=\"plot-{anchor}\"{class}>\n<h{level}>{title}</h{level}>\n{zoomed}<div class=\"picture\">{svg}</div>\n{caption}</figure>\n",
+        class = if *still { " class=\"still\"" } else { "" },
         anchor = escaped(anchor),
         title = escape(title),
         // Inside HTML the namespace goes without saying.

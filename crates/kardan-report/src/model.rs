@@ -157,6 +157,8 @@ pub struct Chart {
     pub title: String,
     /// Its place in [`Page::data`].
     pub index: usize,
+    /// Whether its picture is shown on the screen too: it cannot be zoomed.
+    pub still: bool,
     /// SVG for paper.
     pub svg: String,
     /// What it shows.

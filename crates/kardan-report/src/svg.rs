@@ -13,7 +13,6 @@ use kuva::render::theme::Theme;
 
 use super::PlotFile;
 use super::curves::{self, Curve, ON_WHITE};
-use super::text::Clock;
 use super::thin::thin;
 use super::ticks::{self, Axis};
 use kardan::results::{Plot, Study};
@@ -53,7 +52,7 @@ fn finish(svg: &str, stem: &str) -> String {
 /// The picture, and what the reader is told about its curves.
 fn draw(study: &Study, plot: &Plot) -> (String, String) {
     let curves::Curves { all: curves, least_span, note, .. } = curves::curves(study, plot);
-    let Clock { per_second, unit } = curves::clock(study);
+    let (x_label, per_second) = curves::x_axis(study, plot);
     let time = ticks::axis(curves.iter().flat_map(|curve| curve.time.iter().map(|time| time * per_second)), 0.0, 9);
     let values = || curves.iter().flat_map(|curve| curve.values.iter().copied()).filter(|value| value.is_finite());
     let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
@@ -63,14 +62,15 @@ fn draw(study: &Study, plot: &Plot) -> (String, String) {
 
     // The legend is handed over as a list: a curve with gaps is several polylines but one entry.
     let entries: Vec<LegendEntry> = curves.iter().map(entry).collect();
-    let title = if curves.is_empty() { format!("{} (no data)", plot.title) } else { plot.title.clone() };
+    let drawn = curves.iter().any(|curve| curve.values.iter().any(|value| value.is_finite()));
+    let title = if !drawn { format!("{} (no data)", plot.title) } else { plot.title.clone() };
     let mut layout = Layout::new((time.low, time.high), (value.low, value.high))
         .with_theme(theme())
         .with_width(WIDTH)
         .with_title(plain(&title))
         .with_title_size(16)
         .with_title_wrap(78)
-        .with_x_label(format!("time [{unit}]"))
+        .with_x_label(plain(&x_label))
         .with_y_label(plain(&curves::axis_label(plot, &curves)))
         .with_y_label_wrap(46)
         .with_label_size(13)
@@ -80,15 +80,24 @@ fn draw(study: &Study, plot: &Plot) -> (String, String) {
         .with_tick_length(4.0)
         .with_axis_line_width(0.8)
         .with_tick_width(0.8)
-        .with_grid_line_width(0.6)
-        .with_x_axis_min(time.low)
-        .with_x_axis_max(time.high)
-        .with_x_tick_step(time.step)
-        .with_x_tick_format(format(time))
-        .with_y_axis_min(value.low)
-        .with_y_axis_max(value.high)
-        .with_y_tick_step(value.step)
-        .with_y_tick_format(format(value));
+        .with_grid_line_width(0.6);
+    // A logarithmic axis has ticks of its own; without a value above zero there is none.
+    layout = match plot.log_x && drawn {
+        true => layout.with_log_x(),
+        false => layout
+            .with_x_axis_min(time.low)
+            .with_x_axis_max(time.high)
+            .with_x_tick_step(time.step)
+            .with_x_tick_format(format(time)),
+    };
+    layout = match plot.log_y && drawn {
+        true => layout.with_log_y(),
+        false => layout
+            .with_y_axis_min(value.low)
+            .with_y_axis_max(value.high)
+            .with_y_tick_step(value.step)
+            .with_y_tick_format(format(value)),
+    };
     let mut height = HEIGHT + 40.0 * (title.chars().count().div_ceil(78)) as f64;
     // One curve is named by its axis, unless it is a reference.
     if curves.len() > 1 || curves.iter().any(|curve| curve.colour.is_none()) {
@@ -98,7 +107,8 @@ fn draw(study: &Study, plot: &Plot) -> (String, String) {
             .with_legend_box(false)
             .with_legend_entries(entries);
     }
-    let lines: Vec<Drawn> = curves.iter().flat_map(|curve| lines(curve, per_second)).map(Drawn::Line).collect();
+    let lines: Vec<Drawn> =
+        curves.iter().flat_map(|curve| lines(curve, per_second, plot.over.is_some())).map(Drawn::Line).collect();
     (SvgBackend::new().render_scene(&render_multiple(lines, layout.with_height(height))), note)
 }
 
@@ -120,9 +130,12 @@ fn entry(curve: &Curve) -> LegendEntry {
 }
 
 /// The polylines of a curve: one for each stretch between two gaps.
-fn lines(curve: &Curve, per_second: f64) -> Vec<LinePlot> {
-    let kept = thin(curve.time, &curve.values, POINTS);
-    let stretches = kept.split(|&index| !curve.values[index].is_finite());
+fn lines(curve: &Curve, per_second: f64, over_signal: bool) -> Vec<LinePlot> {
+    let kept = match over_signal {
+        true => both(curve),
+        false => thin(&curve.time, &curve.values, POINTS),
+    };
+    let stretches = kept.split(|&index| !(curve.values[index].is_finite() && curve.time[index].is_finite()));
     let drawn = |stretch: &[usize]| {
         let style = dasharray(curve).map_or(LineStyle::Solid, LineStyle::Custom);
         LinePlot::new()
@@ -132,6 +145,15 @@ fn lines(curve: &Curve, per_second: f64) -> Vec<LinePlot> {
             .with_line_style(style)
     };
     stretches.filter(|stretch| stretch.len() > 1).map(drawn).collect()
+}
+
+/// Samples to keep of a curve over another signal: in their order, with the ends of both.
+fn both(curve: &Curve) -> Vec<usize> {
+    let order: Vec<f64> = (0..curve.time.len()).map(|k| k as f64).collect();
+    let mut kept = [thin(&order, &curve.values, POINTS), thin(&order, &curve.time, POINTS)].concat();
+    kept.sort_unstable();
+    kept.dedup();
+    kept
 }
 
 fn colour(curve: &Curve) -> &'static str {

@@ -26,6 +26,9 @@ pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
         1 => ", 1 warning".into(),
         many => format!(", {many} warnings"),
     };
-    print(&visible(&format!("{source}: no mistakes{warnings}\n")))?;
+    let rounded =
+        project.prepared().variants.first().map(|variant| variant.model.rounded_in_words()).unwrap_or_default();
+    let notes: String = rounded.iter().map(|note| format!("note: {note}\n")).collect();
+    print(&visible(&format!("{source}: no mistakes{warnings}\n{notes}")))?;
     Ok(DONE)
 }

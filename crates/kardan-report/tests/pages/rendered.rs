@@ -95,6 +95,7 @@ fn hostile() -> Study {
             plot("../missing <b>", &["nowhere"]),
         ],
         warnings: vec![HOSTILE.into()],
+        spectra: Vec::new(),
         analysis: None,
         designs: Vec::new(),
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::element::Element;
 use crate::entries::Place;
 use crate::equations::Domain;
-use crate::schema::{Placed, Table, Value};
+use crate::schema::{Field, Placed, Table, Value};
 use crate::signal::SignalKind;
 use crate::synthesis::LawKind;
 use crate::units::{Dimension, Exact, Expression, Spread};
@@ -28,6 +28,8 @@ pub struct Parameter {
     pub spread: Option<Spread>,
     /// How it follows from other parameters, which stand before it in the document; its value is that for theirs.
     pub expression: Option<Expression>,
+    /// Zero, or above the ranks of all that it follows from.
+    pub(crate) rank: usize,
 }
 
 /// An entry of `[variants]`.
@@ -137,6 +139,8 @@ pub struct Document {
     pub parameters: Vec<Parameter>,
     /// Keys of elements that are written with a tolerance: parameters of the names `<element>.<key>`.
     pub implicit: Vec<Parameter>,
+    /// Keys of elements that expressions name, `<element>.<key>`: their values are in the tables of the elements, these are to be looked up.
+    pub keys: Vec<Parameter>,
     /// `[variants]`
     pub variants: Vec<Variants>,
     /// `[[variant]]`
@@ -189,6 +193,11 @@ impl Doubts {
     pub fn has(&self, name: &str) -> bool {
         self.all || self.names.contains(name)
     }
+
+    /// Whether a name in an expression may be that of a value that was not read: a parameter, or the key of an element.
+    pub(crate) fn has_key(&self, name: &str) -> bool {
+        self.has(name) || crate::names::parameter(name).is_some_and(|(element, _)| self.has(element))
+    }
 }
 
 impl Document {
@@ -217,8 +226,20 @@ impl Document {
         })
     }
 
+    /// All that an expression may name, each behind what it follows from.
+    pub(crate) fn in_order(&self) -> Vec<&Parameter> {
+        let mut all: Vec<&Parameter> = self.all_parameters().chain(&self.keys).collect();
+        all.sort_by_key(|parameter| parameter.rank);
+        all
+    }
+
     /// The charges that the elements introduce as coordinates.
     pub fn charges(&self) -> Vec<String> {
         self.elements.iter().flat_map(|e| e.kind.charges(&e.name)).collect()
     }
+}
+
+/// The keys of a law, without the values of its design model, which is read with the parameters.
+pub(super) fn keys_of(law: &LawKind) -> Vec<Field> {
+    law.fields.iter().filter(|field| field.name != "design").copied().collect()
 }

@@ -127,7 +127,8 @@ Expressions
   if(a < b, x, y) with < <= > >= == !=. Units stand behind a number and bind closer than * and /; a fraction without
   spaces is one number: 1/2 s. Units are checked; angles are not counted in what is computed. Values stay exact as
   fractions and powers of pi; roots and functions are rounded once, to the nearest number of floating point. Variants
-  compute them anew. A name with `-` in it cannot be used in an expression.
+  compute them anew; `kardan check` and `kardan analyze` tell what was rounded. Keys of elements are names too,
+  wherever they stand: `2 * wheel.inertia`. A name with `-` in it stands in quotes: `'my-shaft.inertia'`.
 
 Tolerances
   A quantity here, or in the key of an element, may say how far it can be from its value:

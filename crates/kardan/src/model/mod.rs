@@ -4,9 +4,11 @@
 
 mod assignment;
 mod builder;
+mod divisions;
 mod document;
 mod examples;
 mod json_schema;
+mod keys;
 mod manual;
 mod mechanism;
 mod parameters;
@@ -31,7 +33,7 @@ pub use manual::{manual, manual_of, manual_tables, study_pages};
 pub use reading::{open, read, read_entries};
 pub use resolve::{ControlSpec, Model};
 pub use state_space::{DataDigits, StateSpace, read_state_space};
-pub use table_reader::{TableReader, words, wrong_dimension};
+pub use table_reader::{Rounded, TableReader, words, wrong_dimension};
 pub use tolerance::Tolerance;
 pub use write::{NewValue, written};
 

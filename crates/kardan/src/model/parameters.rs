@@ -1,19 +1,23 @@
 //! `[parameters]`, and keys of elements that are written with a tolerance.
 
+use std::collections::HashMap;
+
 use super::document::{Document, Parameter};
+use super::keys::{Following, mistake};
 use super::parse::{Node, check_name, value};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::{Place, Written};
 use crate::schema::{Kind, Scalar, Sign, Table, Value};
-use crate::units::{Evaluated, Expression, Tolerated, UnitError, parse_number, written_quantity};
+use crate::units::{Dimension, Evaluated, Exact, Tolerated, parse_number, written_quantity};
 
-pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+/// Reads `[parameters]`; gives what follows from other values.
+pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) -> Vec<Following> {
     let before = out.len();
+    let mut following = Vec::new();
     let Some(node) = root.child("parameters", out) else {
         document.doubts.all |= out.len() > before;
-        return;
+        return following;
     };
-    let mut following = Vec::new();
     for found in node.table.iter() {
         let (name, place, given) = (found.key.as_str(), found.place.clone(), &found.entry);
         // In doubt until it is read: what uses it is not wrong for that.
@@ -45,10 +49,12 @@ pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mu
                     _ => written_quantity(&value, dimension),
                 };
                 document.doubts.names.remove(&name);
-                let (place, spread, expression) = (read.place, None, None);
-                document.parameters.push(Parameter { name, place, value, dimension, text, spread, expression });
+                let (place, spread, expression, rank) = (read.place, None, None, 0);
+                document.parameters.push(Parameter { name, place, value, dimension, text, spread, expression, rank });
             }
-            Value::Scalar(Scalar::Expression(expression)) => following.push((name, read.place, *expression)),
+            Value::Scalar(Scalar::Expression(expression)) => {
+                following.push(Following { name, place: read.place, expression: *expression, key: None });
+            }
             Value::Scalar(Scalar::Tolerated(tolerated)) => {
                 document.doubts.names.remove(&name);
                 document.parameters.push(parameter(name, read.place, *tolerated));
@@ -60,28 +66,45 @@ pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mu
             ),
         }
     }
-    follow(following, document, out);
+    following
 }
 
-/// Parameters that follow from others, in an order in which each stands behind those that it needs.
-fn follow(mut left: Vec<(String, Place, Expression)>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+/// What follows from other values, in an order in which each stands behind those that it needs.
+pub(super) fn follow(mut left: Vec<Following>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    let mut known: HashMap<String, (Exact, Dimension)> = HashMap::new();
+    for parameter in document.all_parameters().chain(&document.keys) {
+        known.entry(parameter.name.clone()).or_insert_with(|| (parameter.value.clone(), parameter.dimension));
+    }
+    let mut rank = 0;
     loop {
         let before = left.len();
         let mut waiting = Vec::new();
-        for (name, place, expression) in std::mem::take(&mut left) {
-            let known = |name: &str| document.parameters.iter().find(|parameter| parameter.name == name);
-            let undefined: Vec<&str> = expression.names().into_iter().filter(|name| known(name).is_none()).collect();
-            if undefined.iter().any(|name| document.doubts.has(name)) {
-                waiting.push((name, place, expression));
+        for one in std::mem::take(&mut left) {
+            let Following { name, place, expression, key } = &one;
+            let may_come = |name: &&str| !known.contains_key(*name) && document.doubts.has_key(name);
+            if expression.names().iter().any(may_come) {
+                waiting.push(one);
                 continue;
             }
-            match expression.evaluate(&|name| known(name).map(|found| (found.value.clone(), found.dimension))) {
-                Ok(Evaluated { value, dimension, .. }) => {
-                    document.doubts.names.remove(&name);
-                    let (text, spread, expression) = (expression.text().to_string(), None, Some(expression));
-                    document.parameters.push(Parameter { name, place, value, dimension, text, spread, expression });
+            match expression.evaluate(&|name| known.get(name).cloned()) {
+                Ok(found) if key.is_some_and(|wanted| fitting(&found, wanted).is_none()) => {}
+                Ok(found) => {
+                    rank += 1;
+                    let (value, dimension) =
+                        key.and_then(|wanted| fitting(&found, wanted)).unwrap_or((found.value, found.dimension));
+                    document.doubts.names.remove(name);
+                    known.entry(name.clone()).or_insert_with(|| (value.clone(), dimension));
+                    let list = if key.is_some() { &mut document.keys } else { &mut document.parameters };
+                    let (text, spread) = (expression.text().to_string(), None);
+                    let Following { name, place, expression, .. } = one;
+                    let expression = Some(expression);
+                    list.push(Parameter { name, place, value, dimension, text, spread, expression, rank });
                 }
-                Err(error) => out.push(mistake(&format!("parameter `{name}`"), error, &expression, &place)),
+                Err(error) if key.is_none() => {
+                    out.push(mistake(document, &format!("parameter `{name}`"), error, expression, (place, out)));
+                }
+                // Told where the element is read.
+                Err(_) => {}
             }
         }
         left = waiting;
@@ -89,15 +112,34 @@ fn follow(mut left: Vec<(String, Place, Expression)>, document: &mut Document, o
             break;
         }
     }
-    // What is left waits for a parameter with a mistake, or for itself.
-    let waits = |name: &str| left.iter().find(|(other, ..)| other == name);
-    for (name, place, own) in &left {
+    circles(&left, out);
+}
+
+/// A value as one of the dimension of a key: angles are not counted, and a frequency may stand for a time.
+pub(super) fn fitting(found: &Evaluated, wanted: Dimension) -> Option<(Exact, Dimension)> {
+    match wanted.period(&found.value, &found.dimension) {
+        Some(period) => Some((period, wanted)),
+        None => wanted.is_like(&found.dimension).then(|| (found.value.clone(), wanted)),
+    }
+}
+
+/// Tells of what is left: it waits for a value with a mistake, or for itself.
+fn circles(left: &[Following], out: &mut Vec<Diagnostic>) {
+    let waiting: HashMap<&str, &Following> = left.iter().map(|one| (one.name.as_str(), one)).collect();
+    for Following { name, place, expression: own, key } in left {
         let mut chain = vec![name.as_str()];
-        while let Some((_, _, expression)) = chain.last().and_then(|last| waits(last)) {
-            let Some(next) = expression.names().into_iter().find(|name| waits(name).is_some()) else { break };
+        while let Some(one) = chain.last().and_then(|last| waiting.get(last)) {
+            let Some(next) = one.expression.names().into_iter().find(|name| waiting.contains_key(name)) else { break };
             if next == name {
                 chain.push(next);
-                let message = format!("parameter `{name}` follows from itself: {}", chain.join(" from "));
+                let what = if key.is_some() { "" } else { "parameter " };
+                let shown = if chain.len() > MOST_TOLD {
+                    let (first, last) = (&chain[..MOST_TOLD / 2], &chain[chain.len() - MOST_TOLD / 2..]);
+                    format!("{} from ... from {}", first.join(" from "), last.join(" from "))
+                } else {
+                    chain.join(" from ")
+                };
+                let message = format!("{what}`{name}` follows from itself: {shown}");
                 let at = place.part(own.text(), 0..own.text().len());
                 out.push(
                     Diagnostic::error("parameter::circle", message)
@@ -114,16 +156,12 @@ fn follow(mut left: Vec<(String, Place, Expression)>, document: &mut Document, o
     }
 }
 
-/// A mistake in an expression, at its place.
-pub(super) fn mistake(what: &str, error: UnitError, expression: &Expression, place: &Place) -> Diagnostic {
-    let at = place.part(expression.text(), error.span);
-    let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
-    Diagnostic { help: error.help, ..diagnostic }
-}
+/// Members of a circle that are told.
+const MOST_TOLD: usize = 20;
 
 fn parameter(name: String, place: Place, read: Tolerated) -> Parameter {
     let Tolerated { value, dimension, spread, text } = read;
-    Parameter { name, place, value, dimension, text, spread: Some(spread), expression: None }
+    Parameter { name, place, value, dimension, text, spread: Some(spread), expression: None, rank: 0 }
 }
 
 /// Takes the tolerances out of an element's table: each such key becomes a parameter of the name `<element>.<key>`.

@@ -5,7 +5,8 @@ use std::sync::LazyLock;
 
 use super::document::{Control, Document, Doubts, Instance, SignalTable};
 use super::examples::example_of;
-use super::parameters::{REMOVE_TOLERANCE, implicit_parameters, read_parameters, refuse_tolerances};
+use super::keys::named_keys;
+use super::parameters::{REMOVE_TOLERANCE, follow, implicit_parameters, read_parameters, refuse_tolerances};
 use super::parse::{Node, check_name, table, value};
 use super::tables;
 use super::variants::{check_named_controls, read_named_variants, read_variants};
@@ -85,11 +86,13 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     document.bench = single(&root, "bench", tables::Bench::FIELDS, &mut study);
     document.requirements = several(&root, "requirement", tables::Requirement::FIELDS, &mut study);
     document.plots = several(&root, "plot", tables::Plot::FIELDS, &mut study);
-    read_parameters(&root, &mut document, &mut out);
+    let mut following = read_parameters(&root, &mut document, &mut out);
     let tables = several(&root, "variant", tables::Variant::FIELDS, &mut study);
+    read_elements(&root, &mut document, &mut out);
+    following.extend(named_keys(entries, &mut document));
+    follow(following, &mut document, &mut out);
     read_named_variants(&tables, &mut document, &mut study);
     read_variants(&root, &mut document, &mut study);
-    read_elements(&root, &mut document, &mut out);
     read_controls(&root, &mut document, &mut out);
     read_logs(&root, &mut document, &mut study);
     read_signals(&root, &mut document, &mut study);
@@ -120,7 +123,7 @@ fn unused_parameters(entries: &Entries, document: &Document, out: &mut Vec<Diagn
     let others = entries.iter().filter(|found| !matches!(found.key.as_str(), "parameters" | "plot"));
     others.for_each(|found| texts(&found.entry.value, &mut named));
     let following = document.parameters.iter().filter_map(|parameter| parameter.expression.as_ref());
-    named.extend(following.flat_map(Expression::names));
+    named.extend(following.flat_map(Expression::names).map(str::to_string));
     for parameter in document.parameters.iter().filter(|parameter| !named.contains(parameter.name.as_str())) {
         let varied = if document.is_varied(&parameter.name) { ": all its variants are the same" } else { "" };
         let message = format!("nothing uses the parameter `{}`{varied}", shortened(&parameter.name));
@@ -155,7 +158,7 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
     let others = entries.iter().filter(|found| !inputs.contains(&found.key.as_str()));
     others.for_each(|found| texts(&found.entry.value, &mut named));
     if let Some(signals) = entries.table("scenario").and_then(|scenario| scenario.table("signals")) {
-        named.extend(signals.iter().map(|found| found.key.as_str()));
+        named.extend(signals.iter().map(|found| found.key.clone()));
     }
     let has_events = ["event", "signals"].iter().any(|key| document.scenario.values.contains_key(key));
     let has_events = has_events && document.bench.values.is_empty();
@@ -175,14 +178,13 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
     }
 }
 
-/// All texts within a value.
-fn texts<'e>(value: &'e Written, out: &mut BTreeSet<&'e str>) {
+/// All texts within a value, and the names in those that are expressions.
+fn texts(value: &Written, out: &mut BTreeSet<String>) {
     match value {
         Written::Text(text) => {
-            out.insert(text.trim());
+            out.insert(text.trim().to_string());
             if let Ok(read) = Expression::parse(text).or_else(|_| Expression::parse_law(text)) {
-                let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
-                out.extend(words.filter(|word| read.names().contains(word)));
+                out.extend(read.names().into_iter().map(str::to_string));
             }
         }
         Written::Table(table) => table.iter().for_each(|found| texts(&found.entry.value, out)),

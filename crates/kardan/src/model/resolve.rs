@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::document::{Control, Document, Instance, Setting};
+use super::document::{Control, Document, Instance, Setting, keys_of};
 use super::mechanism::part;
-use super::table_reader::{TableReader, words};
+use super::table_reader::{Rounded, TableReader, words};
 use super::tables::Header;
 use super::tolerance::Tolerance;
 use crate::diagnostics::{Diagnostic, quoted};
@@ -12,7 +12,7 @@ use crate::element::Values;
 use crate::entries::Place;
 use crate::equations::{GROUND, Measured, NamedTerm, Term};
 use crate::results::{ElementSummary, Mechanism, ParameterValue};
-use crate::schema::{Field, Keys, Kind};
+use crate::schema::{Keys, Kind};
 use crate::synthesis::LawKind;
 use crate::units::Dimension;
 
@@ -58,6 +58,8 @@ pub struct Model {
     pub tolerances: Vec<Tolerance>,
     /// Elements that have a mistake: their terms are not those of the file.
     pub doubtful: BTreeSet<String>,
+    /// Values that were rounded: what is exact of the model is so for these numbers.
+    pub rounded: Vec<Rounded>,
 }
 
 impl Document {
@@ -116,8 +118,9 @@ impl Document {
             parameters: self.parameter_values(settings),
             tolerances: self.tolerances(settings),
             doubtful,
+            rounded: Vec::new(),
         };
-        (model, out)
+        (Model { rounded: reader.rounded(), ..model }, out)
     }
 
     /// The controllers in the loop, by name.
@@ -236,6 +239,20 @@ impl Document {
     }
 }
 
+/// Rounded values that are told one by one.
+const MOST_ROUNDED: usize = 8;
+
+impl Model {
+    /// One sentence for each value that was rounded; of very many the first ones, and how many there are.
+    pub fn rounded_in_words(&self) -> Vec<String> {
+        let mut told: Vec<String> = self.rounded.iter().take(MOST_ROUNDED).map(ToString::to_string).collect();
+        if self.rounded.len() > MOST_ROUNDED {
+            told.push(format!("{} more values were rounded", self.rounded.len() - MOST_ROUNDED));
+        }
+        told
+    }
+}
+
 impl ControlSpec {
     /// A controller with its keys, without the parameter values of its design model.
     fn read(control: &Control, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) -> Self {
@@ -269,11 +286,6 @@ fn element_values(instance: &Instance, reader: &TableReader<'_>, out: &mut Vec<D
         }
     }
     (values, complete && out.len() == before)
-}
-
-/// The keys of a law, without the values of its design model, which [`TableReader::settings`] reads.
-fn keys_of(law: &LawKind) -> Vec<Field> {
-    law.fields.iter().filter(|field| field.name != "design").copied().collect()
 }
 
 fn describe(instance: &Instance, values: &Values) -> String {

@@ -1,10 +1,12 @@
 //! Tables with names looked up and parameters put in.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 use std::collections::HashMap;
+use std::fmt;
 
 use super::document::{Document, Instance, Parameter, Setting};
-use super::parameters::mistake;
+use super::keys::{GUESSES, mistake};
+use super::parameters::fitting;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
 use crate::entries::Place;
@@ -13,6 +15,14 @@ use crate::names::{Quantity, SignalName, did_you_mean, stands_still};
 use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::units::{Dimension, Exact, Expression, UnitError};
 
+impl fmt::Display for Rounded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { what, text, value, unit } = self;
+        let value = format!("{value} {unit}");
+        write!(f, "{what} = {text} was rounded to {}; what is exact is so for that number", value.trim())
+    }
+}
+
 /// Looks up names and parameters of tables.
 pub struct TableReader<'a> {
     document: &'a Document,
@@ -20,16 +30,29 @@ pub struct TableReader<'a> {
     /// Keywords of the elements of each name (two of one name are reported elsewhere).
     elements: OnceCell<HashMap<&'a str, Vec<&'static str>>>,
     parameters: OnceCell<HashMap<&'a str, Found<'a>>>,
+    rounded: RefCell<Vec<Rounded>>,
 }
 
 /// A parameter with its value for the settings, or what is wrong with its expression for them.
 struct Found<'a> {
     declared: &'a Parameter,
     value: Result<Exact, UnitError>,
+    /// Whether that is the number itself, or one rounded once.
+    exact: bool,
 }
 
-/// From so many mistakes on nobody is told what may have been meant: that compares each name with all others.
-const GUESSES: usize = 500;
+/// A value that was rounded: no number that is written so has its digits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rounded {
+    /// The parameter, or `<key> of <table>`.
+    pub what: String,
+    /// As it is written.
+    pub text: String,
+    /// What it was rounded to, SI.
+    pub value: f64,
+    /// Its SI unit.
+    pub unit: String,
+}
 
 /// What may have been meant by a name, unless there are very many mistakes already.
 fn guess<'a>(name: &str, names: impl Iterator<Item = &'a str>, out: &[Diagnostic]) -> Option<&'a str> {
@@ -39,7 +62,7 @@ fn guess<'a>(name: &str, names: impl Iterator<Item = &'a str>, out: &[Diagnostic
 impl<'a> TableReader<'a> {
     /// Over a document, with settings that replace parameters.
     pub fn new(document: &'a Document, settings: &'a [Setting]) -> Self {
-        Self { document, settings, elements: OnceCell::new(), parameters: OnceCell::new() }
+        Self { document, settings, elements: OnceCell::new(), parameters: OnceCell::new(), rounded: RefCell::default() }
     }
 
     /// The keywords of the elements of a name.
@@ -58,18 +81,22 @@ impl<'a> TableReader<'a> {
         let all = self.parameters.get_or_init(|| {
             let mut all: HashMap<&str, Found<'a>> = HashMap::new();
             // Each stands behind those that it follows from.
-            for declared in self.document.all_parameters() {
+            for declared in self.document.in_order() {
                 let name = declared.name.as_str();
                 let set = self.settings.iter().find(|setting| setting.name == name);
+                let mut exact = true;
                 let value = match (set, &declared.expression) {
                     (Some(set), _) => Ok(set.value.clone()),
                     (None, Some(expression)) => {
                         let known = |name: &str| known(all.get(name)?);
-                        expression.evaluate(&known).map(|found| found.value)
+                        expression.evaluate(&known).map(|found| {
+                            exact = found.exact;
+                            fitting(&found, declared.dimension).map_or(found.value, |(value, _)| value)
+                        })
                     }
                     _ => Ok(declared.value.clone()),
                 };
-                all.entry(name).or_insert(Found { declared, value });
+                all.entry(name).or_insert(Found { declared, value, exact });
             }
             all
         });
@@ -91,6 +118,11 @@ impl<'a> TableReader<'a> {
         Some(known(found))
     }
 
+    /// The value of what an expression may name, for the settings.
+    pub(crate) fn exact_value(&self, name: &str) -> Option<(Exact, Dimension)> {
+        known(self.parameter(name)?)
+    }
+
     /// The value of an expression that stands at a place.
     fn evaluate(
         &self,
@@ -101,36 +133,54 @@ impl<'a> TableReader<'a> {
         let names = expression.names();
         for name in &names {
             match self.parameter(name) {
-                Some(Found { declared, value: Err(error) }) => {
+                Some(Found { declared, value: Err(error), .. }) => {
                     self.not_computed(declared, error, out);
                     return None;
                 }
-                None if self.document.doubts.has(name) => return None,
+                None if self.document.doubts.has_key(name) => return None,
                 _ => {}
             }
         }
         match expression.evaluate(&|name| known(self.parameter(name)?)) {
-            Ok(found) => Some((found.value, found.dimension)),
-            Err(mut error) => {
-                let unknown = names.iter().find(|name| self.parameter(name).is_none());
-                let declared = self.document.parameters.iter().map(|parameter| parameter.name.as_str());
-                if let Some(near) = unknown
-                    .filter(|_| matches!(error.code, "name::unknown" | "unit::unknown"))
-                    .and_then(|n| guess(n, declared, out))
-                {
-                    error.help = Some(format!("did you mean the parameter `{near}`?"));
+            Ok(found) => {
+                if !found.exact {
+                    let (text, unit) = (expression.text().to_string(), found.dimension.si());
+                    let one = Rounded { what: what.to_string(), text, value: found.value.to_f64(), unit };
+                    self.rounded.borrow_mut().push(one);
                 }
-                out.push(mistake(what, error, expression, place));
+                Some((found.value, found.dimension))
+            }
+            Err(error) => {
+                out.push(mistake(self.document, what, error, expression, (place, out)));
                 None
             }
         }
+    }
+
+    /// What was rounded on the way to the values that were read: parameters, then others in the order in which they were read, each once.
+    pub(super) fn rounded(&self) -> Vec<Rounded> {
+        let parameters = self.document.in_order().into_iter().filter_map(|declared| {
+            let found = self.parameter(&declared.name).filter(|found| !found.exact)?;
+            // Keys of elements are told where they are read.
+            let own = self.document.parameters.iter().any(|parameter| parameter.name == declared.name);
+            let (value, expression) = (found.value.as_ref().ok()?, declared.expression.as_ref()?);
+            let (text, unit) = (expression.text().to_string(), declared.dimension.si());
+            own.then(|| Rounded { what: format!("`{}`", declared.name), text, value: value.to_f64(), unit })
+        });
+        let mut out: Vec<Rounded> = parameters.collect();
+        for one in self.rounded.borrow().iter() {
+            if !out.contains(one) {
+                out.push(one.clone());
+            }
+        }
+        out
     }
 
     /// Reports a parameter that has no value for the settings.
     fn not_computed(&self, declared: &Parameter, error: &UnitError, out: &mut Vec<Diagnostic>) {
         let Some(expression) = &declared.expression else { return };
         let what = format!("parameter `{}`", declared.name);
-        out.push(mistake(&what, error.clone(), expression, &declared.place));
+        out.push(mistake(self.document, &what, error.clone(), expression, (&declared.place, out)));
     }
 
     /// A scalar with its parameter put in; the dimension and sign are checked where they are known.
@@ -191,7 +241,7 @@ impl<'a> TableReader<'a> {
         (place, what): (&Place, &str),
         out: &mut Vec<Diagnostic>,
     ) -> Option<(Exact, Dimension)> {
-        let Some(Found { declared, value }) = self.parameter(name) else {
+        let Some(Found { declared, value, .. }) = self.parameter(name) else {
             if self.document.doubts.has(name) {
                 return None;
             }
@@ -334,7 +384,9 @@ impl<'a> TableReader<'a> {
         let mut settings = Vec::new();
         for (name, scalar) in entries {
             let label = format!("`{key}` of {what}");
-            let Some(&Found { declared, .. }) = self.parameter(&name.value) else {
+            // A key of an element has its value there.
+            let can_be_set = |name: &str| self.document.keys.iter().all(|key| key.name != name);
+            let Some(&Found { declared, .. }) = self.parameter(&name.value).filter(|_| can_be_set(&name.value)) else {
                 let names = self.document.parameters.iter().map(|p| p.name.as_str());
                 let other = || "only names under `[parameters]` can be set here".to_string();
                 let help = did_you_mean(guess(&name.value, names, out), other);

@@ -96,6 +96,16 @@ choice! {
         Ripple = "ripple",
         /// How long the motor of this torque is at its torque limit, s.
         TimeAtLimit = "time_at_limit",
+        /// How far it goes beyond its target, as a part of its way there.
+        Overshoot = "overshoot",
+        /// When it enters the band around its target for good, s.
+        SettlingTime = "settling_time",
+        /// Integral of the size of its distance from the target.
+        Iae = "iae",
+        /// Integral of a power, J.
+        Energy = "energy",
+        /// Number of events.
+        Events = "events",
     }
 }
 
@@ -115,16 +125,28 @@ keys! {
     /// `[[requirement]]`.
     table Requirement {
         required {
-            signal: Signal, "The signal to judge.";
+            signal: Signal,
+                "The signal to judge, or an expression of signals, parameters and the time `t`: `cj.phi - cs.phi`, \
+                 `motor.tau * shaft.w`; names with `-` stand in quotes there: `'my-shaft.phi'`.";
             measure: Choice(Measure::WORDS),
                 "Largest, smallest, largest in size, or last value in the window; `rms`: root of the mean of its \
                  squares over the time; `ripple`: the same around its mean, what is left of a torque at rest without \
                  what it holds; `time_at_limit`: how long in the window the motor of this torque is at its torque \
-                 limit, s.";
+                 limit, s. With x the signal, x0 its first value in the window, r the `target`: `overshoot`: the largest \
+                 (x - r)/(r - x0), at least 0; `settling_time`: time from the begin of the window to where |x - r| <= `band` \
+                 for good; `iae`: the integral of |x - r| over the time; `energy`: the integral of a power over the time; \
+                 `events`: number of events of the element of this signal, of all of them for the signal `t`. Between rows \
+                 straight lines are taken; a verdict that this leaves open is told in the notes.";
         }
         optional {
             below: AnyQuantity, "The measure must be less than this.";
             above: AnyQuantity, "The measure must be more than this.";
+            target: AnyQuantity,
+                "Value that the signal is to reach, of `overshoot`, `settling_time` and `iae`; left out: its last value in the \
+                 window, and zero of `iae`.";
+            band: AnyQuantity,
+                "How near to its target the signal must stay, of `settling_time`: in its unit, or as a part of the way from \
+                 its first value in the window to the target, 0.02.";
             from: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "Begin of the window.";
             until: Quantity(Dimension::TIME, Sign::Positive), "End of the window; left out: the end.";
             variants: Words, "Variants that it applies to; left out: all.";
@@ -155,7 +177,9 @@ keys! {
         required {
             name: Name, "Name of the file and place in the report: `rack-angle`.";
             title: Text, "Title.";
-            signals: Signals, "Signals drawn for every variant.";
+            signals: Signals,
+                "Signals drawn for every variant, or expressions of signals, parameters and the time `t`: [\"cj.phi - cs.phi\"]; \
+                 names with `-` stand in quotes there: `'my-shaft.phi'`.";
         }
         optional {
             caption: Text, "A sentence beneath the plot.";
@@ -171,6 +195,14 @@ keys! {
                  unit. Tables and JSON stay in SI.";
             from: Quantity(Dimension::TIME, Sign::NonNegative), "Begin of the time that is drawn; left out: the whole run.";
             until: Quantity(Dimension::TIME, Sign::Positive), "End of the time that is drawn; left out: the end of the run.";
+            over: Signal, "Signal, or expression of signals, on the horizontal axis; left out: the time.";
+            shows: Choice(&["values", "spectrum"]) = "values",
+                "`spectrum`: amplitudes over the frequency k/T of the n rows within the time T that is drawn, 2/W times the size \
+                 of the sum of w_j (x_j - mean) exp(-2 pi i j k/n), with the window of Hann w_j = (1 - cos(2 pi j/n))/2 and W \
+                 the sum of the w_j: a sine with a whole number of periods in T shows its amplitude. The last row is that of \
+                 the next period and left out; rows between those of the even grid are not used.";
+            x_scale: Choice(&["linear", "log"]) = "linear", "Scale of the horizontal axis; what is not above zero has no place on `log`.";
+            y_scale: Choice(&["linear", "log"]) = "linear", "Scale of the vertical axis.";
         }
     }
 }

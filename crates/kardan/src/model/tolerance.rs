@@ -1,6 +1,7 @@
 //! How far parameters may be from their values, and whether the model still has a meaning there.
 
-use super::document::{Document, Setting};
+use super::divisions::{Varied, check_divisions};
+use super::document::{Document, Setting, keys_of};
 use super::table_reader::TableReader;
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
@@ -68,6 +69,12 @@ impl Document {
             if out.len() == before {
                 self.check_ends(&tolerance, settings, out);
             }
+            if out.len() == before {
+                let Tolerance { parameter, dimension, lower, upper, place, .. } = &tolerance;
+                let shown = format!("[{}, {}]", shown(lower, *dimension), shown(upper, *dimension));
+                let varied = Varied { parameter, dimension: *dimension, lower, upper, place, shown };
+                check_divisions(self, &varied, settings, out);
+            }
         }
     }
 
@@ -88,27 +95,32 @@ impl Document {
 
     /// What an element checks over several keys must hold at both ends, and what is computed must have a value there.
     fn check_ends(&self, tolerance: &Tolerance, settings: &[Setting], out: &mut Vec<Diagnostic>) {
-        // Each parameter stands behind those that it follows from.
         let mut following = vec![tolerance.parameter.as_str()];
-        for parameter in &self.parameters {
+        for parameter in self.in_order() {
             if parameter.expression.as_ref().is_some_and(|one| one.names().iter().any(|name| following.contains(name)))
             {
                 following.push(&parameter.name);
             }
         }
-        let users = self.elements.iter().filter(|instance| {
-            instance.table.unread.is_empty() && instance.table.values.values().any(|given| uses(given, &following))
+        let elements = self
+            .elements
+            .iter()
+            .map(|e| (e.kind.keyword, &e.name, &e.table, e.kind.fields.to_vec(), Some(e.kind.check)));
+        let controls = self.controls.iter().map(|c| ("control", &c.name, &c.table, keys_of(c.law), None));
+        let users = elements.chain(controls).filter(|(_, _, table, ..)| {
+            table.unread.is_empty() && table.values.values().any(|given| uses(given, &following))
         });
-        for instance in users {
+        for (keyword, name, table, fields, check) in users {
             let mistakes = |settings: &[Setting]| -> Vec<(String, String)> {
                 let mut silent = Vec::new();
                 let reader = TableReader::new(self, settings);
-                let what = format!("{} `{}`", instance.kind.keyword, instance.name);
-                let values = reader.values(instance.kind.fields, &instance.table, &what, &mut silent);
+                let what = format!("{keyword} `{name}`");
+                let values = reader.values(&fields, table, &what, &mut silent);
                 if !silent.is_empty() {
                     return silent.into_iter().map(|one| (one.message, one.help.unwrap_or_default())).collect();
                 }
-                (instance.kind.check)(&values).into_iter().map(|one| (one.message, one.help)).collect()
+                let checked = check.map(|check| check(&values)).unwrap_or_default();
+                checked.into_iter().map(|one| (one.message, one.help)).collect()
             };
             if !mistakes(settings).is_empty() {
                 continue; // Reported of the model itself.
@@ -119,9 +131,7 @@ impl Document {
                 settings.push(set);
                 for (message, help) in mistakes(&settings) {
                     let message = format!(
-                        "{} `{}`, at the {end} end of the tolerance of `{}` ({}): {}",
-                        instance.kind.keyword,
-                        instance.name,
+                        "{keyword} `{name}`, at the {end} end of the tolerance of `{}` ({}): {}",
                         tolerance.parameter,
                         shown(value, tolerance.dimension),
                         message
@@ -147,6 +157,9 @@ fn uses(given: &Placed<Value>, parameters: &[&str]) -> bool {
     match &given.value {
         Value::Scalar(scalar) => uses(scalar),
         Value::Map(entries) => entries.iter().any(|(_, scalar)| uses(&scalar.value)),
+        Value::Tables(tables) => {
+            tables.iter().flat_map(|table| table.values.values()).any(|given| self::uses(given, parameters))
+        }
         _ => false,
     }
 }

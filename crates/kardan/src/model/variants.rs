@@ -1,6 +1,7 @@
 //! `[variants]` and `[[variant]]`.
 
 use super::document::{Document, NamedVariant, Parameter, Setting, VariantSettings, Variants};
+use super::keys::mistake;
 use super::parse::Node;
 use super::table_reader::TableReader;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -8,7 +9,7 @@ use crate::entries::{Entry, KeyedEntry, Place, Written};
 use crate::names::{did_you_mean, unknown_name};
 use crate::schema::{Placed, Table, Value};
 use crate::units::{
-    Dimension, Exact, UnitError, parse_quantity, parse_quantity_list, tolerance_mark, written_quantity,
+    Dimension, Exact, Expression, UnitError, parse_quantity, parse_quantity_list, tolerance_mark, written_quantity,
 };
 
 /// Most runs that one study may have.
@@ -20,7 +21,11 @@ const VARIANTS_HELP: &str = "write a list such as \"[0, 10, 20, 30] deg\" or [\"
 type VariantValue = (Exact, Dimension, String, Place);
 
 /// The values in a list of variants; nothing if something is wrong with it, which is reported.
-fn variant_values(name: &str, given: &Entry, out: &mut Vec<Diagnostic>) -> Option<Vec<VariantValue>> {
+fn variant_values(
+    (name, given): (&str, &Entry),
+    (document, varied): (&Document, &[&str]),
+    out: &mut Vec<Diagnostic>,
+) -> Option<Vec<VariantValue>> {
     let before = out.len();
     let mut values = Vec::new();
     let unreadable = |error: UnitError, text: &str, place: &Place| {
@@ -72,7 +77,13 @@ fn variant_values(name: &str, given: &Entry, out: &mut Vec<Diagnostic>) -> Optio
                     Ok((value, dimension)) => {
                         values.push((value, dimension, text.trim().to_string(), entry.place.clone()));
                     }
-                    Err(error) => out.push(unreadable(error, &text, &entry.place)),
+                    Err(error) => match computed(name, &text, (&entry.place, document, varied), out) {
+                        Some(Ok((value, dimension, shown))) => {
+                            values.push((value, dimension, shown, entry.place.clone()))
+                        }
+                        Some(Err(mistake)) => out.push(mistake),
+                        None => out.push(unreadable(error, &text, &entry.place)),
+                    },
                 }
             }
         }
@@ -89,6 +100,53 @@ fn variant_values(name: &str, given: &Entry, out: &mut Vec<Diagnostic>) -> Optio
         out.push(Diagnostic::error("list::length", message).at(given.place.clone(), "no entry").help(VARIANTS_HELP));
     }
     (out.len() == before).then_some(values)
+}
+
+/// The value of an entry that is an expression of the values of the file, or what is wrong with it; nothing if it is none.
+fn computed(
+    name: &str,
+    text: &str,
+    (place, document, varied): (&Place, &Document, &[&str]),
+    out: &[Diagnostic],
+) -> Option<Result<(Exact, Dimension, String), Diagnostic>> {
+    // A word alone is a quantity with a mistake.
+    let declared = |name: &&str| document.in_order().iter().any(|one| one.name == *name);
+    let expression =
+        Expression::parse(text).ok().filter(|read| read.names() != [text.trim()] || declared(&text.trim()))?;
+    let what = format!("variants of `{name}`");
+    let all = document.in_order();
+    // A value that differs between the variants itself is none of the file.
+    let mut moving: Vec<&str> = varied.iter().copied().filter(|other| *other != name).collect();
+    for declared in &all {
+        let follows = |one: &Expression| one.names().iter().any(|name| moving.contains(name));
+        if declared.expression.as_ref().is_some_and(follows) {
+            moving.push(&declared.name);
+        }
+    }
+    if let Some(other) = expression.names().into_iter().find(|name| moving.contains(name)) {
+        let message = format!("{what}: `{other}` differs between the variants too");
+        return Some(Err(Diagnostic::error("parameter::varied", message)
+            .at(place.clone(), "not one value")
+            .help("write the values, or declare a parameter that follows from both and vary what it follows from")));
+    }
+    if expression.names().iter().any(|name| document.doubts.has_key(name)) {
+        return None;
+    }
+    let known = |name: &str| {
+        let found = all.iter().find(|declared| declared.name == name)?;
+        Some((found.value.clone(), found.dimension))
+    };
+    Some(match expression.evaluate(&known) {
+        Ok(found) => {
+            let declared = document.parameters.iter().find(|declared| declared.name == name);
+            let dimension =
+                declared.map(|declared| declared.dimension).filter(|wanted| wanted.is_like(&found.dimension));
+            let dimension = dimension.unwrap_or(found.dimension);
+            let shown = format!("{} {}", found.value.to_f64(), dimension.si()).trim().to_string();
+            Ok((found.value, dimension, shown))
+        }
+        Err(error) => Err(mistake(document, &what, error, &expression, (place, out))),
+    })
 }
 
 pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out: &mut Vec<Diagnostic>) {
@@ -132,10 +190,11 @@ pub(super) fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut 
         return;
     };
     let mut count = document.named_variants.len().max(1);
+    let varied: Vec<&str> = node.table.iter().map(|found| found.key.as_str()).collect();
     for found in node.table.iter() {
         check_varied(found, document, out);
         let name = found.key.as_str();
-        let Some(values) = variant_values(name, &found.entry, out) else { continue };
+        let Some(values) = variant_values((name, &found.entry), (document, &varied), out) else { continue };
         count = count.saturating_mul(values.len());
         let declared = document.parameters.iter().find(|p| p.name == name);
         let dimension = declared.map_or(values[0].1, |declared| declared.dimension);

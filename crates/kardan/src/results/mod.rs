@@ -24,6 +24,8 @@ use crate::names::Quantity;
 use kardan_rt::functions::hypot;
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::collections::BTreeSet;
+use std::sync::{Mutex, PoisonError};
 
 pub use accuracy::*;
 pub use analysis::*;
@@ -77,7 +79,13 @@ pub enum Physical {
     /// Voltage, or potential against ground, V.
     #[serde(rename = "V")]
     Voltage,
+    /// What an expression of signals gives: its SI unit, empty for a number without a unit.
+    #[serde(untagged)]
+    Other(&'static str),
 }
+
+/// The units of [`Physical::Other`], each once.
+static UNITS: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
 
 impl Physical {
     /// The SI unit of the stored numbers.
@@ -93,7 +101,19 @@ impl Physical {
             Physical::Charge => "C",
             Physical::Current => "A",
             Physical::Voltage => "V",
+            Physical::Other(unit) => unit,
         }
+    }
+
+    /// The kind of a value with another unit, as of `motor.tau * shaft.w`. Each unit is kept through the life of the process.
+    pub fn other(unit: &str) -> Self {
+        let mut units = UNITS.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = units.get(unit) {
+            return Self::Other(known);
+        }
+        let kept: &'static str = String::from(unit).leak();
+        units.insert(kept);
+        Self::Other(kept)
     }
 
     /// The word for an axis label.
@@ -109,6 +129,9 @@ impl Physical {
             Physical::Charge => "charge",
             Physical::Current => "current",
             Physical::Voltage => "voltage",
+            Physical::Other("") => "number",
+            Physical::Other("W") => "power",
+            Physical::Other(_) => "quantity",
         }
     }
 }
@@ -575,6 +598,31 @@ pub struct Plot {
     pub display: Option<PlotUnit>,
     /// The time that is drawn, s; without an end the whole run.
     pub window: Option<Span>,
+    /// The signal on the horizontal axis; `None`: the time.
+    pub over: Option<String>,
+    /// Whether the horizontal axis is logarithmic.
+    pub log_x: bool,
+    /// Whether the vertical axis is logarithmic.
+    pub log_y: bool,
+    /// Whether it shows amplitudes over the frequency: [`Study::spectra`].
+    pub spectrum: bool,
+}
+
+/// Amplitudes of a signal over the frequency, with a window of Hann and without the mean: a sine shows its amplitude.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Spectrum {
+    /// The plot that shows it, by its id.
+    pub plot: String,
+    /// The run.
+    pub run: String,
+    /// The signal.
+    pub signal: String,
+    /// Frequencies, Hz.
+    pub frequency: Vec<f64>,
+    /// As many amplitudes, in the unit of the signal, SI.
+    pub amplitude: Vec<f64>,
+    /// Why there is none.
+    pub missing: Option<String>,
 }
 
 /// A reference of a plot.
@@ -612,6 +660,8 @@ pub struct Study {
     pub runs: Vec<Run>,
     /// The plots to draw.
     pub plots: Vec<Plot>,
+    /// What plots of spectra show.
+    pub spectra: Vec<Spectrum>,
     /// Warnings of the model file, in plain text.
     pub warnings: Vec<String>,
     /// Structure analysis of the model, where one was made.

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::asked::Known;
 use super::checks::is_finite_at;
+use super::known::Known;
 use super::read::{of_dimension, read_word, read_words};
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::Equations;

@@ -1,80 +1,20 @@
 //! What a study asks for: requirements, plots, accuracy.
 
 use super::Requirement;
+use super::computed::{Asked, POWER, asked, reference};
+use super::known::Known;
+use super::measure::Band;
 use super::read::{physical_dimension, quantity, read_scalar, read_word, read_words};
 use super::requirement::motor_of;
+use super::spectrum::LEAST_ROWS;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
 use crate::model::tables::Measure;
-use crate::model::{Document, TableReader};
-use crate::names::{Quantity, SignalName};
+use crate::model::{Document, TableReader, wrong_dimension};
 use crate::results::{DisplayUnit, Physical, Plot, PlotUnit, PlottedReference, Span};
 use crate::schema::{Placed, Scalar as Written, Sign, Table};
 use crate::simulate::Tolerance;
 use crate::units::{Dimension, Exact, unit_as_written};
-use std::collections::BTreeSet;
-
-/// The signals of a study, for what names them.
-pub(super) struct Known<'a> {
-    pub(super) document: &'a Document,
-    pub(super) signals: Vec<(String, Physical)>,
-    /// Elements whose signals may be others.
-    pub(super) doubtful: BTreeSet<String>,
-}
-
-impl Known<'_> {
-    /// Whether a signal that was not found may be there when the mistakes told are put right.
-    pub(super) fn may_have(&self, signal: &str) -> bool {
-        let doubts = &self.document.doubts;
-        let name = SignalName::new(signal);
-        let (head, quantity) = (name.element, name.quantity().filter(|_| name.on.is_none()));
-        if name.word.is_none() && doubts.references || doubts.all {
-            return true;
-        }
-        let doubted = |name: &str| doubts.has(name) || self.doubtful.contains(name);
-        let doubtful = doubted(head);
-        // A branch in doubt may name any node.
-        let mut branches = self.document.elements.iter().filter(|e| e.kind.node_keys().next().is_some());
-        if name.is(Quantity::Voltage) && name.on.is_none() && branches.any(|e| doubted(&e.name)) {
-            return true;
-        }
-        let kind = self.document.elements.iter().find(|e| e.name == head).map(|e| e.kind.keyword);
-        doubtful
-            && match kind {
-                Some("shaft" | "mass") => quantity == Some(Quantity::Friction),
-                Some("motor") => matches!(quantity, Some(Quantity::Torque | Quantity::Force | Quantity::Command)),
-                _ => true,
-            }
-    }
-}
-
-/// The physical kind of a signal; an unknown name is reported.
-pub(super) fn known_signal(
-    name: &str,
-    place: &Place,
-    known: &Known<'_>,
-    what: &str,
-    out: &mut Vec<Diagnostic>,
-) -> Option<Physical> {
-    if let Some((_, physical)) = known.signals.iter().find(|(other, _)| other == name) {
-        return Some(*physical);
-    }
-    if known.may_have(name) {
-        return None;
-    }
-    let names = || known.signals.iter().map(|(name, _)| name.as_str());
-    let head = SignalName::new(name).element;
-    let of_head = || names().filter(|other| SignalName::new(other).element == head);
-    let help = match nearest(name, of_head()).or_else(|| nearest(name, names())) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None if of_head().next().is_some() => format!("`{}` has {}", shortened(head), quoted(of_head())),
-        None if known.signals.is_empty() => "the model has no signals".to_string(),
-        None => format!("there are {}", quoted(names())),
-    };
-    let message = format!("{what}: there is no signal `{}`", shortened(name));
-    out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such signal").help(help));
-    None
-}
 
 pub(super) fn known_variants(
     table: &Table,
@@ -127,17 +67,20 @@ impl Requirements<'_> {
         check_keys(table, document, out);
         let signal = read_word(table, "signal");
         let place = TableReader::place(table, "signal");
-        let physical = signal.and_then(|name| known_signal(name, &place, known, REQUIREMENT, out));
+        let found = signal.and_then(|name| asked(name, &place, known, REQUIREMENT, out));
         let (from, until) = (self.number(table, "from", TIME, out), self.number(table, "until", TIME, out));
         let measure = read_word(table, "measure").and_then(Measure::of);
-        let timed = measure == Some(Measure::TimeAtLimit);
-        if let (true, Some(name), Some(_)) = (timed, signal, physical) {
+        if let (Some(Measure::TimeAtLimit), Some(name), Some(_)) = (measure, signal, &found) {
             check_limited(name, &place, document, out);
         }
-        let bounds = physical.map(|physical| {
-            let dimension = if timed { Dimension::TIME } else { physical_dimension(physical) };
-            ["below", "above"].map(|key| self.number(table, key, (dimension, Sign::Any), out))
+        check_measure_keys(table, measure, out);
+        let dimension = found.as_ref().zip(measure).and_then(|(found, measure)| {
+            check_power(found, measure, &place, out);
+            measured_dimension(measure, found.dimension)
         });
+        let bounds = dimension.map(|dimension| ["below", "above"].map(|key| self.like(table, key, dimension, out)));
+        let target = found.as_ref().and_then(|found| self.like(table, "target", found.dimension, out));
+        let band = found.as_ref().and_then(|found| self.band(table, found.dimension, out));
         self.check_window(table, from.unwrap_or_default(), until, out);
         if let Some([Some(below), Some(above)]) = bounds
             && above >= below
@@ -151,8 +94,48 @@ impl Requirements<'_> {
         }
         let ([below, above], signal, measure) = (bounds?, signal?.into(), measure?);
         let (from, until) = (from.unwrap_or_default(), until.unwrap_or(f64::INFINITY));
-        let display = (!timed).then(|| physical.and_then(|physical| self.unit_of_bounds(table, physical))).flatten();
-        Some(Requirement { signal, measure, display, below, above, from, until, variants })
+        let (found, dimension) = (found?, dimension?);
+        let own = dimension == found.dimension;
+        let display = own.then(|| self.unit_of_bounds(table, found.physical)).flatten();
+        let unit = if own { found.physical.unit().to_string() } else { unit_of(measure, dimension) };
+        Some(Requirement { signal, measure, unit, target, band, display, below, above, from, until, variants })
+    }
+
+    /// A value of a dimension; of one without a name angles are not counted.
+    fn like(&self, table: &Table, key: &str, expected: Dimension, out: &mut Vec<Diagnostic>) -> Option<f64> {
+        if expected.word().is_some() {
+            return self.number(table, key, (expected, Sign::Any), out);
+        }
+        let scalar = read_scalar(table, key)?;
+        let label = format!("`{key}` of {REQUIREMENT}");
+        let (value, found) = self.reader.scalar(&scalar, None, &label, out)?;
+        if !expected.is_like(&found) {
+            out.push(wrong_dimension(&label, expected, found, scalar.place));
+            return None;
+        }
+        Some(value.to_f64())
+    }
+
+    /// How near to its target a signal must stay: in its unit, or a part of its way.
+    fn band(&self, table: &Table, dimension: Dimension, out: &mut Vec<Diagnostic>) -> Option<Band> {
+        let scalar = read_scalar(table, "band")?;
+        let label = format!("`band` of {REQUIREMENT}");
+        let (value, found) = self.reader.scalar(&scalar, None, &label, out)?;
+        if value.signum() <= 0 {
+            let message = format!("{label} must be more than zero");
+            out.push(Diagnostic::error("number::sign", message).at(scalar.place, "not above zero").help(BAND_HELP));
+            return None;
+        }
+        match found {
+            Dimension::NONE if dimension != Dimension::NONE => Some(Band::Part(value.to_f64())),
+            _ if found == dimension || dimension.word().is_none() && dimension.is_like(&found) => {
+                Some(Band::Size(value.to_f64()))
+            }
+            _ => {
+                out.push(wrong_dimension(&label, dimension, found, scalar.place));
+                None
+            }
+        }
     }
 
     /// The unit of the bounds as the file writes it, `None` if it is the SI unit.
@@ -182,6 +165,64 @@ impl Requirements<'_> {
     }
 }
 
+const BAND_HELP: &str = "write a part of the way to the target, `band = 0.02`, or a size in the unit of the signal";
+
+/// The dimension of a measure; nothing of a power that is none.
+fn measured_dimension(measure: Measure, signal: Dimension) -> Option<Dimension> {
+    match measure {
+        Measure::TimeAtLimit | Measure::SettlingTime => Some(Dimension::TIME),
+        Measure::Overshoot | Measure::Events => Some(Dimension::NONE),
+        Measure::Iae => signal.times(&Dimension::TIME, 1),
+        Measure::Energy => POWER.is_like(&signal).then_some(Dimension::TORQUE),
+        Measure::Max | Measure::Min | Measure::MaxAbs | Measure::Final | Measure::Rms | Measure::Ripple => Some(signal),
+    }
+}
+
+fn unit_of(measure: Measure, dimension: Dimension) -> String {
+    if measure == Measure::Energy { Physical::Energy.unit().to_string() } else { dimension.si() }
+}
+
+/// Tells of an energy that is asked of what is no power.
+fn check_power(found: &Asked, measure: Measure, place: &Place, out: &mut Vec<Diagnostic>) {
+    if measure == Measure::Energy && !POWER.is_like(&found.dimension) {
+        let message = format!(
+            "{REQUIREMENT}: an energy is the integral of a power, and `{}` is {}",
+            shortened(&found.name),
+            found.dimension.noun()
+        );
+        out.push(
+            Diagnostic::error("unit::dimension", message)
+                .at(place.clone(), "no power")
+                .help("multiply a torque by an angular velocity: `signal = \"motor.tau * motor_shaft.w\"`"),
+        );
+    }
+}
+
+/// Tells of keys that a measure needs, and of those that say nothing for it.
+fn check_measure_keys(table: &Table, measure: Option<Measure>, out: &mut Vec<Diagnostic>) {
+    let Some(measure) = measure else { return };
+    let word = measure.word();
+    let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
+    if measure == Measure::SettlingTime && !here("band") {
+        let message = format!("{REQUIREMENT}: `{word}` needs the key `band`");
+        let place = TableReader::place(table, "measure");
+        out.push(Diagnostic::error("key::missing", message).at(place, "`band` is missing").help(BAND_HELP));
+    }
+    let takes = |key: &str| match key {
+        "target" => matches!(measure, Measure::Overshoot | Measure::SettlingTime | Measure::Iae),
+        _ => measure == Measure::SettlingTime,
+    };
+    for key in ["target", "band"].into_iter().filter(|key| here(key) && !takes(key)) {
+        let message = format!("{REQUIREMENT}: `{key}` says nothing for the measure `{word}`");
+        let help = match key {
+            "target" => "remove it, or measure `overshoot`, `settling_time` or `iae`",
+            _ => "remove it, or measure `settling_time`",
+        };
+        let place = TableReader::place(table, key);
+        out.push(Diagnostic::error("requirement::key", message).at(place, "not used").help(help));
+    }
+}
+
 /// Tells of a requirement without a bound, and of one that differs between the variants.
 fn check_keys(table: &Table, document: &Document, out: &mut Vec<Diagnostic>) {
     let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
@@ -192,7 +233,7 @@ fn check_keys(table: &Table, document: &Document, out: &mut Vec<Diagnostic>) {
                 .help("add `below = \"...\"`, `above = \"...\"` or both"),
         );
     }
-    for key in ["below", "above", "from", "until"] {
+    for key in ["below", "above", "target", "band", "from", "until"] {
         if let Some(Placed { value: Written::Parameter(name), place }) = read_scalar(table, key)
             && document.is_varied(&name)
         {
@@ -308,14 +349,14 @@ pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagno
         let mut kinds = Vec::new();
         let drawn: Vec<String> = read_words(table, "signals").iter().map(|word| word.value.clone()).collect();
         for word in read_words(table, "signals") {
-            kinds.extend(known_signal(&word.value, &word.place, known, &what, out));
+            kinds.extend(asked(&word.value, &word.place, known, &what, out).map(|found| found.physical));
         }
-        let mut reference = |word: &Placed<String>| {
-            let reference = PlottedReference::from(word.value.as_str());
-            known_signal(&reference.signal, &word.place, known, &what, out);
+        let mut drawn_beside = |word: &Placed<String>| {
+            let reference = reference(&word.value, known);
+            asked(&reference.signal, &word.place, known, &what, out);
             reference
         };
-        let references: Vec<PlottedReference> = read_words(table, "references").iter().map(&mut reference).collect();
+        let references: Vec<PlottedReference> = read_words(table, "references").iter().map(&mut drawn_beside).collect();
         let labels: Vec<String> = read_words(table, "labels").iter().map(|word| word.value.clone()).collect();
         let curves = drawn.len() + references.len();
         if labels.len() > curves && !table.unread.contains(&"signals") && !table.unread.contains(&"references") {
@@ -333,7 +374,17 @@ pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagno
                     .help("list one or more signals: `signals = [\"rk.phi\"]`"),
             );
         }
+        let over = read_word(table, "over").and_then(|text| {
+            let found = asked(text, &TableReader::place(table, "over"), known, &what, out)?;
+            kinds.push(found.physical);
+            Some(found.name)
+        });
         let (display, window) = (display(table, &kinds, &what, out), window(table, known, &what, out));
+        let spectrum = read_word(table, "shows") == Some("spectrum");
+        if spectrum {
+            check_spectrum(table, known, (window, &what), out);
+        }
+        let log = |key: &str| read_word(table, key) == Some("log");
         places.push(place);
         plots.push(Plot {
             id,
@@ -345,9 +396,43 @@ pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagno
             variants,
             display,
             window,
+            over,
+            log_x: log("x_scale"),
+            log_y: log("y_scale"),
+            spectrum,
         });
     }
     plots
+}
+
+/// Tells of a spectrum over something else than the frequency, and of one of too few rows.
+fn check_spectrum(table: &Table, known: &Known<'_>, (window, what): (Option<Span>, &str), out: &mut Vec<Diagnostic>) {
+    if table.values.contains_key("over") {
+        let message = format!("{what}: a spectrum has the frequency on its horizontal axis, not a signal");
+        let place = TableReader::place(table, "over");
+        out.push(
+            Diagnostic::error("plot::spectrum", message)
+                .at(place, "not the frequency")
+                .help("remove `over`, or draw values: `shows = \"values\"`"),
+        );
+    }
+    let reader = &TableReader::new(known.document, &[]);
+    let scenario = &known.document.scenario;
+    let [duration, step] = ["duration", "output_step"]
+        .map(|key| quantity(reader, scenario, key, TIME, "", &mut Vec::new()).map(|value| value.to_f64()));
+    let (Some(duration), Some(step)) = (duration, step.filter(|step| *step > 0.0)) else { return };
+    let Span { from, until } = window.unwrap_or(Span { from: 0.0, until: f64::INFINITY });
+    let rows = ((until.min(duration) - from) / step).max(0.0).floor();
+    if rows < LEAST_ROWS as f64 {
+        let message = format!(
+            "{what}: a spectrum takes more than {LEAST_ROWS} rows, and {rows} steps of {step} s lie in the time that is drawn"
+        );
+        out.push(
+            Diagnostic::error("plot::spectrum", message)
+                .at(TableReader::place(table, "shows"), "too few rows")
+                .help("draw a longer time, or shorten `output_step` of `[scenario]`"),
+        );
+    }
 }
 
 /// Relative tolerances that make sense: below the first there is nothing but rounding.

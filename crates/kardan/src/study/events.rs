@@ -1,6 +1,6 @@
 //! The events of a scenario, and the signals from outside that they set.
 
-use super::asked::Known;
+use super::known::Known;
 use super::places::places_in_control;
 use super::read::{physical_dimension, quantity, read_word};
 use crate::assemble::Equations;

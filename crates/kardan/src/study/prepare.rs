@@ -1,12 +1,14 @@
 //! Everything that can be known before a run: all mistakes of a model file at once, and the runs ready to start.
 
 use super::analysis::{Point, analysis_spec};
-use super::asked::{Known, plots, requirements, tolerance};
+use super::asked::{plots, requirements, tolerance};
 use super::checks::{
     check_connected, check_matrices, design_diagnostic, is_finite_at, is_representable, reduce_diagnostics, signals_of,
 };
 use super::circuit::check_circuit;
+use super::computed::Computed;
 use super::effort::check_effort;
+use super::known::Known;
 use super::margins::{check_margins, check_sampled};
 use super::passage::check_passage;
 use super::places::places_in_control;
@@ -247,8 +249,19 @@ fn prepare_variant(
         running.push(as_it_runs);
     }
     let complete = designed.len() == controls.len();
-    let variant =
-        PreparedVariant { name, model, reduced, design_models, designed, running, scenario, analysis, massless };
+    let computed = Computed::of(document, settings, &signal_names(&reduced, &scenario));
+    let variant = PreparedVariant {
+        name,
+        model,
+        reduced,
+        design_models,
+        designed,
+        running,
+        scenario,
+        computed,
+        analysis,
+        massless,
+    };
     if complete && purpose == Purpose::Run {
         check_sampled(&variant, out);
         heard.step();

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::computed::Computed;
 use super::{AnalysisSpec, Requirement};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::Model;
@@ -65,6 +66,8 @@ pub struct PreparedVariant {
     pub running: Vec<Arc<dyn Law>>,
     /// What happens.
     pub scenario: Scenario,
+    /// What is computed from the signals of its run.
+    pub computed: Computed,
     /// What to analyse.
     pub analysis: AnalysisSpec,
     /// Motions without inertia, told as mistakes; only an analysis may go on with them, and then no law is designed.

@@ -4,7 +4,7 @@ use crate::diagnostics::Diagnostic;
 use crate::model::TableReader;
 use crate::results::Physical;
 use crate::schema::{Placed, Scalar as Written, Sign, Table, Value};
-use crate::units::{Dimension, Exact};
+use crate::units::{Dimension, Exact, parse_quantity};
 
 pub(super) fn physical_dimension(physical: Physical) -> Dimension {
     match physical {
@@ -17,6 +17,9 @@ pub(super) fn physical_dimension(physical: Physical) -> Dimension {
         Physical::Charge => Dimension::CHARGE,
         Physical::Current => Dimension::CURRENT,
         Physical::Voltage => Dimension::VOLTAGE,
+        Physical::Other(unit) => {
+            parse_quantity(&format!("1 {unit}")).map_or(Dimension::NONE, |(_, dimension)| dimension)
+        }
     }
 }
 

@@ -1,18 +1,23 @@
 //! A bound on a signal, and whether a run keeps it.
 
-use kardan_rt::functions::powi;
-
+use super::measure::{Band, Measured, Window, measured};
 use crate::model::tables::Measure;
 use crate::names::{Quantity, SignalName};
-use crate::results::{DisplayUnit, MotorStrain, RequirementResult, Series};
+use crate::results::{DisplayUnit, Event, MotorStrain, RequirementResult, Series};
 
 /// A bound on a signal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Requirement {
-    /// Signal.
+    /// Signal, or an expression of signals.
     pub signal: String,
     /// What is measured of it.
     pub measure: Measure,
+    /// The SI unit of the measure.
+    pub unit: String,
+    /// The value that the signal is to reach, SI.
+    pub target: Option<f64>,
+    /// How near to it the signal must stay.
+    pub band: Option<Band>,
     /// The unit of its bounds in the file, where it is not the SI unit.
     pub display: Option<DisplayUnit>,
     /// Bound from above, SI.
@@ -27,34 +32,51 @@ pub struct Requirement {
     pub variants: Vec<String>,
 }
 
-pub(super) fn judge(
-    requirement: &Requirement,
-    series: &Series,
-    strains: &[MotorStrain],
-    completed: bool,
-) -> RequirementResult {
-    let Requirement { signal, measure, display, below, above, from, until, .. } = requirement;
+/// A requirement that was judged, and what the reader must know of the verdict.
+pub(super) struct Judged {
+    pub(super) result: RequirementResult,
+    pub(super) note: Option<String>,
+}
+
+/// What a run says of its motors, its events and its end.
+pub(super) struct Ran<'a> {
+    pub(super) strains: &'a [MotorStrain],
+    pub(super) events: &'a [Event],
+    pub(super) completed: bool,
+}
+
+/// The measure of a requirement in a run.
+fn measure_of(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Result<Measured, &'static str> {
+    let Requirement { signal, measure, target, band, from, until, .. } = requirement;
+    let alone = |value: f64| Measured { value, grid: 0.0 };
     let found = series.signal(signal);
-    let unit = match measure {
-        Measure::TimeAtLimit => "s".to_string(),
-        _ => found.map_or("", |signal| signal.physical.unit()).to_string(),
-    };
     let values = found.map(|signal| signal.values.as_slice()).unwrap_or_default();
     let rows = series.time.iter().zip(values).filter(|(time, _)| (*from..=*until).contains(*time));
-    let (times, window): (Vec<f64>, Vec<f64>) = rows.map(|(time, value)| (*time, *value)).unzip();
-    let measured = match measure {
-        _ if window.is_empty() => None,
-        Measure::Max => Some(window.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
-        Measure::Min => Some(window.iter().copied().fold(f64::INFINITY, f64::min)),
-        Measure::MaxAbs => Some(window.iter().fold(0.0, |max: f64, x| max.max(x.abs()))),
+    let (times, values): (Vec<f64>, Vec<f64>) = rows.map(|(time, value)| (*time, *value)).unzip();
+    match measure {
+        _ if values.is_empty() => Err("no row lies in its window"),
         Measure::TimeAtLimit => {
-            let strain = strains.iter().find(|strain| motor_of(signal) == Some(strain.motor.as_str()));
-            strain.map(|strain| strain.seconds_at_limit(*from, *until))
+            let strain = ran.strains.iter().find(|strain| motor_of(signal) == Some(strain.motor.as_str()));
+            strain.map(|strain| alone(strain.seconds_at_limit(*from, *until))).ok_or("the motor has no limit")
         }
-        Measure::Rms => Some(root_mean_square(&times, &window, 0.0)),
-        Measure::Ripple => Some(root_mean_square(&times, &window, mean(&times, &window))),
-        Measure::Final => window.last().copied(),
-    };
+        Measure::Events => {
+            let element = SignalName::new(signal).element;
+            let of_element = |event: &&Event| {
+                signal == "t"
+                    || event.what.split(' ').next().is_some_and(|name| SignalName::new(name).element == element)
+            };
+            let inside = ran.events.iter().filter(|event| (*from..=*until).contains(&event.time));
+            Ok(alone(inside.filter(of_element).count() as f64))
+        }
+        _ => measured(*measure, Window { times: &times, values: &values }, *target, *band),
+    }
+}
+
+pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Judged {
+    let Requirement { signal, measure, unit, display, below, above, from, until, .. } = requirement;
+    let completed = ran.completed;
+    let found = measure_of(requirement, series, ran);
+    let measured = found.ok().map(|found| found.value);
     // A run that ended inside the window cannot pass: nobody knows what would have come.
     let complete = completed || series.time.last().is_some_and(|last| last >= until);
     let passed = complete
@@ -62,6 +84,7 @@ pub(super) fn judge(
         && above.is_none_or(|bound| measured.is_some_and(|measured| measured > bound));
     let name = match measure {
         Measure::MaxAbs => format!("max |{signal}|"),
+        Measure::Events if signal == "t" => "events".to_string(),
         Measure::TimeAtLimit => format!("time of {} at its torque limit", motor_of(signal).unwrap_or(signal)),
         _ => format!("{} {signal}", measure.word()),
     };
@@ -79,7 +102,24 @@ pub(super) fn judge(
         (None, Some(below)) => format!("{name}{window} < {below} {told}"),
         (None, None) => format!("{name}{window}"),
     };
-    RequirementResult { text, measured, unit, display: display.clone(), passed }
+    let note = match found {
+        Err(why) if complete => Some(format!("`{text}` has no value: {why}")),
+        Ok(Measured { value, grid }) if [below, above].iter().any(|bound| near(**bound, value, grid)) => {
+            let size = display.as_ref().map_or(grid, |unit| unit.of(grid));
+            Some(format!(
+                "`{text}` is nearer to its bound than what the rows of the run leave open, about {size:.1e} {told}: a smaller \
+                 `output_step` tells more"
+            ))
+        }
+        _ => None,
+    };
+    let (unit, display) = (unit.clone(), display.clone());
+    Judged { result: RequirementResult { text, measured, unit, display, passed }, note }
+}
+
+/// Whether a bound is nearer to a measure than what the grid of rows makes of it.
+fn near(bound: Option<f64>, value: f64, grid: f64) -> bool {
+    bound.is_some_and(|bound| grid > 0.0 && (value - bound).abs() <= grid)
 }
 
 /// A bound in the unit of the file, without the digits that the change of units rounded: 15 remain.
@@ -92,20 +132,4 @@ fn written(bound: f64, unit: &DisplayUnit) -> f64 {
 pub(super) fn motor_of(signal: &str) -> Option<&str> {
     let name = SignalName::new(signal);
     name.alone().filter(|_| matches!(name.quantity(), Some(Quantity::Torque | Quantity::Force | Quantity::Command)))
-}
-
-/// The mean over the time of values that lie on straight lines between the rows; of one row its value.
-fn mean(times: &[f64], values: &[f64]) -> f64 {
-    let length = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
-    if length <= 0.0 {
-        return values.iter().sum::<f64>() / values.len() as f64;
-    }
-    let pieces = times.windows(2).zip(values.windows(2));
-    pieces.map(|(t, x)| 0.5 * (x[0] + x[1]) * (t[1] - t[0])).sum::<f64>() / length
-}
-
-/// The root of the mean over the time of `(x − around)²`; rows may lie closer to each other where something happens.
-fn root_mean_square(times: &[f64], values: &[f64], around: f64) -> f64 {
-    let squares: Vec<f64> = values.iter().map(|x| powi(x - around, 2)).collect();
-    mean(times, &squares).sqrt()
 }

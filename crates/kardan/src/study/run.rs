@@ -9,7 +9,8 @@ use super::analyze::analyze_variant;
 use super::design::designed;
 use super::prepare::is_error;
 use super::progress::simulate_heard;
-use super::requirement::judge;
+use super::requirement::{Judged, Ran, judge};
+use super::spectrum::spectra;
 use super::summary::summarise;
 use super::{
     AnalyzeSettings, DesignSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent, overrule, strain,
@@ -133,10 +134,13 @@ fn run_all(
 ) -> Arc<Study> {
     let runs =
         chosen.par_iter().enumerate().map(|(k, variant)| run_variant(k, variant, (prepared, settings), progress));
+    let (runs, plots): (Vec<Run>, Vec<Plot>) = (runs.collect(), chosen_plots(prepared, &settings.variants));
+    let spectra = plots.iter().filter(|plot| plot.spectrum).flat_map(|plot| spectra(plot, &runs)).collect();
     let study = Arc::new(Study {
         model: prepared.variants.first().map(|variant| summarise(prepared, variant)).unwrap_or_default(),
-        runs: runs.collect(),
-        plots: chosen_plots(prepared, &settings.variants),
+        runs,
+        plots,
+        spectra,
         warnings: if settings.runs_only { warnings.to_vec() } else { [warnings, &[MISSING.into()]].concat() },
         ..Study::default()
     });
@@ -317,13 +321,21 @@ fn run_variant(
 ) -> Run {
     let tolerance = tolerance(prepared, settings, progress);
     let result = simulate_heard(setup(variant), tolerance, (number, &variant.name), progress);
+    let mut result = result;
+    result.series.signals.extend(variant.computed.signals(&result.series));
     let completed = result.outcome == Outcome::Completed;
-    let requirements = prepared
+    let ran = Ran { strains: &result.strains, events: &result.events, completed };
+    let judged: Vec<Judged> = prepared
         .requirements
         .iter()
         .filter(|requirement| requirement.variants.is_empty() || requirement.variants.contains(&variant.name))
-        .map(|requirement| judge(requirement, &result.series, &result.strains, completed))
+        .map(|requirement| judge(requirement, &result.series, &ran))
         .collect();
+    let (mut notes, mut requirements) = (result.notes, Vec::new());
+    for Judged { result, note } in judged {
+        requirements.push(result);
+        notes.extend(note);
+    }
     Run {
         name: variant.name.clone(),
         parameters: variant.model.parameters.clone(),
@@ -332,7 +344,7 @@ fn run_variant(
         events: result.events,
         outcome: result.outcome,
         requirements,
-        notes: result.notes,
+        notes,
         strains: result.strains,
         effort: result.effort,
         accuracy: None,

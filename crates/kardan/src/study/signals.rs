@@ -55,6 +55,7 @@ impl WorkingPoint {
         let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
         let system = ConstrainedSystem::at(reduced, &position, &stuck, &inputs);
         notes.extend(ratios(reduced, &position));
+        notes.extend(variant.model.rounded_in_words());
         Ok(Self { position, stuck, inputs, outputs, system })
     }
 }

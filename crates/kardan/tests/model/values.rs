@@ -91,3 +91,135 @@ fn an_expression_is_the_number_that_it_gives() {
     let (one, other) = (model("m * (3 cm)^2 / 2", "1/(1/k + 1/(600 N m/rad))"), model("900 kg mm^2", "200 N m/rad"));
     assert_eq!((one.inertia_matrix(), one.stiffness_matrix()), (other.inertia_matrix(), other.stiffness_matrix()));
 }
+
+/// Keys of elements are names: also of elements that stand later, of keys that are computed, and of those with a tolerance.
+#[test]
+fn keys_of_elements_are_names_in_expressions() {
+    let source = r#"
+[parameters]
+mass = "3 kg"
+half = "wheel.inertia / 2"
+
+[variants]
+mass = ["mass", "2 * mass", "twice * 3 kg"]
+
+[shaft.wheel]
+inertia = "'my-shaft.inertia' * 2"
+
+[shaft.my-shaft]
+inertia = "mass * (1 cm)^2"
+
+[shaft.third]
+inertia = "half + bar.stiffness * 1 s^2/rad / 100"
+
+[spring_damper.bar]
+shaft_1 = "wheel"
+shaft_2 = "my-shaft"
+stiffness = "100 N m/rad ± 10 %"
+damping = "bar.stiffness * 1 ms"
+
+[gear.belt]
+shaft_1 = "wheel"
+shaft_2 = "third"
+ratio = "belt.offset / 1 rad + 2"
+"#;
+    let source = source.replace("half = ", "twice = 3\nhalf = ");
+    let (prepared, diagnostics) = study::prepare(&source);
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
+    assert_eq!(prepared.variants.len(), 3);
+    for (variant, mass) in prepared.variants.iter().zip([3, 6, 9]) {
+        let equations = &variant.reduced.equations;
+        let own = |name: &str| equations.inertias.iter().find(|term| term.element == name).unwrap();
+        let of = |name: &str| own(name).value.to_rational();
+        let ratio = |a: i64, b: u64| Rational::from_parts(a.into(), b.into());
+        assert_eq!(of("my-shaft"), ratio(mass, 10_000));
+        assert_eq!(of("wheel"), ratio(2 * mass, 10_000));
+        assert_eq!(of("third"), ratio(mass + 10_000, 10_000));
+        assert_eq!(equations.dampers[0].value.to_rational(), ratio(1, 10));
+        assert_eq!(variant.model.rounded, []);
+    }
+}
+
+/// Each value that was rounded is told once, with the number that it became.
+#[test]
+fn rounded_values_are_told() {
+    let source = r#"
+[parameters]
+root = "sqrt(2)"
+twice = "2 * root"
+[shaft.a]
+inertia = "sqrt(4) * 1 kg m^2"
+damping = "sqrt(3) * 1 N m s/rad"
+[shaft.b]
+inertia = "sin(1) * 1 kg m^2"
+[gear.g]
+shaft_1 = "a"
+shaft_2 = "b"
+ratio = "twice"
+"#;
+    let (prepared, diagnostics) = study::prepare(source);
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
+    let told: Vec<(String, String, f64)> =
+        prepared.variants[0].model.rounded.iter().map(|one| (one.what.clone(), one.text.clone(), one.value)).collect();
+    let expected = [
+        ("`root`", "sqrt(2)", 2.0_f64.sqrt()),
+        ("`damping` of shaft `a`", "sqrt(3) * 1 N m s/rad", 3.0_f64.sqrt()),
+        ("`inertia` of shaft `b`", "sin(1) * 1 kg m^2", 1.0_f64.sin()),
+    ];
+    assert_eq!(told.len(), expected.len(), "{told:?}");
+    for ((what, text, value), one) in told.iter().zip(expected) {
+        assert_eq!((what.as_str(), text.as_str()), (one.0, one.1));
+        assert!((value - one.2).abs() <= 1e-15, "{value}");
+    }
+}
+
+/// A control's keys are looked at over the interval of a parameter as those of elements are.
+#[test]
+fn tolerances_reach_keys_of_controls() {
+    let source = |interval: &str, value: &str| {
+        format!(
+            r#"
+[parameters]
+x = "1 {interval}"
+[shaft.a]
+inertia = "x * 1 kg m^2"
+[motor.m]
+shaft = "a"
+[control.c]
+law = "position_loop"
+input = "m"
+output = "a.phi"
+reference = "r"
+damping_ratio = "{value}"
+"#
+        )
+    };
+    let told = |interval: &str, value: &str| -> Vec<String> {
+        let (_, diagnostics) = study::prepare(&source(interval, value));
+        diagnostics
+            .into_iter()
+            .filter(|d| d.message.contains("damping_ratio") || d.message.contains("control `c`"))
+            .map(|d| format!("{:?} {}", d.severity, d.message))
+            .collect()
+    };
+    assert_eq!(told("± 10 %", "1 / (x - 1/2)"), Vec::<String>::new());
+    let at_end = told("± 50 %", "1 / (x - 1/2)");
+    assert!(
+        at_end[0].contains("control `c`, at the lower end of the tolerance of `x` (0.5)")
+            && at_end[0].contains("division by zero"),
+        "{at_end:?}"
+    );
+    let inside = told("± 60 %", "1 / (x - 1/2)^2");
+    assert!(
+        inside[0].starts_with("Warning") && inside[0].contains("division by `(x - 1/2)^2`, which may be zero"),
+        "{inside:?}"
+    );
+    // Whose sign changes is zero; what is zero nowhere is proven so, though an interval alone would not tell; a choice keeps zero away.
+    let crossed = told("± 60 %", "2 + 0.1 / (x - 1/2)");
+    assert!(
+        crossed[0].starts_with("Error") && crossed[0].contains("`(x - 1/2)`, which is zero for a value"),
+        "{crossed:?}"
+    );
+    assert_eq!(told("± 60 %", "1 / (x * x - x + 0.26)"), Vec::<String>::new());
+    assert_eq!(told("± 60 %", "if(x < 0.9, 2, 1 / (x - 1/2))"), Vec::<String>::new());
+}

@@ -6,6 +6,7 @@ mod common;
 mod accuracy;
 mod bent_joint;
 mod bits;
+mod computed;
 mod figures;
 mod friction;
 mod golden;

@@ -472,6 +472,10 @@ impl Reader<'_> {
             return Ok(Scalar::Expression(Box::new(read)));
         }
         let found = read.evaluate(&|_| None)?;
+        if !found.exact {
+            // It tells that it was rounded, where it is put in.
+            return Ok(Scalar::Expression(Box::new(read)));
+        }
         let dimension = match *self.kind {
             Kind::Quantity(expected, _) if expected.is_like(&found.dimension) => expected,
             Kind::Number(_) if Dimension::NONE.is_like(&found.dimension) => Dimension::NONE,

@@ -102,9 +102,14 @@ impl Truth {
             Target::Parameter(number) => {
                 let parameter = &mut self.document.parameters[*number];
                 parameter.spread = None;
+                parameter.expression = None;
                 parameter.value = value;
             }
             Target::Key { element, field, dimension, .. } => {
+                let Document { implicit, keys, .. } = &mut self.document;
+                for looked_up in implicit.iter_mut().chain(keys).filter(|key| key.name == name) {
+                    (looked_up.expression, looked_up.value) = (None, value.clone());
+                }
                 let table = &mut self.document.elements[*element].table;
                 let place = table.values.get(field.name).map_or(table.place.clone(), |written| written.place.clone());
                 let value = Value::Scalar(Scalar::Literal(value, *dimension));

@@ -135,6 +135,36 @@ impl Node {
         }
     }
 
+    fn parts(&self) -> &[Self] {
+        match &self.kind {
+            Kind::Literal(..) | Kind::Name(_) => &[],
+            Kind::Negative(inner) => std::slice::from_ref(inner),
+            Kind::Binary(_, parts) => &parts[..],
+            Kind::Call(_, parts) => parts,
+            Kind::If(_, parts) => &parts[..],
+        }
+    }
+
+    /// The first part for which this holds, itself included.
+    pub(super) fn find(&self, holds: &dyn Fn(&Self) -> bool) -> Option<&Self> {
+        if holds(self) { Some(self) } else { self.parts().iter().find_map(|part| part.find(holds)) }
+    }
+
+    pub(super) fn divisors<'n>(&'n self, out: &mut Vec<&'n Self>) {
+        if matches!(self.kind, Kind::If(..)) {
+            return;
+        }
+        if let Kind::Binary(operator, parts) = &self.kind {
+            let negative = || parts[1].value(&|_| None).is_ok_and(|power| power.number.signum() < 0);
+            if *operator == '/' {
+                out.push(&parts[1]);
+            } else if *operator == '^' && negative() {
+                out.push(&parts[0]);
+            }
+        }
+        self.parts().iter().for_each(|part| part.divisors(out));
+    }
+
     pub(crate) fn value(&self, lookup: Lookup<'_>) -> Result<Value, UnitError> {
         match &self.kind {
             Kind::Literal(value, dimension) => {

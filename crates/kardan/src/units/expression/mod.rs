@@ -7,6 +7,8 @@ mod reading;
 mod tests;
 mod tree;
 
+use std::ops::Range;
+
 pub(crate) use self::evaluate::Value;
 pub(crate) use self::tree::{Called, Kind, Node};
 use super::quantity::check_range;
@@ -84,6 +86,30 @@ impl Expression {
         let mut out = Vec::new();
         self.root.names(&mut out);
         out
+    }
+
+    /// Where it stands in the text: of a part of an expression its place.
+    pub(crate) fn span(&self) -> Range<usize> {
+        self.root.span.clone()
+    }
+
+    /// Where a name first stands.
+    pub(crate) fn place_of(&self, name: &str) -> Option<Range<usize>> {
+        self.root.find(&|node| matches!(&node.kind, Kind::Name(other) if other == name)).map(|node| node.span.clone())
+    }
+
+    /// The parts that something is divided by; not those within `if(...)`, which may keep zero away.
+    pub(crate) fn divisors(&self) -> Vec<Self> {
+        let mut parts = Vec::new();
+        self.root.divisors(&mut parts);
+        parts.into_iter().map(|root| Self { text: self.text.clone(), root: root.clone() }).collect()
+    }
+
+    /// Whether it may jump where its names move steadily.
+    pub(crate) fn jumps(&self) -> bool {
+        let jumps =
+            |node: &Node| matches!(node.kind, Kind::If(..) | Kind::Call(Called::Sign | Called::Atan2 | Called::Tan, _));
+        self.root.find(&jumps).is_some()
     }
 
     /// The value, with names looked up; exact as long as it is a fraction times a power of π, else rounded once.

@@ -1,0 +1,173 @@
+//! Divisions that a tolerance may lead to zero.
+
+use std::collections::HashMap;
+
+use super::document::{Document, Setting};
+use super::table_reader::TableReader;
+use crate::diagnostics::Diagnostic;
+use crate::entries::Place;
+use crate::expr::{Expr, Graph, Interval, Intervals, Named, lower};
+use crate::num::rational_from_f64;
+use crate::schema::{Scalar, Table, Value};
+use crate::units::{Dimension, Exact, Expression};
+
+/// Pieces of an interval that are looked at.
+const PIECES: usize = 512;
+/// The smallest piece is the interval halved so often.
+const HALVINGS: usize = 12;
+
+/// A parameter that may lie anywhere in an interval.
+pub(super) struct Varied<'a> {
+    pub(super) parameter: &'a str,
+    pub(super) dimension: Dimension,
+    pub(super) lower: &'a Exact,
+    pub(super) upper: &'a Exact,
+    /// Where the interval is written.
+    pub(super) place: &'a Place,
+    /// It in words.
+    pub(super) shown: String,
+}
+
+/// What is known of a divisor over an interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Zero {
+    /// It is zero nowhere.
+    Excluded,
+    /// It is negative somewhere and positive elsewhere, and continuous.
+    Crossed,
+    /// Neither is proven.
+    Possible,
+}
+
+/// Reports divisors that are, or may be, zero somewhere in the interval of a parameter.
+pub(super) fn check_divisions(
+    document: &Document,
+    varied: &Varied<'_>,
+    settings: &[Setting],
+    out: &mut Vec<Diagnostic>,
+) {
+    let reader = TableReader::new(document, settings);
+    let mut graph = Graph::default();
+    let symbol = graph.symbol(varied.parameter, varied.dimension);
+    let varying = HashMap::from([(varied.parameter.to_string(), (symbol, varied.dimension))]);
+    let mut search = Search { reader, graph, varying, varied };
+    for parameter in document.in_order() {
+        let Some(expression) = &parameter.expression else { continue };
+        if settings.iter().any(|set| set.name == parameter.name) || !search.varies(expression) {
+            continue;
+        }
+        // Keys of elements are told with their tables.
+        if document.parameters.iter().any(|own| own.name == parameter.name) {
+            search.check(expression, (&parameter.place, &format!("parameter `{}`", parameter.name)), out);
+        }
+        if let Some((expr, dimension)) = search.written(expression)
+            && parameter.dimension.is_like(&dimension)
+        {
+            search.varying.insert(parameter.name.clone(), (expr, parameter.dimension));
+        }
+    }
+    let elements = document.elements.iter().map(|e| (e.kind.keyword, &e.name, &e.table));
+    let controls = document.controls.iter().map(|c| ("control", &c.name, &c.table));
+    for (keyword, name, table) in elements.chain(controls) {
+        search.table(table, &format!("{keyword} `{name}`"), out);
+    }
+}
+
+struct Search<'a> {
+    reader: TableReader<'a>,
+    graph: Graph,
+    /// What follows from the parameter.
+    varying: HashMap<String, (Expr, Dimension)>,
+    varied: &'a Varied<'a>,
+}
+
+impl Search<'_> {
+    fn varies(&self, expression: &Expression) -> bool {
+        expression.names().iter().any(|name| self.varying.contains_key(*name))
+    }
+
+    fn written(&mut self, expression: &Expression) -> Option<(Expr, Dimension)> {
+        let Self { reader, graph, varying, .. } = self;
+        let mut names = |_: &mut Graph, name: &str| match varying.get(name) {
+            Some((expr, dimension)) => Some(Named::Varying(*expr, *dimension)),
+            None => reader.exact_value(name).map(|(value, dimension)| Named::Constant(value, dimension)),
+        };
+        graph.written(expression, &mut names).ok()
+    }
+
+    fn table(&mut self, table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
+        for (key, given) in &table.values {
+            let label = format!("`{key}` of {what}");
+            match &given.value {
+                Value::Scalar(Scalar::Expression(expression)) => self.check(expression, (&given.place, &label), out),
+                Value::Map(entries) => {
+                    for (_, scalar) in entries {
+                        if let Scalar::Expression(expression) = &scalar.value {
+                            self.check(expression, (&scalar.place, &label), out);
+                        }
+                    }
+                }
+                Value::Tables(tables) => tables.iter().for_each(|table| self.table(table, &label, out)),
+                _ => {}
+            }
+        }
+    }
+
+    fn check(&mut self, expression: &Expression, (place, what): (&Place, &str), out: &mut Vec<Diagnostic>) {
+        for divisor in expression.divisors().iter().filter(|divisor| self.varies(divisor)).collect::<Vec<_>>() {
+            let Some((expr, _)) = self.written(divisor) else { continue };
+            let found = zero_of(&self.graph, expr, self.varied, divisor.jumps());
+            let verdict = match found {
+                Zero::Excluded => continue,
+                Zero::Crossed => "is zero for a value",
+                Zero::Possible => "may be zero for a value",
+            };
+            let Varied { parameter, shown, .. } = self.varied;
+            let span = divisor.span();
+            let part = expression.text().get(span.clone()).unwrap_or_default();
+            let message =
+                format!("{what}: division by `{part}`, which {verdict} within the tolerance of `{parameter}`: {shown}");
+            let told = match found {
+                Zero::Crossed => Diagnostic::error("expression::division", message),
+                _ => Diagnostic::warning("expression::division", message),
+            };
+            out.push(
+                told.at(place.part(expression.text(), span), "divided by this")
+                    .at(self.varied.place.clone(), "this tolerance")
+                    .help("narrow the tolerance, or choose another value near zero with `if(abs(x) < ..., ..., ...)`"),
+            );
+        }
+    }
+}
+
+/// Whether an expression of one symbol is zero somewhere in an interval: bisection with intervals.
+fn zero_of(graph: &Graph, expr: Expr, varied: &Varied<'_>, jumps: bool) -> Zero {
+    let over = |low: f64, high: f64| lower(graph, &[expr], &mut Intervals, |_| Interval { low, high })[0];
+    let exact =
+        |value: &Exact, near: f64| rational_from_f64(near).map(|near| Exact::new(near, 0)) == Some(value.clone());
+    let (low, high) = (varied.lower.to_f64(), varied.upper.to_f64());
+    let low = if exact(varied.lower, low) { low } else { low.next_down() };
+    let high = if exact(varied.upper, high) { high } else { high.next_up() };
+    let (mut left, mut looked_at) = (vec![(low, high, 0)], 0);
+    let [mut negative, mut positive, mut possible, mut finite] = [false, false, false, true];
+    while let Some((low, high, depth)) = left.pop() {
+        let found = over(low, high);
+        looked_at += 1;
+        let middle = 0.5 * low + 0.5 * high;
+        if found.high < 0.0 {
+            negative = true;
+        } else if found.low > 0.0 {
+            positive = true;
+        } else if depth < HALVINGS && looked_at + left.len() < PIECES && low < middle && middle < high {
+            left.extend([(low, middle, depth + 1), (middle, high, depth + 1)]);
+        } else {
+            possible = true;
+            finite &= found.low.is_finite() && found.high.is_finite();
+        }
+    }
+    match possible {
+        false => Zero::Excluded,
+        true if negative && positive && finite && !jumps => Zero::Crossed,
+        true => Zero::Possible,
+    }
+}

@@ -1,0 +1,147 @@
+//! Keys of elements as names in expressions: `2 * wheel.inertia`.
+
+use std::collections::BTreeSet;
+
+use super::document::{Document, Instance, Parameter};
+use crate::diagnostics::Diagnostic;
+use crate::entries::{Entries, Place, Written};
+use crate::names::{nearest, parameter};
+use crate::schema::{Field, Kind, Scalar, Value};
+use crate::units::{Dimension, Exact, Expression, written_quantity};
+
+/// What follows from other values: an entry of `[parameters]`, or the key of an element.
+pub(super) struct Following {
+    pub(super) name: String,
+    pub(super) place: Place,
+    pub(super) expression: Expression,
+    /// Of a key of an element, which tells its own mistakes: its dimension.
+    pub(super) key: Option<Dimension>,
+}
+
+/// Keys of elements that expressions anywhere in a model name: values go into the document, what follows from others is given back.
+pub(super) fn named_keys(entries: &Entries, document: &mut Document) -> Vec<Following> {
+    let mut named = BTreeSet::new();
+    names_in(entries, &mut named);
+    let (mut following, mut keys, mut doubts) = (Vec::new(), Vec::new(), Vec::new());
+    let implicit: BTreeSet<&str> = document.implicit.iter().map(|parameter| parameter.name.as_str()).collect();
+    let mut seen: BTreeSet<String> = BTreeSet::new();
+    for (element, field, dimension) in numbers(document) {
+        let name = format!("{}.{}", element.name, field.name);
+        if !named.contains(&name) || implicit.contains(name.as_str()) || !seen.insert(name.clone()) {
+            continue;
+        }
+        if element.table.unread.contains(&field.name) {
+            doubts.push(name);
+            continue;
+        }
+        let given = element.table.values.get(field.name);
+        let place = given.map_or(&element.place, |given| &given.place).clone();
+        let scalar = given.map(|given| &given.value);
+        let expression = match scalar {
+            Some(Value::Scalar(Scalar::Expression(expression))) => Some((**expression).clone()),
+            Some(Value::Scalar(Scalar::Parameter(other))) => Expression::parse(&format!("'{other}'")).ok(),
+            _ => None,
+        };
+        let literal = match scalar {
+            Some(Value::Scalar(Scalar::Literal(value, _))) => Some(value.clone()),
+            None => field.default_number(),
+            _ => None,
+        };
+        if let Some(expression) = expression {
+            doubts.push(name.clone());
+            following.push(Following { name, place, expression, key: Some(dimension) });
+        } else if let Some(value) = literal {
+            keys.push(known(name, place, value, dimension));
+        }
+    }
+    document.keys.extend(keys);
+    document.doubts.names.extend(doubts);
+    following
+}
+
+fn known(name: String, place: Place, value: Exact, dimension: Dimension) -> Parameter {
+    let text = written_quantity(&value, dimension);
+    Parameter { name, place, value, dimension, text, spread: None, expression: None, rank: 0 }
+}
+
+/// The keys of elements that hold a number.
+fn numbers(document: &Document) -> impl Iterator<Item = (&Instance, &'static Field, Dimension)> {
+    document.elements.iter().flat_map(|element| {
+        element.kind.fields.iter().filter_map(move |field| match field.kind {
+            Kind::Quantity(dimension, _) => Some((element, field, dimension)),
+            Kind::Number(_) => Some((element, field, Dimension::NONE)),
+            _ => None,
+        })
+    })
+}
+
+/// The names with a dot in the expressions of a table.
+fn names_in(entries: &Entries, out: &mut BTreeSet<String>) {
+    entries.iter().for_each(|found| names_of(&found.entry.value, out));
+}
+
+fn names_of(value: &Written, out: &mut BTreeSet<String>) {
+    match value {
+        Written::Text(text) if text.contains('.') => {
+            if let Ok(read) = Expression::parse(text) {
+                out.extend(read.names().into_iter().filter(|name| name.contains('.')).map(str::to_string));
+            }
+        }
+        Written::Table(table) => names_in(table, out),
+        Written::List(list) => list.iter().for_each(|entry| names_of(&entry.value, out)),
+        _ => {}
+    }
+}
+
+/// What may have been meant by a name in an expression that nobody knows; nothing where a unit is nearer.
+fn meant(document: &Document, expression: &Expression, unknown: &str, unit: Option<&str>) -> Option<String> {
+    let parameters = || document.parameters.iter().map(|parameter| parameter.name.as_str());
+    let given = |(element, field, _): &(&Instance, &Field, Dimension)| {
+        element.table.values.contains_key(field.name) || field.default.is_some()
+    };
+    let keys: Vec<String> =
+        numbers(document).filter(given).map(|(element, field, _)| format!("{}.{}", element.name, field.name)).collect();
+    let all = || parameters().chain(keys.iter().map(String::as_str));
+    let parted = |name: &&str| name.contains('-') && name.contains(unknown) && expression.text().contains(*name);
+    if let Some(name) = all().find(parted) {
+        return Some(format!("a name with `-` stands in quotes: `'{name}'`"));
+    }
+    if let Some((element, key)) = parameter(unknown)
+        && let Some(instance) = document.elements.iter().find(|instance| instance.name == element)
+    {
+        let kind = instance.kind.keyword;
+        let own = || numbers(document).filter(|(other, ..)| other.name == element).map(|(_, field, _)| field.name);
+        if own().any(|name| name == key) {
+            return Some(format!("`{key}` of {kind} `{element}` is left out: give it a value"));
+        }
+        return Some(match nearest(key, own()) {
+            Some(near) => format!("did you mean `{element}.{near}`?"),
+            None => format!("{kind} `{element}` has {}", crate::names::quoted(own())),
+        });
+    }
+    let near = nearest(unknown, all().chain(unit)).filter(|near| unit != Some(*near))?;
+    let what = if parameters().any(|name| name == near) { "the parameter " } else { "" };
+    let quotes = if near.contains('-') { "'" } else { "" };
+    Some(format!("did you mean {what}`{quotes}{near}{quotes}`?"))
+}
+
+/// From so many mistakes on nobody is told what may have been meant: that compares each name with all others.
+pub(super) const GUESSES: usize = 500;
+
+/// A mistake in an expression with what may have been meant by a name, at its place.
+pub(super) fn mistake(
+    document: &Document,
+    what: &str,
+    mut error: crate::units::UnitError,
+    expression: &Expression,
+    (place, out): (&Place, &[Diagnostic]),
+) -> Diagnostic {
+    if matches!(error.code, "name::unknown" | "unit::unknown") && out.len() < GUESSES {
+        let part = expression.text().get(error.span.clone()).unwrap_or_default().trim_matches('\'');
+        let unit = error.help.as_deref().and_then(|help| help.strip_prefix("did you mean `")?.split('`').next());
+        error.help = meant(document, expression, part, unit).or(error.help);
+    }
+    let at = place.part(expression.text(), error.span);
+    let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
+    Diagnostic { help: error.help, ..diagnostic }
+}

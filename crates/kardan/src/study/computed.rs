@@ -1,0 +1,220 @@
+//! Signals that are computed from those of a run, row by row: `cj.phi - cs.phi`.
+
+use std::collections::BTreeSet;
+
+use super::known::{Known, known_signal};
+use super::read::{physical_dimension, read_word, read_words};
+use crate::diagnostics::{Diagnostic, nearest, shortened};
+use crate::entries::Place;
+use crate::expr::{Graph, Named};
+use crate::model::{Document, Setting, TableReader};
+use crate::names::{SignalName, quoted};
+use crate::plan::{Plan, compile};
+use crate::results::{Physical, PlottedReference, Series, Signal};
+use crate::schema::Table;
+use crate::units::{Dimension, Exact, Expression, UnitError};
+
+/// The dimension of a power.
+pub(super) const POWER: Dimension = Dimension::mechanical(1, 2, -3, 0);
+
+/// The time in an expression of signals.
+const TIME: &str = "t";
+
+/// A signal that is asked for: its name, its dimension and what an axis says of it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Asked {
+    pub(super) name: String,
+    pub(super) physical: Physical,
+    pub(super) dimension: Dimension,
+}
+
+/// The kind of a signal with this dimension. An angle is no unit of its own in what is computed, but for those that are named after it.
+fn kind_of(dimension: Dimension) -> (Physical, Dimension) {
+    use Physical::{Angle, Charge, Current, Speed, Torque, Voltage};
+    // What an angle has to do with a power is not told by its unit.
+    if dimension.is_like(&POWER) {
+        return (Physical::other("W"), POWER);
+    }
+    let dimension = if dimension.word().is_some() { dimension } else { Dimension { angle: 0, ..dimension } };
+    let all = [Angle, Speed, Torque, Charge, Current, Voltage];
+    let physical = all.into_iter().find(|physical| physical_dimension(*physical) == dimension);
+    (physical.unwrap_or_else(|| Physical::other(&dimension.si())), dimension)
+}
+
+/// Names of signals and parameters with what they stand for; `t` is the time.
+fn written(
+    graph: &mut Graph,
+    law: &Expression,
+    signals: &[(String, Physical)],
+    value: &dyn Fn(&str) -> Option<(Exact, Dimension)>,
+) -> Result<(crate::expr::Expr, Dimension), UnitError> {
+    let mut names = |graph: &mut Graph, name: &str| {
+        let signal = signals.iter().find(|(other, _)| other == name).map(|(_, physical)| physical_dimension(*physical));
+        match signal.or_else(|| (name == TIME).then_some(Dimension::TIME)) {
+            Some(dimension) => Some(Named::Varying(graph.symbol(name, dimension), dimension)),
+            None => value(name).map(|(value, dimension)| Named::Constant(value, dimension)),
+        }
+    };
+    graph.written(law, &mut names)
+}
+
+/// A signal by its name, or an expression of signals, parameters and the time; what is wrong with it is reported.
+pub(super) fn asked(
+    text: &str,
+    place: &Place,
+    known: &Known<'_>,
+    what: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Asked> {
+    let plain = |name: &str, out: &mut Vec<Diagnostic>| {
+        let physical = known_signal(name, place, known, what, out)?;
+        Some(Asked { name: name.to_string(), physical, dimension: physical_dimension(physical) })
+    };
+    if known.signals.iter().any(|(name, _)| name == text) {
+        return plain(text, out);
+    }
+    let told = |error: UnitError| {
+        let at = place.part(text, error.span);
+        let told = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
+        Diagnostic { help: error.help, ..told }
+    };
+    let law = match Expression::parse_law(text) {
+        Ok(law) if law.names() == [text.trim()] && text.trim() != TIME => return plain(text, out),
+        Ok(law) => law,
+        // A name that no signal has, and no expression.
+        Err(_) if !text.contains(['+', '*', '/', '(', '^']) && !text.contains(" - ") => return plain(text, out),
+        Err(error) => {
+            out.push(told(error));
+            return None;
+        }
+    };
+    let reader = TableReader::new(known.document, &[]);
+    let value = |name: &str| reader.exact_value(name);
+    let is_signal = |name: &&str| *name == TIME || known.signals.iter().any(|(other, _)| other == name);
+    for name in law.names().into_iter().filter(|name| !is_signal(name) && value(name).is_none()) {
+        if !known.may_have(name) && !known.document.doubts.has_key(name) {
+            out.push(unknown(name, &law, known, (what, place)));
+        }
+        return None;
+    }
+    if !law.names().iter().any(is_signal) {
+        let message = format!("{what}: `{}` names no signal, it is the same all the time", shortened(text));
+        let help = "name a signal in it, such as `rk.phi`, or `t` for the time";
+        out.push(Diagnostic::error("signal::none", message).at(place.clone(), "no signal in it").help(help));
+        return None;
+    }
+    match written(&mut Graph::default(), &law, &known.signals, &value) {
+        Ok((_, dimension)) => {
+            let (physical, dimension) = kind_of(dimension);
+            Some(Asked { name: text.to_string(), physical, dimension })
+        }
+        Err(error) => {
+            out.push(told(error));
+            None
+        }
+    }
+}
+
+/// A name in an expression that neither a signal nor a parameter has.
+fn unknown(name: &str, law: &Expression, known: &Known<'_>, (what, place): (&str, &Place)) -> Diagnostic {
+    let text = law.text();
+    let span = law.place_of(name).unwrap_or(0..text.len());
+    let names = || known.signals.iter().map(|(name, _)| name.as_str());
+    let parameters = || known.document.parameters.iter().map(|parameter| parameter.name.as_str());
+    let head = SignalName::new(name).element;
+    let of_head = || names().filter(|other| SignalName::new(other).element == head);
+    let parted = |other: &&str| other.contains('-') && other.contains(name) && text.contains(*other);
+    let help = if let Some(whole) = names().chain(parameters()).find(parted) {
+        format!("a name with `-` stands in quotes: `'{whole}'`")
+    } else {
+        match nearest(name, of_head()).or_else(|| nearest(name, names().chain(parameters()))) {
+            Some(near) if near.contains('-') => format!("did you mean `'{near}'`?"),
+            Some(near) => format!("did you mean `{near}`?"),
+            None if of_head().next().is_some() => format!("`{}` has {}", shortened(head), quoted(of_head())),
+            None => "name signals of the model, parameters, or `t` for the time".to_string(),
+        }
+    };
+    let message = format!("{what}: there is no signal or parameter `{}`", shortened(name));
+    Diagnostic::error("name::unknown", message).at(place.part(text, span), "no such signal").help(help)
+}
+
+/// A reference of a plot: the opposite of a signal, a signal, or an expression, whose minus is its own.
+pub(super) fn reference(text: &str, known: &Known<'_>) -> PlottedReference {
+    let opposite = PlottedReference::from(text);
+    let own = known.signals.iter().any(|(name, _)| *name == opposite.signal);
+    let is_name =
+        own || Expression::parse_law(&opposite.signal).is_ok_and(|law| law.names() == [opposite.signal.as_str()]);
+    if is_name { opposite } else { PlottedReference { signal: text.into(), opposite: false } }
+}
+
+/// What a study computes from the signals of a run.
+#[derive(Debug, Clone, Default)]
+pub struct Computed {
+    columns: Vec<(String, Physical)>,
+    plan: Plan,
+}
+
+impl Computed {
+    /// All expressions in requirements and plots, in one plan; those with a mistake are left out.
+    pub(super) fn of(document: &Document, settings: &[Setting], signals: &[(String, Physical)]) -> Self {
+        let known = |text: &str| signals.iter().any(|(name, _)| name == text);
+        let words = |table: &Table| -> Vec<String> {
+            let lists = ["signals", "references"].into_iter().flat_map(|key| read_words(table, key));
+            let single = ["signal", "over"].into_iter().filter_map(|key| read_word(table, key)).map(str::to_string);
+            lists.map(|word| word.value.clone()).chain(single).collect()
+        };
+        let tables = document.requirements.iter().chain(&document.plots);
+        let mut texts: BTreeSet<String> = tables.flat_map(words).filter(|text| !known(text)).collect();
+        texts.retain(|text| !text.strip_prefix('-').is_some_and(known));
+        let reader = TableReader::new(document, settings);
+        let value = |name: &str| reader.exact_value(name);
+        let (mut graph, mut columns, mut wanted, mut symbols) = (Graph::default(), Vec::new(), Vec::new(), Vec::new());
+        for text in texts {
+            let Ok(law) = Expression::parse_law(&text) else { continue };
+            let Ok((expr, dimension)) = written(&mut graph, &law, signals, &value) else { continue };
+            for name in law.names().into_iter().filter(|name| *name == TIME || known(name)) {
+                let dimension = signals.iter().find(|(other, _)| other == name);
+                let dimension = dimension.map_or(Dimension::TIME, |(_, physical)| physical_dimension(*physical));
+                let symbol = graph.symbol(name, dimension);
+                symbols.extend(graph.symbol_of(symbol).filter(|symbol| !symbols.contains(symbol)));
+            }
+            columns.push((text.clone(), kind_of(dimension).0));
+            wanted.push((text, expr));
+        }
+        match compile(&graph, &symbols, &wanted) {
+            Ok(plan) => Self { columns, plan },
+            Err(_) => Self::default(),
+        }
+    }
+
+    /// The columns for the rows of a run.
+    pub(super) fn signals(&self, series: &Series) -> Vec<Signal> {
+        let inputs: Vec<Option<&[f64]>> = self
+            .plan
+            .inputs
+            .iter()
+            .map(|name| match series.signal(name) {
+                Some(signal) => Some(signal.values.as_slice()),
+                None => (name == TIME).then_some(series.time.as_slice()),
+            })
+            .collect();
+        let column = |(name, physical): &(String, Physical)| {
+            let (name, values) = (name.clone(), Vec::with_capacity(series.time.len()));
+            Signal { name, physical: *physical, description: "computed from other signals".into(), values }
+        };
+        let mut out: Vec<Signal> = self.columns.iter().map(column).collect();
+        let (block, mut memory) = (self.plan.block(), self.plan.memory());
+        for row in 0..series.time.len() {
+            for (place, input) in memory.iter_mut().zip(&inputs) {
+                *place = input.and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN);
+            }
+            // What is no number is a gap in its column.
+            let _ = block.evaluate(&mut memory);
+            for (number, signal) in out.iter_mut().enumerate() {
+                let value = block.output(number, &memory).unwrap_or(f64::NAN);
+                signal.values.push(if value.is_finite() { value } else { f64::NAN });
+            }
+        }
+        out
+    }
+}
