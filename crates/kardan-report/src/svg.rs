@@ -16,6 +16,7 @@ use super::curves::{self, Curve, ON_WHITE};
 use super::thin::thin;
 use super::ticks::{self, Axis};
 use kardan::results::{Plot, Study};
+use kardan_rt::functions::log10;
 use rayon::prelude::*;
 
 const WIDTH: f64 = 760.0;
@@ -53,12 +54,17 @@ fn finish(svg: &str, stem: &str) -> String {
 fn draw(study: &Study, plot: &Plot) -> (String, String) {
     let curves::Curves { all: curves, least_span, note, .. } = curves::curves(study, plot);
     let (x_label, per_second) = curves::x_axis(study, plot);
-    let time = ticks::axis(curves.iter().flat_map(|curve| curve.time.iter().map(|time| time * per_second)), 0.0, 9);
+    let times = || curves.iter().flat_map(|curve| curve.time.iter().map(|time| time * per_second));
+    let margin = if plot.over.is_some() { 0.04 } else { 0.0 };
+    let time = if plot.log_x { ticks::decades(times()) } else { ticks::axis(times(), margin, 9) };
     let values = || curves.iter().flat_map(|curve| curve.values.iter().copied()).filter(|value| value.is_finite());
     let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
     // What is nothing but rounding gets an axis on which it looks so.
     let wider = (high - low < least_span).then_some([0.5 * (low + high - least_span), 0.5 * (low + high + least_span)]);
-    let value = ticks::axis(values().chain(wider.into_iter().flatten()), 0.04, 7);
+    let value = match plot.log_y {
+        true => ticks::decades(values()),
+        false => ticks::axis(values().chain(wider.into_iter().flatten()), 0.04, 7),
+    };
 
     // The legend is handed over as a list: a curve with gaps is several polylines but one entry.
     let entries: Vec<LegendEntry> = curves.iter().map(entry).collect();
@@ -80,24 +86,15 @@ fn draw(study: &Study, plot: &Plot) -> (String, String) {
         .with_tick_length(4.0)
         .with_axis_line_width(0.8)
         .with_tick_width(0.8)
-        .with_grid_line_width(0.6);
-    // A logarithmic axis has ticks of its own; without a value above zero there is none.
-    layout = match plot.log_x && drawn {
-        true => layout.with_log_x(),
-        false => layout
-            .with_x_axis_min(time.low)
-            .with_x_axis_max(time.high)
-            .with_x_tick_step(time.step)
-            .with_x_tick_format(format(time)),
-    };
-    layout = match plot.log_y && drawn {
-        true => layout.with_log_y(),
-        false => layout
-            .with_y_axis_min(value.low)
-            .with_y_axis_max(value.high)
-            .with_y_tick_step(value.step)
-            .with_y_tick_format(format(value)),
-    };
+        .with_grid_line_width(0.6)
+        .with_x_axis_min(time.low)
+        .with_x_axis_max(time.high)
+        .with_x_tick_step(time.step)
+        .with_x_tick_format(format(time, plot.log_x))
+        .with_y_axis_min(value.low)
+        .with_y_axis_max(value.high)
+        .with_y_tick_step(value.step)
+        .with_y_tick_format(format(value, plot.log_y));
     let mut height = HEIGHT + 40.0 * (title.chars().count().div_ceil(78)) as f64;
     // One curve is named by its axis, unless it is a reference.
     if curves.len() > 1 || curves.iter().any(|curve| curve.colour.is_none()) {
@@ -107,8 +104,7 @@ fn draw(study: &Study, plot: &Plot) -> (String, String) {
             .with_legend_box(false)
             .with_legend_entries(entries);
     }
-    let lines: Vec<Drawn> =
-        curves.iter().flat_map(|curve| lines(curve, per_second, plot.over.is_some())).map(Drawn::Line).collect();
+    let lines: Vec<Drawn> = curves.iter().flat_map(|curve| lines(curve, per_second, plot)).map(Drawn::Line).collect();
     (SvgBackend::new().render_scene(&render_multiple(lines, layout.with_height(height))), note)
 }
 
@@ -130,8 +126,10 @@ fn entry(curve: &Curve) -> LegendEntry {
 }
 
 /// The polylines of a curve: one for each stretch between two gaps.
-fn lines(curve: &Curve, per_second: f64, over_signal: bool) -> Vec<LinePlot> {
-    let kept = match over_signal {
+fn lines(curve: &Curve, per_second: f64, plot: &Plot) -> Vec<LinePlot> {
+    // `kuva` would raise what is below 1e-10 on an axis of its own.
+    let place = |logarithmic: bool, value: f64| if logarithmic { log10(value) } else { value };
+    let kept = match plot.over.is_some() {
         true => both(curve),
         false => thin(&curve.time, &curve.values, POINTS),
     };
@@ -139,7 +137,9 @@ fn lines(curve: &Curve, per_second: f64, over_signal: bool) -> Vec<LinePlot> {
     let drawn = |stretch: &[usize]| {
         let style = dasharray(curve).map_or(LineStyle::Solid, LineStyle::Custom);
         LinePlot::new()
-            .with_data(stretch.iter().map(|&index| (curve.time[index] * per_second, curve.values[index])))
+            .with_data(stretch.iter().map(|&index| {
+                (place(plot.log_x, curve.time[index] * per_second), place(plot.log_y, curve.values[index]))
+            }))
             .with_color(colour(curve))
             .with_stroke_width(curve.width)
             .with_line_style(style)
@@ -165,8 +165,8 @@ fn dasharray(curve: &Curve) -> Option<String> {
     (!lengths.is_empty()).then(|| lengths.join(" "))
 }
 
-fn format(axis: Axis) -> TickFormat {
-    TickFormat::Custom(Arc::new(move |value| axis.label(value)))
+fn format(axis: Axis, logarithmic: bool) -> TickFormat {
+    TickFormat::Custom(Arc::new(move |value| if logarithmic { ticks::decade(value) } else { axis.label(value) }))
 }
 
 /// The text as `kuva` shows it unchanged: it would read `$…$` as mathematics, and XML knows no control characters.

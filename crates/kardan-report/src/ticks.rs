@@ -36,6 +36,30 @@ pub(super) fn axis(values: impl Iterator<Item = f64>, margin: f64, ticks: usize)
     Axis { low, high, step: step.unwrap_or(10.0 * power) }
 }
 
+/// An axis of whole decades, of the logarithms of the values that have one.
+pub(super) fn decades(values: impl Iterator<Item = f64>) -> Axis {
+    let (low, high) = values
+        .filter(|value| *value > 0.0 && value.is_finite())
+        .map(log10)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    if low > high {
+        return Axis { low: 0.0, high: 1.0, step: 1.0 };
+    }
+    let (low, high) = (low.floor(), high.ceil());
+    let high = if high > low { high } else { low + 1.0 };
+    Axis { low, high, step: ((high - low) / 9.0).ceil() }
+}
+
+/// The label of a decade: `0.01`, `1e−9`.
+pub(super) fn decade(exponent: f64) -> String {
+    let whole = exponent.round();
+    if (exponent - whole).abs() > 1e-6 {
+        return String::new();
+    }
+    let label = if (-3.0..=4.0).contains(&whole) { powi(10.0, whole as i32).to_string() } else { format!("1e{whole}") };
+    label.replace('-', "−")
+}
+
 impl Axis {
     /// The label of a tick: as many digits as the step needs, a common exponent for very large and very small axes.
     pub(super) fn label(&self, value: f64) -> String {
@@ -68,6 +92,15 @@ mod tests {
         let small = axis(&[-4e-5, 4e-5]);
         assert_eq!((small.label(-2e-5), small.label(0.0)), ("−2e−5".into(), "0".into()));
         assert_eq!(axis(&[0.0, 3.2e7]).label(2e7), "2.0e7");
+    }
+
+    #[test]
+    fn logarithmic_axes_have_whole_decades() {
+        let axis = decades([-1.0, 0.0, 2e-12, 0.5, f64::NAN].into_iter());
+        assert_eq!((axis.low, axis.high, axis.step), (-12.0, 0.0, 2.0));
+        assert_eq!([-12.0, -2.0, 0.0, 3.0, 5.0, 0.5].map(decade), ["1e−12", "0.01", "1", "1000", "1e5", ""]);
+        assert_eq!(decades([10.0].into_iter()), Axis { low: 1.0, high: 2.0, step: 1.0 });
+        assert_eq!(decades([0.0].into_iter()), Axis { low: 0.0, high: 1.0, step: 1.0 });
     }
 
     #[test]

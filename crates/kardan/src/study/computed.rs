@@ -91,7 +91,7 @@ pub(super) fn asked(
     let reader = TableReader::new(known.document, &[]);
     let value = |name: &str| reader.exact_value(name);
     let is_signal = |name: &&str| *name == TIME || known.signals.iter().any(|(other, _)| other == name);
-    for name in law.names().into_iter().filter(|name| !is_signal(name) && value(name).is_none()) {
+    if let Some(name) = law.names().into_iter().find(|name| !is_signal(name) && value(name).is_none()) {
         if !known.may_have(name) && !known.document.doubts.has_key(name) {
             out.push(unknown(name, &law, known, (what, place)));
         }
