@@ -69,6 +69,7 @@ fn hostile() -> Study {
         ..Plot::default()
     };
     Study {
+        spectra: Vec::new(),
         model: ModelSummary {
             mechanism: Default::default(),
             name: HOSTILE.into(),
