@@ -96,7 +96,6 @@ fn hostile() -> Study {
             plot("../missing <b>", &["nowhere"]),
         ],
         warnings: vec![HOSTILE.into()],
-        spectra: Vec::new(),
         analysis: None,
         designs: Vec::new(),
     }

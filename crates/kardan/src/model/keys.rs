@@ -67,7 +67,7 @@ fn known(name: String, place: Place, value: Exact, dimension: Dimension) -> Para
 /// The keys of elements that hold a number.
 fn numbers(document: &Document) -> impl Iterator<Item = (&Instance, &'static Field, Dimension)> {
     document.elements.iter().flat_map(|element| {
-        element.kind.fields.iter().filter_map(move |field| match field.kind {
+        element.kind.fields.iter().filter_map(move |field| match field.kind.along(element.table.along_masses) {
             Kind::Quantity(dimension, _) => Some((element, field, dimension)),
             Kind::Number(_) => Some((element, field, Dimension::NONE)),
             _ => None,
