@@ -375,7 +375,23 @@ impl<'a> TableReader<'a> {
             };
             values.insert(field.name, resolved);
         }
+        self.check_alike(fields, table, what, out);
         values
+    }
+
+    /// Tells of an element that would join a shaft and a mass as if they were of one kind.
+    fn check_alike(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
+        let named = fields.iter().filter(|field| field.kind == Kind::Body).filter_map(|field| {
+            let Placed { value: Value::Word(name), place } = table.values.get(field.name)? else { return None };
+            Some((name, place, self.body(name)?))
+        });
+        let named: Vec<(&String, &Place, Domain)> = named.collect();
+        let Some((first, _, kind)) = named.first() else { return };
+        if let Some((other, place, own)) = named.iter().find(|(_, _, own)| own != kind) {
+            let message = format!("{what}: `{first}` is a {} and `{other}` a {}", kind.carrier(), own.carrier());
+            let help = "what turns meets what moves straight in a `rack_and_pinion`, a `screw` or a `pulley`";
+            out.push(Diagnostic::error("element::mixed", message).at((*place).clone(), "of another kind").help(help));
+        }
     }
 
     /// Parameter settings written as a table, checked against `[parameters]`.
