@@ -44,7 +44,7 @@ mass = \"2.5 kg\"
 damping = \"50 N s/m\"
 friction = \"120 N\"
 ",
-    check: check_losses,
+    check: |values| check_losses(values, true),
     terms,
 };
 

@@ -43,7 +43,7 @@ inertia = \"50000 kg mm^2\"
 damping = \"0.1 N m s/rad\"
 friction = \"0.2 N m\"
 ",
-    check: check_losses,
+    check: |values| check_losses(values, false),
     terms,
 };
 

@@ -49,7 +49,7 @@ damping = \"0.02 N m s/rad\"
 };
 
 fn check(values: &Values) -> Vec<Mistake> {
-    [gear::check(values), check_losses(values)].concat()
+    [gear::check(values), check_losses(values, values.along_masses)].concat()
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {

@@ -30,13 +30,13 @@ pub(super) struct Asked {
 
 /// The kind of a signal with this dimension. An angle is no unit of its own in what is computed, but for those that are named after it.
 fn kind_of(dimension: Dimension) -> (Physical, Dimension) {
-    use Physical::{Angle, Charge, Current, Speed, Torque, Voltage};
+    use Physical::{Angle, Charge, Current, Force, Position, Speed, Torque, Velocity, Voltage};
     // What an angle has to do with a power is not told by its unit.
     if dimension.is_like(&POWER) {
         return (Physical::other("W"), POWER);
     }
     let dimension = if dimension.word().is_some() { dimension } else { Dimension { angle: 0, ..dimension } };
-    let all = [Angle, Speed, Torque, Charge, Current, Voltage];
+    let all = [Angle, Speed, Torque, Position, Velocity, Force, Charge, Current, Voltage];
     let physical = all.into_iter().find(|physical| physical_dimension(*physical) == dimension);
     (physical.unwrap_or_else(|| Physical::other(&dimension.si())), dimension)
 }

@@ -36,8 +36,9 @@ pub(in crate::element) const STRIBECK_SPEED: Field = Field::optional(
     "Speed with which the friction falls from `breakaway`; needed with it.",
 );
 
-/// What is wrong with the keys of [`losses`].
-pub(in crate::element) fn check_losses(values: &Values) -> Vec<Mistake> {
+/// What is wrong with the keys of [`losses`], of a shaft or a mass.
+pub(in crate::element) fn check_losses(values: &Values, masses: bool) -> Vec<Mistake> {
+    let (effort, unit) = if masses { ("force", "N") } else { ("torque", "N m") };
     let mut out = Vec::new();
     match (values.exact("breakaway"), values.has("stribeck_speed")) {
         (None, false) => return out,
@@ -55,7 +56,8 @@ pub(in crate::element) fn check_losses(values: &Values) -> Vec<Mistake> {
     }
     let (friction, breakaway) = (values.exact_or_default("friction"), values.exact("breakaway"));
     if let Some(breakaway) = breakaway.filter(|breakaway| breakaway.to_rational() < friction.to_rational()) {
-        let message = format!("breaking away takes less than sliding: {} < {}", breakaway.to_f64(), friction.to_f64());
+        let (most, sliding) = (breakaway.to_f64(), friction.to_f64());
+        let message = format!("the breakaway {effort} {most} {unit} is below the friction {sliding} {unit}");
         out.push(Mistake::new(
             "breakaway",
             message,
