@@ -29,9 +29,9 @@ impl Built {
 impl Graph {
     /// A fraction times a power of π.
     pub fn exact(&mut self, value: &Exact) -> Expr {
-        let number = self.number(value.rational.clone());
         let pi = self.pi();
-        self.product(&[(number, 1), (pi, value.pi)])
+        let power = self.power(pi, value.pi);
+        self.scale(value.rational.clone(), power)
     }
 
     /// What an expression stands for: what follows from constants alone is computed exactly, or to 256 digits and rounded once; the rest are

@@ -83,12 +83,6 @@ pub struct Timed {
     pub parts: Vec<(Arc<Part>, Expr)>,
 }
 
-fn exact(graph: &mut Graph, value: &Exact) -> Expr {
-    let pi = graph.pi();
-    let power = graph.power(pi, value.pi);
-    graph.scale(value.rational.clone(), power)
-}
-
 impl Motion {
     /// The expressions of a model.
     pub fn new(reduced: &Reduced) -> Self {
@@ -256,7 +250,7 @@ impl Motion {
 
     /// The expression of a rational times a power of π.
     pub fn exact(&mut self, value: &Exact) -> Expr {
-        exact(&mut self.graph, value)
+        self.graph.exact(value)
     }
 
     /// The plan of expressions, by name.

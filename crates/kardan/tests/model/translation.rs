@@ -147,6 +147,27 @@ fn two_masses_hang_on_a_drum() {
     }
 }
 
+/// A screw moves its nut by its lead in a turn, from where it stands at zero; its thread pushes with the torque over the lead.
+#[test]
+fn a_screw_moves_its_nut_by_its_lead() {
+    let source = "[shaft.motor]\ninertia = \"1e-4 kg m^2\"\n[mass.table]\nmass = \"40 kg\"\n[motor.drive]\nshaft = \"motor\"\n\
+                  [screw.ball]\nshaft = \"motor\"\nnut = \"table\"\nlead = \"5 mm/rev\"\noffset = \"3 mm\"\n\
+                  [scenario]\nduration = \"0.5 s\"\nevent = [{ at = \"0 s\", signal = \"drive.tau\", to = \"0.1 N m\" }]\n";
+    let found = run(source);
+    let lead = 0.005 / std::f64::consts::TAU;
+    let acceleration = 0.1 / (1e-4 + 40.0 * lead * lead);
+    for (k, t) in found.series.time.iter().enumerate() {
+        let near = |name: &str, value: f64| {
+            let read = signal(&found, name)[k];
+            assert!((read - value).abs() <= 1e-10 * (1.0 + value.abs()), "{name}: {read} {value}");
+        };
+        near("motor.phi", 0.5 * acceleration * t * t);
+        near("table.s", 0.003 + lead * 0.5 * acceleration * t * t);
+        near("ball.f", 40.0 * lead * acceleration);
+        near("ball.motor.tau", -40.0 * lead * lead * acceleration);
+    }
+}
+
 /// Rows that mix shafts and masses are lengths; belts over two pulleys too.
 #[test]
 fn rows_of_lengths_have_forces_as_multipliers() {
