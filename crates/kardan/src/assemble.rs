@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::equations::{Curve, Direction, Domain, GROUND, InputKind, Measured, NamedTerm, Sensor, Stribeck, Term};
+use crate::equations::{
+    Curve, Direction, Domain, Formula, GROUND, InputKind, Measured, NamedTerm, Sensor, Stribeck, Term,
+};
 use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, dense_rows, rational_from_f64, rational_to_f64, sum_of_outer};
 use crate::units::Exact;
@@ -143,6 +145,8 @@ pub struct Equations {
     pub transmissions: Vec<TransmissionRow>,
     /// Inputs.
     pub inputs: Vec<Along<InputKind>>,
+    /// Torques that expressions give.
+    pub laws: Vec<Along<Arc<Formula>>>,
     /// Sensors by element name.
     pub sensors: Vec<(String, Sensor)>,
 }
@@ -215,6 +219,9 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             },
             Term::Input { along, kind } => {
                 next.inputs.push(Along { element, row: row(along), value: kind.clone() });
+            }
+            Term::Torque { along, law } => {
+                next.laws.push(Along { element, row: row(along), value: Arc::clone(law) });
             }
             Term::Output(sensor) => next.sensors.push((element, sensor.clone())),
             Term::Charge { name } | Term::Position { name } => next.domains[number(name)] = term.domain(),

@@ -7,9 +7,9 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::expr::{Expr, Graph};
+use crate::expr::{Expr, Graph, Lookup, OfTime};
 use crate::names::Quantity;
-use crate::units::{Dimension, Exact};
+use crate::units::{Dimension, Exact, Expression};
 
 /// What a coordinate is. All laws are the same in both domains, only their units differ \[diss. Table 4.3\]: an inertia is
 /// an inductance (H), a damping a resistance (Ohm), a stiffness an elastance (1/F), a torque a voltage (V).
@@ -115,6 +115,49 @@ pub trait Curve: fmt::Debug + Send + Sync {
     /// Whether its derivatives are the same half a turn later.
     fn repeats_each_half_turn(&self) -> bool {
         false
+    }
+}
+
+/// What a name in a [`Formula`] stands for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Meaning {
+    /// A parameter.
+    Constant(Exact, Dimension),
+    /// A coordinate, by its name.
+    Position(String),
+    /// Its rate.
+    Rate(String),
+    /// The time.
+    Time,
+    /// A function of time.
+    Signal(Arc<OfTime>),
+    /// A table, which is called.
+    Table(Arc<Lookup>),
+}
+
+/// An expression of what moves, of parameters, the time and signals.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Formula {
+    /// As it is written.
+    pub expression: Expression,
+    /// What each name in it stands for.
+    pub names: Vec<(String, Meaning)>,
+    /// What it is of.
+    pub dimension: Dimension,
+}
+
+impl Formula {
+    /// The coordinates in it, by name.
+    pub fn coordinates(&self) -> impl Iterator<Item = &str> {
+        self.names.iter().filter_map(|(_, meaning)| match meaning {
+            Meaning::Position(name) | Meaning::Rate(name) => Some(name.as_str()),
+            _ => None,
+        })
+    }
+
+    /// Whether it is another one at another time, whatever moves.
+    pub fn is_of_time(&self) -> bool {
+        self.names.iter().any(|(_, meaning)| matches!(meaning, Meaning::Time | Meaning::Signal(_)))
     }
 }
 
@@ -270,6 +313,13 @@ pub enum Term {
         /// Motor or disturbance.
         kind: InputKind,
     },
+    /// A torque along a that an expression gives.
+    Torque {
+        /// a
+        along: Direction,
+        /// N m.
+        law: Arc<Formula>,
+    },
     /// A measured quantity.
     Output(Sensor),
     /// Declares a coordinate that is the position of a mass.
@@ -305,6 +355,7 @@ impl Term {
             | Self::Constraint { along, .. }
             | Self::Compliance { along, .. }
             | Self::Input { along, .. }
+            | Self::Torque { along, .. }
             | Self::Balance { along, .. } => Some(along),
             Self::Transmission { .. }
             | Self::Output(_)

@@ -54,7 +54,11 @@ pub fn uncontrollability_pencil(system: &ConstrainedSystem, side: Side, outputs:
     let (rows, inputs) = (system.constraint_matrix(), system.input_matrix());
     let last = if side == Side::Inputs { inputs.columns() } else { outputs.len() };
     let mut pencil = [0; 3].map(|_| Matrix::<Rational>::zeros(n + c + last, n + c));
-    let sums = [system.stiffness_matrix(), system.damping_matrix(), system.inertia_matrix()];
+    let mut sums = [system.stiffness_matrix(), system.damping_matrix(), system.inertia_matrix()];
+    if side == Side::Inputs && !system.loads.is_empty() {
+        // What inputs do not move is a left null vector.
+        sums = sums.map(|sum| sum.transpose());
+    }
     for (coefficient, sum) in pencil.iter_mut().zip(&sums) {
         for i in 0..n {
             (0..n).for_each(|j| coefficient[(i, j)] = sum[(i, j)].clone());

@@ -47,5 +47,5 @@ pub use realisation::{MOST_TRANSFORMED, realisations};
 pub use reduction::{Reduction, reduction, sum_of_terms};
 pub use sampling::{SamplingPlan, sample, wilson};
 pub use structure::{StructureError, certified_structure, controllable_rank, structure};
-pub use system::{ConstrainedSystem, LinearSystem, Side};
+pub use system::{ConstrainedSystem, LinearSystem, LoadSlopes, Side};
 pub use uncontrollability::{FARTHEST, distance_to_uncontrollability};

@@ -1,3 +1,5 @@
+use super::reduction::reduced_load;
+use super::system::minus_loads;
 use super::{ConstrainedSystem, LinearSystem};
 use crate::equations::Measured;
 use crate::names::Quantity;
@@ -33,6 +35,9 @@ pub fn linear_system(
     let rows = sparse_rows(basis);
     let [inertia, damping, stiffness] = [&system.inertias, &system.dampers, &system.springs]
         .map(|terms| sum_of_outer(terms.iter().map(|term| (project(&term.row, &rows), term.value.clone())), r));
+    let loads: Vec<_> = system.loads.iter().map(|load| reduced_load(load, &rows)).collect();
+    let damping = minus_loads(damping, &loads, |slopes| &slopes.on_rates);
+    let stiffness = minus_loads(stiffness, &loads, |slopes| &slopes.on_positions);
     let mut input = Matrix::<Rational>::zeros(r, system.inputs.len());
     for (k, along) in system.inputs.iter().enumerate() {
         project(&along.row, &rows).into_iter().for_each(|(j, x)| input[(j, k)] = x);

@@ -1,7 +1,7 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::ConstrainedSystem;
+use super::{ConstrainedSystem, LoadSlopes};
 use crate::assemble::Along;
 use crate::num::{Rational, SparseRow, project, rational_to_f64, sparse_echelon};
 
@@ -40,12 +40,14 @@ impl Reduction {
 
     /// `D_r = KᵀDK` (4.39b).
     pub fn damping(&self) -> Mat<f64> {
-        sum_of_terms(&self.system.dampers, self.degrees_of_freedom())
+        let sum = sum_of_terms(&self.system.dampers, self.degrees_of_freedom());
+        minus_loads(sum, &self.system.loads, |slopes| &slopes.on_rates)
     }
 
     /// `S_r = KᵀSK` (4.39c).
     pub fn stiffness(&self) -> Mat<f64> {
-        sum_of_terms(&self.system.springs, self.degrees_of_freedom())
+        let sum = sum_of_terms(&self.system.springs, self.degrees_of_freedom());
+        minus_loads(sum, &self.system.loads, |slopes| &slopes.on_positions)
     }
 
     /// `F_r = KᵀF` (4.38).
@@ -98,6 +100,7 @@ pub fn reduction(system: &ConstrainedSystem, preferred: &[usize]) -> Reduction {
         inertias: terms(&system.inertias),
         dampers: terms(&system.dampers),
         springs: terms(&system.springs),
+        loads: system.loads.iter().map(|load| reduced_load(load, &basis)).collect(),
         constraints: Vec::new(),
         inputs: system.inputs.iter().map(|input| reduced(input, &basis)).collect(),
     };
@@ -106,6 +109,26 @@ pub fn reduction(system: &ConstrainedSystem, preferred: &[usize]) -> Reduction {
 
 fn reduced<T: Clone>(term: &Along<T>, basis: &[SparseRow]) -> Along<T> {
     Along { element: term.element.clone(), row: project(&term.row, basis), value: term.value.clone() }
+}
+
+pub(super) fn reduced_load(load: &Along<LoadSlopes>, basis: &[SparseRow]) -> Along<LoadSlopes> {
+    let LoadSlopes { on_positions, on_rates } = &load.value;
+    let value = LoadSlopes { on_positions: project(on_positions, basis), on_rates: project(on_rates, basis) };
+    Along { element: load.element.clone(), row: project(&load.row, basis), value }
+}
+
+/// A sum of terms without `Σ a gᵀ`, in floating point.
+pub(super) fn minus_loads(
+    mut sum: Mat<f64>,
+    loads: &[Along<LoadSlopes>],
+    of: impl Fn(&LoadSlopes) -> &SparseRow,
+) -> Mat<f64> {
+    for load in loads {
+        for (i, x) in load.row_f64() {
+            of(&load.value).iter().for_each(|(j, y)| sum[(i, *j)] -= x * rational_to_f64(y));
+        }
+    }
+    sum
 }
 
 /// `Σ c a aᵀ` in floating point, symmetric to the last bit.

@@ -1,11 +1,11 @@
 use std::collections::BTreeSet;
 
 use crate::assemble::Along;
-use crate::num::{Matrix, Rational, Scalar, echelon, sparse_echelon, sum_of_outer};
-use crate::reduce::{Reduced, slopes};
+use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, sparse_echelon, sum_of_outer};
+use crate::reduce::{LawSlopes, Reduced, law_slopes, slopes};
 
 /// A constant linear constrained mechanical system `Hq̈ + Dq̇ + Sq = Fτ + Cᵀλ`, `Cq = 0` \[diss. (4.31), (4.36)\], as terms
-/// along directions with exact coefficients.
+/// along directions with exact coefficients. Without loads H, D and S are symmetric.
 ///
 /// A model that is not constant and linear is brought to this form at an operating point: a transmission contributes the
 /// row of its slope, a stuck friction direction the row of its constraint.
@@ -19,10 +19,22 @@ pub struct ConstrainedSystem {
     pub dampers: Vec<Along<Rational>>,
     /// Springs.
     pub springs: Vec<Along<Rational>>,
+    /// Torques that follow from angles and speeds in another way.
+    pub loads: Vec<Along<LoadSlopes>>,
     /// Rows of C, independent.
     pub constraints: Vec<Along<()>>,
     /// Inputs that are considered.
     pub inputs: Vec<Along<()>>,
+}
+
+/// A torque along a row a that follows linearly from angles and speeds: `a (gᵀq + hᵀq̇)`, so that it adds `−a gᵀ` to the stiffness and
+/// `−a hᵀ` to the damping.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LoadSlopes {
+    /// g
+    pub on_positions: SparseRow,
+    /// h
+    pub on_rates: SparseRow,
 }
 
 impl ConstrainedSystem {
@@ -63,6 +75,7 @@ impl ConstrainedSystem {
                     value: s.value.stiffness.to_rational(),
                 })
                 .collect(),
+            loads: Vec::new(),
             constraints,
             inputs: inputs
                 .iter()
@@ -73,6 +86,7 @@ impl ConstrainedSystem {
                 })
                 .collect(),
         };
+        out.loads = loads(reduced, position);
         out.drop_dependent_constraints();
         out
     }
@@ -119,12 +133,14 @@ impl ConstrainedSystem {
 
     /// `Σ d a aᵀ`.
     pub fn damping_matrix(&self) -> Matrix<Rational> {
-        sum(&self.dampers, self.coordinates.len())
+        let sum = sum(&self.dampers, self.coordinates.len());
+        minus_loads(sum, &self.loads, |slopes| &slopes.on_rates)
     }
 
     /// `Σ s a aᵀ`.
     pub fn stiffness_matrix(&self) -> Matrix<Rational> {
-        sum(&self.springs, self.coordinates.len())
+        let sum = sum(&self.springs, self.coordinates.len());
+        minus_loads(sum, &self.loads, |slopes| &slopes.on_positions)
     }
 
     /// Chosen coordinates and K with `CK = 0`, identity on them (4.34): as many of `preferred` as are independent, then
@@ -160,6 +176,32 @@ fn dense(rows: &[Along<()>], shafts: usize) -> Matrix<Rational> {
 
 fn sum(terms: &[Along<Rational>], shafts: usize) -> Matrix<Rational> {
     sum_of_outer(terms.iter().map(|term| (&term.row, term.value.clone())), shafts)
+}
+
+/// What laws make of small motions.
+fn loads(reduced: &Reduced, position: &[f64]) -> Vec<Along<LoadSlopes>> {
+    let load = |slopes: LawSlopes| {
+        let law = &reduced.equations.laws[slopes.law];
+        let value = LoadSlopes { on_positions: slopes.on_positions, on_rates: slopes.on_rates };
+        Along { element: law.element.clone(), row: law.row.clone(), value }
+    };
+    law_slopes(reduced, position).into_iter().map(load).collect()
+}
+
+/// A sum of terms without `Σ a gᵀ`.
+pub(super) fn minus_loads(
+    mut sum: Matrix<Rational>,
+    loads: &[Along<LoadSlopes>],
+    of: impl Fn(&LoadSlopes) -> &SparseRow,
+) -> Matrix<Rational> {
+    for load in loads {
+        for (i, x) in &load.row {
+            for (j, y) in of(&load.value) {
+                sum[(*i, *j)] = sum[(*i, *j)].minus(&x.times(y));
+            }
+        }
+    }
+    sum
 }
 
 /// A linear system `E ẋ = A x + B u`, `y = C x + D u` with exact entries; E is regular but for

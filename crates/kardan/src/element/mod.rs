@@ -20,6 +20,7 @@ mod sensor;
 mod shaft;
 mod shared;
 mod spring_damper;
+mod torque;
 mod transformer;
 mod universal_joint;
 mod voltage_source;
@@ -42,6 +43,7 @@ pub use shaft::Shaft;
 pub use shared::kind::{Element, Mistake};
 pub use shared::values::{Resolved, Values};
 pub use spring_damper::SpringDamper;
+pub use torque::Torque;
 pub use transformer::Transformer;
 pub use universal_joint::{UniversalJoint, UniversalJointCurve};
 pub use voltage_source::VoltageSource;
@@ -61,6 +63,7 @@ pub const REGISTRY: &[Element] = &[
     constraint::CONSTRAINT,
     motor::MOTOR,
     disturbance::DISTURBANCE,
+    torque::TORQUE,
     sensor::SENSOR,
     inductor::INDUCTOR,
     resistor::RESISTOR,

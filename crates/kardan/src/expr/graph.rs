@@ -91,6 +91,30 @@ impl PiecewisePolynomial {
         Some(Self { knots: points.iter().map(|(x, _)| x.clone()).collect(), pieces: pieces.collect() })
     }
 
+    /// Cubics through points with a slope at each, continued beyond the first and the last by straight lines or level. None if the points
+    /// do not rise or there are none. Value and slope are continuous exactly.
+    pub fn smooth(points: &[(Rational, Rational)], slopes: &[Rational], straight: bool) -> Option<Self> {
+        let line = |(x, y): &(Rational, Rational), slope: &Rational| {
+            (x.clone(), if straight { vec![y.clone(), slope.clone()] } else { vec![y.clone()] })
+        };
+        if points.len() != slopes.len() || points.windows(2).any(|pair| pair[0].0 >= pair[1].0) {
+            return None;
+        }
+        let mut pieces = vec![line(points.first()?, slopes.first()?)];
+        for (pair, slope) in points.windows(2).zip(slopes.windows(2)) {
+            // y0 + d0 t + a t^2 + b t^3 with both ends and both slopes.
+            let [(x0, y0), (x1, y1)] = pair else { return None };
+            let [d0, d1] = slope else { return None };
+            let h = x1 - x0;
+            let chord = (y1 - y0) / &h;
+            let a = (&chord * Rational::from(3) - d0 * Rational::from(2) - d1) / &h;
+            let b = (d0 + d1 - &chord * Rational::from(2)) / (&h * &h);
+            pieces.push((x0.clone(), vec![y0.clone(), d0.clone(), a, b]));
+        }
+        pieces.push(line(points.last()?, slopes.last()?));
+        Some(Self { knots: points.iter().map(|(x, _)| x.clone()).collect(), pieces })
+    }
+
     /// The exact value.
     pub fn value(&self, x: &Rational) -> Rational {
         let (origin, coefficients) = &self.pieces[self.knots.partition_point(|knot| knot <= x)];

@@ -1,6 +1,8 @@
 //! Expressions as they are written in a model, put into a graph.
 
-use super::{Expr, Function, Graph};
+use std::sync::Arc;
+
+use super::{Expr, Function, Graph, Lookup};
 use crate::units::{Called, Dimension, Exact, Expression, Kind, Node, UnitError, Value};
 
 /// What a name in an expression stands for.
@@ -10,6 +12,8 @@ pub enum Named {
     Constant(Exact, Dimension),
     /// What varies.
     Varying(Expr, Dimension),
+    /// A table, which is called.
+    Table(Arc<Lookup>),
 }
 
 enum Built {
@@ -57,7 +61,7 @@ impl Graph {
         names: &mut dyn FnMut(&mut Self, &str) -> Option<Named>,
     ) -> Result<(Expr, Dimension), UnitError> {
         let mut known = Vec::new();
-        for name in expression.names() {
+        for name in expression.names().into_iter().chain(expression.tables()) {
             if let Some(named) = names(self, name) {
                 known.push((name.to_string(), named));
             }
@@ -96,7 +100,9 @@ impl Writer<'_> {
         let varying = |name: &&str| self.known.iter().any(|(k, n)| k == name && matches!(n, Named::Varying(..)));
         let mut names = Vec::new();
         node.names(&mut names);
-        names.iter().any(varying)
+        let mut tables = Vec::new();
+        node.tables(&mut tables);
+        !tables.is_empty() || names.iter().any(varying)
     }
 
     fn expr(&mut self, node: &Node) -> Result<(Expr, Dimension), UnitError> {
@@ -129,6 +135,7 @@ impl Writer<'_> {
                 let dimension = Node::call_dimension(*function, arguments, &dimensions)?;
                 (called(self.graph, *function, &exprs), dimension)
             }
+            Kind::Lookup(name, arguments) => self.lookup(node, name, arguments)?,
             Kind::If(comparison, parts) => {
                 let [(a, first), (b, second)] = [self.expr(&parts[0])?, self.expr(&parts[1])?];
                 parts[1].like(&first, &second)?;
@@ -138,6 +145,25 @@ impl Writer<'_> {
             }
         };
         Ok(Built::Varying(expr, dimension))
+    }
+
+    fn lookup(&mut self, node: &Node, name: &str, arguments: &[Node]) -> Result<(Expr, Dimension), UnitError> {
+        let tables = || self.known.iter().filter_map(|(known, named)| Some((known, table_of(named)?)));
+        let Some(table) = tables().find(|(known, _)| *known == name).map(|(_, table)| Arc::clone(table)) else {
+            return Err(node.unknown_table(name, &tables().map(|(known, _)| known.as_str()).collect::<Vec<_>>()));
+        };
+        let wanted = table.arguments();
+        if wanted.len() != arguments.len() {
+            let message = format!("`{name}` is a table over {}, not {}", counted(wanted.len()), arguments.len());
+            return Err(node.error("expression::syntax", message, "separate values by commas"));
+        }
+        let mut at = Vec::new();
+        for (argument, wanted) in arguments.iter().zip(wanted) {
+            let (value, found) = self.expr(argument)?;
+            argument.like(wanted, &found)?;
+            at.push(value);
+        }
+        Ok((table.write_into(self.graph, &at), table.dimension()))
     }
 
     fn binary(&mut self, node: &Node, operator: char, parts: &[Node; 2]) -> Result<(Expr, Dimension), UnitError> {
@@ -176,6 +202,14 @@ impl Writer<'_> {
         let exponent = self.graph.multiply(power, logarithm);
         Ok((self.graph.apply(Function::Exp, exponent), dimension))
     }
+}
+
+fn table_of(named: &Named) -> Option<&Arc<Lookup>> {
+    if let Named::Table(table) = named { Some(table) } else { None }
+}
+
+fn counted(count: usize) -> String {
+    if count == 1 { "one value".into() } else { format!("{count} values") }
 }
 
 /// The largest size of a power.

@@ -153,6 +153,8 @@ pub struct Document {
     pub scenario: Table,
     /// `[signal.<name>]`
     pub signals: Vec<SignalTable>,
+    /// `[table.<name>]`: names and tables.
+    pub tables: Vec<(String, Table)>,
     /// Files that the model names, by their names, as far as they were handed over.
     pub files: BTreeMap<String, FileBytes>,
     /// `[analysis]`
@@ -220,7 +222,8 @@ impl Document {
 
     /// Names of the files that the model needs.
     pub fn file_names(&self) -> impl Iterator<Item = &str> {
-        self.signals.iter().filter_map(|signal| match &signal.table.values.get("file")?.value {
+        let tables = self.signals.iter().map(|signal| &signal.table).chain(self.tables.iter().map(|(_, table)| table));
+        tables.filter_map(|table| match &table.values.get("file")?.value {
             Value::Word(name) => Some(name.as_str()),
             _ => None,
         })

@@ -141,6 +141,12 @@ parameters = [\"wg.damping\"]
 ";
 
 /// The example on the page of such a table.
+const TABLE: &str = "\
+[table.engine]
+points = { x = [\"1000 rpm\", \"2500 rpm\", \"5000 rpm\"], value = [\"150 N m\", \"210 N m\", \"140 N m\"] }
+interpolation = \"cubic\"
+";
+
 pub(super) fn example_of(page: &str) -> &'static str {
     match page {
         "model" => MODEL,
@@ -151,6 +157,7 @@ pub(super) fn example_of(page: &str) -> &'static str {
         "plot" => PLOT,
         "variant" => VARIANT,
         "analysis" => ANALYSIS,
+        "table" => TABLE,
         "log" => LOG,
         "signal" => SIGNAL,
         "identification" => IDENTIFICATION,

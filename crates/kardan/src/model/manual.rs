@@ -52,6 +52,11 @@ const STUDY: &[(&str, &str, &str)] = &[
     ("fault", "[[scenario.fault]]", "A sensor of a sampled controller that fails for a while, or for good."),
     ("requirement", "[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
     ("plot", "[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
+    (
+        "table",
+        "[table.NAME]",
+        "A curve or a surface through points, which expressions call by its name: `engine(crank.w, 0.5)`.",
+    ),
     ("log", "[log.NAME]", "What a measured log holds: which column is which signal."),
     (
         "identification",
@@ -80,6 +85,7 @@ pub(super) const STUDY_TABLES: &[(&str, &[Field])] = &[
     ("requirement", tables::Requirement::FIELDS),
     ("plot", tables::Plot::FIELDS),
     ("analysis", tables::Analysis::FIELDS),
+    ("table", tables::LookupTable::FIELDS),
     ("log", tables::Log::FIELDS),
     ("identification", tables::Identification::FIELDS),
     ("bench", tables::Bench::FIELDS),
@@ -306,6 +312,9 @@ fn describe(kind: &Kind) -> String {
         Kind::Overrides => "quantities by name".into(),
         Kind::Lists => "lists of quantities by name".into(),
         Kind::Functions => "functions of time by name".into(),
+        Kind::Formula(dimension) => {
+            format!("expression of {}; along masses {}", dimension.si(), dimension.along_masses().si())
+        }
         Kind::Tables(_) => "list of tables".into(),
         Kind::Table(_) => "table".into(),
         Kind::Output => "angle, speed or sensor".into(),

@@ -82,6 +82,7 @@ fn laws_of(term: &Term) -> Vec<&'static str> {
             Measured::Speed(_) => "speed",
             _ => "torque",
         }],
+        Term::Torque { .. } => vec!["torque"],
         Term::Constraint { .. }
         | Term::Transmission { .. }
         | Term::Input { .. }

@@ -7,6 +7,7 @@ mod builder;
 mod divisions;
 mod document;
 mod examples;
+mod functions;
 mod json_schema;
 mod keys;
 mod manual;
@@ -28,6 +29,7 @@ pub use document::{
     Control, Document, Doubts, FileBytes, Instance, NamedVariant, Parameter, Setting, SignalTable, VariantSettings,
     Variants,
 };
+pub(crate) use functions::Functions;
 pub use json_schema::json_schema;
 pub use manual::{manual, manual_of, manual_tables, study_pages};
 pub use reading::{open, read, read_entries};

@@ -96,6 +96,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     read_controls(&root, &mut document, &mut out);
     read_logs(&root, &mut document, &mut study);
     read_signals(&root, &mut document, &mut study);
+    read_tables(&root, &mut document, &mut out);
     check_unique(&document, &mut out);
     check_named_controls(&document, &mut study);
     let is_error = |d: &Diagnostic| d.severity == Severity::Error;
@@ -140,7 +141,8 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
     };
     for found in entries.iter().filter(|found| matches!(&found.entry.value, Written::Table(table) if table.is_empty()))
     {
-        let named = element::find(&found.key).is_some() || matches!(found.key.as_str(), "control" | "log" | "signal");
+        let named =
+            element::find(&found.key).is_some() || matches!(found.key.as_str(), "control" | "log" | "signal" | "table");
         let (name, dot) = (&found.key, if named { ".NAME" } else { "" });
         let help = format!("write its keys below `[{name}{dot}]`, or remove it");
         out.push(warning(format!("the table `[{name}]` is empty"), &found.place, "nothing in it", &help));
@@ -285,6 +287,20 @@ fn read_logs(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>
     }
 }
 
+fn read_tables(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    let mut doubts = Doubts::default();
+    for node in named_tables(root, "table", tables::LookupTable::FIELDS, &mut doubts, out) {
+        let what = format!("table `{}`", shortened(node.name));
+        let before = out.len();
+        let mut table = table(tables::LookupTable::FIELDS, &node.clone().like(example_of("table")), &what, out);
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        if out.len() > before {
+            document.doubts.names.insert(node.name.to_string());
+        }
+        document.tables.push((node.name.to_string(), table));
+    }
+}
+
 fn read_signals(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     for node in named_tables(root, "signal", SIGNAL, &mut Doubts::default(), out) {
         let what = format!("signal `{}`", shortened(node.name));
@@ -335,7 +351,7 @@ const STUDY: [&str; 8] = ["scenario", "signal", "requirement", "plot", "analysis
 
 /// Reports tables that a model file does not have.
 fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>, study: &mut Vec<Diagnostic>) {
-    let mut known = vec!["model", "parameters", "variants", "variant", "control"];
+    let mut known = vec!["model", "parameters", "variants", "variant", "control", "table"];
     known.extend(STUDY);
     known.extend(element::REGISTRY.iter().map(|kind| kind.keyword));
     for found in root.table.iter() {

@@ -1,18 +1,20 @@
 //! A document and parameter values to a model: parameters put in, terms made.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use super::document::{Control, Document, Instance, Setting, keys_of};
+use super::functions::Functions;
 use super::mechanism::part;
 use super::table_reader::{Rounded, TableReader, words};
 use super::tables::Header;
 use super::tolerance::Tolerance;
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::element::Values;
+use crate::element::{Resolved, Values};
 use crate::entries::Place;
-use crate::equations::{GROUND, Measured, NamedTerm, Term};
+use crate::equations::{Domain, GROUND, Measured, NamedTerm, Term};
 use crate::results::{ElementSummary, Mechanism, ParameterValue};
-use crate::schema::{Keys, Kind};
+use crate::schema::{Keys, Kind, Scalar, Value};
 use crate::synthesis::LawKind;
 use crate::units::Dimension;
 
@@ -76,8 +78,9 @@ impl Document {
         let header = reader.values(Header::FIELDS, &self.model, "`[model]`", &mut out);
         let (mut terms, mut elements, mut doubtful) = (Vec::new(), Vec::new(), BTreeSet::new());
         let mut mechanism = Mechanism::default();
+        let mut functions = Functions::of_scenario(&reader, self);
         for instance in &self.elements {
-            let (values, sound) = element_values(instance, &reader, &mut out);
+            let (values, sound) = element_values(instance, (&reader, &mut functions), &mut out);
             if !sound {
                 doubtful.insert(instance.name.clone());
             }
@@ -94,6 +97,7 @@ impl Document {
                 values: described,
             });
         }
+        functions.check_tables(&mut out);
         elements.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
         mechanism.parts.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
         self.check_sensors(&terms, &mut doubtful, &mut out);
@@ -268,11 +272,25 @@ impl ControlSpec {
 }
 
 /// The values of an element, checked; and whether nothing is wrong with them.
-fn element_values(instance: &Instance, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) -> (Values, bool) {
+fn element_values(
+    instance: &Instance,
+    (reader, functions): (&TableReader<'_>, &mut Functions<'_, '_>),
+    out: &mut Vec<Diagnostic>,
+) -> (Values, bool) {
     let Instance { kind, name, place, table } = instance;
     let what = format!("{} `{name}`", kind.keyword);
     let before = out.len();
-    let values = reader.values(kind.fields, table, &what, out);
+    let mut values = reader.values(kind.fields, table, &what, out);
+    for field in kind.fields {
+        let (Kind::Formula(of_shafts), Some(given)) = (field.kind, table.values.get(field.name)) else { continue };
+        let Value::Scalar(Scalar::Expression(expression)) = &given.value else { continue };
+        let masses = table.along_masses || values.measure("coefficients") == Some(Domain::Translation);
+        let wanted = if masses { of_shafts.along_masses() } else { of_shafts };
+        let label = format!("`{}` of {what}", field.name);
+        if let Some(formula) = functions.formula(expression, wanted, (&given.place, &label), out) {
+            values.insert(field.name, Resolved::Formula(Arc::new(formula)));
+        }
+    }
     // A check over several keys means little if one of them could not be read.
     let complete = table.values.keys().all(|key| values.has(key)) && table.unread.is_empty();
     if complete && out.len() == before {
@@ -299,6 +317,9 @@ fn describe(instance: &Instance, values: &Values) -> String {
             (Kind::Quantity(dimension, _), Some(value), _, _) => format!("{} {}", tidy(value.to_f64()), dimension.si()),
             (_, Some(value), _, _) => tidy(value.to_f64()),
             (_, _, Some(word), _) => word.to_string(),
+            _ if values.formula(field.name).is_some() => {
+                values.formula(field.name).map_or("", |formula| formula.expression.text()).to_string()
+            }
             (_, _, _, Some(map)) => {
                 let entries: Vec<String> =
                     map.iter().map(|(name, x)| format!("{name}: {}", tidy(x.to_f64()))).collect();

@@ -332,6 +332,8 @@ impl<'a> TableReader<'a> {
                     }
                     Resolved::Words(words.iter().map(|word| word.value.clone()).collect())
                 }
+                // Behind the others: it takes functions of time.
+                (Kind::Formula(_), _) => continue,
                 (kind, Value::Scalar(scalar)) => {
                     let expected = match &kind.along(table.along_masses) {
                         Kind::Quantity(dimension, sign) => Some((*dimension, *sign)),
@@ -529,6 +531,17 @@ impl<'a> TableReader<'a> {
             out.push(Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), "").help(expected));
         }
         Resolved::Row(map, measured.unwrap_or_default())
+    }
+
+    /// Coordinates with their rates: of shafts, masses and charges.
+    pub(super) fn all_motions(&self) -> impl Iterator<Item = [String; 2]> {
+        let charges = self.document.charges().into_iter();
+        self.motions().chain(charges.map(|charge| Domain::Charge.motion().map(|quantity| quantity.of(&charge))))
+    }
+
+    /// What a coordinate is.
+    pub(super) fn domain_of(&self, coordinate: &str) -> Domain {
+        self.body(coordinate).unwrap_or(Domain::Charge)
     }
 
     /// Angles and speeds of shafts, positions and velocities of masses.

@@ -47,6 +47,30 @@ keys! {
 }
 
 keys! {
+    /// `[table.NAME]`.
+    table LookupTable {
+        required {
+        }
+        optional {
+            points: Lists,
+                "The points of a curve: `{ x = [\"0 rad/s\", \"100 rad/s\"], value = [\"5 N m\", \"1 N m\"] }`, or of a surface: \
+                 `x`, `y`, and in `value` those for all x at the first y, then at the second, and so on; left out: those of a file.";
+            file: Text,
+                "A log with the points (CSV, Parquet, MAT or MDF 4), by its path from the folder of the model file; a surface has a \
+                 row for each point of its grid, in any order.";
+            columns: Words,
+                "The columns of x (and y) and of the value: [\"speed\", \"torque\"]; left out: those of the file, if there are two or three.";
+            units: Words, "Units of these columns: [\"rpm\", \"N m\"]; left out: those of the file.";
+            interpolation: Choice(&["linear", "cubic"]) = "linear",
+                "Between two points along x: a straight line, or a cubic that is as monotone as the points are (Steffen, Astron. \
+                 Astrophys. 239, 1990). Along y always a straight line.";
+            beyond: Choice(&["hold", "straight"]) = "hold",
+                "Beyond the first and the last point: the value there holds, or it goes on straight with the slope there.";
+        }
+    }
+}
+
+keys! {
     /// `[[scenario.event]]`.
     table Event {
         required {

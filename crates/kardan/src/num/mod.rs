@@ -29,6 +29,7 @@ mod roots;
 mod scalar;
 mod sparse;
 mod sparse_lu;
+mod steffen;
 mod wide;
 
 pub use at_zero::{AtZero, at_zero, split_off};
@@ -58,3 +59,4 @@ pub use sparse::{
     SparseEchelon, SparseRow, dense_rows, project, sparse_echelon, sparse_rows, sparse_sum_of_outer, sum_of_outer,
 };
 pub use sparse_lu::{Field, SparseLu, SparseOrder};
+pub use steffen::steffen;

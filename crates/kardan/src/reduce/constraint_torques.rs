@@ -84,7 +84,7 @@ impl Motion {
         self.graph.sum(Rational::ZERO, &terms)
     }
 
-    /// The multipliers of all constraints, in the order of [`Multipliers`](super::Multipliers): `Jᵀλ = H q̈ + D q̇ + S q + friction − F τ`
+    /// The multipliers of all constraints, in the order of [`Multipliers`](super::Multipliers): `Jᵀλ = H q̈ + D q̇ + S q + friction − laws − F τ`
     /// \[diss. (4.18), (4.36)\], where the equations of the shafts that follow suffice.
     pub fn multipliers(&mut self, reduced: &Reduced, acting: Acting<'_>) -> Vec<Expr> {
         let equations = &reduced.equations;
@@ -131,6 +131,9 @@ impl Motion {
         }
         for (k, spring) in equations.springs.iter().enumerate() {
             add(&spring.row, self.spring_torque(reduced, k), 1);
+        }
+        for (law, torque) in equations.laws.iter().zip(self.laws.clone()) {
+            add(&law.row, torque, -1);
         }
         equations.frictions.iter().zip(acting.frictions).for_each(|(term, torque)| add(&term.row, *torque, 1));
         equations.inputs.iter().zip(acting.inputs).for_each(|(term, torque)| add(&term.row, *torque, -1));

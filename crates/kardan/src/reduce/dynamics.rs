@@ -217,9 +217,15 @@ impl Work {
 }
 
 impl Dynamics {
-    /// Compiles a reduced model; the memory for its evaluation comes with it.
+    /// Compiles a reduced model; the memory for its evaluation comes with it. What depends on the time is what it is at time zero.
     pub fn new(reduced: &Reduced) -> (Self, Work) {
-        Self::extended(reduced, |_| Extension::default())
+        let mut begin = Vec::new();
+        let (dynamics, mut work) = Self::extended(reduced, |motion| {
+            begin.extend(motion.timed.values(0.0));
+            Extension { inputs: motion.timed.symbols(&motion.graph), outputs: Vec::new() }
+        });
+        work.give(&dynamics, 0, begin);
+        (dynamics, work)
     }
 
     /// The same with more expressions of the motion and of what else is given.
@@ -265,8 +271,10 @@ impl Dynamics {
         let rows = motion.basis.iter().chain(&motion.frictions).chain(&motion.inputs).flat_map(|row| row.values());
         let mut fixed = rows.chain(motion.inertia.values()).chain(&motion.bias).chain(&motion.friction_bias);
         let affine = motion.graph.affine();
-        let linear =
-            fixed.all(|expr| !varying(*expr)) && motion.passive.iter().chain(&motion.angles).all(|expr| affine(*expr));
+        let steady = equations.laws.iter().all(|law| !law.value.is_of_time());
+        let linear = steady
+            && fixed.all(|expr| !varying(*expr))
+            && motion.passive.iter().chain(&motion.angles).all(|expr| affine(*expr));
         let out = Self {
             degrees_of_freedom: r,
             constant: plan.inertia.is_empty(),

@@ -216,7 +216,7 @@ pub struct Slope {
 }
 
 /// Angles of all shafts at a position, where they are fractions.
-fn exact_angles(reduced: &Reduced, position: &[f64]) -> Vec<Option<Rational>> {
+pub(super) fn exact_angles(reduced: &Reduced, position: &[f64]) -> Vec<Option<Rational>> {
     let mut angles = vec![None; reduced.equations.coordinates.len()];
     for (&shaft, position) in reduced.coordinates.iter().zip(position) {
         angles[shaft] = rational_from_f64(*position);

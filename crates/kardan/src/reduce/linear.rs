@@ -1,6 +1,8 @@
 //! The linear model around a position at rest.
 
-use super::{Reduced, kinematics};
+use std::collections::BTreeMap;
+
+use super::{Reduced, kinematics, law_slopes};
 use crate::num::{Matrix, Rational, SparseRow, dense_rows, project, sparse_sum_of_outer};
 
 /// The reduced matrices of a linear(ised) model \[diss. Theorem 4.1\], exact for the stored numbers.
@@ -84,10 +86,34 @@ pub fn sparse_model(reduced: &Reduced, position: &[f64]) -> SparseModel {
     let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
     let along = |row: &SparseRow| project(row, &basis);
     let (inertias, dampers, springs) = (&equations.inertias, &equations.dampers, &equations.springs);
+    let laws: Vec<_> = law_slopes(reduced, position)
+        .into_iter()
+        .map(|slopes| {
+            let row = along(&equations.laws[slopes.law].row);
+            (row, along(&slopes.on_positions), along(&slopes.on_rates))
+        })
+        .collect();
+    let minus_laws = |rows: &mut Vec<SparseRow>, of: &dyn Fn(&(SparseRow, SparseRow, SparseRow)) -> SparseRow| {
+        for law in &laws {
+            let slopes = of(law);
+            for (i, x) in &law.0 {
+                let mut row: BTreeMap<usize, Rational> = std::mem::take(&mut rows[*i]).into_iter().collect();
+                for (j, y) in &slopes {
+                    *row.entry(*j).or_default() -= x * y;
+                }
+                rows[*i] = row.into_iter().filter(|(_, x)| !x.is_zero()).collect();
+            }
+        }
+    };
+    let mut damping = sparse_sum_of_outer(dampers.iter().map(|d| (along(&d.row), d.value.to_rational())), r);
+    let mut stiffness =
+        sparse_sum_of_outer(springs.iter().map(|s| (along(&s.row), s.value.stiffness.to_rational())), r);
+    minus_laws(&mut damping, &|law| law.2.clone());
+    minus_laws(&mut stiffness, &|law| law.1.clone());
     SparseModel {
         inertia: sparse_sum_of_outer(inertias.iter().map(|j| (along(&j.row), j.value.to_rational())), r),
-        damping: sparse_sum_of_outer(dampers.iter().map(|d| (along(&d.row), d.value.to_rational())), r),
-        stiffness: sparse_sum_of_outer(springs.iter().map(|s| (along(&s.row), s.value.stiffness.to_rational())), r),
+        damping,
+        stiffness,
         input: equations.inputs.iter().map(|input| along(&input.row)).collect(),
         basis,
     }

@@ -72,7 +72,7 @@ impl MechanismData<f64> {
     }
 
     fn opened(reduced: &Reduced, held: usize) -> Self {
-        let (equations, mut motion) = (&reduced.equations, Motion::new(reduced));
+        let (equations, mut motion) = (&reduced.equations, Motion::at_time_zero(reduced));
         let wanted = wanted(reduced, &mut motion);
         let plan = motion.compile(&wanted);
         Self {

@@ -70,6 +70,8 @@ pub struct Motion {
     pub friction_bias: Vec<Expr>,
     /// Directions of the inputs.
     pub inputs: Vec<SparseRow>,
+    /// Torques that expressions give, N m.
+    pub laws: Vec<Expr>,
     /// What is given of the time.
     pub timed: Timed,
 }
@@ -81,12 +83,37 @@ pub struct Timed {
     pub time: Option<Expr>,
     /// Parts, each with its symbol.
     pub parts: Vec<(Arc<Part>, Expr)>,
+    /// Whether it stands still at zero: then there are no symbols.
+    pub begin: bool,
+}
+
+impl Timed {
+    /// What is given: the parts, then the time.
+    pub fn symbols(&self, graph: &Graph) -> Vec<Symbol> {
+        let given = self.parts.iter().map(|(_, symbol)| *symbol).chain(self.time);
+        given.filter_map(|symbol| graph.symbol_of(symbol)).collect()
+    }
+
+    /// Their values at a time.
+    pub fn values(&self, time: f64) -> impl Iterator<Item = f64> {
+        self.parts.iter().map(move |(part, _)| part.pieces.value(time)).chain(self.time.map(|_| time))
+    }
 }
 
 impl Motion {
     /// The expressions of a model.
     pub fn new(reduced: &Reduced) -> Self {
+        Self::with_time(reduced, false)
+    }
+
+    /// The expressions of a model at time zero: what depends on the time is what it is there.
+    pub fn at_time_zero(reduced: &Reduced) -> Self {
+        Self::with_time(reduced, true)
+    }
+
+    fn with_time(reduced: &Reduced, begin: bool) -> Self {
         let mut out = Self::kinematics(reduced);
+        out.timed.begin = begin;
         out.terms(reduced);
         let rows = |out: &mut Self, rows: Vec<&[(usize, Rational)]>| -> Vec<SparseRow> {
             rows.into_iter().map(|row| out.along(row)).collect()
@@ -95,6 +122,13 @@ impl Motion {
         out.frictions = rows(&mut out, equations.frictions.iter().map(|term| term.row.as_slice()).collect());
         out.inputs = rows(&mut out, equations.inputs.iter().map(|term| term.row.as_slice()).collect());
         out.friction_bias = equations.frictions.iter().map(|term| out.sum(&term.row, |out, k| out.bias[k])).collect();
+        out
+    }
+
+    /// Angles and speeds alone, at time zero.
+    pub(super) fn free(reduced: &Reduced) -> Self {
+        let mut out = Self::kinematics(reduced);
+        out.timed.begin = true;
         out
     }
 
@@ -124,6 +158,7 @@ impl Motion {
             frictions: Vec::new(),
             friction_bias: Vec::new(),
             inputs: Vec::new(),
+            laws: Vec::new(),
             timed: Timed::default(),
         };
         for (k, &shaft) in reduced.coordinates.iter().enumerate() {
@@ -203,6 +238,7 @@ impl Motion {
                 }
             }
         }
+        self.add_laws(reduced);
         let graph = &mut self.graph;
         self.passive = self.passive_terms.sums(graph);
         self.inertia = inertia.into_iter().map(|(place, terms)| (place, graph.sum(Rational::ZERO, &terms))).collect();
@@ -235,9 +271,14 @@ impl Motion {
 
     /// A function of time as an expression. What it needs of the time becomes part of [`timed`](Self::timed), once for all functions.
     pub fn of_time(&mut self, function: &OfTime) -> Expr {
-        let Timed { time, parts } = &mut self.timed;
-        let mut time = |graph: &mut Graph| *time.get_or_insert_with(|| graph.new_symbol("t".into(), Dimension::TIME));
+        let Timed { time, parts, begin } = &mut self.timed;
+        let begin = *begin;
+        let mut time = |graph: &mut Graph| match begin {
+            true => graph.integer(0),
+            false => *time.get_or_insert_with(|| graph.new_symbol("t".into(), Dimension::TIME)),
+        };
         let mut part = |graph: &mut Graph, part: &Arc<Part>| match parts.iter().find(|(other, _)| other == part) {
+            _ if begin => graph.number(rational_from_f64(part.pieces.value(0.0)).unwrap_or(Rational::ZERO)),
             Some((_, symbol)) => *symbol,
             None => {
                 let symbol = graph.new_symbol(part.name.clone(), part.dimension);

@@ -120,6 +120,7 @@ macro_rules! keys {
     (@type Number $($args:tt)*) => { $crate::schema::Quantity };
     (@type Coefficients) => { $crate::schema::Named };
     (@type Overrides) => { $crate::schema::Named };
+    (@type Formula $($args:tt)*) => { $crate::schema::Quantity };
     (@type Functions) => { $crate::schema::Named };
     (@type Lists) => { $crate::schema::Lists };
     (@type Poles) => { $crate::schema::Quantities };

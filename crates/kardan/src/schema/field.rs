@@ -65,6 +65,8 @@ pub enum Kind {
     Lists,
     /// A table from names to functions of time: `{ load = "2 N m * sin(2 pi t / 1 s)" }`.
     Functions,
+    /// An expression of what moves, the time, parameters, signals and tables, of a quantity; along masses of that of masses.
+    Formula(Dimension),
     /// A list of tables, each of the given shape.
     Tables(&'static [Field]),
     /// One table of the given shape.
@@ -84,6 +86,7 @@ impl Kind {
         match self {
             Self::Mechanical(dimension, sign) if masses => Self::Quantity(dimension.along_masses(), sign),
             Self::Mechanical(dimension, sign) => Self::Quantity(dimension, sign),
+            Self::Formula(dimension) if masses => Self::Formula(dimension.along_masses()),
             other => other,
         }
     }
@@ -175,7 +178,7 @@ pub enum Value {
     Word(String),
     /// For `Shafts`, `Elements`, `Signals`, `Outputs` and `Words`.
     Words(Vec<Placed<String>>),
-    /// For `Quantity`, `AnyQuantity` and `Number`.
+    /// For `Quantity`, `AnyQuantity`, `Number` and `Formula` (an expression).
     Scalar(Scalar),
     /// For `Coefficients` (numbers), `Overrides` (quantities), `Functions` (expressions) and `Lists` (an entry for each quantity of a list).
     Map(Vec<(Placed<String>, Placed<Scalar>)>),

@@ -2,6 +2,7 @@ use super::course::mistake;
 use super::{Course, Refused, Samples, SignalKind};
 use crate::element::{Mistake, Values};
 use crate::expr::Expr;
+use crate::num::steffen;
 use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::Dimension;
 
@@ -141,38 +142,6 @@ fn between(times: &[f64], values: &[f64], interpolation: &str) -> Vec<(f64, [f64
     (0..count - 1).map(piece).collect()
 }
 
-/// Slopes at three or more points of a cubic that is monotone where they are.
-fn steffen(x: &[f64], y: &[f64]) -> Vec<f64> {
-    let n = x.len();
-    let h = |k: usize| x[k + 1] - x[k];
-    let s = |k: usize| (y[k + 1] - y[k]) / h(k);
-    // That of the parabola through three points, at one end of them.
-    let end = |near: usize, far: usize| {
-        let part = h(near) / (h(near) + h(far));
-        let slope = s(near) * (1.0 + part) - s(far) * part;
-        match slope {
-            slope if slope * s(near) <= 0.0 => 0.0,
-            slope if slope.abs() > 2.0 * s(near).abs() => 2.0 * s(near),
-            slope => slope,
-        }
-    };
-    let inner = |k: usize| {
-        let (before, behind) = (s(k - 1), s(k));
-        if before * behind <= 0.0 {
-            return 0.0;
-        }
-        let parabola = (before * h(k) + behind * h(k - 1)) / (h(k - 1) + h(k));
-        2.0 * before.signum() * before.abs().min(behind.abs()).min(0.5 * parabola.abs())
-    };
-    (0..n)
-        .map(|k| match k {
-            0 => end(0, 1),
-            k if k == n - 1 => end(n - 2, n - 3),
-            k => inner(k),
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -195,7 +164,5 @@ mod tests {
             let rise = (y[k + 1] - y[k]).signum() * f64::from(u8::from(y[k + 1] != y[k]));
             assert!(values.windows(2).all(|pair| rise * (pair[1] - pair[0]) >= -1e-14), "{k}: {values:?}");
         }
-        // What is a parabola at three points with rising slopes keeps its slope in the middle.
-        assert!((steffen(&[1.0, 2.0, 3.0], &[1.0, 4.0, 9.0])[1] - 4.0).abs() < 1e-15);
     }
 }

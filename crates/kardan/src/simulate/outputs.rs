@@ -152,6 +152,16 @@ impl Columns<'_> {
         }
     }
 
+    /// Torques that expressions give.
+    fn add_laws(&mut self) {
+        let equations = &self.reduced.equations;
+        for (k, law) in equations.laws.iter().enumerate() {
+            let effort = equations.domain_of(law).effort();
+            let description = format!("{} of {}", effort.physical().word(), law.element);
+            self.add(effort.of(&law.element), effort.physical(), description, Read::Law(k));
+        }
+    }
+
     fn springs_of(&self, element: &str) -> Vec<usize> {
         numbered(element, &self.reduced.equations.springs)
     }
@@ -276,6 +286,7 @@ impl Outputs {
         columns.add_constraints();
         columns.add_compliances();
         columns.add_couplings();
+        columns.add_laws();
         for (k, friction) in equations.frictions.iter().enumerate() {
             let name = &friction.element;
             let physical = equations.domain_of(friction).effort().physical();

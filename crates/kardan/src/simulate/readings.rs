@@ -29,6 +29,7 @@ pub(super) enum Read {
     },
     Compliance(Compliance),
     Friction(usize),
+    Law(usize),
     Source(usize),
     Sensor(usize),
 }
@@ -153,6 +154,7 @@ impl Shared<'_> {
                 self.motion.graph.scale(exact(*factor), torque)
             }
             Read::Friction(k) => self.frictions[*k],
+            Read::Law(k) => self.motion.laws[*k],
             Read::Source(k) => self.found.source_values[*k],
             Read::Sensor(_) => self.motion.graph.integer(0),
         }

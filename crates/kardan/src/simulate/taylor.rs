@@ -1,8 +1,10 @@
 //! Integration by Taylor series: every step is the series of the motion at its begin, as long as its last terms are within the tolerance.
 //!
 //! The order follows from the tolerance, the length of a step from the last two terms (Jorba and Zou, Experimental Mathematics 14, 2005,
-//! 99). Where the step is short anyway, as between two samples of a controller, fewer terms suffice. No step is rejected, and the
-//! series is the dense output.
+//! 99). Where the step is short anyway, as between two samples of a controller, fewer terms suffice. The series is the dense output.
+//!
+//! Terms may vanish without being the last ones: `ẍ = −cos x` from rest has those of orders 2, 6, 10 only. Where the last two are suddenly
+//! small the rates at the end of the step tell whether the series is the motion still, and the step is shortened until it is.
 
 use kardan_rt::functions::{exp, ln};
 
@@ -14,6 +16,12 @@ use crate::num::Keeper;
 const SAFETY: f64 = 0.9;
 /// Two terms in turn that are so small, in tolerances, are the last ones of a step whose length is known.
 const SMALL_TERM: f64 = 1e-2;
+/// The last two terms are suddenly small below this part of the two before them.
+const SUDDENLY: f64 = 1e-6;
+/// Where all terms were asked for the last two are not so small, in tolerances.
+const TOO_SMALL: f64 = 1e-4;
+/// Most halvings of a step whose end does not belong to the motion.
+const HALVINGS: usize = 64;
 /// Steps from one look at what rounding makes of a step to the next.
 const LOOK_AT_ROUNDING: u64 = 64;
 /// Orders that are used at least and at most.
@@ -37,6 +45,10 @@ pub(super) struct Taylor {
     /// Evaluations of the machine when the first coefficients at the state were found: while there are no more, they and its factors hold.
     begun: Option<u64>,
     next: f64,
+    /// Whether the end of the last step is to be looked at.
+    doubtful: bool,
+    /// Memory for the rates there.
+    rates: Vec<f64>,
     counts: Counts,
     rounding: Rounding,
 }
@@ -62,6 +74,8 @@ impl Taylor {
             order: 0,
             begun: None,
             next: 0.0,
+            doubtful: false,
+            rates: zero.clone(),
             counts: Counts::default(),
             rounding: Rounding::new(absolute.len()),
         }
@@ -114,6 +128,8 @@ impl Taylor {
         let short = room <= self.next || self.next == 0.0;
         let (most, mut order) = (self.most, 1);
         let (mut before, mut small, mut power) = (f64::INFINITY, false, room);
+        let mut earlier = if short { self.largest(1, room) * room } else { 0.0 };
+        self.doubtful = false;
         while order < most && !small {
             expand(order, &mut self.coefficients);
             order += 1;
@@ -121,12 +137,17 @@ impl Taylor {
             if short {
                 let term = self.largest(order, room) * power;
                 small = before.max(term) <= SMALL_TERM;
+                if small {
+                    self.doubtful = before.max(term) < SUDDENLY * earlier;
+                }
+                earlier = if before.is_finite() { before } else { earlier };
                 before = term;
             }
         }
         self.counts.evaluations += order as u64 - 1;
         self.order = order;
         let length = if small { room } else { self.length(order, room) };
+        self.doubtful |= !small && self.ends_suddenly(order, length);
         if !length.is_finite() || length == 0.0 && self.coefficients.iter().any(|x| !x.is_finite()) {
             return Err(StepError::NotFinite { time: self.time });
         }
@@ -147,6 +168,44 @@ impl Taylor {
         }
         self.counts.accepted += 1;
         Ok(())
+    }
+
+    /// Whether the last two terms of a step are smaller than those before them let expect.
+    fn ends_suddenly(&self, order: usize, length: f64) -> bool {
+        let term = |order: usize| exp(ln(self.largest(order, length)) + order as f64 * ln(length));
+        let last = term(order).max(term(order - 1));
+        last < TOO_SMALL || last < SUDDENLY * term(order - 2).max(term(order - 3))
+    }
+
+    /// Looks whether the end of the last step belongs to the motion, where its terms leave that open, and shortens it until it does: what is
+    /// left out of the series makes its slope differ from the rates.
+    pub(super) fn look_at_end(&mut self, mut rates: impl FnMut(f64, &[f64], &mut [f64])) {
+        if !std::mem::take(&mut self.doubtful) {
+            return;
+        }
+        let mut slope = std::mem::take(&mut self.rates);
+        for _ in 0..HALVINGS {
+            let length = self.time - self.previous_time;
+            rates(self.time, &self.state, &mut slope);
+            self.counts.evaluations += 1;
+            let own = |k: usize| {
+                (1..=self.order).rev().fold(0.0, |sum, order| sum * length + order as f64 * self.of(order)[k])
+            };
+            let parts = self.absolute.iter().enumerate().map(|(k, absolute)| {
+                let size = self.previous[k].abs().max(self.state[k].abs()).max((length * self.of(1)[k]).abs());
+                (slope[k] - own(k)).abs() * length / (absolute + self.relative * size)
+            });
+            // What is no number is no end either.
+            if parts.fold(0.0, |most: f64, part| if part <= most { most } else { part }) <= 1.0 {
+                break;
+            }
+            self.time = self.previous_time + 0.5 * length;
+            let mut state = std::mem::take(&mut self.state);
+            self.interpolate(self.time, &mut state);
+            (self.state, self.next) = (state, 0.5 * length);
+            self.counts.rejected += 1;
+        }
+        self.rates = slope;
     }
 
     /// Looks what rounding makes of the last step, once in a while: the lengths of steps do not depend on it.

@@ -86,6 +86,9 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
             | Term::Constraint { along, .. }
             | Term::Compliance { along, .. }
             | Term::Input { along, .. } => along.entries.iter().map(|(name, _)| name.as_str()).collect(),
+            Term::Torque { along, law } => {
+                along.entries.iter().map(|(name, _)| name.as_str()).chain(law.coordinates()).collect()
+            }
             Term::Transmission { driven, driving, .. } => vec![driven, driving],
             Term::Output(_) | Term::Charge { .. } | Term::Position { .. } | Term::Measure(_) | Term::Balance { .. } => {
                 continue;

@@ -147,6 +147,7 @@ fn unreduced(model: &mut Model) -> Reduced {
         | Term::Compliance { along, .. }
         | Term::Balance { along, .. }
         | Term::Input { along, .. } => of_element(named, along),
+        Term::Torque { along, law } => of_element(named, along) && law.coordinates().all(|name| known(&name.into())),
         Term::Transmission { driven, driving, .. } => known(driven) && known(driving),
         Term::Output(_) | Term::Charge { .. } | Term::Position { .. } | Term::Measure(_) => true,
     });

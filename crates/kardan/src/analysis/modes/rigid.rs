@@ -13,11 +13,12 @@ pub(super) struct Rigid {
     pub damped: Vec<SparseRow>,
 }
 
-/// The kernel of `S_r`, split by `D_r`, exact. Empty if a stiffness is negative, when springs can cancel each other.
+/// The kernel of `S_r`, split by `D_r`, exact. Empty if a stiffness is negative, when springs can cancel each other,
+/// and with loads, which can do the same.
 pub(super) fn rigid_motions(reduced: &ConstrainedSystem) -> Rigid {
     let n = reduced.coordinates.len();
     let columns: Vec<usize> = (0..n).collect();
-    if reduced.springs.iter().any(|spring| spring.value < Rational::ZERO) {
+    if !reduced.loads.is_empty() || reduced.springs.iter().any(|spring| spring.value < Rational::ZERO) {
         return Rigid { free: Vec::new(), damped: Vec::new() };
     }
     let stretching = reduced.springs.iter().filter(|spring| !spring.value.is_zero()).map(|spring| &spring.row);

@@ -18,23 +18,10 @@ impl Spline {
     /// Through two or more points whose first parts rise.
     pub fn new(points: &[(f64, f64)]) -> Option<Self> {
         let slopes = slopes(points);
-        let exact = |value: f64| rational_from_f64(value);
-        let straight = |(x, y): (f64, f64), slope: f64| Some((exact(x)?, vec![exact(y)?, exact(slope)?]));
-        let mut pieces = vec![straight(*points.first()?, *slopes.first()?)?];
-        for (k, pair) in points.windows(2).enumerate() {
-            let [(x0, y0), (x1, y1)] = [pair[0], pair[1]].map(|(x, y)| (exact(x), exact(y)));
-            let (x0, y0, x1, y1) = (x0?, y0?, x1?, y1?);
-            let (d0, d1) = (exact(slopes[k])?, exact(slopes[k + 1])?);
-            // Hermite: y0 + d0 t + a t^2 + b t^3 with both ends and both slopes.
-            let h = &x1 - &x0;
-            let chord = (&y1 - &y0) / &h;
-            let a = (&chord * Rational::from(3) - &d0 * Rational::from(2) - &d1) / &h;
-            let b = (&d0 + &d1 - &chord * Rational::from(2)) / (&h * &h);
-            pieces.push((x0, vec![y0, d0, a, b]));
-        }
-        pieces.push(straight(*points.last()?, *slopes.last()?)?);
-        let knots = points.iter().map(|(x, _)| exact(*x)).collect::<Option<_>>()?;
-        let curve = PiecewisePolynomial { knots, pieces };
+        let point = |(x, y): &(f64, f64)| Some((rational_from_f64(*x)?, rational_from_f64(*y)?));
+        let points: Vec<_> = points.iter().map(point).collect::<Option<_>>()?;
+        let slopes: Vec<Rational> = slopes.iter().map(|slope| rational_from_f64(*slope)).collect::<Option<_>>()?;
+        let curve = PiecewisePolynomial::smooth(&points, &slopes, true)?;
         let slope = curve.derivative();
         let curvature = slope.derivative();
         Some(Self { tables: [curve, slope, curvature] })

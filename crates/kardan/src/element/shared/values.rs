@@ -1,8 +1,9 @@
 //! The values of an element's keys.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use crate::equations::Domain;
+use crate::equations::{Domain, Formula};
 use crate::schema::ExactPole;
 use crate::units::Exact;
 
@@ -23,6 +24,8 @@ pub enum Resolved {
     Tables(Vec<Values>),
     /// Poles, 1/s.
     Poles(Vec<ExactPole>),
+    /// An expression of what moves.
+    Formula(Arc<Formula>),
 }
 
 /// The values of an element's keys, with parameters put in.
@@ -111,6 +114,11 @@ impl Values {
     /// What a row of coefficients sums up to: an angle or a length.
     pub fn measure(&self, key: &str) -> Option<Domain> {
         if let Some(Resolved::Row(_, domain)) = self.get(key) { Some(*domain) } else { None }
+    }
+
+    /// An expression of what moves.
+    pub fn formula(&self, key: &str) -> Option<&Arc<Formula>> {
+        if let Some(Resolved::Formula(formula)) = self.get(key) { Some(formula) } else { None }
     }
 
     /// A list of tables.

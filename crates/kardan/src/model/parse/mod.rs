@@ -191,6 +191,7 @@ fn value_near(
         ) => reader.scalar(literal, out).map(Value::Scalar),
         (Kind::Coefficients, Written::Table(entries)) => reader.map(&Kind::Coefficient, entries, out),
         (Kind::Overrides | Kind::Lists, Written::Table(entries)) => reader.map(&Kind::AnyQuantity, entries, out),
+        (Kind::Formula(_), Written::Text(text) | Written::Number(text)) => reader.formula(text, out),
         (Kind::Functions, Written::Table(entries)) => Some(reader.functions(entries, out)),
         (Kind::Tables(fields), Written::List(list)) => {
             let mut tables = Vec::new();
@@ -383,6 +384,17 @@ impl Reader<'_> {
             self.unlike("list::length", &expected(self.kind), "an empty table", "empty", out);
         }
         Some(Value::Map(map))
+    }
+
+    /// An expression of what moves.
+    fn formula(&self, text: &str, out: &mut Vec<Diagnostic>) -> Option<Value> {
+        match Expression::parse_law(text) {
+            Ok(read) => Some(Value::Scalar(Scalar::Expression(Box::new(read)))),
+            Err(error) => {
+                out.push(self.unit_error(error, text));
+                None
+            }
+        }
     }
 
     /// Functions of time by name.

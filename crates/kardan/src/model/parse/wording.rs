@@ -4,6 +4,7 @@ use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::{KeyedEntry, Written};
 use crate::names::{did_you_mean, how_to_hold, nearest_or_alike, stands_still};
 use crate::schema::Kind;
+use crate::units::Dimension;
 use crate::units::written_quantity;
 
 /// `owner` is the name of the table, if it has one.
@@ -64,6 +65,7 @@ pub(super) fn expected(kind: &Kind) -> String {
         Kind::Overrides => "a table from names to quantities".to_string(),
         Kind::Lists => "a table from names to lists of quantities".to_string(),
         Kind::Functions => "a table from names to functions of time".to_string(),
+        Kind::Formula(dimension) => format!("an expression of {} such as {}", dimension.si(), example(kind)),
         Kind::Tables(_) => "a list of tables".to_string(),
         Kind::Table(_) => "a table".to_string(),
         Kind::Output => "an angle or speed of a shaft, or a sensor".to_string(),
@@ -97,6 +99,10 @@ pub(in crate::model) fn example(kind: &Kind) -> String {
         Kind::AnyQuantity => "\"1.3 N m\"".to_string(),
         Kind::Overrides => "{ beta = \"0 deg\" }".to_string(),
         Kind::Lists => "{ wg = [\"20 rad/s\", \"60 rad/s\"] }".to_string(),
+        Kind::Formula(dimension) => match *dimension == Dimension::FORCE {
+            true => "\"-0.4 N s^2/m^2 * car.v * abs(car.v)\"".to_string(),
+            false => "\"-2 N m * sin(arm.phi)\"".to_string(),
+        },
         Kind::Functions => "{ load = \"2 N m * sin(2 pi t / 1 s)\" }".to_string(),
         Kind::Output => "\"rk.phi\"".to_string(),
         Kind::Outputs => "[\"rk.phi\", \"fs.phi\"]".to_string(),

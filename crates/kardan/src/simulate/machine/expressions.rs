@@ -96,9 +96,7 @@ impl Loop<'_> {
 
     /// What the expressions came to need of the time is given behind all else.
     fn give_time(&mut self, places: &mut Places) {
-        let timed = &self.motion.timed;
-        let given = timed.parts.iter().map(|(_, symbol)| *symbol).chain(timed.time);
-        self.inputs.extend(given.filter_map(|symbol| self.motion.graph.symbol_of(symbol)));
+        self.inputs.extend(self.motion.timed.symbols(&self.motion.graph));
         places.timed.end = self.inputs.len();
     }
 
@@ -337,7 +335,7 @@ fn forces(all: &mut Loop<'_>, applied: &[Expr], friction: &[Expr]) -> Vec<Expr> 
     forces.sums(&mut motion.graph)
 }
 
-/// Power of the inputs; loss in dampers and in slipping directions.
+/// Power of the inputs and of the torques that expressions give; loss in dampers and in slipping directions.
 fn powers(
     all: &mut Loop<'_>,
     equations: &Equations,
@@ -349,6 +347,11 @@ fn powers(
         let speed = all.motion.sum(&input.row, |motion, shaft| motion.speeds[shaft]);
         let speed = all.motion.graph.group(speed);
         work.push(all.motion.graph.multiply(*torque, speed));
+    }
+    for (law, torque) in equations.laws.iter().zip(all.motion.laws.clone()) {
+        let speed = all.motion.sum(&law.row, |motion, shaft| motion.speeds[shaft]);
+        let speed = all.motion.graph.group(speed);
+        work.push(all.motion.graph.multiply(torque, speed));
     }
     for damper in &equations.dampers {
         let speed = all.motion.sum(&damper.row, |motion, shaft| motion.speeds[shaft]);

@@ -138,7 +138,8 @@ impl Cause {
                 return None;
             }
             let s = Rational::from(number);
-            let m = inertia.scale(&s.times(&s)).plus(&damping.scale(&s)).plus(&stiffness);
+            // The virtual motion is that of the transposed system; they are one without loads.
+            let m = inertia.scale(&s.times(&s)).plus(&damping.scale(&s)).plus(&stiffness).transpose();
             let a = Matrix::from_fn(n, 1, |i, _| value(&row[i], &s));
             let forced = basis.transpose().multiply(&a);
             let eta = if forced.as_slice().iter().all(Scalar::is_zero) {
@@ -192,5 +193,6 @@ impl Cause {
 
 /// Elements and directions of all springs, then all dampers.
 fn directions(system: &ConstrainedSystem) -> impl Iterator<Item = (&str, &[(usize, Rational)])> {
-    system.springs.iter().chain(&system.dampers).map(|along| (along.element.as_str(), along.row.as_slice()))
+    let laws = system.springs.iter().chain(&system.dampers).map(|along| (along.element.as_str(), along.row.as_slice()));
+    laws.chain(system.loads.iter().map(|load| (load.element.as_str(), load.row.as_slice())))
 }

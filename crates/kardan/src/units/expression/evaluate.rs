@@ -8,6 +8,7 @@ use dashu_ratio::RBig;
 
 use super::super::catalogue::{find_unit, unit_help};
 use super::super::{Dimension, Exact, UnitError, precise};
+use super::reading::unknown_function;
 use super::tree::{Called, Kind, Node};
 
 /// The largest size of a power of π.
@@ -130,9 +131,23 @@ impl Node {
             Kind::Name(name) => out.push(name),
             Kind::Negative(inner) => inner.names(out),
             Kind::Binary(_, parts) => parts.iter().for_each(|part| part.names(out)),
-            Kind::Call(_, parts) => parts.iter().for_each(|part| part.names(out)),
+            Kind::Call(_, parts) | Kind::Lookup(_, parts) => parts.iter().for_each(|part| part.names(out)),
             Kind::If(_, parts) => parts.iter().for_each(|part| part.names(out)),
         }
+    }
+
+    /// The tables in it, in the order in which they first appear.
+    pub(crate) fn tables<'n>(&'n self, out: &mut Vec<&'n str>) {
+        match &self.kind {
+            Kind::Lookup(name, _) if !out.contains(&name.as_str()) => out.push(name),
+            _ => {}
+        }
+        self.parts().iter().for_each(|part| part.tables(out));
+    }
+
+    /// A table that there is not, among those that there are.
+    pub(crate) fn unknown_table(&self, name: &str, known: &[&str]) -> UnitError {
+        unknown_function(name, self.span.start..self.span.start + name.len(), known)
     }
 
     fn parts(&self) -> &[Self] {
@@ -140,7 +155,7 @@ impl Node {
             Kind::Literal(..) | Kind::Name(_) => &[],
             Kind::Negative(inner) => std::slice::from_ref(inner),
             Kind::Binary(_, parts) => &parts[..],
-            Kind::Call(_, parts) => parts,
+            Kind::Call(_, parts) | Kind::Lookup(_, parts) => parts,
             Kind::If(_, parts) => &parts[..],
         }
     }
@@ -215,6 +230,7 @@ impl Node {
                 }
             }
             Kind::Call(function, arguments) => self.call(*function, arguments, lookup),
+            Kind::Lookup(name, _) => Err(self.unknown_table(name, &[])),
             Kind::If(comparison, parts) => {
                 let [a, b] = [parts[0].value(lookup)?, parts[1].value(lookup)?];
                 parts[1].like(&a.dimension, &b.dimension)?;

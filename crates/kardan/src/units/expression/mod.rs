@@ -57,6 +57,7 @@ impl Expression {
     }
 
     /// Reads an expression of time and signals: `t` is the time, and may stand behind its factor, `2 pi t / 1 s`. A tonne is `1000 kg` there.
+    /// What is called by a name that no function has is a table.
     ///
     /// ```
     /// use kardan::units::Expression;
@@ -85,6 +86,13 @@ impl Expression {
     pub fn names(&self) -> Vec<&str> {
         let mut out = Vec::new();
         self.root.names(&mut out);
+        out
+    }
+
+    /// The names of the tables in it, in the order in which they first appear.
+    pub fn tables(&self) -> Vec<&str> {
+        let mut out = Vec::new();
+        self.root.tables(&mut out);
         out
     }
 

@@ -38,7 +38,17 @@ fn syntax(span: Range<usize>, message: impl Into<String>, help: impl Into<String
     UnitError::new("expression::syntax", span, message).help(help)
 }
 
-/// The parts of a text; `of_time`: `t` is the time.
+/// A function that there is not; `tables` are what can be called besides the functions.
+pub(super) fn unknown_function(name: &str, span: Range<usize>, tables: &[&str]) -> UnitError {
+    let known = || FUNCTIONS.iter().map(|(known, ..)| *known).chain(["if"]).chain(tables.iter().copied());
+    let help = match crate::names::nearest(name, known()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("there are {}", known().collect::<Vec<_>>().join(", ")),
+    };
+    UnitError::new("expression::function", span, format!("unknown function `{name}`")).help(help)
+}
+
+/// The parts of a text; `of_time`: `t` is the time, and tables may be called.
 pub(super) fn read(text: &str, of_time: bool) -> Result<Node, UnitError> {
     check_length(text, TEXT_LIMIT)?;
     let mut parser = Parser { reader: Reader { text, at: 0 }, depth: 0, of_time };
@@ -303,14 +313,10 @@ impl Parser<'_> {
         if name == "if" {
             return self.condition(span);
         }
-        let Some((_, function, count)) = FUNCTIONS.iter().find(|(known, ..)| *known == name) else {
-            let known: Vec<&str> = FUNCTIONS.iter().map(|(known, ..)| *known).chain(["if"]).collect();
-            let help = match crate::names::nearest(name, known.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("there are {}", known.join(", ")),
-            };
-            return Err(UnitError::new("expression::function", span, format!("unknown function `{name}`")).help(help));
-        };
+        let known = FUNCTIONS.iter().find(|(known, ..)| *known == name);
+        if known.is_none() && !self.of_time {
+            return Err(unknown_function(name, span, &[]));
+        }
         let mut arguments = vec![self.sum()?];
         loop {
             self.reader.spaces();
@@ -321,6 +327,9 @@ impl Parser<'_> {
         }
         self.close(span.start)?;
         let span = span.start..self.reader.at;
+        let Some((_, function, count)) = known else {
+            return Ok(Node { span, kind: Kind::Lookup(name.to_string(), arguments) });
+        };
         if !count.contains(&arguments.len()) {
             let wanted = match (count.start, count.end) {
                 (1, _) => "one value".to_string(),

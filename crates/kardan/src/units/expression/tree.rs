@@ -26,6 +26,8 @@ pub(crate) enum Kind {
     Binary(char, Box<[Node; 2]>),
     /// A function of some parts.
     Call(Called, Vec<Node>),
+    /// A table, by its name, at some parts.
+    Lookup(String, Vec<Node>),
     /// A comparison, and what holds if it is so or not.
     If(&'static str, Box<[Node; 4]>),
 }

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::Values;
-use crate::model::{Document, TableReader};
+use crate::model::document::Document;
+use crate::model::table_reader::TableReader;
 use crate::schema::Table;
 use crate::signal::{MOST_BREAKPOINTS, Samples};
 use crate::units::{Dimension, Exact, parse_quantity};
@@ -24,40 +25,44 @@ pub(super) fn samples(
         return Some((Some(Samples { times: of("time"), values: of("value") }), None));
     };
     let shown = shortened(file);
-    let bytes = match document.files.get(file) {
-        Some(Ok(bytes)) => Arc::clone(bytes),
-        Some(Err(why)) => {
-            return tell(
-                table,
-                "file",
-                format!("{what}: {why}"),
-                "check its name: it is looked for from the folder of the model",
-                out,
-            );
-        }
-        None => {
-            let message = format!("{what}: the file `{shown}` was not handed over");
-            return tell(table, "file", message, "a program gives it by `Project::with_files`", out);
-        }
-    };
+    let bytes = file_of(document, table, file, what, out)?;
     match Chosen::new(bytes, table, values) {
         Ok(chosen) => Some((Some(chosen.samples), Some(chosen.dimension))),
         Err(Refusal { key, message, help }) => tell(table, key, format!("{what}: `{shown}`: {message}"), &help, out),
     }
 }
 
-fn tell<T>(table: &Table, key: &str, message: String, help: &str, out: &mut Vec<Diagnostic>) -> Option<T> {
+/// What is in a file that the key `file` of a table names; nothing if it cannot be had, which is told.
+pub(super) fn file_of(
+    document: &Document,
+    table: &Table,
+    file: &str,
+    what: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Arc<[u8]>> {
+    let help = "check its name: it is looked for from the folder of the model";
+    match document.files.get(file) {
+        Some(Ok(bytes)) => Some(Arc::clone(bytes)),
+        Some(Err(why)) => tell(table, "file", format!("{what}: {why}"), help, out),
+        None => {
+            let message = format!("{what}: the file `{}` was not handed over", shortened(file));
+            tell(table, "file", message, "a program gives it by `Project::with_files`", out)
+        }
+    }
+}
+
+pub(super) fn tell<T>(table: &Table, key: &str, message: String, help: &str, out: &mut Vec<Diagnostic>) -> Option<T> {
     out.push(Diagnostic::error("signal::file", message).at(TableReader::place(table, key), "").help(help));
     None
 }
 
-struct Refusal {
-    key: &'static str,
-    message: String,
-    help: String,
+pub(super) struct Refusal {
+    pub(super) key: &'static str,
+    pub(super) message: String,
+    pub(super) help: String,
 }
 
-fn refusal(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Refusal {
+pub(super) fn refusal(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Refusal {
     Refusal { key, message: message.into(), help: help.into() }
 }
 
@@ -146,7 +151,7 @@ fn column(groups: &[Group], name: Option<&str>) -> Result<(usize, usize), Refusa
     Err(refusal("file", format!("{} columns may be the values", others.len()), help))
 }
 
-fn unknown(key: &'static str, name: &str, group: &Group) -> Refusal {
+pub(super) fn unknown(key: &'static str, name: &str, group: &Group) -> Refusal {
     let names = || group.channels.iter().map(|channel| channel.name.as_str());
     let help = match nearest(name, names()) {
         Some(near) => format!("did you mean `{near}`?"),
@@ -156,7 +161,7 @@ fn unknown(key: &'static str, name: &str, group: &Group) -> Refusal {
 }
 
 /// Of a reading in a unit to SI, and its dimension.
-fn factor(unit: &str, key: &'static str) -> Result<(f64, Dimension), Refusal> {
+pub(super) fn factor(unit: &str, key: &'static str) -> Result<(f64, Dimension), Refusal> {
     let unit = unit.trim();
     if matches!(unit, "" | "-" | "1") {
         return Ok((1.0, Dimension::NONE));

@@ -1,0 +1,88 @@
+use super::{Element, Mistake, Values};
+use crate::equations::{Direction, Domain, Term};
+use crate::results::Symbol;
+use crate::schema::{ElementKeys, Keys, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// A torque or a force that an expression gives.
+    element Torque("torque") {
+        required {
+            law: Formula(Dimension::TORQUE),
+                "The torque, an expression of angles and speeds (`arm.phi`, `arm.w`; of masses `car.s`, `car.v`), the time `t`, parameters, \
+                 signals `[signal.NAME]` and tables `[table.NAME]`.";
+        }
+        optional {
+            shaft: Body, "The shaft that the torque acts on, or the mass that the force acts on; left out: `coefficients`.";
+            reaction: Body, "The shaft or mass that takes the opposite torque; left out: the housing.";
+            coefficients: Coefficients,
+                "In place of `shaft`: the direction that it acts along, coefficients by shaft and mass; on each of them acts its coefficient times \
+                 the torque.";
+        }
+    }
+}
+
+/// A torque or a force that an expression gives.
+pub const TORQUE: Element = Element {
+    keyword: Torque::KEYWORD,
+    summary: "A torque or a force as an expression of angles, speeds, time, parameters, signals and tables: gravity, drag, loads, engine maps.",
+    sketch: r"
+    tau = law(phi, w, t)  -->  shaft  (opposite on reaction)",
+    signs: "`<name>.tau` (along a mass the force `<name>.f`) is the torque on the shaft: positive turns it forward; the opposite acts on `reaction`.",
+    symbol: Symbol::Torque,
+    fields: Torque::FIELDS,
+    example: "\
+[torque.gravity]
+shaft = \"arm\"
+law = \"-2 kg * 9.81 m/s^2 * 0.3 m * sin(arm.phi)\"
+",
+    check,
+    terms,
+};
+
+fn check(values: &Values) -> Vec<Mistake> {
+    let (shaft, coefficients) = (values.has("shaft"), values.has("coefficients"));
+    if shaft && coefficients {
+        return vec![Mistake::new(
+            "coefficients",
+            "`shaft` and `coefficients` both say what it acts on",
+            "take out one of the two",
+        )];
+    }
+    if !shaft && !coefficients {
+        return vec![Mistake::new(
+            "law",
+            "nothing says what the torque acts on",
+            "add `shaft = \"...\"`, or `coefficients = { ... }`",
+        )];
+    }
+    if coefficients && values.has("reaction") {
+        return vec![Mistake::new(
+            "reaction",
+            "`coefficients` say all that it acts on",
+            "put the reaction into them: `{ arm = 1, base = -1 }`",
+        )];
+    }
+    if coefficients && values.map("coefficients").is_some_and(|map| map.iter().all(|(_, x)| x.is_zero())) {
+        return vec![Mistake::new(
+            "coefficients",
+            "all coefficients are zero, so it acts on nothing",
+            "give at least one that is not zero",
+        )];
+    }
+    if shaft && values.word("shaft") == values.word("reaction") {
+        let message = format!("it pushes against `{}` itself, so it does nothing", values.word_or_default("shaft"));
+        return vec![Mistake::new("reaction", message, "name another shaft, or remove `reaction` for the housing")];
+    }
+    Vec::new()
+}
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    let Some(law) = values.formula("law") else { return Vec::new() };
+    let along = match values.map("coefficients") {
+        Some(map) => Direction { entries: map.to_vec() },
+        None => Direction::difference(values.word_or_default("shaft"), values.word("reaction")),
+    };
+    let measure = values.measure("coefficients").filter(|domain| *domain == Domain::Translation).map(Term::Measure);
+    measure.into_iter().chain([Term::Torque { along, law: law.clone() }]).collect()
+}

@@ -1,0 +1,117 @@
+//! Expressions of what moves: torques as laws.
+
+use std::sync::Arc;
+
+use super::Functions;
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::entries::Place;
+use crate::equations::{Formula, Meaning};
+use crate::expr::{Graph, Named, OfTime};
+use crate::names::SignalName;
+use crate::units::{Dimension, Expression, UnitError};
+
+impl Functions<'_, '_> {
+    /// A formula of a dimension; nothing if it has a mistake, which was told.
+    pub(crate) fn formula(
+        &mut self,
+        expression: &Expression,
+        wanted: Dimension,
+        (place, what): (&Place, &str),
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Formula> {
+        let mut names = Vec::new();
+        let motions: Vec<[String; 2]> = self.reader.all_motions().collect();
+        for name in expression.names() {
+            let moved = motions.iter().find_map(|own| Some((own, own.iter().position(|motion| motion == name)?)));
+            let meaning = if let Some((own, rate)) = moved {
+                let carrier = SignalName::new(&own[0]).element.to_string();
+                if rate == 0 { Meaning::Position(carrier) } else { Meaning::Rate(carrier) }
+            } else if name == "t" {
+                Meaning::Time
+            } else if self.document.signals.iter().any(|signal| signal.name == name) {
+                let (value, dimension) = self.signal(name, out)?;
+                let function = OfTime::new(self.graph.clone(), self.time, self.parts.clone(), value, dimension)?;
+                Meaning::Signal(Arc::new(function))
+            } else if let Some(value) = self.reader.value_of(name, out) {
+                let (value, dimension) = value?;
+                Meaning::Constant(value, dimension)
+            } else if self.document.doubts.has(name) || self.document.doubts.has(SignalName::new(name).element) {
+                return None;
+            } else {
+                continue;
+            };
+            names.push((name.to_string(), meaning));
+        }
+        for name in expression.tables() {
+            match self.table(name, out) {
+                Some(table) => names.push((name.to_string(), Meaning::Table(table?))),
+                None if self.document.doubts.has(name) => return None,
+                None => {}
+            }
+        }
+        let formula = Formula { expression: expression.clone(), names, dimension: wanted };
+        match self.dimension_of(&formula) {
+            Ok(found) if wanted.is_like(&found) => Some(formula),
+            Ok(found) => {
+                let message = format!("{what}: expected {}, found {}", wanted.noun(), found.noun());
+                let at = place.part(expression.text(), 0..expression.text().len());
+                let help = format!("it should come out in a unit such as {}", wanted.example());
+                out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
+                None
+            }
+            Err(error) => {
+                out.push(self.formula_mistake(error, expression.text(), &motions, (place, what)));
+                None
+            }
+        }
+    }
+
+    /// What a formula comes out in.
+    fn dimension_of(&self, formula: &Formula) -> Result<Dimension, UnitError> {
+        let mut named = |graph: &mut Graph, name: &str| {
+            let (_, meaning) = formula.names.iter().find(|(other, _)| other == name)?;
+            let dimension = match meaning {
+                Meaning::Constant(value, dimension) => return Some(Named::Constant(value.clone(), *dimension)),
+                Meaning::Table(table) => return Some(Named::Table(Arc::clone(table))),
+                Meaning::Position(body) => self.reader.domain_of(body).dimensions()[0],
+                Meaning::Rate(body) => self.reader.domain_of(body).dimensions()[1],
+                Meaning::Time => Dimension::TIME,
+                Meaning::Signal(function) => function.dimension(),
+            };
+            Some(Named::Varying(graph.symbol(name, dimension), dimension))
+        };
+        Graph::default().written(&formula.expression, &mut named).map(|(_, dimension)| dimension)
+    }
+
+    fn formula_mistake(
+        &self,
+        mut error: UnitError,
+        text: &str,
+        motions: &[[String; 2]],
+        (place, what): (&Place, &str),
+    ) -> Diagnostic {
+        let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'').to_string();
+        if error.message.starts_with("there is no parameter") && !error.message.contains("behind a number") {
+            error.code = "name::unknown";
+            error.message = format!("`{}` is no angle or speed, no parameter and no signal", shortened(&name));
+            let own = || motions.iter().flatten().map(String::as_str);
+            let signals = self.document.signals.iter().map(|signal| signal.name.as_str());
+            let parameters = self.document.parameters.iter().map(|parameter| parameter.name.as_str());
+            let head = SignalName::new(&name).element;
+            let of_head = || own().filter(|other| SignalName::new(other).element == head);
+            let near = nearest(&name, of_head())
+                .or_else(|| nearest(&name, own().chain(signals).chain(parameters).chain(["t"])));
+            error.help = Some(match near {
+                Some(near) if near.contains('-') => format!("did you mean `'{near}'`?"),
+                Some(near) => format!("did you mean `{near}`?"),
+                None if of_head().next().is_some() => format!("`{}` has {}", shortened(head), quoted(of_head())),
+                None => "a law names angles and speeds (`arm.phi`, `arm.w`), positions and velocities (`car.s`, `car.v`), parameters, \
+                         signals and the time `t`"
+                    .into(),
+            });
+        }
+        let at = place.part(text, error.span.clone());
+        let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
+        Diagnostic { help: error.help, ..diagnostic }
+    }
+}

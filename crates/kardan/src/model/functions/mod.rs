@@ -1,0 +1,306 @@
+//! Functions of time by name, `[signal.NAME]`, and expressions of them.
+
+mod formulas;
+mod lookups;
+mod samples;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::document::{Document, SignalTable};
+use super::table_reader::TableReader;
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::entries::Place;
+use crate::expr::{Expr, Graph, Lookup, Named, OfTime, Part};
+use crate::schema::{Field, Kind, Placed, Scalar, Table, Value};
+use crate::signal::{Course, MOST_BREAKPOINTS, Refused};
+use crate::units::{Dimension, Expression, UnitError};
+
+/// Times at which a function is looked at before a run, besides its breakpoints, and breakpoints that are.
+const LOOKS: u32 = 64;
+const MOST_LOOKS: usize = 1000;
+
+/// The functions of time of a document in the making.
+pub(crate) struct Functions<'a, 'd> {
+    reader: &'a TableReader<'d>,
+    document: &'a Document,
+    horizon: f64,
+    seed: u64,
+    graph: Graph,
+    time: Expr,
+    parts: Vec<(Expr, Arc<Part>)>,
+    room: usize,
+    /// What was made, nothing of a signal with a mistake.
+    made: BTreeMap<&'a str, Option<(Expr, Dimension)>>,
+    /// Signals that wait for others.
+    open: Vec<&'a str>,
+    /// Tables that were made, nothing of one with a mistake.
+    tables: BTreeMap<&'a str, Option<Arc<Lookup>>>,
+}
+
+impl<'a, 'd> Functions<'a, 'd> {
+    /// Up to a time (s), with the seed of their noise.
+    pub(crate) fn new(reader: &'a TableReader<'d>, document: &'a Document, (horizon, seed): (f64, u64)) -> Self {
+        let mut graph = Graph::default();
+        let time = graph.symbol("t", Dimension::TIME);
+        let (parts, room, made, tables) = (Vec::new(), MOST_BREAKPOINTS, BTreeMap::new(), BTreeMap::new());
+        Self { reader, document, horizon, seed, graph, time, parts, room, made, open: Vec::new(), tables }
+    }
+
+    /// Over the time of the scenario, with its seed; a second where it has none.
+    pub(crate) fn of_scenario(reader: &'a TableReader<'d>, document: &'a Document) -> Self {
+        let table = &document.scenario;
+        let number = |key: &str| {
+            let scalar = match table.values.get(key) {
+                Some(Placed { value: Value::Scalar(scalar), place }) => {
+                    Placed { value: scalar.clone(), place: place.clone() }
+                }
+                _ => Placed { value: table.default_scalar(key)?, place: Place::default() },
+            };
+            reader.scalar(&scalar, None, key, &mut Vec::new()).map(|(value, _)| value.to_f64())
+        };
+        let horizon = number("duration").filter(|duration| *duration > 0.0).unwrap_or(1.0);
+        Self::new(reader, document, (horizon, number("seed").unwrap_or_default() as u64))
+    }
+
+    /// The function of an expression, of a dimension.
+    pub(crate) fn function(
+        &mut self,
+        expression: &Expression,
+        wanted: Dimension,
+        (place, what): (&Place, &str),
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<OfTime> {
+        let names = self.names(expression, (place, what), out)?;
+        let mut lookup = |_: &mut Graph, name: &str| named(&names, name);
+        let (value, found) = match self.graph.written(expression, &mut lookup) {
+            Ok(written) => written,
+            Err(error) => {
+                out.push(self.mistake(error, expression.text(), (place, what)));
+                return None;
+            }
+        };
+        let at = place.part(expression.text(), 0..expression.text().len());
+        if !wanted.is_like(&found) {
+            let message = format!("{what}: expected {}, found {}", wanted.noun(), found.noun());
+            let help = format!("it should come out in a unit such as {}", wanted.example());
+            out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
+            return None;
+        }
+        let function = OfTime::new(self.graph.clone(), self.time, self.parts.clone(), value, wanted)?;
+        if let Some((time, value)) = self.not_finite(&function) {
+            let message = format!("{what} is {value} at {time} s");
+            let help = "a source needs a finite value all the time: look at divisions, roots, logarithms and exponents";
+            out.push(Diagnostic::error("signal::not-finite", message).at(at, "no finite number").help(help));
+            return None;
+        }
+        Some(function)
+    }
+
+    /// A time at which a function is no finite number, and what it is there.
+    fn not_finite(&self, function: &OfTime) -> Option<(f64, f64)> {
+        let evenly = (0..=LOOKS).map(|k| self.horizon * f64::from(k) / f64::from(LOOKS));
+        let starts = function.parts().flat_map(|part| part.pieces.starts()).copied().take(MOST_LOOKS);
+        let mut all = evenly.chain(starts).map(|time| (time, function.value(time)));
+        all.find(|(_, value)| !value.is_finite())
+    }
+
+    /// What the names in an expression stand for; nothing if one of them has a mistake, which was told. Unknown ones are left out.
+    fn names(
+        &mut self,
+        expression: &Expression,
+        (place, what): (&Place, &str),
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Vec<(String, Named)>> {
+        let mut names = Vec::new();
+        for name in expression.names() {
+            let named = if name == "t" {
+                Named::Varying(self.time, Dimension::TIME)
+            } else if self.document.signals.iter().any(|signal| signal.name == name) {
+                if let Some(first) = self.open.iter().position(|open| *open == name) {
+                    let circle: Vec<&str> = self.open[first..].iter().copied().chain([name]).collect();
+                    let message = format!("{what}: `{name}` follows from itself: {}", circle.join(" from "));
+                    let at = place.part(expression.text(), 0..expression.text().len());
+                    let mistake = Diagnostic::error("signal::circle", message).at(at, "in a circle");
+                    out.push(mistake.help("write one of them without the others"));
+                    return None;
+                }
+                let (value, dimension) = self.signal(name, out)?;
+                Named::Varying(value, dimension)
+            } else if let Some(value) = self.reader.value_of(name, out) {
+                let (value, dimension) = value?;
+                Named::Constant(value, dimension)
+            } else if self.document.doubts.has(name) {
+                return None;
+            } else {
+                continue;
+            };
+            names.push((name.to_string(), named));
+        }
+        for name in expression.tables() {
+            if let Some(table) = self.table(name, out) {
+                names.push((name.to_string(), Named::Table(table?)));
+            }
+        }
+        Some(names)
+    }
+
+    /// A mistake in an expression, at its place.
+    fn mistake(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
+        let at = place.part(text, error.span.clone());
+        let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'');
+        if error.message.starts_with("there is no parameter") && !error.message.contains("behind a number") {
+            error.code = "name::unknown";
+            error.message = format!("there is no parameter or signal `{}`", shortened(name));
+            let signals = self.document.signals.iter().map(|signal| signal.name.as_str());
+            let known = || signals.clone().chain(self.document.parameters.iter().map(|p| p.name.as_str())).chain(["t"]);
+            error.help = Some(match nearest(name, known()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if name.contains('.') => {
+                    "a function of time names the time `t`, parameters and signals, nothing that moves".into()
+                }
+                None => format!(
+                    "declare it by `[signal.{}]` or under `[parameters]`; there are {}",
+                    shortened(name),
+                    quoted(known())
+                ),
+            });
+        }
+        let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
+        Diagnostic { help: error.help, ..diagnostic }
+    }
+
+    /// A signal of that name, which there is; nothing if it has a mistake, which was told.
+    pub(crate) fn signal(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<(Expr, Dimension)> {
+        let document = self.document;
+        let signal = document.signals.iter().find(|signal| signal.name == name)?;
+        if let Some(made) = self.made.get(name) {
+            return *made;
+        }
+        self.open.push(&signal.name);
+        let made = self.written(signal, out);
+        self.open.pop();
+        self.made.insert(&signal.name, made);
+        made
+    }
+
+    fn written(&mut self, signal: &'a SignalTable, out: &mut Vec<Diagnostic>) -> Option<(Expr, Dimension)> {
+        let SignalTable { kind, name, table, .. } = signal;
+        let what = &format!("signal `{}`", shortened(name));
+        let before = out.len();
+        let values = self.reader.values(table.fields, table, what, out);
+        let mut dimension = None;
+        self.dimensions(table.fields, table, what, &mut dimension, out);
+        if out.len() > before {
+            return None;
+        }
+        for mistake in (kind.check)(&values) {
+            out.push(key_mistake("signal::key", table, what, &mistake));
+        }
+        if out.len() > before {
+            return None;
+        }
+        let (samples, of_samples) = match kind.keyword {
+            "table" => samples::samples(self.document, table, &values, what, out)?,
+            _ => (None, None),
+        };
+        let names = match table.values.get("value") {
+            Some(Placed { value: Value::Word(text), place }) => match Expression::parse_law(text) {
+                Ok(read) => self.names(&read, (place, what), out)?,
+                Err(_) => Vec::new(),
+            },
+            _ => Vec::new(),
+        };
+        let mut course = Course {
+            graph: &mut self.graph,
+            time: self.time,
+            name,
+            dimension: of_samples.or(dimension).unwrap_or(Dimension::NONE),
+            horizon: self.horizon,
+            seed: self.seed,
+            room: &mut self.room,
+            parts: &mut self.parts,
+            names: &names,
+            samples: samples.as_ref(),
+        };
+        match (kind.write)(&values, &mut course) {
+            Ok(value) => Some((value, course.dimension)),
+            Err(Refused::Key(code, mistake)) => {
+                out.push(key_mistake(code, table, what, &mistake));
+                None
+            }
+            Err(Refused::Expression(error)) => {
+                let place = TableReader::place(table, "value");
+                out.push(self.mistake(error, values.word_or_default("value"), (&place, what)));
+                None
+            }
+        }
+    }
+
+    /// The one dimension of all quantities of a signal.
+    fn dimensions(
+        &self,
+        fields: &[Field],
+        table: &Table,
+        what: &str,
+        common: &mut Option<Dimension>,
+        out: &mut Vec<Diagnostic>,
+    ) {
+        for field in fields {
+            let Some(given) = table.values.get(field.name) else { continue };
+            let label = format!("`{}` of {what}", field.name);
+            match (&field.kind, &given.value) {
+                (Kind::AnyQuantity, Value::Scalar(scalar)) => {
+                    let scalar = Placed { value: scalar.clone(), place: given.place.clone() };
+                    self.like(&scalar, &label, common, out);
+                }
+                (Kind::Lists, Value::Map(entries)) => {
+                    for (name, scalar) in entries {
+                        let (label, mut time) = (format!("`{}` in {label}", name.value), Some(Dimension::TIME));
+                        match name.value.as_str() {
+                            "time" => self.like(scalar, &label, &mut time, out),
+                            "value" => self.like(scalar, &label, common, out),
+                            _ => out.push(
+                                Diagnostic::error("key::unknown", format!("{label} is not known"))
+                                    .at(name.place.clone(), "unknown")
+                                    .help("points have `time` and `value`, a list each"),
+                            ),
+                        }
+                    }
+                }
+                (Kind::Tables(inner), Value::Tables(tables)) => {
+                    for (k, table) in tables.iter().enumerate() {
+                        self.dimensions(inner, table, &format!("entry {} of {label}", k + 1), common, out);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn like(&self, scalar: &Placed<Scalar>, label: &str, common: &mut Option<Dimension>, out: &mut Vec<Diagnostic>) {
+        // What is wrong with the value itself was told.
+        let Some((_, found)) = self.reader.scalar(scalar, None, label, &mut Vec::new()) else { return };
+        match common {
+            None => *common = Some(found),
+            Some(common) if common.is_like(&found) => {}
+            Some(common) => {
+                let message = format!("{label}: expected {}, as before, found {}", common.noun(), found.noun());
+                let help = format!("write a unit such as {}", common.example());
+                let mistake = Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), found.noun());
+                out.push(mistake.help(help));
+            }
+        }
+    }
+}
+
+/// What a name stands for.
+fn named(names: &[(String, Named)], name: &str) -> Option<Named> {
+    names.iter().find(|(other, _)| other == name).map(|(_, named)| named.clone())
+}
+
+/// A mistake in a key of a signal.
+fn key_mistake(code: &'static str, table: &Table, what: &str, mistake: &crate::element::Mistake) -> Diagnostic {
+    let message = format!("{what}: {}", mistake.message);
+    Diagnostic::error(code, message).at(TableReader::place(table, mistake.key), "").help(mistake.help.clone())
+}

@@ -1,0 +1,81 @@
+//! Torques that expressions give, around a position at rest.
+
+use super::{Kinematics, Motion, Reduced, kinematics};
+use crate::expr::{Expr, Floating, Rationals, Symbol, lower};
+use crate::num::{Rational, SparseRow, rational_from_f64};
+
+/// A torque that an expression gives, around a position at rest and at time zero: `τ = τ₀ + gᵀ Δq + hᵀ q̇` over all coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LawSlopes {
+    /// Its number among [`Equations::laws`](crate::assemble::Equations::laws).
+    pub law: usize,
+    /// τ₀, N m.
+    pub value: f64,
+    /// g, N m/rad.
+    pub on_positions: SparseRow,
+    /// h, N m s/rad.
+    pub on_rates: SparseRow,
+    /// Whether an entry is no fraction, as far as is known, and was rounded once.
+    pub rounded: bool,
+    /// Whether the expression bends or jumps here, so that it has no derivative; the entries are then those of one side.
+    pub kink: bool,
+}
+
+/// The torques of all laws around a reduced position (rad).
+///
+/// # Panics
+/// If `position` has not one entry per coordinate.
+pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
+    let equations = &reduced.equations;
+    if equations.laws.is_empty() {
+        return Vec::new();
+    }
+    // Over all coordinates, as if none followed from others.
+    let n = equations.coordinates.len();
+    let free = Reduced { coordinates: (0..n).collect(), equations: equations.clone(), steps: Vec::new() };
+    let mut motion = Motion::free(&free);
+    let mut numeric = Kinematics::new(reduced);
+    numeric.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
+    let exact = kinematics::exact_angles(reduced, position);
+    let place = |motion: &Motion, symbol: Symbol| motion.symbols.iter().position(|own| *own == symbol).unwrap_or(2 * n);
+    let at = |motion: &Motion, exprs: &[Expr]| -> (Vec<Option<Rational>>, Vec<f64>) {
+        let of = |symbol| match place(motion, symbol) {
+            k if k < n => exact[k].clone(),
+            _ => Some(Rational::ZERO),
+        };
+        let rounded = |symbol| numeric.angles.get(place(motion, symbol)).copied().unwrap_or(0.0);
+        (
+            lower(&motion.graph, exprs, &mut Rationals, of),
+            lower(&motion.graph, exprs, &mut Floating::<f64>::default(), rounded),
+        )
+    };
+    let mut out = Vec::new();
+    for (law, term) in equations.laws.iter().enumerate() {
+        let torque = motion.formula(&free, &term.value);
+        let (_, value) = at(&motion, &[torque]);
+        let kinks = motion.graph.kinks(torque);
+        let (known, near) = at(&motion, &kinks);
+        let kink = known.iter().zip(near).any(|(known, near)| match known {
+            Some(known) => known.is_zero(),
+            None => near == 0.0,
+        });
+        let used: Vec<Symbol> = motion.graph.symbols(&[torque]);
+        let slopes: Vec<Expr> = used.iter().map(|symbol| motion.graph.derivative(torque, *symbol)).collect();
+        let (known, near) = at(&motion, &slopes);
+        let (mut on_positions, mut on_rates, mut rounded) = (SparseRow::new(), SparseRow::new(), false);
+        let mut entries: Vec<(usize, (Option<Rational>, f64))> =
+            used.iter().map(|symbol| place(&motion, *symbol)).zip(known.into_iter().zip(near)).collect();
+        entries.sort_by_key(|(place, _)| *place);
+        for (place, (known, near)) in entries {
+            rounded |= known.is_none();
+            let slope = known.or_else(|| rational_from_f64(near)).unwrap_or(Rational::ZERO);
+            match place {
+                _ if slope.is_zero() => {}
+                k if k < n => on_positions.push((k, slope)),
+                k => on_rates.push((k - n, slope)),
+            }
+        }
+        out.push(LawSlopes { law, value: value[0], on_positions, on_rates, rounded, kink });
+    }
+    out
+}

@@ -1,0 +1,62 @@
+//! Torques that expressions give, in the equations of motion.
+
+use std::sync::Arc;
+
+use super::{Motion, Reduced};
+use crate::equations::{Formula, Meaning};
+use crate::expr::{Expr, Named};
+use crate::num::Rational;
+use crate::units::Dimension;
+
+impl Motion {
+    /// A formula as an expression of the motion.
+    ///
+    /// # Panics
+    /// If it names a coordinate that the model does not have, or has a mistake; it was checked when it was read.
+    pub fn formula(&mut self, reduced: &Reduced, formula: &Formula) -> Expr {
+        let coordinate = |name: &str| {
+            let number = reduced.coordinate(name).expect("a formula names coordinates of its model");
+            (number, reduced.equations.domain(number).dimensions())
+        };
+        let mut known: Vec<(&str, Named)> = Vec::with_capacity(formula.names.len());
+        for (name, meaning) in &formula.names {
+            let named = match meaning {
+                Meaning::Constant(value, dimension) => Named::Constant(value.clone(), *dimension),
+                Meaning::Position(body) => {
+                    let (number, [dimension, _]) = coordinate(body);
+                    Named::Varying(self.angles[number], dimension)
+                }
+                Meaning::Rate(body) => {
+                    let (number, [_, dimension]) = coordinate(body);
+                    Named::Varying(self.speeds[number], dimension)
+                }
+                Meaning::Time => Named::Varying(self.time(), Dimension::TIME),
+                Meaning::Signal(function) => Named::Varying(self.of_time(function), function.dimension()),
+                Meaning::Table(table) => Named::Table(Arc::clone(table)),
+            };
+            known.push((name, named));
+        }
+        let mut named = |_: &mut _, name: &str| known.iter().find(|(other, _)| *other == name).map(|(_, n)| n.clone());
+        let (value, _) =
+            self.graph.written(&formula.expression, &mut named).expect("a formula was checked when it was read");
+        self.graph.group(value)
+    }
+
+    /// The torques that expressions give, into the forces.
+    pub(super) fn add_laws(&mut self, reduced: &Reduced) {
+        for law in &reduced.equations.laws {
+            let (torque, row) = (self.formula(reduced, &law.value), self.along(&law.row));
+            self.passive_terms.add(&mut self.graph, &row, torque, &Rational::ONE);
+            self.laws.push(torque);
+        }
+    }
+
+    /// The time; where it stands still a number.
+    fn time(&mut self) -> Expr {
+        let (graph, timed) = (&mut self.graph, &mut self.timed);
+        if timed.begin {
+            return graph.integer(0);
+        }
+        *timed.time.get_or_insert_with(|| graph.new_symbol("t".into(), Dimension::TIME))
+    }
+}
