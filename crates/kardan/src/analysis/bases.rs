@@ -1,6 +1,7 @@
 use faer::{Mat, Side};
 
 use super::reduction::columns;
+use super::reduction::minus_loads;
 use super::{ConstrainedSystem, reduction, sum_of_terms};
 use crate::num::dot;
 use crate::results::{Basis, EigenvalueBounds, NamedMatrix};
@@ -159,16 +160,17 @@ pub fn bases(system: &ConstrainedSystem, preferred: &[usize]) -> Result<Vec<Basi
     let n = system.coordinates.len();
     let chosen = reduced.basis_matrix();
     let inertia = sum_of_terms(&system.inertias, n);
-    let damping = sum_of_terms(&system.dampers, n);
-    let stiffness = sum_of_terms(&system.springs, n);
+    let damping = minus_loads(sum_of_terms(&system.dampers, n), &system.loads, |slopes| &slopes.on_rates);
+    let stiffness = minus_loads(sum_of_terms(&system.springs, n), &system.loads, |slopes| &slopes.on_positions);
     let input = columns(&system.inputs, n);
     let (orthogonal, orthonormal) = gram_schmidt(&inertia, &chosen)?;
     let numbered = |letter: &str| (1..=chosen.ncols()).map(|k| format!("{letter}{k}")).collect::<Vec<_>>();
     let names = [reduced.system.coordinates.clone(), numbered("u"), numbered("e")];
     let inputs: Vec<String> = system.inputs.iter().map(|input| input.element.clone()).collect();
     let congruent = |k: &Mat<f64>| {
-        let [h, d, s] = [&inertia, &damping, &stiffness].map(|m| symmetric(&(k.transpose() * m * k)));
-        [h, d, s, k.transpose() * &input]
+        let [h, d, s] = [&inertia, &damping, &stiffness].map(|m| k.transpose() * m * k);
+        let [d, s] = if system.loads.is_empty() { [symmetric(&d), symmetric(&s)] } else { [d, s] };
+        [symmetric(&h), d, s, k.transpose() * &input]
     };
     let matrices = [
         [reduced.inertia(), reduced.damping(), reduced.stiffness(), reduced.input()],
@@ -189,11 +191,14 @@ pub fn bases(system: &ConstrainedSystem, preferred: &[usize]) -> Result<Vec<Basi
             stiffness: square("reduced stiffness", 2, &s),
             input: named("reduced input", "", &names[k], &inputs, &f),
             orthogonality: orthogonality(&h),
-            bounds: vec![
-                eigenvalue_bounds("inertia", units[k][0], &h)?,
-                eigenvalue_bounds("damping", units[k][1], &d)?,
-                eigenvalue_bounds("stiffness", units[k][2], &s)?,
-            ],
+            bounds: {
+                // With loads damping and stiffness are no quadratic forms.
+                let all = [("inertia", &h), ("damping", &d), ("stiffness", &s)];
+                let forms = if system.loads.is_empty() { 3 } else { 1 };
+                let bounds =
+                    |(j, (title, m)): (usize, (&'static str, &Mat<f64>))| eigenvalue_bounds(title, units[k][j], m);
+                all.into_iter().take(forms).enumerate().map(bounds).collect::<Result<_, _>>()?
+            },
         });
     }
     Ok(out)

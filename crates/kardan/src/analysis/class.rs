@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 
 use crate::assemble::Equations;
-use crate::equations::Domain;
+use crate::equations::{Domain, Formula};
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
 use crate::reduce::{Kinematics, Reduced};
 use crate::results::{Assumption, Breach, Class, ConstraintClass, FrictionState, OperatingPoint, ShaftAngle};
@@ -52,6 +52,12 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
                 .collect(),
         ),
     ];
+    let mut assumptions = assumptions;
+    if !equations.laws.is_empty() {
+        let laws = equations.laws.iter().map(|law| (law.element.clone(), law_in_words(&law.value)));
+        let statement = "no other torques act than those of springs, dampers and inputs (source, eq. 4.36)";
+        assumptions.push(assumption(statement, laws.collect()));
+    }
     let shafts = &equations.coordinates;
     let linear = equations.constraints.iter().map(|c| ConstraintClass {
         element: c.element.clone(),
@@ -84,6 +90,15 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
         constraints,
         operating_point: operating_point(equations, &kinematics.angles, stuck),
     }
+}
+
+/// What a law of torque is.
+fn law_in_words(law: &Formula) -> String {
+    let text = law.expression.text();
+    let of_time = if law.is_of_time() { ", and depends on the time" } else { "" };
+    format!(
+        "its torque {text} is a law of its own{of_time}: the analysis is about small motions around the operating point"
+    )
 }
 
 /// Where it is looked at: angles (rad) and which frictions hold.

@@ -2,7 +2,7 @@ use std::collections::BTreeSet;
 
 use crate::assemble::Along;
 use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, sparse_echelon, sum_of_outer};
-use crate::reduce::{LawSlopes, Reduced, law_slopes, slopes};
+use crate::reduce::{GeometricStiffness, LawSlopes, Reduced, geometric_stiffness, law_slopes, slopes};
 
 /// A constant linear constrained mechanical system `Hq̈ + Dq̇ + Sq = Fτ + Cᵀλ`, `Cq = 0` \[diss. (4.31), (4.36)\], as terms
 /// along directions with exact coefficients. Without loads H, D and S are symmetric.
@@ -87,6 +87,10 @@ impl ConstrainedSystem {
                 .collect(),
         };
         out.loads = loads(reduced, position);
+        out.springs.extend(geometric_stiffness(reduced, position).into_iter().map(|one| {
+            let GeometricStiffness { element, row, stiffness } = one;
+            Along { element, row, value: stiffness }
+        }));
         out.drop_dependent_constraints();
         out
     }

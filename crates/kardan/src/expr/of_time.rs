@@ -186,7 +186,7 @@ impl OfTime {
 
 impl Graph {
     /// An expression of another graph, with expressions of this one in place of its symbols.
-    fn copied(&mut self, other: &Self, value: Expr, symbols: &[(Symbol, Expr)]) -> Expr {
+    pub(crate) fn copied(&mut self, other: &Self, value: Expr, symbols: &[(Symbol, Expr)]) -> Expr {
         let mut new: HashMap<Expr, Expr> = HashMap::new();
         for expr in other.needed(&[value]) {
             let copy = match other.symbol_of(expr) {

@@ -1,8 +1,8 @@
 //! Torques that expressions give, around a position at rest.
 
-use super::{Kinematics, Motion, Reduced, kinematics};
+use super::{Kinematics, Motion, Reduced, Step, kinematics};
 use crate::expr::{Expr, Floating, Rationals, Symbol, lower};
-use crate::num::{Rational, SparseRow, rational_from_f64};
+use crate::num::{Rational, SparseRow, rational_from_f64, rational_to_f64};
 
 /// A torque that an expression gives, around a position at rest and at time zero: `τ = τ₀ + gᵀ Δq + hᵀ q̇` over all coordinates.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +19,63 @@ pub struct LawSlopes {
     pub rounded: bool,
     /// Whether the expression bends or jumps here, so that it has no derivative; the entries are then those of one side.
     pub kink: bool,
+}
+
+/// What a transmission under load adds to the stiffness: a row over the coordinates, and the stiffness along it (N m/rad).
+#[derive(Debug, Clone, PartialEq)]
+pub struct GeometricStiffness {
+    /// The transmission.
+    pub element: String,
+    /// The row.
+    pub row: SparseRow,
+    /// N m/rad
+    pub stiffness: Rational,
+}
+
+/// The stiffness that springs and laws make along transmissions whose ratio depends on the angle: `−μ γ″` along the driving side, with μ the
+/// torque that acts on the driven one. There is none where no law is: springs are then taken as relaxed.
+///
+/// # Panics
+/// If `position` has not one entry per coordinate.
+pub fn geometric_stiffness(reduced: &Reduced, position: &[f64]) -> Vec<GeometricStiffness> {
+    let equations = &reduced.equations;
+    if equations.laws.is_empty() || equations.transmissions.is_empty() {
+        return Vec::new();
+    }
+    let mut numeric = Kinematics::new(reduced);
+    numeric.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
+    let mut forces = vec![0.0; equations.coordinates.len()];
+    let mut act = |row: &[(usize, f64)], torque: f64| row.iter().for_each(|(k, x)| forces[*k] += x * torque);
+    for slopes in law_slopes(reduced, position) {
+        act(&equations.laws[slopes.law].row_f64(), slopes.value);
+    }
+    for spring in &equations.springs {
+        let row = spring.row_f64();
+        let twist = row.iter().map(|(k, x)| x * numeric.angles[*k]).sum::<f64>() - spring.value.rest.to_f64();
+        act(&row, -spring.value.stiffness.to_f64() * twist);
+    }
+    let mut out = Vec::new();
+    for step in reduced.steps.iter().rev() {
+        let torque = forces[step.shaft()];
+        let (Step::Linear { value: affine, .. } | Step::Curve { argument: affine, .. }) = step;
+        let entries: Vec<(usize, f64)> = affine.terms.iter().map(|(k, c)| (*k, rational_to_f64(c))).collect();
+        let slope = match step {
+            Step::Linear { .. } => 1.0,
+            Step::Curve { curve, shaft, .. } => {
+                let x = affine.constant + entries.iter().map(|(k, c)| c * numeric.angles[*k]).sum::<f64>();
+                let (slope, curvature) = curve.derivatives(x);
+                let stiffness = rational_from_f64(-torque * curvature).unwrap_or(Rational::ZERO);
+                let own = equations.transmissions.iter().find(|t| t.driven == *shaft || t.driving == *shaft);
+                if !stiffness.is_zero() {
+                    let element = own.map(|t| t.element.clone()).unwrap_or_default();
+                    out.push(GeometricStiffness { element, row: affine.terms.clone(), stiffness });
+                }
+                slope
+            }
+        };
+        entries.iter().for_each(|(k, c)| forces[*k] += c * slope * torque);
+    }
+    out
 }
 
 /// The torques of all laws around a reduced position (rad).

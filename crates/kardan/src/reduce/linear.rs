@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Reduced, kinematics, law_slopes};
+use super::{Reduced, geometric_stiffness, kinematics, law_slopes};
 use crate::num::{Matrix, Rational, SparseRow, dense_rows, project, sparse_sum_of_outer};
 
 /// The reduced matrices of a linear(ised) model \[diss. Theorem 4.1\], exact for the stored numbers.
@@ -106,8 +106,10 @@ pub fn sparse_model(reduced: &Reduced, position: &[f64]) -> SparseModel {
         }
     };
     let mut damping = sparse_sum_of_outer(dampers.iter().map(|d| (along(&d.row), d.value.to_rational())), r);
-    let mut stiffness =
-        sparse_sum_of_outer(springs.iter().map(|s| (along(&s.row), s.value.stiffness.to_rational())), r);
+    let geometric = geometric_stiffness(reduced, position);
+    let bent = geometric.iter().map(|one| (along(&one.row), one.stiffness.clone()));
+    let stretched = springs.iter().map(|s| (along(&s.row), s.value.stiffness.to_rational()));
+    let mut stiffness = sparse_sum_of_outer(stretched.chain(bent), r);
     minus_laws(&mut damping, &|law| law.2.clone());
     minus_laws(&mut stiffness, &|law| law.1.clone());
     SparseModel {

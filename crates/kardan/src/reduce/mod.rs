@@ -5,6 +5,7 @@
 
 mod constraint_torques;
 mod dynamics;
+mod equilibrium;
 mod error;
 mod explicit;
 mod kinematics;
@@ -18,10 +19,11 @@ mod reduced;
 
 pub use constraint_torques::Acting;
 pub use dynamics::{Dynamics, Extension, MotionPlan, Work};
+pub use equilibrium::{Equilibria, Equilibrium, equilibria};
 pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;
 pub use kinematics::{Kinematics, Slope, slopes};
-pub use law_slopes::{LawSlopes, law_slopes};
+pub use law_slopes::{GeometricStiffness, LawSlopes, geometric_stiffness, law_slopes};
 pub use linear::{LinearModel, SparseModel, linearise, sparse_model};
 pub use mechanism::{MechanismData, MechanismError};
 pub use motion::{Forces, Motion, SparseRow, Timed};

@@ -16,10 +16,15 @@ use crate::num::Keeper;
 const SAFETY: f64 = 0.9;
 /// Two terms in turn that are so small, in tolerances, are the last ones of a step whose length is known.
 const SMALL_TERM: f64 = 1e-2;
-/// The last two terms are suddenly small below this part of the two before them.
-const SUDDENLY: f64 = 1e-6;
+/// The last two terms are suddenly small below this part of what the two before them let expect.
+const SUDDENLY: f64 = 1e-2;
 /// Where all terms were asked for the last two are not so small, in tolerances.
 const TOO_SMALL: f64 = 1e-4;
+/// Terms before these that are looked at, and how far they are at most above the even fall from the whole to a tolerance.
+const BEFORE: usize = 4;
+const ABOVE: f64 = 30.0;
+/// What the last two terms are at most of the two before them.
+const FALL: f64 = 0.5;
 /// Most halvings of a step whose end does not belong to the motion.
 const HALVINGS: usize = 64;
 /// Steps from one look at what rounding makes of a step to the next.
@@ -59,6 +64,12 @@ pub(super) fn order(relative: f64) -> usize {
     order.clamp(*ORDERS.start(), *ORDERS.end())
 }
 
+/// Whether the larger one of two terms is far below what two earlier ones let expect.
+fn is_sudden([first, second]: [f64; 2], last: f64) -> bool {
+    let falls = if second < first { second / first } else { 1.0 };
+    last < SUDDENLY * second * falls
+}
+
 impl Taylor {
     pub(super) fn new(relative: f64, absolute: &[f64]) -> Self {
         let (zero, most) = (vec![0.0; absolute.len()], order(relative));
@@ -75,7 +86,7 @@ impl Taylor {
             begun: None,
             next: 0.0,
             doubtful: false,
-            rates: zero.clone(),
+            rates: vec![0.0; absolute.len()],
             counts: Counts::default(),
             rounding: Rounding::new(absolute.len()),
         }
@@ -128,7 +139,7 @@ impl Taylor {
         let short = room <= self.next || self.next == 0.0;
         let (most, mut order) = (self.most, 1);
         let (mut before, mut small, mut power) = (f64::INFINITY, false, room);
-        let mut earlier = if short { self.largest(1, room) * room } else { 0.0 };
+        let mut earlier = if short { [1.0 / self.relative, self.largest(1, room) * room] } else { [0.0; 2] };
         self.doubtful = false;
         while order < most && !small {
             expand(order, &mut self.coefficients);
@@ -138,9 +149,11 @@ impl Taylor {
                 let term = self.largest(order, room) * power;
                 small = before.max(term) <= SMALL_TERM;
                 if small {
-                    self.doubtful = before.max(term) < SUDDENLY * earlier;
+                    self.doubtful = is_sudden(earlier, before.max(term));
                 }
-                earlier = if before.is_finite() { before } else { earlier };
+                if before.is_finite() {
+                    earlier = [earlier[1], before];
+                }
                 before = term;
             }
         }
@@ -174,7 +187,11 @@ impl Taylor {
     fn ends_suddenly(&self, order: usize, length: f64) -> bool {
         let term = |order: usize| exp(ln(self.largest(order, length)) + order as f64 * ln(length));
         let last = term(order).max(term(order - 1));
-        last < TOO_SMALL || last < SUDDENLY * term(order - 2).max(term(order - 3))
+        // An even fall leaves of the whole, 1/relative tolerances, one.
+        let even = |back: usize| exp(-ln(self.relative) * back as f64 / order as f64);
+        let before: [f64; BEFORE] = std::array::from_fn(|k| if order > k + 2 { term(order - k - 2) } else { 0.0 });
+        let too_large = |(k, term): (usize, &f64)| *term > ABOVE * even(k + 2);
+        last < TOO_SMALL || last > FALL * before[0].max(before[1]) || before.iter().enumerate().any(too_large)
     }
 
     /// Looks whether the end of the last step belongs to the motion, where its terms leave that open, and shortens it until it does: what is

@@ -80,7 +80,7 @@ impl Plant {
             dynamics.update(&zero, &zero, &mut work);
             work.passive
         };
-        self.is_constant() && forces().iter().all(|force| *force == 0.0)
+        self.is_constant() && self.reduced.equations.laws.is_empty() && forces().iter().all(|force| *force == 0.0)
     }
 
     /// Names of the states `[q_r; q̇_r]`.

@@ -31,6 +31,7 @@ fn two_bodies(p: &[Rational]) -> Option<ConstrainedSystem> {
             along("k", &[(0, 1), (1, -1)], d.clone()),
         ],
         springs: vec![along("k", &[(0, 1), (1, -1)], s.clone())],
+        loads: Vec::new(),
         constraints: vec![],
         inputs: vec![along("m", &[(1, 1)], ())],
     })

@@ -96,6 +96,7 @@ fn drive(i: Q, [jwg, jcs, jfs, jrk]: [Q; 4], [dwg, dcs, dfs, drk]: [Q; 4], ssp: 
         inertias: bodies([jwg, jcs, jfs, jrk]),
         dampers,
         springs: vec![term("torsion_bar", &bar, ssp)],
+        loads: Vec::new(),
         constraints: vec![along("hd", &[(0, int(1)), (1, -(i + int(1))), (2, i)], ())],
         inputs: vec![along("wg_motor", &[(0, int(1))], ()), along("rk_motor", &[(3, int(1))], ())],
     }
@@ -447,6 +448,7 @@ fn chain(n: usize) -> ConstrainedSystem {
         inertias: (0..n).map(|i| term(&format!("b{i:04}"), &[(i, int(1))], frac(1 + i as i128 % 7, 100))).collect(),
         dampers: (1..n - 1).map(|i| term(&format!("s{i}"), &between(i), frac(1 + i as i128 % 5, 50))).collect(),
         springs: (0..n - 1).map(|i| term(&format!("s{i}"), &between(i), int(90 + i as i128 % 11))).collect(),
+        loads: Vec::new(),
         constraints: (0..n / 5).map(gear).collect(),
         inputs: vec![along("first", &[(0, int(1))], ()), along("last", &[(n - 1, int(1))], ())],
     }

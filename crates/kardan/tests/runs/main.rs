@@ -10,6 +10,7 @@ mod computed;
 mod figures;
 mod friction;
 mod golden;
+mod laws;
 mod limits;
 mod linear;
 mod motor_limits;

@@ -100,8 +100,12 @@ impl Functions<'_, '_> {
             let head = SignalName::new(&name).element;
             let of_head = || own().filter(|other| SignalName::new(other).element == head);
             let near = nearest(&name, of_head())
-                .or_else(|| nearest(&name, own().chain(signals).chain(parameters).chain(["t"])));
+                .or_else(|| nearest(&name, own().chain(signals.clone()).chain(parameters.clone()).chain(["t"])));
+            let parted = |other: &&str| other.contains('-') && other.contains(name.as_str()) && text.contains(*other);
             error.help = Some(match near {
+                _ if let Some(whole) = own().chain(signals.clone()).chain(parameters.clone()).find(parted) => {
+                    format!("a name with `-` stands in quotes: `'{whole}'`")
+                }
                 Some(near) if near.contains('-') => format!("did you mean `'{near}'`?"),
                 Some(near) => format!("did you mean `{near}`?"),
                 None if of_head().next().is_some() => format!("`{}` has {}", shortened(head), quoted(of_head())),

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Functions;
-use super::samples::{Refusal, factor, file_of, refusal, tell, unknown};
+use super::samples::{Refusal, factor, file_of, refusal, unknown};
 use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::element::Values;
 use crate::expr::{Beyond, Lookup};
+use crate::model::table_reader::TableReader;
 use crate::num::{Rational, rational_from_f64, rational_to_f64};
 use crate::schema::{Placed, Scalar, Table, Value};
 use crate::units::Dimension;
@@ -136,6 +137,11 @@ impl<'a> Functions<'a, '_> {
             sorted: true,
         })
     }
+}
+
+fn tell<T>(table: &Table, key: &str, message: String, help: &str, out: &mut Vec<Diagnostic>) -> Option<T> {
+    out.push(Diagnostic::error("table::points", message).at(TableReader::place(table, key), "").help(help));
+    None
 }
 
 fn unlike(label: &str, scalar: &Placed<Scalar>, common: &Dimension, own: &Dimension) -> Diagnostic {

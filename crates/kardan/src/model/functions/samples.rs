@@ -51,7 +51,7 @@ pub(super) fn file_of(
     }
 }
 
-pub(super) fn tell<T>(table: &Table, key: &str, message: String, help: &str, out: &mut Vec<Diagnostic>) -> Option<T> {
+fn tell<T>(table: &Table, key: &str, message: String, help: &str, out: &mut Vec<Diagnostic>) -> Option<T> {
     out.push(Diagnostic::error("signal::file", message).at(TableReader::place(table, key), "").help(help));
     None
 }

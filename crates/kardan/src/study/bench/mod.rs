@@ -302,7 +302,9 @@ fn prepare_without(
         scenario: nominal.scenario.clone(),
         columns: Vec::new(),
         seed: spec.seed,
-        free: Kinematics::new(&nominal.reduced).is_constant() && nominal.reduced.equations.springs.is_empty(),
+        free: Kinematics::new(&nominal.reduced).is_constant()
+            && nominal.reduced.equations.springs.is_empty()
+            && nominal.reduced.equations.laws.is_empty(),
         period: spec.period,
         bandwidth: spec.bandwidth,
         torque_noise: spec.torque_noise,

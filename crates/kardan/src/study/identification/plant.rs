@@ -119,6 +119,11 @@ impl Plant {
     /// Where torques depend on angles, the logs must have them.
     fn check_angles(&self) -> Result<(), Vec<Diagnostic>> {
         let reduced = &self.reduced;
+        if !reduced.equations.laws.is_empty() {
+            let laws = quoted(reduced.equations.laws.iter().map(|law| law.element.as_str()));
+            let message = format!("identification does not know the torques of laws: {laws}");
+            return Err(wrong(message, "take them out, or log them as the torque of a `disturbance`"));
+        }
         let names = reduced.coordinate_names();
         let blind = names.iter().zip(&self.sensors).filter(|(_, (angle, _))| angle.is_none());
         let blind: Vec<&str> = blind.map(|(name, _)| name.as_str()).collect();

@@ -1,0 +1,152 @@
+//! Torques as laws: their slopes, equilibria, and what analyses say of them.
+
+use kardan::num::rational_to_f64;
+use kardan::reduce::{Dynamics, Reduced, equilibria, linearise};
+use kardan::study::{AnalyzeSettings, Silent, analyze};
+
+use crate::common::{Dice, first};
+
+/// Two joints in a row on a steering-like shaft, springs with preload, and laws of everything.
+fn loaded(random: &mut Dice) -> String {
+    let mut number = |low: i64, high: i64| random.between(low, high) as f64 / 10.0;
+    let [j1, j2, s, rest, angle1, angle2, g, d, c] = [
+        number(1, 30),
+        number(1, 30),
+        number(10, 300),
+        number(-10, 10),
+        number(50, 500),
+        number(50, 500),
+        number(10, 100),
+        number(1, 20),
+        number(-30, 30),
+    ];
+    format!(
+        "[shaft.a]\ninertia = \"{j1} kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n[shaft.c]\ninertia = \"{j2} kg m^2\"\n[shaft.d]\ninertia = \"2 kg m^2\"\n\
+         [universal_joint.j]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nangle = \"{angle1} deg\"\n[universal_joint.k]\nshaft_1 = \"b\"\nshaft_2 = \"c\"\nangle = \"{angle2} deg\"\nphase = \"20 deg\"\n\
+         [spring_damper.s]\nshaft_1 = \"c\"\nshaft_2 = \"d\"\nstiffness = \"{s} N m/rad\"\ndamping = \"0.5 N m s/rad\"\nrest = \"{rest} deg\"\n\
+         [torque.g]\nshaft = \"c\"\nlaw = \"-{g} N m * sin(c.phi - 0.3 rad) - {d} N m s/rad * a.w * cos(d.phi)\"\n\
+         [torque.h]\ncoefficients = {{ a = 1, d = -2 }}\nlaw = \"{c} N m/rad * b.phi * exp(d.phi - a.phi)\"\n\
+         [torque.i]\nshaft = \"d\"\nreaction = \"b\"\nlaw = \"atan2(sin(a.phi) * 1 N m, 2 N m) * 3 N m + 0.2 N m * (d.w * 1 s)^3\"\n"
+    )
+}
+
+/// The linear model's stiffness and damping are the negative derivatives of all forces at rest by positions and speeds, which differences of the
+/// nonlinear equations show; also where joints are under load.
+#[test]
+fn linear_models_are_the_derivatives_of_the_forces() {
+    let mut random = Dice(20);
+    for _ in 0..60 {
+        let source = loaded(&mut random);
+        let variant = first(&source);
+        let reduced = &variant.reduced;
+        let r = reduced.degrees_of_freedom();
+        let position: Vec<f64> = (0..r).map(|_| random.between(-100, 100) as f64 / 100.0).collect();
+        let linear = linearise(reduced, &position);
+        let step = 1e-5;
+        for k in 0..r {
+            let moved = |by: f64, speeds: bool| {
+                let (mut q, mut v) = (position.clone(), vec![0.0; r]);
+                *(if speeds { &mut v[k] } else { &mut q[k] }) += by;
+                forces(reduced, &q, &v)
+            };
+            for (speeds, matrix) in [(false, &linear.stiffness), (true, &linear.damping)] {
+                let (above, below) = (moved(step, speeds), moved(-step, speeds));
+                for i in 0..r {
+                    let slope = (above[i] - below[i]) / (2.0 * step);
+                    let own = rational_to_f64(&matrix[(i, k)]);
+                    assert!(
+                        (own + slope).abs() < 1e-6 * (1.0 + own.abs()) * 100.0,
+                        "{i} {k} {speeds}: {own} {slope}\n{source}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+fn forces(reduced: &Reduced, position: &[f64], speed: &[f64]) -> Vec<f64> {
+    let (dynamics, mut work) = Dynamics::new(reduced);
+    dynamics.update(position, speed, &mut work);
+    work.passive
+}
+
+/// What is found is an equilibrium, and where it is proven no torque vanishes nearby.
+#[test]
+fn equilibria_are_places_without_torque() {
+    let mut random = Dice(21);
+    let mut proven = 0;
+    for _ in 0..30 {
+        let source = loaded(&mut random);
+        let variant = first(&source);
+        let reduced = &variant.reduced;
+        let found = equilibria(reduced, &vec![0.1; reduced.degrees_of_freedom()]);
+        assert_eq!((found.constant, found.free.len()), (None, 0));
+        for one in &found.found {
+            let left = forces(reduced, &one.position, &vec![0.0; one.position.len()]);
+            assert!(
+                left.iter().all(|torque| torque.abs()
+                    < 1e-9 * (1.0 + one.position.iter().fold(0.0, |m: f64, x| m.max(x.abs().exp())))),
+                "{left:?} {one:?}\n{source}"
+            );
+            proven += usize::from(one.radius.is_some());
+        }
+    }
+    assert!(proven >= 20, "{proven}");
+}
+
+const PENDULUM: &str = "[shaft.arm]\ninertia = \"2 kg m^2\"\n[torque.gravity]\nshaft = \"arm\"\nlaw = \"-18 N m * sin(arm.phi)\"\n\
+                        [motor.m]\nshaft = \"arm\"\n";
+
+/// The pendulum hangs with poles at ±3j and stands with poles at ±3 1/s; each is found or named, and the class says where the theory ends.
+#[test]
+fn a_pendulum_is_analysed_where_it_rests() {
+    let analysed = |more: &str| {
+        let settings = AnalyzeSettings::default();
+        analyze(&format!("{PENDULUM}{more}"), &settings, &Silent).unwrap_or_else(|wrong| panic!("{wrong:?}"))
+    };
+    let poles = |more: &str| -> Vec<(f64, f64)> {
+        let mut all: Vec<(f64, f64)> =
+            analysed(more).modes.iter().map(|mode| (mode.eigenvalue.re, mode.eigenvalue.im.abs())).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all
+    };
+    let hanging = poles("[scenario]\ninitial = { \"arm.phi\" = \"50 deg\" }\n");
+    assert!(hanging.iter().all(|(re, im)| re.abs() < 1e-9 && (im - 3.0).abs() < 1e-9), "{hanging:?}");
+    let standing = poles("[analysis]\nat = { \"arm.phi\" = \"180 deg\" }\n");
+    assert!(standing.len() == 2 && standing[0].1 == 0.0, "{standing:?}");
+    assert!((standing[0].0 + 3.0).abs() < 1e-9 && (standing[1].0 - 3.0).abs() < 1e-9, "{standing:?}");
+    let analysis = analysed("");
+    let class = analysis.class.as_ref().unwrap();
+    assert!(!class.constant_linear && class.assumptions.iter().any(|one| !one.holds && one.statement.contains("4.36")));
+    assert!(analysis.notes.iter().any(|note| note.contains("arm.phi = 0.000000 deg, proven")), "{:?}", analysis.notes);
+    assert!(
+        analysis.notes.iter().any(|note| note.contains("other equilibria") && note.contains("180.000000 deg")),
+        "{:?}",
+        analysis.notes
+    );
+    assert!(analysis.structure.controllable());
+}
+
+/// Where there is no equilibrium that is said, and whether it is proven.
+#[test]
+fn no_equilibrium_is_told() {
+    let refused = |law: &str| {
+        let source = PENDULUM.replace("-18 N m * sin(arm.phi)", law);
+        let wrong = analyze(&source, &AnalyzeSettings::default(), &Silent).unwrap_err();
+        wrong[0].message.clone()
+    };
+    let message = refused("-3 N m");
+    assert_eq!(message, "there is no equilibrium: along `arm` -3 N m act wherever it is");
+    let message = refused("-2 N m + sin(arm.phi) * 1 N m");
+    assert!(
+        message.starts_with(
+            "no equilibrium was found from 25 starts within a turn (that there is none is not proven); at best 1.0"
+        ),
+        "{message}"
+    );
+    let named = format!(
+        "{}[analysis]\nat = {{ \"arm.phi\" = \"30 deg\" }}\n",
+        PENDULUM.replace("-18 N m * sin(arm.phi)", "-3 N m")
+    );
+    assert!(analyze(&named, &AnalyzeSettings::default(), &Silent).is_ok());
+}
