@@ -132,8 +132,11 @@ impl Curve for NamedJoint {
     }
 
     fn inverse(&self) -> Option<Arc<dyn Curve>> {
-        let joint =
-            UniversalJointCurve { ratio: 1.0 / self.joint.ratio, phase_in: self.joint.phase_out, phase_out: self.joint.phase_in };
+        let joint = UniversalJointCurve {
+            ratio: 1.0 / self.joint.ratio,
+            phase_in: self.joint.phase_out,
+            phase_out: self.joint.phase_in,
+        };
         Some(Arc::new(Self { joint, turned: !self.turned, ..self.clone() }))
     }
 
@@ -156,7 +159,11 @@ impl Curve for NamedJoint {
         let after = if has_phase && self.turned { " - phase" } else { "" };
         let [first, second, sign] = if self.turned { ["sin", "cos", ""] } else { ["cos", "sin", "-"] };
         let lead = if self.turned { "1 - C" } else { "C - 1" };
-        let below = if self.turned { format!("sin({before})^2 + C*cos({before})^2") } else { format!("cos({before})^2 + C*sin({before})^2") };
+        let below = if self.turned {
+            format!("sin({before})^2 + C*cos({before})^2")
+        } else {
+            format!("cos({before})^2 + C*sin({before})^2")
+        };
         let mut values = self.angles.clone();
         values.push(("phase", self.phase.clone()));
         Some(CurveFormulas {

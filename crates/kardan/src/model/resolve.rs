@@ -268,7 +268,11 @@ impl ControlSpec {
 }
 
 /// The values of an element, checked; and whether nothing is wrong with them.
-pub(super) fn element_values(instance: &Instance, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) -> (Values, bool) {
+pub(super) fn element_values(
+    instance: &Instance,
+    reader: &TableReader<'_>,
+    out: &mut Vec<Diagnostic>,
+) -> (Values, bool) {
     let Instance { kind, name, place, table } = instance;
     let what = format!("{} `{name}`", kind.keyword);
     let before = out.len();

@@ -88,7 +88,8 @@ impl NamedTerms {
 
     /// A number by hand in a row of coefficients, and zero, stand as they are.
     fn mean(&mut self, name: String, scalar: &Scalar, in_row: bool, reader: &TableReader<'_>) {
-        let number = |value: &Exact| if in_row || value.is_zero() { Meaning::Number(value.clone()) } else { Meaning::Value };
+        let number =
+            |value: &Exact| if in_row || value.is_zero() { Meaning::Number(value.clone()) } else { Meaning::Value };
         let meaning = match scalar {
             Scalar::Literal(value, _) => number(value),
             Scalar::Tolerated(read) => number(&read.value),

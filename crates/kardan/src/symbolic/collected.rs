@@ -83,7 +83,7 @@ impl Collector<'_> {
         if value.is_zero() {
             return Collected { number: Rational::ZERO, factors: Vec::new() };
         }
-        let common = value.common();
+        let common = outside(value);
         let rest = value.times_term(&raised(&common, -1), &Rational::ONE);
         let mut out = Collected {
             number: Rational::ONE,
@@ -122,11 +122,14 @@ impl Collector<'_> {
                 continue;
             }
             let ratio = |other: &Laurent| other.divided_by(&first)?.as_number();
-            let Some(numbers) = powers.iter().map(|(p, other)| Some((*p, ratio(other)?))).collect::<Option<Vec<_>>>() else {
+            let Some(numbers) = powers.iter().map(|(p, other)| Some((*p, ratio(other)?))).collect::<Option<Vec<_>>>()
+            else {
                 continue;
             };
             let of_letter = Laurent::of(
-                numbers.into_iter().map(|(p, number)| (vec![(letter, p)].into_iter().filter(|one| one.1 != 0).collect(), number)),
+                numbers
+                    .into_iter()
+                    .map(|(p, number)| (vec![(letter, p)].into_iter().filter(|one| one.1 != 0).collect(), number)),
             );
             let mut out = roots(&of_letter, letter);
             match first.as_number() {
@@ -148,10 +151,16 @@ impl Collector<'_> {
                 *sum = sum.plus(&Laurent::of([(monomial.clone(), number.clone())]));
             }
             if groups.len() > 1 {
-                return self.of_groups(groups.into_values().map(|group| self.product(&group)).collect(), ranks[0] == Rank::Value);
+                return self.of_groups(
+                    groups.into_values().map(|group| self.product(&group)).collect(),
+                    ranks[0] == Rank::Value,
+                );
             }
         }
-        self.of_groups(value.terms().map(|(m, number)| self.product(&Laurent::of([(m.clone(), number.clone())]))).collect(), false)
+        self.of_groups(
+            value.terms().map(|(m, number)| self.product(&Laurent::of([(m.clone(), number.clone())]))).collect(),
+            false,
+        )
     }
 
     /// What all members have in common before their sum; members of one shape in a sum of their own.
@@ -162,7 +171,9 @@ impl Collector<'_> {
             let own = |one: &Collected| one.factors.iter().find(|(other, _)| *other == base).map_or(0, |found| found.1);
             let least = members.iter().map(own).min().unwrap_or(0).min(power);
             if least > 0 && matches!(base, Base::Sum(_)) {
-                members.iter_mut().for_each(|one| one.times(Collected { number: Rational::ONE, factors: vec![(base.clone(), -least)] }));
+                members.iter_mut().for_each(|one| {
+                    one.times(Collected { number: Rational::ONE, factors: vec![(base.clone(), -least)] })
+                });
                 out.factors.push((base, least));
             }
         }
@@ -201,7 +212,8 @@ impl Collector<'_> {
             if shape.is_empty() || group.len() < 2 {
                 return group;
             }
-            let before: Vec<(Base, i32)> = shape.into_iter().map(|(letter, power)| (Base::Letter(letter), power)).collect();
+            let before: Vec<(Base, i32)> =
+                shape.into_iter().map(|(letter, power)| (Base::Letter(letter), power)).collect();
             for member in &mut group {
                 member.factors.retain(|factor| !before.contains(factor));
             }
@@ -260,6 +272,17 @@ impl Collected {
     }
 }
 
+/// What stands before all terms: the power of a letter that is in all of them, with one sign, and is nearest to zero.
+fn outside(value: &Laurent) -> Monomial {
+    let own = |monomial: &Monomial, letter| monomial.iter().find(|one| one.0 == letter).map_or(0, |one| one.1);
+    let power = |letter: &Letter| {
+        let powers = || value.terms().map(|(monomial, _)| own(monomial, *letter));
+        let [least, most] = [powers().min().unwrap_or(0), powers().max().unwrap_or(0)];
+        if least > 0 { least } else { most.min(0) }
+    };
+    value.letters().iter().map(|letter| (*letter, power(letter))).filter(|(_, power)| *power != 0).collect()
+}
+
 /// The largest number that goes into all members a whole number of times.
 fn content(members: &[Collected]) -> Rational {
     let mut all = Rational::ZERO;
@@ -282,7 +305,8 @@ fn roots(value: &Laurent, letter: Letter) -> Vec<Laurent> {
     for denominator in 1..=MOST_ROOT {
         for numerator in (1..=MOST_ROOT).flat_map(|n| [n, -n]).filter(|n| gcd(*n, denominator) == 1) {
             let monomial = vec![(letter, step)];
-            let factor = Laurent::of([(monomial, Rational::from(denominator)), (Monomial::new(), Rational::from(numerator))]);
+            let factor =
+                Laurent::of([(monomial, Rational::from(denominator)), (Monomial::new(), Rational::from(numerator))]);
             while rest.len() > 1 && rest != factor {
                 let Some(quotient) = rest.divided_by(&factor) else { break };
                 if quotient.terms().any(|(monomial, _)| monomial.iter().any(|one| one.1 < 0)) {

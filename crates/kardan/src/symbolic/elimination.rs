@@ -24,9 +24,23 @@ pub(super) struct Line {
 pub(super) struct Assumed {
     pub(super) divisors: Vec<Laurent>,
     pub(super) zeros: Vec<Laurent>,
+    /// A product had too many terms, and is not there.
+    pub(super) too_large: bool,
 }
 
+/// The most products of terms that are formed for one product of sums.
+const MOST_PRODUCTS: usize = 20_000;
+
 impl Assumed {
+    /// A product, unless it has too many terms.
+    pub(super) fn product(&mut self, a: &Laurent, b: &Laurent) -> Laurent {
+        if a.len().saturating_mul(b.len()) > MOST_PRODUCTS {
+            self.too_large = true;
+            return Laurent::default();
+        }
+        a.times(b)
+    }
+
     fn divisor(&mut self, pivot: &Laurent) {
         if pivot.as_number().is_none() && !self.divisors.contains(pivot) {
             self.divisors.push(pivot.clone());
@@ -42,7 +56,7 @@ pub(super) fn eliminate(
     assumed: &mut Assumed,
 ) -> Vec<(usize, Line)> {
     let mut used = Vec::new();
-    while let Some((row, column)) = pivot(lines, may) {
+    while let Some((row, column)) = pivot(lines, may).filter(|_| !assumed.too_large) {
         let own = lines.remove(row);
         let pivot = own.entries[&column].clone();
         assumed.divisor(&pivot.symbol);
@@ -55,14 +69,14 @@ pub(super) fn eliminate(
             for (k, x) in own.entries.iter().filter(|(k, _)| **k != column) {
                 let before = line.entries.remove(k).unwrap_or_default();
                 let after = Entry {
-                    symbol: letters.cancelled(&before.symbol.minus(&factor.symbol.times(&x.symbol))),
+                    symbol: letters.cancelled(&before.symbol.minus(&assumed.product(&factor.symbol, &x.symbol))),
                     number: before.number.minus(&factor.number.times(&x.number)),
                 };
                 if !after.symbol.is_zero() {
                     line.entries.insert(*k, after);
                 }
             }
-            line.right = letters.cancelled(&line.right.minus(&factor.symbol.times(&own.right)));
+            line.right = letters.cancelled(&line.right.minus(&assumed.product(&factor.symbol, &own.right)));
         }
         used.push((column, own));
     }

@@ -134,7 +134,10 @@ impl Laurent {
                 Some(before) => {
                     let letters: Vec<Letter> = before.keys().chain(own.keys()).copied().collect();
                     let power = |powers: &BTreeMap<Letter, i32>, letter| powers.get(&letter).copied().unwrap_or(0);
-                    letters.into_iter().map(|letter| (letter, power(&before, letter).min(power(&own, letter)))).collect()
+                    letters
+                        .into_iter()
+                        .map(|letter| (letter, power(&before, letter).min(power(&own, letter))))
+                        .collect()
                 }
             });
         }

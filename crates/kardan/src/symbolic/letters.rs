@@ -171,7 +171,8 @@ impl Letters {
     }
 
     fn power(&mut self, base: Laurent, exponent: Laurent) -> Laurent {
-        let whole = exponent.as_number().filter(Rational::is_int).and_then(|n| i32::try_from(n.numerator().clone()).ok());
+        let whole =
+            exponent.as_number().filter(Rational::is_int).and_then(|n| i32::try_from(n.numerator().clone()).ok());
         match whole.filter(|n| n.abs() <= MOST_POWER) {
             Some(n) => match base.power(n) {
                 Some(power) => power,
@@ -205,7 +206,8 @@ impl Letters {
         let mut value = value.clone();
         for letter in value.letters() {
             let Symbol::Sum(sum) = self.symbol(letter) else { continue };
-            let power = |value: &Laurent| value.common().iter().find(|(other, _)| *other == letter).map_or(0, |one| one.1);
+            let power =
+                |value: &Laurent| value.common().iter().find(|(other, _)| *other == letter).map_or(0, |one| one.1);
             while power(&value) < 0 {
                 let lowest = power(&value);
                 // What stands over the lowest power: other terms get the sum itself as a factor.
@@ -217,7 +219,10 @@ impl Letters {
                 });
                 let above = parts.fold(Laurent::default(), |all, part| all.plus(&part));
                 let Some(quotient) = above.divided_by(sum) else { break };
-                value = quotient.times_term(&vec![(letter, lowest + 1)].into_iter().filter(|(_, p)| *p != 0).collect(), &Rational::ONE);
+                value = quotient.times_term(
+                    &vec![(letter, lowest + 1)].into_iter().filter(|(_, p)| *p != 0).collect(),
+                    &Rational::ONE,
+                );
             }
         }
         value

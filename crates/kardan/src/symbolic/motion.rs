@@ -76,8 +76,13 @@ struct Walk<'a> {
 
 impl SymbolicMotion {
     /// Of terms whose values have names, and the explicit form of the same terms; `start` are the angles of the coordinates at which slopes
-    /// decide about pivots.
-    pub fn new(terms: &[NamedTerm], meanings: BTreeMap<String, Meaning>, reduced: &Reduced, start: &[f64]) -> Self {
+    /// decide about pivots. None if a sum would have thousands of terms.
+    pub fn new(
+        terms: &[NamedTerm],
+        meanings: BTreeMap<String, Meaning>,
+        reduced: &Reduced,
+        start: &[f64],
+    ) -> Option<Self> {
         let n = reduced.equations.coordinates.len();
         let mut letters = Letters::new(meanings);
         let terms = Terms::new(&reduced.equations.coordinates, terms, &mut letters);
@@ -103,7 +108,7 @@ impl SymbolicMotion {
         walk.explicit(start);
         walk.forces();
         walk.out.multipliers = walk.multipliers();
-        walk.finish()
+        (!walk.assumed.too_large).then(|| walk.finish())
     }
 
     /// All sums in it.
@@ -141,8 +146,11 @@ impl Walk<'_> {
                     self.note(*shaft, found);
                 }
                 Step::Curve { shaft, curve, argument } => {
-                    let Some((number, from, backwards)) = self.transmission(*shaft, argument, &e, &known) else { continue };
-                    let found = if known.contains(&from) { self.known[from].clone() } else { self.affine(&e, from, &known) };
+                    let Some((number, from, backwards)) = self.transmission(*shaft, argument, &e, &known) else {
+                        continue;
+                    };
+                    let found =
+                        if known.contains(&from) { self.known[from].clone() } else { self.affine(&e, from, &known) };
                     let start = self.number(argument);
                     self.numbers[*shaft] = curve.value(start);
                     let slope = self.curve(number, *shaft, curve, found);
@@ -161,7 +169,13 @@ impl Walk<'_> {
     }
 
     /// The transmission by which a coordinate is found: its number, from where, and whether from its driven end.
-    fn transmission(&self, shaft: usize, argument: &Affine, e: &Echelon, known: &[usize]) -> Option<(usize, usize, bool)> {
+    fn transmission(
+        &self,
+        shaft: usize,
+        argument: &Affine,
+        e: &Echelon,
+        known: &[usize],
+    ) -> Option<(usize, usize, bool)> {
         let transmissions = self.reduced.equations.transmissions.iter().enumerate();
         let mut open = transmissions.filter(|(k, _)| !self.slopes.contains_key(k)).filter_map(|(k, t)| {
             match (t.driven == shaft, t.driving == shaft) {
@@ -195,11 +209,11 @@ impl Walk<'_> {
         let mut out = Known { angle: constant, ..Known::default() };
         for (k, share) in shares {
             let of = self.known[k].clone();
-            out.angle = out.angle.plus(&share.times(&of.angle));
-            out.bias = out.bias.plus(&share.times(&of.bias));
+            out.angle = out.angle.plus(&self.assumed.product(&share, &of.angle));
+            out.bias = out.bias.plus(&self.assumed.product(&share, &of.bias));
             for (column, entry) in of.basis {
                 let sum = out.basis.entry(column).or_default();
-                *sum = sum.plus(&share.times(&entry));
+                *sum = sum.plus(&self.assumed.product(&share, &entry));
             }
         }
         out.basis.retain(|_, entry| !entry.is_zero());
@@ -223,11 +237,15 @@ impl Walk<'_> {
                 }
                 formulas.curve.each_ref().map(|text| self.letters.formula(text, &names))
             }
-            None => [0, 1, 2].map(|order| self.letters.of(Symbol::Curve(element.clone(), order, argument.angle.clone()))),
+            None => {
+                [0, 1, 2].map(|order| self.letters.of(Symbol::Curve(element.clone(), order, argument.angle.clone())))
+            }
         };
         let speed = self.rate(&argument.basis, Symbol::Speed);
-        let bias = curvature.times(&speed).times(&speed).plus(&slope.times(&argument.bias));
-        let basis = argument.basis.iter().map(|(k, entry)| (*k, slope.times(entry))).collect();
+        let bent = self.assumed.product(&curvature, &speed);
+        let carried = self.assumed.product(&slope, &argument.bias);
+        let bias = self.assumed.product(&bent, &speed).plus(&carried);
+        let basis = argument.basis.iter().map(|(k, entry)| (*k, self.assumed.product(&slope, entry))).collect();
         let angle = self.letters.of(Symbol::Position(shaft));
         self.note(shaft, Known { basis, bias, angle });
         // Its angle stands by its name wherever it is needed.
@@ -278,25 +296,25 @@ impl Walk<'_> {
         for Along { row, value, .. } in self.terms.inertias.clone() {
             let own = self.along(&row);
             let bias = row.iter().fold(zero(), |sum, (k, c)| sum.plus(&c.times(&self.known[*k].bias)));
-            add_square(&mut self.out.inertia, &own, &value);
-            add_force(&mut self.out.velocity, &own, &value.times(&bias));
+            add_square(&mut self.out.inertia, &own, &value, &mut self.assumed);
+            add_force(&mut self.out.velocity, &own, &value.times(&bias), &mut self.assumed);
         }
         for Along { row, value, .. } in self.terms.dampers.clone() {
             let own = self.along(&row);
-            add_square(&mut self.out.damping, &own, &value);
+            add_square(&mut self.out.damping, &own, &value, &mut self.assumed);
         }
         for Along { row, value: Spring { stiffness, rest }, .. } in self.terms.springs.clone() {
             let own = self.along(&row);
             let angle = row.iter().fold(zero(), |sum, (k, c)| sum.plus(&c.times(&self.known[*k].angle)));
-            add_force(&mut self.out.stiffness, &own, &stiffness.times(&angle.minus(&rest)));
+            add_force(&mut self.out.stiffness, &own, &stiffness.times(&angle.minus(&rest)), &mut self.assumed);
         }
         for k in 0..self.terms.frictions.len() {
             let (own, torque) = (self.along(&self.terms.frictions[k].row), self.friction(k));
-            add_force(&mut self.out.friction, &own, &torque);
+            add_force(&mut self.out.friction, &own, &torque, &mut self.assumed);
         }
         for k in 0..self.terms.inputs.len() {
             let (own, input) = (self.along(&self.terms.inputs[k].row), self.letters.of(Symbol::Input(k)));
-            add_force(&mut self.out.input, &own, &input);
+            add_force(&mut self.out.input, &own, &input, &mut self.assumed);
         }
     }
 
@@ -376,9 +394,10 @@ impl Walk<'_> {
         let mut out = vec![Laurent::default(); count];
         for (unknown, line) in used.into_iter().rev() {
             let (constant, shares) = solved(&line, unknown, &mut self.letters, &mut unnamed);
-            let carried = shares.iter().fold(constant, |sum, (k, share)| sum.plus(&share.times(&out[*k])));
+            let carried = shares.iter().fold(constant, |sum, (k, share)| sum.plus(&unnamed.product(share, &out[*k])));
             out[unknown] = self.letters.cancelled(&carried);
         }
+        self.assumed.too_large |= unnamed.too_large;
         self.assumed.zeros.extend(unnamed.zeros);
         self.assumed.divisors.extend(unnamed.divisors);
         out
@@ -401,17 +420,24 @@ impl Walk<'_> {
     }
 }
 
-fn add_square(to: &mut BTreeMap<(usize, usize), Laurent>, row: &BTreeMap<usize, Laurent>, value: &Laurent) {
+fn add_square(
+    to: &mut BTreeMap<(usize, usize), Laurent>,
+    row: &BTreeMap<usize, Laurent>,
+    value: &Laurent,
+    assumed: &mut Assumed,
+) {
     for (i, first) in row {
         for (j, second) in row.range(..=i) {
+            let product = assumed.product(first, second);
+            let product = assumed.product(&product, value);
             let sum = to.entry((*i, *j)).or_default();
-            *sum = sum.plus(&value.times(first).times(second));
+            *sum = sum.plus(&product);
         }
     }
 }
 
-fn add_force(to: &mut [Laurent], row: &BTreeMap<usize, Laurent>, torque: &Laurent) {
+fn add_force(to: &mut [Laurent], row: &BTreeMap<usize, Laurent>, torque: &Laurent, assumed: &mut Assumed) {
     for (k, entry) in row {
-        to[*k] = to[*k].plus(&entry.times(torque));
+        to[*k] = to[*k].plus(&assumed.product(entry, torque));
     }
 }

@@ -53,6 +53,13 @@ impl Printer<'_> {
         if let Some(members) = alone {
             return self.sum(members);
         }
+        // Neither does one above the bar of a fraction.
+        let over: Vec<&(Base, i32)> = value.factors.iter().filter(|(_, power)| *power > 0).collect();
+        if let ([(Base::Sum(members), 1)], "1", true, true) =
+            (over.as_slice(), above.as_str(), self.latex(), below != "1" || !bottom.is_empty())
+        {
+            top = vec![self.sum(members)];
+        }
         if above != "1" || top.is_empty() {
             top.insert(0, above);
         }

@@ -74,7 +74,8 @@ impl Terms {
                     out.springs.push(Along { element: element.clone(), row: row(numbered(letters, along)), value });
                 }
                 Term::Friction { along, torque, stribeck } => {
-                    let falls = |Stribeck { breakaway, speed }: &Stribeck| [letters.exact(breakaway), letters.exact(speed)];
+                    let falls =
+                        |Stribeck { breakaway, speed }: &Stribeck| [letters.exact(breakaway), letters.exact(speed)];
                     let stribeck = stribeck.as_ref().map(falls);
                     let value = Friction { torque: letters.exact(torque), stribeck };
                     out.frictions.push(Along { element: element.clone(), row: row(numbered(letters, along)), value });
@@ -87,7 +88,8 @@ impl Terms {
                     let turned = -&scale.recip().unwrap_or_else(Exact::one);
                     let shares = along.entries.iter().map(|(name, x)| (name.clone(), x * &turned)).collect();
                     let row = row(numbered(letters, &Direction { entries: shares }));
-                    let value = Spring { stiffness: letters.exact(stiffness), rest: letters.exact(&(offset * &turned)) };
+                    let value =
+                        Spring { stiffness: letters.exact(stiffness), rest: letters.exact(&(offset * &turned)) };
                     if !damping.is_zero() {
                         let value = letters.exact(damping);
                         out.dampers.push(Along { element: element.clone(), row: row.clone(), value });

@@ -13,5 +13,6 @@ mod properties;
 mod reduction;
 mod source_equations;
 mod state_space;
+mod symbolic;
 mod translation;
 mod values;

@@ -66,7 +66,12 @@ impl Project {
             let help = "name other coordinates in `[model]`, or look at the equations without --symbolic";
             vec![Diagnostic::error("symbolic::explicit", message).help(help)]
         })?;
-        let motion = SymbolicMotion::new(&named.terms, named.meanings.clone(), &reduced, &variant.scenario.position);
+        let start = &variant.scenario.position;
+        let motion = SymbolicMotion::new(&named.terms, named.meanings.clone(), &reduced, start).ok_or_else(|| {
+            let message = "written in symbols, one entry of the equations has thousands of terms";
+            let help = "look at the numbers without --symbolic, or at a part of the model";
+            vec![Diagnostic::error("symbolic::size", message).help(help)]
+        })?;
         Ok((variant, found(&named, &reduced, &motion), diagnostics))
     }
 }
@@ -93,7 +98,11 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
         let [i, j] = [i, j].map(|k| coordinate(*k));
         let symbol = SymbolicText {
             text: format!("{letter}[{}, {}]", names.coordinates[i], names.coordinates[j]),
-            latex: format!("{letter}_{{{},{}}}", index(&reduced.equations.coordinates[i]), index(&reduced.equations.coordinates[j])),
+            latex: format!(
+                "{letter}_{{{},{}}}",
+                index(&reduced.equations.coordinates[i]),
+                index(&reduced.equations.coordinates[j])
+            ),
         };
         formula(symbol, value)
     };
@@ -107,7 +116,8 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
     };
     let letters = motion.definitions.iter().filter(|one| used.contains(&one.letter));
     let own = |name: &String| values.iter().any(|value| value.of == *name);
-    let left_out = named.used.iter().filter(|name| named.values.get(*name).is_some_and(|one| one.value.is_zero()) && !own(name));
+    let left_out =
+        named.used.iter().filter(|name| named.values.get(*name).is_some_and(|one| one.value.is_zero()) && !own(name));
     let mut left_out: Vec<String> = left_out.cloned().collect();
     left_out.sort();
     left_out.dedup();
@@ -115,11 +125,11 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
         letters: letters.map(|one| formula(names.letter(one.letter), &one.value)).collect(),
         dependents,
         inertia: motion.inertia.iter().map(|one| entry("H", one)).collect(),
-        velocity: forces("v", &motion.velocity),
+        velocity: forces(r"h^{\mathrm{v}}", &motion.velocity),
         damping: motion.damping.iter().map(|one| entry("D", one)).collect(),
-        stiffness: forces("s", &motion.stiffness),
-        friction: forces("c", &motion.friction),
-        input: forces("f", &motion.input),
+        stiffness: forces(r"h^{\mathrm{s}}", &motion.stiffness),
+        friction: forces(r"h^{\mathrm{c}}", &motion.friction),
+        input: forces(r"\left(F u\right)", &motion.input),
         constraint_torques: constraint_torques(&names, reduced, motion),
         divisors: divisors(&names, motion),
         zeros: motion.zeros.iter().map(|value| names.formula(value)).collect(),
@@ -182,7 +192,9 @@ fn divisors(names: &Names<'_>, motion: &SymbolicMotion) -> Vec<SymbolicText> {
     for divisor in &motion.divisors {
         let parts: Vec<Laurent> = match divisor.single() {
             Some((monomial, _)) => {
-                let values = monomial.iter().filter(|(letter, _)| matches!(names.letters.symbol(*letter), Symbol::Value(_) | Symbol::Sum(_)));
+                let values = monomial
+                    .iter()
+                    .filter(|(letter, _)| matches!(names.letters.symbol(*letter), Symbol::Value(_) | Symbol::Sum(_)));
                 values.map(|(letter, _)| Laurent::letter(*letter)).collect()
             }
             None => vec![divisor.clone()],

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::assemble::Equations;
 use crate::equations::{Domain, InputKind};
+use crate::model::SymbolValue;
 use crate::names::Quantity;
 use crate::results::SymbolicText;
 use crate::symbolic::{Form, Laurent, Letter, Letters, Symbol, collected, printed};
-use crate::model::SymbolValue;
 use crate::units::Dimension;
 
 /// Letters of keys, as the source has them; other keys stand by their own name.
@@ -34,8 +34,8 @@ const KEYS: [(&str, &str); 19] = [
 ];
 
 const GREEK: [&str; 20] = [
-    "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "kappa", "lambda", "mu", "nu", "xi", "rho", "sigma",
-    "tau", "phi", "chi", "psi", "omega",
+    "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "kappa", "lambda", "mu", "nu", "xi", "rho",
+    "sigma", "tau", "phi", "chi", "psi", "omega",
 ];
 
 /// The names of the letters of one model.
@@ -144,7 +144,8 @@ impl<'a> Names<'a> {
             Domain::Translation => " s",
             Domain::Rotation => r"\varphi",
         };
-        let letter = [letter.trim_start().to_string(), format!(r"\dot{letter}"), format!(r"\ddot{letter}")][order].clone();
+        let letter =
+            [letter.trim_start().to_string(), format!(r"\dot{letter}"), format!(r"\ddot{letter}")][order].clone();
         format!("{letter}_{{{}}}", index(&self.equations.coordinates[k]))
     }
 

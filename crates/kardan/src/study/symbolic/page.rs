@@ -31,7 +31,10 @@ fn assumptions(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String
         out.push(format!("None of these may be zero: {}", list(&found.divisors)));
     }
     if !found.zeros.is_empty() {
-        out.push(format!("Taken as zero, as for the values of the model; otherwise these equations do not hold: {}", list(&found.zeros)));
+        out.push(format!(
+            "Taken as zero, as for the values of the model; otherwise these equations do not hold: {}",
+            list(&found.zeros)
+        ));
     }
     out
 }
@@ -45,7 +48,8 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
     let counts: Vec<String> = kinds.iter().map(|kind| format!("{} {}", kind.plural, kind.count)).collect();
     let units: Vec<&str> = kinds.iter().map(|kind| kind.units).collect();
     let names = variant.reduced.coordinate_names();
-    let shown = names.iter().map(|name| if word(name) == *name { name.clone() } else { format!("{} ({name})", word(name)) });
+    let shown =
+        names.iter().map(|name| if word(name) == *name { name.clone() } else { format!("{} ({name})", word(name)) });
     let shown: Vec<String> = shown.collect();
     let _ = writeln!(out, "Model {}: {}, degrees of freedom {}", variant.model.name, counts.join(", "), names.len());
     let _ = writeln!(out, "Coordinates q: {} ({}; numbers in SI units)", shown.join(", "), units.join(", "));
