@@ -29,7 +29,7 @@ pub(super) struct Assumed {
 }
 
 /// The most products of terms that are formed for one product of sums.
-const MOST_PRODUCTS: usize = 20_000;
+const MOST_PRODUCTS: usize = 5000;
 
 impl Assumed {
     /// A product, unless it has too many terms.

@@ -113,7 +113,10 @@ impl Laurent {
     /// a·b
     #[must_use]
     pub fn times(&self, other: &Self) -> Self {
-        other.terms.iter().fold(Self::default(), |sum, (monomial, number)| sum.plus(&self.times_term(monomial, number)))
+        let products = self.terms.iter().flat_map(|(own, factor)| {
+            other.terms.iter().map(move |(monomial, number)| (product(own, monomial), factor * number))
+        });
+        Self::of(products)
     }
 
     /// aⁿ for n ≥ 0, of a single term also below.
