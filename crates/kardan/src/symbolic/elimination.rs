@@ -83,10 +83,12 @@ pub(super) fn eliminate(
     used
 }
 
-/// The unknown of a line in terms of its other ones: `constant + Σ share·other`, without those that are zero for the values of the model.
+/// The unknown of a line in terms of its other ones: `constant + Σ share·other`. What is not given has a share that is zero for the values
+/// of the model.
 pub(super) fn solved(
     line: &Line,
     unknown: usize,
+    given: &dyn Fn(usize) -> bool,
     letters: &mut Letters,
     assumed: &mut Assumed,
 ) -> (Laurent, BTreeMap<usize, Laurent>) {
@@ -94,7 +96,7 @@ pub(super) fn solved(
     assumed.divisor(&pivot);
     let mut shares = BTreeMap::new();
     for (k, entry) in line.entries.iter().filter(|(k, _)| **k != unknown) {
-        if Scalar::is_zero(&entry.number) {
+        if !given(*k) && Scalar::is_zero(&entry.number) {
             if !assumed.zeros.contains(&entry.symbol) {
                 assumed.zeros.push(entry.symbol.clone());
             }

@@ -146,9 +146,8 @@ impl Walk<'_> {
                     self.note(*shaft, found);
                 }
                 Step::Curve { shaft, curve, argument } => {
-                    let Some((number, from, backwards)) = self.transmission(*shaft, argument, &e, &known) else {
-                        continue;
-                    };
+                    let found = self.transmission(*shaft, argument, &e, &known);
+                    let (number, from, backwards) = found.expect("a step by a curve is one of a transmission");
                     let found =
                         if known.contains(&from) { self.known[from].clone() } else { self.affine(&e, from, &known) };
                     let start = self.number(argument);
@@ -205,7 +204,7 @@ impl Walk<'_> {
         eliminate(&mut lines, &may, &mut self.letters, &mut self.assumed);
         let holds = |line: &&Line| line.entries.get(&target).is_some_and(|entry| !Scalar::is_zero(&entry.number));
         let Some(line) = lines.iter().find(holds) else { return Known::default() };
-        let (constant, shares) = solved(line, target, &mut self.letters, &mut self.assumed);
+        let (constant, shares) = solved(line, target, &|k| known.contains(&k), &mut self.letters, &mut self.assumed);
         let mut out = Known { angle: constant, ..Known::default() };
         for (k, share) in shares {
             let of = self.known[k].clone();
@@ -388,12 +387,11 @@ impl Walk<'_> {
             .into_iter()
             .map(|shaft| Line { entries: std::mem::take(&mut columns[shaft]), right: forces[shaft].clone() })
             .collect();
-        // Slopes of joints are never zero: what is told as a divisor are values.
         let mut unnamed = Assumed::default();
         let used = eliminate(&mut lines, &|_| true, &mut self.letters, &mut unnamed);
         let mut out = vec![Laurent::default(); count];
         for (unknown, line) in used.into_iter().rev() {
-            let (constant, shares) = solved(&line, unknown, &mut self.letters, &mut unnamed);
+            let (constant, shares) = solved(&line, unknown, &|_| true, &mut self.letters, &mut unnamed);
             let carried = shares.iter().fold(constant, |sum, (k, share)| sum.plus(&unnamed.product(share, &out[*k])));
             out[unknown] = self.letters.cancelled(&carried);
         }
