@@ -93,7 +93,7 @@ impl Collector<'_> {
             out.number = number;
         } else {
             for factor in self.split(&rest) {
-                let own = match factor.len() {
+                let own = match factor.count() {
                     1 => self.product(&factor),
                     _ => self.sum(&factor),
                 };
@@ -106,7 +106,7 @@ impl Collector<'_> {
 
     /// Factors with sums of fewer terms, where there are any.
     fn split(&self, value: &Laurent) -> Vec<Laurent> {
-        if value.len() < 2 {
+        if value.count() < 2 {
             return vec![value.clone()];
         }
         for letter in value.letters() {
@@ -118,7 +118,7 @@ impl Collector<'_> {
                 *sum = sum.plus(&Laurent::of([(rest, number.clone())]));
             }
             let Some(first) = powers.values().next().cloned() else { continue };
-            if powers.len() < 2 || first.len() < 2 && first.as_number().is_none() {
+            if powers.len() < 2 || first.count() < 2 && first.as_number().is_none() {
                 continue;
             }
             let ratio = |other: &Laurent| other.divided_by(&first)?.as_number();
@@ -190,14 +190,14 @@ impl Collector<'_> {
     }
 
     fn by_shape(&self, members: Vec<Collected>) -> Vec<Collected> {
-        let shape = |one: &Collected| -> Vec<(Letter, i32)> {
+        let shape = |one: &Collected| -> Monomial {
             let letters = one.factors.iter().filter_map(|(base, power)| match base {
                 Base::Letter(letter) if self.rank(*letter) == Rank::Shape => Some((*letter, *power)),
                 _ => None,
             });
             letters.collect()
         };
-        let mut groups: Vec<(Vec<(Letter, i32)>, Vec<Collected>)> = Vec::new();
+        let mut groups: Vec<(Monomial, Vec<Collected>)> = Vec::new();
         for member in members {
             let own = shape(&member);
             match groups.iter_mut().find(|(other, _)| *other == own) {
@@ -208,7 +208,7 @@ impl Collector<'_> {
         if groups.len() < 2 {
             return groups.into_iter().flat_map(|(_, group)| group).collect();
         }
-        let together = |(shape, mut group): (Vec<(Letter, i32)>, Vec<Collected>)| {
+        let together = |(shape, mut group): (Monomial, Vec<Collected>)| {
             if shape.is_empty() || group.len() < 2 {
                 return group;
             }
@@ -307,7 +307,7 @@ fn roots(value: &Laurent, letter: Letter) -> Vec<Laurent> {
             let monomial = vec![(letter, step)];
             let factor =
                 Laurent::of([(monomial, Rational::from(denominator)), (Monomial::new(), Rational::from(numerator))]);
-            while rest.len() > 1 && rest != factor {
+            while rest.count() > 1 && rest != factor {
                 let Some(quotient) = rest.divided_by(&factor) else { break };
                 if quotient.terms().any(|(monomial, _)| monomial.iter().any(|one| one.1 < 0)) {
                     break;

@@ -34,7 +34,7 @@ const MOST_PRODUCTS: usize = 5000;
 impl Assumed {
     /// A product, unless it has too many terms.
     pub(super) fn product(&mut self, a: &Laurent, b: &Laurent) -> Laurent {
-        if a.len().saturating_mul(b.len()) > MOST_PRODUCTS {
+        if a.count().saturating_mul(b.count()) > MOST_PRODUCTS {
             self.too_large = true;
             return Laurent::default();
         }

@@ -51,7 +51,7 @@ impl Laurent {
     }
 
     /// How many terms there are.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.terms.len()
     }
 
@@ -64,14 +64,14 @@ impl Laurent {
     pub fn as_number(&self) -> Option<Rational> {
         match self.terms.iter().next() {
             None => Some(Rational::ZERO),
-            Some((monomial, number)) if monomial.is_empty() && self.len() == 1 => Some(number.clone()),
+            Some((monomial, number)) if monomial.is_empty() && self.count() == 1 => Some(number.clone()),
             _ => None,
         }
     }
 
     /// Its only term.
     pub fn single(&self) -> Option<(&Monomial, &Rational)> {
-        self.terms.iter().next().filter(|_| self.len() == 1)
+        self.terms.iter().next().filter(|_| self.count() == 1)
     }
 
     /// a + b
@@ -156,7 +156,7 @@ impl Laurent {
         let mut quotient = Self::default();
         while let Some((monomial, number)) = rest.leading() {
             let step = product(monomial, &raised(leading, -1));
-            if step.iter().any(|(_, power)| *power < 0) || quotient.len() > MOST_TERMS {
+            if step.iter().any(|(_, power)| *power < 0) || quotient.count() > MOST_TERMS {
                 return None;
             }
             let number = number / factor;
