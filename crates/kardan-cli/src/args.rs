@@ -443,7 +443,8 @@ pub enum Format {
 #[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Examples:\n  kardan equations sia-steering --latex > equations.tex\n  kardan equations sia-steering --plan       the \
-                  operations of one evaluation, and how many"
+                  operations of one evaluation, and how many\n  kardan equations sia-steering --symbolic   in the names of the values \
+                  instead of numbers"
 )]
 pub struct EquationsArgs {
     /// Path of a model file, name of a built-in model, or `-` for standard input.
@@ -454,6 +455,9 @@ pub struct EquationsArgs {
     /// The list of operations by which a run evaluates them, with what it costs.
     #[arg(long, conflicts_with_all = ["latex", "json"])]
     pub plan: bool,
+    /// The names of parameters and values instead of their numbers: H, forces, input map and constraint torques as formulas.
+    #[arg(long, conflicts_with = "plan")]
+    pub symbolic: bool,
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,

@@ -207,7 +207,7 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             Term::Transmission { driven, driving, curve } => match curve.shifted_identity() {
                 Some(shift) => {
                     let along = Direction::difference(driven, Some(driving));
-                    let offset = Exact { rational: rational_from_f64(shift).unwrap_or_default(), pi: 0 };
+                    let offset = Exact::new(rational_from_f64(shift).unwrap_or_default(), 0);
                     next.constraints.push(Along { element, row: row(&along), value: offset });
                 }
                 None => next.transmissions.push(TransmissionRow {

@@ -116,6 +116,21 @@ pub trait Curve: fmt::Debug + Send + Sync {
     fn repeats_each_half_turn(&self) -> bool {
         false
     }
+    /// The curve in formulas, where its values have names; without, equations in symbols call it γ.
+    fn formulas(&self) -> Option<CurveFormulas> {
+        None
+    }
+}
+
+/// A curve in formulas as a model file has them, over `x`, values of its element and letters.
+#[derive(Debug, Clone)]
+pub struct CurveFormulas {
+    /// Values by the names that they have in the formulas.
+    pub values: Vec<(&'static str, Exact)>,
+    /// Letters, each over what stands before it.
+    pub letters: Vec<(&'static str, String)>,
+    /// γ, γ′ and γ″ at x.
+    pub curve: [String; 3],
 }
 
 /// What a name in a [`Formula`] stands for.

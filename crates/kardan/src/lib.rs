@@ -73,6 +73,8 @@ pub mod schema;
 pub mod signal;
 pub mod simulate;
 pub mod study;
+#[doc(hidden)]
+pub mod symbolic;
 pub mod synthesis;
 pub mod units;
 

@@ -16,11 +16,16 @@ pub fn equations(args: &EquationsArgs, quiet: bool) -> Result<u8, Failure> {
         (_, true) => EquationsForm::Plan,
         _ => EquationsForm::Text,
     };
-    let (text, warnings) = match args.json {
-        true => project
+    let (text, warnings) = match (args.json, args.symbolic) {
+        (true, symbolic) => project
             .motion_equations()
+            .and_then(|(mut found, warnings)| {
+                found.symbolic = if symbolic { Some(project.symbolic_equations()?.0) } else { None };
+                Ok((found, warnings))
+            })
             .map(|(found, warnings)| (export::equations_json(&found, &source.text, &warnings) + "\n", warnings)),
-        false => project.equations(form).map(|(text, warnings)| (visible(&text), warnings)),
+        (false, true) => project.symbolic_text(form).map(|(text, warnings)| (visible(&text), warnings)),
+        (false, false) => project.equations(form).map(|(text, warnings)| (visible(&text), warnings)),
     }
     .map_err(|diagnostics| Failure { source: Some(source.clone()), diagnostics })?;
     render::show(Some(&source), &warnings);

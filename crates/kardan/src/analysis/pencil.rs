@@ -3,7 +3,7 @@ use super::system::minus_loads;
 use super::{ConstrainedSystem, LinearSystem};
 use crate::equations::Measured;
 use crate::names::Quantity;
-use crate::num::{Matrix, Rational, Scalar, echelon, project, sparse_rows, sum_of_outer};
+use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, project, sparse_rows, sum_of_outer};
 
 /// An output of a linear system: a signal with its name.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,9 +35,7 @@ pub fn linear_system(
     let rows = sparse_rows(basis);
     let [inertia, damping, stiffness] = [&system.inertias, &system.dampers, &system.springs]
         .map(|terms| sum_of_outer(terms.iter().map(|term| (project(&term.row, &rows), term.value.clone())), r));
-    let loads: Vec<_> = system.loads.iter().map(|load| reduced_load(load, &rows)).collect();
-    let damping = minus_loads(damping, &loads, |slopes| &slopes.on_rates);
-    let stiffness = minus_loads(stiffness, &loads, |slopes| &slopes.on_positions);
+    let [damping, stiffness] = with_loads(system, &rows, [damping, stiffness]);
     let mut input = Matrix::<Rational>::zeros(r, system.inputs.len());
     for (k, along) in system.inputs.iter().enumerate() {
         project(&along.row, &rows).into_iter().for_each(|(j, x)| input[(j, k)] = x);
@@ -105,6 +103,19 @@ pub fn linear_system(
         d,
         degrees_of_freedom: Some(r),
     }
+}
+
+/// Damping and stiffness with those of the loads.
+fn with_loads(
+    system: &ConstrainedSystem,
+    basis: &[SparseRow],
+    [damping, stiffness]: [Matrix<Rational>; 2],
+) -> [Matrix<Rational>; 2] {
+    let loads: Vec<_> = system.loads.iter().map(|load| reduced_load(load, basis)).collect();
+    [
+        minus_loads(damping, &loads, |slopes| &slopes.on_rates),
+        minus_loads(stiffness, &loads, |slopes| &slopes.on_positions),
+    ]
 }
 
 fn minus(x: &Rational) -> Rational {

@@ -1,7 +1,6 @@
 use super::shared::shafts::check_different;
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
-use crate::num::Rational;
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
@@ -68,7 +67,7 @@ fn check(values: &Values) -> Vec<Mistake> {
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let ratio = values.ratio();
-    let circular = Exact { rational: -(ratio.to_rational() + Rational::ONE), pi: 0 };
+    let circular = -&ratio.plus(&Exact::one());
     let along = Direction {
         entries: vec![
             (values.word_or_default("wave_generator").into(), Exact::one()),

@@ -115,7 +115,7 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
         Some(coefficients) => coefficients.to_vec(),
         None => {
             let [sun, ring] = TEETH.map(|key| values.exact_or_default(key));
-            let carrier = Exact { rational: -(sun.to_rational() + ring.to_rational()), pi: 0 };
+            let carrier = -&sun.plus(&ring);
             let shafts = SHAFTS.map(|key| values.word_or_default(key).to_string());
             shafts.into_iter().zip([sun, ring, carrier]).collect()
         }

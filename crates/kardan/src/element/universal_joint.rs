@@ -4,12 +4,12 @@ use std::sync::Arc;
 use kardan_rt::functions::{atan2, cos, sin_cos};
 
 use super::{Element, Mistake, Values, gear};
-use crate::equations::{Curve, Term};
+use crate::equations::{Curve, CurveFormulas, Term};
 use crate::expr::{Expr, Function, Graph};
 use crate::num::{Rational, rational_from_f64};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
-use crate::units::Dimension;
+use crate::units::{Dimension, Exact};
 
 keys! {
     /// A cross-type (Cardan, Hooke) joint, or two of them in series, \[diss. (6.99)-(6.104)\].
@@ -69,7 +69,7 @@ fn check(values: &Values) -> Vec<Mistake> {
             "give `angle` for a single joint, or both `angle_1` and `angle_2` for a double joint",
         ));
     }
-    for key in ["angle", "angle_1", "angle_2"] {
+    for key in ANGLES {
         if let Some(angle) = values.number(key)
             && angle.abs() > FRAC_PI_2 - 1e-3
         {
@@ -91,11 +91,91 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
         _ => 1.0,
     };
     let phase = values.number_or_default("phase");
+    let joint = UniversalJointCurve { ratio, phase_in: phase, phase_out: 0.0 };
+    let angles: Vec<(&'static str, Exact)> =
+        ANGLES.into_iter().filter_map(|key| Some((key, values.exact(key)?.clone()))).collect();
+    let named = angles.iter().any(|(_, angle)| angle.in_names().is_some());
     vec![Term::Transmission {
         driven: values.word_or_default("shaft_1").into(),
         driving: values.word_or_default("shaft_2").into(),
-        curve: Arc::new(UniversalJointCurve { ratio, phase_in: phase, phase_out: 0.0 }),
+        curve: match named {
+            true => Arc::new(NamedJoint { joint, angles, phase: values.exact_or_default("phase"), turned: false }),
+            false => Arc::new(joint),
+        },
     }]
+}
+
+const ANGLES: [&str; 3] = ["angle", "angle_1", "angle_2"];
+
+/// A joint whose angles have names: for any of them, also for those at which it is a shaft.
+#[derive(Debug, Clone)]
+struct NamedJoint {
+    joint: UniversalJointCurve,
+    /// Those that are given, by key.
+    angles: Vec<(&'static str, Exact)>,
+    phase: Exact,
+    /// From shaft_1 to shaft_2.
+    turned: bool,
+}
+
+impl Curve for NamedJoint {
+    fn value(&self, x: f64) -> f64 {
+        self.joint.value(x)
+    }
+
+    fn derivatives(&self, x: f64) -> (f64, f64) {
+        self.joint.derivatives(x)
+    }
+
+    fn expressions(&self, graph: &mut Graph, x: Expr) -> [Expr; 3] {
+        self.joint.expressions(graph, x)
+    }
+
+    fn inverse(&self) -> Option<Arc<dyn Curve>> {
+        let joint = UniversalJointCurve {
+            ratio: 1.0 / self.joint.ratio,
+            phase_in: self.joint.phase_out,
+            phase_out: self.joint.phase_in,
+        };
+        Some(Arc::new(Self { joint, turned: !self.turned, ..self.clone() }))
+    }
+
+    fn shifted_identity(&self) -> Option<f64> {
+        None
+    }
+
+    fn repeats_each_half_turn(&self) -> bool {
+        true
+    }
+
+    /// Of both directions with the same C and R, which is that of (6.119) from shaft_1 to shaft_2.
+    fn formulas(&self) -> Option<CurveFormulas> {
+        let cosine = match self.angles.as_slice() {
+            [(key, _)] => format!("cos({key})"),
+            _ => "cos(angle_1)/cos(angle_2)".to_string(),
+        };
+        let has_phase = !self.phase.is_zero() || self.phase.in_names().is_some();
+        let before = if has_phase && !self.turned { "(x + phase)" } else { "x" };
+        let after = if has_phase && self.turned { " - phase" } else { "" };
+        let [first, second, sign] = if self.turned { ["sin", "cos", ""] } else { ["cos", "sin", "-"] };
+        let lead = if self.turned { "1 - C" } else { "C - 1" };
+        let below = if self.turned {
+            format!("sin({before})^2 + C*cos({before})^2")
+        } else {
+            format!("cos({before})^2 + C*sin({before})^2")
+        };
+        let mut values = self.angles.clone();
+        values.push(("phase", self.phase.clone()));
+        Some(CurveFormulas {
+            values,
+            letters: vec![("C", cosine), ("R", format!("{first}({before})^2 + C^2*{second}({before})^2"))],
+            curve: [
+                format!("{before} + atan2(({lead})*sin(2*{before})/2, {below}){after}"),
+                "C/R".to_string(),
+                format!("{sign}C*(C^2 - 1)*sin(2*{before})/R^2"),
+            ],
+        })
+    }
 }
 
 /// γ with `tan(γ(x) + phase_out) = C·tan(x + phase_in)`, continuous over any number of turns.

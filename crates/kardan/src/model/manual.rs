@@ -185,6 +185,10 @@ pub fn manual_of(name: &str) -> Option<String> {
         );
         keys(&[SIGNAL, kind.fields].concat(), &mut out);
         let _ = write!(out, "\nExample\n\n{}", kind.example);
+        // A kind of signal and a table of the model may have one name.
+        if STUDY_TABLES.iter().any(|(page, _)| *page == name) {
+            out = format!("{}\n{out}", study_page(name)?);
+        }
     } else if name == "signal" {
         out.push_str(SIGNALS);
         for kind in signal::REGISTRY {
@@ -196,14 +200,21 @@ pub fn manual_of(name: &str) -> Option<String> {
     } else if name == "parameters" {
         out.push_str(PARAMETERS);
     } else {
-        let (page, fields) = STUDY_TABLES.iter().find(|(page, _)| *page == name)?;
-        let (header, _) = study_table(page);
-        let _ = writeln!(out, "{header}\n\nKeys");
-        keys(fields, &mut out);
-        let example = example_of(name);
-        if !example.is_empty() {
-            let _ = write!(out, "\nExample\n\n{example}");
-        }
+        out = study_page(name)?;
+    }
+    Some(out)
+}
+
+/// The page of a table that is neither an element nor a law.
+fn study_page(name: &str) -> Option<String> {
+    let mut out = String::new();
+    let (page, fields) = STUDY_TABLES.iter().find(|(page, _)| *page == name)?;
+    let (header, _) = study_table(page);
+    let _ = writeln!(out, "{header}\n\nKeys");
+    keys(fields, &mut out);
+    let example = example_of(name);
+    if !example.is_empty() {
+        let _ = write!(out, "\nExample\n\n{example}");
     }
     Some(out)
 }

@@ -272,7 +272,7 @@ impl ControlSpec {
 }
 
 /// The values of an element, checked; and whether nothing is wrong with them.
-fn element_values(
+pub(super) fn element_values(
     instance: &Instance,
     (reader, functions): (&TableReader<'_>, &mut Functions<'_, '_>),
     out: &mut Vec<Diagnostic>,

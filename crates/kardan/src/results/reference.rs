@@ -24,6 +24,98 @@ pub struct MotionEquations {
     pub matrices: Vec<ExactMatrix>,
     /// All of it for a document.
     pub latex: String,
+    /// The equations in the names of their values, if they are asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub symbolic: Option<SymbolicEquations>,
+}
+
+/// The reduced equations of motion in the names of their values,
+/// `H q'' + velocity + D q' + stiffness + friction = F u`; every formula as text and as LaTeX.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct SymbolicEquations {
+    /// Letters that stand for values of the model.
+    pub values: Vec<SymbolOfValue>,
+    /// Letters that stand for formulas, each behind those that it needs.
+    pub letters: Vec<SymbolicFormula>,
+    /// Functions that have no formula: curves through points.
+    pub functions: Vec<SymbolicFunction>,
+    /// Coordinates that follow: `cs`, its rate `cs'`, and what its acceleration is.
+    pub dependents: Vec<SymbolicFormula>,
+    /// Entries of H on and below the diagonal that are not zero.
+    pub inertia: Vec<SymbolicFormula>,
+    /// Forces that are quadratic in speeds, by coordinate; those that are not zero, as in all lists below.
+    pub velocity: Vec<SymbolicFormula>,
+    /// Entries of D on and below the diagonal that are not zero.
+    pub damping: Vec<SymbolicFormula>,
+    /// Forces of springs by coordinate.
+    pub stiffness: Vec<SymbolicFormula>,
+    /// Coulomb friction by coordinate; `sgn` is set-valued at rest.
+    pub friction: Vec<SymbolicFormula>,
+    /// F u by coordinate.
+    pub input: Vec<SymbolicFormula>,
+    /// Torques among the inputs that expressions give, as they are written.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub laws: Vec<SymbolicLaw>,
+    /// Multipliers of the constraints, from the motion of all coordinates.
+    pub constraint_torques: Vec<SymbolicFormula>,
+    /// What must not be zero.
+    pub divisors: Vec<SymbolicText>,
+    /// What was taken as zero because it is so for the values of the model: the equations hold only there.
+    pub zeros: Vec<SymbolicText>,
+    /// Parameters that are not in the equations because their value is zero.
+    pub left_out: Vec<String>,
+}
+
+/// A torque that an expression gives.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
+pub struct SymbolicLaw {
+    /// The element.
+    pub of: String,
+    /// Its law as it is written in the model.
+    pub law: String,
+}
+
+/// A letter for a value of the model.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct SymbolOfValue {
+    /// As it is written in the formulas.
+    pub symbol: SymbolicText,
+    /// The parameter or key that it is.
+    pub of: String,
+    /// How it follows from other parameters, if it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub follows: Option<String>,
+    /// Its value.
+    pub value: f64,
+    /// Its SI unit.
+    pub unit: String,
+}
+
+/// A function without a formula.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
+pub struct SymbolicFunction {
+    /// As it is written in the formulas; its derivatives have `'` and `''`.
+    pub symbol: SymbolicText,
+    /// The element whose curve it is.
+    pub of: String,
+}
+
+/// A formula for one thing.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
+pub struct SymbolicFormula {
+    /// What it is a formula for.
+    pub symbol: SymbolicText,
+    /// The formula.
+    pub formula: SymbolicText,
+}
+
+/// A letter or a formula in both ways of writing.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
+pub struct SymbolicText {
+    /// As expressions of a model file.
+    pub text: String,
+    /// For a document.
+    pub latex: String,
 }
 
 /// One equation.

@@ -88,6 +88,7 @@ impl Project {
             constraints: constraints.map(|(element, equation)| ConstraintEquation { element, equation }).collect(),
             matrices: matrices.collect(),
             latex,
+            symbolic: None,
         };
         Ok((found, diagnostics))
     }
@@ -243,14 +244,14 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
 }
 
 /// What the coordinates of a model are.
-struct CoordinateKind {
-    plural: &'static str,
-    count: usize,
-    units: &'static str,
+pub(super) struct CoordinateKind {
+    pub(super) plural: &'static str,
+    pub(super) count: usize,
+    pub(super) units: &'static str,
 }
 
 /// The kinds of coordinates that there are, in one order.
-fn kinds(variant: &PreparedVariant) -> Vec<CoordinateKind> {
+pub(super) fn kinds(variant: &PreparedVariant) -> Vec<CoordinateKind> {
     let domains = &variant.reduced.equations.domains;
     let words = [
         (Domain::Rotation, "shafts", "angles in rad, torques in N m"),

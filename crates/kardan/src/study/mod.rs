@@ -44,6 +44,7 @@ mod spectrum;
 mod stepped_loop;
 mod strain;
 mod summary;
+mod symbolic;
 
 pub use analysis::{AnalysisSpec, Site};
 pub use analyze::{analyze, analyze_state_space};

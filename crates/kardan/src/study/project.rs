@@ -86,6 +86,11 @@ impl Project {
         self
     }
 
+    /// Its typed tables.
+    pub(super) fn document(&self) -> &Document {
+        &self.document
+    }
+
     fn of(entries: Entries, source: String, mistakes: Vec<Diagnostic>, broken: bool) -> Self {
         let (document, reading) = read_entries(&entries, mistakes, broken);
         Self { entries, source, document, reading, ready: OnceLock::new(), analysed: OnceLock::new() }

@@ -1,7 +1,9 @@
 //! Numbers as their author wrote them.
 
 use std::fmt;
+use std::hash::{Hash, Hasher};
 use std::ops::{Mul, Neg};
+use std::sync::Arc;
 
 use dashu_int::ops::BitTest;
 use dashu_int::{Sign, UBig};
@@ -20,12 +22,46 @@ const FACTOR_BITS_LIMIT: usize = 16_384;
 /// assert_eq!(&sixth * &Exact::from_integer(6), Exact::one());
 /// assert_eq!((-&sixth).to_f64(), -1.0 / 6.0);
 /// ```
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone)]
 pub struct Exact {
     /// The rational factor.
     pub rational: RBig,
     /// The power of π.
     pub pi: i32,
+    /// How it follows from numbers with names, where equations in symbols are asked for; no part of the number.
+    written: Option<Arc<InNames>>,
+}
+
+/// How a number follows from numbers with names.
+#[derive(Debug, Clone)]
+pub enum InNames {
+    /// A number with a name.
+    Name(String),
+    /// One without.
+    Number(Exact),
+    /// The opposite.
+    Negative(Exact),
+    /// One over it.
+    Reciprocal(Exact),
+    /// A sum.
+    Sum(Exact, Exact),
+    /// A product.
+    Product(Exact, Exact),
+}
+
+impl PartialEq for Exact {
+    fn eq(&self, other: &Self) -> bool {
+        self.rational == other.rational && self.pi == other.pi
+    }
+}
+
+impl Eq for Exact {}
+
+impl Hash for Exact {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.rational.hash(state);
+        self.pi.hash(state);
+    }
 }
 
 impl Exact {
@@ -37,22 +73,22 @@ impl Exact {
     /// ```
     pub fn new(rational: RBig, pi: i32) -> Self {
         let pi = if rational.is_zero() { 0 } else { pi };
-        Self { rational, pi }
+        Self { rational, pi, written: None }
     }
 
     /// Zero.
     pub fn zero() -> Self {
-        Self { rational: RBig::ZERO, pi: 0 }
+        Self::new(RBig::ZERO, 0)
     }
 
     /// One.
     pub fn one() -> Self {
-        Self { rational: RBig::ONE, pi: 0 }
+        Self::new(RBig::ONE, 0)
     }
 
     /// An integer.
     pub fn from_integer(value: i64) -> Self {
-        Self { rational: value.into(), pi: 0 }
+        Self::new(value.into(), 0)
     }
 
     /// A ratio of two integers.
@@ -67,7 +103,7 @@ impl Exact {
     /// ```
     pub fn from_ratio(numerator: i64, denominator: i64) -> Self {
         assert!(denominator != 0, "the denominator of {numerator}/{denominator} must not be zero");
-        Self { rational: RBig::from_parts_signed(numerator.into(), denominator.into()), pi: 0 }
+        Self::new(RBig::from_parts_signed(numerator.into(), denominator.into()), 0)
     }
 
     /// The nearest `f64`, through π to 120 digits; infinite if the number is too large, zero if it is too small.
@@ -139,7 +175,50 @@ impl Exact {
             return None;
         }
         let (numerator, denominator) = self.rational.clone().into_parts();
-        Some(Self { rational: RBig::from_parts_signed(denominator.into(), numerator), pi: -self.pi })
+        let inverse = Self::new(RBig::from_parts_signed(denominator.into(), numerator), -self.pi);
+        Some(inverse.following([self], |_| InNames::Reciprocal(self.clone())))
+    }
+
+    /// The sum. Exact if both have the same power of π (or one is zero); else of the nearest `f64` of each.
+    ///
+    /// ```
+    /// use kardan::units::Exact;
+    /// assert_eq!(Exact::from_ratio(1, 2).plus(&Exact::from_ratio(1, 3)), Exact::from_ratio(5, 6));
+    /// ```
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        let sum = match (self, other) {
+            (zero, sum) | (sum, zero) if zero.is_zero() => sum.clone(),
+            (a, b) if a.pi == b.pi => Self::new(&a.rational + &b.rational, a.pi),
+            (a, b) => Self::new(a.to_rational() + b.to_rational(), 0),
+        };
+        sum.following([self, other], |[a, b]| InNames::Sum(a.clone(), b.clone()))
+    }
+
+    /// The same number with a name: what is computed from it tells how.
+    ///
+    /// ```
+    /// use kardan::units::{Exact, InNames};
+    /// let ratio = Exact::from_integer(50).named("hd.ratio");
+    /// let other = ratio.plus(&Exact::one());
+    /// assert!(other == Exact::from_integer(51) && matches!(other.in_names(), Some(InNames::Sum(..))));
+    /// ```
+    #[must_use]
+    pub fn named(self, name: impl Into<String>) -> Self {
+        Self { written: Some(Arc::new(InNames::Name(name.into()))), ..self }
+    }
+
+    /// How it follows from numbers with names, if one is in it.
+    pub fn in_names(&self) -> Option<&InNames> {
+        self.written.as_deref()
+    }
+
+    /// The same number as what follows from others, if one of these has a name.
+    fn following<const N: usize>(self, from: [&Self; N], how: impl FnOnce([&Self; N]) -> InNames) -> Self {
+        match from.iter().any(|one| one.written.is_some()) {
+            true => Self { written: Some(Arc::new(how(from))), ..self },
+            false => self,
+        }
     }
 
     /// As a rational number: exact if no π is in it, else the rational value of [`Exact::to_f64`] (zero if that is not
@@ -160,7 +239,7 @@ impl Exact {
         if bits.saturating_mul(power.unsigned_abs() as usize) > FACTOR_BITS_LIMIT {
             return None;
         }
-        Some(Self { rational: self.rational.pow(power as isize), pi: self.pi.checked_mul(power)? })
+        Some(Self::new(self.rational.pow(power as isize), self.pi.checked_mul(power)?))
     }
 }
 
@@ -179,7 +258,8 @@ impl Mul for &Exact {
     type Output = Exact;
 
     fn mul(self, other: &Exact) -> Exact {
-        Exact::new(&self.rational * &other.rational, self.pi + other.pi)
+        let product = Exact::new(&self.rational * &other.rational, self.pi + other.pi);
+        product.following([self, other], |[a, b]| InNames::Product(a.clone(), b.clone()))
     }
 }
 
@@ -187,7 +267,7 @@ impl Neg for &Exact {
     type Output = Exact;
 
     fn neg(self) -> Exact {
-        Exact { rational: -&self.rational, pi: self.pi }
+        Exact::new(-&self.rational, self.pi).following([self], |_| InNames::Negative(self.clone()))
     }
 }
 

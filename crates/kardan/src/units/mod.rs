@@ -20,7 +20,7 @@ mod written;
 
 pub use dimension::Dimension;
 pub use error::UnitError;
-pub use exact::Exact;
+pub use exact::{Exact, InNames};
 pub(crate) use expression::{Called, Kind, Node, Value};
 pub use expression::{Evaluated, Expression};
 pub use poles::parse_poles;

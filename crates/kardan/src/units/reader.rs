@@ -129,7 +129,7 @@ impl<'t> Reader<'t> {
         if self.eat_pi() {
             return Ok(Some(Exact::new(RBig::ONE, 1)));
         }
-        Ok(self.decimal()?.map(|rational| Exact { rational, pi: 0 }))
+        Ok(self.decimal()?.map(|rational| Exact::new(rational, 0)))
     }
 
     pub fn eat_pi(&mut self) -> bool {

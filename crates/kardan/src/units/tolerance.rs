@@ -52,20 +52,6 @@ impl Spread {
 }
 
 impl Exact {
-    /// The sum. Exact if both have the same power of π (or one is zero); else of the nearest `f64` of each.
-    ///
-    /// ```
-    /// use kardan::units::Exact;
-    /// assert_eq!(Exact::from_ratio(1, 2).plus(&Exact::from_ratio(1, 3)), Exact::from_ratio(5, 6));
-    /// ```
-    pub fn plus(&self, other: &Self) -> Self {
-        match (self, other) {
-            (zero, sum) | (sum, zero) if zero.is_zero() => sum.clone(),
-            (a, b) if a.pi == b.pi => Self::new(&a.rational + &b.rational, a.pi),
-            (a, b) => Self::new(a.to_rational() + b.to_rational(), 0),
-        }
-    }
-
     /// Whether it is less than another number.
     ///
     /// ```

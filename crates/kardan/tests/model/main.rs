@@ -13,6 +13,7 @@ mod properties;
 mod reduction;
 mod source_equations;
 mod state_space;
+mod symbolic;
 mod torque_laws;
 mod translation;
 mod values;

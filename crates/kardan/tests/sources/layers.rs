@@ -28,6 +28,7 @@ const LAYERS: &[&str] = &[
     "signal",      // functions of time by name, one registry
     "assemble",    // terms to matrices
     "reduce",      // constraints out of the equations
+    "symbolic",    // the same in the names of values
     "analysis",    // structure, modes, zeros
     "synthesis",   // control laws, one registry
     "simulate",    // runs of the closed loop
@@ -44,6 +45,7 @@ const UNKNOWN: &[(&str, &[&str])] = &[
     ("identify", &["element", "schema", "diagnostics", "analysis", "synthesis", "simulate"]),
     ("reduce", &["element", "schema", "diagnostics", "signal"]),
     ("assemble", &["element", "schema", "diagnostics"]),
+    ("symbolic", &["element", "schema", "diagnostics", "signal"]),
     ("export", &["model", "study", "simulate", "synthesis", "analysis", "reduce", "assemble", "element"]),
 ];
 

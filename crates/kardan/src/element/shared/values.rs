@@ -54,6 +54,24 @@ impl Values {
         self.map.get(key).or_else(|| self.defaults.get(key))
     }
 
+    /// Gives each number that is given, not a default, the name `<element>.<key>`, or `<element>.<key>.<entry>`.
+    pub fn name(&mut self, element: &str) {
+        for (key, value) in &mut self.map {
+            let name = |value: &mut Exact, name: String| *value = value.clone().named(name);
+            match value {
+                Resolved::Exact(value) => name(value, format!("{element}.{key}")),
+                Resolved::Map(map) | Resolved::Row(map, _) => {
+                    map.iter_mut().for_each(|(entry, value)| name(value, format!("{element}.{key}.{entry}")));
+                }
+                Resolved::Word(_)
+                | Resolved::Words(_)
+                | Resolved::Tables(_)
+                | Resolved::Poles(_)
+                | Resolved::Formula(_) => {}
+            }
+        }
+    }
+
     /// Takes a key away.
     pub fn remove(&mut self, key: &str) {
         self.map.remove(key);

@@ -1,0 +1,124 @@
+//! The terms of a model with the names of their values.
+
+use std::collections::BTreeMap;
+
+use super::document::{Document, Instance, Setting};
+use super::functions::Functions;
+use super::resolve::element_values;
+use super::table_reader::TableReader;
+use crate::equations::{GROUND, InputKind, NamedTerm, Term};
+use crate::schema::{Kind, Scalar, Value};
+use crate::symbolic::Meaning;
+use crate::units::{Dimension, Exact, Expression};
+
+/// A value that equations in symbols may name.
+#[derive(Debug, Clone)]
+pub struct SymbolValue {
+    /// Its value, SI.
+    pub value: Exact,
+    /// Its dimension.
+    pub dimension: Dimension,
+    /// How it follows from other parameters, if it does.
+    pub follows: Option<String>,
+}
+
+/// Terms whose values have names: parameters, and `<element>.<key>`.
+#[derive(Debug, Clone, Default)]
+pub struct NamedTerms {
+    /// The terms.
+    pub terms: Vec<NamedTerm>,
+    /// What the names of the values of elements mean; parameters stand for themselves.
+    pub meanings: BTreeMap<String, Meaning>,
+    /// All values by name.
+    pub values: BTreeMap<String, SymbolValue>,
+    /// Torques that expressions give, by element: they are inputs among the terms.
+    pub laws: Vec<(String, String)>,
+    /// Parameters that the elements use.
+    pub used: Vec<String>,
+}
+
+impl Document {
+    /// The terms of the model for the settings with the names of their values; of a model without mistakes.
+    pub fn named_terms(&self, settings: &[Setting]) -> NamedTerms {
+        let (reader, mut out) = (TableReader::new(self, settings), NamedTerms::default());
+        let mut functions = Functions::of_scenario(&reader, self);
+        let ground = self.elements.iter().any(|other| other.name == GROUND && other.body().is_some());
+        for instance in &self.elements {
+            let (mut values, _) = element_values(instance, (&reader, &mut functions), &mut Vec::new());
+            out.read(instance, &reader);
+            for field in instance.kind.fields {
+                let dimension = match field.kind.along(instance.table.along_masses) {
+                    Kind::Quantity(dimension, _) => dimension,
+                    _ => Dimension::NONE,
+                };
+                if let Some(value) = values.exact(field.name).cloned() {
+                    let known = SymbolValue { value, dimension, follows: None };
+                    out.values.insert(format!("{}.{}", instance.name, field.name), known);
+                }
+            }
+            values.name(&instance.name);
+            let mut own = (instance.kind.terms)(&instance.name, &values);
+            if !ground {
+                own.iter_mut().for_each(Term::leave_ground);
+            }
+            for term in &mut own {
+                // A law has its own line; in the equations it is an input.
+                let Term::Torque { along, law } = term else { continue };
+                out.laws.push((instance.name.clone(), law.expression.text().to_string()));
+                *term = Term::Input { along: std::mem::take(along), kind: InputKind::Disturbance };
+            }
+            out.terms.extend(own.into_iter().map(|term| NamedTerm { element: instance.name.clone(), term }));
+        }
+        for parameter in &self.parameters {
+            let Some((value, dimension)) = reader.exact_value(&parameter.name) else { continue };
+            let set = settings.iter().any(|setting| setting.name == parameter.name);
+            let follows = parameter.expression.as_ref().filter(|_| !set).map(|one| one.text().to_string());
+            out.values.insert(parameter.name.clone(), SymbolValue { value, dimension, follows });
+        }
+        out
+    }
+}
+
+impl NamedTerms {
+    /// What the values of an element are.
+    fn read(&mut self, instance: &Instance, reader: &TableReader<'_>) {
+        for (key, given) in &instance.table.values {
+            let name = format!("{}.{key}", instance.name);
+            match &given.value {
+                Value::Scalar(scalar) => self.mean(name, scalar, false, reader),
+                Value::Map(entries) => {
+                    for (entry, scalar) in entries {
+                        self.mean(format!("{name}.{}", entry.value), &scalar.value, true, reader);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// A number by hand in a row of coefficients, and zero, stand as they are.
+    fn mean(&mut self, name: String, scalar: &Scalar, in_row: bool, reader: &TableReader<'_>) {
+        let number =
+            |value: &Exact| if in_row || value.is_zero() { Meaning::Number(value.clone()) } else { Meaning::Value };
+        let meaning = match scalar {
+            Scalar::Literal(value, _) => number(value),
+            Scalar::Tolerated(read) => number(&read.value),
+            Scalar::Parameter(other) if *other == name => {
+                let zero = reader.exact_value(other).is_some_and(|(value, _)| value.is_zero());
+                if zero { Meaning::Number(Exact::zero()) } else { Meaning::Value }
+            }
+            Scalar::Parameter(other) => match Expression::parse(&format!("'{other}'")) {
+                Ok(read) => {
+                    self.used.push(other.clone());
+                    Meaning::Formula(read)
+                }
+                Err(_) => Meaning::Value,
+            },
+            Scalar::Expression(expression) => {
+                self.used.extend(expression.names().into_iter().map(str::to_string));
+                Meaning::Formula((**expression).clone())
+            }
+        };
+        self.meanings.insert(name, meaning);
+    }
+}

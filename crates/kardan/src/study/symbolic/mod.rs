@@ -1,0 +1,210 @@
+//! The equations of motion in the names of their values.
+
+mod names;
+mod page;
+
+use self::names::{Names, index};
+use super::equations::EquationsForm;
+use super::prepare::is_error;
+use super::{PreparedVariant, Project};
+use crate::assemble::assemble;
+use crate::diagnostics::Diagnostic;
+use crate::equations::Domain;
+use crate::model::NamedTerms;
+use crate::names::Quantity;
+use crate::reduce::{Reduced, reduce};
+use crate::results::{SymbolOfValue, SymbolicEquations, SymbolicFormula, SymbolicFunction, SymbolicLaw, SymbolicText};
+use crate::symbolic::{Laurent, Letter, Symbol, SymbolicMotion};
+use crate::units::Dimension;
+
+impl Project {
+    /// The equations of motion of the first variant with the names of their values: parameters by their name, values of elements by a letter and
+    /// the element's name. Also the warnings of the file.
+    ///
+    /// ```
+    /// use kardan::project::Project;
+    /// let project = Project::open("[shaft.axle]\ninertia = \"2 kg cm^2\"\ndamping = \"d\"\n[parameters]\nd = \"1 N m s/rad\"\n");
+    /// let (found, _) = project.symbolic_equations().unwrap();
+    /// assert_eq!(found.inertia[0].formula.text, "J_axle");
+    /// assert_eq!(found.damping[0].formula.latex, "d");
+    /// ```
+    ///
+    /// # Errors
+    /// All mistakes of the file, or why there is no explicit form with joints at any angle.
+    pub fn symbolic_equations(&self) -> Result<(SymbolicEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
+        let (_, found, diagnostics) = self.symbolic()?;
+        Ok((found, diagnostics))
+    }
+
+    /// The same as text or LaTeX.
+    ///
+    /// # Errors
+    /// As of [`symbolic_equations`](Self::symbolic_equations); a plan has numbers alone.
+    pub fn symbolic_text(&self, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
+        let (variant, found, diagnostics) = self.symbolic()?;
+        let text = match form {
+            EquationsForm::Text => page::text(variant, &found),
+            EquationsForm::Latex => page::latex(variant, &found),
+            EquationsForm::Plan => {
+                let message = "a plan is made for numbers, not for symbols";
+                return Err(vec![Diagnostic::error("symbolic::plan", message).help("ask for text, LaTeX or JSON")]);
+            }
+        };
+        Ok((text, diagnostics))
+    }
+
+    fn symbolic(&self) -> Result<(&PreparedVariant, SymbolicEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
+        let (prepared, diagnostics) = (self.prepared(), self.mistakes().to_vec());
+        let error = diagnostics.iter().any(is_error);
+        let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
+        let settings = self.document().variant_settings().into_iter().next().unwrap_or_default().settings;
+        let named = self.document().named_terms(&settings);
+        let coordinates = variant.reduced.coordinate_names();
+        let equations = assemble(&variant.model.all_coordinates, &named.terms);
+        let reduced = reduce(equations, Some(&coordinates)).map_err(|error| {
+            let message = format!("with joints at any angle there is no explicit form over these coordinates: {error}");
+            let help = "name other coordinates in `[model]`, or look at the equations without --symbolic";
+            vec![Diagnostic::error("symbolic::explicit", message).help(help)]
+        })?;
+        let start = &variant.scenario.position;
+        let motion = SymbolicMotion::new(&named.terms, named.meanings.clone(), &reduced, start).ok_or_else(|| {
+            let message = "written in symbols, one entry of the equations has thousands of terms";
+            let help = "look at the numbers without --symbolic, or at a part of the model";
+            vec![Diagnostic::error("symbolic::size", message).help(help)]
+        })?;
+        Ok((variant, found(&named, &reduced, &motion), diagnostics))
+    }
+}
+
+/// What is shown of the equations.
+fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> SymbolicEquations {
+    let used = motion.letters.within(motion.all());
+    let names = Names::new(&motion.letters, &used, &reduced.equations, &named.values);
+    let values = values(named, &names, &used);
+    let functions = functions(&names, &used);
+    let formula = |symbol: SymbolicText, value: &Laurent| SymbolicFormula { symbol, formula: names.formula(value) };
+    let motions = |order: usize| {
+        move |names: &Names<'_>, k: usize| SymbolicText {
+            text: names.motion(k, order, false),
+            latex: names.motion(k, order, true),
+        }
+    };
+    let mut dependents = Vec::new();
+    for (order, list) in [&motion.angles, &motion.speeds, &motion.accelerations].into_iter().enumerate() {
+        dependents.extend(list.iter().map(|(k, value)| formula(motions(order)(&names, *k), value)));
+    }
+    let coordinate = |k: usize| reduced.coordinates[k];
+    let entry = |letter: &str, ((i, j), value): (&(usize, usize), &Laurent)| {
+        let [i, j] = [i, j].map(|k| coordinate(*k));
+        let symbol = SymbolicText {
+            text: format!("{letter}[{}, {}]", names.coordinates[i], names.coordinates[j]),
+            latex: format!(
+                "{letter}_{{{},{}}}",
+                index(&reduced.equations.coordinates[i]),
+                index(&reduced.equations.coordinates[j])
+            ),
+        };
+        formula(symbol, value)
+    };
+    let forces = |letter: &str, list: &[Laurent]| -> Vec<SymbolicFormula> {
+        let one = |(k, value): (usize, &Laurent)| {
+            let name = &reduced.equations.coordinates[coordinate(k)];
+            let text = names.coordinates[coordinate(k)].clone();
+            formula(SymbolicText { text, latex: format!("{letter}_{{{}}}", index(name)) }, value)
+        };
+        list.iter().enumerate().filter(|(_, value)| !value.is_zero()).map(one).collect()
+    };
+    let letters = motion.definitions.iter().filter(|one| used.contains(&one.letter));
+    let own = |name: &String| values.iter().any(|value| value.of == *name);
+    let left_out =
+        named.used.iter().filter(|name| named.values.get(*name).is_some_and(|one| one.value.is_zero()) && !own(name));
+    let mut left_out: Vec<String> = left_out.cloned().collect();
+    left_out.sort();
+    left_out.dedup();
+    SymbolicEquations {
+        letters: letters.map(|one| formula(names.letter(one.letter), &one.value)).collect(),
+        dependents,
+        inertia: motion.inertia.iter().map(|one| entry("H", one)).collect(),
+        velocity: forces(r"h^{\mathrm{v}}", &motion.velocity),
+        damping: motion.damping.iter().map(|one| entry("D", one)).collect(),
+        stiffness: forces(r"h^{\mathrm{s}}", &motion.stiffness),
+        friction: forces(r"h^{\mathrm{c}}", &motion.friction),
+        input: forces(r"\left(F u\right)", &motion.input),
+        laws: named.laws.iter().map(|(of, law)| SymbolicLaw { of: of.clone(), law: law.clone() }).collect(),
+        constraint_torques: constraint_torques(&names, reduced, motion),
+        divisors: divisors(&names, motion),
+        zeros: motion.zeros.iter().map(|value| names.formula(value)).collect(),
+        left_out,
+        values,
+        functions,
+    }
+}
+
+fn values(named: &NamedTerms, names: &Names<'_>, used: &[Letter]) -> Vec<SymbolOfValue> {
+    let value = |letter: &Letter| {
+        let Symbol::Value(of) = names.letters.symbol(*letter) else { return None };
+        let known = named.values.get(of)?;
+        let angle = known.dimension == Dimension::ANGLE;
+        Some(SymbolOfValue {
+            symbol: names.letter(*letter),
+            of: of.clone(),
+            follows: known.follows.clone(),
+            value: known.value.to_f64(),
+            unit: if angle { "rad".into() } else { known.dimension.si() },
+        })
+    };
+    let mut out: Vec<SymbolOfValue> = used.iter().filter_map(value).collect();
+    out.sort_by(|a, b| a.symbol.text.cmp(&b.symbol.text));
+    out
+}
+
+fn functions(names: &Names<'_>, used: &[Letter]) -> Vec<SymbolicFunction> {
+    let element = |letter: &Letter| match names.letters.symbol(*letter) {
+        Symbol::Curve(element, ..) => Some(element.clone()),
+        _ => None,
+    };
+    let mut elements: Vec<String> = used.iter().filter_map(element).collect();
+    elements.sort();
+    elements.dedup();
+    elements.into_iter().map(|of| SymbolicFunction { symbol: names.curve(&of), of }).collect()
+}
+
+fn constraint_torques(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotion) -> Vec<SymbolicFormula> {
+    let equations = &reduced.equations;
+    let linear = equations.constraints.iter().enumerate().map(|(k, constraint)| match equations.node(k) {
+        Some(node) => (node.to_string(), Quantity::Voltage),
+        None => (constraint.element.clone(), equations.domain_of(constraint).effort()),
+    });
+    let curves = equations.transmissions.iter().map(|transmission| {
+        let measured = equations.measures.get(&transmission.element).copied();
+        let domain: Domain = measured.unwrap_or_else(|| equations.domain(transmission.driven));
+        (transmission.element.clone(), domain.effort())
+    });
+    let one = |((element, quantity), value): ((String, Quantity), &Laurent)| {
+        let symbol = SymbolicText { text: quantity.of(&element), latex: format!(r"\lambda_{{{}}}", index(&element)) };
+        SymbolicFormula { symbol, formula: names.formula(value) }
+    };
+    linear.chain(curves).zip(&motion.multipliers).map(one).collect()
+}
+
+/// What must not be zero: of a product each value in it.
+fn divisors(names: &Names<'_>, motion: &SymbolicMotion) -> Vec<SymbolicText> {
+    let mut out: Vec<SymbolicText> = Vec::new();
+    for divisor in &motion.divisors {
+        let parts: Vec<Laurent> = match divisor.single() {
+            Some((monomial, _)) => {
+                let values = monomial
+                    .iter()
+                    .filter(|(letter, _)| matches!(names.letters.symbol(*letter), Symbol::Value(_) | Symbol::Sum(_)));
+                values.map(|(letter, _)| Laurent::letter(*letter)).collect()
+            }
+            None => vec![divisor.clone()],
+        };
+        for part in parts.iter().map(|part| names.formula(part)) {
+            if !out.contains(&part) {
+                out.push(part);
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,236 @@
+//! How letters are written.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use crate::assemble::Equations;
+use crate::equations::{Domain, InputKind};
+use crate::model::SymbolValue;
+use crate::names::Quantity;
+use crate::results::SymbolicText;
+use crate::symbolic::{Form, Laurent, Letter, Letters, Symbol, collected, printed};
+use crate::units::Dimension;
+
+/// Letters of keys, as the source has them; other keys stand by their own name.
+const KEYS: [(&str, &str); 19] = [
+    ("inertia", "J"),
+    ("mass", "m"),
+    ("damping", "d"),
+    ("stiffness", "s"),
+    ("friction", "c"),
+    ("ratio", "i"),
+    ("radius", "r"),
+    ("lead", "p"),
+    ("travel", "p"),
+    ("inductance", "L"),
+    ("resistance", "R"),
+    ("capacitance", "C"),
+    ("angle", "beta"),
+    ("angle_1", "beta1"),
+    ("angle_2", "beta2"),
+    ("breakaway", "cb"),
+    ("stribeck_speed", "vs"),
+    ("sun_teeth", "zs"),
+    ("ring_teeth", "zr"),
+];
+
+const GREEK: [&str; 20] = [
+    "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "kappa", "lambda", "mu", "nu", "xi", "rho",
+    "sigma", "tau", "phi", "chi", "psi", "omega",
+];
+
+/// The names of the letters of one model.
+pub(super) struct Names<'a> {
+    pub(super) letters: &'a Letters,
+    pub(super) equations: &'a Equations,
+    pub(super) values: &'a BTreeMap<String, SymbolValue>,
+    /// Of letters that stand for values and formulas.
+    own: HashMap<Letter, SymbolicText>,
+    /// Names of coordinates that are one word.
+    pub(super) coordinates: Vec<String>,
+}
+
+impl<'a> Names<'a> {
+    /// Names for the letters that are used; no two are alike.
+    pub(super) fn new(
+        letters: &'a Letters,
+        used: &[Letter],
+        equations: &'a Equations,
+        values: &'a BTreeMap<String, SymbolValue>,
+    ) -> Self {
+        let mut taken: HashSet<String> = ["pi", "t", "x"].map(String::from).into();
+        let coordinates = equations.coordinates.iter().map(|name| alone(&word(name), &mut taken)).collect();
+        let mut own = HashMap::new();
+        for letter in used {
+            let (base, element) = match letters.symbol(*letter) {
+                Symbol::Value(name) => match name.split_once('.') {
+                    Some((element, key)) => {
+                        let base = KEYS.iter().find(|(other, _)| *other == key).map_or(key, |(_, base)| base);
+                        (base, Some(element))
+                    }
+                    None => (name.as_str(), None),
+                },
+                Symbol::Of(base, element) => (*base, Some(element.as_str())),
+                Symbol::Sliding(element, _) => ("T", Some(element.as_str())),
+                _ => continue,
+            };
+            let wanted = element.map_or_else(|| word(base), |element| word(&format!("{base}_{element}")));
+            let text = alone(&wanted, &mut taken);
+            let again = text.strip_prefix(&wanted).unwrap_or_default();
+            let latex = match element {
+                Some(element) => with_index(base, &format!("{element}{again}")),
+                None => match base.split_once('_') {
+                    Some((base, index)) if !base.is_empty() => with_index(base, &format!("{index}{again}")),
+                    _ => with_index(base, again),
+                },
+            };
+            own.insert(*letter, SymbolicText { text, latex });
+        }
+        Self { letters, equations, values, own, coordinates }
+    }
+
+    /// A sum of products.
+    pub(super) fn formula(&self, value: &Laurent) -> SymbolicText {
+        SymbolicText { text: self.written(value, Form::Text), latex: self.written(value, Form::Latex) }
+    }
+
+    fn written(&self, value: &Laurent, form: Form) -> String {
+        let ratio = |name: &str| self.values.get(name).is_some_and(|value| value.dimension == Dimension::NONE);
+        printed(&collected(value, self.letters, &ratio), form, &|letter| self.one(letter, form))
+    }
+
+    /// A letter.
+    pub(super) fn letter(&self, letter: Letter) -> SymbolicText {
+        SymbolicText { text: self.one(letter, Form::Text), latex: self.one(letter, Form::Latex) }
+    }
+
+    fn one(&self, letter: Letter, form: Form) -> String {
+        let latex = form == Form::Latex;
+        if let Some(own) = self.own.get(&letter) {
+            return if latex { own.latex.clone() } else { own.text.clone() };
+        }
+        match self.letters.symbol(letter) {
+            Symbol::Pi => if latex { r"\pi" } else { "pi" }.to_string(),
+            Symbol::Call(function, parts) => self.call(function, parts, form),
+            Symbol::Sum(sum) => enclosed(&self.written(sum, form), latex),
+            Symbol::Curve(element, order, x) => {
+                let name = self.curve(element);
+                let name = if latex { name.latex } else { name.text };
+                format!("{name}{}{}", "'".repeat(*order), enclosed(&self.written(x, form), latex))
+            }
+            Symbol::Position(k) => self.motion(*k, 0, latex),
+            Symbol::Speed(k) => self.motion(*k, 1, latex),
+            Symbol::Acceleration(k) => self.motion(*k, 2, latex),
+            Symbol::Sign(speed) => {
+                let name = if latex { r"\operatorname{sgn}" } else { "sgn" };
+                format!("{name}{}", enclosed(&self.written(speed, form), latex))
+            }
+            Symbol::Input(k) => self.input(*k, latex),
+            Symbol::Value(name) | Symbol::Of(_, name) | Symbol::Sliding(name, _) => name.clone(),
+        }
+    }
+
+    /// The function that is the curve of an element.
+    pub(super) fn curve(&self, element: &str) -> SymbolicText {
+        SymbolicText { text: format!("gamma_{}", word(element)), latex: with_index("gamma", element) }
+    }
+
+    /// A coordinate, its rate or its acceleration.
+    pub(super) fn motion(&self, k: usize, order: usize, latex: bool) -> String {
+        if !latex {
+            return format!("{}{}", self.coordinates[k], "'".repeat(order));
+        }
+        let letter = match self.equations.domain(k) {
+            Domain::Charge => " q",
+            Domain::Translation => " s",
+            Domain::Rotation => r"\varphi",
+        };
+        let letter =
+            [letter.trim_start().to_string(), format!(r"\dot{letter}"), format!(r"\ddot{letter}")][order].clone();
+        format!("{letter}_{{{}}}", index(&self.equations.coordinates[k]))
+    }
+
+    fn input(&self, k: usize, latex: bool) -> String {
+        let input = &self.equations.inputs[k];
+        let effort = self.equations.domain_of(input).effort();
+        let letter = match (&input.value, effort) {
+            (InputKind::Disturbance, _) => None,
+            (_, Quantity::Force) => Some("f"),
+            (_, Quantity::Voltage) => Some("u"),
+            _ => Some("tau"),
+        };
+        match (letter, latex) {
+            (None, false) => word(&input.element),
+            (None, true) => index(&input.element),
+            (Some(_), false) => effort.of(&word(&input.element)),
+            (Some(letter), true) => with_index(letter, &input.element),
+        }
+    }
+
+    fn call(&self, function: &str, parts: &[Laurent], form: Form) -> String {
+        let latex = form == Form::Latex;
+        let parts: Vec<String> = parts.iter().map(|part| self.written(part, form)).collect();
+        match (function, parts.as_slice(), latex) {
+            ("^", [base, power], false) => format!("(({base})^({power}))"),
+            ("^", [base, power], true) => format!(r"\left({base}\right)^{{{power}}}"),
+            (_, [a, b, yes, no], false) => format!("if({a} {function} {b}, {yes}, {no})"),
+            (_, [a, b, yes, no], true) => {
+                let sign = match function {
+                    "<=" => r"\le",
+                    ">=" => r"\ge",
+                    "==" => "=",
+                    "!=" => r"\ne",
+                    other => other,
+                };
+                format!(r"\begin{{cases}} {yes} & \text{{if }} {a} {sign} {b} \\ {no} & \text{{else}} \end{{cases}}")
+            }
+            (_, _, false) => format!("{function}({})", parts.join(", ")),
+            ("sqrt", [x], true) => format!(r"\sqrt{{{x}}}"),
+            ("abs", [x], true) => format!(r"\left|{x}\right|"),
+            ("asin" | "acos" | "atan", _, true) => format!(r"\arc{}\left({}\right)", &function[1..], parts.join(", ")),
+            ("sin" | "cos" | "tan" | "exp" | "ln" | "min" | "max", _, true) => {
+                format!(r"\{function}\left({}\right)", parts.join(", "))
+            }
+            (_, _, true) => format!(r"\operatorname{{{function}}}\left({}\right)", parts.join(", ")),
+        }
+    }
+}
+
+fn enclosed(text: &str, latex: bool) -> String {
+    if latex { format!(r"\left({text}\right)") } else { format!("({text})") }
+}
+
+/// A name without signs that mean something in a formula.
+pub(super) fn word(name: &str) -> String {
+    name.replace(['-', '.'], "_")
+}
+
+/// A name that nobody has.
+fn alone(wanted: &str, taken: &mut HashSet<String>) -> String {
+    let more = (2..).map(|k| format!("{wanted}_{k}"));
+    let free = std::iter::once(wanted.to_string()).chain(more).find(|name| !taken.contains(name));
+    let name = free.unwrap_or_default();
+    taken.insert(name.clone());
+    name
+}
+
+/// A name as an index.
+pub(super) fn index(name: &str) -> String {
+    format!(r"\mathrm{{{}}}", name.replace('_', r"\_").replace('-', r"\text{-}"))
+}
+
+/// A letter with an index; digits at its end belong to the index.
+pub(super) fn with_index(base: &str, name: &str) -> String {
+    let letters = base.trim_end_matches(|c: char| c.is_ascii_digit());
+    let (letters, digits) = if letters.is_empty() { (base, "") } else { (letters, &base[letters.len()..]) };
+    let letter = match letters {
+        greek if GREEK.contains(&greek) => format!(r"\{greek}"),
+        one if one.len() == 1 => one.to_string(),
+        other => format!(r"\mathit{{{}}}", other.replace('_', r"\_").replace('-', r"\text{-}")),
+    };
+    match (digits, name) {
+        ("", "") => letter,
+        (digits, "") => format!("{letter}_{{{digits}}}"),
+        ("", name) => format!("{letter}_{{{}}}", index(name)),
+        (digits, name) => format!(r"{letter}_{{{digits}\,{}}}", index(name)),
+    }
+}

@@ -1,0 +1,441 @@
+//! The reduction in letters: each step of the one in numbers, once more.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::elimination::{Assumed, Entry, Line, eliminate, solved};
+use super::terms::{Along, Friction, Row, Spring, Terms, ratio};
+use super::{Laurent, Letter, Letters, Meaning, Symbol};
+use crate::equations::{Curve, NamedTerm};
+use crate::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
+use crate::reduce::{Affine, Reduced, Step};
+
+/// A letter and what it is short for.
+#[derive(Debug, Clone)]
+pub struct Definition {
+    /// The letter.
+    pub letter: Letter,
+    /// What it is short for.
+    pub value: Laurent,
+}
+
+/// `H q̈_r + v(q, q̇) + D q̇_r + s(q) + friction = F u` \[diss. (4.23), (6.114)\], each entry a sum of products of letters.
+#[derive(Debug)]
+pub struct SymbolicMotion {
+    /// What all letters stand for.
+    pub letters: Letters,
+    /// Letters of curves and of frictions, each behind those that it needs.
+    pub definitions: Vec<Definition>,
+    /// Angles of the coordinates that follow, by number, in the order in which they follow.
+    pub angles: Vec<(usize, Laurent)>,
+    /// Their rates over those of the reduced coordinates.
+    pub speeds: Vec<(usize, Laurent)>,
+    /// Their accelerations, where they are not the same sums of accelerations.
+    pub accelerations: Vec<(usize, Laurent)>,
+    /// H on and below the diagonal, what is not zero.
+    pub inertia: BTreeMap<(usize, usize), Laurent>,
+    /// v, quadratic in speeds.
+    pub velocity: Vec<Laurent>,
+    /// D on and below the diagonal, what is not zero.
+    pub damping: BTreeMap<(usize, usize), Laurent>,
+    /// s
+    pub stiffness: Vec<Laurent>,
+    /// Coulomb friction.
+    pub friction: Vec<Laurent>,
+    /// F u
+    pub input: Vec<Laurent>,
+    /// The multipliers of all constraints, those of transmissions last.
+    pub multipliers: Vec<Laurent>,
+    /// What must not be zero.
+    pub divisors: Vec<Laurent>,
+    /// What is zero for the values of the model, and was taken as zero.
+    pub zeros: Vec<Laurent>,
+}
+
+/// What is known of a coordinate.
+#[derive(Debug, Clone, Default)]
+struct Known {
+    /// Over the reduced coordinates.
+    basis: BTreeMap<usize, Laurent>,
+    bias: Laurent,
+    angle: Laurent,
+}
+
+struct Walk<'a> {
+    reduced: &'a Reduced,
+    terms: Terms,
+    letters: Letters,
+    assumed: Assumed,
+    known: Vec<Known>,
+    /// Angles at the start.
+    numbers: Vec<f64>,
+    /// Of each transmission whether it was taken backwards, and its slope.
+    slopes: BTreeMap<usize, (bool, Entry)>,
+    out: SymbolicMotion,
+}
+
+impl SymbolicMotion {
+    /// Of terms whose values have names, and the explicit form of the same terms; `start` are the angles of the coordinates at which slopes
+    /// decide about pivots. None if a sum would have thousands of terms.
+    pub fn new(
+        terms: &[NamedTerm],
+        meanings: BTreeMap<String, Meaning>,
+        reduced: &Reduced,
+        start: &[f64],
+    ) -> Option<Self> {
+        let n = reduced.equations.coordinates.len();
+        let mut letters = Letters::new(meanings);
+        let terms = Terms::new(&reduced.equations.coordinates, terms, &mut letters);
+        let out = Self {
+            letters: Letters::default(),
+            definitions: Vec::new(),
+            angles: Vec::new(),
+            speeds: Vec::new(),
+            accelerations: Vec::new(),
+            inertia: BTreeMap::new(),
+            velocity: vec![Laurent::default(); reduced.degrees_of_freedom()],
+            damping: BTreeMap::new(),
+            stiffness: vec![Laurent::default(); reduced.degrees_of_freedom()],
+            friction: vec![Laurent::default(); reduced.degrees_of_freedom()],
+            input: vec![Laurent::default(); reduced.degrees_of_freedom()],
+            multipliers: Vec::new(),
+            divisors: Vec::new(),
+            zeros: Vec::new(),
+        };
+        let (assumed, known, numbers, slopes) =
+            (Assumed::default(), vec![Known::default(); n], vec![0.0; n], BTreeMap::new());
+        let mut walk = Walk { reduced, terms, letters, assumed, known, numbers, slopes, out };
+        walk.explicit(start);
+        walk.forces();
+        walk.out.multipliers = walk.multipliers();
+        (!walk.assumed.too_large).then(|| walk.finish())
+    }
+
+    /// All sums in it.
+    pub fn all(&self) -> impl Iterator<Item = &Laurent> {
+        let pairs = self.angles.iter().chain(&self.speeds).chain(&self.accelerations).map(|(_, value)| value);
+        let entries = self.inertia.values().chain(self.damping.values());
+        let forces = [&self.velocity, &self.stiffness, &self.friction, &self.input, &self.multipliers, &self.divisors];
+        let defined = self.definitions.iter().map(|one| &one.value);
+        defined.chain(pairs).chain(entries).chain(forces.into_iter().flatten()).chain(&self.zeros)
+    }
+}
+
+impl Walk<'_> {
+    /// Angles, basis and bias of all coordinates.
+    fn explicit(&mut self, start: &[f64]) {
+        for (k, &coordinate) in self.reduced.coordinates.iter().enumerate() {
+            let angle = self.letters.of(Symbol::Position(coordinate));
+            let basis = BTreeMap::from([(k, Laurent::number(Rational::ONE))]);
+            self.known[coordinate] = Known { basis, bias: Laurent::default(), angle };
+            self.numbers[coordinate] = start.get(k).copied().unwrap_or(0.0);
+        }
+        let (matrix, n) = (self.reduced.equations.constraint_matrix(), self.known.len());
+        let form = |known: &[usize]| {
+            let unknown = (0..n).filter(|coordinate| !known.contains(coordinate));
+            echelon(&matrix, &unknown.chain(known.iter().copied()).collect::<Vec<_>>())
+        };
+        let mut known = self.reduced.coordinates.clone();
+        let mut e = form(&known);
+        let reduced = self.reduced;
+        for step in &reduced.steps {
+            match step {
+                Step::Linear { shaft, value } => {
+                    let found = self.affine(&e, *shaft, &known);
+                    self.numbers[*shaft] = self.number(value);
+                    self.note(*shaft, found);
+                }
+                Step::Curve { shaft, curve, argument } => {
+                    let found = self.transmission(*shaft, argument, &e, &known);
+                    let (number, from, backwards) = found.expect("a step by a curve is one of a transmission");
+                    let found =
+                        if known.contains(&from) { self.known[from].clone() } else { self.affine(&e, from, &known) };
+                    let start = self.number(argument);
+                    self.numbers[*shaft] = curve.value(start);
+                    let slope = self.curve(number, *shaft, curve, found);
+                    let entry = Entry { symbol: slope, number: ratio(curve.derivatives(start).0) };
+                    self.slopes.insert(number, (backwards, entry));
+                    known.push(*shaft);
+                    e = form(&known);
+                }
+            }
+        }
+    }
+
+    fn number(&self, affine: &Affine) -> f64 {
+        let terms = affine.terms.iter().map(|(k, x)| rational_to_f64(x) * self.numbers[*k]);
+        affine.constant + terms.sum::<f64>()
+    }
+
+    /// The transmission by which a coordinate is found: its number, from where, and whether from its driven end.
+    fn transmission(
+        &self,
+        shaft: usize,
+        argument: &Affine,
+        e: &Echelon,
+        known: &[usize],
+    ) -> Option<(usize, usize, bool)> {
+        let transmissions = self.reduced.equations.transmissions.iter().enumerate();
+        let mut open = transmissions.filter(|(k, _)| !self.slopes.contains_key(k)).filter_map(|(k, t)| {
+            match (t.driven == shaft, t.driving == shaft) {
+                (true, _) => Some((k, t.driving, false)),
+                (_, true) => Some((k, t.driven, true)),
+                _ => None,
+            }
+        });
+        open.find(|(_, from, _)| {
+            let row = e.pivots.iter().position(|pivot| pivot == from);
+            match row.filter(|_| !known.contains(from)) {
+                None => argument.terms.len() == 1 && argument.terms[0].0 == *from,
+                Some(row) => argument.terms.iter().all(|(k, x)| e.form[(row, *k)] == -x),
+            }
+        })
+    }
+
+    /// What is known of a coordinate that follows by linear constraints from known ones.
+    fn affine(&mut self, e: &Echelon, target: usize, known: &[usize]) -> Known {
+        let Some(row) = e.pivots.iter().position(|pivot| *pivot == target) else { return self.known[target].clone() };
+        let constraints = self.terms.constraints.iter().enumerate();
+        let mut lines: Vec<Line> = constraints
+            .filter(|(k, _)| !Scalar::is_zero(&e.transform[(row, *k)]))
+            .map(|(_, constraint)| Line { entries: constraint.entries.clone(), right: constraint.offset.clone() })
+            .collect();
+        let may = |k: usize| k != target && !known.contains(&k);
+        eliminate(&mut lines, &may, &mut self.letters, &mut self.assumed);
+        let holds = |line: &&Line| line.entries.get(&target).is_some_and(|entry| !Scalar::is_zero(&entry.number));
+        let Some(line) = lines.iter().find(holds) else { return Known::default() };
+        let (constant, shares) = solved(line, target, &|k| known.contains(&k), &mut self.letters, &mut self.assumed);
+        let mut out = Known { angle: constant, ..Known::default() };
+        for (k, share) in shares {
+            let of = self.known[k].clone();
+            out.angle = out.angle.plus(&self.assumed.product(&share, &of.angle));
+            out.bias = out.bias.plus(&self.assumed.product(&share, &of.bias));
+            for (column, entry) in of.basis {
+                let sum = out.basis.entry(column).or_default();
+                *sum = sum.plus(&self.assumed.product(&share, &entry));
+            }
+        }
+        out.basis.retain(|_, entry| !entry.is_zero());
+        out
+    }
+
+    /// A coordinate that follows by a curve from what is known of its argument; gives its slope.
+    fn curve(&mut self, number: usize, shaft: usize, curve: &Arc<dyn Curve>, argument: Known) -> Laurent {
+        let element = self.reduced.equations.transmissions[number].element.clone();
+        let [value, slope, curvature] = match curve.formulas() {
+            Some(formulas) => {
+                let mut names: BTreeMap<&str, Laurent> = BTreeMap::from([("x", argument.angle.clone())]);
+                for (name, value) in &formulas.values {
+                    names.insert(name, self.letters.exact(value));
+                }
+                for (name, text) in &formulas.letters {
+                    let value = self.letters.formula(text, &names);
+                    let letter = self.letters.letter(Symbol::Of(name, element.clone()));
+                    self.out.definitions.push(Definition { letter, value });
+                    names.insert(name, Laurent::letter(letter));
+                }
+                formulas.curve.each_ref().map(|text| self.letters.formula(text, &names))
+            }
+            None => {
+                [0, 1, 2].map(|order| self.letters.of(Symbol::Curve(element.clone(), order, argument.angle.clone())))
+            }
+        };
+        let speed = self.rate(&argument.basis, Symbol::Speed);
+        let bent = self.assumed.product(&curvature, &speed);
+        let carried = self.assumed.product(&slope, &argument.bias);
+        let bias = self.assumed.product(&bent, &speed).plus(&carried);
+        let basis = argument.basis.iter().map(|(k, entry)| (*k, self.assumed.product(&slope, entry))).collect();
+        let angle = self.letters.of(Symbol::Position(shaft));
+        self.note(shaft, Known { basis, bias, angle });
+        // Its angle stands by its name wherever it is needed.
+        self.out.angles.last_mut().expect("noted just now").1 = value;
+        slope
+    }
+
+    fn note(&mut self, shaft: usize, known: Known) {
+        self.out.angles.push((shaft, known.angle.clone()));
+        let speed = self.rate(&known.basis, Symbol::Speed);
+        self.out.speeds.push((shaft, speed));
+        if !known.bias.is_zero() {
+            let acceleration = self.rate(&known.basis, Symbol::Acceleration).plus(&known.bias);
+            self.out.accelerations.push((shaft, acceleration));
+        }
+        self.known[shaft] = known;
+    }
+
+    /// The rate of a row over the reduced coordinates.
+    fn rate(&mut self, basis: &BTreeMap<usize, Laurent>, of: fn(usize) -> Symbol) -> Laurent {
+        basis.iter().fold(Laurent::default(), |sum, (k, entry)| {
+            let rate = self.letters.of(of(self.reduced.coordinates[*k]));
+            sum.plus(&entry.times(&rate))
+        })
+    }
+
+    /// `aᵀK`
+    fn along(&self, row: &Row) -> BTreeMap<usize, Laurent> {
+        let mut out: BTreeMap<usize, Laurent> = BTreeMap::new();
+        for (shaft, c) in row {
+            for (column, entry) in &self.known[*shaft].basis {
+                let sum = out.entry(*column).or_default();
+                *sum = sum.plus(&c.times(entry));
+            }
+        }
+        out.retain(|_, entry| !entry.is_zero());
+        out
+    }
+
+    /// A row over one quantity of each coordinate.
+    fn over(&mut self, row: &Row, symbol: impl Fn(usize) -> Symbol) -> Laurent {
+        row.iter().fold(Laurent::default(), |sum, (shaft, c)| sum.plus(&c.times(&self.letters.of(symbol(*shaft)))))
+    }
+
+    /// Inertia and forces.
+    fn forces(&mut self) {
+        let zero = Laurent::default;
+        for Along { row, value, .. } in self.terms.inertias.clone() {
+            let own = self.along(&row);
+            let bias = row.iter().fold(zero(), |sum, (k, c)| sum.plus(&c.times(&self.known[*k].bias)));
+            add_square(&mut self.out.inertia, &own, &value, &mut self.assumed);
+            add_force(&mut self.out.velocity, &own, &value.times(&bias), &mut self.assumed);
+        }
+        for Along { row, value, .. } in self.terms.dampers.clone() {
+            let own = self.along(&row);
+            add_square(&mut self.out.damping, &own, &value, &mut self.assumed);
+        }
+        for Along { row, value: Spring { stiffness, rest }, .. } in self.terms.springs.clone() {
+            let own = self.along(&row);
+            let angle = row.iter().fold(zero(), |sum, (k, c)| sum.plus(&c.times(&self.known[*k].angle)));
+            add_force(&mut self.out.stiffness, &own, &stiffness.times(&angle.minus(&rest)), &mut self.assumed);
+        }
+        for k in 0..self.terms.frictions.len() {
+            let (own, torque) = (self.along(&self.terms.frictions[k].row), self.friction(k));
+            add_force(&mut self.out.friction, &own, &torque, &mut self.assumed);
+        }
+        for k in 0..self.terms.inputs.len() {
+            let (own, input) = (self.along(&self.terms.inputs[k].row), self.letters.of(Symbol::Input(k)));
+            add_force(&mut self.out.input, &own, &input, &mut self.assumed);
+        }
+    }
+
+    /// The torque of a friction: what it is in motion times the sense of it.
+    fn friction(&mut self, number: usize) -> Laurent {
+        let Along { element, row, value: Friction { torque, stribeck } } = self.terms.frictions[number].clone();
+        let speed = self.over(&row, Symbol::Speed);
+        let sense = self.letters.of(Symbol::Sign(speed.clone()));
+        let Some([breakaway, width]) = stribeck else { return torque.times(&sense) };
+        let share = self.letters.divide(&speed, &width);
+        let exponent = share.times(&share).scaled(&Rational::from(-1));
+        let falling = self.letters.of(Symbol::Call("exp", vec![exponent]));
+        let value = torque.plus(&breakaway.minus(&torque).times(&falling));
+        let letter = self.letters.letter(Symbol::Sliding(element, number));
+        if self.out.definitions.iter().all(|one| one.letter != letter) {
+            self.out.definitions.push(Definition { letter, value });
+        }
+        Laurent::letter(letter).times(&sense)
+    }
+
+    /// `Jᵀλ = H q̈ + D q̇ + S q + friction − F u` in the coordinates that follow, over motions of all coordinates.
+    fn multipliers(&mut self) -> Vec<Laurent> {
+        let mut forces = vec![Laurent::default(); self.known.len()];
+        let mut add = |row: &Row, torque: &Laurent| {
+            row.iter().for_each(|(shaft, c)| forces[*shaft] = forces[*shaft].plus(&c.times(torque)));
+        };
+        for Along { row, value, .. } in self.terms.inertias.clone() {
+            let acceleration = self.over(&row, Symbol::Acceleration);
+            add(&row, &value.times(&acceleration));
+        }
+        for Along { row, value, .. } in self.terms.dampers.clone() {
+            let speed = self.over(&row, Symbol::Speed);
+            add(&row, &value.times(&speed));
+        }
+        for Along { row, value, .. } in self.terms.springs.clone() {
+            let angle = self.over(&row, Symbol::Position);
+            add(&row, &value.stiffness.times(&angle.minus(&value.rest)));
+        }
+        for k in 0..self.terms.frictions.len() {
+            let torque = self.friction(k);
+            add(&self.terms.frictions[k].row, &torque);
+        }
+        for k in 0..self.terms.inputs.len() {
+            let input = self.letters.of(Symbol::Input(k)).scaled(&Rational::from(-1));
+            add(&self.terms.inputs[k].row, &input);
+        }
+        let equations = &self.reduced.equations;
+        let linear = self.terms.constraints.len();
+        let count = linear + equations.transmissions.len();
+        let mut columns: Vec<BTreeMap<usize, Entry>> = vec![BTreeMap::new(); self.known.len()];
+        for (k, constraint) in self.terms.constraints.iter().enumerate() {
+            constraint.entries.iter().for_each(|(shaft, entry)| drop(columns[*shaft].insert(k, entry.clone())));
+        }
+        for (k, transmission) in equations.transmissions.iter().enumerate() {
+            let one = Entry { symbol: Laurent::number(Rational::ONE), number: Rational::ONE };
+            let Some((backwards, slope)) = self.slopes.get(&k).cloned() else { continue };
+            let slope = match backwards {
+                true => Entry {
+                    symbol: self.letters.divide(&one.symbol, &slope.symbol),
+                    number: one.number.over(&slope.number),
+                },
+                false => slope,
+            };
+            let minus = Rational::from(-1);
+            let slope = Entry { symbol: slope.symbol.scaled(&minus), number: &slope.number * &minus };
+            columns[transmission.driven].insert(linear + k, one);
+            columns[transmission.driving].insert(linear + k, slope);
+        }
+        let dependents = self.reduced.dependents();
+        let mut lines: Vec<Line> = dependents
+            .into_iter()
+            .map(|shaft| Line { entries: std::mem::take(&mut columns[shaft]), right: forces[shaft].clone() })
+            .collect();
+        let mut unnamed = Assumed::default();
+        let used = eliminate(&mut lines, &|_| true, &mut self.letters, &mut unnamed);
+        let mut out = vec![Laurent::default(); count];
+        for (unknown, line) in used.into_iter().rev() {
+            let (constant, shares) = solved(&line, unknown, &|_| true, &mut self.letters, &mut unnamed);
+            let carried = shares.iter().fold(constant, |sum, (k, share)| sum.plus(&unnamed.product(share, &out[*k])));
+            out[unknown] = self.letters.cancelled(&carried);
+        }
+        self.assumed.too_large |= unnamed.too_large;
+        self.assumed.zeros.extend(unnamed.zeros);
+        self.assumed.divisors.extend(unnamed.divisors);
+        out
+    }
+
+    fn finish(self) -> SymbolicMotion {
+        let Walk { letters, assumed, mut out, .. } = self;
+        let each = |values: &mut Vec<Laurent>| values.iter_mut().for_each(|value| *value = letters.cancelled(value));
+        for values in [&mut out.velocity, &mut out.stiffness, &mut out.friction, &mut out.input] {
+            each(values);
+        }
+        for pairs in [&mut out.angles, &mut out.speeds, &mut out.accelerations] {
+            pairs.iter_mut().for_each(|(_, value)| *value = letters.cancelled(value));
+        }
+        for entries in [&mut out.inertia, &mut out.damping] {
+            entries.values_mut().for_each(|value| *value = letters.cancelled(value));
+            entries.retain(|_, value| !value.is_zero());
+        }
+        SymbolicMotion { letters, divisors: assumed.divisors, zeros: assumed.zeros, ..out }
+    }
+}
+
+fn add_square(
+    to: &mut BTreeMap<(usize, usize), Laurent>,
+    row: &BTreeMap<usize, Laurent>,
+    value: &Laurent,
+    assumed: &mut Assumed,
+) {
+    for (i, first) in row {
+        for (j, second) in row.range(..=i) {
+            let product = assumed.product(first, second);
+            let product = assumed.product(&product, value);
+            let sum = to.entry((*i, *j)).or_default();
+            *sum = sum.plus(&product);
+        }
+    }
+}
+
+fn add_force(to: &mut [Laurent], row: &BTreeMap<usize, Laurent>, torque: &Laurent, assumed: &mut Assumed) {
+    for (k, entry) in row {
+        to[*k] = to[*k].plus(&assumed.product(entry, torque));
+    }
+}
