@@ -13,6 +13,7 @@ mod mechanism;
 mod motion;
 mod multipliers;
 mod reduced;
+mod redundant;
 
 pub use constraint_torques::Acting;
 pub use dynamics::{Dynamics, Extension, MotionPlan, Work};
@@ -24,3 +25,4 @@ pub use mechanism::{MechanismData, MechanismError};
 pub use motion::{Forces, Motion, SparseRow, Timed};
 pub use multipliers::Multipliers;
 pub use reduced::{Affine, Reduced, Step};
+pub use redundant::Redundant;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::Redundant;
 use crate::assemble::Equations;
 use crate::equations::Curve;
 use crate::num::Rational;
@@ -9,8 +10,10 @@ use crate::num::Rational;
 /// A model in explicit form: which shafts are coordinates and how all others follow.
 #[derive(Debug, Clone)]
 pub struct Reduced {
-    /// The terms.
+    /// The terms; their linear constraints are independent.
     pub equations: Equations,
+    /// Linear constraints that follow from these.
+    pub redundant: Vec<Redundant>,
     /// Numbers of the shafts chosen as reduced coordinates q_r, in the order chosen.
     pub coordinates: Vec<usize>,
     /// How the other shafts follow, in order of evaluation.

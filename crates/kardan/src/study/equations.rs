@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::prepare::is_error;
+use super::redundant::sharing_notes;
 use super::summary::matrix_words;
 use super::{PreparedVariant, Project};
 use crate::assemble::Along;
@@ -170,7 +171,8 @@ fn lines(
 
 fn constraints(variant: &PreparedVariant, angle: &dyn Fn(&str) -> String) -> Vec<(String, String)> {
     let equations = &variant.reduced.equations;
-    let linear = equations.constraints.iter().map(|constraint| {
+    let redundant = variant.reduced.redundant.iter().map(|row| &row.constraint);
+    let linear = equations.constraints.iter().chain(redundant).map(|constraint| {
         let terms = constraint.row.iter().map(|(shaft, x)| (x.clone(), angle(&equations.coordinates[*shaft])));
         (constraint.element.clone(), format!("{} = {}", sum(terms), constraint.value.to_f64()))
     });
@@ -223,6 +225,9 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
         out.push_str("\nConstraints\n");
         for (element, line) in constraints {
             let _ = writeln!(out, "  {element}: {line}");
+        }
+        for note in sharing_notes(&variant.reduced) {
+            let _ = writeln!(out, "  {note}");
         }
         let _ = writeln!(out, "\n{others} from coordinates (rates)");
         let rates: Vec<String> = model.coordinates.iter().map(|name| format!("{name}'")).collect();

@@ -33,6 +33,7 @@ mod progress;
 mod project;
 mod proof;
 mod read;
+mod redundant;
 mod requirement;
 mod robustness;
 mod run;

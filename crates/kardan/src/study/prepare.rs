@@ -13,6 +13,7 @@ use super::margins::{check_margins, check_sampled};
 use super::passage::check_passage;
 use super::places::places_in_control;
 use super::progress::Progress;
+use super::redundant::check_redundant;
 use super::scenario::scenario;
 use super::{Prepared, PreparedVariant};
 use crate::assemble::assemble;
@@ -170,7 +171,8 @@ fn unreduced(model: &mut Model) -> Reduced {
     model.doubtful.extend(bad.into_iter().map(|named| named.element));
     let equations = assemble(&model.all_coordinates, &good);
     model.terms = good;
-    Reduced { coordinates: (0..equations.coordinates.len()).collect(), equations, steps: Vec::new() }
+    let coordinates = (0..equations.coordinates.len()).collect();
+    Reduced { coordinates, equations, redundant: Vec::new(), steps: Vec::new() }
 }
 
 /// A charge and the element that introduces it.
@@ -221,6 +223,7 @@ fn prepare_variant(
 ) -> Option<PreparedVariant> {
     check_connected(document, &model, out);
     let (reduced, massless) = reduced_model(purpose, document, &model, out)?;
+    check_redundant(document, &model, &reduced, out);
     // Laws are designed for the accelerations that torques cause.
     let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
     let plants: Vec<Option<Plant>> =

@@ -9,6 +9,7 @@ use super::analyze::analyze_variant;
 use super::design::designed;
 use super::prepare::is_error;
 use super::progress::simulate_heard;
+use super::redundant::sharing_notes;
 use super::requirement::{Judged, Ran, judge};
 use super::spectrum::spectra;
 use super::summary::summarise;
@@ -332,6 +333,7 @@ fn run_variant(
         .map(|requirement| judge(requirement, &result.series, &ran))
         .collect();
     let (mut notes, mut requirements) = (result.notes, Vec::new());
+    notes.extend(sharing_notes(&variant.reduced));
     for Judged { result, note } in judged {
         requirements.push(result);
         notes.extend(note);

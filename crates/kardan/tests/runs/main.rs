@@ -14,6 +14,7 @@ mod limits;
 mod linear;
 mod motor_limits;
 mod noise;
+mod redundant;
 mod ripple;
 mod signals;
 mod simulation;
