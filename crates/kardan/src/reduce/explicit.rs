@@ -49,7 +49,7 @@ pub fn reduce(mut equations: Equations, named: Option<&[String]>) -> Result<Redu
     };
     let (coordinates, steps) = explicit?;
     check_depth(&equations, &steps)?;
-    Ok(Reduced { equations, redundant, coordinates, steps })
+    Ok(Reduced { equations, redundant, coordinates, steps, relaxation: None })
 }
 
 /// Refuses shafts that follow through more transmissions than their exact ratios allow.

@@ -5,6 +5,7 @@
 
 mod constraint_torques;
 mod dynamics;
+mod equilibrium;
 mod error;
 mod explicit;
 mod kinematics;
@@ -14,9 +15,11 @@ mod motion;
 mod multipliers;
 mod reduced;
 mod redundant;
+mod relaxation;
 
 pub use constraint_torques::Acting;
 pub use dynamics::{Dynamics, Extension, MotionPlan, Work};
+pub use equilibrium::{NoEquilibrium, equilibria};
 pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;
 pub use kinematics::{Kinematics, Slope, slopes};
@@ -24,5 +27,5 @@ pub use linear::{LinearModel, SparseModel, linearise, sparse_model};
 pub use mechanism::{MechanismData, MechanismError};
 pub use motion::{Forces, Motion, SparseRow, Timed};
 pub use multipliers::Multipliers;
-pub use reduced::{Affine, Reduced, Step};
-pub use redundant::Redundant;
+pub use reduced::{Affine, Reduced, Redundant, Relaxation, Step};
+pub use relaxation::{NoRelaxation, relaxation};

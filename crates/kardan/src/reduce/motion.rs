@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{Affine, Reduced, Step};
 use crate::expr::{Expr, Graph, OfTime, Part, Symbol};
-use crate::num::{Rational, rational_from_f64};
+use crate::num::{Matrix, Rational, rational_from_f64};
 use crate::plan::{Plan, compile};
 use crate::units::{Dimension, Exact};
 
@@ -72,6 +72,8 @@ pub struct Motion {
     pub inputs: Vec<SparseRow>,
     /// What is given of the time.
     pub timed: Timed,
+    /// Motions without inertia that dampers hold.
+    pub(super) relaxing: Option<Box<Relaxing>>,
 }
 
 /// The time, and parts of functions of it, as symbols of a motion: there once something depends on them.
@@ -83,11 +85,21 @@ pub struct Timed {
     pub parts: Vec<(Arc<Part>, Expr)>,
 }
 
+/// What relaxes in a motion.
+#[derive(Debug, Clone)]
+pub(super) struct Relaxing {
+    pub places: Vec<usize>,
+    pub compliance: Matrix<Rational>,
+    /// Speeds of all shafts while y stands still.
+    pub standing: Vec<Expr>,
+}
+
 impl Motion {
     /// The expressions of a model.
     pub fn new(reduced: &Reduced) -> Self {
         let mut out = Self::kinematics(reduced);
         out.terms(reduced);
+        out.begin_to_relax(reduced);
         let rows = |out: &mut Self, rows: Vec<&[(usize, Rational)]>| -> Vec<SparseRow> {
             rows.into_iter().map(|row| out.along(row)).collect()
         };
@@ -125,11 +137,13 @@ impl Motion {
             friction_bias: Vec::new(),
             inputs: Vec::new(),
             timed: Timed::default(),
+            relaxing: None,
         };
         for (k, &shaft) in reduced.coordinates.iter().enumerate() {
             (out.angles[shaft], out.speeds[shaft]) = (position[k], speed[k]);
             out.basis[shaft].insert(k, one);
         }
+        out.set_relaxing(reduced, &position, &speed);
         for step in &reduced.steps {
             let (Step::Linear { value: argument, .. } | Step::Curve { argument, .. }) = step;
             let Affine { constant, terms } = argument;
@@ -186,7 +200,11 @@ impl Motion {
         };
         for (k, damper) in equations.dampers.iter().enumerate() {
             let force = self.damper_torque(reduced, k);
-            resist(self, &damper.row, force);
+            if reduced.relaxation.is_some() {
+                self.damp_relaxing(reduced, &damper.row, (force, &damper.value), &mut inertia);
+            } else {
+                resist(self, &damper.row, force);
+            }
         }
         for (k, spring) in equations.springs.iter().enumerate() {
             let force = self.spring_torque(reduced, k);

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::Redundant;
-use crate::assemble::Equations;
+use crate::assemble::{Along, Equations};
 use crate::equations::Curve;
-use crate::num::Rational;
+use crate::num::{Matrix, Rational};
+use crate::units::Exact;
 
 /// A model in explicit form: which shafts are coordinates and how all others follow.
 #[derive(Debug, Clone)]
@@ -18,6 +18,8 @@ pub struct Reduced {
     pub coordinates: Vec<usize>,
     /// How the other shafts follow, in order of evaluation.
     pub steps: Vec<Step>,
+    /// Motions without inertia that are states of first order in a run.
+    pub relaxation: Option<Relaxation>,
 }
 
 impl Reduced {
@@ -70,4 +72,29 @@ pub enum Step {
         /// Its argument.
         argument: Affine,
     },
+}
+
+/// A linear constraint that says what others say already.
+#[derive(Debug, Clone)]
+pub struct Redundant {
+    /// The constraint.
+    pub constraint: Along<Exact>,
+    /// What it is the sum of: numbers of the constraints that are kept, with factors.
+    pub shares: Vec<(usize, Rational)>,
+}
+
+/// Reduced coordinates in which the motions without inertia are apart: `q_r = T [x; y]` with `H T_y = 0` and `T_yᵀ D T_x = 0`.
+///
+/// Their equations are `T_xᵀ(H T_x ẍ + D T_x ẋ + S q_r − F τ) = 0` and `D_y ẏ = T_yᵀ(F τ − S q_r)` with `D_y = T_yᵀ D T_y`, so that y has a rate where x
+/// has an acceleration.
+#[derive(Debug, Clone)]
+pub struct Relaxation {
+    /// Numbers of the reduced coordinates whose places y takes, ascending.
+    pub places: Vec<usize>,
+    /// T, columns in the order of the reduced coordinates; exact.
+    pub transform: Matrix<Rational>,
+    /// `T⁻¹`
+    pub(super) inverse: Matrix<Rational>,
+    /// `D_y⁻¹`
+    pub(super) compliance: Matrix<Rational>,
 }

@@ -2,19 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Dependency, ReduceError, Reduced};
+use super::{Dependency, ReduceError, Reduced, Redundant};
 use crate::assemble::{Along, Equations};
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::units::Exact;
-
-/// A linear constraint that says what others say already.
-#[derive(Debug, Clone)]
-pub struct Redundant {
-    /// The constraint.
-    pub constraint: Along<Exact>,
-    /// What it is the sum of: numbers of the constraints that are kept, with factors.
-    pub shares: Vec<(usize, Rational)>,
-}
 
 /// Takes the constraints that follow from those before them out of the equations.
 ///

@@ -91,6 +91,9 @@ impl Columns<'_> {
                 continue;
             }
             // The torques of a transformer are the voltages of its windings, which are there already.
+            if equations.is_equilibrium(k) {
+                continue;
+            }
             let linear = self.reduced.linear_constraint(k);
             if linear.is_some_and(|row| equations.domain_of(row) == Domain::Charge) {
                 continue;

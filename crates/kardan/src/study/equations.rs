@@ -12,7 +12,7 @@ use crate::equations::{Domain, InputKind};
 use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, rational_to_f64};
 use crate::plan;
-use crate::reduce::{Kinematics, LinearModel, Motion, linearise};
+use crate::reduce::{Kinematics, LinearModel, Motion, Reduced, linearise};
 use crate::results::{ConstraintEquation, Equation, ExactMatrix, MotionEquations};
 
 /// How equations are written.
@@ -96,7 +96,8 @@ impl Project {
 
 /// The plan of the equations of motion, with what it costs; [`crate::plan::parse`] reads it.
 fn operations(variant: &PreparedVariant) -> String {
-    let motion = Motion::new(&variant.reduced);
+    // Of motions without inertia the equations themselves, not how a run solves them.
+    let motion = Motion::new(&Reduced { relaxation: None, ..variant.reduced.clone() });
     let compiled = motion.compile(&motion.outputs(&variant.reduced));
     let counts: Vec<String> =
         compiled.counts().iter().map(|(operator, count)| format!("{count} {}", plan::word(*operator))).collect();

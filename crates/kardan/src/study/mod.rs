@@ -16,6 +16,7 @@ mod equations;
 mod events;
 mod explore;
 mod faults;
+mod held;
 mod identification;
 mod known;
 mod linearise;

@@ -8,6 +8,7 @@ use super::checks::{
 use super::circuit::check_circuit;
 use super::computed::Computed;
 use super::effort::check_effort;
+use super::held::{check_start, without_massless};
 use super::known::Known;
 use super::margins::{check_margins, check_sampled};
 use super::passage::check_passage;
@@ -172,7 +173,7 @@ fn unreduced(model: &mut Model) -> Reduced {
     let equations = assemble(&model.all_coordinates, &good);
     model.terms = good;
     let coordinates = (0..equations.coordinates.len()).collect();
-    Reduced { coordinates, equations, redundant: Vec::new(), steps: Vec::new() }
+    Reduced { coordinates, equations, redundant: Vec::new(), steps: Vec::new(), relaxation: None }
 }
 
 /// A charge and the element that introduces it.
@@ -238,6 +239,7 @@ fn prepare_variant(
         return None;
     }
     let known = Known { document, signals: signal_names(&reduced, &scenario), doubtful: BTreeSet::new() };
+    check_start(document, &reduced, &scenario.speed, out);
     let point = Point { reduced: &reduced, initial: &scenario.position };
     let analysis = analysis_spec(&known, &reduced.equations, Some(point), settings, out);
     heard.step();
@@ -286,13 +288,16 @@ fn reduced_model(
     out: &mut Vec<Diagnostic>,
 ) -> Option<(Reduced, Vec<Diagnostic>)> {
     let mut massless = Vec::new();
-    let fine = check_circuit(document, model, out, &mut massless);
-    if !fine || (purpose == Purpose::Run && !massless.is_empty()) {
+    if !check_circuit(document, model, out, &mut massless) {
         out.append(&mut massless);
         return None;
     }
     let reduced = match reduce(assemble(&model.all_coordinates, &model.terms), model.coordinates.as_deref()) {
         Ok(reduced) => reduced,
+        Err(_) if purpose == Purpose::Run && !massless.is_empty() => {
+            out.append(&mut massless);
+            return None;
+        }
         Err(error) => {
             out.extend(reduce_diagnostics(document, model, &error));
             return None;
@@ -302,8 +307,7 @@ fn reduced_model(
         return None;
     }
     if purpose == Purpose::Run && !massless.is_empty() {
-        out.append(&mut massless);
-        return None;
+        return without_massless(document, model, &reduced, &massless, out).map(|reduced| (reduced, Vec::new()));
     }
     Some((reduced, massless))
 }

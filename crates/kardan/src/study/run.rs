@@ -206,7 +206,9 @@ fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analys
     if states > MOST_STATES {
         return Err(format!("the structure of {states} states is not analysed in a run; `kardan analyze` does"));
     }
-    let mut found = analyze_variant(prepared, variant, &AnalyzeSettings::default(), &Silent);
+    let eliminate_massless = variant.reduced.relaxation.is_some();
+    let settings = AnalyzeSettings { eliminate_massless, ..AnalyzeSettings::default() };
+    let mut found = analyze_variant(prepared, variant, &settings, &Silent);
     if let (Ok(analysis), false) = (&mut found, variant.model.tolerances.is_empty()) {
         analysis.notes.push("what the tolerances allow, the nearest loss among it: `kardan analyze`".into());
     }

@@ -12,6 +12,7 @@ mod friction;
 mod golden;
 mod limits;
 mod linear;
+mod massless;
 mod motor_limits;
 mod noise;
 mod redundant;

@@ -102,7 +102,8 @@ fn analysis_and_equations_tell_the_split() {
         shafts(&(gears.to_string() + &bc)).replace("[[scenario", "[analysis]\noutputs = [\"c.phi\"]\n[[scenario")
     };
     let (one, two) = (gear("one", "a", "b", "2", "0"), gear("two", "a", "b", "2", "0"));
-    let analyze = |source: &str| Project::open(source).analyze(&AnalyzeSettings::default(), &Silent).expect("an analysis");
+    let analyze =
+        |source: &str| Project::open(source).analyze(&AnalyzeSettings::default(), &Silent).expect("an analysis");
     let (alone, both) = (analyze(&source(&one)), analyze(&source(&(one.clone() + &two))));
     let class = both.class.expect("a class");
     let row = class.constraints.iter().find(|row| row.element == "two").expect("the row that follows");

@@ -149,6 +149,7 @@ impl Machine {
             .map(|k| Profile::new(scenario.events.iter().filter(|event| event.source == k)))
             .collect::<Vec<_>>();
         Self {
+            relaxes: reduced.relaxation.is_some(),
             own_laws: laws.iter().any(Wired::is_own),
             held: vec![0.0; inputs],
             places,

@@ -195,6 +195,7 @@ pub(super) fn extend(
     law_rates(&mut all, laws, (&torques, &sources, &states, more_states.start), &mut rates);
     let (friction, speeds) = sliding(&mut all, equations, &senses);
     let forces = forces(&mut all, &applied, &friction);
+    all.motion.relax(&forces);
     let powers = powers(&mut all, equations, &applied, (&friction, &speeds));
     places.commands = all.found("command", commands);
     places.torques = all.found("torque", torques);

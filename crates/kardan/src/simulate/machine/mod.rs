@@ -40,6 +40,8 @@ use wired::{Computer, Wired};
 pub struct Machine {
     pub(super) dynamics: Dynamics,
     pub(super) work: Work,
+    /// Whether motions without inertia are states of first order.
+    relaxes: bool,
     laws: Vec<Wired>,
     /// Whether any of them computes by itself at every instant.
     own_laws: bool,

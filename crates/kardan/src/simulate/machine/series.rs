@@ -94,6 +94,9 @@ impl Machine {
     pub fn shaft_series(&self, shaft: usize) -> Option<[usize; 2]> {
         let r = self.degrees_of_freedom;
         let MotionPlan { plan, angles, speeds, .. } = self.dynamics.plan();
+        if self.relaxes {
+            return None;
+        }
         if let Some(k) = self.work.kinematics.coordinate(shaft) {
             return Some([k, r + k]);
         }

@@ -1,0 +1,120 @@
+//! Motions without inertia in runs: eliminated where springs alone hold them, states of first order where dampers do, else refused by name.
+
+use super::checks::check_matrices;
+use crate::analysis::combination;
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::model::{Document, Model, TableReader};
+use crate::num::Rational;
+use crate::reduce::{NoEquilibrium, NoRelaxation, Reduced, equilibria, reduce, relaxation};
+
+/// Why a motion without inertia does not run, and what to do.
+struct Refusal {
+    why: String,
+    help: &'static str,
+}
+
+const GIVE_INERTIA: &str = "give one of these shafts an inertia";
+
+/// The model of a run in which motions without inertia follow from springs or relax against dampers; `massless` is what is told of
+/// these motions where something else holds them.
+pub(super) fn without_massless(
+    document: &Document,
+    model: &Model,
+    reduced: &Reduced,
+    massless: &[Diagnostic],
+    out: &mut Vec<Diagnostic>,
+) -> Option<Reduced> {
+    match settled(document, model, reduced).and_then(|settled| relaxing(model, settled)) {
+        Ok(found) => Some(found),
+        Err(Refusal { why, help }) => {
+            out.extend(massless.iter().cloned().map(|mut mistake| {
+                mistake.message += &format!("; {why}");
+                mistake.help(help)
+            }));
+            None
+        }
+    }
+}
+
+/// With the equations of equilibrium of motions that springs alone hold.
+fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Reduced, Refusal> {
+    let names = |direction: &[(usize, Rational)]| {
+        let scale = direction.first().map_or(Rational::ONE, |(_, share)| share.clone());
+        let named =
+            |(shaft, share): &(usize, Rational)| (reduced.equations.coordinates[*shaft].clone(), share / &scale);
+        combination(&direction.iter().map(named).collect::<Vec<_>>())
+    };
+    let rows = equilibria(&reduced.equations).map_err(|error| match error {
+        NoEquilibrium::Driven { inputs, direction } => Refusal {
+            why: format!(
+                "along {} springs alone resist {}, so it would jump with them",
+                names(&direction),
+                quoted(inputs.iter().map(String::as_str))
+            ),
+            help: "give one of these shafts an inertia or a damping, or let the input act on one that has",
+        },
+        NoEquilibrium::Free { direction } => Refusal {
+            why: format!("nothing at all acts along {}", names(&direction)),
+            help: "give one of these shafts an inertia, or tie it to another one by a gear or a spring",
+        },
+    })?;
+    if rows.is_empty() {
+        return Ok(reduced.clone());
+    }
+    let equations = reduced.equations.clone().with_equilibria(rows);
+    let mut settled = reduce(equations, model.coordinates.as_deref()).map_err(|error| Refusal {
+        why: format!("where springs hold what has no inertia, {error}"),
+        help: "give one of these shafts an inertia, or leave `coordinates` out to have them chosen",
+    })?;
+    settled.redundant.clone_from(&reduced.redundant);
+    // What is wrong with these matrices was told before.
+    match check_matrices(document, &settled, &mut Vec::new(), &mut Vec::new()) {
+        true => Ok(settled),
+        false => Err(Refusal { why: "the springs that hold it do not make up for it".into(), help: GIVE_INERTIA }),
+    }
+}
+
+/// With states of first order for motions that dampers hold.
+fn relaxing(model: &Model, mut reduced: Reduced) -> Result<Reduced, Refusal> {
+    reduced.relaxation = relaxation(&reduced).map_err(|error| match error {
+        NoRelaxation::Bends => Refusal {
+            why: "beside transmissions whose ratio changes with the angle such motions do not run".into(),
+            help: GIVE_INERTIA,
+        },
+        NoRelaxation::Friction(elements) => Refusal {
+            why: format!("the friction of {} acts along it", quoted(elements.iter().map(String::as_str))),
+            help: "give one of these shafts an inertia, or let the friction act on one that has",
+        },
+        NoRelaxation::Coordinates => Refusal {
+            why: "the coordinates chosen move with it".into(),
+            help: "name coordinates that have an inertia first, or give one of these shafts an inertia",
+        },
+        NoRelaxation::Damping => {
+            Refusal { why: "its damping is not positive definite".into(), help: "correct the sign of a damping" }
+        }
+    })?;
+    if reduced.relaxation.is_some() && !model.controls.is_empty() {
+        return Err(Refusal {
+            why: "a controller is designed for accelerations, and dampers alone hold this motion".into(),
+            help: "give one of these shafts an inertia, or leave the controllers out",
+        });
+    }
+    Ok(reduced)
+}
+
+/// Refuses speeds at the start of motions that have no inertia: they follow from the positions.
+pub(super) fn check_start(document: &Document, reduced: &Reduced, speed: &[f64], out: &mut Vec<Diagnostic>) {
+    let Some(relaxation) = &reduced.relaxation else { return };
+    let names = reduced.coordinate_names();
+    for &place in relaxation.places.iter().filter(|place| speed[**place] != 0.0) {
+        let message = format!(
+            "`initial` of `[scenario]`: `{}` has no inertia, so its speed follows from the positions and cannot be given",
+            names[place]
+        );
+        out.push(
+            Diagnostic::error("scenario::massless", message)
+                .at(TableReader::place(&document.scenario, "initial"), "with a speed that is not free")
+                .help("give its position alone, or give it an inertia"),
+        );
+    }
+}
