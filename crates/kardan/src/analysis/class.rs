@@ -52,6 +52,18 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
                 .collect(),
         ),
     ];
+    let constraints = constraints(reduced, stuck);
+    Class {
+        constant_linear: assumptions.iter().all(|assumption| assumption.holds),
+        assumptions,
+        constraints,
+        operating_point: operating_point(equations, &kinematics.angles, stuck),
+    }
+}
+
+/// The class of every constraint, those of stuck frictions included.
+fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintClass> {
+    let equations = &reduced.equations;
     let shafts = &equations.coordinates;
     let linear = equations.constraints.iter().map(|c| ConstraintClass {
         element: c.element.clone(),
@@ -90,13 +102,7 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
         scleronomic: true,
         linear: true,
     });
-    let constraints = linear.chain(redundant).chain(curves).chain(held).collect();
-    Class {
-        constant_linear: assumptions.iter().all(|assumption| assumption.holds),
-        assumptions,
-        constraints,
-        operating_point: operating_point(equations, &kinematics.angles, stuck),
-    }
+    linear.chain(redundant).chain(curves).chain(held).collect()
 }
 
 /// Where it is looked at: angles (rad) and which frictions hold.

@@ -67,15 +67,16 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     Ok(Some(Relaxation { places, transform, inverse, compliance }))
 }
 
-impl Relaxation {
-    /// The states of a run, x and ẋ or, in the place of a speed, y, at reduced coordinates `position` and speeds `speed`. The place of y among the
-    /// angles holds its integral, which nothing depends on.
+impl Reduced {
+    /// The states of a run at reduced coordinates `position` and speeds `speed`: these, or of motions that relax y in the place of a speed. The
+    /// place of y among the angles holds its integral, which nothing depends on.
     pub fn state(&self, position: &[f64], speed: &[f64]) -> Vec<f64> {
-        let r = position.len();
-        let inverse = self.inverse.to_f64();
-        let along = |k: usize, x: &[f64]| inverse.row(k).iter().zip(x).map(|(entry, x)| entry * x).sum::<f64>();
         let mut state = [position, speed].concat();
-        for &place in &self.places {
+        let Some(relaxation) = &self.relaxation else { return state };
+        let r = position.len();
+        let inverse = relaxation.inverse.to_f64();
+        let along = |k: usize, x: &[f64]| inverse.row(k).iter().zip(x).map(|(entry, x)| entry * x).sum::<f64>();
+        for &place in &relaxation.places {
             (state[place], state[r + place]) = (0.0, along(place, position));
         }
         state
