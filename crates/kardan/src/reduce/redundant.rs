@@ -38,7 +38,7 @@ pub(super) fn keep_independent(equations: &mut Equations) -> Result<Vec<Redundan
         });
     }
     if !dependencies.is_empty() {
-        return Err(ReduceError::ConstraintsDependent { rank, dependencies });
+        return Err(ReduceError::ConstraintsDependent { rows, rank, dependencies });
     }
     let mut row = 0..rows;
     equations.constraints.retain(|_| e.pivots.contains(&row.next().expect("a number for each row")));

@@ -224,7 +224,7 @@ fn prepare_variant(
 ) -> Option<PreparedVariant> {
     check_connected(document, &model, out);
     let (reduced, massless) = reduced_model(purpose, document, &model, out)?;
-    check_redundant(document, &model, &reduced, out);
+    check_redundant(document, &reduced, out);
     // Laws are designed for the accelerations that torques cause.
     let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
     let plants: Vec<Option<Plant>> =

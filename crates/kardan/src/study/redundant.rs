@@ -1,11 +1,9 @@
 //! Constraints that hold the same motion: what is told of them, and what nobody can ask of them.
 
-use super::checks::signals_of;
-use super::places::{at_each, place_of, places_in_control};
+use super::places::{at_each, place_of};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::Measured;
-use crate::model::{Document, Model};
-use crate::names::SignalName;
+use crate::model::Document;
 use crate::num::{Rational, rational_to_f64};
 use crate::reduce::Reduced;
 use crate::results::ConstraintForces;
@@ -24,33 +22,23 @@ fn note(group: &BTreeSet<String>) -> String {
     )
 }
 
-/// Warns of torques that are not unique, and refuses sensors and control outputs that are such torques.
-pub(super) fn check_redundant(document: &Document, model: &Model, reduced: &Reduced, out: &mut Vec<Diagnostic>) {
+/// Warns of torques that are not unique, and refuses sensors of such torques, which analyses, laws and observers read.
+pub(super) fn check_redundant(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) {
     for group in reduced.sharing() {
         let warning = Diagnostic::warning("constraint::redundant", note(&group));
         let warning = at_each(document, group.iter().map(String::as_str), "shares its torque", warning);
         out.push(warning.help("what moves does not depend on the split; remove one of them if its torque matters"));
     }
-    let refused = |code, who: String, element: &str| {
-        Diagnostic::error(code, format!("{who} asks for a torque of `{element}` that is not unique"))
-            .help("choose another signal, or remove a constraint that holds the same motion")
-    };
     for (name, sensor) in &reduced.equations.sensors {
         if let Measured::ConstraintTorque(element, _) = &sensor.measured
             && reduced.shares_torque(element)
         {
-            let mistake = refused("sensor::not-unique", format!("sensor `{name}`"), element);
-            out.push(mistake.at(place_of(document, name), "cannot be read"));
-        }
-    }
-    for control in &model.controls {
-        for signal in signals_of(control.law.fields, &control.values) {
-            let SignalName { element, word, .. } = SignalName::new(&signal);
-            if word.is_some() && reduced.shares_torque(element) {
-                let mistake = refused("control::not-unique", format!("control `{}`", control.name), element);
-                let places = places_in_control(document, control, &signal);
-                out.push(places.into_iter().take(1).fold(mistake, |mistake, place| mistake.at(place, "not unique")));
-            }
+            let message = format!("sensor `{name}` asks for a torque of `{element}` that is not unique");
+            out.push(
+                Diagnostic::error("sensor::not-unique", message)
+                    .at(place_of(document, name), "cannot be read")
+                    .help("measure something else, or remove a constraint that holds the same motion"),
+            );
         }
     }
 }
