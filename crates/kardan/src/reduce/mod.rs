@@ -27,5 +27,5 @@ pub use linear::{LinearModel, SparseModel, linearise, sparse_model};
 pub use mechanism::{MechanismData, MechanismError};
 pub use motion::{Forces, Motion, SparseRow, Timed};
 pub use multipliers::Multipliers;
-pub use reduced::{Affine, Reduced, Redundant, Relaxation, Step};
+pub use reduced::{Affine, Reduced, Redundant, Relaxation, Slip, Step};
 pub use relaxation::{NoRelaxation, relaxation};

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Affine, Reduced, Step};
+use super::{Affine, Reduced, Relaxation, Step};
 use crate::expr::{Expr, Graph, OfTime, Part, Symbol};
-use crate::num::{Matrix, Rational, rational_from_f64};
+use crate::num::{Rational, rational_from_f64};
 use crate::plan::{Plan, compile};
 use crate::units::{Dimension, Exact};
 
@@ -85,11 +85,10 @@ pub struct Timed {
     pub parts: Vec<(Arc<Part>, Expr)>,
 }
 
-/// What relaxes in a motion.
+/// What relaxes or slips in a motion.
 #[derive(Debug, Clone)]
 pub(super) struct Relaxing {
-    pub places: Vec<usize>,
-    pub compliance: Matrix<Rational>,
+    pub relaxation: Relaxation,
     /// Speeds of all shafts while y stands still.
     pub standing: Vec<Expr>,
 }
@@ -106,6 +105,9 @@ impl Motion {
         let equations = &reduced.equations;
         out.frictions = rows(&mut out, equations.frictions.iter().map(|term| term.row.as_slice()).collect());
         out.inputs = rows(&mut out, equations.inputs.iter().map(|term| term.row.as_slice()).collect());
+        for slip in reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips) {
+            out.frictions[slip.friction].clear();
+        }
         out.friction_bias = equations.frictions.iter().map(|term| out.sum(&term.row, |out, k| out.bias[k])).collect();
         out
     }
@@ -208,7 +210,8 @@ impl Motion {
         }
         for (k, spring) in equations.springs.iter().enumerate() {
             let force = self.spring_torque(reduced, k);
-            resist(self, &spring.row, force);
+            let row = self.along(&spring.row);
+            self.passive_terms.add(&mut self.graph, &Self::spring_row(reduced, row), force, &minus);
         }
         for body in &equations.inertias {
             let bias = self.sum(&body.row, |out, k| out.bias[k]);

@@ -83,18 +83,31 @@ pub struct Redundant {
     pub shares: Vec<(usize, Rational)>,
 }
 
-/// Reduced coordinates in which the motions without inertia are apart: `q_r = T [x; y]` with `H T_y = 0` and `T_yᵀ D T_x = 0`.
+/// Reduced coordinates in which the motions without inertia are apart: `q_r = T [x; y]` with `H T_y = 0`.
 ///
-/// Their equations are `T_xᵀ(H T_x ẍ + D T_x ẋ + S q_r − F τ) = 0` and `D_y ẏ = T_yᵀ(F τ − S q_r)` with `D_y = T_yᵀ D T_y`, so that y has a rate where x
-/// has an acceleration.
+/// Where dampers act, `T_yᵀ D T_x = 0` and `D_y ẏ = T_yᵀ(F τ − S q_r)` with `D_y = T_yᵀ D T_y`, so that y has a rate where x has an acceleration. Where
+/// frictions alone act beside springs, each y is the angle by which one of them has slipped.
 #[derive(Debug, Clone)]
 pub struct Relaxation {
-    /// Numbers of the reduced coordinates whose places y takes, ascending.
+    /// Numbers of the reduced coordinates whose places the damped y take.
     pub places: Vec<usize>,
+    /// Motions that slip.
+    pub slips: Vec<Slip>,
     /// T, columns in the order of the reduced coordinates; exact.
     pub transform: Matrix<Rational>,
     /// `T⁻¹`
     pub(super) inverse: Matrix<Rational>,
     /// `D_y⁻¹`
     pub(super) compliance: Matrix<Rational>,
+}
+
+/// A motion without inertia that a friction and springs hold.
+#[derive(Debug, Clone)]
+pub struct Slip {
+    /// Number of the reduced coordinate whose place it takes.
+    pub place: usize,
+    /// Number of the friction.
+    pub friction: usize,
+    /// `T_yᵀ S T_y`
+    pub stiffness: Rational,
 }

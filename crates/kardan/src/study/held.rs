@@ -82,8 +82,20 @@ fn relaxing(model: &Model, mut reduced: Reduced) -> Result<Reduced, Refusal> {
             help: GIVE_INERTIA,
         },
         NoRelaxation::Friction(elements) => Refusal {
-            why: format!("the friction of {} acts along it", quoted(elements.iter().map(String::as_str))),
+            why: format!(
+                "the friction of {} acts along it, which runs only where each such motion has a friction without `breakaway` and springs of its own \
+                 and no damper",
+                quoted(elements.iter().map(String::as_str))
+            ),
             help: "give one of these shafts an inertia, or let the friction act on one that has",
+        },
+        NoRelaxation::Driven { frictions, inputs } => Refusal {
+            why: format!(
+                "along it the friction of {} and springs resist {}, so it would jump with them",
+                quoted(frictions.iter().map(String::as_str)),
+                quoted(inputs.iter().map(String::as_str))
+            ),
+            help: "give one of these shafts an inertia, or let the input act on one that has",
         },
         NoRelaxation::Coordinates => Refusal {
             why: "the coordinates chosen move with it".into(),
@@ -95,26 +107,47 @@ fn relaxing(model: &Model, mut reduced: Reduced) -> Result<Reduced, Refusal> {
     })?;
     if reduced.relaxation.is_some() && !model.controls.is_empty() {
         return Err(Refusal {
-            why: "a controller is designed for accelerations, and dampers alone hold this motion".into(),
+            why: "a controller is designed for accelerations, which this motion has not".into(),
             help: "give one of these shafts an inertia, or leave the controllers out",
         });
     }
     Ok(reduced)
 }
 
-/// Refuses speeds at the start of motions that have no inertia: they follow from the positions.
-pub(super) fn check_start(document: &Document, reduced: &Reduced, speed: &[f64], out: &mut Vec<Diagnostic>) {
+/// Refuses starts that motions without inertia cannot have: speeds, which follow from the positions, and springs that slide a friction at once.
+pub(super) fn check_start(
+    document: &Document,
+    reduced: &Reduced,
+    (position, speed): (&[f64], &[f64]),
+    out: &mut Vec<Diagnostic>,
+) {
     let Some(relaxation) = &reduced.relaxation else { return };
     let names = reduced.coordinate_names();
-    for &place in relaxation.places.iter().filter(|place| speed[**place] != 0.0) {
+    let place = || TableReader::place(&document.scenario, "initial");
+    for place_of_speed in relaxation.states().filter(|place| speed[*place] != 0.0) {
         let message = format!(
             "`initial` of `[scenario]`: `{}` has no inertia, so its speed follows from the positions and cannot be given",
-            names[place]
+            names[place_of_speed]
         );
         out.push(
             Diagnostic::error("scenario::massless", message)
-                .at(TableReader::place(&document.scenario, "initial"), "with a speed that is not free")
+                .at(place(), "with a speed that is not free")
                 .help("give its position alone, or give it an inertia"),
         );
+    }
+    for (friction, torque) in reduced.held_by_sliders(position) {
+        let friction = &reduced.equations.frictions[friction];
+        let most = friction.value.torque.to_f64();
+        if torque.abs() > most * (1.0 + 1e-9) {
+            let message = format!(
+                "at the start springs pull with {torque:.6} at the friction of `{}`, which holds {most:.6} and has no inertia to resist: it would jump",
+                friction.element
+            );
+            out.push(
+                Diagnostic::error("scenario::massless", message)
+                    .at(place(), "starts from these positions")
+                    .help("start where its springs pull less, or give what slips an inertia"),
+            );
+        }
     }
 }

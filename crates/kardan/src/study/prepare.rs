@@ -239,7 +239,7 @@ fn prepare_variant(
         return None;
     }
     let known = Known { document, signals: signal_names(&reduced, &scenario), doubtful: BTreeSet::new() };
-    check_start(document, &reduced, &scenario.speed, out);
+    check_start(document, &reduced, (&scenario.position, &scenario.speed), out);
     let point = Point { reduced: &reduced, initial: &scenario.position };
     let analysis = analysis_spec(&known, &reduced.equations, Some(point), settings, out);
     heard.step();

@@ -10,6 +10,7 @@ mod computed;
 mod figures;
 mod friction;
 mod golden;
+mod jenkins;
 mod limits;
 mod linear;
 mod massless;

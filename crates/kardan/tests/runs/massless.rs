@@ -256,8 +256,9 @@ fn what_nothing_holds_is_refused_by_name() {
         &["`m`", "springs alone resist `push`", "jump"],
     );
     refused(
-        &(spring("s", "a", "m", soft) + "[spring_damper.f]\nshaft_1 = \"m\"\nfriction = \"1 N m\"\n"),
-        &["`m`", "friction of `f`"],
+        &(spring("s", "a", "m", soft)
+            + "[spring_damper.f]\nshaft_1 = \"m\"\nfriction = \"1 N m\"\ndamping = \"1 N m s/rad\"\n"),
+        &["`m`", "friction of `f`", "no damper"],
     );
     refused(
         &(spring("s", "a", "m", "damping = \"1 N m s/rad\"") + &scenario(1.0, "\"m.w\" = \"1 rad/s\"")),
