@@ -1,16 +1,24 @@
 //! Motions without inertia in runs: eliminated where springs alone hold them, states of first order where dampers do, else refused by name.
 
 use super::checks::check_matrices;
+use super::circuit::massless_loop;
 use crate::analysis::combination;
 use crate::diagnostics::{Diagnostic, quoted};
+use crate::equations::Domain;
 use crate::model::{Document, Model, TableReader};
 use crate::num::Rational;
 use crate::reduce::{NoEquilibrium, NoRelaxation, Reduced, equilibria, reduce, relaxation};
 
 /// Why a motion without inertia does not run, and what to do.
 struct Refusal {
+    /// The branches of a loop, where it is one of a circuit.
+    branches: Vec<String>,
     why: String,
     help: &'static str,
+}
+
+fn refusal(why: String, help: &'static str) -> Refusal {
+    Refusal { branches: Vec::new(), why, help }
 }
 
 const GIVE_INERTIA: &str = "give one of these shafts an inertia";
@@ -26,8 +34,9 @@ pub(super) fn without_massless(
 ) -> Option<Reduced> {
     match settled(document, model, reduced).and_then(|settled| relaxing(model, settled)) {
         Ok(found) => Some(found),
-        Err(Refusal { why, help }) => {
-            out.extend(massless.iter().cloned().map(|mut mistake| {
+        Err(Refusal { branches, why, help }) => {
+            let told = if branches.is_empty() { massless.to_vec() } else { vec![massless_loop(document, &branches)] };
+            out.extend(told.into_iter().map(|mut mistake| {
                 mistake.message += &format!("; {why}");
                 mistake.help(help)
             }));
@@ -44,72 +53,88 @@ fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Redu
             |(shaft, share): &(usize, Rational)| (reduced.equations.coordinates[*shaft].clone(), share / &scale);
         combination(&direction.iter().map(named).collect::<Vec<_>>())
     };
-    let rows = equilibria(&reduced.equations).map_err(|error| match error {
-        NoEquilibrium::Driven { inputs, direction } => Refusal {
-            why: format!(
-                "along {} springs alone resist {}, so it would jump with them",
-                names(&direction),
+    let rows = equilibria(&reduced.equations).map_err(|error| {
+        let (NoEquilibrium::Driven { direction, .. } | NoEquilibrium::Free { direction }) = &error;
+        let equations = &reduced.equations;
+        let is_circuit = direction.iter().all(|(k, _)| equations.domain(*k) == Domain::Charge);
+        let branches =
+            direction.iter().filter(|_| is_circuit).map(|(k, _)| equations.coordinates[*k].clone()).collect();
+        let (springs, jumps, help) = match (&error, is_circuit) {
+            (NoEquilibrium::Free { .. }, _) => {
+                ("", "", "give one of these shafts an inertia, or tie it to another one by a gear or a spring")
+            }
+            (_, true) => ("capacitors", "its charge", "put a resistance or an inductance into this loop"),
+            (_, false) => (
+                "springs",
+                "it",
+                "give one of these shafts an inertia or a damping, or let the input act on one that has",
+            ),
+        };
+        let why = match &error {
+            NoEquilibrium::Driven { inputs, direction } => format!(
+                "along {} {springs} alone resist {}, so {jumps} would jump with them",
+                names(direction),
                 quoted(inputs.iter().map(String::as_str))
             ),
-            help: "give one of these shafts an inertia or a damping, or let the input act on one that has",
-        },
-        NoEquilibrium::Free { direction } => Refusal {
-            why: format!("nothing at all acts along {}", names(&direction)),
-            help: "give one of these shafts an inertia, or tie it to another one by a gear or a spring",
-        },
+            NoEquilibrium::Free { direction } => format!("nothing at all acts along {}", names(direction)),
+        };
+        Refusal { branches, why, help }
     })?;
     if rows.is_empty() {
         return Ok(reduced.clone());
     }
     let equations = reduced.equations.clone().with_equilibria(rows);
-    let mut settled = reduce(equations, model.coordinates.as_deref()).map_err(|error| Refusal {
-        why: format!("where springs hold what has no inertia, {error}"),
-        help: "give one of these shafts an inertia, or leave `coordinates` out to have them chosen",
+    let mut settled = reduce(equations, model.coordinates.as_deref()).map_err(|error| {
+        let why = format!("where springs hold what has no inertia, {error}");
+        refusal(why, "give one of these shafts an inertia, or leave `coordinates` out to have them chosen")
     })?;
     settled.redundant.clone_from(&reduced.redundant);
     // What is wrong with these matrices was told before.
     match check_matrices(document, &settled, &mut Vec::new(), &mut Vec::new()) {
         true => Ok(settled),
-        false => Err(Refusal { why: "the springs that hold it do not make up for it".into(), help: GIVE_INERTIA }),
+        false => Err(refusal("the springs that hold it do not make up for it".into(), GIVE_INERTIA)),
     }
 }
 
-/// With states of first order for motions that dampers hold.
+/// With states of first order for motions that dampers or sliders hold.
 fn relaxing(model: &Model, mut reduced: Reduced) -> Result<Reduced, Refusal> {
-    reduced.relaxation = relaxation(&reduced).map_err(|error| match error {
-        NoRelaxation::Bends => Refusal {
-            why: "beside transmissions whose ratio changes with the angle such motions do not run".into(),
-            help: GIVE_INERTIA,
-        },
-        NoRelaxation::Friction(elements) => Refusal {
-            why: format!(
-                "the friction of {} acts along it, which runs only where each such motion has a friction without `breakaway` and springs of its own \
-                 and no damper",
-                quoted(elements.iter().map(String::as_str))
+    reduced.relaxation = relaxation(&reduced).map_err(|error| {
+        let list = |names: &[String]| quoted(names.iter().map(String::as_str));
+        match error {
+            NoRelaxation::Bends => refusal(
+                "beside transmissions whose ratio changes with the angle such motions do not run".into(),
+                GIVE_INERTIA,
             ),
-            help: "give one of these shafts an inertia, or let the friction act on one that has",
-        },
-        NoRelaxation::Driven { frictions, inputs } => Refusal {
-            why: format!(
-                "along it the friction of {} and springs resist {}, so it would jump with them",
-                quoted(frictions.iter().map(String::as_str)),
-                quoted(inputs.iter().map(String::as_str))
+            NoRelaxation::Friction(elements) => refusal(
+                format!(
+                    "the friction of {} acts along it, which runs only where each such motion has a friction without `breakaway` and springs \
+                     of its own and no damper",
+                    list(&elements)
+                ),
+                "give one of these shafts an inertia, or let the friction act on one that has",
             ),
-            help: "give one of these shafts an inertia, or let the input act on one that has",
-        },
-        NoRelaxation::Coordinates => Refusal {
-            why: "the coordinates chosen move with it".into(),
-            help: "name coordinates that have an inertia first, or give one of these shafts an inertia",
-        },
-        NoRelaxation::Damping => {
-            Refusal { why: "its damping is not positive definite".into(), help: "correct the sign of a damping" }
+            NoRelaxation::Driven { frictions, inputs } => refusal(
+                format!(
+                    "along it the friction of {} and springs resist {}, so it would jump with them",
+                    list(&frictions),
+                    list(&inputs)
+                ),
+                "give one of these shafts an inertia, or let the input act on one that has",
+            ),
+            NoRelaxation::Coordinates => refusal(
+                "the coordinates chosen move with it".into(),
+                "name coordinates that have an inertia first, or give one of these shafts an inertia",
+            ),
+            NoRelaxation::Damping => {
+                refusal("its damping is not positive definite".into(), "correct the sign of a damping")
+            }
         }
     })?;
     if reduced.relaxation.is_some() && !model.controls.is_empty() {
-        return Err(Refusal {
-            why: "a controller is designed for accelerations, which this motion has not".into(),
-            help: "give one of these shafts an inertia, or leave the controllers out",
-        });
+        return Err(refusal(
+            "a controller is designed for accelerations, which this motion has not".into(),
+            "give one of these shafts an inertia, or leave the controllers out",
+        ));
     }
     Ok(reduced)
 }

@@ -56,7 +56,7 @@ fn sticks_or_slips(run: &Run, k: usize, c: f64) {
         }
         close(friction[row], c * w[row].signum(), 1e-9 * c, "slips with its friction");
     }
-    assert!(w.iter().any(|w| *w == 0.0) && w.iter().any(|w| *w != 0.0));
+    assert!(w.contains(&0.0) && w.iter().any(|w| *w != 0.0));
     for row in 1..m.len() {
         let (from, to) = (run.series.time[row - 1], run.series.time[row]);
         let event = run.events.iter().any(|event| from <= event.time && event.time <= to);
@@ -93,11 +93,11 @@ fn loop_takes_its_area_each_cycle() {
 /// From rest in the middle: sticks, slips from `s x = c` on, sticks where the body turns round; in closed form.
 #[test]
 fn first_slip_begins_and_ends_in_closed_form() {
-    let (j, k, s, c, v0) = (0.8, 30.0, 200.0, 1.5, 0.6);
+    let (j, k, s, c, v0): (f64, f64, f64, f64, f64) = (0.8, 30.0, 200.0, 1.5, 0.6);
     let model = body(j, k) + &jenkins(1, (s, c)) + &scenario(6.0, 300, &format!("\"a.w\" = \"{v0} rad/s\""));
-    let first: f64 = ((k + s) / j as f64).sqrt();
+    let first = ((k + s) / j).sqrt();
     let begins = (c * first / (s * v0)).asin() / first;
-    let (x1, v1, second) = (c / s, v0 * (first * begins).cos(), (k / j as f64).sqrt());
+    let (x1, v1, second) = (c / s, v0 * (first * begins).cos(), (k / j).sqrt());
     let ends = begins + (v1 / (second * (x1 + c / k))).atan() / second;
     let top = (x1 + c / k) * (second * (ends - begins)).cos() + v1 / second * (second * (ends - begins)).sin() - c / k;
     for method in METHODS {

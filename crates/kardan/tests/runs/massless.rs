@@ -4,7 +4,7 @@ use crate::common::{close, prepared, runs_only, signal};
 use kardan::diagnostics::Severity;
 use kardan::results::{Outcome, Run};
 use kardan::simulate::Method;
-use kardan::study::{self, EquationsForm, Project, Settings, Silent};
+use kardan::study::{self, AnalyzeSettings, EquationsForm, Project, Settings, Silent};
 
 const METHODS: [Method; 4] = [Method::Automatic, Method::Taylor, Method::Dop853, Method::Radau];
 
@@ -268,4 +268,28 @@ fn what_nothing_holds_is_refused_by_name() {
         &("[model]\ncoordinates = [\"a\", \"m\"]\n".to_string() + &spring("s", "a", "m", soft)),
         &["`m`", "1 degree of freedom", "2 coordinates"],
     );
+}
+
+/// Runs with everything beside them, analyses and equations take such models.
+#[test]
+fn commands_take_motions_without_inertia() {
+    let start = shaft("a", 1.0) + &shaft("m", 0.0) + &scenario(1.0, "\"a.w\" = \"1 rad/s\"");
+    let jenkins = "[spring_damper.f]\nshaft_1 = \"m\"\nfriction = \"0.1 N m\"\n";
+    let soft = spring("s", "a", "m", "stiffness = \"5 N m/rad\"");
+    let ends = [
+        spring("t", "m", "ground", "stiffness = \"5 N m/rad\""),
+        spring("t", "m", "ground", "damping = \"5 N m s/rad\""),
+        jenkins.to_string(),
+    ];
+    for end in ends {
+        let source = start.clone() + &soft + &end;
+        let study = Project::open(&source).run(&Settings::default(), &Silent).expect("a study");
+        assert!(study.warnings.is_empty(), "{:?}", study.warnings);
+        assert!(study.analysis.is_some(), "{source}");
+        let settings = AnalyzeSettings { eliminate_massless: true, ..AnalyzeSettings::default() };
+        Project::open(&source).analyze(&settings, &Silent).expect("an analysis");
+        for form in [EquationsForm::Text, EquationsForm::Latex, EquationsForm::Plan] {
+            Project::open(&source).equations(form).expect("equations");
+        }
+    }
 }

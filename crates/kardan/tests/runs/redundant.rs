@@ -123,7 +123,7 @@ fn analysis_and_equations_tell_the_split() {
     for name in ["one", "two"] {
         close(multipliers(both.constraint_forces.clone(), name), 0.5 * whole, 1e-15, name);
     }
-    let (text, _) = Project::open(&source(&(one + &two))).equations(EquationsForm::Text).expect("equations");
+    let (text, _) = Project::open(source(&(one + &two))).equations(EquationsForm::Text).expect("equations");
     assert!(text.contains("two: a - 2 b = 0") && text.contains("not unique"), "{text}");
 }
 
