@@ -3,7 +3,7 @@ use std::collections::BTreeSet;
 use crate::assemble::Equations;
 use crate::equations::{Domain, Formula};
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
-use crate::reduce::{Kinematics, Reduced};
+use crate::reduce::{Kinematics, Reduced, Redundant};
 use crate::results::{Assumption, Breach, Class, ConstraintClass, FrictionState, OperatingPoint, ShaftAngle};
 
 /// Whether a model is a constant linear constrained mechanical system \[diss. Definition 4.4\], which element breaks which
@@ -58,6 +58,18 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
         let statement = "no other torques act than those of springs, dampers and inputs (source, eq. 4.36)";
         assumptions.push(assumption(statement, laws.collect()));
     }
+    let constraints = constraints(reduced, stuck);
+    Class {
+        constant_linear: assumptions.iter().all(|assumption| assumption.holds),
+        assumptions,
+        constraints,
+        operating_point: operating_point(equations, &kinematics.angles, stuck),
+    }
+}
+
+/// The class of every constraint, those of stuck frictions included.
+fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintClass> {
+    let equations = &reduced.equations;
     let shafts = &equations.coordinates;
     let linear = equations.constraints.iter().map(|c| ConstraintClass {
         element: c.element.clone(),
@@ -75,6 +87,19 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
         scleronomic: true,
         linear: false,
     });
+    let redundant = reduced.redundant.iter().map(|Redundant { constraint: c, shares }| {
+        let kept: Vec<&str> = shares.iter().map(|(kept, _)| equations.constraints[*kept].element.as_str()).collect();
+        let equation = format!("{} = {}", row_in_words(&c.row, shafts, ""), c.value.to_f64());
+        let equation = format!("{equation}, which follows from {}", kept.join(", "));
+        ConstraintClass {
+            element: c.element.clone(),
+            equation,
+            equality: true,
+            holonomic: true,
+            scleronomic: true,
+            linear: true,
+        }
+    });
     let held = equations.frictions.iter().filter(|f| stuck.contains(&f.element)).map(|f| ConstraintClass {
         element: f.element.clone(),
         equation: format!("{} = 0 while it sticks", row_in_words(&f.row, shafts, "'")),
@@ -83,13 +108,7 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
         scleronomic: true,
         linear: true,
     });
-    let constraints = linear.chain(curves).chain(held).collect();
-    Class {
-        constant_linear: assumptions.iter().all(|assumption| assumption.holds),
-        assumptions,
-        constraints,
-        operating_point: operating_point(equations, &kinematics.angles, stuck),
-    }
+    linear.chain(redundant).chain(curves).chain(held).collect()
 }
 
 /// What a law of torque is.

@@ -98,13 +98,21 @@ impl Motion {
         }
         let dependents = reduced.dependents();
         let equations = dependents.iter().map(|&shaft| (std::mem::take(&mut columns[shaft]), forces[shaft])).collect();
-        System { graph: &mut self.graph, equations }.solve(count)
+        let alone = System { graph: &mut self.graph, equations }.solve(count);
+        if reduced.redundant.is_empty() {
+            return alone;
+        }
+        let share = |graph: &mut Graph, shares: Vec<(usize, Rational)>| {
+            let terms: Vec<(Expr, Rational)> = shares.into_iter().map(|(row, share)| (alone[row], share)).collect();
+            graph.sum(Rational::ZERO, &terms)
+        };
+        reduced.split(count).into_iter().map(|shares| share(&mut self.graph, shares)).collect()
     }
 
     /// The coefficients of a constraint over the shafts; of a transmission 1 and −γ′.
     pub fn constraint_row(&mut self, reduced: &Reduced, constraint: usize) -> Vec<(usize, Expr)> {
         let equations = &reduced.equations;
-        if let Some(linear) = equations.constraints.get(constraint) {
+        if let Some(linear) = reduced.linear_constraint(constraint) {
             let number = |(shaft, c): &(usize, Rational)| (*shaft, self.graph.number(c.clone()));
             return linear.row.iter().map(number).collect();
         }

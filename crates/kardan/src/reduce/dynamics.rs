@@ -118,7 +118,9 @@ pub struct Extension {
 
 impl MotionPlan {
     /// Everything that depends on the motion; what is constant is in the memory already.
-    fn new(motion: &Motion, r: usize, extension: Extension, energy: Expr) -> Self {
+    ///
+    /// `own_speeds` are those of the shafts without what an extension is given.
+    fn new(motion: &Motion, r: usize, extension: Extension, (energy, own_speeds): (Expr, &[Expr])) -> Self {
         let mut outputs: Vec<(String, Expr)> = Vec::new();
         let varying = motion.graph.varying();
         let mut list = |name: &str, entries: &mut dyn Iterator<Item = (usize, Expr)>| -> Vec<(usize, usize)> {
@@ -148,7 +150,9 @@ impl MotionPlan {
         let friction_rows = list("friction", &mut rows(&motion.frictions));
         let friction_bias = list("friction_bias", &mut numbered(&motion.friction_bias));
         let input_rows = list("input", &mut rows(&motion.inputs));
-        let shafts = motion.compile(&outputs[..angles.len() + speeds.len()]);
+        let own = speeds.iter().map(|(shaft, output)| (outputs[*output].0.clone(), own_speeds[*shaft]));
+        let shafts: Vec<(String, Expr)> = outputs[..angles.len()].iter().cloned().chain(own).collect();
+        let shafts = motion.compile(&shafts);
         let energy = motion.compile(&[("energy".into(), energy)]);
         let more = outputs.len()..outputs.len() + extension.outputs.len();
         outputs.extend(extension.outputs);
@@ -250,9 +254,10 @@ impl Dynamics {
         let inputs = Directions::new(&equations.inputs, |_| 1.0, &kinematics);
         let rests: Vec<f64> = equations.springs.iter().map(|spring| spring.value.rest.to_f64()).collect();
         let mut motion = Motion::new(reduced);
+        let speeds = motion.speeds.clone();
         let extension = extend(&mut motion);
         let energy = motion.energy(reduced);
-        let plan = MotionPlan::new(&motion, r, extension, energy);
+        let plan = MotionPlan::new(&motion, r, extension, (energy, &speeds));
         // What is constant is there from the begin.
         let varying = motion.graph.varying();
         let constants = |exprs: &[Expr]| -> Vec<f64> {
@@ -267,6 +272,9 @@ impl Dynamics {
         }
         let mut kinematics = kinematics;
         kinematics.update(&vec![0.0; r], &vec![0.0; r]);
+        if let Some(relaxation) = &reduced.relaxation {
+            kinematics.transform(&relaxation.transform);
+        }
         let passive = constants(&motion.passive);
         let rows = motion.basis.iter().chain(&motion.frictions).chain(&motion.inputs).flat_map(|row| row.values());
         let mut fixed = rows.chain(motion.inertia.values()).chain(&motion.bias).chain(&motion.friction_bias);

@@ -1,12 +1,14 @@
 /// Why constraints cannot be brought to explicit form.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ReduceError {
-    /// Some constraints follow from others (or contradict them); C has no full row rank.
-    #[error("{} linear constraints have only rank {rank}; {}", rank + dependencies.len(), describe_dependencies(dependencies))]
+    /// Some constraints contradict others that they follow from, or are balances of nodes.
+    #[error("{rows} linear constraints have only rank {rank}; {}", describe_dependencies(dependencies))]
     ConstraintsDependent {
+        /// How many rows there are.
+        rows: usize,
         /// The exact rank of C.
         rank: usize,
-        /// One entry for each dependency.
+        /// One entry for each dependency that is not kept once.
         dependencies: Vec<Dependency>,
     },
     /// The constraints leave no motion.

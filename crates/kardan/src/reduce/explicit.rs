@@ -1,7 +1,8 @@
 //! The choice of coordinates, and how all other shafts follow from them.
 
 use super::error::MOST_IN_SERIES;
-use super::{Affine, Dependency, ReduceError, Reduced, Step};
+use super::redundant::keep_independent;
+use super::{Affine, ReduceError, Reduced, Step};
 use crate::assemble::{Equations, TransmissionRow};
 use crate::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
 
@@ -24,11 +25,12 @@ use crate::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
 ///
 /// # Panics
 /// If `named` holds a name that is no shaft or holds one twice (the model checks this before).
-pub fn reduce(equations: Equations, named: Option<&[String]>) -> Result<Reduced, ReduceError> {
+pub fn reduce(mut equations: Equations, named: Option<&[String]>) -> Result<Reduced, ReduceError> {
+    let redundant = keep_independent(&mut equations)?;
+    let constraints = check_motion(&equations)?;
     let number = |name: &String| {
         equations.coordinates.iter().position(|shaft| shaft == name).unwrap_or_else(|| panic!("no shaft `{name}`"))
     };
-    let constraints = check_independence(&equations)?;
     let explicit = match named {
         None => automatic(&equations),
         Some(names) => {
@@ -47,7 +49,7 @@ pub fn reduce(equations: Equations, named: Option<&[String]>) -> Result<Reduced,
     };
     let (coordinates, steps) = explicit?;
     check_depth(&equations, &steps)?;
-    Ok(Reduced { equations, coordinates, steps })
+    Ok(Reduced { equations, redundant, coordinates, steps, relaxation: None })
 }
 
 /// Refuses shafts that follow through more transmissions than their exact ratios allow.
@@ -72,35 +74,9 @@ fn check_depth(equations: &Equations, steps: &[Step]) -> Result<(), ReduceError>
 /// Reduced coordinates and the steps that follow from them.
 type Explicit = (Vec<usize>, Vec<Step>);
 
-/// Checks the linear rows exactly; returns the number of all constraints.
-fn check_independence(equations: &Equations) -> Result<usize, ReduceError> {
-    let n = equations.coordinates.len();
-    let e = echelon(&equations.constraint_matrix(), &(0..n).collect::<Vec<_>>());
-    if e.rank() < equations.constraints.len() {
-        let dependencies = e
-            .dependent_rows()
-            .iter()
-            .enumerate()
-            .map(|(k, rows)| {
-                let share = |row: usize| &e.transform[(e.rank() + k, row)];
-                let sum: f64 =
-                    rows.iter().map(|&r| rational_to_f64(share(r)) * equations.constraints[r].value.to_f64()).sum();
-                let size: f64 = rows
-                    .iter()
-                    .map(|&r| (rational_to_f64(share(r)) * equations.constraints[r].value.to_f64()).abs())
-                    .sum();
-                Dependency {
-                    elements: rows
-                        .iter()
-                        .map(|&r| (equations.constraints[r].element.clone(), rational_to_f64(share(r))))
-                        .collect(),
-                    contradiction: sum.abs() > 1e-12 * size,
-                }
-            })
-            .collect();
-        return Err(ReduceError::ConstraintsDependent { rank: e.rank(), dependencies });
-    }
-    let constraints = e.rank() + equations.transmissions.len();
+/// The number of all constraints, if they leave a motion.
+fn check_motion(equations: &Equations) -> Result<usize, ReduceError> {
+    let (n, constraints) = (equations.coordinates.len(), equations.constraints.len() + equations.transmissions.len());
     if constraints >= n {
         return Err(ReduceError::NoMotion { shafts: n, constraints });
     }

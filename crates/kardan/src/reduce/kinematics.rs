@@ -4,7 +4,7 @@ use super::{Affine, Reduced, Step};
 use crate::assemble::TransmissionRow;
 use crate::equations::Curve;
 use crate::expr::{Graph, Rationals, lower};
-use crate::num::{self, Rational, Scalar, dot, rational_from_f64, rational_to_f64};
+use crate::num::{self, Matrix, Rational, Scalar, dot, rational_from_f64, rational_to_f64};
 use crate::units::Dimension;
 
 impl Step {
@@ -124,6 +124,18 @@ impl Kinematics {
             }
         }
         out
+    }
+
+    /// Writes the constant basis over other coordinates, `K T`.
+    pub(super) fn transform(&mut self, transform: &Matrix<Rational>) {
+        let (r, transform) = (self.r, transform.to_f64());
+        for row in self.basis.chunks_exact_mut(r.max(1)) {
+            self.work.fill(0.0);
+            for (x, entries) in row.iter().zip((0..r).map(|k| transform.row(k))) {
+                self.work.iter_mut().zip(entries).for_each(|(sum, entry)| *sum += x * entry);
+            }
+            row.copy_from_slice(&self.work);
+        }
     }
 
     /// Whether the basis row of a shaft depends on the position.

@@ -89,7 +89,13 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
     }
     // Over all coordinates, as if none followed from others.
     let n = equations.coordinates.len();
-    let free = Reduced { coordinates: (0..n).collect(), equations: equations.clone(), steps: Vec::new() };
+    let free = Reduced {
+        coordinates: (0..n).collect(),
+        equations: equations.clone(),
+        redundant: Vec::new(),
+        steps: Vec::new(),
+        relaxation: None,
+    };
     let mut motion = Motion::free(&free);
     let mut numeric = Kinematics::new(reduced);
     numeric.update(position, &vec![0.0; reduced.degrees_of_freedom()]);

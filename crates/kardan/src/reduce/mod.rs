@@ -6,6 +6,7 @@
 mod constraint_torques;
 mod dynamics;
 mod equilibrium;
+mod equilibrium_rows;
 mod error;
 mod explicit;
 mod kinematics;
@@ -16,10 +17,13 @@ mod mechanism;
 mod motion;
 mod multipliers;
 mod reduced;
+mod redundant;
+mod relaxation;
 
 pub use constraint_torques::Acting;
 pub use dynamics::{Dynamics, Extension, MotionPlan, Work};
 pub use equilibrium::{Equilibria, Equilibrium, equilibria};
+pub use equilibrium_rows::{NoEquilibrium, equilibrium_rows};
 pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;
 pub use kinematics::{Kinematics, Slope, slopes};
@@ -28,4 +32,5 @@ pub use linear::{LinearModel, SparseModel, linearise, sparse_model};
 pub use mechanism::{MechanismData, MechanismError};
 pub use motion::{Forces, Motion, SparseRow, Timed};
 pub use multipliers::Multipliers;
-pub use reduced::{Affine, Reduced, Step};
+pub use reduced::{Affine, Reduced, Redundant, Relaxation, Slip, Step};
+pub use relaxation::{NoRelaxation, relaxation};

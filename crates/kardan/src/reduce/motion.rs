@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Affine, Reduced, Step};
+use super::{Affine, Reduced, Relaxation, Step};
 use crate::expr::{Expr, Graph, OfTime, Part, Symbol};
 use crate::num::{Rational, rational_from_f64};
 use crate::plan::{Plan, compile};
@@ -74,6 +74,8 @@ pub struct Motion {
     pub laws: Vec<Expr>,
     /// What is given of the time.
     pub timed: Timed,
+    /// Motions without inertia that dampers hold.
+    pub(super) relaxing: Option<Box<Relaxing>>,
 }
 
 /// The time, and parts of functions of it, as symbols of a motion: there once something depends on them.
@@ -100,6 +102,14 @@ impl Timed {
     }
 }
 
+/// What relaxes or slips in a motion.
+#[derive(Debug, Clone)]
+pub(super) struct Relaxing {
+    pub relaxation: Relaxation,
+    /// Speeds of all shafts while y stands still.
+    pub standing: Vec<Expr>,
+}
+
 impl Motion {
     /// The expressions of a model.
     pub fn new(reduced: &Reduced) -> Self {
@@ -115,12 +125,16 @@ impl Motion {
         let mut out = Self::kinematics(reduced);
         out.timed.begin = begin;
         out.terms(reduced);
+        out.begin_to_relax(reduced);
         let rows = |out: &mut Self, rows: Vec<&[(usize, Rational)]>| -> Vec<SparseRow> {
             rows.into_iter().map(|row| out.along(row)).collect()
         };
         let equations = &reduced.equations;
         out.frictions = rows(&mut out, equations.frictions.iter().map(|term| term.row.as_slice()).collect());
         out.inputs = rows(&mut out, equations.inputs.iter().map(|term| term.row.as_slice()).collect());
+        for slip in reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips) {
+            out.frictions[slip.friction].clear();
+        }
         out.friction_bias = equations.frictions.iter().map(|term| out.sum(&term.row, |out, k| out.bias[k])).collect();
         out
     }
@@ -160,11 +174,13 @@ impl Motion {
             inputs: Vec::new(),
             laws: Vec::new(),
             timed: Timed::default(),
+            relaxing: None,
         };
         for (k, &shaft) in reduced.coordinates.iter().enumerate() {
             (out.angles[shaft], out.speeds[shaft]) = (position[k], speed[k]);
             out.basis[shaft].insert(k, one);
         }
+        out.set_relaxing(reduced, &position, &speed);
         for step in &reduced.steps {
             let (Step::Linear { value: argument, .. } | Step::Curve { argument, .. }) = step;
             let Affine { constant, terms } = argument;
@@ -221,11 +237,16 @@ impl Motion {
         };
         for (k, damper) in equations.dampers.iter().enumerate() {
             let force = self.damper_torque(reduced, k);
-            resist(self, &damper.row, force);
+            if reduced.relaxation.is_some() {
+                self.damp_relaxing(reduced, &damper.row, (force, &damper.value), &mut inertia);
+            } else {
+                resist(self, &damper.row, force);
+            }
         }
         for (k, spring) in equations.springs.iter().enumerate() {
             let force = self.spring_torque(reduced, k);
-            resist(self, &spring.row, force);
+            let row = self.along(&spring.row);
+            self.passive_terms.add(&mut self.graph, &Self::spring_row(reduced, row), force, &minus);
         }
         for body in &equations.inertias {
             let bias = self.sum(&body.row, |out, k| out.bias[k]);

@@ -1,6 +1,6 @@
 use super::{Kinematics, Reduced};
 use crate::equations::Curve;
-use crate::num::Lu;
+use crate::num::{Lu, Rational, rational_to_f64};
 use std::sync::Arc;
 
 /// One row of the constraint Jacobian J.
@@ -12,8 +12,9 @@ enum Row {
 
 /// Lagrange multipliers of all constraints, `τ_c = Jᵀλ` \[diss. (4.18)\], by element name.
 ///
-/// Linear constraints come first, transmissions after them, each kind sorted by element name. The multiplier of a
-/// transmission is the torque on its driven shaft.
+/// Linear constraints come first, transmissions after them, each kind sorted by element name; linear constraints that follow from others
+/// come last, and what these share with them is split as [`Reduced::split`] says. The multiplier of a transmission is the torque on its
+/// driven shaft.
 #[derive(Debug, Clone)]
 pub struct Multipliers {
     /// The element of each constraint.
@@ -22,6 +23,8 @@ pub struct Multipliers {
     dependents: Vec<usize>,
     matrix: Vec<f64>,
     solver: Lu,
+    /// Of each multiplier what it is of those that the independent rows would have alone; empty if all rows are independent.
+    split: Vec<Vec<(usize, f64)>>,
 }
 
 impl Multipliers {
@@ -32,14 +35,22 @@ impl Multipliers {
         let curves = equations.transmissions.iter().map(|t| {
             (t.element.clone(), Row::Curve { driven: t.driven, driving: t.driving, curve: Arc::clone(&t.curve) })
         });
-        let (elements, rows): (Vec<String>, Vec<Row>) = linear.chain(curves).unzip();
-        let count = rows.len();
+        let redundant =
+            reduced.redundant.iter().map(|r| (r.constraint.element.clone(), Row::Linear(r.constraint.row_f64())));
+        let (elements, rows): (Vec<String>, Vec<Row>) = linear.chain(curves).chain(redundant).unzip();
+        let count = rows.len() - reduced.redundant.len();
+        let shares = |row: Vec<(usize, Rational)>| row.iter().map(|(k, x)| (*k, rational_to_f64(x))).collect();
+        let split = match count == rows.len() {
+            true => Vec::new(),
+            false => reduced.split(count).into_iter().map(shares).collect(),
+        };
         Self {
             elements,
             rows,
             dependents: reduced.dependents(),
             matrix: vec![0.0; count * count],
             solver: Lu::new(count),
+            split,
         }
     }
 
@@ -57,7 +68,7 @@ impl Multipliers {
     ///
     /// The equations of the dependent shafts suffice: their part of J is regular because they were eliminated.
     pub fn solve(&mut self, kinematics: &Kinematics, force: &[f64], out: &mut [f64]) {
-        let count = self.rows.len();
+        let count = self.dependents.len();
         for (i, &shaft) in self.dependents.iter().enumerate() {
             for k in 0..count {
                 self.matrix[i * count + k] = self.coefficient(k, shaft, kinematics);
@@ -65,6 +76,11 @@ impl Multipliers {
             out[i] = force[shaft];
         }
         self.solver.factor(&self.matrix);
-        self.solver.solve(out);
+        self.solver.solve(&mut out[..count]);
+        if !self.split.is_empty() {
+            let alone = out[..count].to_vec();
+            let sum = |shares: &Vec<(usize, f64)>| shares.iter().map(|(row, share)| share * alone[*row]).sum();
+            out.iter_mut().zip(&self.split).for_each(|(out, shares)| *out = sum(shares));
+        }
     }
 }

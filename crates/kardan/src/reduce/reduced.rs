@@ -2,19 +2,24 @@
 
 use std::sync::Arc;
 
-use crate::assemble::Equations;
+use crate::assemble::{Along, Equations};
 use crate::equations::Curve;
-use crate::num::Rational;
+use crate::num::{Matrix, Rational};
+use crate::units::Exact;
 
 /// A model in explicit form: which shafts are coordinates and how all others follow.
 #[derive(Debug, Clone)]
 pub struct Reduced {
-    /// The terms.
+    /// The terms; their linear constraints are independent.
     pub equations: Equations,
+    /// Linear constraints that follow from these.
+    pub redundant: Vec<Redundant>,
     /// Numbers of the shafts chosen as reduced coordinates q_r, in the order chosen.
     pub coordinates: Vec<usize>,
     /// How the other shafts follow, in order of evaluation.
     pub steps: Vec<Step>,
+    /// Motions without inertia that are states of first order in a run.
+    pub relaxation: Option<Relaxation>,
 }
 
 impl Reduced {
@@ -67,4 +72,42 @@ pub enum Step {
         /// Its argument.
         argument: Affine,
     },
+}
+
+/// A linear constraint that says what others say already.
+#[derive(Debug, Clone)]
+pub struct Redundant {
+    /// The constraint.
+    pub constraint: Along<Exact>,
+    /// What it is the sum of: numbers of the constraints that are kept, with factors.
+    pub shares: Vec<(usize, Rational)>,
+}
+
+/// Reduced coordinates in which the motions without inertia are apart: `q_r = T [x; y]` with `H T_y = 0`.
+///
+/// Where dampers act, `T_yᵀ D T_x = 0` and `D_y ẏ = T_yᵀ(F τ − S q_r)` with `D_y = T_yᵀ D T_y`, so that y has a rate where x has an acceleration. Where
+/// frictions alone act beside springs, each y is the angle by which one of them has slipped.
+#[derive(Debug, Clone)]
+pub struct Relaxation {
+    /// Numbers of the reduced coordinates whose places the damped y take.
+    pub places: Vec<usize>,
+    /// Motions that slip.
+    pub slips: Vec<Slip>,
+    /// T, columns in the order of the reduced coordinates; exact.
+    pub transform: Matrix<Rational>,
+    /// `T⁻¹`
+    pub(super) inverse: Matrix<Rational>,
+    /// `D_y⁻¹`
+    pub(super) compliance: Matrix<Rational>,
+}
+
+/// A motion without inertia that a friction and springs hold.
+#[derive(Debug, Clone)]
+pub struct Slip {
+    /// Number of the reduced coordinate whose place it takes.
+    pub place: usize,
+    /// Number of the friction.
+    pub friction: usize,
+    /// `T_yᵀ S T_y`
+    pub stiffness: Rational,
 }

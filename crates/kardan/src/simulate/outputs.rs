@@ -91,16 +91,22 @@ impl Columns<'_> {
                 continue;
             }
             // The torques of a transformer are the voltages of its windings, which are there already.
-            if equations.constraints.get(k).is_some_and(|row| equations.domain_of(row) == Domain::Charge) {
+            if equations.is_equilibrium(k) {
                 continue;
             }
-            let effort = equations.measures.get(element).copied().unwrap_or_else(|| {
-                equations.constraints.get(k).map_or(Domain::Rotation, |row| equations.domain_of(row))
-            });
+            let linear = self.reduced.linear_constraint(k);
+            if linear.is_some_and(|row| equations.domain_of(row) == Domain::Charge) {
+                continue;
+            }
+            let effort = equations
+                .measures
+                .get(element)
+                .copied()
+                .unwrap_or_else(|| linear.map_or(Domain::Rotation, |row| equations.domain_of(row)));
             let effort = effort.effort();
             let description = format!("constraint multiplier of {element}");
             self.add(effort.of(element), effort.physical(), description, Read::Multiplier(k));
-            let shafts: Vec<usize> = match equations.constraints.get(k) {
+            let shafts: Vec<usize> = match linear {
                 Some(constraint) => constraint.row.iter().map(|(shaft, _)| *shaft).collect(),
                 None => {
                     let transmission = &equations.transmissions[k - equations.constraints.len()];

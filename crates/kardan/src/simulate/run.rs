@@ -304,8 +304,7 @@ impl RunningLoop {
             absolute[size - 2..].fill(SMALL * ENERGY * tolerance.relative);
         }
         let mut state = vec![0.0; size];
-        state[..r].copy_from_slice(&scenario.position);
-        state[r..2 * r].copy_from_slice(&scenario.speed);
+        state[..2 * r].copy_from_slice(&reduced.state(&scenario.position, &scenario.speed));
         machine.start_laws(&mut state);
         let method = match tolerance.method {
             Method::Automatic | Method::Stepping if is_stiff(&mut machine, scenario, &state) => Method::Radau,

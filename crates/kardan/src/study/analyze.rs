@@ -7,6 +7,7 @@ use super::massless::{Mechanical, not_eliminated};
 use super::others::{others, state_name};
 use super::placement::Places;
 use super::prepare::is_error;
+use super::redundant::split_multipliers;
 use super::sensitivity::sensitivity;
 use super::signals::{WorkingPoint, named};
 use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project};
@@ -176,7 +177,10 @@ fn orthogonal(system: &ConstrainedSystem, reduced: &Reduced) -> Result<Option<Or
         return Ok(None);
     }
     let constrained = !system.constraints.is_empty();
-    let forces = constrained.then(|| constraint_forces(system)).transpose()?;
+    let mut forces = constrained.then(|| constraint_forces(system)).transpose()?;
+    if let Some(forces) = forces.as_mut().filter(|_| !reduced.redundant.is_empty()) {
+        split_multipliers(reduced, forces);
+    }
     Ok(Some((forces, bases(system, &reduced.coordinates)?)))
 }
 

@@ -132,9 +132,8 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
         }
     };
     let one = match error {
-        ReduceError::ConstraintsDependent { rank, dependencies } => {
-            let rows = rank + dependencies.len();
-            return dependencies.iter().map(|one| dependent_rows(document, one, *rank, rows)).collect();
+        ReduceError::ConstraintsDependent { rows, rank, dependencies } => {
+            return dependencies.iter().map(|one| dependent_rows(document, one, *rank, *rows)).collect();
         }
         ReduceError::NoMotion { .. } if model.all_coordinates.len() == document.charges().len() => {
             let out = Diagnostic::error("constraint::no-motion", "no current can flow: the circuit has no loop")

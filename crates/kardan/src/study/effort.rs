@@ -90,6 +90,10 @@ fn fastest(variant: &PreparedVariant) -> Effort {
     let reduced = &variant.reduced;
     let r = reduced.degrees_of_freedom();
     let mut out = Effort { steps: 0.0, rate: 0.0, element: None, cause: "nothing moves by itself".into() };
+    if reduced.relaxation.is_some() {
+        out.cause = "motions without inertia are not looked at".into();
+        return out;
+    }
     let (dynamics, mut work) = Dynamics::new(reduced);
     if r == 0 || !dynamics.update(&variant.scenario.position, &vec![0.0; r], &mut work) {
         return out;

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::prepare::is_error;
+use super::redundant::sharing_notes;
 use super::summary::matrix_words;
 use super::{PreparedVariant, Project};
 use crate::assemble::Along;
@@ -11,7 +12,7 @@ use crate::equations::{Domain, InputKind};
 use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, rational_to_f64};
 use crate::plan;
-use crate::reduce::{Kinematics, LinearModel, Motion, linearise};
+use crate::reduce::{Kinematics, LinearModel, Motion, Reduced, linearise};
 use crate::results::{ConstraintEquation, Equation, ExactMatrix, MotionEquations};
 
 /// How equations are written.
@@ -96,7 +97,8 @@ impl Project {
 
 /// The plan of the equations of motion, with what it costs; [`crate::plan::parse`] reads it.
 fn operations(variant: &PreparedVariant) -> String {
-    let motion = Motion::new(&variant.reduced);
+    // Of motions without inertia the equations themselves, not how a run solves them.
+    let motion = Motion::new(&Reduced { relaxation: None, ..variant.reduced.clone() });
     let compiled = motion.compile(&motion.outputs(&variant.reduced));
     let counts: Vec<String> =
         compiled.counts().iter().map(|(operator, count)| format!("{count} {}", plan::word(*operator))).collect();
@@ -171,7 +173,8 @@ fn lines(
 
 fn constraints(variant: &PreparedVariant, angle: &dyn Fn(&str) -> String) -> Vec<(String, String)> {
     let equations = &variant.reduced.equations;
-    let linear = equations.constraints.iter().map(|constraint| {
+    let redundant = variant.reduced.redundant.iter().map(|row| &row.constraint);
+    let linear = equations.constraints.iter().chain(redundant).map(|constraint| {
         let terms = constraint.row.iter().map(|(shaft, x)| (x.clone(), angle(&equations.coordinates[*shaft])));
         (constraint.element.clone(), format!("{} = {}", sum(terms), constraint.value.to_f64()))
     });
@@ -224,6 +227,9 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
         out.push_str("\nConstraints\n");
         for (element, line) in constraints {
             let _ = writeln!(out, "  {element}: {line}");
+        }
+        for note in sharing_notes(&variant.reduced) {
+            let _ = writeln!(out, "  {note}");
         }
         let _ = writeln!(out, "\n{others} from coordinates (rates)");
         let rates: Vec<String> = model.coordinates.iter().map(|name| format!("{name}'")).collect();

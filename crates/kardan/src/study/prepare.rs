@@ -8,11 +8,13 @@ use super::checks::{
 use super::circuit::check_circuit;
 use super::computed::Computed;
 use super::effort::check_effort;
+use super::held::{check_start, without_massless};
 use super::known::Known;
 use super::margins::{check_margins, check_sampled};
 use super::passage::check_passage;
 use super::places::places_in_control;
 use super::progress::Progress;
+use super::redundant::check_redundant;
 use super::scenario::scenario;
 use super::{Prepared, PreparedVariant};
 use crate::assemble::assemble;
@@ -171,7 +173,8 @@ fn unreduced(model: &mut Model) -> Reduced {
     model.doubtful.extend(bad.into_iter().map(|named| named.element));
     let equations = assemble(&model.all_coordinates, &good);
     model.terms = good;
-    Reduced { coordinates: (0..equations.coordinates.len()).collect(), equations, steps: Vec::new() }
+    let coordinates = (0..equations.coordinates.len()).collect();
+    Reduced { coordinates, equations, redundant: Vec::new(), steps: Vec::new(), relaxation: None }
 }
 
 /// A charge and the element that introduces it.
@@ -222,6 +225,7 @@ fn prepare_variant(
 ) -> Option<PreparedVariant> {
     check_connected(document, &model, out);
     let (reduced, massless) = reduced_model(purpose, document, &model, out)?;
+    check_redundant(document, &reduced, out);
     // Laws are designed for the accelerations that torques cause.
     let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
     let plants: Vec<Option<Plant>> =
@@ -236,6 +240,7 @@ fn prepare_variant(
         return None;
     }
     let known = Known { document, signals: signal_names(&reduced, &scenario), doubtful: BTreeSet::new() };
+    check_start(document, &reduced, (&scenario.position, &scenario.speed), out);
     let point = Point { reduced: &reduced, initial: &scenario.position };
     let analysis = analysis_spec(&known, &reduced.equations, Some(point), settings, out);
     heard.step();
@@ -284,13 +289,16 @@ fn reduced_model(
     out: &mut Vec<Diagnostic>,
 ) -> Option<(Reduced, Vec<Diagnostic>)> {
     let mut massless = Vec::new();
-    let fine = check_circuit(document, model, out, &mut massless);
-    if !fine || (purpose == Purpose::Run && !massless.is_empty()) {
+    if !check_circuit(document, model, out, &mut massless) {
         out.append(&mut massless);
         return None;
     }
     let reduced = match reduce(assemble(&model.all_coordinates, &model.terms), model.coordinates.as_deref()) {
         Ok(reduced) => reduced,
+        Err(_) if purpose == Purpose::Run && !massless.is_empty() => {
+            out.append(&mut massless);
+            return None;
+        }
         Err(error) => {
             out.extend(reduce_diagnostics(document, model, &error));
             return None;
@@ -300,8 +308,7 @@ fn reduced_model(
         return None;
     }
     if purpose == Purpose::Run && !massless.is_empty() {
-        out.append(&mut massless);
-        return None;
+        return without_massless(document, model, &reduced, &massless, out).map(|reduced| (reduced, Vec::new()));
     }
     Some((reduced, massless))
 }

@@ -9,6 +9,7 @@ use super::analyze::analyze_variant;
 use super::design::designed;
 use super::prepare::is_error;
 use super::progress::simulate_heard;
+use super::redundant::sharing_notes;
 use super::requirement::{Judged, Ran, judge};
 use super::spectrum::spectra;
 use super::summary::summarise;
@@ -205,7 +206,9 @@ fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analys
     if states > MOST_STATES {
         return Err(format!("the structure of {states} states is not analysed in a run; `kardan analyze` does"));
     }
-    let mut found = analyze_variant(prepared, variant, &AnalyzeSettings::default(), &Silent);
+    let eliminate_massless = variant.reduced.relaxation.is_some();
+    let settings = AnalyzeSettings { eliminate_massless, ..AnalyzeSettings::default() };
+    let mut found = analyze_variant(prepared, variant, &settings, &Silent);
     if let (Ok(analysis), false) = (&mut found, variant.model.tolerances.is_empty()) {
         analysis.notes.push("what the tolerances allow, the nearest loss among it: `kardan analyze`".into());
     }
@@ -332,6 +335,7 @@ fn run_variant(
         .map(|requirement| judge(requirement, &result.series, &ran))
         .collect();
     let (mut notes, mut requirements) = (result.notes, Vec::new());
+    notes.extend(sharing_notes(&variant.reduced));
     for Judged { result, note } in judged {
         requirements.push(result);
         notes.extend(note);

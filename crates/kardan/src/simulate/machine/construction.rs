@@ -145,10 +145,15 @@ impl Machine {
             places = found;
             extension
         });
+        let slips = reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips);
+        let sliders: Vec<usize> = slips.map(|slip| slip.friction).collect();
         let profiles = (0..scenario.sources.len())
             .map(|k| Profile::new(scenario.events.iter().filter(|event| event.source == k)))
             .collect::<Vec<_>>();
         Self {
+            relaxes: reduced.relaxation.is_some(),
+            directions: (0..m).filter(|k| !sliders.contains(k)).collect(),
+            sliders,
             own_laws: laws.iter().any(Wired::is_own),
             held: vec![0.0; inputs],
             places,

@@ -27,6 +27,8 @@ pub(super) struct Expansion {
     pub(super) rates: Vec<usize>,
     pub(super) friction_speeds: Vec<usize>,
     pub(super) commands: Vec<usize>,
+    /// Sliders, each with the place of its torque.
+    pub(super) sliders: Vec<(usize, usize)>,
     pub(super) scratch: Vec<f64>,
     /// Whether rows need values that follow from the states.
     pub(super) rows_follow: bool,
@@ -82,7 +84,7 @@ impl Expansion {
         drives: &[Drive],
         (length, order): (f64, usize),
     ) -> Prospect {
-        let Self { series, torques, counts, scratch, .. } = self;
+        let Self { series, torques, counts, scratch, sliders, .. } = self;
         fn margin(
             scratch: &mut [f64],
             length: f64,
@@ -111,6 +113,13 @@ impl Expansion {
             let torque = || torques[a..].iter().step_by(counts[1]).copied();
             for sign in [1.0, -1.0] {
                 prospect = prospect.and(margin(scratch, length, torque(), sign, c[k]));
+            }
+        }
+        for (k, place) in sliders.iter().filter(|(k, _)| modes[*k] == Mode::Stick) {
+            // What has just stopped slipping stands at its limit but for rounding.
+            let limit = c[*k].max(series.value(*place, 0).abs());
+            for sign in [1.0, -1.0] {
+                prospect = prospect.and(margin(scratch, length, series.of(*place), sign, limit));
             }
         }
         for (drive, place) in drives.iter().zip(&self.commands) {

@@ -44,6 +44,9 @@ pub(super) struct Places {
     pub friction_speeds: Range<usize>,
     /// Found: the power of the inputs, and the loss.
     pub powers: Range<usize>,
+    /// Found: of each slider the torque that it has while it sticks, and the speed that it would slip with.
+    pub slider_torques: Range<usize>,
+    pub slider_speeds: Range<usize>,
 }
 
 /// What readings of the loop are made of.
@@ -192,7 +195,9 @@ pub(super) fn extend(
     }
     law_rates(&mut all, laws, (&torques, &sources, &states, more_states.start), &mut rates);
     let (friction, speeds) = sliding(&mut all, equations, &senses);
-    let forces = forces(&mut all, &applied, &friction);
+    let mut forces = forces(&mut all, &applied, &friction);
+    all.motion.relax(reduced, &mut forces, &senses);
+    let [slider_torques, slider_speeds] = all.motion.sliders(reduced);
     let powers = powers(&mut all, equations, &applied, (&friction, &speeds));
     places.commands = all.found("command", commands);
     places.torques = all.found("torque", torques);
@@ -201,6 +206,8 @@ pub(super) fn extend(
     places.rates = all.found("rate", rates);
     places.friction_speeds = all.found("friction_speed", speeds);
     places.powers = all.found("power", powers.to_vec());
+    places.slider_torques = all.found("slider", slider_torques);
+    places.slider_speeds = all.found("slip", slider_speeds);
     all.give_time(&mut places);
     (Extension { inputs: all.inputs, outputs: all.outputs }, places, sources)
 }

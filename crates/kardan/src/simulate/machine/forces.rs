@@ -5,6 +5,7 @@ use super::expressions::read;
 use super::wired::{Computer, seen};
 use crate::num::dot;
 use crate::simulate::drive::Drive;
+use crate::simulate::friction::Mode;
 
 impl Machine {
     /// Values of the sources at a time of the segment.
@@ -202,6 +203,9 @@ impl Machine {
         for (k, mode) in self.modes.iter().enumerate() {
             let speed = self.dynamics.friction_speed(k, &self.work);
             self.friction_torques[k] = mode.sign() * self.dynamics.sliding_torque(k, speed);
+        }
+        for (slider, &k) in self.sliders.iter().enumerate().filter(|(_, k)| self.modes[**k] == Mode::Stick) {
+            self.friction_torques[k] = self.slider_torque(slider);
         }
         for a in 0..self.holding.len() {
             self.friction_torques[self.holding[a]] = self.hold_torque[a];

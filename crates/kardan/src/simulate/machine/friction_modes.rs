@@ -114,11 +114,11 @@ impl Machine {
 
     /// Whether the sticking directions can no longer hold at this point.
     pub fn breaks_away(&mut self, time: f64, state: &[f64]) -> bool {
-        if self.holding.is_empty() {
+        if self.holding.is_empty() && self.sliders.is_empty() {
             return false;
         }
         self.evaluate(time, state);
-        self.leave_rest().is_some()
+        self.leave_rest().is_some() || self.a_slider_leaves()
     }
 
     /// What the directions at rest do at the point last evaluated, if they do not all go on resting. Decides where an event is looked for
@@ -137,7 +137,7 @@ impl Machine {
         {
             return leaving.map(|leaving| vec![leaving]);
         }
-        let resting: Vec<usize> = (0..self.modes.len()).filter(|&k| self.modes[k] == Mode::Stick).collect();
+        let resting = self.sticking();
         let (modes, _) = self.decide(&resting);
         modes.iter().any(|mode| *mode != Mode::Stick).then(|| resting.into_iter().zip(modes).collect())
     }
@@ -206,10 +206,14 @@ impl Machine {
         for (&k, torque) in self.holding.iter().zip(&self.hold_torque) {
             out[k] = 1.0 - torque.abs() / c[k];
         }
+        self.slider_rooms().for_each(|(k, room)| out[k] = room);
     }
 
     /// [`Machine::margins_here`] of one direction.
     pub fn margin_here(&self, direction: usize) -> f64 {
+        if let Some((_, room)) = self.slider_rooms().find(|(k, _)| *k == direction) {
+            return room;
+        }
         let held = self.holding.iter().zip(&self.hold_torque).find(|(k, _)| **k == direction);
         held.map_or_else(
             || self.slip_margin(direction),
@@ -235,7 +239,8 @@ impl Machine {
         let shared = self.sharing.sticking.iter().zip(&self.sharing.torques);
         let alone = self.holding.iter().zip(&self.hold_torque);
         let least = |room: f64, (&k, torque): (&usize, &f64)| room.min(1.0 - torque.abs() / c[k]);
-        if self.following.is_empty() { alone.fold(1.0, least) } else { shared.fold(1.0, least) }
+        let room = if self.following.is_empty() { alone.fold(1.0, least) } else { shared.fold(1.0, least) };
+        self.slider_rooms().fold(room, |least, (_, room)| least.min(room))
     }
 
     pub(super) fn slip_margin(&self, direction: usize) -> f64 {
@@ -300,6 +305,10 @@ impl Machine {
     /// The modes of [`Self::settle`], with the speeds that vanish in them.
     fn choose_modes(&mut self, time: f64, state: &mut [f64], crossing: &[usize], everything: bool) {
         self.evaluate(time, state);
+        if self.settle_sliders(crossing, everything) {
+            self.evaluate(time, state);
+        }
+        let crossing: Vec<usize> = crossing.iter().copied().filter(|k| !self.sliders.contains(k)).collect();
         if !everything && crossing.is_empty() {
             if let Some(modes) = self.leave_rest() {
                 self.stop_along_holding(state);
@@ -314,15 +323,16 @@ impl Machine {
         }
         let mut resting: Vec<usize> = if everything {
             let resting = self.without_speed(state);
-            (0..self.modes.len()).for_each(|k| self.slip_with_speed(k));
+            (0..self.directions.len()).for_each(|k| self.slip_with_speed(self.directions[k]));
             resting
         } else {
-            (0..self.modes.len()).filter(|&k| self.modes[k] == Mode::Stick || crossing.contains(&k)).collect()
+            let rests = |k: &usize| self.modes[*k] == Mode::Stick || crossing.contains(k);
+            self.directions.iter().copied().filter(rests).collect()
         };
         // Directions that depend on resting ones rest too.
         self.choose_holding(&resting);
         let mut dependent: Vec<usize> =
-            (0..self.modes.len()).filter(|k| !resting.contains(k) && !self.is_outside(*k)).collect();
+            self.directions.iter().copied().filter(|k| !resting.contains(k) && !self.is_outside(*k)).collect();
         if !dependent.is_empty() {
             let span = self.span(&resting);
             dependent.retain(|&k| span.left(self.metric_row(k)) <= OUTSIDE);
@@ -352,8 +362,13 @@ impl Machine {
     }
 
     fn hold_those_that_stick(&mut self) {
-        let sticking: Vec<usize> = (0..self.modes.len()).filter(|&k| self.modes[k] == Mode::Stick).collect();
+        let sticking = self.sticking();
         self.choose_holding(&sticking);
+    }
+
+    /// Directions that stick, but for sliders.
+    fn sticking(&self) -> Vec<usize> {
+        self.directions.iter().copied().filter(|&k| self.modes[k] == Mode::Stick).collect()
     }
 
     /// A direction slips the way that it moves.
@@ -369,7 +384,7 @@ impl Machine {
             let speed = self.dynamics.friction_speed(*k, &self.work).abs();
             speed <= NOISE * self.dynamics.friction_terms(*k, speeds, &self.work)
         };
-        (0..self.modes.len()).filter(rests).collect()
+        self.directions.iter().copied().filter(rests).collect()
     }
 
     /// Speeds along the holding directions become zero: `v −= H⁻¹Gᵀ (G H⁻¹Gᵀ)⁻¹ G v`.

@@ -12,6 +12,7 @@ mod motor_modes;
 mod response;
 mod series;
 mod sharing;
+mod sliders;
 mod timed;
 mod wired;
 
@@ -40,6 +41,11 @@ use wired::{Computer, Wired};
 pub struct Machine {
     pub(super) dynamics: Dynamics,
     pub(super) work: Work,
+    /// Whether motions without inertia are states of first order.
+    relaxes: bool,
+    /// Friction directions of motions without inertia, and all others.
+    sliders: Vec<usize>,
+    directions: Vec<usize>,
     laws: Vec<Wired>,
     /// Whether any of them computes by itself at every instant.
     own_laws: bool,

@@ -22,8 +22,9 @@ impl Machine {
                 .into_iter()
                 .any(|places| places.contains(&given))
         };
-        let Places { forces, rates, powers, friction_speeds, commands, .. } = &self.places;
-        let extended = [forces, rates, powers, friction_speeds, commands].into_iter().cloned().flatten();
+        let Places { forces, rates, powers, friction_speeds, commands, slider_torques, .. } = &self.places;
+        let extended =
+            [forces, rates, powers, friction_speeds, commands, slider_torques].into_iter().cloned().flatten();
         let motion = [inertia, friction_rows, friction_bias].into_iter().flatten();
         let rows = [angles, speeds].into_iter().zip(shafts);
         let rows = rows.flat_map(|(list, shafts)| list.iter().filter(|(shaft, _)| shafts.contains(shaft)));
@@ -52,6 +53,7 @@ impl Machine {
             rates: found(&self.places.rates).into_iter().chain(found(&self.places.powers)).collect(),
             friction_speeds: found(&self.places.friction_speeds),
             commands: found(&self.places.commands),
+            sliders: self.sliders.iter().copied().zip(found(&self.places.slider_torques)).collect(),
             scratch: vec![0.0; stride],
             rows_follow,
             friction_bias: vec![0.0; m],
@@ -94,6 +96,9 @@ impl Machine {
     pub fn shaft_series(&self, shaft: usize) -> Option<[usize; 2]> {
         let r = self.degrees_of_freedom;
         let MotionPlan { plan, angles, speeds, .. } = self.dynamics.plan();
+        if self.relaxes {
+            return None;
+        }
         if let Some(k) = self.work.kinematics.coordinate(shaft) {
             return Some([k, r + k]);
         }

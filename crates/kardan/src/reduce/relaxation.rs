@@ -1,0 +1,349 @@
+//! Motions without inertia that dampers or sliders hold: states of first order.
+
+use std::collections::BTreeMap;
+
+use super::motion::{Motion, Relaxing, SparseRow};
+use super::{Kinematics, Reduced, Relaxation, Slip, linearise};
+use crate::expr::{Expr, Graph};
+use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, dot, echelon, rational_to_f64};
+use crate::units::Exact;
+
+/// Why motions without inertia are no states of first order.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NoRelaxation {
+    /// Torques that expressions give act in the model: they may depend on the speed that is to be found.
+    Laws(Vec<String>),
+    /// The ratio of a transmission changes with its angle.
+    Bends,
+    /// Frictions act along them beside dampers or each other, or fall with the speed.
+    Friction(Vec<String>),
+    /// Frictions alone hold them against inputs.
+    Driven {
+        /// Elements of the frictions.
+        frictions: Vec<String>,
+        /// Elements of the inputs.
+        inputs: Vec<String>,
+    },
+    /// The reduced coordinates that were named move without inertia together with others.
+    Coordinates,
+    /// The damping along them is not positive definite.
+    Damping,
+}
+
+/// The columns side by side.
+fn beside(left: &Matrix<Rational>, right: &Matrix<Rational>) -> Matrix<Rational> {
+    let split = left.columns();
+    Matrix::from_fn(left.rows(), split + right.columns(), |i, j| {
+        if j < split { left[(i, j)].clone() } else { right[(i, j - split)].clone() }
+    })
+}
+
+/// A basis of what a matrix takes to zero.
+fn kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
+    echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).kernel()
+}
+
+/// Rows of terms over the reduced coordinates.
+fn projected<'a>(rows: impl Iterator<Item = &'a Vec<(usize, Rational)>>, basis: &Matrix<Rational>) -> Matrix<Rational> {
+    let sum = |row: &Vec<(usize, Rational)>, j: usize| {
+        row.iter().fold(Rational::ZERO, |sum, (shaft, x)| sum.plus(&x.times(&basis[(*shaft, j)])))
+    };
+    let rows: Vec<_> = rows.collect();
+    Matrix::from_fn(rows.len(), basis.columns(), |i, j| sum(rows[i], j))
+}
+
+/// Takes the motions without inertia of a model apart from the others, exactly; `None` if there are none.
+///
+/// Where dampers act along them, they relax; where as many frictions as motions do and no damper, they slip.
+///
+/// # Errors
+/// [`NoRelaxation`]
+pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation> {
+    let r = reduced.degrees_of_freedom();
+    let model = linearise(reduced, &vec![0.0; r]);
+    let e = echelon(&model.inertia, &(0..r).collect::<Vec<_>>());
+    let (slots, directions) = (e.free(), e.kernel());
+    if slots.is_empty() {
+        return Ok(None);
+    }
+    if !reduced.equations.laws.is_empty() {
+        return Err(NoRelaxation::Laws(reduced.equations.laws.iter().map(|law| law.element.clone()).collect()));
+    }
+    if !reduced.equations.transmissions.is_empty() {
+        return Err(NoRelaxation::Bends);
+    }
+    if (0..r).any(|i| !slots.contains(&i) && directions.row(i).iter().any(|x| !x.is_zero())) {
+        return Err(NoRelaxation::Coordinates);
+    }
+    let frictions = &reduced.equations.frictions;
+    let sliding = projected(frictions.iter().map(|term| &term.row), &model.basis);
+    let felt = sliding.multiply(&directions);
+    let sliders: Vec<usize> = (0..frictions.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero())).collect();
+    let names = || sliders.iter().map(|&k| frictions[k].element.clone()).collect::<Vec<_>>();
+    let felt = Matrix::from_fn(sliders.len(), slots.len(), |i, j| felt[(sliders[i], j)].clone());
+    let damped = directions.multiply(&kernel(&felt));
+    let across = damped.transpose().multiply(&model.damping);
+    let own = across.multiply(&damped);
+    let slips = if sliders.is_empty() {
+        Matrix::zeros(r, 0)
+    } else {
+        slips(&model.damping.multiply(&directions), &felt, &directions, damped.columns())
+            .ok_or_else(|| NoRelaxation::Friction(names()))?
+    };
+    if damped.columns() > 0 && definiteness(&own) != Definiteness::Positive {
+        return Err(NoRelaxation::Damping);
+    }
+    let pushed = model.input.transpose().multiply(&slips);
+    let inputs = &reduced.equations.inputs;
+    let inputs: Vec<String> = (0..inputs.len())
+        .filter(|&k| pushed.row(k).iter().any(|x| !x.is_zero()))
+        .map(|k| inputs[k].element.clone())
+        .collect();
+    if !inputs.is_empty() {
+        return Err(NoRelaxation::Driven { frictions: names(), inputs });
+    }
+    let stiffness = slips.transpose().multiply(&model.stiffness).multiply(&slips);
+    let apart = (0..stiffness.rows()).all(|i| {
+        (0..stiffness.rows())
+            .all(|j| if i == j { stiffness[(i, i)] > Rational::ZERO } else { stiffness[(i, j)].is_zero() })
+    });
+    let coupled = slips.transpose().multiply(&model.stiffness).multiply(&damped);
+    let apart = apart && coupled.as_slice().iter().all(Scalar::is_zero);
+    if !apart || sliders.iter().any(|&k| frictions[k].value.stribeck.is_some()) {
+        return Err(NoRelaxation::Friction(names()));
+    }
+    let compliance = own.solve(&Matrix::identity(own.rows())).expect("a definite matrix is regular");
+    let carried = damped.multiply(&compliance.multiply(&across));
+    let slid = Matrix::from_fn(sliders.len(), r, |i, j| sliding[(sliders[i], j)].clone());
+    let carried = carried.plus(&slips.multiply(&slid));
+    let states = beside(&damped, &slips);
+    let transform = Matrix::from_fn(r, r, |i, j| match slots.binary_search(&j) {
+        Ok(column) => states[(i, column)].clone(),
+        Err(_) if i == j => Rational::ONE.minus(&carried[(i, j)]),
+        Err(_) => Rational::ZERO.minus(&carried[(i, j)]),
+    });
+    let inverse = transform.solve(&Matrix::identity(r)).expect("columns of two complements");
+    let (places, slipping) = slots.split_at(damped.columns());
+    let slip =
+        |(k, &place): (usize, &usize)| Slip { place, friction: sliders[k], stiffness: stiffness[(k, k)].clone() };
+    Ok(Some(Relaxation {
+        places: places.to_vec(),
+        slips: slipping.iter().enumerate().map(slip).collect(),
+        transform,
+        inverse,
+        compliance,
+    }))
+}
+
+/// Directions without inertia and damping along each of which one friction slips by one; `None` if there are not as many as frictions.
+fn slips(
+    damping: &Matrix<Rational>,
+    felt: &Matrix<Rational>,
+    directions: &Matrix<Rational>,
+    damped: usize,
+) -> Option<Matrix<Rational>> {
+    let free = kernel(damping);
+    let slipping = felt.multiply(&free);
+    if damped + free.columns() != directions.columns() || slipping.rows() != slipping.columns() {
+        return None;
+    }
+    let inverse = slipping.solve(&Matrix::identity(slipping.rows()))?;
+    Some(directions.multiply(&free.multiply(&inverse)))
+}
+
+impl Reduced {
+    /// The states of a run at reduced coordinates `position` and speeds `speed`: these, or of motions without inertia y in the place of a speed. The
+    /// place of y among the angles holds its integral, which nothing depends on.
+    pub fn state(&self, position: &[f64], speed: &[f64]) -> Vec<f64> {
+        let mut state = [position, speed].concat();
+        let Some(relaxation) = &self.relaxation else { return state };
+        let (r, inverse) = (position.len(), relaxation.inverse.to_f64());
+        for place in relaxation.states() {
+            (state[place], state[r + place]) = (0.0, dot(inverse.row(place), position));
+        }
+        state
+    }
+
+    /// What each slider holds where it sticks at reduced coordinates `position`, N m: its friction and `−T_yᵀ(S q − s₀)`.
+    pub fn held_by_sliders(&self, position: &[f64]) -> Vec<(usize, f64)> {
+        let Some(relaxation) = &self.relaxation else { return Vec::new() };
+        let mut kinematics = Kinematics::new(self);
+        kinematics.update(position, &vec![0.0; position.len()]);
+        let transform = relaxation.transform.to_f64();
+        let torque = |slip: &Slip| {
+            let moved: Vec<f64> = (0..position.len()).map(|i| transform[(i, slip.place)]).collect();
+            let of = |spring: &crate::assemble::Along<crate::assemble::SpringLaw>| {
+                let row = || spring.row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x)));
+                let share: f64 = row().map(|(shaft, x)| x * dot(kinematics.row(shaft), &moved)).sum();
+                let twist =
+                    row().map(|(shaft, x)| x * kinematics.angles[shaft]).sum::<f64>() - spring.value.rest.to_f64();
+                share * spring.value.stiffness.to_f64() * twist
+            };
+            -self.equations.springs.iter().map(of).sum::<f64>()
+        };
+        relaxation.slips.iter().map(|slip| (slip.friction, torque(slip))).collect()
+    }
+}
+
+impl Relaxation {
+    /// Places of all states y.
+    pub fn states(&self) -> impl Iterator<Item = usize> {
+        self.places.iter().copied().chain(self.slips.iter().map(|slip| slip.place))
+    }
+
+    fn is_state(&self, place: usize) -> bool {
+        self.states().any(|other| other == place)
+    }
+
+    fn slips_at(&self, place: usize) -> bool {
+        self.slips.iter().any(|slip| slip.place == place)
+    }
+}
+
+impl Motion {
+    /// Writes angles, speeds and directions of the reduced coordinates over x and y, while y stands still.
+    pub(super) fn set_relaxing(&mut self, reduced: &Reduced, position: &[Expr], speed: &[Expr]) {
+        let Some(relaxation) = &reduced.relaxation else { return };
+        for (k, &shaft) in reduced.coordinates.iter().enumerate() {
+            let (mut angle, mut rate) = (Vec::new(), Vec::new());
+            self.basis[shaft].clear();
+            for (j, entry) in relaxation.transform.row(k).iter().enumerate().filter(|(_, entry)| !entry.is_zero()) {
+                let is_state = relaxation.is_state(j);
+                angle.push((if is_state { speed[j] } else { position[j] }, entry.clone()));
+                if !is_state {
+                    rate.push((speed[j], entry.clone()));
+                }
+                let entry = self.graph.number(entry.clone());
+                self.basis[shaft].insert(j, entry);
+            }
+            self.angles[shaft] = self.graph.sum(Rational::ZERO, &angle);
+            self.speeds[shaft] = self.graph.sum(Rational::ZERO, &rate);
+        }
+    }
+
+    /// What a spring does to reduced coordinates: of motions that slip, friction decides.
+    pub(super) fn spring_row(reduced: &Reduced, mut row: SparseRow) -> SparseRow {
+        if let Some(relaxation) = &reduced.relaxation {
+            row.retain(|place, _| !relaxation.slips_at(*place));
+        }
+        row
+    }
+
+    /// A damper: its torque while y stands still acts along x, and `D_y` stands where the inertia of x does. What else it does cancels with others.
+    pub(super) fn damp_relaxing(
+        &mut self,
+        reduced: &Reduced,
+        row: &[(usize, Rational)],
+        (torque, coefficient): (Expr, &Exact),
+        inertia: &mut BTreeMap<(usize, usize), Vec<(Expr, Rational)>>,
+    ) {
+        let Some(relaxation) = &reduced.relaxation else { return };
+        let row = self.along(row);
+        let (relaxes, moves): (SparseRow, SparseRow) =
+            row.into_iter().partition(|(place, _)| relaxation.is_state(*place));
+        self.passive_terms.add(&mut self.graph, &moves, torque, &Rational::from(-1));
+        let coefficient = self.exact(coefficient);
+        for (i, first) in &relaxes {
+            for (j, second) in relaxes.range(..=i) {
+                let product = self.graph.product(&[(coefficient, 1), (*first, 1), (*second, 1)]);
+                inertia.entry((*i, *j)).or_default().push((product, Rational::ONE));
+            }
+        }
+    }
+
+    /// Begins to relax: what forces there are without inputs moves y, and all that may slip slips.
+    pub(super) fn begin_to_relax(&mut self, reduced: &Reduced) {
+        let Some(relaxation) = &reduced.relaxation else { return };
+        for slip in &relaxation.slips {
+            let one = self.graph.integer(1);
+            self.inertia.insert((slip.place, slip.place), one);
+        }
+        self.relaxing = Some(Box::new(Relaxing { relaxation: relaxation.clone(), standing: self.speeds.clone() }));
+        let one = self.graph.integer(1);
+        let mut forces = self.passive.clone();
+        self.relax(reduced, &mut forces, &vec![one; reduced.equations.frictions.len()]);
+    }
+
+    /// Speeds of all shafts with `ẏ = D_y⁻¹ f_y`, from the forces along the reduced coordinates, and of what slips, which is written among the
+    /// forces too: its springs keep their torque, `S_y ẏ = −T_yᵀ S q̇`. `senses` are those of the frictions' motions, zero where they stick. Without
+    /// motions that relax nothing changes.
+    pub fn relax(&mut self, reduced: &Reduced, forces: &mut [Expr], senses: &[Expr]) {
+        let Some(relaxing) = self.relaxing.take() else { return };
+        let Relaxing { relaxation, standing } = &*relaxing;
+        let rate = |graph: &mut Graph, row: &[Rational]| {
+            let terms = relaxation.places.iter().zip(row).map(|(&place, entry)| (forces[place], entry.clone()));
+            let sum = graph.sum(Rational::ZERO, &terms.collect::<Vec<_>>());
+            graph.group(sum)
+        };
+        let rates = relaxation.places.iter().enumerate();
+        let rates = rates.map(|(k, &place)| (place, rate(&mut self.graph, relaxation.compliance.row(k)))).collect();
+        self.speeds.clone_from(standing);
+        self.add_rates(rates);
+        let slipping: Vec<(usize, Expr)> = relaxation
+            .slips
+            .iter()
+            .map(|slip| {
+                let speed = self.slip_speed(reduced, slip);
+                (slip.place, self.graph.product(&[(senses[slip.friction], 2), (speed, 1)]))
+            })
+            .collect();
+        slipping.iter().for_each(|(place, speed)| forces[*place] = *speed);
+        self.add_rates(slipping);
+        self.relaxing = Some(relaxing);
+    }
+
+    /// Adds rates of states y to the speeds of the shafts.
+    fn add_rates(&mut self, rates: Vec<(usize, Expr)>) {
+        for shaft in 0..self.speeds.len() {
+            let mut terms = vec![(self.speeds[shaft], Rational::ONE)];
+            for (place, rate) in &rates {
+                let Some(entry) = self.basis[shaft].get(place) else { continue };
+                let share = self.graph.number_of(*entry).cloned().expect("directions of states are constant");
+                terms.push((*rate, share));
+            }
+            if terms.len() > 1 {
+                self.speeds[shaft] = self.graph.sum(Rational::ZERO, &terms);
+            }
+        }
+    }
+
+    /// `T_yᵀ S x` of a motion that slips, with what `of` gives of each spring; the springs along it, each with its share.
+    fn along_slip(&mut self, reduced: &Reduced, slip: &Slip, of: impl Fn(&mut Self, usize) -> Expr) -> Expr {
+        let mut terms = Vec::new();
+        for (k, spring) in reduced.equations.springs.iter().enumerate() {
+            let Some(share) = self.along(&spring.row).get(&slip.place).copied() else { continue };
+            let share = self.graph.number_of(share).cloned().expect("directions of states are constant");
+            terms.push((of(self, k), share));
+        }
+        self.graph.sum(Rational::ZERO, &terms)
+    }
+
+    /// `−T_yᵀ S q̇/S_y`, the speed of a motion that slips.
+    fn slip_speed(&mut self, reduced: &Reduced, slip: &Slip) -> Expr {
+        let sum = self.along_slip(reduced, slip, |out, k| {
+            let spring = &reduced.equations.springs[k];
+            let twisting = out.sum(&spring.row, |out, shaft| out.speeds[shaft]);
+            out.resisting(twisting, &spring.value.stiffness)
+        });
+        let scale = Rational::from(-1).over(&slip.stiffness);
+        let speed = self.graph.scale(scale, sum);
+        self.graph.group(speed)
+    }
+
+    /// Of each motion that may slip the torque that its friction has while it sticks, `−T_yᵀ(S q − s₀)`, and the speed that it would slip with.
+    pub fn sliders(&mut self, reduced: &Reduced) -> [Vec<Expr>; 2] {
+        let Some(mut relaxing) = self.relaxing.take() else { return [Vec::new(), Vec::new()] };
+        let speeds = std::mem::replace(&mut self.speeds, std::mem::take(&mut relaxing.standing));
+        let slips = relaxing.relaxation.slips.clone();
+        let torque = |out: &mut Self, slip: &Slip| {
+            let sum = out.along_slip(reduced, slip, |out, k| out.spring_torque(reduced, k));
+            let torque = out.graph.negate(sum);
+            out.graph.group(torque)
+        };
+        let torques = slips.iter().map(|slip| torque(self, slip)).collect();
+        let rates = slips.iter().map(|slip| self.slip_speed(reduced, slip)).collect();
+        relaxing.standing = std::mem::replace(&mut self.speeds, speeds);
+        self.relaxing = Some(relaxing);
+        [torques, rates]
+    }
+}

@@ -1,0 +1,182 @@
+//! Motions without inertia in runs: eliminated where springs alone hold them, states of first order where dampers do, else refused by name.
+
+use super::checks::check_matrices;
+use super::circuit::massless_loop;
+use crate::analysis::combination;
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::equations::Domain;
+use crate::model::{Document, Model, TableReader};
+use crate::num::Rational;
+use crate::reduce::{NoEquilibrium, NoRelaxation, Reduced, equilibrium_rows, reduce, relaxation};
+
+/// Why a motion without inertia does not run, and what to do.
+struct Refusal {
+    /// The branches of a loop, where it is one of a circuit.
+    branches: Vec<String>,
+    why: String,
+    help: &'static str,
+}
+
+fn refusal(why: String, help: &'static str) -> Refusal {
+    Refusal { branches: Vec::new(), why, help }
+}
+
+const GIVE_INERTIA: &str = "give one of these shafts an inertia";
+
+/// The model of a run in which motions without inertia follow from springs or relax against dampers; `massless` is what is told of
+/// these motions where something else holds them.
+pub(super) fn without_massless(
+    document: &Document,
+    model: &Model,
+    reduced: &Reduced,
+    massless: &[Diagnostic],
+    out: &mut Vec<Diagnostic>,
+) -> Option<Reduced> {
+    match settled(document, model, reduced).and_then(|settled| relaxing(model, settled)) {
+        Ok(found) => Some(found),
+        Err(Refusal { branches, why, help }) => {
+            let told = if branches.is_empty() { massless.to_vec() } else { vec![massless_loop(document, &branches)] };
+            out.extend(told.into_iter().map(|mut mistake| {
+                mistake.message += &format!("; {why}");
+                mistake.help(help)
+            }));
+            None
+        }
+    }
+}
+
+/// With the equations of equilibrium of motions that springs alone hold.
+fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Reduced, Refusal> {
+    let names = |direction: &[(usize, Rational)]| {
+        let scale = direction.first().map_or(Rational::ONE, |(_, share)| share.clone());
+        let named =
+            |(shaft, share): &(usize, Rational)| (reduced.equations.coordinates[*shaft].clone(), share / &scale);
+        combination(&direction.iter().map(named).collect::<Vec<_>>())
+    };
+    let rows = equilibrium_rows(&reduced.equations).map_err(|error| {
+        let (NoEquilibrium::Driven { direction, .. } | NoEquilibrium::Free { direction }) = &error;
+        let equations = &reduced.equations;
+        let is_circuit = direction.iter().all(|(k, _)| equations.domain(*k) == Domain::Charge);
+        let branches =
+            direction.iter().filter(|_| is_circuit).map(|(k, _)| equations.coordinates[*k].clone()).collect();
+        let (springs, jumps, help) = match (&error, is_circuit) {
+            (NoEquilibrium::Free { .. }, _) => {
+                ("", "", "give one of these shafts an inertia, or tie it to another one by a gear or a spring")
+            }
+            (_, true) => ("capacitors", "its charge", "put a resistance or an inductance into this loop"),
+            (_, false) => (
+                "springs",
+                "it",
+                "give one of these shafts an inertia or a damping, or let the input act on one that has",
+            ),
+        };
+        let why = match &error {
+            NoEquilibrium::Driven { inputs, direction } => format!(
+                "along {} {springs} alone resist {}, so {jumps} would jump with them",
+                names(direction),
+                quoted(inputs.iter().map(String::as_str))
+            ),
+            NoEquilibrium::Free { direction } => format!("nothing at all acts along {}", names(direction)),
+        };
+        Refusal { branches, why, help }
+    })?;
+    if rows.is_empty() {
+        return Ok(reduced.clone());
+    }
+    let equations = reduced.equations.clone().with_equilibria(rows);
+    let mut settled = reduce(equations, model.coordinates.as_deref()).map_err(|error| {
+        let why = format!("where springs hold what has no inertia, {error}");
+        refusal(why, "give one of these shafts an inertia, or leave `coordinates` out to have them chosen")
+    })?;
+    settled.redundant.clone_from(&reduced.redundant);
+    // What is wrong with these matrices was told before.
+    match check_matrices(document, &settled, &mut Vec::new(), &mut Vec::new()) {
+        true => Ok(settled),
+        false => Err(refusal("the springs that hold it do not make up for it".into(), GIVE_INERTIA)),
+    }
+}
+
+/// With states of first order for motions that dampers or sliders hold.
+fn relaxing(model: &Model, mut reduced: Reduced) -> Result<Reduced, Refusal> {
+    reduced.relaxation = relaxation(&reduced).map_err(|error| {
+        let list = |names: &[String]| quoted(names.iter().map(String::as_str));
+        match error {
+            NoRelaxation::Laws(elements) => refusal(
+                format!("beside torques that are laws ({}) such motions do not run", list(&elements)),
+                GIVE_INERTIA,
+            ),
+            NoRelaxation::Bends => refusal(
+                "beside transmissions whose ratio changes with the angle such motions do not run".into(),
+                GIVE_INERTIA,
+            ),
+            NoRelaxation::Friction(elements) => refusal(
+                format!(
+                    "the friction of {} acts along it, which runs only where each such motion has a friction without `breakaway` and springs \
+                     of its own and no damper",
+                    list(&elements)
+                ),
+                "give one of these shafts an inertia, or let the friction act on one that has",
+            ),
+            NoRelaxation::Driven { frictions, inputs } => refusal(
+                format!(
+                    "along it the friction of {} and springs resist {}, so it would jump with them",
+                    list(&frictions),
+                    list(&inputs)
+                ),
+                "give one of these shafts an inertia, or let the input act on one that has",
+            ),
+            NoRelaxation::Coordinates => refusal(
+                "the coordinates chosen move with it".into(),
+                "name coordinates that have an inertia first, or give one of these shafts an inertia",
+            ),
+            NoRelaxation::Damping => {
+                refusal("its damping is not positive definite".into(), "correct the sign of a damping")
+            }
+        }
+    })?;
+    if reduced.relaxation.is_some() && !model.controls.is_empty() {
+        return Err(refusal(
+            "a controller is designed for accelerations, which this motion has not".into(),
+            "give one of these shafts an inertia, or leave the controllers out",
+        ));
+    }
+    Ok(reduced)
+}
+
+/// Refuses starts that motions without inertia cannot have: speeds, which follow from the positions, and springs that slide a friction at once.
+pub(super) fn check_start(
+    document: &Document,
+    reduced: &Reduced,
+    (position, speed): (&[f64], &[f64]),
+    out: &mut Vec<Diagnostic>,
+) {
+    let Some(relaxation) = &reduced.relaxation else { return };
+    let names = reduced.coordinate_names();
+    let place = || TableReader::place(&document.scenario, "initial");
+    for place_of_speed in relaxation.states().filter(|place| speed[*place] != 0.0) {
+        let message = format!(
+            "`initial` of `[scenario]`: `{}` has no inertia, so its speed follows from the positions and cannot be given",
+            names[place_of_speed]
+        );
+        out.push(
+            Diagnostic::error("scenario::massless", message)
+                .at(place(), "with a speed that is not free")
+                .help("give its position alone, or give it an inertia"),
+        );
+    }
+    for (friction, torque) in reduced.held_by_sliders(position) {
+        let friction = &reduced.equations.frictions[friction];
+        let most = friction.value.torque.to_f64();
+        if torque.abs() > most * (1.0 + 1e-9) {
+            let message = format!(
+                "at the start springs pull with {torque:.6} at the friction of `{}`, which holds {most:.6} and has no inertia to resist: it would jump",
+                friction.element
+            );
+            out.push(
+                Diagnostic::error("scenario::massless", message)
+                    .at(place(), "starts from these positions")
+                    .help("start where its springs pull less, or give what slips an inertia"),
+            );
+        }
+    }
+}

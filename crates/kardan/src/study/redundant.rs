@@ -1,0 +1,56 @@
+//! Constraints that hold the same motion: what is told of them, and what nobody can ask of them.
+
+use super::places::{at_each, place_of};
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::equations::Measured;
+use crate::model::Document;
+use crate::num::{Rational, rational_to_f64};
+use crate::reduce::Reduced;
+use crate::results::ConstraintForces;
+use std::collections::BTreeSet;
+
+/// One sentence for each group of elements that share torques.
+pub(super) fn sharing_notes(reduced: &Reduced) -> Vec<String> {
+    reduced.sharing().iter().map(|group| format!("{}.", note(group).replacen("the", "The", 1))).collect()
+}
+
+fn note(group: &BTreeSet<String>) -> String {
+    format!(
+        "the constraints {} hold the same motion: the split of their torques is not unique; shown is the one with the least sum of squares, \
+         as if all of them were equally stiff",
+        quoted(group.iter().map(String::as_str))
+    )
+}
+
+/// Warns of torques that are not unique, and refuses sensors of such torques, which analyses, laws and observers read.
+pub(super) fn check_redundant(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) {
+    for group in reduced.sharing() {
+        let warning = Diagnostic::warning("constraint::redundant", note(&group));
+        let warning = at_each(document, group.iter().map(String::as_str), "shares its torque", warning);
+        out.push(warning.help("what moves does not depend on the split; remove one of them if its torque matters"));
+    }
+    for (name, sensor) in &reduced.equations.sensors {
+        if let Measured::ConstraintTorque(element, _) = &sensor.measured
+            && reduced.shares_torque(element)
+        {
+            let message = format!("sensor `{name}` asks for a torque of `{element}` that is not unique");
+            out.push(
+                Diagnostic::error("sensor::not-unique", message)
+                    .at(place_of(document, name), "cannot be read")
+                    .help("measure something else, or remove a constraint that holds the same motion"),
+            );
+        }
+    }
+}
+
+/// Multipliers per input, with those of redundant constraints: what the others carry is split as in a run.
+pub(super) fn split_multipliers(reduced: &Reduced, forces: &mut ConstraintForces) {
+    let matrix = &mut forces.input_to_multiplier;
+    let (alone, columns) = (std::mem::take(&mut matrix.values), 0..matrix.columns.len());
+    let row = |shares: Vec<(usize, Rational)>| -> Vec<f64> {
+        let shares: Vec<(usize, f64)> = shares.iter().map(|(row, share)| (*row, rational_to_f64(share))).collect();
+        columns.clone().map(|column| shares.iter().map(|(row, share)| share * alone[*row][column]).sum()).collect()
+    };
+    matrix.values = reduced.split(alone.len()).into_iter().map(row).collect();
+    matrix.rows.extend(reduced.redundant.iter().map(|row| row.constraint.element.clone()));
+}
