@@ -38,6 +38,12 @@ impl Reduced {
         self.equations.coordinates.iter().position(|shaft| shaft == name)
     }
 
+    /// Whether motions without inertia were taken out for a run: they follow from springs, or are states of first order.
+    pub fn is_settled(&self) -> bool {
+        let equations = &self.equations;
+        self.relaxation.is_some() || (0..equations.constraints.len()).any(|row| equations.is_equilibrium(row))
+    }
+
     /// Shafts that are not coordinates, one for each constraint.
     pub fn dependents(&self) -> Vec<usize> {
         (0..self.equations.coordinates.len()).filter(|shaft| !self.coordinates.contains(shaft)).collect()

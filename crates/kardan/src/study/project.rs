@@ -214,7 +214,9 @@ impl Project {
     /// What an analysis may go on with: the same, where a run is possible.
     pub(super) fn for_analysis(&self) -> (&Prepared, &[Diagnostic]) {
         let (prepared, mistakes) = self.ready();
-        if !mistakes.iter().any(is_error) {
+        // A run settles motions without inertia, an analysis names them.
+        let settled = prepared.variants.iter().any(|variant| variant.reduced.is_settled());
+        if !settled && !mistakes.iter().any(is_error) {
             return (prepared, mistakes);
         }
         let (prepared, mistakes) = self.analysed.get_or_init(|| self.prepare(Purpose::Analysis, &Silent));
