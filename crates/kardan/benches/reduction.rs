@@ -29,6 +29,7 @@ fn chain(n: usize) -> ConstrainedSystem {
         springs: (0..n - 1)
             .map(|i| along(format!("shaft_{i}"), &between(i), fraction(90 + i as i64 % 11, 1)))
             .collect(),
+        loads: Vec::new(),
         constraints: (0..n / 10)
             .map(|k| along(format!("gear_{k}"), &[(10 * k + 2, 1), (10 * k + 5, -51), (10 * k + 8, 50)], ()))
             .collect(),
