@@ -35,6 +35,9 @@ keys! {
             initial: Overrides,
                 "Initial angles and speeds (in a circuit: charges and currents) of the reduced coordinates: { \
                  \"rk.phi\" = \"10 deg\" }; left out: zero.";
+            start: Choice(&["initial", "equilibrium"]) = "initial",
+                "Where the run begins: at the angles of `initial`, or at the equilibrium that Newton's method finds from there, without \
+                 inputs and friction; the run tells which, and what of it is proven.";
             seed: Number(Sign::NonNegative) = "1",
                 "Whole number from which the `noise` of sensors is drawn: the same seed, the same noise.";
             event: Tables(Event), "Steps and ramps of signals: `[[scenario.event]]`.";

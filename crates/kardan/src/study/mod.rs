@@ -13,6 +13,7 @@ mod descriptor;
 mod design;
 mod effort;
 mod equations;
+mod equilibrium;
 mod events;
 mod explore;
 mod faults;

@@ -8,6 +8,7 @@ use super::checks::{
 use super::circuit::check_circuit;
 use super::computed::Computed;
 use super::effort::check_effort;
+use super::equilibrium::Rest;
 use super::held::{check_start, without_massless};
 use super::known::Known;
 use super::margins::{check_margins, check_sampled};
@@ -18,13 +19,14 @@ use super::redundant::check_redundant;
 use super::scenario::scenario;
 use super::{Prepared, PreparedVariant};
 use crate::assemble::assemble;
-use crate::diagnostics::{Diagnostic, Severity};
+use crate::diagnostics::{Diagnostic, Severity, quoted};
 use crate::equations::{Direction, Measured, NamedTerm, Term};
 use crate::model::{ControlSpec, Document, Model, Setting, TableReader, VariantSettings};
 use crate::names::SignalName;
 use crate::num::{Definiteness, Scalar, definiteness_of_rows};
 use crate::reduce::{Reduced, reduce, sparse_model};
-use crate::simulate::signal_names;
+use crate::schema::Value;
+use crate::simulate::{Scenario, signal_names};
 use crate::synthesis::{Law, Plant, design_law, running};
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashSet};
@@ -230,7 +232,8 @@ fn prepare_variant(
     let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
     let plants: Vec<Option<Plant>> =
         controls.iter().map(|control| design_model(document, &reduced, settings, control, out)).collect();
-    let scenario = scenario(document, &model, &reduced.equations, Some(&reduced.coordinate_names()), settings, out);
+    let mut scenario = scenario(document, &model, &reduced.equations, Some(&reduced.coordinate_names()), settings, out);
+    let start_notes = start_at_rest(document, &reduced, &mut scenario, out);
     if !is_finite_at(&reduced, &scenario.position) {
         out.push(
             Diagnostic::error("number::range", "at the initial position an angle is too large for a number")
@@ -267,6 +270,7 @@ fn prepare_variant(
         computed,
         analysis,
         massless,
+        start_notes,
     };
     if complete && purpose == Purpose::Run {
         check_sampled(&variant, out);
@@ -279,6 +283,38 @@ fn prepare_variant(
         check_passage(&variant, out);
     }
     complete.then_some(variant)
+}
+
+/// Puts the start of a run at an equilibrium, where that is asked for; tells which it is.
+fn start_at_rest(
+    document: &Document,
+    reduced: &Reduced,
+    scenario: &mut Scenario,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<String> {
+    let asked = document.scenario.values.get("start");
+    if !asked.is_some_and(|found| found.value == Value::Word("equilibrium".into())) {
+        return Vec::new();
+    }
+    let rest = match reduced.is_settled() {
+        true => Err("motions without inertia are in the model, for which no equilibrium is looked for".into()),
+        false => Rest::near(reduced, &scenario.position),
+    };
+    match rest {
+        Ok(Rest { position, found, more }) => {
+            scenario.position = position;
+            let more = more.into_iter().map(|more| more.replace("CHOICE", "`initial` of `[scenario]`"));
+            std::iter::once(format!("the run begins at {found}")).chain(more).collect()
+        }
+        Err(message) => {
+            out.push(
+                Diagnostic::error("scenario::equilibrium", format!("`start` of `[scenario]`: {message}"))
+                    .at(TableReader::place(&document.scenario, "start"), "no equilibrium")
+                    .help("give the angles to begin with by `initial`, or the model what holds it"),
+            );
+            Vec::new()
+        }
+    }
 }
 
 /// The equations in explicit form, and motions without inertia as mistakes; nothing if these, or others, stand in the way.
@@ -366,6 +402,17 @@ fn design_model(
     out: &mut Vec<Diagnostic>,
 ) -> Option<Plant> {
     let zero = vec![0.0; reduced.degrees_of_freedom()];
+    let of_time: Vec<&str> =
+        reduced.equations.laws.iter().filter(|law| law.value.is_of_time()).map(|law| law.element.as_str()).collect();
+    if !of_time.is_empty() {
+        let message =
+            format!("control `{}` knows the torque of {} as it is at time zero", control.name, quoted(of_time));
+        out.push(
+            Diagnostic::warning("control::time", message)
+                .at(control.place.clone(), "this controller")
+                .help("a torque that it is not to know is a `disturbance` with a function of time"),
+        );
+    }
     if control.design.is_empty() {
         return Some(Plant::new(reduced.clone(), zero));
     }

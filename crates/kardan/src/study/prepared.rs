@@ -72,6 +72,8 @@ pub struct PreparedVariant {
     pub analysis: AnalysisSpec,
     /// Motions without inertia, told as mistakes; only an analysis may go on with them, and then no law is designed.
     pub(super) massless: Vec<Diagnostic>,
+    /// What is told of where its run begins.
+    pub(super) start_notes: Vec<String>,
 }
 
 impl PreparedVariant {

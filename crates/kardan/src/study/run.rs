@@ -335,6 +335,7 @@ fn run_variant(
         .map(|requirement| judge(requirement, &result.series, &ran))
         .collect();
     let (mut notes, mut requirements) = (result.notes, Vec::new());
+    notes.extend(variant.start_notes.iter().cloned());
     notes.extend(sharing_notes(&variant.reduced));
     for Judged { result, note } in judged {
         requirements.push(result);

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::PreparedVariant;
 use super::analysis::output;
 use super::checks::signals_of;
+use super::equilibrium::Rest;
 use super::others::{others, state_name};
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::TransmissionRow;
@@ -12,7 +13,7 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
 use crate::names::{Quantity, SignalName};
 use crate::num::rational_to_f64;
-use crate::reduce::{Reduced, Slope, equilibria, law_slopes, slopes};
+use crate::reduce::{Reduced, Slope, law_slopes, slopes};
 use crate::simulate::signal_names;
 
 /// What to analyse and how, beyond what the model file says.
@@ -76,7 +77,17 @@ fn working_position(
     if !of_time.is_empty() {
         notes.push(format!("{}: a torque that depends on the time is taken as at time zero", quoted(of_time)));
     }
-    let position = if variant.analysis.at.is_empty() { at_rest(variant, &position, notes)? } else { position };
+    let position = if variant.analysis.at.is_empty() {
+        let rest = Rest::near(reduced, &position).map_err(|message| {
+            let help = "name the operating point by `at` of `[analysis]`, or give the model what holds it: a spring, or a friction in `stuck`";
+            vec![Diagnostic::error("analysis::equilibrium", message).help(help)]
+        })?;
+        notes.push(format!("operating point: {}", rest.found));
+        notes.extend(rest.more.into_iter().map(|more| more.replace("CHOICE", "`at` of `[analysis]`")));
+        rest.position
+    } else {
+        position
+    };
     for slopes in law_slopes(reduced, &position) {
         let name = &laws[slopes.law].element;
         if slopes.kink {
@@ -90,68 +101,6 @@ fn working_position(
     }
     Ok(position)
 }
-
-/// An equilibrium near a position.
-fn at_rest(variant: &PreparedVariant, near: &[f64], notes: &mut Vec<String>) -> Result<Vec<f64>, Vec<Diagnostic>> {
-    let reduced = &variant.reduced;
-    let names = reduced.coordinate_names();
-    let domain = |k: usize| reduced.equations.domain(reduced.coordinates[k]);
-    let place = |position: &[f64]| {
-        let one = |(k, x): (usize, &f64)| {
-            let [quantity, _] = domain(k).motion();
-            let signal = quantity.of(&names[k]);
-            match domain(k) {
-                Domain::Rotation => format!("{signal} = {:.6} deg", x.to_degrees()),
-                _ => format!("{signal} = {x:.6} {}", quantity.unit()),
-            }
-        };
-        position.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
-    };
-    let found = equilibria(reduced, near);
-    let none =
-        |message: String, help: &str| vec![Diagnostic::error("analysis::equilibrium", message).help(help.to_string())];
-    const NAME_IT: &str = "name the operating point by `at` of `[analysis]`, or give the model what holds it: a spring, a friction in `stuck`";
-    if let Some((k, torque)) = found.constant {
-        let message = format!(
-            "there is no equilibrium: along `{}` {torque} {} act wherever it is",
-            names[k],
-            domain(k).effort().unit()
-        );
-        return Err(none(message, NAME_IT));
-    }
-    let Some(first) = found.found.first() else {
-        let (best, residual) = found.best.unwrap_or_default();
-        let message = format!(
-            "no equilibrium was found from 25 starts within a turn (that there is none is not proven); at best {residual:.3e} are left, at {}",
-            place(&best)
-        );
-        return Err(none(message, NAME_IT));
-    };
-    notes.push(match first.radius {
-        Some(radius) => format!(
-            "operating point: the equilibrium {}, proven: there is exactly one within {radius:e} of it, relative to a radian or metre or its size",
-            place(&first.position)
-        ),
-        None => format!(
-            "operating point: {}, where {:.1e} are left of the torques; not proven: equilibria are not isolated there, or too close",
-            place(&first.position),
-            first.residual
-        ),
-    });
-    if !found.free.is_empty() {
-        let free = found.free.iter().map(|k| names[*k].as_str());
-        notes.push(format!("no torque depends on {}: they stay where `initial` puts them", quoted(free)));
-    }
-    let others: Vec<String> =
-        found.found.iter().skip(1).take(MOST_OTHERS).map(|other| place(&other.position)).collect();
-    if !others.is_empty() {
-        notes.push(format!("other equilibria: {}; `at` of `[analysis]` chooses one", others.join("; ")));
-    }
-    Ok(first.position.clone())
-}
-
-/// Other equilibria that are told.
-const MOST_OTHERS: usize = 6;
 
 /// Where ratios that depend on the position come from, and how exact they are there.
 fn ratios(reduced: &Reduced, position: &[f64]) -> Vec<String> {

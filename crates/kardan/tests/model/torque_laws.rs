@@ -2,9 +2,9 @@
 
 use kardan::num::rational_to_f64;
 use kardan::reduce::{Dynamics, Reduced, equilibria, linearise};
-use kardan::study::{AnalyzeSettings, Silent, analyze};
+use kardan::study::{AnalyzeSettings, Project, Silent, analyze, check};
 
-use crate::common::{Dice, first};
+use crate::common::{Dice, first, runs_only};
 
 /// Two joints in a row on a steering-like shaft, springs with preload, and laws of everything.
 fn loaded(random: &mut Dice) -> String {
@@ -125,6 +125,49 @@ fn a_pendulum_is_analysed_where_it_rests() {
         analysis.notes
     );
     assert!(analysis.structure.controllable());
+}
+
+/// A law that jumps with a speed is told to be friction.
+#[test]
+fn a_sign_of_a_speed_is_friction() {
+    let told = |law: &str| check(&PENDULUM.replace("-18 N m * sin(arm.phi)", law));
+    let jumps = told("-2 N m * sign(arm.w)");
+    assert!(jumps.len() == 1 && jumps[0].code == "law::jump", "{jumps:?}");
+    assert!(told("-2 N m * sign(arm.phi) - 1 N m s^2/rad^2 * arm.w * abs(arm.w)").is_empty());
+}
+
+/// A run may begin where the model rests, and stays there.
+#[test]
+fn a_run_may_begin_at_an_equilibrium() {
+    let source = "[mass.body]\nmass = \"2 kg\"\n[spring_damper.s]\nmass_1 = \"body\"\nstiffness = \"100 N/m\"\n\
+                  [torque.gravity]\nmass = \"body\"\nlaw = \"-2 kg * 9.81 m/s^2 - 500 N/m^3 * body.s^3\"\n\
+                  [scenario]\nstart = \"equilibrium\"\nduration = \"1 s\"\n";
+    let study = Project::open(source).run(&runs_only(), &Silent).unwrap_or_else(|wrong| panic!("{wrong:?}"));
+    let run = &study.runs[0];
+    let place = &run.series.signal("body.s").unwrap().values;
+    // 100 x + 500 x³ = −19.62, by bisection.
+    let (mut low, mut high) = (-1.0_f64, 0.0_f64);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if 100.0 * middle + 500.0 * middle.powi(3) < -19.62 { low = middle } else { high = middle }
+    }
+    assert!(place.iter().all(|x| (x - low).abs() < 1e-12), "{} {low}", place[0]);
+    assert!(
+        run.notes
+            .iter()
+            .any(|note| note.starts_with("the run begins at the equilibrium body.s = -0.1") && note.contains("proven")),
+        "{:?}",
+        run.notes
+    );
+    let falling =
+        source.replace("stiffness = \"100 N/m\"", "damping = \"1 N s/m\"").replace(" - 500 N/m^3 * body.s^3", "");
+    let refused = check(&falling);
+    assert!(
+        refused
+            .iter()
+            .any(|told| told.code == "scenario::equilibrium" && told.message.contains("-19.62 N act wherever it is")),
+        "{refused:?}"
+    );
 }
 
 /// Where there is no equilibrium that is said, and whether it is proven.

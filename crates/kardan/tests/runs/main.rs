@@ -15,6 +15,7 @@ mod laws;
 mod limits;
 mod linear;
 mod massless;
+mod modelica;
 mod motor_limits;
 mod noise;
 mod redundant;

@@ -51,7 +51,19 @@ impl Functions<'_, '_> {
         }
         let formula = Formula { expression: expression.clone(), names, dimension: wanted };
         match self.dimension_of(&formula) {
-            Ok(found) if wanted.is_like(&found) => Some(formula),
+            Ok(found) if wanted.is_like(&found) => {
+                let rate = |name: &str| {
+                    formula.names.iter().any(|(other, meaning)| other == name && matches!(meaning, Meaning::Rate(_)))
+                };
+                if let Some(span) = expression.sign_of(&rate) {
+                    let message =
+                        format!("{what}: it jumps where this speed changes its sign, which no step can follow to rest");
+                    let help = "what rubs is `friction` of a shaft, a mass or a spring_damper: it holds at rest";
+                    let at = place.part(expression.text(), span);
+                    out.push(Diagnostic::warning("law::jump", message).at(at, "jumps").help(help));
+                }
+                Some(formula)
+            }
             Ok(found) => {
                 let message = format!("{what}: expected {}, found {}", wanted.noun(), found.noun());
                 let at = place.part(expression.text(), 0..expression.text().len());

@@ -113,6 +113,16 @@ impl Expression {
         parts.into_iter().map(|root| Self { text: self.text.clone(), root: root.clone() }).collect()
     }
 
+    /// Where it takes the sign of what one of these names moves.
+    pub(crate) fn sign_of(&self, is: &dyn Fn(&str) -> bool) -> Option<Range<usize>> {
+        let sign = |node: &Node| {
+            let mut names = Vec::new();
+            node.names(&mut names);
+            matches!(node.kind, Kind::Call(Called::Sign, _)) && names.into_iter().any(is)
+        };
+        self.root.find(&sign).map(|node| node.span.clone())
+    }
+
     /// Whether it may jump where its names move steadily.
     pub(crate) fn jumps(&self) -> bool {
         let jumps =

@@ -1,0 +1,70 @@
+//! Where a model rests, in words.
+
+use crate::diagnostics::quoted;
+use crate::equations::Domain;
+use crate::reduce::{Reduced, equilibria};
+
+/// Other equilibria that are told.
+const MOST_OTHERS: usize = 6;
+
+/// A position at rest without inputs and friction.
+pub(super) struct Rest {
+    /// The reduced position, rad or m.
+    pub position: Vec<f64>,
+    /// Where it is, and what of it is proven.
+    pub found: String,
+    /// What else there is to tell: sentences in which `CHOICE` stands for the key that chooses another one.
+    pub more: Vec<String>,
+}
+
+impl Rest {
+    /// The equilibrium near a position; why there is none, else.
+    pub fn near(reduced: &Reduced, near: &[f64]) -> Result<Self, String> {
+        let names = reduced.coordinate_names();
+        let domain = |k: usize| reduced.equations.domain(reduced.coordinates[k]);
+        let place = |position: &[f64]| {
+            let one = |(k, x): (usize, &f64)| {
+                let [quantity, _] = domain(k).motion();
+                let signal = quantity.of(&names[k]);
+                match domain(k) {
+                    Domain::Rotation => format!("{signal} = {:.6} deg", x.to_degrees()),
+                    _ => format!("{signal} = {x:.6} {}", quantity.unit()),
+                }
+            };
+            position.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
+        };
+        let all = equilibria(reduced, near);
+        if let Some((k, torque)) = all.constant {
+            let (name, unit) = (&names[k], domain(k).effort().unit());
+            return Err(format!("there is no equilibrium: along `{name}` {torque} {unit} act wherever it is"));
+        }
+        let Some(first) = all.found.first() else {
+            let (best, residual) = all.best.unwrap_or_default();
+            return Err(format!(
+                "no equilibrium was found from 25 starts within a turn (that there is none is not proven); at best {residual:.3e} are left, at {}",
+                place(&best)
+            ));
+        };
+        let found = match first.radius {
+            Some(radius) => format!(
+                "the equilibrium {}, proven: there is exactly one within {radius:e} of it, relative to a radian or metre or its size",
+                place(&first.position)
+            ),
+            None => format!(
+                "{}, where {:.1e} are left of the torques; not proven: equilibria are not isolated there, or too close",
+                place(&first.position),
+                first.residual
+            ),
+        };
+        let mut more = Vec::new();
+        if !all.free.is_empty() {
+            let free = all.free.iter().map(|k| names[*k].as_str());
+            more.push(format!("no torque depends on {}: they stay where `initial` puts them", quoted(free)));
+        }
+        let others: Vec<String> = all.found.iter().skip(1).take(MOST_OTHERS).map(|one| place(&one.position)).collect();
+        if !others.is_empty() {
+            more.push(format!("other equilibria: {}; CHOICE chooses one", others.join("; ")));
+        }
+        Ok(Self { position: first.position.clone(), found, more })
+    }
+}
