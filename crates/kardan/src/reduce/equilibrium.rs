@@ -215,8 +215,10 @@ pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
             }
             continue;
         }
-        // Where they are not isolated, another one is no news.
-        if out.found.is_empty() || radius.is_some() {
+        // Where they are not isolated, another one is no news, nor where steps of the method led far away.
+        let turn = std::f64::consts::TAU;
+        let is_near = || position.iter().zip(start).all(|(a, b)| (a - b).abs() <= turn);
+        if out.found.is_empty() || (radius.is_some() && is_near()) {
             out.found.push(Equilibrium { position, radius, residual });
         }
         if statics.torques.is_empty() {

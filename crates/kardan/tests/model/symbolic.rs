@@ -730,4 +730,9 @@ fn too_many_terms_are_told() {
     let project = Project::open(model.as_str());
     let mistakes = project.symbolic_equations().unwrap_err();
     assert_eq!(mistakes[0].code, "symbolic::size", "{mistakes:?}");
+    let gear = |name: &str| format!("[gear.{name}]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 2\n");
+    let shafts = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n";
+    let parallel = format!("{shafts}{}{}", gear("g"), gear("h"));
+    let mistakes = Project::open(&parallel).symbolic_equations().unwrap_err();
+    assert!(mistakes[0].code == "symbolic::redundant" && mistakes[0].message.contains("`g`, `h`"), "{mistakes:?}");
 }

@@ -8,7 +8,7 @@ use super::equations::EquationsForm;
 use super::prepare::is_error;
 use super::{PreparedVariant, Project};
 use crate::assemble::assemble;
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::Domain;
 use crate::model::NamedTerms;
 use crate::names::Quantity;
@@ -66,6 +66,15 @@ impl Project {
             let help = "name other coordinates in `[model]`, or look at the equations without --symbolic";
             vec![Diagnostic::error("symbolic::explicit", message).help(help)]
         })?;
+        if let Some(one) = reduced.redundant.first() {
+            let kept = one.shares.iter().map(|(row, _)| reduced.equations.constraints[*row].element.as_str());
+            let all = quoted(kept.chain([one.constraint.element.as_str()]));
+            let message = format!(
+                "the constraints {all} hold the same motion, so their torques are not unique and have no formulas"
+            );
+            let help = "take one of them out, or look at the equations without --symbolic";
+            return Err(vec![Diagnostic::error("symbolic::redundant", message).help(help)]);
+        }
         let start = &variant.scenario.position;
         let motion = SymbolicMotion::new(&named.terms, named.meanings.clone(), &reduced, start).ok_or_else(|| {
             let message = "written in symbols, one entry of the equations has thousands of terms";
