@@ -735,4 +735,10 @@ fn too_many_terms_are_told() {
     let parallel = format!("{shafts}{}{}", gear("g"), gear("h"));
     let mistakes = Project::open(&parallel).symbolic_equations().unwrap_err();
     assert!(mistakes[0].code == "symbolic::redundant" && mistakes[0].message.contains("`g`, `h`"), "{mistakes:?}");
+    let spring = |name: &str, [one, two]: [&str; 2]| {
+        format!("[spring_damper.{name}]\nshaft_1 = \"{one}\"\nshaft_2 = \"{two}\"\nstiffness = \"2 N m/rad\"\n")
+    };
+    let series = format!("{shafts}[shaft.c]\n{}{}", spring("s", ["a", "c"]), spring("t", ["c", "b"]));
+    let mistakes = Project::open(&series).symbolic_equations().unwrap_err();
+    assert_eq!(mistakes[0].code, "symbolic::massless", "{mistakes:?}");
 }
