@@ -1,7 +1,6 @@
 use faer::{Mat, Side};
 
-use super::reduction::columns;
-use super::reduction::minus_loads;
+use super::reduction::{columns, minus_loads};
 use super::{ConstrainedSystem, reduction, sum_of_terms};
 use crate::num::dot;
 use crate::results::{Basis, EigenvalueBounds, NamedMatrix};

@@ -86,11 +86,12 @@ impl ConstrainedSystem {
                 })
                 .collect(),
         };
-        out.loads = loads(reduced, position);
-        out.springs.extend(geometric_stiffness(reduced, position).into_iter().map(|one| {
+        let slopes = law_slopes(reduced, position);
+        out.springs.extend(geometric_stiffness(reduced, position, &slopes).into_iter().map(|one| {
             let GeometricStiffness { element, row, stiffness } = one;
             Along { element, row, value: stiffness }
         }));
+        out.loads = loads(reduced, slopes);
         out.drop_dependent_constraints();
         out
     }
@@ -183,13 +184,13 @@ fn sum(terms: &[Along<Rational>], shafts: usize) -> Matrix<Rational> {
 }
 
 /// What laws make of small motions.
-fn loads(reduced: &Reduced, position: &[f64]) -> Vec<Along<LoadSlopes>> {
+fn loads(reduced: &Reduced, slopes: Vec<LawSlopes>) -> Vec<Along<LoadSlopes>> {
     let load = |slopes: LawSlopes| {
         let law = &reduced.equations.laws[slopes.law];
         let value = LoadSlopes { on_positions: slopes.on_positions, on_rates: slopes.on_rates };
         Along { element: law.element.clone(), row: law.row.clone(), value }
     };
-    law_slopes(reduced, position).into_iter().map(load).collect()
+    slopes.into_iter().map(load).collect()
 }
 
 /// A sum of terms without `Σ a gᵀ`.

@@ -33,11 +33,11 @@ pub struct GeometricStiffness {
 }
 
 /// The stiffness that springs and laws make along transmissions whose ratio depends on the angle: `−μ γ″` along the driving side, with μ the
-/// torque that acts on the driven one. There is none where no law is: springs are then taken as relaxed.
+/// torque that acts on the driven one; `laws` are the slopes of the laws there. There is none where no law is: springs are then taken as relaxed.
 ///
 /// # Panics
 /// If `position` has not one entry per coordinate.
-pub fn geometric_stiffness(reduced: &Reduced, position: &[f64]) -> Vec<GeometricStiffness> {
+pub fn geometric_stiffness(reduced: &Reduced, position: &[f64], laws: &[LawSlopes]) -> Vec<GeometricStiffness> {
     let equations = &reduced.equations;
     if equations.laws.is_empty() || equations.transmissions.is_empty() {
         return Vec::new();
@@ -46,7 +46,7 @@ pub fn geometric_stiffness(reduced: &Reduced, position: &[f64]) -> Vec<Geometric
     numeric.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
     let mut forces = vec![0.0; equations.coordinates.len()];
     let mut act = |row: &[(usize, f64)], torque: f64| row.iter().for_each(|(k, x)| forces[*k] += x * torque);
-    for slopes in law_slopes(reduced, position) {
+    for slopes in laws {
         act(&equations.laws[slopes.law].row_f64(), slopes.value);
     }
     for spring in &equations.springs {

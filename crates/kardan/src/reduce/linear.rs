@@ -86,8 +86,9 @@ pub fn sparse_model(reduced: &Reduced, position: &[f64]) -> SparseModel {
     let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
     let along = |row: &SparseRow| project(row, &basis);
     let (inertias, dampers, springs) = (&equations.inertias, &equations.dampers, &equations.springs);
-    let laws: Vec<_> = law_slopes(reduced, position)
-        .into_iter()
+    let slopes = law_slopes(reduced, position);
+    let laws: Vec<_> = slopes
+        .iter()
         .map(|slopes| {
             let row = along(&equations.laws[slopes.law].row);
             (row, along(&slopes.on_positions), along(&slopes.on_rates))
@@ -106,7 +107,7 @@ pub fn sparse_model(reduced: &Reduced, position: &[f64]) -> SparseModel {
         }
     };
     let mut damping = sparse_sum_of_outer(dampers.iter().map(|d| (along(&d.row), d.value.to_rational())), r);
-    let geometric = geometric_stiffness(reduced, position);
+    let geometric = geometric_stiffness(reduced, position, &slopes);
     let bent = geometric.iter().map(|one| (along(&one.row), one.stiffness.clone()));
     let stretched = springs.iter().map(|s| (along(&s.row), s.value.stiffness.to_rational()));
     let mut stiffness = sparse_sum_of_outer(stretched.chain(bent), r);

@@ -25,8 +25,10 @@ const BEFORE: usize = 4;
 const ABOVE: f64 = 30.0;
 /// What the last two terms are at most of the two before them.
 const FALL: f64 = 0.5;
-/// Most halvings of a step whose end does not belong to the motion.
-const HALVINGS: usize = 64;
+/// What is left of an error of the series in half of a step is less than this; of rounding it is more.
+const ROUNDING: f64 = 0.25;
+/// Part of the state that rounding is below; above, an error of the series may fall slowly too.
+const SLIGHT: f64 = 1e-2;
 /// Steps from one look at what rounding makes of a step to the next.
 const LOOK_AT_ROUNDING: u64 = 64;
 /// Orders that are used at least and at most.
@@ -195,14 +197,18 @@ impl Taylor {
     }
 
     /// Looks whether the end of the last step belongs to the motion, where its terms leave that open, and shortens it until it does: what is
-    /// left out of the series makes its slope differ from the rates.
-    pub(super) fn look_at_end(&mut self, mut rates: impl FnMut(f64, &[f64], &mut [f64])) {
+    /// left out of the series makes its slope differ from the rates. What rounding makes of them falls slowly, and is left.
+    pub(super) fn look_at_end(&mut self, mut rates: impl FnMut(f64, &[f64], &mut [f64])) -> Result<(), StepError> {
         if !std::mem::take(&mut self.doubtful) {
-            return;
+            return Ok(());
         }
         let mut slope = std::mem::take(&mut self.rates);
-        for _ in 0..HALVINGS {
+        let mut before = f64::INFINITY;
+        let found = loop {
             let length = self.time - self.previous_time;
+            if length < (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE) {
+                break Err(StepError::StepTooSmall { time: self.previous_time, step: length });
+            }
             rates(self.time, &self.state, &mut slope);
             self.counts.evaluations += 1;
             let own = |k: usize| {
@@ -213,16 +219,24 @@ impl Taylor {
                 (slope[k] - own(k)).abs() * length / (absolute + self.relative * size)
             });
             // What is no number is no end either.
-            if parts.fold(0.0, |most: f64, part| if part <= most { most } else { part }) <= 1.0 {
-                break;
+            let left_out = parts.fold(0.0, |most: f64, part| if part <= most { most } else { part });
+            let rounding = left_out * self.relative < SLIGHT && left_out > ROUNDING * before;
+            if left_out <= 1.0 || rounding {
+                break Ok(());
             }
+            before = left_out;
             self.time = self.previous_time + 0.5 * length;
             let mut state = std::mem::take(&mut self.state);
             self.interpolate(self.time, &mut state);
             (self.state, self.next) = (state, 0.5 * length);
             self.counts.rejected += 1;
-        }
+        };
         self.rates = slope;
+        if found.is_err() {
+            self.time = self.previous_time;
+            self.state.copy_from_slice(&self.previous);
+        }
+        found
     }
 
     /// Looks what rounding makes of the last step, once in a while: the lengths of steps do not depend on it.

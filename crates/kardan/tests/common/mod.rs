@@ -15,6 +15,7 @@ use kardan::model;
 use kardan::num::{Matrix, Rational};
 use kardan::reduce::{Dynamics, Reduced, Work};
 use kardan::results::{Outcome, Run};
+use kardan::simulate::Method;
 use kardan::study::{self, Prepared, PreparedVariant, Project, Settings};
 use kardan::units::parse_number;
 
@@ -88,6 +89,17 @@ pub fn run(source: &str) -> Run {
     let first = project.prepared().variants.first().map(|variant| variant.name.clone());
     let settings = Settings { variants: first.into_iter().collect(), ..runs_only() };
     let mut study = project
+        .run(&settings, &study::Silent)
+        .unwrap_or_else(|mistakes| panic!("{}\n---\n{source}", plain(source, &mistakes)));
+    let run = study.runs.remove(0);
+    assert_eq!(run.outcome, Outcome::Completed, "{source}");
+    run
+}
+
+/// Runs a model with one variant to its end by a method, at the tolerance given or at that of the model.
+pub fn run_by(source: &str, method: Method, tolerance: Option<f64>) -> Run {
+    let settings = Settings { method, tolerance, ..runs_only() };
+    let mut study = Project::open(source)
         .run(&settings, &study::Silent)
         .unwrap_or_else(|mistakes| panic!("{}\n---\n{source}", plain(source, &mistakes)));
     let run = study.runs.remove(0);

@@ -1,21 +1,12 @@
 //! Springs in series with Coulomb sliders (Jenkins and Iwan elements), whose middle has no inertia, against closed forms.
 
-use crate::common::{at, close, runs_only, signal, time_of};
+use crate::common::{at, close, run_by, signal, time_of};
 use kardan::diagnostics::Severity;
-use kardan::results::{Outcome, Run};
+use kardan::results::Run;
 use kardan::simulate::Method;
-use kardan::study::{self, Project, Settings, Silent};
+use kardan::study;
 
 const METHODS: [Method; 3] = [Method::Taylor, Method::Dop853, Method::Radau];
-
-fn run_with(source: &str, method: Method) -> Run {
-    let settings = Settings { method, ..runs_only() };
-    let mut study =
-        Project::open(source).run(&settings, &Silent).unwrap_or_else(|mistakes| panic!("{mistakes:#?}\n{source}"));
-    let run = study.runs.remove(0);
-    assert_eq!(run.outcome, Outcome::Completed, "{source}");
-    run
-}
 
 /// ```text
 ///   [ a ]~~s~~ m --c--|
@@ -79,7 +70,7 @@ fn loop_takes_its_area_each_cycle() {
             &format!("\"a.phi\" = \"{amplitude} rad\", \"m1.phi\" = \"{} rad\"", amplitude - c / s),
         );
     for method in METHODS {
-        let run = run_with(&model, method);
+        let run = run_by(&model, method, None);
         let area = 4.0 * c * (amplitude - c / s);
         close(run.energy.dissipated, cycles * area, 1e-5 * cycles * area, "4 c (A − c/s)");
         // Of the energy of the body: the loss itself is 1e-8 of it.
@@ -101,7 +92,7 @@ fn first_slip_begins_and_ends_in_closed_form() {
     let ends = begins + (v1 / (second * (x1 + c / k))).atan() / second;
     let top = (x1 + c / k) * (second * (ends - begins)).cos() + v1 / second * (second * (ends - begins)).sin() - c / k;
     for method in METHODS {
-        let run = run_with(&model, method);
+        let run = run_by(&model, method, None);
         close(time_of(&run, "f1 slips forward"), begins, 1e-9, "begins");
         close(time_of(&run, "f1 sticks"), ends, 1e-8, "ends");
         sticks_or_slips(&run, 1, c);
@@ -122,7 +113,7 @@ fn iwan_follows_masing() {
     elements.iter().enumerate().for_each(|(k, element)| model += &jenkins(k, *element));
     model += &scenario(0.75, 150, &format!("\"a.w\" = \"{} rad/s\"", amplitude * omega));
     for method in METHODS {
-        let run = run_with(&model, method);
+        let run = run_by(&model, method, None);
         for (row, time) in run.series.time.iter().enumerate() {
             let x = signal(&run, "a.phi")[row];
             for (k, (s, c)) in elements.iter().enumerate() {
@@ -145,11 +136,11 @@ fn slider_between_bodies_balances() {
         .to_string()
         + &scenario(8.0, 80, "\"a.w\" = \"4 rad/s\"")
         + "[[scenario.event]]\nat = \"2 s\"\nsignal = \"drive.tau\"\nto = \"-2 N m\"\n[[scenario.event]]\nat = \"4 s\"\nsignal = \"drive.tau\"\nto = \"0.4 N m\"\n";
-    let first = run_with(&model, Method::Taylor);
+    let first = run_by(&model, Method::Taylor, None);
     let scale = first.energy.dissipated;
     assert!(scale > 1.0 && first.events.len() > 6, "{:?}", first.events);
     for method in METHODS {
-        let run = run_with(&model, method);
+        let run = run_by(&model, method, None);
         assert!(run.energy.residual.abs() <= 1e-8 * scale, "{:?}", run.energy);
         for time in [1.0, 3.0, 5.0, 8.0] {
             for name in ["a.phi", "b.phi", "m.phi", "f.friction", "s.tau"] {

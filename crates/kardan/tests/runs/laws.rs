@@ -2,18 +2,13 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use kardan::results::{Outcome, Run};
+use kardan::results::Run;
 use kardan::simulate::Method;
-use kardan::study::{Project, Settings, Silent};
 
-use crate::common::{runs_only, signal};
+use crate::common::{run_by, signal};
 
 fn by(source: &str, method: Method, tolerance: f64) -> Run {
-    let settings = Settings { method, tolerance: Some(tolerance), ..runs_only() };
-    let mut study = Project::open(source).run(&settings, &Silent).unwrap_or_else(|wrong| panic!("{wrong:?}\n{source}"));
-    let run = study.runs.remove(0);
-    assert_eq!(run.outcome, Outcome::Completed, "{source}");
-    run
+    run_by(source, method, Some(tolerance))
 }
 
 const METHODS: [Method; 4] = [Method::Taylor, Method::Dop853, Method::Radau, Method::Automatic];

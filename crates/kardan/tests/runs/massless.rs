@@ -1,21 +1,12 @@
 //! Motions without inertia: springs in series, Maxwell elements, RC circuits, against closed forms and matrix exponentials.
 
-use crate::common::{close, prepared, runs_only, signal};
+use crate::common::{close, prepared, run_by, signal};
 use kardan::diagnostics::Severity;
-use kardan::results::{Outcome, Run};
+use kardan::results::Run;
 use kardan::simulate::Method;
 use kardan::study::{self, AnalyzeSettings, EquationsForm, Project, Settings, Silent};
 
 const METHODS: [Method; 4] = [Method::Automatic, Method::Taylor, Method::Dop853, Method::Radau];
-
-fn run_with(source: &str, method: Method) -> Run {
-    let settings = Settings { method, ..runs_only() };
-    let mut study =
-        Project::open(source).run(&settings, &Silent).unwrap_or_else(|mistakes| panic!("{mistakes:#?}\n{source}"));
-    let run = study.runs.remove(0);
-    assert_eq!(run.outcome, Outcome::Completed, "{source}");
-    run
-}
 
 fn shaft(name: &str, inertia: f64) -> String {
     if inertia == 0.0 {
@@ -74,7 +65,7 @@ fn springs_in_series_swing_as_one() {
     let omega = (stiffness / j).sqrt();
     let source = model.clone() + &scenario(2.0, "\"a.phi\" = \"0.1 rad\"");
     for method in METHODS {
-        let run = run_with(&source, method);
+        let run = run_by(&source, method, None);
         for (k, t) in run.series.time.iter().enumerate() {
             let phi = 0.1 * (omega * t).cos();
             close(signal(&run, "a.phi")[k], phi, 1e-7, "a.phi");
@@ -100,7 +91,7 @@ fn rest_angles_stand_in_the_equilibrium() {
         + &spring("s1", "a", "m", "stiffness = \"3 N m/rad\"\nrest = \"0.5 rad\"\ndamping = \"0 N m s/rad\"")
         + &spring("s2", "m", "ground", "stiffness = \"1 N m/rad\"\nrest = \"0.25 rad\"")
         + &scenario(1.0, "\"a.phi\" = \"0.75 rad\"");
-    let run = run_with(&model, Method::Automatic);
+    let run = run_by(&model, Method::Automatic, None);
     // Both springs are relaxed at a = 0.75, m = 0.25: at rest.
     for (name, value) in [("a.phi", 0.75), ("m.phi", 0.25), ("s1.tau", 0.0), ("s2.tau", 0.0)] {
         signal(&run, name).iter().for_each(|x| close(*x, value, 1e-15, name));
@@ -117,7 +108,7 @@ fn maxwell_element_relaxes() {
         + &spring("d", "m", "ground", "damping = \"2 N m s/rad\"")
         + &scenario(2.0, "\"m.phi\" = \"0.4 rad\"");
     for method in METHODS {
-        let run = run_with(&model, method);
+        let run = run_by(&model, method, None);
         for (k, t) in run.series.time.iter().enumerate() {
             let m = 0.4 * (-3.0 * t).exp();
             close(signal(&run, "m.phi")[k], m, 1e-9, "m.phi");
@@ -157,7 +148,7 @@ fn zener_element_follows_its_exponential() {
         vec![0.0; 4],
     ];
     for method in METHODS {
-        let run = run_with(&model, method);
+        let run = run_by(&model, method, None);
         for (k, t) in run.series.time.iter().enumerate() {
             let x = exponential(&a, &[0.2, -1.0, 0.05, 1.0], *t);
             let speed: f64 = a[2].iter().zip(&x).map(|(a, x)| a * x).sum();
@@ -198,7 +189,7 @@ fn rc_ladder_charges_as_its_exponential() {
         vec![0.0; 3],
     ];
     for method in METHODS {
-        let run = run_with(&model, method);
+        let run = run_by(&model, method, None);
         for (k, t) in run.series.time.iter().enumerate() {
             let x = exponential(&a, &[0.0, 0.0, 1.0], *t);
             close(signal(&run, "C1.v")[k], x[0], 1e-7, "C1.v");
@@ -226,10 +217,10 @@ fn long_chains_balance() {
     }
     model += &scenario(3.0, "\"q00.phi\" = \"0.3 rad\", \"q06.w\" = \"2 rad/s\"");
     let stored = 0.5 * 0.4 * 4.0;
-    let first = run_with(&model, Method::Taylor);
+    let first = run_by(&model, Method::Taylor, None);
     balances(&first, stored);
     for method in [Method::Automatic, Method::Dop853, Method::Radau] {
-        let run = run_with(&model, method);
+        let run = run_by(&model, method, None);
         balances(&run, stored);
         for (signal, other) in run.series.signals.iter().zip(&first.series.signals) {
             signal.values.iter().zip(&other.values).for_each(|(x, y)| close(*x, *y, 1e-6, &signal.name));

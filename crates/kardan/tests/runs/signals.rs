@@ -8,7 +8,7 @@ use kardan::results::{Outcome, Run};
 use kardan::simulate::{Method, Scenario, Setup, Simulation, Tolerance, simulate};
 use kardan::study::{Project, Settings, Silent};
 
-use crate::common::{at, prepared, run, runs_only, signal};
+use crate::common::{at, prepared, run, run_by, runs_only, signal};
 
 /// A body on a spring to the housing, on which a torque acts.
 const OSCILLATOR: &str = "\
@@ -28,11 +28,7 @@ fn oscillator(damped: bool, signals: &str, load: &str, duration: &str) -> String
 }
 
 fn by(source: &str, method: Method, tolerance: f64) -> Run {
-    let settings = Settings { method, tolerance: Some(tolerance), ..runs_only() };
-    let mut study = Project::open(source).run(&settings, &Silent).unwrap_or_else(|wrong| panic!("{wrong:?}\n{source}"));
-    let run = study.runs.remove(0);
-    assert_eq!(run.outcome, Outcome::Completed, "{source}");
-    run
+    run_by(source, method, Some(tolerance))
 }
 
 const METHODS: [Method; 4] = [Method::Taylor, Method::Dop853, Method::Radau, Method::Automatic];
