@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::equations::{
-    Curve, Direction, Domain, Formula, GROUND, InputKind, Measured, NamedTerm, Sensor, Stribeck, Term,
+    Curve, Direction, Domain, Formula, GROUND, Hold, InputKind, Measured, NamedTerm, Sensor, Stribeck, Term,
 };
 use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, dense_rows, rational_from_f64, rational_to_f64, sum_of_outer};
@@ -136,6 +136,8 @@ pub struct Equations {
     pub dampers: Vec<Along<Exact>>,
     /// Frictions; none holds nothing at rest.
     pub frictions: Vec<Along<FrictionLaw>>,
+    /// What else holds: clutches, stops, locks.
+    pub holds: Vec<Along<Hold>>,
     /// Linear constraints, those of elements and behind them those of nodes; the value is the offset, rad or C.
     pub constraints: Vec<Along<Exact>>,
     /// Constraints that springs and dampers stand for, which are among `springs` and `dampers` under the same name; the value is the
@@ -195,6 +197,9 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             Term::Friction { along, torque, stribeck } => {
                 let value = FrictionLaw { torque: torque.clone(), stribeck: stribeck.clone() };
                 next.frictions.push(Along { element, row: row(along), value });
+            }
+            Term::Hold { along, hold } => {
+                next.holds.push(Along { element, row: row(along), value: hold.clone() });
             }
             Term::Constraint { along, offset } => {
                 next.constraints.push(Along { element, row: row(along), value: offset.clone() });
@@ -256,6 +261,7 @@ impl Equations {
         sort(&mut self.springs);
         sort(&mut self.dampers);
         sort(&mut self.frictions);
+        sort(&mut self.holds);
     }
 
     /// Kirchhoff's law at each node, from its shares.
@@ -295,6 +301,12 @@ fn sort<T>(terms: &mut [Along<T>]) {
 }
 
 impl Equations {
+    /// Directions of set-valued torques, with their elements: those of the frictions, behind them those of the holds.
+    pub fn set_valued(&self) -> impl Iterator<Item = (&str, &[(usize, Rational)])> {
+        let frictions = self.frictions.iter().map(|term| (term.element.as_str(), term.row.as_slice()));
+        frictions.chain(self.holds.iter().map(|term| (term.element.as_str(), term.row.as_slice())))
+    }
+
     /// The inertia of a shaft itself, without what moves with it, kg m².
     pub fn own_inertia(&self, shaft: usize) -> Rational {
         let own = self.inertias.iter().filter_map(|term| match term.row.as_slice() {

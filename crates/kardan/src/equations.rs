@@ -207,6 +207,60 @@ pub struct Stribeck {
     pub speed: Exact,
 }
 
+/// What holds, blocks or presses along a direction a, with modes of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Hold {
+    /// Coulomb friction of a torque that an expression gives; at rest it holds up to so many times that.
+    Friction {
+        /// N m, not negative.
+        torque: Arc<Formula>,
+        /// At least one.
+        at_rest: Exact,
+    },
+    /// aᵀq̇ ≥ 0.
+    OneWay,
+    /// aᵀq ≥ offset, hard: what arrives goes back with a part of its speed.
+    Stop {
+        /// Whether a is the direction of its element the other way round: then it is the stop at the upper end of that.
+        upper: bool,
+        /// rad
+        offset: Exact,
+        /// That part, 0 to 1.
+        restitution: Exact,
+    },
+    /// aᵀq ≥ offset, softly: beyond it `s δ + d δ̇` presses back, and never pulls.
+    Cushion {
+        /// Whether a is the direction of its element the other way round.
+        upper: bool,
+        /// rad
+        offset: Exact,
+        /// s, N m/rad.
+        stiffness: Exact,
+        /// d, N m s/rad.
+        damping: Exact,
+    },
+    /// aᵀq̇ = 0 while an expression is above one half.
+    Lock {
+        /// The expression, without unit.
+        engaged: Arc<Formula>,
+    },
+}
+
+impl Hold {
+    /// Whether it acts along the direction of its element the other way round.
+    pub fn is_upper(&self) -> bool {
+        matches!(self, Self::Stop { upper: true, .. } | Self::Cushion { upper: true, .. })
+    }
+
+    /// What its modes depend on.
+    pub fn formula(&self) -> Option<&Arc<Formula>> {
+        match self {
+            Self::Friction { torque: formula, .. } | Self::Lock { engaged: formula } => Some(formula),
+            Self::OneWay | Self::Stop { .. } | Self::Cushion { .. } => None,
+        }
+    }
+}
+
 /// What an input is for.
 #[derive(Debug, Clone, PartialEq)]
 pub enum InputKind {
@@ -291,6 +345,13 @@ pub enum Term {
         /// What holds at rest, and how it falls.
         stribeck: Option<Stribeck>,
     },
+    /// What holds along a, one way or at times.
+    Hold {
+        /// a
+        along: Direction,
+        /// How.
+        hold: Hold,
+    },
     /// aᵀq = offset.
     Constraint {
         /// a
@@ -367,6 +428,7 @@ impl Term {
             | Self::Spring { along, .. }
             | Self::Damper { along, .. }
             | Self::Friction { along, .. }
+            | Self::Hold { along, .. }
             | Self::Constraint { along, .. }
             | Self::Compliance { along, .. }
             | Self::Input { along, .. }

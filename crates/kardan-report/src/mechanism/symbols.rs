@@ -83,6 +83,8 @@ pub(super) fn hung(part: &MechanismPart) -> Drawn {
             let flag = format!("<path class=\"sensor\" d=\"M-7 9V-9H10L6 -3.5L10 2H-7\"/>{}", thin("M-14 0H-7"));
             Drawn::new(flag, 14.0, 10.0)
         }
+        Symbol::Clutch => Drawn::new(thin("M-14 0H-3M-3 -8V8M2 -8V8M2 0H8") + &wall(8.0), 14.0, 10.0),
+        Symbol::Stop => Drawn::new(thin("M-14 0H-2M-2 -4V4M4 -8V8M4 0H8") + &wall(8.0), 14.0, 10.0),
         Symbol::Relation => Drawn::new(thin("M-14 0H3") + &wall(3.0), 14.0, 10.0),
         _ => {
             let has = |law: &str| part.laws.iter().any(|own| own == law);
@@ -138,6 +140,14 @@ pub(super) fn between(part: &MechanismPart) -> Drawn {
         }
         Symbol::Motor => {
             Drawn::new("<path class=\"heavy\" d=\"M-26 0H-13M13 0H26\"/>".to_owned() + &motor().svg, 26.0, 14.0)
+        }
+        Symbol::Clutch => {
+            let plates = "<path class=\"heavy\" d=\"M-30 0H-4M4 0H30M-4 -12V12M4 -12V12\"/>";
+            Drawn::new(plates.to_owned(), 30.0, 13.0)
+        }
+        Symbol::Stop => {
+            let ends = "<path class=\"heavy\" d=\"M-30 0H-4M10 0H30\"/>";
+            Drawn::new(ends.to_owned() + &thin("M-4 -6V6M10 -12V12M10 -12H-12V-6M10 12H-12V6"), 30.0, 13.0)
         }
         Symbol::Resistor => Drawn::new(
             thin("M-34 0H-18M18 0H34") + "<rect class=\"box\" x=\"-18\" y=\"-7\" width=\"36\" height=\"14\"/>",

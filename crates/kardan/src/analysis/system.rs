@@ -60,8 +60,8 @@ impl ConstrainedSystem {
             entries.sort_by_key(|(shaft, _)| *shaft);
             Along { element: t.element.clone(), row: entries, value: () }
         }));
-        let held = equations.frictions.iter().filter(|f| stuck.contains(&f.element));
-        constraints.extend(held.map(|f| row(&f.element, &f.row)));
+        let held = equations.set_valued().filter(|(element, _)| stuck.contains(*element));
+        constraints.extend(held.map(|(element, own)| row(element, own)));
         let mut out = Self {
             coordinates: equations.coordinates.clone(),
             inertias: equations.inertias.iter().map(constant).collect(),

@@ -1,5 +1,7 @@
+use super::shared::contact::{check_contact, contact, opposite};
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
+use crate::num::Rational;
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
@@ -15,6 +17,9 @@ keys! {
         }
         optional {
             offset: Mechanical(Dimension::ANGLE, Sign::Any) = "0 deg", "Mounting offset.";
+            backlash: Mechanical(Dimension::ANGLE, Sign::NonNegative),
+                "Play between the teeth, as an angle of shaft_1 (a way of the first mass): within half of it either way nothing is carried. Left out: none.";
+            restitution: Number(Sign::NonNegative) = "0", "With backlash: the part of the speed that teeth go back with, 0 to 1.";
         }
     }
 }
@@ -37,10 +42,20 @@ shaft_1 = \"motor\"
 shaft_2 = \"load\"
 ratio = \"51/5\"
 ",
-    check,
+    check: check_gear,
     terms,
 };
 
+fn check_gear(values: &Values) -> Vec<Mistake> {
+    let mut out = [check(values), check_contact(values, "backlash")].concat();
+    let plays = values.exact("backlash").is_some_and(|backlash| !backlash.is_zero());
+    if !plays && values.exact("restitution").is_some_and(|e| !e.is_zero()) {
+        out.push(Mistake::new("restitution", "without `backlash` teeth never part", "add `backlash`, or remove it"));
+    }
+    out
+}
+
+/// Both ends are not the same body.
 pub(super) fn check(values: &Values) -> Vec<Mistake> {
     if values.word("shaft_1").is_some() && values.word("shaft_1") == values.word("shaft_2") {
         return vec![Mistake::new(
@@ -60,5 +75,13 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
             (values.word_or_default("shaft_2").into(), -&ratio),
         ],
     };
-    vec![Term::Constraint { along, offset: -&values.exact_or_default("offset") }]
+    let offset = values.exact_or_default("offset");
+    match values.exact("backlash").filter(|backlash| !backlash.is_zero()) {
+        Some(backlash) => {
+            // The torque on shaft_1 is that which opposes motion the other way.
+            let half = backlash * &Exact::new(Rational::from_parts(1.into(), 2u8.into()), 0);
+            contact(&opposite(&along), [offset.plus(&-&half), offset.plus(&half)].map(Some), values)
+        }
+        None => vec![Term::Constraint { along, offset: -&offset }],
+    }
 }

@@ -3,14 +3,19 @@
 //! [`REGISTRY`] is the one list from which the parser, its checks, the manual (`kardan elements`) and the tests are
 //! derived. Adding an element is one file here and one line there.
 
+mod brake;
 mod capacitor;
+mod clutch;
 mod constraint;
 mod disturbance;
+mod end_stop;
 mod gear;
 mod harmonic_drive;
 mod inductor;
+mod lock;
 mod mass;
 mod motor;
+mod one_way_clutch;
 mod planetary;
 mod pulley;
 mod rack_and_pinion;
@@ -25,14 +30,19 @@ mod transformer;
 mod universal_joint;
 mod voltage_source;
 
+pub use brake::Brake;
 pub use capacitor::Capacitor;
+pub use clutch::Clutch;
 pub use constraint::Constraint;
 pub use disturbance::Disturbance;
+pub use end_stop::EndStop;
 pub use gear::Gear;
 pub use harmonic_drive::HarmonicDrive;
 pub use inductor::Inductor;
+pub use lock::Lock;
 pub use mass::Mass;
 pub use motor::Motor;
+pub use one_way_clutch::OneWayClutch;
 pub use planetary::Planetary;
 pub use pulley::Pulley;
 pub use rack_and_pinion::RackAndPinion;
@@ -61,6 +71,11 @@ pub const REGISTRY: &[Element] = &[
     spring_damper::SPRING_DAMPER,
     universal_joint::UNIVERSAL_JOINT,
     constraint::CONSTRAINT,
+    clutch::CLUTCH,
+    brake::BRAKE,
+    one_way_clutch::ONE_WAY_CLUTCH,
+    lock::LOCK,
+    end_stop::END_STOP,
     motor::MOTOR,
     disturbance::DISTURBANCE,
     torque::TORQUE,

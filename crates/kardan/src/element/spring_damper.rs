@@ -1,9 +1,11 @@
+use super::shared::contact::contact;
 use super::shared::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
 use super::{Element, Mistake, Values, gear};
 use crate::equations::{Direction, Term};
+use crate::num::Rational;
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
-use crate::units::Dimension;
+use crate::units::{Dimension, Exact};
 
 keys! {
     /// Spring, damper and friction in parallel between two shafts or masses, or to the housing.
@@ -20,6 +22,8 @@ keys! {
             stribeck_speed: Mechanical(Dimension::ANGULAR_VELOCITY, Sign::Positive) as STRIBECK_SPEED;
             rest: Mechanical(Dimension::ANGLE, Sign::Any),
                 "The angle or distance q1 - q2 at which the spring is relaxed; left out: zero.";
+            backlash: Mechanical(Dimension::ANGLE, Sign::NonNegative),
+                "Play: within half of it either way of `rest` spring and damper carry nothing, and beyond they press and never pull. Left out: none.";
         }
     }
 }
@@ -49,12 +53,30 @@ damping = \"0.02 N m s/rad\"
 };
 
 fn check(values: &Values) -> Vec<Mistake> {
-    [gear::check(values), check_losses(values, values.along_masses)].concat()
+    let mut out = [gear::check(values), check_losses(values, values.along_masses)].concat();
+    if values.has("backlash") && !values.exact("stiffness").is_some_and(|s| s.to_f64() > 0.0) {
+        out.push(Mistake::new(
+            "backlash",
+            "beyond the play nothing would press, as there is no spring",
+            "add `stiffness`; rigid stops are an `end_stop`",
+        ));
+    }
+    if values.has("backlash") && values.exact("damping").is_some_and(|d| d.to_f64() < 0.0) {
+        out.push(Mistake::new("damping", "behind play it cannot be negative", "give zero or more"));
+    }
+    out
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let along = Direction::difference(values.word_or_default("shaft_1"), values.word("shaft_2"));
     let mut out = Vec::new();
+    if let Some(backlash) = values.exact("backlash").filter(|backlash| !backlash.is_zero()) {
+        let half = backlash * &Exact::new(Rational::from_parts(1.into(), 2u8.into()), 0);
+        let rest = values.exact_or_default("rest");
+        let mut friction = losses(&along, values);
+        friction.retain(|term| matches!(term, Term::Friction { .. }));
+        return contact(&along, [rest.plus(&-&half), rest.plus(&half)].map(Some), values).into_iter().chain(friction).collect();
+    }
     if let Some(stiffness) = values.exact("stiffness").filter(|x| !x.is_zero()) {
         out.push(Term::Spring {
             along: along.clone(),

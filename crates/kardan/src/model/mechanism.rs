@@ -83,7 +83,8 @@ fn laws_of(term: &Term) -> Vec<&'static str> {
             _ => "torque",
         }],
         Term::Torque { .. } => vec!["torque"],
-        Term::Constraint { .. }
+        Term::Hold { .. }
+        | Term::Constraint { .. }
         | Term::Transmission { .. }
         | Term::Input { .. }
         | Term::Charge { .. }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Motion, Reduced};
 use crate::assemble::{Along, SpringLaw};
+use crate::equations::Hold;
 use crate::expr::{Expr, Graph};
 use crate::num::Rational;
 use crate::units::Exact;
@@ -81,6 +82,14 @@ impl Motion {
             let twist = self.twist(spring);
             add(self, twist, &spring.value.stiffness);
         }
+        for hold in &reduced.equations.holds {
+            let Hold::Cushion { offset, stiffness, .. } = &hold.value else { continue };
+            let (angle, offset) = (self.sum(&hold.row, |out, k| out.angles[k]), self.exact(offset));
+            let zero = self.graph.integer(0);
+            let beyond = self.graph.subtract(offset, angle);
+            let beyond = self.graph.max(beyond, zero);
+            add(self, beyond, stiffness);
+        }
         self.graph.sum(Rational::ZERO, &terms)
     }
 
@@ -143,7 +152,7 @@ impl Motion {
         for (law, torque) in equations.laws.iter().zip(self.laws.clone()) {
             add(&law.row, torque, -1);
         }
-        equations.frictions.iter().zip(acting.frictions).for_each(|(term, torque)| add(&term.row, *torque, 1));
+        equations.set_valued().zip(acting.frictions).for_each(|((_, row), torque)| add(row, *torque, 1));
         equations.inputs.iter().zip(acting.inputs).for_each(|(term, torque)| add(&term.row, *torque, -1));
         let graph = &mut self.graph;
         let mut total = |terms: &Vec<(Expr, Rational)>| {

@@ -28,6 +28,15 @@ impl Directions {
         Self { rows, coefficients, varying }
     }
 
+    /// These with others of the same kind behind them.
+    fn and(mut self, others: Self) -> Self {
+        let first = self.rows.len();
+        self.rows.extend(others.rows);
+        self.coefficients.extend(others.coefficients);
+        self.varying.extend(others.varying.into_iter().map(|k| first + k));
+        self
+    }
+
     /// All rows in reduced coordinates, one after the other, at the position of the kinematics.
     fn projected(&self, kinematics: &Kinematics, r: usize) -> Vec<f64> {
         let mut out = vec![0.0; self.rows.len() * r];
@@ -242,15 +251,19 @@ impl Dynamics {
         let inertias = Directions::new(&equations.inertias, |x| x.to_f64(), &kinematics);
         let dampers = Directions::new(&equations.dampers, |x| x.to_f64(), &kinematics);
         let springs = Directions::new(&equations.springs, |x| x.stiffness.to_f64(), &kinematics);
-        let frictions = Directions::new(&equations.frictions, |x| x.torque.to_f64(), &kinematics);
+        let frictions = Directions::new(&equations.frictions, |x| x.torque.to_f64(), &kinematics)
+            .and(Directions::new(&equations.holds, |_| 0.0, &kinematics));
         let breakaway = |friction: &Along<FrictionLaw>| {
             let FrictionLaw { torque, stribeck } = &friction.value;
             stribeck.as_ref().map_or(torque, |stribeck| &stribeck.breakaway).to_f64()
         };
-        let breakaways: Vec<f64> = equations.frictions.iter().map(breakaway).collect();
+        let holds = equations.holds.iter();
+        let breakaways: Vec<f64> =
+            equations.frictions.iter().map(breakaway).chain(holds.clone().map(|_| 0.0)).collect();
         let speed = |friction: &Along<FrictionLaw>| friction.value.stribeck.as_ref().map_or(1.0, |s| s.speed.to_f64());
         let stribeck = equations.frictions.iter().zip(&breakaways).zip(&frictions.coefficients);
-        let stribeck = stribeck.map(|((friction, most), torque)| (most - torque, speed(friction))).collect();
+        let stribeck = stribeck.map(|((friction, most), torque)| (most - torque, speed(friction)));
+        let stribeck = stribeck.chain(holds.map(|_| (0.0, 1.0))).collect();
         let inputs = Directions::new(&equations.inputs, |_| 1.0, &kinematics);
         let rests: Vec<f64> = equations.springs.iter().map(|spring| spring.value.rest.to_f64()).collect();
         let mut motion = Motion::new(reduced);
@@ -333,12 +346,12 @@ impl Dynamics {
         self.linear
     }
 
-    /// Number of friction directions.
+    /// Number of friction directions, those of what else holds behind them.
     pub fn friction_count(&self) -> usize {
         self.frictions.rows.len()
     }
 
-    /// Coulomb torques of the friction directions, N m.
+    /// Coulomb torques of the friction directions, N m; zero of what else holds.
     pub fn friction_torques(&self) -> &[f64] {
         &self.frictions.coefficients
     }
@@ -434,6 +447,11 @@ impl Dynamics {
     /// Speed along an input direction, rad/s, at the last update.
     pub fn input_speed(&self, input: usize, work: &Work) -> f64 {
         along(&self.inputs.rows[input], &work.kinematics.speeds)
+    }
+
+    /// Angle along a friction direction, rad, at the last update.
+    pub fn friction_angle(&self, friction: usize, work: &Work) -> f64 {
+        along(&self.frictions.rows[friction], &work.kinematics.angles)
     }
 
     /// Speed along a friction direction, rad/s, at the last update.

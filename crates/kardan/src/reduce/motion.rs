@@ -64,7 +64,7 @@ pub struct Motion {
     pub passive: Vec<Expr>,
     /// What these are the sums of.
     pub passive_terms: Forces,
-    /// Directions of the frictions.
+    /// Directions of the frictions, and of what else holds.
     pub frictions: Vec<SparseRow>,
     /// aᵀk along each of them, rad/s².
     pub friction_bias: Vec<Expr>,
@@ -130,12 +130,12 @@ impl Motion {
             rows.into_iter().map(|row| out.along(row)).collect()
         };
         let equations = &reduced.equations;
-        out.frictions = rows(&mut out, equations.frictions.iter().map(|term| term.row.as_slice()).collect());
+        out.frictions = rows(&mut out, equations.set_valued().map(|(_, row)| row).collect());
         out.inputs = rows(&mut out, equations.inputs.iter().map(|term| term.row.as_slice()).collect());
         for slip in reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips) {
             out.frictions[slip.friction].clear();
         }
-        out.friction_bias = equations.frictions.iter().map(|term| out.sum(&term.row, |out, k| out.bias[k])).collect();
+        out.friction_bias = equations.set_valued().map(|(_, row)| out.sum(row, |out, k| out.bias[k])).collect();
         out
     }
 
@@ -282,8 +282,8 @@ impl Motion {
         outputs.extend(self.inertia.iter().map(entry));
         outputs.extend(names.iter().zip(&self.passive).map(|(name, expr)| (format!("force[{name}]"), *expr)));
         let equations = &reduced.equations;
-        let frictions = equations.frictions.iter().map(|term| &term.element).zip(&self.frictions);
-        let inputs = equations.inputs.iter().map(|term| &term.element).zip(&self.inputs);
+        let frictions = equations.set_valued().map(|(element, _)| element).zip(&self.frictions);
+        let inputs = equations.inputs.iter().map(|term| term.element.as_str()).zip(&self.inputs);
         for (kind, (element, row)) in frictions.map(|one| ("friction", one)).chain(inputs.map(|one| ("input", one))) {
             outputs.extend(row.iter().map(|(i, expr)| (format!("{kind}[{element},{}]", names[*i]), *expr)));
         }

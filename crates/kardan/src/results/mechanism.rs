@@ -40,6 +40,10 @@ pub enum Symbol {
     Transformer,
     /// A source of voltage.
     Source,
+    /// What holds, or not: a clutch, a brake, a freewheel, a lock.
+    Clutch,
+    /// Stops on the sides of a way.
+    Stop,
 }
 
 impl Symbol {

@@ -4,6 +4,7 @@
 //! directions at rest. Its dual is a quadratic problem in the friction torques λ with the box `|λ_i| ≤ c_i`:
 //! minimise `½ λᵀWλ − rᵀλ` with `W = G H⁻¹ Gᵀ` and `r` the accelerations along the directions without their friction.
 //! The acceleration is unique; λ is not where directions depend on each other (parallel friction on geared shafts).
+//! What is blocked one way only (stops, one-way clutches) or both ways (locks) has bounds that differ with the sense, or none.
 
 use crate::num::dot;
 
@@ -29,6 +30,27 @@ impl Mode {
     }
 }
 
+/// The largest torques that oppose motion along each direction.
+#[derive(Debug, Clone, Copy)]
+pub struct Bounds<'a> {
+    /// Against motion forward.
+    pub forward: &'a [f64],
+    /// Against motion backward.
+    pub backward: &'a [f64],
+}
+
+impl Bounds<'_> {
+    /// Against motion in a sense.
+    pub fn of(&self, direction: usize, sense: f64) -> f64 {
+        if sense.is_sign_negative() { self.backward[direction] } else { self.forward[direction] }
+    }
+
+    /// Whether a torque is within them, with some of them to spare.
+    pub fn hold(&self, direction: usize, torque: f64) -> bool {
+        torque.abs() < self.of(direction, torque) * (1.0 - 1e-12)
+    }
+}
+
 /// Violation of an optimality condition, relative to the sizes of what cancels in it, that counts as rounding.
 const SETTLED: f64 = 1e-13;
 /// Curvature left of a direction after its dependence on the free ones, relative, below which it is not freed itself.
@@ -51,16 +73,17 @@ impl BoxProblem {
         Self { free: Vec::with_capacity(m), lower: vec![0.0; m * m], response: vec![0.0; m] }
     }
 
-    /// Minimises `½ λᵀWλ − rᵀλ` over `|λ_i| ≤ c_i` for a symmetric positive semidefinite W (m × m, row by row).
+    /// Minimises `½ λᵀWλ − rᵀλ` over `−b_i ≤ λ_i ≤ f_i` for a symmetric positive semidefinite W (m × m, row by row); f and b are not
+    /// negative, and may be infinite.
     ///
-    /// The remaining accelerations `α = r − Wλ` satisfy: `α_i > 0 ⇒ λ_i = c_i`, `α_i < 0 ⇒ λ_i = −c_i`, and `α_i = 0`
-    /// in between. Returns whether this was reached to rounding.
+    /// The remaining accelerations `α = r − Wλ` satisfy: `α_i > 0 ⇒ λ_i = f_i`, `α_i < 0 ⇒ λ_i = −b_i`, and `α_i = 0`
+    /// in between. Returns whether this was reached to rounding: not if nothing bounds what holds against each other.
     ///
     /// Method: from `λ = 0`, the variable with the largest violation is driven towards its optimum while the free ones
     /// respond so that their α stay zero, until its own α vanishes or a bound is met. A free variable at a bound stops
     /// being free; a variable that depends on the free ones meets no resistance, so it moves on to some bound. Finite,
     /// because every move lowers the objective.
-    pub fn solve(&mut self, w: &[f64], r: &[f64], c: &[f64], lambda: &mut [f64]) -> bool {
+    pub fn solve(&mut self, w: &[f64], r: &[f64], c: Bounds<'_>, lambda: &mut [f64]) -> bool {
         let m = r.len();
         if self.response.len() < m {
             *self = Self::new(m);
@@ -71,7 +94,7 @@ impl BoxProblem {
             let mut worst = (SETTLED, None);
             for i in (0..m).filter(|i| !self.free.contains(i)) {
                 let (rest, size) = residual(w, r, lambda, i);
-                if rest * lambda[i].signum() > 0.0 && lambda[i].abs() >= c[i] || c[i] == 0.0 {
+                if c.of(i, rest) - rest.signum() * lambda[i] <= 0.0 {
                     continue;
                 }
                 if rest.abs() > worst.0 * size {
@@ -79,14 +102,16 @@ impl BoxProblem {
                 }
             }
             let Some(enter) = worst.1 else { return true };
-            self.drive(enter, w, r, c, lambda);
+            if !self.drive(enter, w, r, c, lambda) {
+                return false;
+            }
             self.polish(w, r, c, lambda);
         }
         false
     }
 
-    /// Moves one variable in the sense of its residual until that vanishes or the variable meets its bound.
-    fn drive(&mut self, enter: usize, w: &[f64], r: &[f64], c: &[f64], lambda: &mut [f64]) {
+    /// Moves one variable in the sense of its residual until that vanishes or the variable meets its bound; false if nothing bounds it.
+    fn drive(&mut self, enter: usize, w: &[f64], r: &[f64], c: Bounds<'_>, lambda: &mut [f64]) -> bool {
         let m = r.len();
         let sense = residual(w, r, lambda, enter).0.signum();
         loop {
@@ -100,23 +125,26 @@ impl BoxProblem {
                 curvature -= w[i * m + enter] * self.response[a];
             }
             let rest = sense * residual(w, r, lambda, enter).0;
-            let (mut way, mut hit) = (c[enter] - sense * lambda[enter], Some(None));
+            let (mut way, mut hit) = (c.of(enter, sense) - sense * lambda[enter], Some(None));
             for (a, &i) in self.free.iter().enumerate() {
                 let speed = -sense * self.response[a];
-                let room = (c[i] - speed.signum() * lambda[i]) / speed.abs();
+                let room = (c.of(i, speed) - speed.signum() * lambda[i]) / speed.abs();
                 if room < way {
                     (way, hit) = (room, Some(Some(a)));
                 }
             }
             if rest <= 0.0 {
-                return;
+                return true;
             }
             if rest <= curvature * way {
                 (way, hit) = (rest / curvature, None);
             }
+            if !way.is_finite() {
+                return false;
+            }
             lambda[enter] += sense * way;
             for (a, &i) in self.free.iter().enumerate() {
-                lambda[i] = (lambda[i] - sense * self.response[a] * way).clamp(-c[i], c[i]);
+                lambda[i] = (lambda[i] - sense * self.response[a] * way).clamp(-c.backward[i], c.forward[i]);
             }
             match hit {
                 None => {
@@ -124,14 +152,15 @@ impl BoxProblem {
                         self.free.push(enter);
                         self.factor(w, m, self.free.len() - 1);
                     }
-                    return;
+                    return true;
                 }
                 Some(None) => {
-                    lambda[enter] = sense * c[enter];
-                    return;
+                    lambda[enter] = sense * c.of(enter, sense);
+                    return true;
                 }
                 Some(Some(a)) => {
-                    lambda[self.free[a]] = c[self.free[a]].copysign(-sense * self.response[a]);
+                    let speed = -sense * self.response[a];
+                    lambda[self.free[a]] = c.of(self.free[a], speed).copysign(speed);
                     self.free.remove(a);
                     self.factor(w, m, a);
                 }
@@ -140,13 +169,13 @@ impl BoxProblem {
     }
 
     /// Takes what rounding has left of the residuals of the free variables away.
-    fn polish(&mut self, w: &[f64], r: &[f64], c: &[f64], lambda: &mut [f64]) {
+    fn polish(&mut self, w: &[f64], r: &[f64], c: Bounds<'_>, lambda: &mut [f64]) {
         for (a, &i) in self.free.iter().enumerate() {
             self.response[a] = residual(w, r, lambda, i).0;
         }
         self.back_substitute(r.len());
         for (a, &i) in self.free.iter().enumerate() {
-            lambda[i] = (lambda[i] + self.response[a]).clamp(-c[i], c[i]);
+            lambda[i] = (lambda[i] + self.response[a]).clamp(-c.backward[i], c.forward[i]);
         }
     }
 

@@ -158,6 +158,23 @@ impl Columns<'_> {
         }
     }
 
+    /// Clutches, stops and locks: of each element its torque, of both ends together.
+    fn add_holds(&mut self) {
+        let equations = &self.reduced.equations;
+        let (first, holds) = (equations.frictions.len(), &equations.holds);
+        for (k, hold) in holds.iter().enumerate() {
+            if holds[..k].iter().any(|other| other.element == hold.element) {
+                continue;
+            }
+            let own = holds.iter().enumerate().filter(|(_, other)| other.element == hold.element);
+            let shares = own.map(|(other, along)| (first + other, if along.value.is_upper() { -1.0 } else { 1.0 }));
+            let effort = equations.domain_of(hold).effort();
+            let description = format!("{} of {}", effort.physical().word(), hold.element);
+            let read = Read::Holds(shares.collect());
+            self.add(effort.of(&hold.element), effort.physical(), description, read);
+        }
+    }
+
     /// Torques that expressions give.
     fn add_laws(&mut self) {
         let equations = &self.reduced.equations;
@@ -299,6 +316,7 @@ impl Outputs {
             let description = format!("friction {} of {name}", physical.word());
             columns.add(Quantity::Friction.of(name), physical, description, Read::Friction(k));
         }
+        columns.add_holds();
         columns.add_sources(&scenario.sources);
         let sensors = columns.add_sensors(scenario.seed);
         let mut columns = columns.list;

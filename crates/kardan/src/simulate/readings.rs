@@ -29,6 +29,8 @@ pub(super) enum Read {
     },
     Compliance(Compliance),
     Friction(usize),
+    /// Torques of holds, each times a number.
+    Holds(Vec<(usize, f64)>),
     Law(usize),
     Source(usize),
     Sensor(usize),
@@ -78,7 +80,7 @@ impl Readings {
             new
         };
         let accelerations = symbols("acceleration", reduced.degrees_of_freedom());
-        let frictions = symbols("friction", reduced.equations.frictions.len());
+        let frictions = symbols("friction", reduced.equations.set_valued().count());
         let counts = [loop_inputs, accelerations.len(), frictions.len()];
         let mut shared = Shared { motion, reduced, found, accelerations, frictions, multipliers: None };
         let exprs: Vec<Expr> = reads.iter().map(|read| shared.expression(read)).collect();
@@ -154,6 +156,10 @@ impl Shared<'_> {
                 self.motion.graph.scale(exact(*factor), torque)
             }
             Read::Friction(k) => self.frictions[*k],
+            Read::Holds(shares) => {
+                let terms: Vec<(Expr, Rational)> = shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
+                self.motion.graph.sum(Rational::ZERO, &terms)
+            }
             Read::Law(k) => self.motion.laws[*k],
             Read::Source(k) => self.found.source_values[*k],
             Read::Sensor(_) => self.motion.graph.integer(0),

@@ -286,7 +286,7 @@ impl RunningLoop {
     /// A loop at its start.
     pub(super) fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
-        let names: Vec<String> = reduced.equations.frictions.iter().map(|f| f.element.clone()).collect();
+        let names: Vec<String> = reduced.equations.set_valued().map(|(element, _)| element.to_string()).collect();
         let directions = names.len();
         let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
         let mut outputs = Outputs::new(reduced, scenario);
@@ -374,7 +374,7 @@ impl RunningLoop {
         while self.time < until {
             self.observe_until(self.time, None);
             if self.due.start {
-                self.begin();
+                self.begin()?;
             }
             if self.due.event {
                 self.happen()?;
@@ -436,14 +436,24 @@ impl RunningLoop {
     }
 
     /// What is due at the start.
-    fn begin(&mut self) {
+    fn begin(&mut self) -> Result<(), Outcome> {
+        if let Some((direction, beyond)) = self.machine.beyond_stops(&self.state).first() {
+            let what = format!(
+                "`{}` begins {beyond:.6} {} beyond its stop, which nothing can pass: start within it",
+                self.names[*direction],
+                self.machine.unit_along(*direction),
+            );
+            return Err(failed(0.0, what));
+        }
         self.machine.enter_segment(0.0);
         self.announce(0.0);
         self.machine.tick(0.0, &self.state);
         self.machine.settle(0.0, &mut self.state, &[], true, &self.names, &self.input_names);
         self.note_shared_friction();
-        self.initial_energy = self.machine.energy(&self.state);
+        // What a blow has taken there was there.
+        self.initial_energy = self.machine.energy(&self.state) + self.state.last().copied().unwrap_or_default();
         self.open_segment();
+        Ok(())
     }
 
     /// What is due at a breakpoint of the scenario or at a sample.
@@ -614,6 +624,10 @@ impl RunningLoop {
         self.machine.remember_commands(at, &mut self.state);
         self.settle(at, &crossing);
         self.reversed = crossing;
+        if self.machine.was_struck() {
+            // Rebounds grow smaller, and end.
+            self.chatter = Chatter { since: at, ..Chatter::default() };
+        }
         let Chatter { since, events, longest } = &mut self.chatter;
         *events += 1;
         if at - *since > *longest {

@@ -83,6 +83,7 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
             | Term::Spring { along, .. }
             | Term::Damper { along, .. }
             | Term::Friction { along, .. }
+            | Term::Hold { along, .. }
             | Term::Constraint { along, .. }
             | Term::Compliance { along, .. }
             | Term::Input { along, .. } => along.entries.iter().map(|(name, _)| name.as_str()).collect(),

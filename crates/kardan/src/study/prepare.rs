@@ -151,6 +151,10 @@ fn unreduced(model: &mut Model) -> Reduced {
         | Term::Compliance { along, .. }
         | Term::Balance { along, .. }
         | Term::Input { along, .. } => of_element(named, along),
+        Term::Hold { along, hold } => {
+            let named_by_it = hold.formula().into_iter().flat_map(|formula| formula.coordinates());
+            of_element(named, along) && named_by_it.map(String::from).all(|name| known(&name))
+        }
         Term::Torque { along, law } => of_element(named, along) && law.coordinates().all(|name| known(&name.into())),
         Term::Transmission { driven, driving, .. } => known(driven) && known(driving),
         Term::Output(_) | Term::Charge { .. } | Term::Position { .. } | Term::Measure(_) => true,

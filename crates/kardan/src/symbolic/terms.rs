@@ -108,6 +108,7 @@ impl Terms {
                 }
                 Term::Balance { .. }
                 | Term::Transmission { .. }
+                | Term::Hold { .. }
                 | Term::Output(_)
                 | Term::Position { .. }
                 | Term::Measure(_)

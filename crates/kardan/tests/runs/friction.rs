@@ -1,7 +1,7 @@
 //! Set-valued friction: the convex problem behind it, and drivetrains that stick and slip.
 
 use kardan::results::{Outcome, Run};
-use kardan::simulate::friction::BoxProblem;
+use kardan::simulate::friction::{Bounds, BoxProblem};
 use kardan::simulate::{Machine, Setup};
 use kardan::study;
 use proptest::prelude::*;
@@ -10,7 +10,9 @@ use proptest::prelude::*;
 struct Problem {
     w: Vec<f64>,
     r: Vec<f64>,
+    /// The largest torques against motion forward and backward.
     c: Vec<f64>,
+    b: Vec<f64>,
     room: usize,
 }
 
@@ -25,7 +27,7 @@ fn problems() -> impl Strategy<Value = Problem> {
             prop::collection::vec(entry.clone(), rank),
             -6.0..6.0f64,
             prop::collection::vec(prop_oneof![3 => Just(0.0), 1 => entry], m),
-            prop::collection::vec(-6.0..3.0f64, m),
+            prop::collection::vec((-6.0..3.0f64, prop_oneof![3 => Just(1.0), 1 => Just(0.0), 1 => 0.01..10.0f64]), m),
         )
             .prop_map(move |(mut g, scale, scaled, copies, x, load, outside, c)| {
                 for i in 0..m {
@@ -38,7 +40,8 @@ fn problems() -> impl Strategy<Value = Problem> {
                 let w = (0..m * m).map(|k| dot(&g[k / m], &g[k % m]) * size(k / m) * size(k % m)).collect();
                 let load = 10f64.powf(load);
                 let r = (0..m).map(|i| (dot(&g[i], &x) + outside[i]) * size(i) * load).collect();
-                Problem { w, r, c: c.iter().map(|c| 10f64.powf(*c)).collect(), room: m + more }
+                let b = c.iter().map(|(c, part)| part * 10f64.powf(*c)).collect();
+                Problem { w, r, c: c.iter().map(|(c, _)| 10f64.powf(*c)).collect(), b, room: m + more }
             })
     })
 }
@@ -51,10 +54,10 @@ fn violation(p: &Problem, lambda: &[f64]) -> f64 {
             let row = &p.w[i * m..(i + 1) * m];
             let alpha = p.r[i] - row.iter().zip(lambda).map(|(w, x)| w * x).sum::<f64>();
             let size = p.r[i].abs() + row.iter().zip(&p.c).map(|(w, c)| (w * c).abs()).sum::<f64>();
-            let inside = lambda[i].abs() <= p.c[i];
+            let inside = -p.b[i] <= lambda[i] && lambda[i] <= p.c[i];
             let wrong = if lambda[i] == p.c[i] {
                 (-alpha).max(0.0)
-            } else if lambda[i] == -p.c[i] {
+            } else if lambda[i] == -p.b[i] {
                 alpha.max(0.0)
             } else {
                 alpha.abs()
@@ -81,7 +84,7 @@ fn gauss_seidel(p: &Problem, sweeps: usize) -> Vec<f64> {
     for _ in 0..sweeps {
         for i in (0..m).filter(|i| p.w[i * m + i] > 0.0) {
             let rest = p.r[i] - (0..m).map(|j| p.w[i * m + j] * x[j]).sum::<f64>();
-            x[i] = (x[i] + rest / p.w[i * m + i]).clamp(-p.c[i], p.c[i]);
+            x[i] = (x[i] + rest / p.w[i * m + i]).clamp(-p.b[i], p.c[i]);
         }
     }
     x
@@ -94,7 +97,7 @@ proptest! {
     #[test]
     fn box_problem_reaches_the_optimum(p in problems()) {
         let mut lambda = vec![0.0; p.r.len()];
-        let done = BoxProblem::new(p.room).solve(&p.w, &p.r, &p.c, &mut lambda);
+        let done = BoxProblem::new(p.room).solve(&p.w, &p.r, Bounds { forward: &p.c, backward: &p.b }, &mut lambda);
         let violation = violation(&p, &lambda);
         prop_assert!(done && violation < 1e-9, "{done} {violation:e} {lambda:?}");
         let (ours, theirs) = (objective(&p, &lambda), objective(&p, &gauss_seidel(&p, 2000)));

@@ -7,6 +7,7 @@ mod accuracy;
 mod bent_joint;
 mod bits;
 mod computed;
+mod contact;
 mod figures;
 mod friction;
 mod golden;

@@ -1,6 +1,7 @@
 //! What elements share.
 
 pub(super) mod branch;
+pub(super) mod contact;
 pub(super) mod kind;
 pub(super) mod losses;
 pub(super) mod shafts;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::Machine;
 use super::expressions::{Found, Parts, Places, extend};
+use super::holds::{Holds, Kind};
 use super::response::Response;
 use super::sharing::Sharing;
 use super::timed::Timed;
@@ -130,7 +131,7 @@ impl Machine {
     /// The same, with something made of the same expressions.
     pub(in crate::simulate) fn with(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found)) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
-        let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.frictions.len());
+        let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.set_valued().count());
         let inputs = reduced.equations.inputs.len();
         let mut size = 2 * r;
         let drives = drives(&reduced.equations.inputs, &mut size);
@@ -147,13 +148,21 @@ impl Machine {
         });
         let slips = reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips);
         let sliders: Vec<usize> = slips.map(|slip| slip.friction).collect();
+        let holds = Holds::new(&reduced.equations);
+        let bounds = holds.bounds().map(|of_holds| {
+            let frictions = dynamics.breakaway_torques()[..holds.first].iter().copied();
+            frictions.chain(of_holds).collect()
+        });
+        let acts = |k: &usize| !sliders.contains(k) && !matches!(holds.kind(*k), Kind::Cushion { .. });
         let profiles = (0..scenario.sources.len())
             .map(|k| Profile::new(scenario.events.iter().filter(|event| event.source == k)))
             .collect::<Vec<_>>();
         Self {
             relaxes: reduced.relaxation.is_some(),
-            directions: (0..m).filter(|k| !sliders.contains(k)).collect(),
+            directions: (0..m).filter(acts).collect(),
             sliders,
+            holds,
+            bounds,
             own_laws: laws.iter().any(Wired::is_own),
             held: vec![0.0; inputs],
             places,

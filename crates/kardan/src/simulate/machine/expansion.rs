@@ -4,10 +4,11 @@
 //! coefficient k of the accelerations is what the same factors give for `f_k − Σ_j H_j a_(k−j) − Σ_j G_jᵀ λ_(k−j)` over j from 1, and
 //! that of the torques that hold makes `Σ_j g_j a_(k−j)` and the bias vanish along each direction.
 
+use super::holds::{Holds, Kind};
 use crate::num::bracket;
 use crate::plan::Series;
 use crate::simulate::drive::{Drive, Limit};
-use crate::simulate::friction::Mode;
+use crate::simulate::friction::{Bounds, Mode};
 
 /// Series of a machine, with memory of its own.
 pub(super) struct Expansion {
@@ -27,6 +28,8 @@ pub(super) struct Expansion {
     pub(super) rates: Vec<usize>,
     pub(super) friction_speeds: Vec<usize>,
     pub(super) commands: Vec<usize>,
+    /// Two for each hold: see [`HoldTerms::told`](super::hold_terms::HoldTerms::told).
+    pub(super) holds: Vec<usize>,
     /// Sliders, each with the place of its torque.
     pub(super) sliders: Vec<(usize, usize)>,
     pub(super) scratch: Vec<f64>,
@@ -40,6 +43,14 @@ pub(super) struct Expansion {
 pub(super) struct Holding<'a> {
     pub(super) directions: &'a [usize],
     pub(super) bias: &'a mut [f64],
+}
+
+/// What may leave its mode.
+pub(super) struct Watch<'a> {
+    pub(super) modes: &'a [Mode],
+    pub(super) holding: &'a [usize],
+    pub(super) holds: &'a Holds,
+    pub(super) bounds: Bounds<'a>,
 }
 
 /// Part of a limit that is kept clear of it.
@@ -74,35 +85,20 @@ impl Prospect {
 }
 
 impl Expansion {
-    /// Whether modes and limits are kept for so long, by series of that order; `c` are the torques that hold at most, `noise` tells what of a speed
-    /// along a direction is rounding.
+    /// Whether modes and limits are kept for so long, by series of that order; `noise` tells what of a speed along a direction is rounding.
     pub(super) fn prospect(
         &mut self,
-        modes: &[Mode],
-        holding: &[usize],
-        (c, noise): (&[f64], impl Fn(usize) -> f64),
+        watch: &Watch<'_>,
+        noise: impl Fn(usize) -> f64,
         drives: &[Drive],
         (length, order): (f64, usize),
     ) -> Prospect {
+        let mut prospect = self.prospect_of_holds(watch, (length, order));
         let Self { series, torques, counts, scratch, sliders, .. } = self;
-        fn margin(
-            scratch: &mut [f64],
-            length: f64,
-            coefficients: impl Iterator<Item = f64>,
-            sign: f64,
-            limit: f64,
-        ) -> Prospect {
-            let mut power = sign;
-            scratch.iter_mut().zip(coefficients).for_each(|(term, coefficient)| {
-                *term = coefficient * power;
-                power *= length;
-            });
-            scratch[0] += limit;
-            first_zero(scratch, CLEAR * limit)
-        }
+        let Watch { modes, holding, holds, bounds } = watch;
         let scratch = &mut scratch[..order];
-        let mut prospect = Prospect::Stays;
-        let moving = modes.iter().zip(&self.friction_speeds).enumerate().filter(|(_, (mode, _))| **mode != Mode::Stick);
+        let moving = modes.iter().zip(&self.friction_speeds).enumerate();
+        let moving = moving.filter(|(k, (mode, _))| **mode != Mode::Stick && holds.slips(*k));
         for (k, (mode, place)) in moving {
             // What begins to slip has no speed but rounding.
             let begin = mode.sign() * series.value(*place, 0);
@@ -111,13 +107,25 @@ impl Expansion {
         }
         for (a, &k) in holding.iter().enumerate() {
             let torque = || torques[a..].iter().step_by(counts[1]).copied();
-            for sign in [1.0, -1.0] {
-                prospect = prospect.and(margin(scratch, length, torque(), sign, c[k]));
+            if let Kind::Friction { at_rest } = holds.kind(k)
+                && let Some(hold) = k.checked_sub(holds.first)
+            {
+                for sign in [1.0, -1.0] {
+                    let left = series.of(self.holds[2 * hold]).zip(torque());
+                    let left = left.map(|(most, torque)| at_rest * most + sign * torque);
+                    prospect = prospect.and(margin(scratch, length, left, 1.0, 0.0));
+                }
+                continue;
+            }
+            for (sign, limit) in [(1.0, bounds.backward[k]), (-1.0, bounds.forward[k])] {
+                if limit.is_finite() {
+                    prospect = prospect.and(margin(scratch, length, torque(), sign, limit));
+                }
             }
         }
         for (k, place) in sliders.iter().filter(|(k, _)| modes[*k] == Mode::Stick) {
             // What has just stopped slipping stands at its limit but for rounding.
-            let limit = c[*k].max(series.value(*place, 0).abs());
+            let limit = bounds.forward[*k].max(series.value(*place, 0).abs());
             for sign in [1.0, -1.0] {
                 prospect = prospect.and(margin(scratch, length, series.of(*place), sign, limit));
             }
@@ -129,6 +137,37 @@ impl Expansion {
             let Some(limit) = drive.limit else { continue };
             for sign in [1.0, -1.0] {
                 prospect = prospect.and(margin(scratch, length, series.of(*place), sign, limit));
+            }
+        }
+        prospect
+    }
+
+    /// Whether stops, cushions and locks keep their modes for so long.
+    fn prospect_of_holds(&mut self, watch: &Watch<'_>, (length, order): (f64, usize)) -> Prospect {
+        let Self { series, scratch, holds: told, .. } = self;
+        let Watch { modes, holds, .. } = watch;
+        let scratch = &mut scratch[..order];
+        let mut prospect = Prospect::Stays;
+        for (hold, kind) in holds.kinds.iter().enumerate() {
+            let direction = holds.first + hold;
+            let [first, second] = [told[2 * hold], told[2 * hold + 1]];
+            let mut keep = |place: usize, sign: f64, limit: f64| {
+                // What was left or touched just now stands beyond by rounding.
+                let begin = sign * series.value(place, 0) + limit;
+                let rounding = if begin < 0.0 && begin > -LEAST { -begin } else { 0.0 };
+                prospect = prospect.and(margin(scratch, length, series.of(place), sign, limit + rounding));
+            };
+            match (kind, modes[direction]) {
+                (Kind::Lock, _) if holds.engaged[hold] => keep(first, 1.0, -0.5),
+                (Kind::Lock, _) => keep(first, -1.0, 0.5),
+                (Kind::Stop { .. }, _) if !holds.engaged[hold] => keep(first, 1.0, 0.0),
+                (Kind::Cushion { .. }, Mode::Stick) => keep(first, 1.0, 0.0),
+                (Kind::Cushion { .. }, Mode::Forward) => keep(second, 1.0, 0.0),
+                (Kind::Cushion { .. }, Mode::Backward) => {
+                    keep(first, -1.0, 0.0);
+                    keep(second, -1.0, 0.0);
+                }
+                _ => {}
             }
         }
         prospect
@@ -159,6 +198,23 @@ impl Expansion {
             holding.bias[direction] = bias;
         }
     }
+}
+
+/// Where a sign times a series and a limit become negative within a step.
+fn margin(
+    scratch: &mut [f64],
+    length: f64,
+    coefficients: impl Iterator<Item = f64>,
+    sign: f64,
+    limit: f64,
+) -> Prospect {
+    let mut power = sign;
+    scratch.iter_mut().zip(coefficients).for_each(|(term, coefficient)| {
+        *term = coefficient * power;
+        power *= length;
+    });
+    scratch[0] += limit;
+    first_zero(scratch, CLEAR * limit.abs())
 }
 
 /// Where `Σ c_k s^k` becomes negative first for 0 < s ≤ 1, if it is not certainly positive, with more than its last term and `clear` to spare

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::hold_terms::HoldTerms;
 use super::wired::{Computer, Wired};
 use crate::assemble::{Equations, FrictionLaw};
 use crate::expr::{Expr, Function, Symbol};
@@ -42,6 +43,9 @@ pub(super) struct Places {
     pub rates: Range<usize>,
     /// Found: speeds along friction directions.
     pub friction_speeds: Range<usize>,
+    /// Found: of each hold its torque where it does not hold, and two numbers that its modes depend on.
+    pub hold_torques: Range<usize>,
+    pub holds: Range<usize>,
     /// Found: the power of the inputs, and the loss.
     pub powers: Range<usize>,
     /// Found: of each slider the torque that it has while it sticks, and the speed that it would slip with.
@@ -79,8 +83,8 @@ impl Found {
 }
 
 /// The loop in the making.
-struct Loop<'a> {
-    motion: &'a mut Motion,
+pub(super) struct Loop<'a> {
+    pub(super) motion: &'a mut Motion,
     inputs: Vec<Symbol>,
     outputs: Vec<(String, Expr)>,
 }
@@ -158,7 +162,7 @@ pub(super) fn extend(
     (places.follows, follows) = all.given(of_inputs("follows"));
     (places.limiter_rates, limiter_rates) = all.given(of_inputs("limiter_rate"));
     (places.senses, senses) =
-        all.given(equations.frictions.iter().map(|friction| format!("{}.sense", friction.element)));
+        all.given(equations.set_valued().enumerate().map(|(k, (element, _))| format!("{element}.sense.{k}")));
     let sources = with_signals(&mut all, &mut places, sources, signals);
     let state = |place: usize| states[place - more_states.start];
     let commands = commands(&mut all, laws, targets, (&sources, &held, &states, more_states.start));
@@ -194,17 +198,26 @@ pub(super) fn extend(
         });
     }
     law_rates(&mut all, laws, (&torques, &sources, &states, more_states.start), &mut rates);
-    let (friction, speeds) = sliding(&mut all, equations, &senses);
+    let (mut friction, mut speeds) = sliding(&mut all, equations, &senses);
+    let holds = equations.holds.iter().zip(&senses[friction.len()..]);
+    let holds: Vec<HoldTerms> = holds.map(|(hold, sense)| HoldTerms::new(&mut all, reduced, hold, *sense)).collect();
+    let mut lost: Vec<Expr> =
+        friction.iter().zip(&speeds).map(|(torque, speed)| all.motion.graph.multiply(*torque, *speed)).collect();
+    friction.extend(holds.iter().map(|hold| hold.torque));
+    speeds.extend(holds.iter().map(|hold| hold.speed));
+    lost.extend(holds.iter().map(|hold| hold.loss));
     let mut forces = forces(&mut all, &applied, &friction);
     all.motion.relax(reduced, &mut forces, &senses);
     let [slider_torques, slider_speeds] = all.motion.sliders(reduced);
-    let powers = powers(&mut all, equations, &applied, (&friction, &speeds));
+    let powers = powers(&mut all, equations, &applied, lost);
     places.commands = all.found("command", commands);
     places.torques = all.found("torque", torques);
     places.applied = all.found("applied", applied);
     places.forces = all.found("force", forces);
     places.rates = all.found("rate", rates);
     places.friction_speeds = all.found("friction_speed", speeds);
+    places.hold_torques = all.found("hold", holds.iter().map(|hold| hold.torque).collect());
+    places.holds = all.found("told", holds.iter().flat_map(|hold| hold.told).collect());
     places.powers = all.found("power", powers.to_vec());
     places.slider_torques = all.found("slider", slider_torques);
     places.slider_speeds = all.found("slip", slider_speeds);
@@ -347,7 +360,7 @@ fn powers(
     all: &mut Loop<'_>,
     equations: &Equations,
     applied: &[Expr],
-    (friction, friction_speeds): (&[Expr], &[Expr]),
+    lost: Vec<Expr>,
 ) -> [Expr; 2] {
     let (mut work, mut loss) = (Vec::new(), Vec::new());
     for (input, torque) in equations.inputs.iter().zip(applied) {
@@ -365,9 +378,7 @@ fn powers(
         let (speed, coefficient) = (all.motion.graph.group(speed), all.motion.exact(&damper.value));
         loss.push(all.motion.graph.product(&[(coefficient, 1), (speed, 2)]));
     }
-    for (torque, speed) in friction.iter().zip(friction_speeds) {
-        loss.push(all.motion.graph.multiply(*torque, *speed));
-    }
+    loss.extend(lost);
     [all.sum(&work), all.sum(&loss)]
 }
 

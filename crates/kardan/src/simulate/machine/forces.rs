@@ -53,6 +53,9 @@ impl Machine {
         read(dynamics, work, &places.torques, &mut self.torques);
         read(dynamics, work, &places.applied, &mut self.applied);
         read(dynamics, work, &places.forces, &mut self.force);
+        if self.holds.changes {
+            self.find_bounds();
+        }
         regular
     }
 
@@ -201,8 +204,13 @@ impl Machine {
         self.forces(time, state);
         self.accelerate();
         for (k, mode) in self.modes.iter().enumerate() {
-            let speed = self.dynamics.friction_speed(k, &self.work);
-            self.friction_torques[k] = mode.sign() * self.dynamics.sliding_torque(k, speed);
+            self.friction_torques[k] = match k.checked_sub(self.holds.first) {
+                Some(hold) => self.work.more(&self.dynamics, self.places.hold_torques.start + hold),
+                None => {
+                    let speed = self.dynamics.friction_speed(k, &self.work);
+                    mode.sign() * self.dynamics.sliding_torque(k, speed)
+                }
+            };
         }
         for (slider, &k) in self.sliders.iter().enumerate().filter(|(_, k)| self.modes[**k] == Mode::Stick) {
             self.friction_torques[k] = self.slider_torque(slider);

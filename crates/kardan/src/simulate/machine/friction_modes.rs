@@ -1,9 +1,10 @@
 //! Which friction directions stick, which slip, and how.
 
 use super::Machine;
+use super::holds::{Kind, Met};
 use super::sharing::{Holding, Sharing};
 use crate::num::{Cholesky, dot};
-use crate::simulate::friction::{Mode, OUTSIDE, Span};
+use crate::simulate::friction::{Bounds, Mode, OUTSIDE, Span};
 
 /// Relative size, against the terms that cancel in it, of what rounding leaves of an acceleration that should vanish.
 const ROUNDING: f64 = 1e-12;
@@ -34,8 +35,11 @@ impl Machine {
     /// Needs the torques of the holding directions.
     fn share_holds(&mut self, most: f64) -> bool {
         self.factor_holding();
-        let c = self.dynamics.breakaway_torques();
-        if !(self.hold_constant && self.sharing_known) {
+        if !self.shares_by_size() {
+            return false;
+        }
+        let c = &self.bounds[0];
+        if !(self.hold_constant && self.sharing_known && !self.holds.changes) {
             let holding = Holding { directions: &self.holding, weighted: &self.weighted, factor: &self.hold_factor };
             self.sharing.prepare(&holding, &self.work.friction_rows, c);
             self.sharing_known = true;
@@ -79,6 +83,43 @@ impl Machine {
         let (r, m) = (self.degrees_of_freedom, directions.len());
         let mut free = self.force.clone();
         self.work.factor.solve(&mut free);
+        let (_, w) = self.compliance(directions);
+        let row = |k: usize| &self.work.friction_rows[k * r..(k + 1) * r];
+        let right: Vec<f64> = directions.iter().map(|&k| dot(row(k), &free) + self.work.friction_bias[k]).collect();
+        let cancels = |k: usize| {
+            let terms = row(k).iter().zip(&free).map(|(g, x)| (g * x).abs()).sum::<f64>();
+            terms + self.work.friction_bias[k].abs()
+        };
+        let cancels: Vec<f64> = directions.iter().map(|&k| cancels(k)).collect();
+        let [forward, backward]: [Vec<f64>; 2] =
+            [0, 1].map(|sense| directions.iter().map(|&k| self.bounds[sense][k]).collect());
+        let bounds = Bounds { forward: &forward, backward: &backward };
+        let mut torques = vec![0.0; m];
+        self.box_problem.solve(&w, &right, bounds, &mut torques);
+        // What is not bounded counts with what it does.
+        let c: Vec<f64> = (0..m)
+            .map(|a| {
+                let most = forward[a].max(backward[a]);
+                if most.is_finite() { most } else { torques[a].abs() }
+            })
+            .collect();
+        let accelerations = (0..m)
+            .map(|a| {
+                let row = &w[a * m..(a + 1) * m];
+                let acceleration = right[a] - dot(row, &torques);
+                let scale: f64 = cancels[a] + row.iter().zip(&c).map(|(w, c)| (w * c).abs()).sum::<f64>();
+                let noise = ROUNDING * scale;
+                let at_bound =
+                    torques[a] * acceleration.signum() >= bounds.of(a, acceleration) * (1.0 - 1e-9);
+                if at_bound && acceleration.abs() > noise { acceleration } else { 0.0 }
+            })
+            .collect();
+        (accelerations, torques)
+    }
+
+    /// `H⁻¹ Gᵀ` row by row, and `W = G H⁻¹ Gᵀ`, over the directions given.
+    pub(super) fn compliance(&self, directions: &[usize]) -> (Vec<f64>, Vec<f64>) {
+        let (r, m) = (self.degrees_of_freedom, directions.len());
         let row = |k: usize| &self.work.friction_rows[k * r..(k + 1) * r];
         let mut weighted = vec![0.0; m * r];
         for (a, &k) in directions.iter().enumerate() {
@@ -89,43 +130,24 @@ impl Machine {
         let entries = |&k: &usize| row(k).iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect::<Vec<_>>();
         let sparse: Vec<Vec<(usize, f64)>> = directions.iter().map(entries).collect();
         let along = |weighted: &[f64], row: &[(usize, f64)]| row.iter().map(|(i, x)| weighted[*i] * x).sum::<f64>();
-        let w: Vec<f64> = (0..m * m).map(|i| along(&weighted[i / m * r..(i / m + 1) * r], &sparse[i % m])).collect();
-        let right: Vec<f64> = directions.iter().map(|&k| dot(row(k), &free) + self.work.friction_bias[k]).collect();
-        let cancels = |k: usize| {
-            let terms = row(k).iter().zip(&free).map(|(g, x)| (g * x).abs()).sum::<f64>();
-            terms + self.work.friction_bias[k].abs()
-        };
-        let cancels: Vec<f64> = directions.iter().map(|&k| cancels(k)).collect();
-        let c: Vec<f64> = directions.iter().map(|&k| self.dynamics.breakaway_torques()[k]).collect();
-        let mut torques = vec![0.0; m];
-        self.box_problem.solve(&w, &right, &c, &mut torques);
-        let accelerations = (0..m)
-            .map(|a| {
-                let row = &w[a * m..(a + 1) * m];
-                let acceleration = right[a] - dot(row, &torques);
-                let scale: f64 = cancels[a] + row.iter().zip(&c).map(|(w, c)| (w * c).abs()).sum::<f64>();
-                let noise = ROUNDING * scale;
-                let at_bound = torques[a] * acceleration.signum() >= c[a] * (1.0 - 1e-9);
-                if at_bound && acceleration.abs() > noise { acceleration } else { 0.0 }
-            })
-            .collect();
-        (accelerations, torques)
+        let w = (0..m * m).map(|i| along(&weighted[i / m * r..(i / m + 1) * r], &sparse[i % m])).collect();
+        (weighted, w)
     }
 
     /// Whether the sticking directions can no longer hold at this point.
     pub fn breaks_away(&mut self, time: f64, state: &[f64]) -> bool {
-        if self.holding.is_empty() && self.sliders.is_empty() {
+        if self.holding.is_empty() && self.sliders.is_empty() && !self.holds.has_locks {
             return false;
         }
         self.evaluate(time, state);
-        self.leave_rest().is_some() || self.a_slider_leaves()
+        self.leave_rest().is_some() || self.a_slider_leaves() || self.a_lock_turns()
     }
 
     /// What the directions at rest do at the point last evaluated, if they do not all go on resting. Decides where an event is looked for
     /// and where it happens, so that both agree to the last bit.
     fn leave_rest(&mut self) -> Option<Vec<(usize, Mode)>> {
-        let c = self.dynamics.breakaway_torques();
-        if self.holding.iter().zip(&self.hold_torque).all(|(&k, torque)| torque.abs() < c[k] * (1.0 - 1e-12)) {
+        let bounds = self.bounds();
+        if self.holding.iter().zip(&self.hold_torque).all(|(&k, torque)| bounds.hold(k, *torque)) {
             return None;
         }
         if !self.following.is_empty() && self.share_holds(1.0 - 1e-12) {
@@ -148,25 +170,33 @@ impl Machine {
     /// Method: with `W = G H⁻¹ Gᵀ`, `W t = b` the torques that hold and `W z = e_a`, the torques `t − α z` leave direction a the acceleration
     /// α and the others none.
     fn one_leaves(&mut self) -> Option<Option<(usize, Mode)>> {
-        let (r, count, c) = (self.degrees_of_freedom, self.holding.len(), self.dynamics.breakaway_torques());
-        let holds = |(k, torque): (&usize, &f64)| torque.abs() < c[*k] * (1.0 - 1e-12);
+        let (r, count) = (self.degrees_of_freedom, self.holding.len());
+        let bounds = Bounds { forward: &self.bounds[0], backward: &self.bounds[1] };
+        let holds = |(k, torque): (&usize, &f64)| bounds.hold(*k, *torque);
         let mut beyond = (0..count).filter(|&a| !holds((&self.holding[a], &self.hold_torque[a])));
         let Some(a) = beyond.next() else { return Some(None) };
         if beyond.next().is_some() {
             return None;
         }
         let (k, torque) = (self.holding[a], self.hold_torque[a]);
+        let most = bounds.of(k, torque);
         let z = &mut self.scratch[..count];
         z.fill(0.0);
         z[a] = 1.0;
         self.hold_factor.solve(z);
-        let acceleration = (torque.abs() - c[k]) / z[a];
+        let acceleration = (torque.abs() - most) / z[a];
         let mut free = self.force.clone();
         self.work.factor.solve(&mut free);
         let row = &self.work.friction_rows[k * r..(k + 1) * r];
         let terms: f64 = row.iter().zip(&free).map(|(g, x)| (g * x).abs()).sum();
-        let of_others = self.hold_matrix[a * count..(a + 1) * count].iter().zip(&self.holding);
-        let scale = terms + self.work.friction_bias[k].abs() + of_others.map(|(w, k)| (w * c[*k]).abs()).sum::<f64>();
+        let of_others = self.hold_matrix[a * count..(a + 1) * count].iter().zip(self.holding.iter().zip(&self.hold_torque));
+        // What is not bounded counts with what it does.
+        let size = |k: usize, torque: f64| {
+            let most = bounds.forward[k].max(bounds.backward[k]);
+            if most.is_finite() { most } else { torque.abs() }
+        };
+        let of_others = of_others.map(|(w, (&k, &torque))| (w * size(k, torque)).abs());
+        let scale = terms + self.work.friction_bias[k].abs() + of_others.sum::<f64>();
         if !acceleration.is_finite() || z[a] <= 0.0 {
             return None;
         }
@@ -202,10 +232,10 @@ impl Machine {
         for (k, margin) in out.iter_mut().enumerate() {
             *margin = self.slip_margin(k);
         }
-        let c = self.dynamics.breakaway_torques();
         for (&k, torque) in self.holding.iter().zip(&self.hold_torque) {
-            out[k] = 1.0 - torque.abs() / c[k];
+            out[k] = self.room_of(k, *torque);
         }
+        self.lock_margins().for_each(|(k, margin)| out[k] = margin);
         self.slider_rooms().for_each(|(k, room)| out[k] = room);
     }
 
@@ -214,11 +244,11 @@ impl Machine {
         if let Some((_, room)) = self.slider_rooms().find(|(k, _)| *k == direction) {
             return room;
         }
+        if let Some((_, margin)) = self.lock_margins().find(|(k, _)| *k == direction) {
+            return margin;
+        }
         let held = self.holding.iter().zip(&self.hold_torque).find(|(k, _)| **k == direction);
-        held.map_or_else(
-            || self.slip_margin(direction),
-            |(&k, torque)| 1.0 - torque.abs() / self.dynamics.breakaway_torques()[k],
-        )
+        held.map_or_else(|| self.slip_margin(direction), |(&k, torque)| self.room_of(k, *torque))
     }
 
     /// How far a slipping direction is from standing still at a state, rad/s: negative beyond.
@@ -235,15 +265,18 @@ impl Machine {
         if !self.following.is_empty() {
             self.share_holds(1.0);
         }
-        let c = self.dynamics.breakaway_torques();
         let shared = self.sharing.sticking.iter().zip(&self.sharing.torques);
         let alone = self.holding.iter().zip(&self.hold_torque);
-        let least = |room: f64, (&k, torque): (&usize, &f64)| room.min(1.0 - torque.abs() / c[k]);
+        let least = |room: f64, (&k, torque): (&usize, &f64)| room.min(self.room_of(k, *torque));
         let room = if self.following.is_empty() { alone.fold(1.0, least) } else { shared.fold(1.0, least) };
-        self.slider_rooms().fold(room, |least, (_, room)| least.min(room))
+        let rooms = self.slider_rooms().chain(self.lock_margins());
+        rooms.fold(room, |least, (_, room)| least.min(room))
     }
 
     pub(super) fn slip_margin(&self, direction: usize) -> f64 {
+        if direction >= self.holds.first {
+            return self.hold_margin(direction);
+        }
         match self.modes[direction] {
             Mode::Stick => f64::INFINITY,
             mode => mode.sign() * self.dynamics.friction_speed(direction, &self.work),
@@ -254,19 +287,23 @@ impl Machine {
     pub fn reversed(&mut self, state: &[f64], out: &mut Vec<usize>) {
         out.clear();
         let r = self.degrees_of_freedom;
-        if !self.modes.iter().any(|mode| *mode != Mode::Stick) {
+        if self.holds.is_empty() && !self.modes.iter().any(|mode| *mode != Mode::Stick) {
             return;
         }
         self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
-        let against = |this: &Self, k: usize| -this.modes[k].sign() * this.dynamics.friction_speed(k, &this.work);
-        out.extend((0..self.modes.len()).filter(|&k| against(self, k) > 0.0));
+        let against = |this: &Self, k: usize| {
+            // Stops and cushions turn where gaps and what presses tell.
+            let slips = if this.holds.slips(k) { this.modes[k].sign() } else { 0.0 };
+            -slips * this.dynamics.friction_speed(k, &this.work)
+        };
+        out.extend((0..self.modes.len()).filter(|&k| against(self, k) > 0.0 || self.hold_turns(k)));
         if out.is_empty() {
             return;
         }
         // What cancels in the speeds depends on the directions there.
         self.update(state);
         let noise = |k: usize| NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work);
-        out.retain(|&k| against(self, k) > noise(k));
+        out.retain(|&k| against(self, k) > noise(k) || self.hold_turns(k));
     }
 
     /// Decides all modes anew at a point, with the sources of the segment that begins there.
@@ -286,30 +323,28 @@ impl Machine {
         let before = self.modes.clone();
         let mut events = Vec::new();
         self.settle_drives(time, state, everything, input_names, &mut events);
-        if !everything && crossing.is_empty() && self.modes.iter().all(|mode| *mode != Mode::Stick) {
+        let met = self.meet(time, state, (crossing, everything), names, &mut events);
+        if !everything && !self.holds.struck && met.crossing.is_empty() && self.modes.iter().all(|mode| *mode != Mode::Stick) {
             // Nothing is at rest, and nothing comes to rest.
             return events;
         }
-        self.choose_modes(time, state, crossing, everything);
+        self.choose_modes(time, state, met, everything);
+        self.leave_stops();
         if !everything {
-            let changed = before.iter().zip(&self.modes).zip(names).filter(|((was, is), _)| was != is);
-            events.extend(changed.map(|((_, is), name)| match is {
-                Mode::Stick => format!("{name} sticks"),
-                Mode::Forward => format!("{name} slips forward"),
-                Mode::Backward => format!("{name} slips backward"),
-            }));
+            let changed = before.iter().zip(&self.modes).zip(names).enumerate().filter(|(_, ((was, is), _))| was != is);
+            events.extend(changed.filter_map(|(k, ((_, is), name))| Some(format!("{name} {}", self.holds.words(k, *is)?))));
         }
         events
     }
 
     /// The modes of [`Self::settle`], with the speeds that vanish in them.
-    fn choose_modes(&mut self, time: f64, state: &mut [f64], crossing: &[usize], everything: bool) {
+    fn choose_modes(&mut self, time: f64, state: &mut [f64], Met { crossing, resting }: Met, everything: bool) {
         self.evaluate(time, state);
-        if self.settle_sliders(crossing, everything) {
+        if self.settle_sliders(&crossing, everything) {
             self.evaluate(time, state);
         }
-        let crossing: Vec<usize> = crossing.iter().copied().filter(|k| !self.sliders.contains(k)).collect();
-        if !everything && crossing.is_empty() {
+        let crossing: Vec<usize> = crossing.into_iter().filter(|k| !self.sliders.contains(k)).collect();
+        if !everything && crossing.is_empty() && resting.is_none() {
             if let Some(modes) = self.leave_rest() {
                 self.stop_along_holding(state);
                 modes.into_iter().for_each(|(k, mode)| self.modes[k] = mode);
@@ -321,8 +356,8 @@ impl Machine {
         for k in passing {
             self.slip_with_speed(k);
         }
-        let mut resting: Vec<usize> = if everything {
-            let resting = self.without_speed(state);
+        let mut resting: Vec<usize> = if everything || resting.is_some() {
+            let resting = resting.unwrap_or_else(|| self.without_speed(state));
             (0..self.directions.len()).for_each(|k| self.slip_with_speed(self.directions[k]));
             resting
         } else {
@@ -331,8 +366,8 @@ impl Machine {
         };
         // Directions that depend on resting ones rest too.
         self.choose_holding(&resting);
-        let mut dependent: Vec<usize> =
-            self.directions.iter().copied().filter(|k| !resting.contains(k) && !self.is_outside(*k)).collect();
+        let may = |k: &usize| !resting.contains(k) && self.holds.takes_part(*k) && !self.is_outside(*k);
+        let mut dependent: Vec<usize> = self.directions.iter().copied().filter(may).collect();
         if !dependent.is_empty() {
             let span = self.span(&resting);
             dependent.retain(|&k| span.left(self.metric_row(k)) <= OUTSIDE);
@@ -361,7 +396,7 @@ impl Machine {
         self.hold_those_that_stick();
     }
 
-    fn hold_those_that_stick(&mut self) {
+    pub(super) fn hold_those_that_stick(&mut self) {
         let sticking = self.sticking();
         self.choose_holding(&sticking);
     }
@@ -374,7 +409,8 @@ impl Machine {
     /// A direction slips the way that it moves.
     fn slip_with_speed(&mut self, k: usize) {
         let speed = self.dynamics.friction_speed(k, &self.work);
-        self.modes[k] = if speed < 0.0 { Mode::Backward } else { Mode::Forward };
+        let back = speed < 0.0 && matches!(self.holds.kind(k), Kind::Friction { .. });
+        self.modes[k] = if back { Mode::Backward } else { Mode::Forward };
     }
 
     /// Directions whose speed is nothing but rounding.
@@ -382,7 +418,7 @@ impl Machine {
         let speeds = &state[self.degrees_of_freedom..2 * self.degrees_of_freedom];
         let rests = |k: &usize| {
             let speed = self.dynamics.friction_speed(*k, &self.work).abs();
-            speed <= NOISE * self.dynamics.friction_terms(*k, speeds, &self.work)
+            self.holds.takes_part(*k) && speed <= NOISE * self.dynamics.friction_terms(*k, speeds, &self.work)
         };
         self.directions.iter().copied().filter(rests).collect()
     }

@@ -6,6 +6,8 @@ mod expansion;
 mod expressions;
 mod forces;
 mod friction_modes;
+mod hold_terms;
+mod holds;
 mod jacobian;
 mod laws;
 mod motor_modes;
@@ -29,6 +31,7 @@ use crate::num::{Cholesky, Keeper};
 use crate::reduce::{Dynamics, Work};
 use expansion::Expansion;
 use expressions::Places;
+use holds::Holds;
 use jacobian::Jacobian;
 use response::Response;
 use sharing::Sharing;
@@ -63,6 +66,9 @@ pub struct Machine {
     /// What else is given of the time.
     timed: Timed,
     pub(super) modes: Vec<Mode>,
+    /// What holds one way or at times, and the largest torques against motion forward and backward of all directions, N m.
+    holds: Holds,
+    bounds: [Vec<f64>; 2],
     /// Independent directions among those that stick.
     holding: Vec<usize>,
     /// Directions that stick but follow from the holding ones.
@@ -119,6 +125,7 @@ impl Machine {
         for list in [&mut self.holding, &mut self.following, &mut self.still] {
             keeper.counts(list);
         }
+        self.holds.keep(keeper);
         self.prepare_holding();
         keeper.number(&mut self.step_length);
         for list in [&mut self.step_speeds, &mut self.hold_torque, &mut self.sources, &mut self.commands] {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::Machine;
-use super::expansion::{Expansion, Holding, Prospect};
+use super::expansion::{Expansion, Holding, Prospect, Watch};
 use super::expressions::Places;
 use super::friction_modes::NOISE;
 use crate::plan::Series;
@@ -22,9 +22,9 @@ impl Machine {
                 .into_iter()
                 .any(|places| places.contains(&given))
         };
-        let Places { forces, rates, powers, friction_speeds, commands, slider_torques, .. } = &self.places;
+        let Places { forces, rates, powers, friction_speeds, commands, slider_torques, holds, .. } = &self.places;
         let extended =
-            [forces, rates, powers, friction_speeds, commands, slider_torques].into_iter().cloned().flatten();
+            [forces, rates, powers, friction_speeds, commands, slider_torques, holds].into_iter().cloned().flatten();
         let motion = [inertia, friction_rows, friction_bias].into_iter().flatten();
         let rows = [angles, speeds].into_iter().zip(shafts);
         let rows = rows.flat_map(|(list, shafts)| list.iter().filter(|(shaft, _)| shafts.contains(shaft)));
@@ -53,6 +53,7 @@ impl Machine {
             rates: found(&self.places.rates).into_iter().chain(found(&self.places.powers)).collect(),
             friction_speeds: found(&self.places.friction_speeds),
             commands: found(&self.places.commands),
+            holds: found(&self.places.holds),
             sliders: self.sliders.iter().copied().zip(found(&self.places.slider_torques)).collect(),
             scratch: vec![0.0; stride],
             rows_follow,
@@ -86,8 +87,8 @@ impl Machine {
         let r = self.degrees_of_freedom;
         let speeds = &self.work.values()[r..2 * r];
         let noise = |k: usize| NOISE * self.dynamics.friction_terms(k, speeds, &self.work);
-        let c = self.dynamics.breakaway_torques();
-        let prospect = expansion.prospect(&self.modes, &self.holding, (c, noise), &self.drives, (length, order));
+        let watch = Watch { modes: &self.modes, holding: &self.holding, holds: &self.holds, bounds: self.bounds() };
+        let prospect = expansion.prospect(&watch, noise, &self.drives, (length, order));
         self.expansion = Some(expansion);
         prospect
     }

@@ -1,0 +1,49 @@
+use super::clutch::{STATIC_FACTOR, check_static_factor, pressed};
+use super::{Element, Mistake, Values};
+use crate::equations::{Direction, Term};
+use crate::results::Symbol;
+use crate::schema::{ElementKeys, Keys, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// A friction brake of a shaft or a mass, whose torque follows from a signal.
+    element Brake("brake") {
+        required {
+            shaft: Body, "The shaft or mass that it brakes, against the housing.";
+            torque: Formula(Dimension::TORQUE),
+                "The Coulomb torque that it slips with, not negative: an expression of signals `[signal.NAME]`, the time `t`, parameters, angles and \
+                 speeds.";
+        }
+        optional {
+            static_factor: Number(Sign::Positive) as STATIC_FACTOR;
+        }
+    }
+}
+
+/// A friction brake of a shaft or a mass, whose torque follows from a signal.
+pub const BRAKE: Element = Element {
+    keyword: Brake::KEYWORD,
+    summary: "Friction brake: Coulomb friction of a shaft against the housing with a torque that a signal commands.",
+    sketch: r"
+    shaft ===| |--- housing
+             ^ torque(t)",
+    signs: "`<name>.tau` turns the shaft back; while it slips it opposes its speed.",
+    symbol: Symbol::Clutch,
+    fields: Brake::FIELDS,
+    example: "\
+[brake.park]
+shaft = \"wheel\"
+torque = \"80 N m * applied\"
+static_factor = 1.2
+",
+    check,
+    terms,
+};
+
+fn check(values: &Values) -> Vec<Mistake> {
+    check_static_factor(values)
+}
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    pressed(Direction::shaft(values.word_or_default("shaft")), values)
+}

@@ -1,0 +1,68 @@
+use super::{Element, Mistake, Values, gear};
+use crate::equations::{Direction, Hold, Term};
+use crate::results::Symbol;
+use crate::schema::{ElementKeys, Field, Keys, Kind, Sign, keys};
+use crate::units::{Dimension, Exact};
+
+keys! {
+    /// A friction clutch between two shafts, whose torque follows from a signal.
+    element Clutch("clutch") {
+        required {
+            shaft_1: Body, "The first shaft or mass.";
+            shaft_2: Body, "The second.";
+            torque: Formula(Dimension::TORQUE),
+                "The Coulomb torque that it slips with, not negative: an expression of signals `[signal.NAME]`, the time `t`, parameters, angles and \
+                 speeds; such as \"mu * radius * pressed\" with the force of a signal.";
+        }
+        optional {
+            static_factor: Number(Sign::Positive) as STATIC_FACTOR;
+        }
+    }
+}
+
+pub(super) const STATIC_FACTOR: Field = Field::optional(
+    "static_factor",
+    Kind::Number(Sign::Positive),
+    "At rest it holds up to so many times that torque, at least 1; left out: 1.",
+);
+
+/// A friction clutch between two shafts, whose torque follows from a signal.
+pub const CLUTCH: Element = Element {
+    keyword: Clutch::KEYWORD,
+    summary: "Friction clutch: Coulomb friction between two shafts with a torque that a signal commands; it holds at rest, and nothing creeps.",
+    sketch: r"
+    shaft_1 ===| |=== shaft_2
+               ^ torque(t)",
+    signs: "`<name>.tau` turns shaft_2 forward and shaft_1 back; while it slips it opposes w1 - w2.",
+    symbol: Symbol::Clutch,
+    fields: Clutch::FIELDS,
+    example: "\
+[clutch.launch]
+shaft_1 = \"engine\"
+shaft_2 = \"gearbox\"
+torque = \"200 N m * ramp\"
+",
+    check,
+    terms,
+};
+
+fn check(values: &Values) -> Vec<Mistake> {
+    [gear::check(values), check_static_factor(values)].concat()
+}
+
+pub(super) fn check_static_factor(values: &Values) -> Vec<Mistake> {
+    let low = values.exact("static_factor").is_some_and(|factor| factor.to_f64() < 1.0);
+    let mistake = || Mistake::new("static_factor", "below 1 it would hold less at rest than in motion", "give at least 1");
+    low.then(mistake).into_iter().collect()
+}
+
+/// Friction of a commanded torque along a direction.
+pub(super) fn pressed(along: Direction, values: &Values) -> Vec<Term> {
+    let Some(torque) = values.formula("torque") else { return Vec::new() };
+    let at_rest = values.exact("static_factor").cloned().unwrap_or_else(Exact::one);
+    vec![Term::Hold { along, hold: Hold::Friction { torque: torque.clone(), at_rest } }]
+}
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    pressed(Direction::difference(values.word_or_default("shaft_1"), values.word("shaft_2")), values)
+}

@@ -1,0 +1,72 @@
+use super::shared::contact::{check_contact, contact};
+use super::{Element, Mistake, Values, gear};
+use crate::equations::{Direction, Term};
+use crate::results::Symbol;
+use crate::schema::{ElementKeys, Keys, Sign, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// Stops that an angle or a distance cannot pass.
+    element EndStop("end_stop") {
+        required {
+            shaft_1: Body, "The first shaft or mass.";
+        }
+        optional {
+            shaft_2: Body, "The second; left out: the housing.";
+            lower: Mechanical(Dimension::ANGLE, Sign::Any), "The least q1 - q2; left out: no stop on this side.";
+            upper: Mechanical(Dimension::ANGLE, Sign::Any), "The largest q1 - q2; left out: no stop on this side.";
+            restitution: Number(Sign::NonNegative) = "0",
+                "Of a rigid stop: the part of the speed that it is left with, 0 to 1.";
+            stiffness: Mechanical(Dimension::STIFFNESS, Sign::Positive), "Of a soft stop; left out: the stop is rigid.";
+            damping: Mechanical(Dimension::DAMPING, Sign::NonNegative) = "0 N m s/rad",
+                "Of a soft stop: it presses with s d + d d', but never pulls.";
+        }
+    }
+}
+
+/// Stops that an angle or a distance cannot pass.
+pub const END_STOP: Element = Element {
+    keyword: EndStop::KEYWORD,
+    summary: "Stops that an angle or a distance cannot pass: rigid, with restitution, or soft; a ball on the ground, a rack at its end.",
+    sketch: r"
+        |              |
+    lower|<-- q1 - q2 -->|upper
+        |              |",
+    signs: "`<name>.tau` (between masses `<name>.f`) turns shaft_2 forward and shaft_1 back: above zero at the upper stop, below at the lower one. What \
+            arrives at a rigid stop goes back with `restitution` times its speed; the run tells the energy that the blow takes.",
+    symbol: Symbol::Stop,
+    fields: EndStop::FIELDS,
+    example: "\
+[end_stop.rack]
+shaft_1 = \"pinion\"
+lower = \"-540 deg\"
+upper = \"540 deg\"
+stiffness = \"2 kN m/rad\"
+damping = \"10 N m s/rad\"
+",
+    check,
+    terms,
+};
+
+fn check(values: &Values) -> Vec<Mistake> {
+    let mut out = [gear::check(values), check_contact(values, "lower")].concat();
+    match (values.exact("lower"), values.exact("upper")) {
+        (None, None) if !values.has("lower") && !values.has("upper") => out.push(Mistake::new(
+            "shaft_1",
+            "it has no stop on either side",
+            "give `lower`, `upper` or both",
+        )),
+        (Some(lower), Some(upper)) if lower.to_f64() >= upper.to_f64() => out.push(Mistake::new(
+            "upper",
+            "the upper stop is not above the lower one, so nothing fits between them",
+            "make `upper` larger than `lower`; what never moves is a `constraint`",
+        )),
+        _ => {}
+    }
+    out
+}
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    let along = Direction::difference(values.word_or_default("shaft_1"), values.word("shaft_2"));
+    contact(&along, [values.exact("lower").cloned(), values.exact("upper").cloned()], values)
+}

@@ -1,0 +1,49 @@
+use super::{Element, Mistake, Values, gear};
+use crate::equations::{Direction, Hold, Term};
+use crate::results::Symbol;
+use crate::schema::{ElementKeys, Keys, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// A form-fit lock that a signal engages and releases.
+    element Lock("lock") {
+        required {
+            shaft_1: Body, "The first shaft or mass.";
+            engaged: Formula(Dimension::NONE),
+                "Engaged while this is above 0.5: an expression of signals `[signal.NAME]`, the time `t`, parameters, angles and speeds.";
+        }
+        optional {
+            shaft_2: Body, "The second; left out: the housing.";
+        }
+    }
+}
+
+/// A form-fit lock that a signal engages and releases.
+pub const LOCK: Element = Element {
+    keyword: Lock::KEYWORD,
+    summary: "Form-fit lock (dog clutch, parking pawl): while it is engaged both shafts turn alike, whatever the torque.",
+    sketch: r"
+    shaft_1 ===[#]=== shaft_2     w1 = w2 while engaged",
+    signs: "`<name>.tau` turns shaft_2 forward and shaft_1 back. To engage at speed is a blow: it keeps the momentum, and the run tells the energy \
+            that it takes.",
+    symbol: Symbol::Clutch,
+    fields: Lock::FIELDS,
+    example: "\
+[lock.dog]
+shaft_1 = \"input\"
+shaft_2 = \"output\"
+engaged = \"shift\"
+",
+    check,
+    terms,
+};
+
+fn check(values: &Values) -> Vec<Mistake> {
+    gear::check(values)
+}
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    let Some(engaged) = values.formula("engaged") else { return Vec::new() };
+    let along = Direction::difference(values.word_or_default("shaft_1"), values.word("shaft_2"));
+    vec![Term::Hold { along, hold: Hold::Lock { engaged: engaged.clone() } }]
+}

@@ -1,0 +1,45 @@
+use super::{Element, Mistake, Values};
+use crate::equations::{Direction, Hold, Term};
+use crate::results::Symbol;
+use crate::schema::{ElementKeys, Keys, keys};
+
+keys! {
+    /// A freewheel: one shaft drives the other forward and lets it overrun.
+    element OneWayClutch("one_way_clutch") {
+        required {
+            driven: Body, "The shaft or mass that may overrun, and never falls behind.";
+        }
+        optional {
+            driving: Body, "The shaft or mass that drives it; left out: the housing, so that `driven` never turns back.";
+        }
+    }
+}
+
+/// A freewheel: one shaft drives the other forward and lets it overrun.
+pub const ONE_WAY_CLUTCH: Element = Element {
+    keyword: OneWayClutch::KEYWORD,
+    summary: "One-way clutch (freewheel, backstop): the driven shaft may overrun the driving one and is never slower.",
+    sketch: r"
+    driving ===|>|=== driven      w(driven) >= w(driving)",
+    signs: "`<name>.tau` turns `driving` forward and `driven` back, so that it is zero or negative; zero while it overruns.",
+    symbol: Symbol::Clutch,
+    fields: OneWayClutch::FIELDS,
+    example: "\
+[one_way_clutch.hub]
+driving = \"sprocket\"
+driven = \"wheel\"
+",
+    check,
+    terms,
+};
+
+fn check(values: &Values) -> Vec<Mistake> {
+    let same = values.word("driving").is_some() && values.word("driving") == values.word("driven");
+    let message = || format!("both ends are `{}`", values.word_or_default("driven"));
+    same.then(|| Mistake::new("driven", message(), "name two different ones")).into_iter().collect()
+}
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    let along = Direction::difference(values.word_or_default("driven"), values.word("driving"));
+    vec![Term::Hold { along, hold: Hold::OneWay }]
+}

@@ -1,0 +1,76 @@
+//! What holds one way or at times, in the expressions of the loop.
+
+use super::expressions::Loop;
+use crate::assemble::Along;
+use crate::equations::Hold;
+use crate::expr::Expr;
+use crate::num::Rational;
+use crate::reduce::Reduced;
+use crate::units::Exact;
+
+/// What a hold is in the loop.
+pub(super) struct HoldTerms {
+    /// Its torque where it does not hold, against the motion along it.
+    pub torque: Expr,
+    /// The speed along it.
+    pub speed: Expr,
+    /// The power that it takes.
+    pub loss: Expr,
+    /// What its modes depend on: of friction its torque when it slides, of a lock what engages it, of stops and cushions the gap and, of the
+    /// latter, what it presses with while it touches.
+    pub told: [Expr; 2],
+}
+
+impl HoldTerms {
+    /// Of a hold whose sense is given: of friction and clutches that of the motion, of a cushion +1 where it presses, −1 where it is left behind
+    /// by what pressed it, 0 where nothing touches it.
+    pub fn new(all: &mut Loop<'_>, reduced: &Reduced, hold: &Along<Hold>, sense: Expr) -> Self {
+        let speed = all.motion.sum(&hold.row, |motion, shaft| motion.speeds[shaft]);
+        let speed = all.motion.graph.group(speed);
+        let zero = all.motion.graph.integer(0);
+        match &hold.value {
+            Hold::Friction { torque, .. } => {
+                let size = all.motion.formula(reduced, torque);
+                let torque = all.motion.graph.multiply(sense, size);
+                let loss = all.motion.graph.multiply(torque, speed);
+                Self { torque, speed, loss, told: [size, zero] }
+            }
+            Hold::OneWay => Self { torque: zero, speed, loss: zero, told: [zero; 2] },
+            Hold::Lock { engaged } => {
+                let engaged = all.motion.formula(reduced, engaged);
+                Self { torque: zero, speed, loss: zero, told: [engaged, zero] }
+            }
+            Hold::Stop { offset, .. } => {
+                let gap = gap(all, hold, offset);
+                Self { torque: zero, speed, loss: zero, told: [gap, zero] }
+            }
+            Hold::Cushion { offset, stiffness, damping } => {
+                let gap = gap(all, hold, offset);
+                let (stiffness, damping) = (all.motion.exact(stiffness), all.motion.exact(damping));
+                let graph = &mut all.motion.graph;
+                let (spring, damper) = (graph.multiply(stiffness, gap), graph.multiply(damping, speed));
+                let pull = graph.add(spring, damper);
+                let pull = graph.group(pull);
+                let square = graph.multiply(sense, sense);
+                let half = Rational::from_parts(1.into(), 2u8.into());
+                let presses = graph.sum(Rational::ZERO, &[(square, half.clone()), (sense, half.clone())]);
+                let is_left = graph.sum(Rational::ZERO, &[(square, half.clone()), (sense, -half)]);
+                let torque = graph.multiply(presses, pull);
+                // While it presses the damper takes power; left behind, the spring relaxes by itself.
+                let damped = graph.product(&[(presses, 1), (damper, 1), (speed, 1)]);
+                let relaxed = graph.product(&[(is_left, 1), (spring, 1), (speed, 1)]);
+                let loss = graph.subtract(damped, relaxed);
+                let push = graph.negate(pull);
+                Self { torque, speed, loss, told: [gap, push] }
+            }
+        }
+    }
+}
+
+/// `aᵀq − offset`
+fn gap(all: &mut Loop<'_>, hold: &Along<Hold>, offset: &Exact) -> Expr {
+    let angle = all.motion.sum(&hold.row, |motion, shaft| motion.angles[shaft]);
+    let offset = all.motion.exact(offset);
+    let gap = all.motion.graph.subtract(angle, offset);
+    all.motion.graph.group(gap)
+}

@@ -1,0 +1,437 @@
+//! What holds one way or at times: clutches, one-way clutches, stops, cushions and locks, and the blows that rigid ones give.
+//!
+//! In the convex problem of friction they are directions whose bounds differ with the sense of motion: a one-way clutch and a stop that is touched
+//! oppose motion backward with any torque and motion forward with none, a lock opposes both with any. What only touches, a cushion, has a torque
+//! that follows from the state, and modes that switch it.
+//!
+//! Blow: speeds jump so that `v⁺ + e v⁻` along what rigid directions block vanishes or opens (Moreau's form of Newton's law), by the same
+//! convex problem over impulses. If that gained energy, as different e of coupled stops could, nothing rebounds: the projection with e = 0 never gains.
+
+use super::Machine;
+use super::friction_modes::NOISE;
+use crate::assemble::Equations;
+use crate::equations::{Domain, Hold};
+use crate::num::{Keeper, dot};
+use crate::simulate::friction::{Bounds, Mode};
+
+/// Rebounds slower than this end at rest, rad/s or m/s: what bounces ever lower comes to rest in a finite time.
+const LEAST_REBOUND: f64 = 1e-12;
+
+/// How a direction holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Kind {
+    /// Friction, of a constant torque or one that an expression gives; which at rest is so many times what it is in motion.
+    Friction { at_rest: f64 },
+    OneWay,
+    Stop { offset: f64, restitution: f64 },
+    Cushion { offset: f64, stiffness: f64, damping: f64 },
+    Lock,
+}
+
+/// The holds of a machine, which are the directions from `first` on.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Holds {
+    pub(super) first: usize,
+    pub(super) kinds: Vec<Kind>,
+    /// Whether a stop is touched, or a lock engaged: then it takes part in the convex problem. Of others always.
+    pub(super) engaged: Vec<bool>,
+    /// Units of the speeds along them.
+    units: Vec<&'static str>,
+    /// Whether torques of friction are expressions.
+    pub(super) changes: bool,
+    pub(super) has_locks: bool,
+    /// Whether speeds have jumped at the last event.
+    pub(super) struck: bool,
+}
+
+impl Holds {
+    pub(super) fn new(equations: &Equations) -> Self {
+        let kind = |hold: &Hold| match hold {
+            Hold::Friction { at_rest, .. } => Kind::Friction { at_rest: at_rest.to_f64() },
+            Hold::OneWay => Kind::OneWay,
+            Hold::Stop { offset, restitution } => {
+                Kind::Stop { offset: offset.to_f64(), restitution: restitution.to_f64() }
+            }
+            Hold::Cushion { offset, stiffness, damping } => Kind::Cushion {
+                offset: offset.to_f64(),
+                stiffness: stiffness.to_f64(),
+                damping: damping.to_f64(),
+            },
+            Hold::Lock { .. } => Kind::Lock,
+        };
+        let kinds: Vec<Kind> = equations.holds.iter().map(|hold| kind(&hold.value)).collect();
+        Self {
+            first: equations.frictions.len(),
+            engaged: kinds.iter().map(|kind| !matches!(kind, Kind::Stop { .. } | Kind::Lock)).collect(),
+            units: equations.holds.iter().map(|hold| match equations.domain_of(hold) {
+                Domain::Translation => "m/s",
+                _ => "rad/s",
+            }).collect(),
+            changes: kinds.iter().any(|kind| matches!(kind, Kind::Friction { .. })),
+            has_locks: kinds.contains(&Kind::Lock),
+            kinds,
+            struck: false,
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.kinds.is_empty()
+    }
+
+    /// How a direction holds.
+    pub(super) fn kind(&self, direction: usize) -> Kind {
+        direction.checked_sub(self.first).map_or(Kind::Friction { at_rest: 1.0 }, |hold| self.kinds[hold])
+    }
+
+    /// Whether a direction can come to rest or stay there.
+    pub(super) fn takes_part(&self, direction: usize) -> bool {
+        direction.checked_sub(self.first).is_none_or(|hold| self.engaged[hold])
+    }
+
+    /// Whether a direction that does not stick is in its mode as long as its speed keeps its sign.
+    pub(super) fn slips(&self, direction: usize) -> bool {
+        matches!(self.kind(direction), Kind::Friction { .. } | Kind::OneWay)
+    }
+
+    /// What a direction does that has come into a mode, in words; nothing where that was told.
+    pub(super) fn words(&self, direction: usize, mode: Mode) -> Option<&'static str> {
+        match (self.kind(direction), mode) {
+            (Kind::Friction { .. }, Mode::Stick) => Some("sticks"),
+            (Kind::Friction { .. }, Mode::Forward) => Some("slips forward"),
+            (Kind::Friction { .. }, Mode::Backward) => Some("slips backward"),
+            (Kind::OneWay, Mode::Stick) => Some("locks"),
+            (Kind::OneWay, _) => Some("overruns"),
+            (Kind::Stop { .. }, Mode::Stick) => Some("is rested on"),
+            (Kind::Stop { .. }, _) => Some("is left"),
+            (Kind::Cushion { .. } | Kind::Lock, _) => None,
+        }
+    }
+
+    /// The bounds of holds, after those of the frictions.
+    pub(super) fn bounds(&self) -> [Vec<f64>; 2] {
+        let of = |kind: &Kind| match kind {
+            Kind::Friction { .. } | Kind::Cushion { .. } => [0.0, 0.0],
+            Kind::OneWay | Kind::Stop { .. } => [0.0, f64::INFINITY],
+            Kind::Lock => [f64::INFINITY; 2],
+        };
+        [0, 1].map(|sense| self.kinds.iter().map(|kind| of(kind)[sense]).collect())
+    }
+
+    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        self.engaged.iter_mut().for_each(|engaged| keeper.flag(engaged));
+    }
+}
+
+impl Machine {
+    /// What a hold is told at the point last evaluated: see [`HoldTerms::told`](super::hold_terms::HoldTerms::told).
+    fn told(&self, hold: usize) -> [f64; 2] {
+        let first = self.places.holds.start + 2 * hold;
+        [first, first + 1].map(|place| self.work.more(&self.dynamics, place))
+    }
+
+    /// The bounds of frictions whose torque an expression gives, at the point last evaluated.
+    pub(super) fn find_bounds(&mut self) {
+        for hold in 0..self.holds.kinds.len() {
+            if let Kind::Friction { at_rest } = self.holds.kinds[hold] {
+                let most = (at_rest * self.told(hold)[0]).max(0.0);
+                let direction = self.holds.first + hold;
+                self.bounds.iter_mut().for_each(|bounds| bounds[direction] = most);
+            }
+        }
+    }
+
+    /// The largest torques that directions oppose motion with.
+    pub(super) fn bounds(&self) -> Bounds<'_> {
+        Bounds { forward: &self.bounds[0], backward: &self.bounds[1] }
+    }
+
+    /// What a torque that holds a direction has left of its bounds, as a part of them where that says something.
+    pub(super) fn room_of(&self, direction: usize, torque: f64) -> f64 {
+        let [forward, backward] = [self.bounds[0][direction], self.bounds[1][direction]];
+        if forward == backward && forward > 0.0 && forward.is_finite() {
+            return 1.0 - torque.abs() / forward;
+        }
+        let room = |most: f64, torque: f64| match most {
+            most if most == f64::INFINITY => f64::INFINITY,
+            0.0 => -torque,
+            most => 1.0 - torque / most,
+        };
+        room(forward, torque).min(room(backward, -torque)).min(1.0)
+    }
+
+    /// Whether the bounds of sticking directions are the same both ways, and neither nothing nor without end.
+    pub(super) fn shares_by_size(&self) -> bool {
+        let mut sticking = self.holding.iter().chain(&self.following);
+        sticking.all(|&k| {
+            let [forward, backward] = [self.bounds[0][k], self.bounds[1][k]];
+            forward == backward && forward > 0.0 && forward.is_finite()
+        })
+    }
+
+    /// Gap and speed of a stop or cushion from angles and speeds alone, and what rounding may make of the speed.
+    fn gap(&self, direction: usize, offset: f64) -> [f64; 2] {
+        let gap = self.dynamics.friction_angle(direction, &self.work) - offset;
+        [gap, self.dynamics.friction_speed(direction, &self.work)]
+    }
+
+    /// How far a hold is from leaving the mode that angles and speeds decide about.
+    pub(super) fn hold_margin(&self, direction: usize) -> f64 {
+        match (self.holds.kind(direction), self.modes[direction]) {
+            (Kind::Friction { .. } | Kind::OneWay, Mode::Stick) | (Kind::Lock, _) => f64::INFINITY,
+            (Kind::Friction { .. } | Kind::OneWay, mode) => {
+                mode.sign() * self.dynamics.friction_speed(direction, &self.work)
+            }
+            (Kind::Stop { .. }, _) if self.holds.takes_part(direction) => f64::INFINITY,
+            (Kind::Stop { offset, .. }, _) => self.gap(direction, offset)[0],
+            (Kind::Cushion { offset, stiffness, damping }, mode) => {
+                let [gap, speed] = self.gap(direction, offset);
+                let push = -(stiffness * gap + damping * speed);
+                match mode {
+                    Mode::Stick => gap,
+                    Mode::Forward => push,
+                    Mode::Backward => (-gap).min(-push),
+                }
+            }
+        }
+    }
+
+    /// Whether a stop is arrived at, or a cushion touched, pressed or left, at the angles and speeds last evaluated.
+    pub(super) fn hold_turns(&self, direction: usize) -> bool {
+        match self.holds.kind(direction) {
+            Kind::Stop { offset, .. } if !self.holds.takes_part(direction) => {
+                let [gap, speed] = self.gap(direction, offset);
+                gap < 0.0 && speed < -NOISE * self.dynamics.friction_terms(direction, &self.step_speeds, &self.work)
+            }
+            Kind::Cushion { offset, .. } if self.modes[direction] == Mode::Stick => {
+                let [gap, speed] = self.gap(direction, offset);
+                gap < 0.0 && speed < 0.0
+            }
+            Kind::Cushion { .. } => self.hold_margin(direction) < 0.0,
+            _ => false,
+        }
+    }
+
+    /// How far locks are from being switched at the point last evaluated.
+    pub(super) fn lock_margins(&self) -> impl Iterator<Item = (usize, f64)> {
+        let locks = (0..self.holds.kinds.len()).filter(|&hold| self.holds.kinds[hold] == Kind::Lock);
+        locks.map(|hold| {
+            let above = self.told(hold)[0] - 0.5;
+            (self.holds.first + hold, if self.holds.engaged[hold] { above } else { -above })
+        })
+    }
+
+    /// Whether a lock is to be switched at the point last evaluated.
+    pub(super) fn a_lock_turns(&self) -> bool {
+        !self.holds.is_empty() && self.lock_margins().any(|(_, margin)| margin < 0.0)
+    }
+
+    /// Cushions and locks at the point last evaluated; tells whether one changes.
+    fn switch_holds(&mut self, everything: bool, names: &[String], events: &mut Vec<String>) -> bool {
+        let mut changed = false;
+        for hold in 0..self.holds.kinds.len() {
+            let (direction, [first, second]) = (self.holds.first + hold, self.told(hold));
+            let before = (self.modes[direction], self.holds.engaged[hold]);
+            match self.holds.kinds[hold] {
+                Kind::Lock => {
+                    let margin = if self.holds.engaged[hold] { first - 0.5 } else { 0.5 - first };
+                    if margin < 0.0 || everything {
+                        self.holds.engaged[hold] = first > 0.5;
+                    }
+                    if !self.holds.engaged[hold] {
+                        self.modes[direction] = Mode::Forward;
+                    }
+                }
+                Kind::Cushion { .. } => {
+                    self.modes[direction] = match (first < 0.0, second > 0.0) {
+                        (true, true) => Mode::Forward,
+                        (true, false) => Mode::Backward,
+                        (false, _) => Mode::Stick,
+                    };
+                }
+                _ => continue,
+            }
+            let after = (self.modes[direction], self.holds.engaged[hold]);
+            if before == after {
+                continue;
+            }
+            changed = true;
+            let what = match (self.holds.kinds[hold], before.0, after.0) {
+                _ if everything => continue,
+                (Kind::Lock, ..) if after.1 => "engages",
+                (Kind::Lock, ..) => "is released",
+                (_, Mode::Stick, _) => "is touched",
+                (_, _, Mode::Stick) if before.0 == Mode::Backward => continue,
+                (_, Mode::Backward, _) => "is pressed again",
+                _ => "is left",
+            };
+            events.push(format!("{} {what}", names[direction]));
+        }
+        changed
+    }
+
+    /// Stops, locks and cushions where the motion has come, and the blows where rigid ones meet a speed. Tells which directions come to rest, and
+    /// after a blow or at the begin all that are at rest.
+    pub(super) fn meet(
+        &mut self,
+        time: f64,
+        state: &mut [f64],
+        (crossing, everything): (&[usize], bool),
+        names: &[String],
+        events: &mut Vec<String>,
+    ) -> Met {
+        self.holds.struck = false;
+        if self.holds.is_empty() {
+            return Met { crossing: crossing.to_vec(), resting: None };
+        }
+        self.evaluate(time, state);
+        let arriving = |k: &&usize| matches!(self.holds.kind(**k), Kind::Stop { .. });
+        let mut arrived: Vec<usize> = crossing.iter().filter(arriving).copied().collect();
+        let engaged = self.holds.engaged.clone();
+        self.switch_holds(everything, names, events);
+        for hold in 0..self.holds.kinds.len() {
+            let direction = self.holds.first + hold;
+            match self.holds.kinds[hold] {
+                Kind::Stop { offset, .. } if everything => {
+                    let noise = NOISE * (offset.abs() + self.dynamics.friction_angle(direction, &self.work).abs());
+                    self.holds.engaged[hold] = self.gap(direction, offset)[0] <= noise;
+                    self.modes[direction] = Mode::Forward;
+                }
+                Kind::Stop { .. } => self.holds.engaged[hold] |= arrived.contains(&direction),
+                Kind::Lock if self.holds.engaged[hold] && !engaged[hold] => arrived.push(direction),
+                _ => {}
+            }
+        }
+        if engaged != self.holds.engaged {
+            self.hold_those_that_stick();
+        }
+        let resting = if arrived.is_empty() && !everything { None } else { self.strike(state, names, events) };
+        let plain = |k: &&usize| matches!(self.holds.kind(**k), Kind::Friction { .. } | Kind::OneWay);
+        arrived.extend(crossing.iter().filter(plain));
+        Met { crossing: arrived, resting }
+    }
+
+    /// The blow at the point last evaluated, if rigid directions that take part meet a speed that they block; with the directions that are at rest
+    /// behind it.
+    fn strike(&mut self, state: &mut [f64], names: &[String], events: &mut Vec<String>) -> Option<Vec<usize>> {
+        let r = self.degrees_of_freedom;
+        let rigid = |hold: &usize| match self.holds.kinds[*hold] {
+            Kind::OneWay => true,
+            Kind::Stop { .. } | Kind::Lock => self.holds.engaged[*hold],
+            Kind::Friction { .. } | Kind::Cushion { .. } => false,
+        };
+        let first = self.holds.first;
+        let rigid: Vec<usize> = (0..self.holds.kinds.len()).filter(rigid).map(|hold| first + hold).collect();
+        let before: Vec<f64> = state[r..2 * r].to_vec();
+        let sizes: Vec<f64> = before.iter().map(|speed| speed.abs()).collect();
+        let meets = |k: &usize| {
+            let speed = self.dynamics.friction_speed(*k, &self.work);
+            let blocked = if self.holds.kind(*k) == Kind::Lock { speed.abs() } else { -speed };
+            blocked > NOISE * self.dynamics.friction_terms(*k, &sizes, &self.work)
+        };
+        let hit: Vec<usize> = rigid.iter().copied().filter(meets).collect();
+        if hit.is_empty() {
+            return None;
+        }
+        let Blow { impulses, rebounds, lost, weighted } = self.blow(&rigid);
+        for (row, impulse) in weighted.chunks_exact(r).zip(&impulses) {
+            state[r..2 * r].iter_mut().zip(row).for_each(|(speed, x)| *speed -= x * impulse);
+        }
+        state[self.size - 1] += lost;
+        let one = |k: &usize| {
+            let speed = self.dynamics.friction_speed(*k, &self.work).abs();
+            format!("{} meets {speed:.6} {}", names[*k], self.holds.units[*k - first])
+        };
+        let what: Vec<String> = hit.iter().map(one).collect();
+        events.push(format!("{}: the blow takes {lost:.6} J", what.join(", ")));
+        self.holds.struck = true;
+        // What it has stopped rests; so does what has no speed but rounding, and what rested before and was not moved.
+        let stopped = rigid.iter().zip(&rebounds).zip(&impulses);
+        let stopped: Vec<usize> =
+            stopped.filter(|((_, e), impulse)| **e == 0.0 && **impulse != 0.0).map(|((k, _), _)| *k).collect();
+        let sizes: Vec<f64> = sizes.iter().zip(&state[r..2 * r]).map(|(a, b)| a.max(b.abs())).collect();
+        self.step_speeds.copy_from_slice(&sizes);
+        let change: Vec<f64> = before.iter().zip(&state[r..2 * r]).map(|(before, after)| after - before).collect();
+        let rests = |k: &usize| {
+            let noise = NOISE * self.dynamics.friction_terms(*k, &sizes, &self.work);
+            let along = |x: &[f64]| self.dynamics.along_friction(*k, x, &self.work).abs();
+            let rested = self.modes[*k] == Mode::Stick && along(&change) <= noise;
+            self.holds.takes_part(*k) && (stopped.contains(k) || rested || along(&state[r..2 * r]) <= noise)
+        };
+        Some(self.directions.iter().copied().filter(rests).collect())
+    }
+
+    /// The impulses along rigid directions at the point last evaluated, so that nothing goes on into them and no energy is gained.
+    fn blow(&mut self, rigid: &[usize]) -> Blow {
+        let before: Vec<f64> = rigid.iter().map(|&k| self.dynamics.friction_speed(k, &self.work)).collect();
+        let rebound = |(&k, &speed): (&usize, &f64)| match self.holds.kind(k) {
+            Kind::Stop { restitution, .. } if -restitution * speed > LEAST_REBOUND => restitution,
+            _ => 0.0,
+        };
+        let mut rebounds: Vec<f64> = rigid.iter().zip(&before).map(rebound).collect();
+        let (weighted, w) = self.compliance(rigid);
+        let m = rigid.len();
+        let mut impulses = vec![0.0; m];
+        let [forward, backward]: [Vec<f64>; 2] =
+            [0, 1].map(|sense| rigid.iter().map(|&k| self.bounds[sense][k]).collect());
+        let bounds = Bounds { forward: &forward, backward: &backward };
+        loop {
+            let right: Vec<f64> = before.iter().zip(&rebounds).map(|(speed, e)| speed * (1.0 + e)).collect();
+            self.box_problem.solve(&w, &right, bounds, &mut impulses);
+            let after = |a: usize| before[a] - dot(&w[a * m..(a + 1) * m], &impulses);
+            let lost: f64 = (0..m).map(|a| 0.5 * impulses[a] * (before[a] + after(a))).sum();
+            if lost >= 0.0 || rebounds.iter().all(|e| *e == 0.0) {
+                return Blow { impulses, rebounds, lost: lost.max(0.0), weighted };
+            }
+            rebounds.fill(0.0);
+        }
+    }
+
+    /// Stops that no longer rest are left.
+    pub(super) fn leave_stops(&mut self) {
+        for hold in 0..self.holds.kinds.len() {
+            if matches!(self.holds.kinds[hold], Kind::Stop { .. }) {
+                self.holds.engaged[hold] = self.modes[self.holds.first + hold] == Mode::Stick;
+            }
+        }
+    }
+
+    /// Stops and cushions that begin beyond their offset, with how far, rad.
+    pub(in crate::simulate) fn beyond_stops(&mut self, state: &[f64]) -> Vec<(usize, f64)> {
+        self.update(state);
+        let beyond = |hold: usize| {
+            let Kind::Stop { offset, .. } = self.holds.kinds[hold] else { return None };
+            let direction = self.holds.first + hold;
+            let gap = self.dynamics.friction_angle(direction, &self.work) - offset;
+            let noise = NOISE * (offset.abs() + self.dynamics.friction_angle(direction, &self.work).abs());
+            (gap < -noise).then_some((direction, -gap))
+        };
+        (0..self.holds.kinds.len()).filter_map(beyond).collect()
+    }
+
+    /// The unit of angles along a hold.
+    pub(in crate::simulate) fn unit_along(&self, direction: usize) -> &'static str {
+        self.holds.units[direction - self.holds.first].trim_end_matches("/s")
+    }
+
+    /// Whether speeds have jumped at the last event.
+    pub(in crate::simulate) fn was_struck(&self) -> bool {
+        self.holds.struck
+    }
+}
+
+/// What the motion has met.
+pub(super) struct Met {
+    /// Directions that come to rest.
+    pub crossing: Vec<usize>,
+    /// All that are at rest, where speeds have jumped.
+    pub resting: Option<Vec<usize>>,
+}
+
+/// A blow: impulses along rigid directions against their motion, the part of the speed that each goes back with, the energy lost (J), and H⁻¹ of
+/// each direction.
+struct Blow {
+    impulses: Vec<f64>,
+    rebounds: Vec<f64>,
+    lost: f64,
+    weighted: Vec<f64>,
+}

@@ -1,0 +1,366 @@
+//! Stops, clutches, brakes, freewheels, locks and backlash: against closed forms and conserved quantities.
+
+use std::f64::consts::PI;
+
+use kardan::results::{Outcome, Run};
+use kardan::simulate::Method;
+
+use crate::common::{Dice, at, run_by, signal, time_of};
+
+const METHODS: [Method; 4] = [Method::Taylor, Method::Dop853, Method::Radau, Method::Automatic];
+
+fn by(source: &str, method: Method) -> Run {
+    let run = run_by(source, method, Some(1e-10));
+    assert_eq!(run.outcome, Outcome::Completed, "{source}");
+    run
+}
+
+/// The value of a signal in the last row.
+fn last(run: &Run, name: &str) -> f64 {
+    *signal(run, name).last().expect("rows")
+}
+
+/// The time of the first event that begins with these words.
+fn first(run: &Run, words: &str) -> f64 {
+    let found = run.events.iter().find(|event| event.what.starts_with(words));
+    found.unwrap_or_else(|| panic!("no event {words:?} among {:?}", run.events)).time
+}
+
+fn near(value: f64, expected: f64, tolerance: f64, what: &str) {
+    assert!((value - expected).abs() <= tolerance, "{what}: {value} instead of {expected}");
+}
+
+fn ball(more: &str) -> String {
+    format!(
+        "[mass.ball]\nmass = \"2 kg\"\n[torque.weight]\nshaft = \"ball\"\nlaw = \"-20 N\"\n[end_stop.ground]\nshaft_1 = \"ball\"\nlower = \"0 m\"\n{more}\n\
+         [scenario]\nduration = \"3 s\"\noutput_step = \"10 ms\"\ninitial = {{ \"ball.s\" = \"80 cm\" }}\n"
+    )
+}
+
+/// From the height h a ball meets the ground after √(2h/g), flies for e times as long each time, and rests after √(2h/g) (1 + e)/(1 − e): exactly there,
+/// exactly at rest, held by its weight; the blows have taken the energy of its height.
+#[test]
+fn a_bouncing_ball_comes_to_rest() {
+    for method in METHODS {
+        for e in [0.0, 0.25, 0.5, 0.75] {
+            let run = by(&ball(&format!("restitution = {e}")), method);
+            let rests = (2.0 * 0.8 / 10.0_f64).sqrt() * (1.0 + e) / (1.0 - e);
+            let what = format!("{method:?} e = {e}");
+            near(time_of(&run, "ground is rested on"), rests, 1e-9, &what);
+            for (k, time) in run.series.time.iter().enumerate().filter(|(_, time)| **time > rests + 1e-9) {
+                assert_eq!(signal(&run, "ball.v")[k], 0.0, "{what} at {time}");
+                near(signal(&run, "ball.s")[k], 0.0, 1e-12, &what);
+                near(signal(&run, "ground.f")[k], -20.0, 1e-9, &what);
+            }
+            let second = (2.0 * 0.8 / 10.0_f64).sqrt() * (1.0 + e);
+            near(at(&run, "ball.s", (100.0 * second).round() / 100.0), {
+                let t = (100.0 * second).round() / 100.0 - second / (1.0 + e);
+                if e == 0.0 { 0.0 } else { 4.0 * e * t - 5.0 * t * t }
+            }, 1e-9, &what);
+            near(run.energy.dissipated, 16.0, 1e-9, &what);
+            assert!(run.energy.residual.abs() < 1e-9, "{what}: {:?}", run.energy);
+        }
+    }
+}
+
+/// Elastic blows lose nothing: after a thousand of them the ball is as high as before.
+#[test]
+fn elastic_blows_lose_nothing() {
+    let source = ball("restitution = 1").replace("3 s", "800 s").replace("10 ms", "400 ms");
+    let run = by(&source, Method::Automatic);
+    let blows = run.events.iter().filter(|event| event.what.starts_with("ground meets 4.0000")).count();
+    assert_eq!(blows, 1000, "of {}", run.events.len());
+    near(at(&run, "ball.s", 800.0), 0.8, 1e-6, "after 800 s");
+    assert_eq!(run.energy.dissipated, 0.0);
+}
+
+/// On a soft stop without damping a ball turns round as it came; with damping it presses with `s δ + d δ̇` and is left where that vanishes: of the
+/// damped half period only a part, with the speed of the closed form.
+#[test]
+fn soft_stops_press_and_never_pull() {
+    let source = |damping: f64| {
+        format!(
+            "[mass.a]\nmass = \"2 kg\"\n[end_stop.wall]\nshaft_1 = \"a\"\nupper = \"1 m\"\nstiffness = \"800 N/m\"\ndamping = \"{damping} N s/m\"\n\
+             [scenario]\nduration = \"2 s\"\noutput_step = \"1 ms\"\ninitial = {{ \"a.v\" = \"1 m/s\" }}\n"
+        )
+    };
+    for method in METHODS {
+        for damping in [0.0, 16.0] {
+            let run = by(&source(damping), method);
+            let (omega0, delta) = (20.0, damping / 4.0);
+            let omega = f64::sqrt(omega0 * omega0 - delta * delta);
+            // δ = e^(−δt) sin(ωt)/ω; s δ + d δ̇ = 0 where tan ωt = −2δω/(ω₀² − 2δ²).
+            let leaves = (f64::atan2(2.0 * delta * omega, -(omega0 * omega0 - 2.0 * delta * delta))).rem_euclid(PI) / omega;
+            let leaves = if damping == 0.0 { PI / omega } else { leaves };
+            let speed = (-delta * leaves).exp() * ((omega * leaves).cos() - delta / omega * (omega * leaves).sin());
+            let what = format!("{method:?} d = {damping}");
+            near(time_of(&run, "wall is touched"), 1.0, 1e-9, &what);
+            near(time_of(&run, "wall is left"), 1.0 + leaves, 1e-9, &what);
+            near(last(&run, "a.v"), speed, 1e-8, &what);
+            assert!(signal(&run, "wall.f").iter().all(|force| *force >= -1e-12), "{what}: it pulls");
+            near(run.energy.dissipated, 1.0 - speed * speed, 1e-8, &what);
+            assert!(run.energy.residual.abs() < 1e-8, "{what}: {:?}", run.energy);
+        }
+    }
+}
+
+/// A clutch that closes between two inertias: momentum stays, `½ J₁J₂/(J₁+J₂) Δω²` is lost, whatever the torque does meanwhile.
+#[test]
+fn a_clutch_brings_two_inertias_to_one_speed() {
+    let source = "\
+[shaft.engine]
+inertia = \"3 kg m^2\"
+[shaft.load]
+inertia = \"1 kg m^2\"
+[signal.pedal]
+kind = \"ramp\"
+to = 1
+start = \"0.2 s\"
+over = \"1 s\"
+[clutch.launch]
+shaft_1 = \"engine\"
+shaft_2 = \"load\"
+torque = \"40 N m * pedal\"
+static_factor = 1.5
+[scenario]
+duration = \"2 s\"
+output_step = \"10 ms\"
+initial = { \"engine.w\" = \"20 rad/s\" }
+";
+    for method in METHODS {
+        let run = by(source, method);
+        let what = format!("{method:?}");
+        // Δω falls with (1/3 + 1) 40 (t − 0.2)²/2 from 20.
+        near(time_of(&run, "launch sticks"), 0.2 + (20.0 / (0.5 * 40.0 * 4.0 / 3.0) as f64).sqrt(), 1e-9, &what);
+        near(last(&run, "engine.w"), 15.0, 1e-9, &what);
+        assert_eq!(last(&run, "engine.w") - last(&run, "load.w"), 0.0, "{what}");
+        near(run.energy.dissipated, 0.5 * 0.75 * 400.0, 1e-7, &what);
+        near(last(&run, "launch.tau"), 0.0, 1e-9, &what);
+        assert!(run.energy.residual.abs() < 1e-7, "{what}: {:?}", run.energy);
+    }
+}
+
+/// A lock that engages at speed is a blow of the same loss, at once; released, the shafts go their own ways.
+#[test]
+fn a_lock_keeps_momentum() {
+    let source = "\
+[shaft.a]
+inertia = \"3 kg m^2\"
+[shaft.b]
+inertia = \"1 kg m^2\"
+[torque.drive]
+shaft = \"b\"
+law = \"4 N m\"
+[lock.dog]
+shaft_1 = \"a\"
+shaft_2 = \"b\"
+engaged = \"if(t > 0.5 s, 1, 0) * if(t < 1.5 s, 1, 0)\"
+[scenario]
+duration = \"2 s\"
+output_step = \"10 ms\"
+initial = { \"a.w\" = \"20 rad/s\" }
+";
+    // b has 2 rad/s when they meet.
+    for method in METHODS {
+        let run = by(source, method);
+        let what = format!("{method:?}");
+        near(at(&run, "a.w", 1.0), 15.5 + 0.5, 1e-6, &what);
+        near(at(&run, "a.phi", 1.2) - at(&run, "a.phi", 1.0), at(&run, "b.phi", 1.2) - at(&run, "b.phi", 1.0), 1e-12, &what);
+        near(at(&run, "dog.tau", 1.0), -3.0, 1e-9, &what);
+        near(last(&run, "a.w"), 16.5, 1e-6, &what);
+        near(last(&run, "b.w"), 18.5, 1e-6, &what);
+        near(run.energy.dissipated, 0.5 * 0.75 * 18.0 * 18.0, 1e-5, &what);
+        assert!(run.energy.residual.abs() < 1e-6, "{what}: {:?}", run.energy);
+    }
+}
+
+/// A freewheel carries forward, lets go, and carries again: against the motion that it forces, `w_driven = max` of both histories.
+#[test]
+fn a_freewheel_carries_one_way() {
+    let source = "\
+[shaft.pedal]
+inertia = \"1 kg m^2\"
+[shaft.wheel]
+inertia = \"1 kg m^2\"
+[torque.foot]
+shaft = \"pedal\"
+law = \"2 N m * cos(1 rad/s * t)\"
+[one_way_clutch.hub]
+driving = \"pedal\"
+driven = \"wheel\"
+[scenario]
+duration = \"6 s\"
+output_step = \"10 ms\"
+";
+    for method in METHODS {
+        let run = by(source, method);
+        let what = format!("{method:?}");
+        // Together sin t up to π/2; then the wheel keeps 1 and the pedal has 2 sin t − 1, which is 1 again only at the top: never before 2π.
+        near(time_of(&run, "hub overruns"), 0.5 * PI, 1e-7, &what);
+        near(at(&run, "wheel.w", 1.0), 1.0_f64.sin(), 1e-8, &what);
+        near(last(&run, "wheel.w"), 1.0, 1e-8, &what);
+        near(last(&run, "pedal.w"), 2.0 * 6.0_f64.sin() - 1.0, 1e-8, &what);
+        near(at(&run, "hub.tau", 1.0), -(1.0_f64.cos()), 1e-8, &what);
+        let (pedal, wheel) = (signal(&run, "pedal.w"), signal(&run, "wheel.w"));
+        assert!(pedal.iter().zip(wheel).all(|(pedal, wheel)| wheel - pedal >= -1e-12), "{what}");
+        assert!(run.energy.residual.abs() < 1e-8, "{what}: {:?}", run.energy);
+    }
+}
+
+/// A brake that is applied: the wheel stops after J ω/(c − τ), holds what is below its torque at rest, without a trace of motion, and lets go.
+#[test]
+fn a_brake_holds_at_rest() {
+    let source = "\
+[shaft.wheel]
+inertia = \"2 kg m^2\"
+[torque.slope]
+shaft = \"wheel\"
+law = \"5 N m\"
+[signal.applied]
+kind = \"pulses\"
+high = 1
+period = \"20 s\"
+width = \"7.5 s\"
+start = \"0.5 s\"
+count = 1
+[brake.park]
+shaft = \"wheel\"
+torque = \"15 N m * applied\"
+[scenario]
+duration = \"10 s\"
+output_step = \"10 ms\"
+initial = { \"wheel.w\" = \"8.75 rad/s\" }
+";
+    for method in METHODS {
+        let run = by(source, method);
+        let what = format!("{method:?}");
+        // 10 rad/s at 0.5 s, less 5 rad/s².
+        near(time_of(&run, "park sticks"), 2.5, 1e-9, &what);
+        let rests: Vec<usize> = (0..run.series.time.len()).filter(|&k| (2.51..7.99).contains(&run.series.time[k])).collect();
+        let angle = signal(&run, "wheel.phi");
+        assert!(rests.iter().all(|&k| signal(&run, "wheel.w")[k] == 0.0 && angle[k] == angle[rests[0]]), "{what}");
+        near(at(&run, "park.tau", 5.0), 5.0, 1e-9, &what);
+        near(last(&run, "wheel.w"), 5.0, 1e-9, &what);
+        assert!(run.energy.residual.abs() < 1e-8, "{what}: {:?}", run.energy);
+    }
+}
+
+/// Through a gear with play nothing is carried within it; at its end teeth meet, and keep the momentum that the ratio gives.
+#[test]
+fn teeth_meet_at_the_end_of_their_play() {
+    let source = "\
+[shaft.a]
+inertia = \"1 kg m^2\"
+[shaft.b]
+inertia = \"4 kg m^2\"
+[gear.mesh]
+shaft_1 = \"a\"
+shaft_2 = \"b\"
+ratio = 2
+backlash = \"0.2 rad\"
+[torque.back]
+shaft = \"a\"
+law = \"-1 N m * if(t > 2 s, 1, 0)\"
+[scenario]
+duration = \"10 s\"
+output_step = \"10 ms\"
+initial = { \"a.w\" = \"1 rad/s\" }
+";
+    for method in METHODS {
+        let run = by(source, method);
+        let what = format!("{method:?}");
+        // At 0.1 s a meets b: J₁ + J₂/i² = 2, so a has 1/2, b 1/4, and half of the energy is gone.
+        near(first(&run, "mesh meets"), 0.1, 1e-9, &what);
+        near(at(&run, "a.w", 1.0), 0.5, 1e-9, &what);
+        near(at(&run, "b.w", 1.0), 0.25, 1e-9, &what);
+        near(at(&run, "a.phi", 1.0) - 2.0 * at(&run, "b.phi", 1.0), 0.1, 1e-9, &what);
+        // From 2 s on a falls back through the play of 0.2 rad with 1 rad/s², and takes b along.
+        let back = 2.0 + 0.4_f64.sqrt();
+        near(at(&run, "b.w", 2.5), 0.25, 1e-9, &what);
+        let meets: Vec<f64> =
+            run.events.iter().filter(|event| event.what.starts_with("mesh meets")).map(|event| event.time).collect();
+        assert_eq!(meets.len(), 2, "{what}: {meets:?}");
+        near(meets[1], back, 1e-7, &what);
+        // It carries back: the torque on a is forward.
+        near(at(&run, "mesh.tau", 5.0), 0.5, 1e-8, &what);
+        assert!(run.energy.residual.abs() < 1e-8, "{what}: {:?}", run.energy);
+    }
+}
+
+/// On a belt (so heavy that it keeps its speed) a mass sticks until its spring pulls with what holds at rest, slips until it has the speed of the belt
+/// again, and so on: both times as in closed form.
+#[test]
+fn stick_and_slip_on_a_belt() {
+    let source = "\
+[mass.belt]
+mass = \"1e12 kg\"
+[mass.a]
+mass = \"1 kg\"
+[spring_damper.spring]
+shaft_1 = \"a\"
+stiffness = \"100 N/m\"
+[clutch.contact]
+shaft_1 = \"a\"
+shaft_2 = \"belt\"
+torque = \"10 N\"
+static_factor = 1.5
+[scenario]
+duration = \"5 s\"
+output_step = \"10 ms\"
+initial = { \"belt.v\" = \"1 m/s\", \"a.v\" = \"1 m/s\", \"a.s\" = \"5 cm\" }
+";
+    for method in METHODS {
+        let run = by(source, method);
+        let what = format!("{method:?}");
+        // It leaves at 15/100 m; then x = 0.1 + 0.05 cos 10t + 0.1 sin 10t has the speed 1 again where it has come down as far.
+        let times = |which: &str| -> Vec<f64> {
+            run.events.iter().filter(|event| event.what == format!("contact {which}")).map(|event| event.time).collect()
+        };
+        let (slips, sticks) = (times("slips backward"), times("sticks"));
+        near(slips[0], 0.1, 1e-8, &what);
+        let slipping = (2.0 * PI - 2.0 * f64::atan2(0.05, 0.1)) / 10.0;
+        for (slip, stick) in slips.iter().zip(&sticks) {
+            near(stick - slip, slipping, 1e-7, &what);
+        }
+        // From 0.05 m back to 0.15 m at 1 m/s.
+        for (stick, slip) in sticks.iter().zip(&slips[1..]) {
+            near(slip - stick, 0.1, 1e-7, &what);
+        }
+        assert!(slips.len() >= 7, "{what}: {}", slips.len());
+    }
+}
+
+/// Carriages between walls with stops of any restitution: no energy is gained, none is lost without blows, nothing goes through anything.
+#[test]
+fn blows_of_random_carriages_gain_nothing() {
+    let mut dice = Dice(20);
+    for case in 0..40 {
+        let count = 2 + dice.below(4);
+        let mut source = String::new();
+        for k in 0..count {
+            source += &format!("[mass.m{k}]\nmass = \"{} kg\"\n", dice.between(1, 9));
+        }
+        for k in 0..=count {
+            let e = dice.between(0, 10) as f64 / 10.0;
+            let (first, second) = if k == 0 { ("m0".into(), None) } else { (format!("m{k}"), Some(format!("m{}", k - 1))) };
+            source += &match (second, k == count) {
+                (None, _) => format!("[end_stop.left]\nshaft_1 = \"{first}\"\nlower = \"-1 m\"\nrestitution = {e}\n"),
+                (Some(last), true) => format!("[end_stop.right]\nshaft_1 = \"{last}\"\nupper = \"1 m\"\nrestitution = {e}\n"),
+                (Some(other), false) => format!(
+                    "[end_stop.s{k}]\nshaft_1 = \"{first}\"\nshaft_2 = \"{other}\"\nlower = \"-20 cm\"\nrestitution = {e}\n"
+                ),
+            };
+        }
+        let speeds: Vec<String> =
+            (0..count).map(|k| format!("\"m{k}.v\" = \"{} m/s\"", dice.between(-9, 9))).collect();
+        source += &format!("[scenario]\nduration = \"2 s\"\noutput_step = \"10 ms\"\ninitial = {{ {} }}\n", speeds.join(", "));
+        let run = by(&source, Method::Automatic);
+        assert!(run.energy.residual.abs() < 1e-9 * 500.0, "{case}: {:?}\n{source}", run.energy);
+        assert!(run.energy.dissipated >= 0.0, "{case}");
+        let place = |k: usize, row: usize| signal(&run, &format!("m{k}.s"))[row];
+        for row in 0..run.series.time.len() {
+            assert!(place(0, row) >= -1.0 - 1e-9 && place(count - 1, row) <= 1.0 + 1e-9, "{case}");
+            assert!((1..count).all(|k| place(k, row) - place(k - 1, row) >= -0.2 - 1e-9), "{case}");
+        }
+    }
+}
