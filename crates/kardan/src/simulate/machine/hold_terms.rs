@@ -44,7 +44,7 @@ impl HoldTerms {
                 let gap = gap(all, hold, offset);
                 Self { torque: zero, speed, loss: zero, told: [gap, zero] }
             }
-            Hold::Cushion { offset, stiffness, damping } => {
+            Hold::Cushion { offset, stiffness, damping, .. } => {
                 let gap = gap(all, hold, offset);
                 let (stiffness, damping) = (all.motion.exact(stiffness), all.motion.exact(damping));
                 let graph = &mut all.motion.graph;

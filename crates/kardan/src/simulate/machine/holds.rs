@@ -49,10 +49,10 @@ impl Holds {
         let kind = |hold: &Hold| match hold {
             Hold::Friction { at_rest, .. } => Kind::Friction { at_rest: at_rest.to_f64() },
             Hold::OneWay => Kind::OneWay,
-            Hold::Stop { offset, restitution } => {
+            Hold::Stop { offset, restitution, .. } => {
                 Kind::Stop { offset: offset.to_f64(), restitution: restitution.to_f64() }
             }
-            Hold::Cushion { offset, stiffness, damping } => Kind::Cushion {
+            Hold::Cushion { offset, stiffness, damping, .. } => Kind::Cushion {
                 offset: offset.to_f64(),
                 stiffness: stiffness.to_f64(),
                 damping: damping.to_f64(),
