@@ -43,7 +43,7 @@ macro_rules! example {
     };
 }
 
-const EXAMPLES: [Example; 4] = [
+const EXAMPLES: [Example; 10] = [
     example!(
         "First",
         &[
@@ -74,7 +74,72 @@ const EXAMPLES: [Example; 4] = [
             same("mass1.v", "mass1.v", 1e-3),
         ]
     ),
+    example!(
+        "Friction",
+        &[
+            same("clutch.phi_rel", "inertia2.phi - inertia3.phi", 5e-4),
+            same("clutch.w_rel", "inertia2.w - inertia3.w", 5e-4),
+            same("inertia3.phi", "inertia3.phi", 5e-4),
+            same("inertia3.w", "inertia3.w", 5e-4),
+            same("spring.phi_rel", "inertia1.phi - inertia2.phi", 5e-5),
+            same("spring.w_rel", "inertia1.w - inertia2.w", 5e-4),
+        ]
+    ),
+    example!(
+        "OneWayClutch",
+        &[
+            same("inertiaIn.phi", "inertiaIn.phi", 1e-4),
+            same("inertiaIn.w", "inertiaIn.w", 1e-4),
+            same("oneWayClutch.phi_rel", "inertiaOut.phi - inertiaIn.phi", 1e-5),
+            same("oneWayClutch.w_rel", "inertiaOut.w - inertiaIn.w", 5e-5),
+        ]
+    ),
+    example!(
+        "Backlash",
+        &[
+            same("elastoBacklash.phi_rel", "inertia2.phi", 5e-5),
+            same("elastoBacklash.w_rel", "inertia2.w", 5e-3),
+            same("springDamper.phi_rel", "inertia1.phi", 5e-5),
+            same("springDamper.w_rel", "inertia1.w", 5e-3),
+        ]
+    ),
+    example!(
+        "EddyCurrentBrake",
+        &[
+            same("inertia.phi", "inertia.phi", 1e-4),
+            same("heatCapacitor.T", "temperature", 1e-3),
+            same("eddyCurrentTorque.lossPower", "loss", 1e-2),
+        ]
+    ),
+    example!(
+        "Brake",
+        &[
+            same("mass1.s", "mass1.s", 1e-10),
+            same("mass1.v", "mass1.v", 1e-10),
+            same("mass2.s", "mass1.s", 1e-10),
+            same("mass2.v", "mass1.v", 1e-10),
+        ]
+    ),
+    example!(
+        "FrictionTranslational",
+        &[
+            same("stop1.s", "stop1.s", 2e-4),
+            same("stop1.v", "stop1.v", 2e-4),
+            same("stop2.s", "stop2.s", 1e-5),
+            same("stop2.v", "stop2.v", 2e-4),
+        ]
+    ),
 ];
+
+/// A signal, the difference of two, or of the brake with eddy currents what its disc takes and how warm that makes it.
+fn value(run: &Run, own: &str, time: f64) -> f64 {
+    match (own, own.split_once(" - ")) {
+        ("temperature", _) => 293.15 + 0.5 * (400.0 - at(run, "inertia.w", time).powi(2)),
+        ("loss", _) => -at(run, "brake.tau", time) * at(run, "inertia.w", time),
+        (_, Some((first, second))) => at(run, first, time) - at(run, second, time),
+        (_, None) => at(run, own, time),
+    }
+}
 
 fn run_of(example: &Example) -> Run {
     let settings = Settings { tolerance: Some(1e-12), ..runs_only() };
@@ -85,7 +150,7 @@ fn run_of(example: &Example) -> Run {
 /// The rows of the table in `docs/numbers.md`, one for each signal.
 #[test]
 fn examples_of_modelica_are_those_of_their_library() {
-    let mut table = String::new();
+    let (mut table, mut beyond) = (String::new(), String::new());
     for example in &EXAMPLES {
         let run = run_of(example);
         let mut lines = example.results.lines();
@@ -95,13 +160,16 @@ fn examples_of_modelica_are_those_of_their_library() {
         let columns: BTreeMap<&str, usize> = names.iter().enumerate().map(|(k, name)| (*name, k)).collect();
         assert_eq!(columns.len(), example.signals.len() + 1, "every column of {} is compared", example.name);
         for Compared { reference, own, factor, addend, tolerance } in example.signals {
-            let difference = |row: &Vec<f64>| (row[columns[reference]] - addend - factor * at(&run, own, row[0])).abs();
+            let difference = |row: &Vec<f64>| (row[columns[reference]] - addend - factor * value(&run, own, row[0])).abs();
             let most = rows.iter().map(difference).fold(0.0, f64::max);
             let size = rows.iter().map(|row| row[columns[reference]].abs()).fold(0.0, f64::max);
-            assert!(most <= *tolerance, "{} {reference}: {most:e}", example.name);
+            if most > *tolerance {
+                beyond += &format!("{} {reference}: {most:e}\n", example.name);
+            }
             table += &format!("| {} | `{reference}` | {size:.2e} | {most:.0e} | {tolerance:.0e} |\n", example.name);
         }
     }
+    assert!(beyond.is_empty(), "beyond their tolerance:\n{beyond}{table}");
     let told = include_str!("../../../../docs/numbers.md");
     assert!(told.contains(&table), "the table in docs/numbers.md should be\n{table}");
 }
