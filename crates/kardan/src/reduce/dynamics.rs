@@ -454,6 +454,11 @@ impl Dynamics {
         along(&self.frictions.rows[friction], &work.kinematics.angles)
     }
 
+    /// What may cancel in that, rad.
+    pub fn friction_angles(&self, friction: usize, work: &Work) -> f64 {
+        self.frictions.rows[friction].iter().map(|(shaft, c)| (c * work.kinematics.angles[*shaft]).abs()).sum()
+    }
+
     /// Speed along a friction direction, rad/s, at the last update.
     pub fn friction_speed(&self, friction: usize, work: &Work) -> f64 {
         along(&self.frictions.rows[friction], &work.kinematics.speeds)

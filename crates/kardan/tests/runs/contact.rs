@@ -364,3 +364,76 @@ fn blows_of_random_carriages_gain_nothing() {
         }
     }
 }
+
+/// Shafts in a row with all that holds one way or at times between them and to the housing.
+fn random_model(seed: u64) -> String {
+    let mut dice = Dice(seed);
+    let shafts = 2 + dice.below(4);
+    let mut text = String::from("[signal.now]\nkind = \"pulses\"\nhigh = 1\nperiod = \"0.37 s\"\nwidth = \"0.13 s\"\nstart = \"0.05 s\"\n");
+    let mut initial = Vec::new();
+    for k in 0..shafts {
+        text += &format!("[shaft.s{k}]\ninertia = \"0.0{} kg m^2\"\n", dice.between(1, 9));
+        if dice.below(3) == 0 {
+            text += &format!("friction = \"0.{} N m\"\n", dice.between(1, 9));
+        }
+        if dice.below(3) == 0 {
+            text += &format!("damping = \"0.0{} N m s/rad\"\n", dice.between(1, 9));
+        }
+        initial.push(format!("\"s{k}.w\" = \"{} rad/s\"", dice.between(-9, 9)));
+    }
+    for k in 1..shafts {
+        let ends = format!("shaft_1 = \"s{}\"\nshaft_2 = \"s{k}\"\n", k - 1);
+        let stiffness = [20, 300, 5000][dice.below(3)];
+        text += &match dice.below(6) {
+            0 => format!("[spring_damper.c{k}]\n{ends}stiffness = \"{stiffness} N m/rad\"\ndamping = \"0.3 N m s/rad\"\nbacklash = \"5 deg\"\n"),
+            1 => format!("[gear.c{k}]\n{ends}ratio = \"{}/7\"\nbacklash = \"4 deg\"\nrestitution = 0.{}\n", dice.between(5, 20), dice.below(10)),
+            2 => format!("[clutch.c{k}]\n{ends}torque = \"3 N m * now\"\nstatic_factor = 1.{}\n", dice.below(5)),
+            3 => format!("[lock.c{k}]\n{ends}engaged = \"now\"\n"),
+            4 => format!("[one_way_clutch.c{k}]\ndriving = \"s{}\"\ndriven = \"s{k}\"\n", k - 1),
+            _ => format!("[spring_damper.c{k}]\n{ends}stiffness = \"{stiffness} N m/rad\"\n"),
+        };
+    }
+    for k in 0..shafts {
+        text += &match dice.below(5) {
+            0 => format!("[end_stop.h{k}]\nshaft_1 = \"s{k}\"\nlower = \"-0.5 rad\"\nupper = \"{} rad\"\nrestitution = 0.{}\n", dice.between(1, 5), dice.below(10)),
+            1 => format!("[end_stop.h{k}]\nshaft_1 = \"s{k}\"\nupper = \"1 rad\"\nstiffness = \"900 N m/rad\"\ndamping = \"{} N m s/rad\"\n", dice.below(5)),
+            2 => format!("[brake.h{k}]\nshaft = \"s{k}\"\ntorque = \"(1.5 + sin(20 rad/s * t)) * 1 N m\"\nstatic_factor = 1.2\n"),
+            3 => format!("[one_way_clutch.h{k}]\ndriven = \"s{k}\"\n"),
+            _ => String::new(),
+        };
+    }
+    text += &format!(
+        "[torque.drive]\nshaft = \"s0\"\nlaw = \"{} N m * sin({} rad/s * t)\"\n[scenario]\nduration = \"2 s\"\noutput_step = \"10 ms\"\ninitial = {{ {} }}\n",
+        dice.between(1, 9),
+        dice.between(3, 30),
+        initial.join(", ")
+    );
+    text
+}
+
+/// How often random models are drawn; `KARDAN_MODELS` asks for another number.
+fn models() -> u64 {
+    std::env::var("KARDAN_MODELS").ok().and_then(|count| count.parse().ok()).unwrap_or(150)
+}
+
+/// Random models with all that holds one way or at times: the energy balance closes to 1e-8 of what flows, nothing that blocks is passed, and
+/// stops are not beyond.
+#[test]
+fn random_models_that_hold_balance_their_energy() {
+    for seed in 0..models() {
+        let source = random_model(seed);
+        eprintln!("seed {seed}");
+        std::fs::write("/tmp/t/random.toml", &source).unwrap();
+        let run = run_by(&source, Method::Automatic, Some(1e-10));
+        assert_eq!(run.outcome, Outcome::Completed, "{seed}\n{source}");
+        let energy = &run.energy;
+        let size = energy.input.abs().max(energy.stored.abs()).max(energy.dissipated.abs());
+        assert!(energy.residual.abs() <= 1e-8 * size, "{seed}: {energy:?}\n{source}");
+        assert!(energy.dissipated >= -1e-12 * size, "{seed}: {energy:?}\n{source}");
+        for line in source.lines().filter(|line| line.starts_with("[one_way_clutch.h")) {
+            let shaft = line.trim_start_matches("[one_way_clutch.h").trim_end_matches(']');
+            let speed = signal(&run, &format!("s{shaft}.w"));
+            assert!(speed.iter().all(|speed| *speed >= -1e-12), "{seed}: s{shaft} turns back\n{source}");
+        }
+    }
+}

@@ -14,7 +14,8 @@ use crate::equations::{Domain, Hold};
 use crate::num::{Keeper, dot};
 use crate::simulate::friction::{Bounds, Mode};
 
-/// Rebounds slower than this end at rest, rad/s or m/s: what bounces ever lower comes to rest in a finite time.
+/// Rebounds slower than this end at rest, rad/s or m/s: what bounces ever lower comes to rest in a finite time. So do those that are lower than what
+/// rounding makes of the place.
 const LEAST_REBOUND: f64 = 1e-12;
 
 /// How a direction holds.
@@ -229,20 +230,24 @@ impl Machine {
     fn switch_holds(&mut self, everything: bool, names: &[String], events: &mut Vec<String>) -> bool {
         let mut changed = false;
         for hold in 0..self.holds.kinds.len() {
-            let (direction, [first, second]) = (self.holds.first + hold, self.told(hold));
+            let direction = self.holds.first + hold;
             let before = (self.modes[direction], self.holds.engaged[hold]);
             match self.holds.kinds[hold] {
                 Kind::Lock => {
-                    let margin = if self.holds.engaged[hold] { first - 0.5 } else { 0.5 - first };
+                    let above = self.told(hold)[0] - 0.5;
+                    let margin = if self.holds.engaged[hold] { above } else { -above };
                     if margin < 0.0 || everything {
-                        self.holds.engaged[hold] = first > 0.5;
+                        self.holds.engaged[hold] = above > 0.0;
                     }
                     if !self.holds.engaged[hold] {
                         self.modes[direction] = Mode::Forward;
                     }
                 }
-                Kind::Cushion { .. } => {
-                    self.modes[direction] = match (first < 0.0, second > 0.0) {
+                Kind::Cushion { offset, stiffness, damping } => {
+                    // The numbers that told of it, to the last bit.
+                    let [gap, speed] = self.gap(direction, offset);
+                    let push = -(stiffness * gap + damping * speed);
+                    self.modes[direction] = match (gap < 0.0, push > 0.0) {
                         (true, true) => Mode::Forward,
                         (true, false) => Mode::Backward,
                         (false, _) => Mode::Stick,
@@ -292,7 +297,7 @@ impl Machine {
             let direction = self.holds.first + hold;
             match self.holds.kinds[hold] {
                 Kind::Stop { offset, .. } if everything => {
-                    let noise = NOISE * (offset.abs() + self.dynamics.friction_angle(direction, &self.work).abs());
+                    let noise = NOISE * (offset.abs() + self.dynamics.friction_angles(direction, &self.work));
                     self.holds.engaged[hold] = self.gap(direction, offset)[0] <= noise;
                     self.modes[direction] = Mode::Forward;
                 }
@@ -360,11 +365,19 @@ impl Machine {
         Some(self.directions.iter().copied().filter(rests).collect())
     }
 
+    /// Whether what leaves a stop with a speed rises above what rounding makes of its place, at the accelerations last evaluated.
+    fn rebounds(&self, direction: usize, offset: f64, speed: f64) -> bool {
+        let acceleration = self.dynamics.along_friction(direction, &self.acceleration, &self.work)
+            + self.work.friction_bias[direction];
+        let noise = NOISE * (offset.abs() + self.dynamics.friction_angles(direction, &self.work));
+        speed > LEAST_REBOUND && speed * speed > 2.0 * acceleration.abs() * noise
+    }
+
     /// The impulses along rigid directions at the point last evaluated, so that nothing goes on into them and no energy is gained.
     fn blow(&mut self, rigid: &[usize]) -> Blow {
         let before: Vec<f64> = rigid.iter().map(|&k| self.dynamics.friction_speed(k, &self.work)).collect();
         let rebound = |(&k, &speed): (&usize, &f64)| match self.holds.kind(k) {
-            Kind::Stop { restitution, .. } if -restitution * speed > LEAST_REBOUND => restitution,
+            Kind::Stop { offset, restitution } if self.rebounds(k, offset, -restitution * speed) => restitution,
             _ => 0.0,
         };
         let mut rebounds: Vec<f64> = rigid.iter().zip(&before).map(rebound).collect();
@@ -402,7 +415,7 @@ impl Machine {
             let Kind::Stop { offset, .. } = self.holds.kinds[hold] else { return None };
             let direction = self.holds.first + hold;
             let gap = self.dynamics.friction_angle(direction, &self.work) - offset;
-            let noise = NOISE * (offset.abs() + self.dynamics.friction_angle(direction, &self.work).abs());
+            let noise = NOISE * (offset.abs() + self.dynamics.friction_angles(direction, &self.work));
             (gap < -noise).then_some((direction, -gap))
         };
         (0..self.holds.kinds.len()).filter_map(beyond).collect()
