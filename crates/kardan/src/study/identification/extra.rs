@@ -334,10 +334,11 @@ pub(super) fn with_recordings(
             out.extend(others.iter().map(|&recording| ExtraTerm {
                 name: format!("{}_{}", extra.term, recording + 1),
                 law: Law::Recording { recording, last },
-                remark: format!("{}, from the mean of the logs that turned the same way", logs[recording]),
+                remark: format!("{} from the mean", logs[recording]),
                 ..extra.clone()
             }));
         }
+        out[before..].sort_by_key(|one| if let Law::Recording { recording, .. } = one.law { recording } else { 0 });
         if out.len() == before {
             left.push(format!("{} is left out: no two logs turned the same way", extra.term));
         }

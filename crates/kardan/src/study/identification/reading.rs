@@ -104,9 +104,10 @@ pub(super) fn read(
 }
 
 impl Recording {
-    /// The names of its logs.
+    /// The names of its logs, without their folders.
     pub fn name(&self) -> String {
-        self.logs.iter().map(|log| log.name.as_str()).collect::<Vec<_>>().join(" with ")
+        let names = self.logs.iter().map(|log| log.name.rsplit(['/', '\\']).next().unwrap_or(&log.name));
+        names.collect::<Vec<_>>().join(" with ")
     }
 
     /// Reads a log into the windows.

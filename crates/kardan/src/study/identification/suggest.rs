@@ -9,6 +9,7 @@ use super::fitting::unseen;
 use super::plant::{Columns, columns};
 use super::rows::{Material, rows, settled};
 use super::summary::{UNLIKELY, summary, test_name};
+use crate::assemble::CoefficientKind as Kind;
 use crate::identify::{Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_tests};
 use crate::results::{Suggestion, Suggestions, UnseenLogs};
 use crate::study::Progress;
@@ -19,6 +20,8 @@ const LEVEL: f64 = 0.01;
 const WORTH: f64 = 0.01;
 /// Standard errors that the gain must be above zero: 95 % one-sided by Student's distribution, five folds.
 const SURE: f64 = 2.132;
+/// Difference of gains below which two terms are the same.
+const SAME: f64 = 1e-9;
 /// Terms that are taken at most.
 const MOST: usize = 6;
 /// Logs from which on each is predicted by the others.
@@ -192,11 +195,57 @@ impl<'a> Search<'a> {
         Some(Validated { predicted, squares })
     }
 
+    /// A parameter that would be below zero with a term, though no such parameter can be, and is not without.
+    fn impossible(&self, now: &Tried, tried: &Tried) -> Option<String> {
+        let columns = &self.whole.chosen.columns;
+        let below = |of: &Tried, column: usize| {
+            let fit = &of.fit;
+            fit.values[column] + fit.quantile(column, self.whole.asked.confidence) * fit.standard_errors[column] < 0.0
+        };
+        columns.kept.iter().enumerate().find_map(|(column, (number, with))| {
+            let one = &columns.asked[*number];
+            let bounded = with.is_empty() && one.kind != Kind::Damping;
+            (bounded && below(tried, column) && !below(now, column)).then(|| one.name.clone())
+        })
+    }
+
     /// Tests that speak against a model.
     fn failing(tried: &Tried) -> Vec<TestKind> {
         let all: Vec<usize> = (0..tried.samples.len()).collect();
         let tests = residual_tests(&tried.samples, &all, &tried.fit).into_iter();
         tests.filter(|test| test.probability < UNLIKELY).map(|test| test.what).collect()
+    }
+
+    /// Tries one term beside those taken: what to say of it, and how much it helps, if it does.
+    fn attempt(&self, k: usize, test: TestKind, level: f64, (now, before): (&Tried, &Validated), taken: &[usize]) -> (Suggestion, Option<f64>) {
+        let with: Vec<usize> = taken.iter().chain([&k]).copied().collect();
+        let (tried, count) = (self.tried(&with), self.pool[k].columns.len());
+        let end = tried.as_ref().map_or(0, |tried| tried.samples.columns);
+        let own: Vec<usize> = (end.saturating_sub(count)..end).collect();
+        let probability = tried.as_ref().and_then(|tried| tried.fit.joint_tail(&own));
+        let told = tried.as_ref().filter(|_| probability.is_some_and(|p| p < level));
+        let impossible = told.and_then(|tried| self.impossible(now, tried));
+        let gain = told.and_then(|tried| Some(before.gain(&self.validated(tried)?)));
+        let helps = impossible.is_none() && gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
+        let verdict = match (probability, &impossible, helps) {
+            (None, ..) => "in these logs it is always seen together with terms that are there".into(),
+            (Some(p), ..) if p >= level => "cannot be told from zero".into(),
+            (_, Some(name), _) => format!("with it {name} would be below zero, which it cannot be"),
+            (.., false) => "predicts what was not seen no better".into(),
+            _ => String::new(),
+        };
+        let suggestion = Suggestion {
+            round: taken.len() + 1,
+            term: self.pool[k].name().into(),
+            parameters: count,
+            raised_by: test_name(test, &self.row_names(), &self.coordinates()),
+            probability,
+            gain: gain.map(|(gain, _)| gain),
+            gain_spread: gain.map(|(_, error)| error),
+            taken: false,
+            verdict,
+        };
+        (suggestion, gain.map(|(gain, _)| gain).filter(|_| helps))
     }
 
     /// Tries all that the tests ask for; the best of what is better, if any.
@@ -208,60 +257,33 @@ impl<'a> Search<'a> {
             .filter_map(|k| Some((k, *failing.iter().find(|&&test| self.pool[k].is_raised_by(test))?)))
             .collect();
         let level = LEVEL / asked.len().max(1) as f64;
+        // Place in the list, number of the term, gain.
         let mut better: Vec<(usize, usize, f64)> = Vec::new();
-        let mut silent = 0;
-        for (number, (k, test)) in asked.iter().enumerate() {
+        out.silent = 0;
+        for (number, &(k, test)) in asked.iter().enumerate() {
             progress.advance(1, "suggestions", number as f64 / asked.len() as f64);
-            let with: Vec<usize> = taken.iter().chain([k]).copied().collect();
-            let tried = self.tried(&with);
-            let count = self.pool[*k].columns.len();
-            let end = tried.as_ref().map_or(0, |tried| tried.samples.columns);
-            let own: Vec<usize> = (end.saturating_sub(count)..end).collect();
-            let probability = tried.as_ref().and_then(|tried| tried.fit.joint_tail(&own));
-            if self.pool[*k].is_harmonic() && !probability.is_some_and(|p| p < level) {
-                silent += 1;
+            let (suggestion, gain) = self.attempt(k, test, level, (now, &before), taken);
+            if self.pool[k].is_harmonic() && suggestion.gain.is_none() {
+                out.silent += 1;
                 continue;
             }
-            let told = tried.as_ref().filter(|_| probability.is_some_and(|p| p < level));
-            let gain = told.and_then(|tried| Some(before.gain(&self.validated(tried)?)));
-            let helps = gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
-            if let (true, Some((gain, _))) = (helps, gain) {
-                better.push((out.tried.len(), *k, gain));
-            }
-            out.tried.push(Suggestion {
-                round: taken.len() + 1,
-                term: self.pool[*k].name().into(),
-                parameters: count,
-                raised_by: test_name(*test, &self.row_names(), &self.coordinates()),
-                probability,
-                gain: gain.map(|(gain, _)| gain),
-                gain_spread: gain.map(|(_, error)| error),
-                taken: false,
-                verdict: match (probability, helps) {
-                    (None, _) => "in these logs it is always seen together with terms that are there".into(),
-                    (Some(p), _) if p >= level => "cannot be told from zero".into(),
-                    (_, false) => "predicts what was not seen no better".into(),
-                    _ => String::new(),
-                },
-            });
+            better.extend(gain.map(|gain| (out.tried.len(), k, gain)));
+            out.tried.push(suggestion);
         }
-        if silent > 0 {
-            out.silent = silent;
-        }
-        let best = better.iter().copied().max_by(|a, b| {
-            let each = |one: &(usize, usize, f64)| one.2 / self.pool[one.1].columns.len() as f64;
-            each(a).total_cmp(&each(b)).then(b.0.cmp(&a.0))
-        })?;
-        let name = self.pool[best.1].name().to_string();
+        let each = |one: &(usize, usize, f64)| one.2 / self.pool[one.1].columns.len() as f64;
+        // Of equal ones the first.
+        let best = better.iter().copied().max_by(|a, b| each(a).total_cmp(&each(b)).then(b.0.cmp(&a.0)))?;
+        let name = self.pool[best.1].name();
         for (place, _, gain) in better {
-            let same = place != best.0 && (gain - best.2).abs() < 1e-9;
-            let verdict = match (place == best.0, same) {
-                (true, _) => "take it".into(),
-                (_, true) => format!("the same torques as {name} in these logs: which of the two it is they do not tell"),
-                _ => format!("helps, for each parameter less than {name}"),
+            let one = &mut out.tried[place];
+            one.taken = place == best.0;
+            one.verdict = match () {
+                () if one.taken => "take it".into(),
+                () if (gain - best.2).abs() < SAME => {
+                    format!("the same torques as {name} in these logs: which of the two it is they do not tell")
+                }
+                () => format!("helps, for each parameter less than {name}"),
             };
-            out.tried[place].verdict = verdict;
-            out.tried[place].taken = place == best.0;
         }
         Some(best.1)
     }
