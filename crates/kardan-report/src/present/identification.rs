@@ -4,7 +4,7 @@ use crate::identification_pictures as pictures;
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::text::number;
 use crate::words::list;
-use kardan::results::{Identification, LogRead, NamedMatrix, ResidualTest, Span, Suggestions};
+use kardan::results::{Identification, LogRead, NamedMatrix, ResidualTest, Span, Suggestion, Suggestions};
 
 /// More rows are counted where there is little room.
 const ROWS: usize = 40;
@@ -169,7 +169,7 @@ fn suggestions(found: &Identification) -> Body {
     if suggested.taken.is_empty() {
         let why = match (suggested.tried.is_empty(), suggested.doubts()) {
             (_, 0) => "No test of what is left over speaks against the model: nothing is suggested.",
-            (true, _) => "No term that is known here would make up for what is left over.",
+            (true, _) => "No term that can be tried answers to the tests that speak against the model.",
             _ => "No term that was tried predicts unseen segments better.",
         };
         body = body.judge(suggested.doubts() == 0, why);
@@ -202,7 +202,8 @@ fn suggestions(found: &Identification) -> Body {
         body = body.say(format!("What is left over then is {scale} times what the noise of the sensors explains."));
     }
     let part = |x: Option<f64>| x.map_or("–".into(), |x| format!("{:.2} %", 100.0 * x));
-    let tried = suggested.tried.iter().map(|one| {
+    let told = |one: &&Suggestion| one.gain.is_some() || one.probability.is_none();
+    let tried = suggested.tried.iter().filter(told).map(|one| {
         let gain = match one.gain_spread {
             Some(_) => format!("{} ± {}", part(one.gain), part(one.gain_spread)),
             None => "–".into(),
@@ -212,9 +213,7 @@ fn suggestions(found: &Identification) -> Body {
     });
     let headers = ["round", "term", "#parameters", "asked for by", "#probability", "#gain", "verdict"];
     body = body.table_of(ROWS, &headers, tried);
-    if suggested.silent > 0 {
-        body = body.say(format!("{} harmonics of angles that were tried cannot be told from zero.", suggested.silent));
-    }
+    body = body.say(silent(suggested));
     if !suggested.tried.is_empty() {
         body = body.hint(
             "The tests that speak against a model ask for terms; each round takes the one that gains most for each of its parameters. \
@@ -228,6 +227,21 @@ fn suggestions(found: &Identification) -> Body {
         "With the terms taken",
         if suggested.taken.is_empty() { Body::default() } else { extended(suggested, found.confidence) },
     )
+}
+
+/// What was tried and cannot be told from zero.
+fn silent(suggested: &Suggestions) -> String {
+    let mut names: Vec<String> = Vec::new();
+    for one in &suggested.tried {
+        let told = suggested.tried.iter().any(|other| other.term == one.term && other.gain.is_some());
+        if !told && one.probability.is_some() && !names.contains(&one.term) {
+            names.push(one.term.clone());
+        }
+    }
+    if suggested.silent > 0 {
+        names.push(format!("{} harmonics of angles", suggested.silent));
+    }
+    if names.is_empty() { String::new() } else { format!("Tried, and not told from zero: {}.", list(&names, 40)) }
 }
 
 /// What is found with the terms that are suggested, and what is left over then.

@@ -227,7 +227,8 @@ impl Asked {
     /// Keeps of `nonnegative` what is sought. What the file bounds need not be what is asked for this time, but the model must have it.
     fn keep_bounds_of_sought(&mut self, document: &Document, out: &mut Vec<Diagnostic>) {
         let sought = |name: &String| {
-            self.wanted.iter().any(|one| one.name == *name) || self.extras.iter().any(|extra| extra.name == *name || extra.term == *name)
+            self.wanted.iter().any(|one| one.name == *name)
+                || self.extras.iter().any(|extra| extra.name == *name || extra.term == *name)
         };
         let possible = possible(document);
         let known = |name: &String| {

@@ -201,8 +201,15 @@ impl Declared<'_> {
         let torque = self.element("torque", out);
         let own = |word: &str, law: Law| vec![ExtraTerm::new(&element, word, law)];
         let mut number = |key: &str, dimension: Dimension| {
-            quantity(&TableReader::new(self.document, &[]), self.table, key, (dimension, Sign::Positive), self.what, out)
-                .map(|x| x.to_f64())
+            quantity(
+                &TableReader::new(self.document, &[]),
+                self.table,
+                key,
+                (dimension, Sign::Positive),
+                self.what,
+                out,
+            )
+            .map(|x| x.to_f64())
         };
         let columns = match kind {
             "load" => own("load_loss", Law::Load { torque }),
@@ -275,8 +282,7 @@ impl Declared<'_> {
                 "spring" => ("spring_damper", "no such spring"),
                 _ => ("shaft or spring_damper", "no such element"),
             };
-            let help =
-                did_you_mean(nearest(name, known.iter().copied()), || "name one of the model".into());
+            let help = did_you_mean(nearest(name, known.iter().copied()), || "name one of the model".into());
             out.push(
                 Diagnostic::error("name::unknown", format!("{}: there is no {what} `{}`", self.what, shortened(name)))
                     .at(TableReader::place(self.table, key), label)
@@ -288,17 +294,15 @@ impl Declared<'_> {
 }
 
 /// The harmonics that terms go with, each once, beside what is measured.
-pub(super) fn with_harmonics(
-    slots: Vec<Quantity>,
-    extras: &[ExtraTerm],
-) -> Result<Vec<Quantity>, Vec<Diagnostic>> {
+pub(super) fn with_harmonics(slots: Vec<Quantity>, extras: &[ExtraTerm]) -> Result<Vec<Quantity>, Vec<Diagnostic>> {
     let mut out = slots;
     for extra in extras {
         let Some(harmonic) = extra.harmonic() else { continue };
         if !out.contains(&Quantity::Angle(harmonic.shaft.clone())) {
             let angles = out.iter().filter(|slot| matches!(slot, Quantity::Angle(_))).map(Quantity::signal);
             let angles: Vec<String> = angles.collect();
-            let message = format!("`{}` goes with the angle of `{}`, which is not in the logs", extra.term, extra.element);
+            let message =
+                format!("`{}` goes with the angle of `{}`, which is not in the logs", extra.term, extra.element);
             let help = match angles.as_slice() {
                 [] => "log it: no angle is in the logs".to_string(),
                 all => format!("log it; the angles in the logs are {}", quoted(all.iter().map(String::as_str))),

@@ -159,7 +159,8 @@ impl GroupReader {
                 &made
             }
         };
-        let columns: Vec<&[f64]> = block.columns[first_column..].iter().chain(&self.derived).map(Vec::as_slice).collect();
+        let columns: Vec<&[f64]> =
+            block.columns[first_column..].iter().chain(&self.derived).map(Vec::as_slice).collect();
         let mut parts: Vec<&[f64]> = vec![&[]; columns.len()];
         let mut from = 0;
         while from < rows {

@@ -131,7 +131,8 @@ fn of_project(
     let material = Material { recorded: &recorded, slots: &slots, window };
     let left = asked.tell_recordings(&plant, &material);
     // What was wrong with a log is likely to be why it does not suffice.
-    let mut chosen = choose(&plant, &asked, &material).map_err(|mistakes| with_remarks(mistakes, &material.remarks()))?;
+    let mut chosen =
+        choose(&plant, &asked, &material).map_err(|mistakes| with_remarks(mistakes, &material.remarks()))?;
     chosen.notes.extend(left);
     let options = fit_options(&asked, &chosen.columns, chosen.method);
     let fit = chosen.fit(&options)?;

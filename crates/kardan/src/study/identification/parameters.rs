@@ -216,7 +216,9 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
 fn not_in_a_file(law: &Law) -> &'static str {
     match law {
         Law::Load { .. } => "a model file has no loss in proportion to a torque",
-        Law::Sense | Law::SenseDamping => "the friction and the damping of an element are the same both ways; a `torque` can add it",
+        Law::Sense | Law::SenseDamping => {
+            "the friction and the damping of an element are the same both ways; a `torque` can add it"
+        }
         Law::Quadratic | Law::Cogging(_) => "no key of an element holds it; a `torque` can add it",
         Law::Recordings | Law::Recording { .. } | Law::Drift => "friction does not change with time in a model",
         Law::Offset => "it is the sensor's: subtract it from the readings",

@@ -35,8 +35,10 @@ const FEW: usize = 6;
 /// The harmonics of measured angles that may be tried, beside what is measured.
 pub(super) fn with_all_harmonics(slots: Vec<Quantity>) -> Vec<Quantity> {
     let mut out = slots;
-    let angles: Vec<String> =
-        out.iter().filter_map(|slot| if let Quantity::Angle(shaft) = slot { Some(shaft.clone()) } else { None }).collect();
+    let angles: Vec<String> = out
+        .iter()
+        .filter_map(|slot| if let Quantity::Angle(shaft) = slot { Some(shaft.clone()) } else { None })
+        .collect();
     for shaft in angles {
         for (order, sine) in ORDERS.iter().flat_map(|&order| [(order, false), (order, true)]) {
             let slot = Quantity::Harmonic(Harmonic { shaft: shaft.clone(), order, sine });
@@ -181,7 +183,8 @@ impl<'a> Search<'a> {
         let columns: Vec<usize> = (0..self.base).chain(added).collect();
         let samples = self.samples.of_columns(&columns, extras);
         let mut options = self.options.clone();
-        let shapes = terms.iter().flat_map(|&k| &self.pool[k].extras).map(|extra| extra.shape().map(|(shape, _)| shape));
+        let shapes =
+            terms.iter().flat_map(|&k| &self.pool[k].extras).map(|extra| extra.shape().map(|(shape, _)| shape));
         options.shapes.extend(shapes);
         let all: Vec<usize> = (0..samples.len()).collect();
         let fit = fit(&samples, &all, &options)?;
@@ -217,7 +220,14 @@ impl<'a> Search<'a> {
     }
 
     /// Tries one term beside those taken: what to say of it, and how much it helps, if it does.
-    fn attempt(&self, k: usize, test: TestKind, level: f64, (now, before): (&Tried, &Validated), taken: &[usize]) -> (Suggestion, Option<f64>) {
+    fn attempt(
+        &self,
+        k: usize,
+        test: TestKind,
+        level: f64,
+        (now, before): (&Tried, &Validated),
+        taken: &[usize],
+    ) -> (Suggestion, Option<f64>) {
         let with: Vec<usize> = taken.iter().chain([&k]).copied().collect();
         let (tried, count) = (self.tried(&with), self.pool[k].columns.len());
         let end = tried.as_ref().map_or(0, |tried| tried.samples.columns);
@@ -323,9 +333,7 @@ impl<'a> Search<'a> {
             return Vec::new();
         };
         let names = self.row_names();
-        (0..names.len())
-            .map(|k| UnseenLogs { row: names[k].clone(), before: before[k], after: after[k] })
-            .collect()
+        (0..names.len()).map(|k| UnseenLogs { row: names[k].clone(), before: before[k], after: after[k] }).collect()
     }
 
     /// What to write into the model file.
@@ -384,6 +392,7 @@ pub(super) fn suggest(
     out.taken = terms.iter().map(|&k| search.pool[k].name().to_string()).collect();
     out.text = search.text(&terms);
     out.unseen_logs = search.unseen_logs(&plain, &terms);
-    (out.parameters, out.tests, out.validation, out.scale) = (found.parameters, found.tests, found.validation, found.scale);
+    (out.parameters, out.tests, out.validation, out.scale) =
+        (found.parameters, found.tests, found.validation, found.scale);
     Some(out)
 }

@@ -160,7 +160,9 @@ fn meaning(test: TestKind) -> &'static str {
              windows are fitted; --suggest tries such terms"
         }
         TestKind::Normal => "outliers, or something missing; try the loss huber",
-        TestKind::Speed(_) => "friction is no straight line over the speed: --suggest tries other curves; or a loss with a torque (load)",
+        TestKind::Speed(_) => {
+            "friction is no straight line over the speed: --suggest tries other curves; or a loss with a torque (load)"
+        }
     }
 }
 
