@@ -149,7 +149,12 @@ fn a_missing_term_is_suggested() {
     let page = fs::read_to_string(at.join("fit.html")).unwrap();
     assert!(page.contains("Terms suggested") && !page.contains("NaN"));
     let said = words(&kardan(&at, &line).stdout);
-    for part in ["With axle.friction_sense unseen segments", "take it", "kind = \"sense\"", "the same torques as"] {
+    for part in [
+        "With axle.friction_sense unseen segments",
+        "take it",
+        "kind = \"sense\"",
+        "which of the two it is they do not tell",
+    ] {
         assert!(said.contains(part), "{part}: {said}");
     }
     fs::write(at.join("more.toml"), format!("{MODEL}{}", suggestions["text"].as_str().unwrap())).unwrap();

@@ -150,38 +150,53 @@ fn friction_of_each_log() {
     assert!(alone.notes.iter().any(|note| note.contains("no two logs turned the same way")), "{:?}", alone.notes);
 }
 
-/// A spring behind a backlash: stiffness and width by their own errors; with the width given by the slope alone nothing else changes.
-#[test]
-fn the_width_of_a_backlash() {
-    let (stiffness, half) = (100.0, 0.002);
-    let source = "[shaft.a]\ninertia = \"0.01 kg m^2\"\n[shaft.b]\ninertia = \"0.02 kg m^2\"\n\
-        [spring_damper.k]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"90 N m/rad\"\n\
-        [motor.m]\nshaft = \"a\"\n[motor.load]\nshaft = \"b\"\n\
-        [identification]\nparameters = [\"k.stiffness\", \"k.backlash_torque\"]\nmethod = \"dynamic\"\n\
-        [[identification.extra]]\nkind = \"backlash\"\nspring = \"k\"\nclear = \"3 mrad\"\n";
+/// Two shafts of 0.01 and 0.02 kg m² with a spring between, whose torque is a function of twist and twist rate; both angles and torques.
+fn spring_log(spring: impl Fn(f64, f64) -> f64) -> String {
     let mut text = String::from("time,a.phi,b.phi,m.tau,load.tau\ns,rad,rad,N m,N m\n");
     let mut random = Random::new(5);
     for k in 0..20_000 {
         let time = 0.001 * f64::from(k);
         let (x, y) = (3.0 * time, 1.1 * time);
-        let (twist, rate2) = (0.02 * x.sin() + 0.004 * y.sin(), -0.18 * x.sin() - 0.00484 * y.sin());
-        // b turns slowly by itself; the twist is that of b against a, or the other way round: both signs tell the same.
+        let (twist, rate) = (0.02 * x.sin() + 0.004 * y.sin(), 0.06 * x.cos() + 0.0044 * y.cos());
+        let twist2 = -0.18 * x.sin() - 0.00484 * y.sin();
         let (b, b2) = (0.5 * y.sin(), -0.5 * 1.21 * y.sin());
-        let (a, a2) = (b + twist, b2 + rate2);
-        let spring = if twist.abs() > half { stiffness * (twist - half.copysign(twist)) } else { 0.0 };
-        let _ = writeln!(
-            text,
-            "{time:.3},{a:.10},{b:.10},{:.9},{:.9}",
-            0.01 * a2 + spring + 0.005 * random.normal(),
-            0.02 * b2 - spring + 0.005 * random.normal()
-        );
+        let torque = spring(twist, rate);
+        let [m, load] =
+            [0.01 * (b2 + twist2) + torque, 0.02 * b2 - torque].map(|exact| exact + 0.005 * random.normal());
+        let _ = writeln!(text, "{time:.3},{:.10},{b:.10},{m:.9},{load:.9}", b + twist);
     }
-    let found = found(source, &[text], false);
+    text
+}
+
+const SPRING: &str = "[shaft.a]\ninertia = \"0.01 kg m^2\"\n[shaft.b]\ninertia = \"0.02 kg m^2\"\n\
+    [spring_damper.k]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"90 N m/rad\"\n\
+    [motor.m]\nshaft = \"a\"\n[motor.load]\nshaft = \"b\"\n";
+
+/// A spring behind a backlash: its stiffness, its width, and the error of the width, whichever way round the twist is counted.
+#[test]
+fn the_width_of_a_backlash() {
+    let (stiffness, half) = (100.0, 0.002_f64);
+    let source = format!(
+        "{SPRING}[identification]\nparameters = [\"k.stiffness\", \"k.backlash_torque\"]\n\
+         [[identification.extra]]\nkind = \"backlash\"\nspring = \"k\"\nclear = \"3 mrad\"\n"
+    );
+    let spring = |twist: f64, _| if twist.abs() > half { stiffness * (twist - half.copysign(twist)) } else { 0.0 };
+    let found = found(&source, &[spring_log(spring)], false);
     near(&found, "k.stiffness", stiffness);
     near(&found, "k.backlash_torque", stiffness * half);
     near(&found, "k.backlash", 2.0 * half);
     assert_eq!(one(&found.parameters, "k.backlash").unit, "rad");
     assert!(found.windows.resting > 0, "in the backlash nothing is told");
+}
+
+/// Hysteresis of a spring, in loops that are run through, is friction along it: its torque differs by twice that between the two ways.
+#[test]
+fn the_hysteresis_of_a_spring() {
+    let source = format!("{SPRING}[identification]\nparameters = [\"k.stiffness\", \"k.friction\"]\n");
+    let spring = |twist: f64, rate: f64| 100.0 * twist + 0.15 * rate.signum();
+    let found = found(&source, &[spring_log(spring)], false);
+    near(&found, "k.stiffness", 100.0);
+    near(&found, "k.friction", 0.15);
 }
 
 fn suggested(source: &str, logs: &[String]) -> (Identification, Suggestions) {

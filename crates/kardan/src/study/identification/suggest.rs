@@ -1,5 +1,7 @@
 //! Terms that what is left over asks for: tried one by one on segments that no fit has seen.
 
+use kardan_rt::functions::powi;
+
 use super::asked::{Asked, Method};
 use super::channels::{Harmonic, Quantity};
 use super::compare::{Whole, fold_squares, keep_places};
@@ -58,7 +60,7 @@ struct Pooled {
 }
 
 impl Pooled {
-    fn name(&self) -> &str {
+    fn term(&self) -> &str {
         &self.extras[0].term
     }
 
@@ -246,7 +248,7 @@ impl<'a> Search<'a> {
         };
         let suggestion = Suggestion {
             round: taken.len() + 1,
-            term: self.pool[k].name().into(),
+            term: self.pool[k].term().into(),
             parameters: count,
             raised_by: test_name(test, &self.row_names(), &self.coordinates()),
             probability,
@@ -283,7 +285,7 @@ impl<'a> Search<'a> {
         let each = |one: &(usize, usize, f64)| one.2 / self.pool[one.1].columns.len() as f64;
         // Of equal ones the first.
         let best = better.iter().copied().max_by(|a, b| each(a).total_cmp(&each(b)).then(b.0.cmp(&a.0)))?;
-        let name = self.pool[best.1].name();
+        let name = self.pool[best.1].term();
         for (place, _, gain) in better {
             let one = &mut out.tried[place];
             one.taken = place == best.0;
@@ -324,7 +326,7 @@ impl<'a> Search<'a> {
             let (samples, r) = (&tried.samples, tried.samples.rows);
             let predicted = cross_validate(samples, &all, &folds, &tried.options)?;
             let of = |row: usize| {
-                let squares = all.iter().map(|&k| (samples.y(k)[row] - predicted[k * r + row]).powi(2));
+                let squares = all.iter().map(|&k| powi(samples.y(k)[row] - predicted[k * r + row], 2));
                 (squares.sum::<f64>() / all.len() as f64).sqrt()
             };
             Some((0..r).map(of).collect())
@@ -389,7 +391,7 @@ pub(super) fn suggest(
         window: material.window,
         noise: &whole.chosen.built.noise,
     });
-    out.taken = terms.iter().map(|&k| search.pool[k].name().to_string()).collect();
+    out.taken = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();
     out.text = search.text(&terms);
     out.unseen_logs = search.unseen_logs(&plain, &terms);
     (out.parameters, out.tests, out.validation, out.scale) =

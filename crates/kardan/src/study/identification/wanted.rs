@@ -108,7 +108,11 @@ pub(super) fn wanted(
     let help = unknown_name(name, names());
     let help = match names::parameter(name) {
         Some((element, key)) => kind_of(key).map_or(help, |kind| {
-            let of = if kind == "offset" { "torque" } else { "friction" };
+            let of = match kind {
+                "offset" => "torque",
+                "backlash" => "spring",
+                _ => "friction",
+            };
             format!("declare the term: `[[identification.extra]]` with `kind = \"{kind}\"` and `{of} = \"{element}\"`")
         }),
         None => help,
@@ -131,6 +135,7 @@ fn kind_of(key: &str) -> Option<&'static str> {
         "quadratic_damping" => Some("quadratic"),
         "friction_drift" => Some("drift"),
         "offset" => Some("offset"),
+        "backlash" | "backlash_torque" => Some("backlash"),
         key => starts.iter().find(|(start, _)| key.starts_with(start)).map(|(_, kind)| *kind),
     }
 }
