@@ -309,6 +309,9 @@ pub struct IdentifyArgs {
     /// Compare models by cross-validation: those of [[identification.candidate]], or with and without each kind of friction.
     #[arg(long)]
     pub compare: bool,
+    /// Try terms that the tests of what is left over ask for, one by one on segments that no fit has seen, and tell which to take.
+    #[arg(long)]
+    pub suggest: bool,
     /// Variant of the model; the first if not given.
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,

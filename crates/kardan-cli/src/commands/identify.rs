@@ -44,6 +44,7 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
         loss: args.loss.and_then(word),
         confidence: args.confidence.map(|percent| percent / 100.0),
         compare: args.compare,
+        suggest: args.suggest,
     };
     let bars = Bars::new(quiet).showing({
         let (args, source) = (args.clone(), source.clone());

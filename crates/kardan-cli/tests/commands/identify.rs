@@ -126,6 +126,46 @@ fn a_breakaway_torque_is_written() {
     assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
 }
 
+/// A term that is missing is told with what to write, and the file with it has it.
+#[test]
+fn a_missing_term_is_suggested() {
+    let at = folder("suggest");
+    let mut log = String::from("time,axle.w,drive.tau\ns,rad/s,N m\n");
+    for k in 0..30_000 {
+        let t = 0.001 * f64::from(k);
+        let (speed, rate) =
+            (12.0 * (0.8 * t).sin() + 2.0 * (2.3 * t).sin(), 9.6 * (0.8 * t).cos() + 4.6 * (2.3 * t).cos());
+        let hiss = f64::from(k * 7919 % 1009) / 1009.0 - 0.5;
+        let torque = 0.01 * rate + 0.02 * speed + 0.3_f64.copysign(speed) + 0.05 + 0.05 * hiss;
+        let _ = writeln!(log, "{t:.3},{speed:.9},{torque:.9}");
+    }
+    fs::write(at.join("both.csv"), log).unwrap();
+    let line = ["identify", "axle.toml", "both.csv", "--method", "dynamic", "--suggest"];
+    let got = kardan(&at, &[&line[..], &["--json", "-q", "--report", "fit.html"]].concat());
+    assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
+    let object = printed(&got.stdout);
+    let suggestions = &object["suggestions"];
+    assert_eq!(suggestions["taken"], serde_json::json!(["axle.friction_sense"]), "{suggestions}");
+    let page = fs::read_to_string(at.join("fit.html")).unwrap();
+    assert!(page.contains("Terms suggested") && !page.contains("NaN"));
+    let said = words(&kardan(&at, &line).stdout);
+    for part in [
+        "With axle.friction_sense unseen segments",
+        "take it",
+        "kind = \"sense\"",
+        "which of the two it is they do not tell",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    fs::write(at.join("more.toml"), format!("{MODEL}{}", suggestions["text"].as_str().unwrap())).unwrap();
+    let object =
+        printed(&kardan(&at, &["identify", "more.toml", "both.csv", "--method", "dynamic", "--json", "-q"]).stdout);
+    assert_eq!(object["parameters"], suggestions["parameters"]);
+    // Who does not ask gets none.
+    let object = printed(&kardan(&at, &["identify", "axle.toml", "both.csv", "--json", "-q"]).stdout);
+    assert!(object["suggestions"].is_null(), "{object}");
+}
+
 #[test]
 fn what_cannot_be_is_told() {
     let at = folder("wrong");

@@ -1,10 +1,10 @@
 //! An identification as a page.
 
 use crate::identification_pictures as pictures;
-use crate::model::{Body, Page, row, warnings};
+use crate::model::{Body, Cell, Page, row, warnings};
 use crate::text::number;
 use crate::words::list;
-use kardan::results::{Identification, LogRead, NamedMatrix, Span};
+use kardan::results::{Identification, LogRead, NamedMatrix, ResidualTest, Span, Suggestion, Suggestions};
 
 /// More rows are counted where there is little room.
 const ROWS: usize = 40;
@@ -29,6 +29,7 @@ pub fn page(found: &Identification) -> Page {
             ("residuals", "What is left over", residuals(found)),
             ("validation", "Validation", validation(found)),
             ("candidates", "Models compared", candidates(found)),
+            ("suggestions", "Terms suggested", suggestions(found)),
             ("damping", "Damping as a whole", damping(found)),
             ("logs", "Logs", found.logs.iter().fold(new(), |body, one| body.and(log(one)))),
             ("notes", "Notes", new().list(found.notes.iter().cloned())),
@@ -105,15 +106,21 @@ fn undetermined(found: &Identification) -> Body {
         .pictures(pictures::correlation(found))
 }
 
-fn residuals(found: &Identification) -> Body {
-    let rows = found.tests.iter().map(|test| {
-        let likely = test.probability >= 1e-4;
-        let probability = if likely { format!("{:.4}", test.probability) } else { "below 0.0001".into() };
-        row![&test.what, probability, if test.meaning.is_empty() { "holds" } else { &test.meaning }]
+/// A probability, however small.
+fn likelihood(probability: f64) -> String {
+    if probability >= 1e-4 { format!("{probability:.4}") } else { "below 0.0001".into() }
+}
+
+/// Tests of what is left over.
+fn tests(all: &[ResidualTest]) -> Body {
+    let rows = all.iter().map(|test| {
+        row![&test.what, likelihood(test.probability), if test.meaning.is_empty() { "holds" } else { &test.meaning }]
     });
-    Body::default()
-        .table_of(ROWS, &["if the model is right", "#probability", "verdict"], rows)
-        .pictures(pictures::residuals(found))
+    Body::default().table_of(ROWS, &["if the model is right", "#probability", "verdict"], rows)
+}
+
+fn residuals(found: &Identification) -> Body {
+    tests(&found.tests).pictures(pictures::residuals(found))
 }
 
 fn validation(found: &Identification) -> Body {
@@ -121,8 +128,7 @@ fn validation(found: &Identification) -> Body {
         return Body::default();
     }
     let rows = found.validation.iter().map(|one| {
-        let unseen = one.unseen.filter(|unseen| one.torque > 0.0 && unseen.is_finite());
-        let fit = unseen.map_or("–".into(), |unseen| format!("{:.2} %", 100.0 * (1.0 - unseen / one.torque)));
+        let fit = percent(one.torque, one.unseen);
         row![&one.row, one.torque, one.seen, one.unseen, fit]
     });
     Body::default()
@@ -149,6 +155,105 @@ fn candidates(found: &Identification) -> Body {
              folds. Parameters that a model does not have are zero in it.",
         )
         .table_of(ROWS, &["model", "parameters", "#error", ""], rows)
+}
+
+/// `86.47 %`, one less the residual over the torque.
+fn percent(torque: f64, residual: Option<f64>) -> String {
+    let there = residual.filter(|residual| torque > 0.0 && residual.is_finite());
+    there.map_or("–".into(), |residual| format!("{:.2} %", 100.0 * (1.0 - residual / torque)))
+}
+
+fn suggestions(found: &Identification) -> Body {
+    let Some(suggested) = &found.suggestions else { return Body::default() };
+    let mut body = Body::default();
+    if suggested.taken.is_empty() {
+        let why = match (suggested.tried.is_empty(), suggested.doubts()) {
+            (_, 0) => "No test of what is left over speaks against the model: nothing is suggested.",
+            (true, _) => "No term that can be tried answers to the tests that speak against the model.",
+            _ => "No term that was tried predicts unseen segments better.",
+        };
+        body = body.judge(suggested.doubts() == 0, why);
+    }
+    for (now, then) in found.validation.iter().zip(&suggested.validation).filter(|_| !suggested.taken.is_empty()) {
+        body = body.say(format!(
+            "With {} unseen segments of {} are predicted to {} ({} without).",
+            list(&suggested.taken, 12),
+            now.row,
+            percent(then.torque, then.unseen),
+            percent(now.torque, now.unseen),
+        ));
+    }
+    let torque = |row: &str| found.validation.iter().find(|one| one.row == row).map_or(0.0, |one| one.torque);
+    for one in suggested.unseen_logs.iter().filter(|_| !suggested.taken.is_empty()) {
+        let [before, after] = [one.before, one.after].map(|residual| percent(torque(&one.row), Some(residual)));
+        body = body.say(format!(
+            "Whole logs that no fit has seen: {} {after} ({before} without), terms of single logs left out.",
+            one.row
+        ));
+    }
+    if !suggested.taken.is_empty() {
+        let said = match suggested.doubts() {
+            0 => "All tests of what is left over then hold.".to_string(),
+            1 => "One test of what is left over still speaks against the model.".into(),
+            many => format!("{many} tests of what is left over still speak against the model."),
+        };
+        body = body.judge(suggested.doubts() == 0, said);
+        let scale = number(suggested.scale);
+        body = body.say(format!("What is left over then is {scale} times what the noise of the sensors explains."));
+    }
+    let part = |x: Option<f64>| x.map_or("–".into(), |x| format!("{:.2} %", 100.0 * x));
+    let told = |one: &&Suggestion| one.gain.is_some() || one.probability.is_none();
+    let tried = suggested.tried.iter().filter(told).map(|one| {
+        let gain = match one.gain_spread {
+            Some(_) => format!("{} ± {}", part(one.gain), part(one.gain_spread)),
+            None => "–".into(),
+        };
+        let probability = one.probability.map_or("–".into(), likelihood);
+        row![one.round, &one.term, one.parameters, &one.raised_by, probability, gain, &one.verdict]
+    });
+    let headers = ["round", "term", "#parameters", "asked for by", "#probability", "#gain", "verdict"];
+    body = body.table_of(ROWS, &headers, tried);
+    body = body.say(silent(suggested));
+    if !suggested.tried.is_empty() {
+        body = body.hint(
+            "The tests that speak against a model ask for terms; each round takes the one that gains most for each of its parameters. \
+             Probability: that a term looks as it does, or more, if it is not there; told from zero are those below 1 % for all of a round \
+             together. Gain: the part of the mean square error on unseen segments that a term takes away, with its standard error over five \
+             folds; it must be above zero by 2.1 of them, and 1 % at least.",
+        );
+    }
+    let lines = suggested.text.lines().map(|line| vec![Cell::Code(line.into())]);
+    body.table_of(ROWS, &["what to write into the model file"], lines).part(
+        "With the terms taken",
+        if suggested.taken.is_empty() { Body::default() } else { extended(suggested, found.confidence) },
+    )
+}
+
+/// What was tried and cannot be told from zero.
+fn silent(suggested: &Suggestions) -> String {
+    let mut names: Vec<String> = Vec::new();
+    for one in &suggested.tried {
+        let told = suggested.tried.iter().any(|other| other.term == one.term && other.gain.is_some());
+        if !told && one.probability.is_some() && !names.contains(&one.term) {
+            names.push(one.term.clone());
+        }
+    }
+    if suggested.silent > 0 {
+        names.push(format!("{} harmonics of angles", suggested.silent));
+    }
+    if names.is_empty() { String::new() } else { format!("Tried, and not told from zero: {}.", list(&names, 40)) }
+}
+
+/// What is found with the terms that are suggested, and what is left over then.
+fn extended(suggested: &Suggestions, confidence: f64) -> Body {
+    let rows = suggested.parameters.iter().map(|one| {
+        let interval = one.interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)));
+        let name = format!("{}{}", one.name, one.combination);
+        row![name, one.unit, one.value, one.standard_error, interval, &one.remark]
+    });
+    let interval = format!("#{} % interval", number(100.0 * confidence));
+    let headers = ["parameter", "unit", "#found", "#standard error", &interval, ""];
+    Body::default().table_of(ROWS, &headers, rows).and(tests(&suggested.tests))
 }
 
 fn damping(found: &Identification) -> Body {

@@ -4,6 +4,7 @@
 mod determined;
 mod distribution;
 mod excitation;
+mod extra;
 mod fit;
 mod least_squares;
 mod regressor;
@@ -12,9 +13,10 @@ mod window;
 
 pub use determined::{Excitation, undetermined};
 pub use excitation::{Selection, d_optimal, expected_errors, information};
+pub use extra::Extra;
 pub use fit::{Fit, FitOptions, Loss, Shape, Test, TestKind, cross_validate, fit, residual_tests};
 pub use least_squares::{Estimate, LeastSquares};
-pub use regressor::{Extra, Motion, Regressor, Variances};
+pub use regressor::{Motion, Regressor, Variances};
 pub use samples::{Room, Samples, Steadiness, Where, steady_segments};
 pub use window::{Reading, Windows};
 

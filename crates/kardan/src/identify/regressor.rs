@@ -1,6 +1,7 @@
 use kardan_rt::functions::exp;
 
 use super::Coefficient;
+use super::extra::{Along, Extra};
 use crate::assemble::CoefficientKind as Kind;
 use crate::num::{Matrix, dot, echelon};
 use crate::reduce::{Kinematics, Reduced, linearise};
@@ -14,24 +15,6 @@ pub struct Motion<'a> {
     pub speed: &'a [f64],
     /// q̈_r
     pub acceleration: &'a [f64],
-}
-
-/// A torque beyond the terms of a model, along a direction with Coulomb friction: one more column for each.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Extra {
-    /// `s sgn(v) shape(|v|)`: what friction is more at low speed; the column is that of the Coulomb torque, and the speed is told for
-    /// the shape.
-    Stribeck {
-        /// Number of the friction in the equations.
-        friction: usize,
-    },
-    /// `m |τ| sgn(v)`: a loss in proportion to a torque that goes through, as in a strain-wave gear.
-    Load {
-        /// Number of the friction in the equations.
-        friction: usize,
-        /// Number of the input whose torque it is.
-        input: usize,
-    },
 }
 
 /// How uncertain what was measured is: variances.
@@ -79,6 +62,10 @@ pub struct Regressor {
     /// Reflections that turn their directions into the first rows.
     reflections: Vec<Vec<f64>>,
     extras: Vec<Extra>,
+    /// Where in the logs a motion is: its recording, the time since that began (s), and the harmonics of angles there.
+    recording: usize,
+    time: f64,
+    harmonics: Vec<f64>,
     /// Nominal coefficients of the terms of each kind, for the covariance.
     nominal: [Vec<f64>; 4],
     /// Row by row: X, extra columns, y, and what the noise of each measured quantity adds.
@@ -154,6 +141,9 @@ impl Regressor {
             reflections: vec![vec![0.0; reduced.degrees_of_freedom()]; unmeasured.len()],
             unmeasured,
             extras: Vec::new(),
+            recording: 0,
+            time: 0.0,
+            harmonics: Vec::new(),
             nominal,
             all: vec![0.0; reduced.degrees_of_freedom() * width],
             width,
@@ -169,11 +159,15 @@ impl Regressor {
     /// The same with more columns, behind those of the coefficients.
     ///
     /// # Panics
-    /// If a number is not that of a friction or an input.
+    /// If a number is not that of a friction, a spring or an input.
     pub fn with_extras(mut self, extras: &[Extra]) -> Self {
         for extra in extras {
-            let (Extra::Stribeck { friction } | Extra::Load { friction, .. }) = extra;
-            assert!(*friction < self.terms[Kind::Friction as usize].len(), "a friction of the model");
+            let known = match extra.along() {
+                Along::Friction(k) => k < self.terms[Kind::Friction as usize].len(),
+                Along::Spring(k) => k < self.terms[Kind::Stiffness as usize].len(),
+                Along::Input(k) => k < self.inputs.len(),
+            };
+            assert!(known, "a friction, a spring or an input of the model");
             assert!(
                 !matches!(extra, Extra::Load { input, .. } if *input >= self.inputs.len()),
                 "an input of the model"
@@ -184,6 +178,8 @@ impl Regressor {
         self.width += extras.len();
         self.width -= self.extras.len();
         self.extras = extras.to_vec();
+        let harmonics = extras.iter().filter_map(Extra::harmonic).max().map_or(0, |most| most + 1);
+        self.harmonics = vec![0.0; harmonics];
         self.all = vec![0.0; self.degrees_of_freedom * self.width];
         self
     }
@@ -202,6 +198,17 @@ impl Regressor {
     pub fn with_window(mut self, width: f64) -> Self {
         self.half = width / 2.0;
         self
+    }
+
+    /// Where in the logs the next motion is, for extra columns that ask: its recording, the time since that began (s), and the
+    /// harmonics of angles there by their numbers.
+    ///
+    /// # Panics
+    /// If there are fewer harmonics than extra columns ask for.
+    pub fn at(&mut self, recording: usize, time: f64, harmonics: &[f64]) {
+        (self.recording, self.time) = (recording, time);
+        let count = self.harmonics.len();
+        self.harmonics.copy_from_slice(&harmonics[..count]);
     }
 
     /// Number of rows of one motion: the degrees of freedom, less one for each independent torque that nobody measured.
@@ -262,9 +269,10 @@ impl Regressor {
             }
         }
         for (speed, extra) in speeds.iter_mut().zip(&self.extras) {
-            let (Extra::Stribeck { friction } | Extra::Load { friction, .. }) = extra;
-            let term = &self.terms[Kind::Friction as usize][*friction];
-            *speed = term.along(&self.kinematics.speeds).abs();
+            *speed = match extra.along() {
+                Along::Friction(k) => self.terms[Kind::Friction as usize][k].along(&self.kinematics.speeds).abs(),
+                _ => 0.0,
+            };
         }
         certain
     }
@@ -300,16 +308,15 @@ impl Regressor {
             }
         }
         for (column, extra) in self.extras.iter().enumerate() {
-            let (Extra::Stribeck { friction } | Extra::Load { friction, .. }) = extra;
-            let term = &self.terms[Kind::Friction as usize][*friction];
-            let sign = self.signal(Kind::Friction as usize, *friction);
-            certain &= sign.is_some();
-            let size = match extra {
-                Extra::Stribeck { .. } => 1.0,
-                Extra::Load { input, .. } => torques[*input].abs(),
+            let signal = self.extra_signal(extra, torques);
+            certain &= signal.is_some();
+            let row = match extra.along() {
+                Along::Friction(k) => &self.terms[Kind::Friction as usize][k].row,
+                Along::Spring(k) => &self.terms[Kind::Stiffness as usize][k].row,
+                Along::Input(k) => &self.inputs[k],
             };
-            project(&term.row, &self.kinematics, &mut self.direction);
-            (0..r).for_each(|i| self.all[i * n + w + column] = self.direction[i] * sign.unwrap_or(0.0) * size);
+            project(row, &self.kinematics, &mut self.direction);
+            (0..r).for_each(|i| self.all[i * n + w + column] = self.direction[i] * signal.unwrap_or(0.0));
         }
         for &(kind, term, value) in &self.known {
             let signal = self.signal(kind, term);
@@ -368,6 +375,32 @@ impl Regressor {
                 (k..r).for_each(|i| self.all[i * n + column] -= share * own[i]);
             }
         }
+    }
+
+    /// s of an extra column; `None` where a sign that it needs is not known.
+    fn extra_signal(&self, extra: &Extra, torques: &[f64]) -> Option<f64> {
+        let sign = |friction: usize| self.signal(Kind::Friction as usize, friction);
+        let speed = |friction: usize| self.terms[Kind::Friction as usize][friction].along(&self.kinematics.speeds);
+        Some(match *extra {
+            Extra::Stribeck { friction } => sign(friction)?,
+            Extra::Load { friction, input } => sign(friction)? * torques[input].abs(),
+            Extra::Sense { .. } | Extra::Offset { .. } => 1.0,
+            Extra::SenseDamping { friction } => sign(friction)? * speed(friction),
+            Extra::Quadratic { friction } => sign(friction)? * speed(friction) * speed(friction),
+            Extra::Recording { friction, recording, last } => {
+                let of = |number: usize| f64::from(u8::from(self.recording == number));
+                sign(friction)? * (of(recording) - of(last))
+            }
+            Extra::Drift { friction } => sign(friction)? * self.time,
+            Extra::Cogging { harmonic, .. } => self.harmonics[harmonic],
+            Extra::Ripple { friction, harmonic } => sign(friction)? * self.harmonics[harmonic],
+            Extra::Backlash { spring, clear } => {
+                let term = &self.terms[Kind::Stiffness as usize][spring];
+                let twist = term.along(&self.kinematics.angles) - term.rest;
+                let change = self.half * term.along(&self.kinematics.speeds).abs();
+                (twist.abs() > clear + change).then(|| -twist.signum())?
+            }
+        })
     }
 
     /// s of a term; `None` for a friction whose sign is not known.

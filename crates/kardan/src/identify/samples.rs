@@ -128,6 +128,22 @@ impl Samples {
         &self.torques[sample * self.inputs..(sample + 1) * self.inputs]
     }
 
+    /// The same with some of the columns, of which the last so many are extra ones.
+    ///
+    /// # Panics
+    /// If one of the last is no extra column here.
+    pub fn of_columns(&self, columns: &[usize], extras: usize) -> Self {
+        let (p, w) = (self.columns, self.columns - self.extras);
+        let chosen = &columns[columns.len() - extras..];
+        Self {
+            columns: columns.len(),
+            extras,
+            x: self.x.chunks_exact(p.max(1)).flat_map(|row| columns.iter().map(|&k| row[k])).collect(),
+            speeds: (0..self.len()).flat_map(|k| chosen.iter().map(move |&c| self.speeds(k)[c - w])).collect(),
+            ..self.clone()
+        }
+    }
+
     /// Means over ranges of samples: a sample each.
     pub fn averaged(&self, ranges: &[Range<usize>]) -> Self {
         let mut out = Self::new(self.rows, self.columns, self.extras, self.degrees_of_freedom, self.inputs);

@@ -439,18 +439,34 @@ keys! {
     /// `[[identification.extra]]`.
     table Extra {
         required {
-            kind: Choice(&["stribeck", "load"]),
-                "`stribeck`: more friction at low speed, the parameters `<element>.stribeck` and \
-                 `<element>.stribeck_speed`; `load`: a loss in proportion to a torque, as in a strain-wave gear, the \
-                 parameter `<element>.load_loss`.";
-            friction: Element(&["shaft", "mass", "spring_damper"]), "The element whose friction it adds to.";
+            kind: Choice(&[
+                "stribeck", "load", "sense", "sense_damping", "quadratic", "drift", "recordings", "cogging", "ripple",
+                "offset", "backlash"
+            ]),
+                "Friction: `stribeck`, more of it at low speed (the parameters `<element>.stribeck` and \
+                 `<element>.stribeck_speed`); `load`, a loss in proportion to a torque, as in a strain-wave gear \
+                 (`<element>.load_loss`); `sense`, half of what it is more forwards than backwards \
+                 (`<element>.friction_sense`); `sense_damping`, the same of the damping (`<element>.damping_sense`); \
+                 `quadratic`, with the square of the speed (`<element>.quadratic_damping`); `drift`, what it gains \
+                 each second of a log (`<element>.friction_drift`); `recordings`, how it differs from log to log \
+                 (`<element>.friction_recordings_<log>`); `ripple`, friction over the angle. Others: `cogging`, a \
+                 torque over the angle (both with the parameters `..._<order>_cos` and `..._<order>_sin`); `offset` of \
+                 a torque sensor (`<input>.offset`); `backlash` of a spring (`<spring>.backlash_torque`, half its \
+                 width times the stiffness, and `<spring>.backlash`, the width).";
         }
         optional {
+            friction: Element(&["shaft", "mass", "spring_damper"]),
+                "The element in whose direction it acts; all kinds but `offset` and `backlash` need it.";
             shape: Choice(&["gaussian", "exponential", "peak"]) = "gaussian",
                 "Of Stribeck friction over x, the speed by the Stribeck speed: exp(-x^2), exp(-x), or x exp(1 - x).";
             speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
                 "The Stribeck speed, if it is known; left out: it is found too.";
-            torque: Element(&["motor", "disturbance"]), "The input whose torque loads the gear.";
+            order: Number(Sign::Positive),
+                "Periods in a turn of the element, whose angle must be in the logs (`cogging`, `ripple`).";
+            spring: Element(&["spring_damper"]), "The spring that has the backlash.";
+            clear: Quantity(Dimension::ANGLE, Sign::Positive),
+                "Twist that is beyond the backlash for certain: windows with less do not count.";
+            torque: Element(&["motor", "disturbance"]), "The input whose torque loads the gear, or whose sensor has the offset (`load`, `offset`).";
         }
     }
 }
@@ -463,7 +479,7 @@ keys! {
         }
         optional {
             parameters: Signals, "Its parameters; left out: those of `[identification]`.";
-            extras: Words, "Its extra terms, by their parameters: `fs.stribeck`, `wg.load_loss`; left out: none.";
+            extras: Words, "Its extra terms, by their parameters: `fs.stribeck`, `wg.load_loss`, `wg.cogging_6`; left out: none.";
         }
     }
 }

@@ -63,6 +63,8 @@ pub struct Identification {
     pub validation: Vec<Validation>,
     /// Models compared by cross-validation.
     pub candidates: Vec<Candidate>,
+    /// Terms that what is left over asks for; `None` where nobody asked, or all ended early.
+    pub suggestions: Option<Suggestions>,
     /// Friction over speed: what is measured and what the model says.
     #[serde(skip)]
     pub curves: Vec<FrictionCurve>,
@@ -339,6 +341,72 @@ pub struct Candidate {
     pub chosen: bool,
     /// Why it could not be fitted.
     pub failure: String,
+}
+
+/// Terms that what is left over of a fit asks for, tried on segments that no fit has seen.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct Suggestions {
+    /// What was tried, round by round: the best of each is taken into the model of the next.
+    pub tried: Vec<Suggestion>,
+    /// Harmonics of angles that were tried in the last round and cannot be told from zero.
+    pub silent: usize,
+    /// The terms to take, in order.
+    pub taken: Vec<String>,
+    /// What to write into the model file to take them.
+    pub text: String,
+    /// What is found with them.
+    pub parameters: Vec<IdentifiedParameter>,
+    /// Residual with them over what the noise of the sensors explains.
+    pub scale: f64,
+    /// Tests of what is left over with them.
+    pub tests: Vec<ResidualTest>,
+    /// How well unseen segments are predicted with them.
+    pub validation: Vec<Validation>,
+    /// How well whole logs are predicted by the others; empty of few logs, or where terms of single logs were asked for.
+    pub unseen_logs: Vec<UnseenLogs>,
+}
+
+impl Suggestions {
+    /// Tests that speak against the model with the terms taken.
+    pub fn doubts(&self) -> usize {
+        self.tests.iter().filter(|test| test.probability < UNLIKELY).count()
+    }
+}
+
+/// A term that was tried.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct Suggestion {
+    /// Round, from 1 on.
+    pub round: usize,
+    /// The term: `rotor.friction_sense`.
+    pub term: String,
+    /// How many parameters it has.
+    pub parameters: usize,
+    /// The test that asks for it.
+    pub raised_by: String,
+    /// Probability that it looks as it does, or more, if it is not there; `None` where other terms look the same.
+    pub probability: Option<f64>,
+    /// Part of the mean square error on unseen segments that it takes away; `None` where it cannot be told from zero.
+    pub gain: Option<f64>,
+    /// Its standard error over the folds.
+    pub gain_spread: Option<f64>,
+    /// Whether it is taken.
+    pub taken: bool,
+    /// Why, or why not.
+    pub verdict: String,
+}
+
+/// How well whole logs are predicted by the others, without terms of single logs.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct UnseenLogs {
+    /// Row of the balance.
+    pub row: String,
+    /// Root mean square of the residual of the model as it is, N m.
+    #[serde(rename = "residual_before_N_m")]
+    pub before: f64,
+    /// The same with the terms taken, N m.
+    #[serde(rename = "residual_after_N_m")]
+    pub after: f64,
 }
 
 /// How well segments left out of a fit are predicted.

@@ -14,8 +14,8 @@ pub use options::{FitOptions, Loss, Shape};
 pub use residual_tests::{Test, TestKind, residual_tests};
 
 use super::Samples;
-use super::distribution::student_quantile;
-use crate::num::{Matrix, dot};
+use super::distribution::{fisher_tail, student_quantile};
+use crate::num::{Cholesky, Matrix, dot};
 use robust::robust_weights;
 use solution::{Solution, row_covariance, scale};
 use standard_errors::standard_errors;
@@ -143,6 +143,28 @@ impl Fit {
     /// NaN where there are no degrees of freedom: then there is no interval.
     pub fn quantile(&self, value: usize, confidence: f64) -> f64 {
         student_quantile(self.degrees_of_freedom[value], confidence)
+    }
+
+    /// Probability that values as far from zero as these together, or farther, are found if all of them are zero \[Wald 1943\], by
+    /// Fisher's distribution; `None` where one of them is not determined, or stands at a bound.
+    pub fn joint_tail(&self, values: &[usize]) -> Option<f64> {
+        let count = values.len();
+        let freedom = values.iter().map(|&k| self.degrees_of_freedom[k]).fold(f64::INFINITY, f64::min);
+        let sound = |k: &usize| self.standard_errors[*k].is_finite() && self.standard_errors[*k] > 0.0;
+        if count == 0 || !values.iter().all(sound) {
+            return None;
+        }
+        // In standard errors, so that the scales of the values do not matter.
+        let block: Vec<f64> =
+            values.iter().flat_map(|&i| values.iter().map(move |&j| (i, j))).map(|at| self.correlation[at]).collect();
+        let own: Vec<f64> = values.iter().map(|&k| self.values[k] / self.standard_errors[k]).collect();
+        let mut factor = Cholesky::new(count);
+        if !factor.factor(&block) {
+            return None;
+        }
+        let mut solved = own.clone();
+        factor.solve(&mut solved);
+        fisher_tail((count as f64, freedom), dot(&own, &solved) / count as f64)
     }
 
     /// What the fit predicts of a row of a sample, N m.

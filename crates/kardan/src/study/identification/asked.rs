@@ -91,12 +91,9 @@ pub(super) fn asked(
     }
     let declared = declared_terms(document, model, out);
     // Parameters of extra terms are named among the others, or all are meant.
-    let named = |extra: &ExtraTerm, name: &String| {
-        *name == extra.name || (extra.shape.is_some() && *name == format!("{}.stribeck_speed", extra.element))
-    };
-    let fitted = |extra: &&ExtraTerm| all || names.iter().any(|name| named(extra, name));
+    let fitted = |extra: &&ExtraTerm| all || names.iter().any(|name| extra.is(name));
     let extras: Vec<ExtraTerm> = declared.iter().filter(fitted).cloned().collect();
-    names.retain(|name| !extras.iter().any(|extra| named(extra, name)));
+    names.retain(|name| !extras.iter().any(|extra| extra.is(name)));
     let wanted = wanted_once(document, settings, &names, out);
     if wanted.is_empty() && extras.is_empty() && out.is_empty() {
         out.push(
@@ -230,7 +227,8 @@ impl Asked {
     /// Keeps of `nonnegative` what is sought. What the file bounds need not be what is asked for this time, but the model must have it.
     fn keep_bounds_of_sought(&mut self, document: &Document, out: &mut Vec<Diagnostic>) {
         let sought = |name: &String| {
-            self.wanted.iter().any(|one| one.name == *name) || self.extras.iter().any(|extra| extra.name == *name)
+            self.wanted.iter().any(|one| one.name == *name)
+                || self.extras.iter().any(|extra| extra.name == *name || extra.term == *name)
         };
         let possible = possible(document);
         let known = |name: &String| {
@@ -238,7 +236,7 @@ impl Asked {
             sought(name)
                 || parameter
                 || possible.contains(name)
-                || self.declared.iter().any(|extra| extra.name == *name)
+                || self.declared.iter().any(|extra| extra.name == *name || extra.term == *name)
         };
         for name in self.nonnegative.iter().filter(|name| !known(name)) {
             let names = self.wanted.iter().map(|one| one.name.as_str());

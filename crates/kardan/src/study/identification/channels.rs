@@ -12,8 +12,17 @@ use crate::study::read::{quantity, read_scalar, read_word};
 use crate::units::{Dimension, parse_quantity};
 use kardan_tables::read::Group;
 
-/// A measured quantity.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// `cos nφ` or `sin nφ` of a measured angle.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Harmonic {
+    pub shaft: String,
+    /// n
+    pub order: f64,
+    pub sine: bool,
+}
+
+/// A measured quantity, or what follows from one sample by sample.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Quantity {
     /// Of a shaft.
     Angle(String),
@@ -21,6 +30,8 @@ pub(super) enum Quantity {
     Speed(String),
     /// Of an input.
     Torque(String),
+    /// Of an angle: it passes the same filter as the torque, so that windows may hold many of its periods.
+    Harmonic(Harmonic),
 }
 
 impl Quantity {
@@ -29,6 +40,7 @@ impl Quantity {
             Self::Angle(_) => Dimension::ANGLE,
             Self::Speed(_) => Dimension::ANGULAR_VELOCITY,
             Self::Torque(_) => Dimension::TORQUE,
+            Self::Harmonic(_) => Dimension::NONE,
         }
     }
 
@@ -37,6 +49,7 @@ impl Quantity {
             Self::Angle(_) => "rad",
             Self::Speed(_) => "rad/s",
             Self::Torque(_) => "N m",
+            Self::Harmonic(_) => "1",
         }
     }
 
@@ -45,6 +58,9 @@ impl Quantity {
             Self::Angle(shaft) => names::Quantity::Angle.of(shaft),
             Self::Speed(shaft) => names::Quantity::Speed.of(shaft),
             Self::Torque(input) => names::Quantity::Torque.of(input),
+            Self::Harmonic(Harmonic { shaft, order, sine }) => {
+                format!("{}({order} {})", if *sine { "sin" } else { "cos" }, names::Quantity::Angle.of(shaft))
+            }
         }
     }
 }

@@ -55,7 +55,8 @@ fn usual_candidates(asked: &Asked) -> Vec<CandidateSpec> {
         asked.wanted.iter().filter(|one| kinds.contains(&one.keys[0].1)).map(|one| one.name.clone()).collect()
     };
     let all: Vec<String> = asked.wanted.iter().map(|one| one.name.clone()).collect();
-    let extras: Vec<String> = asked.declared.iter().map(|extra| extra.name.clone()).collect();
+    let mut extras: Vec<String> = asked.declared.iter().map(|extra| extra.term.clone()).collect();
+    extras.dedup();
     let spec = |name: String, parameters: Vec<String>, extras: Vec<String>| CandidateSpec { name, parameters, extras };
     let mut specs = vec![
         spec("without Coulomb friction".into(), names(&[Kind::Inertia, Kind::Damping, Kind::Stiffness]), Vec::new()),
@@ -77,12 +78,12 @@ fn usual_candidates(asked: &Asked) -> Vec<CandidateSpec> {
 }
 
 /// What is asked for by a candidate.
-fn asked_by(spec: &CandidateSpec, whole: &Whole<'_>) -> Result<Asked, Vec<Diagnostic>> {
+fn asked_by(spec: &CandidateSpec, whole: &Whole<'_>, material: &Material<'_>) -> Result<Asked, Vec<Diagnostic>> {
     let mut mistakes = Vec::new();
     let given = IdentifySettings { parameters: spec.parameters.clone(), ..IdentifySettings::default() };
     let mut own = asked(whole.document, &whole.plant.model, whole.settings, &given, &mut mistakes);
     for name in &spec.extras {
-        if !own.declared.iter().any(|extra| extra.name == *name) {
+        if !own.declared.iter().any(|extra| extra.is(name)) {
             let message = format!("candidate `{}`: there is no extra term `{name}`", spec.name);
             mistakes.push(Diagnostic::error("name::unknown", message).help("declare it as `[[identification.extra]]`"));
         }
@@ -90,7 +91,8 @@ fn asked_by(spec: &CandidateSpec, whole: &Whole<'_>) -> Result<Asked, Vec<Diagno
     if !mistakes.is_empty() {
         return Err(mistakes);
     }
-    own.extras = own.declared.iter().filter(|extra| spec.extras.contains(&extra.name)).cloned().collect();
+    own.extras = own.declared.iter().filter(|extra| spec.extras.iter().any(|name| extra.is(name))).cloned().collect();
+    own.tell_recordings(whole.plant, material);
     own.loss = whole.asked.loss;
     own.nonnegative.retain(|name| spec.parameters.contains(name) || spec.extras.contains(name));
     Ok(own)
@@ -98,7 +100,7 @@ fn asked_by(spec: &CandidateSpec, whole: &Whole<'_>) -> Result<Asked, Vec<Diagno
 
 /// A candidate with its error. The windows and their covariances are those of the whole model, so that all predict the same on one scale.
 fn judged(spec: CandidateSpec, whole: &Whole<'_>, material: &Material<'_>) -> Result<Candidate, Vec<Diagnostic>> {
-    let (own, method) = (asked_by(&spec, whole)?, whole.chosen.method);
+    let (own, method) = (asked_by(&spec, whole, material)?, whole.chosen.method);
     // What is not among its parameters is left out of the model, not taken from the file.
     let silent: Vec<&Wanted> = whole.asked.wanted.iter().filter(|one| !spec.parameters.contains(&one.name)).collect();
     let trial = plant_without(whole.plant, &silent);
@@ -133,7 +135,7 @@ fn choose_simplest(candidates: &mut [Candidate]) {
 }
 
 /// Keeps the samples at the places of others, which are in order, with the covariances of those.
-fn keep_places(samples: &mut Samples, others: &Samples) {
+pub(super) fn keep_places(samples: &mut Samples, others: &Samples) {
     let mut kept = Vec::new();
     let mut covariance = Vec::new();
     let mut from = 0;
@@ -151,8 +153,8 @@ fn keep_places(samples: &mut Samples, others: &Samples) {
     samples.covariance = covariance;
 }
 
-/// Root mean square of predictions' errors in standard deviations of the sensors, and its standard error over the folds.
-fn fold_errors(samples: &Samples, folds: &[usize], predicted: &[f64]) -> PredictionError {
+/// Mean squares of predictions' errors in standard deviations of the sensors, fold by fold.
+pub(super) fn fold_squares(samples: &Samples, folds: &[usize], predicted: &[f64]) -> Vec<f64> {
     let count = folds.iter().max().map_or(1, |most| most + 1);
     let mut sums = vec![(0.0, 0.0); count];
     for (sample, fold) in folds.iter().enumerate() {
@@ -163,7 +165,12 @@ fn fold_errors(samples: &Samples, folds: &[usize], predicted: &[f64]) -> Predict
             sums[*fold].1 += 1.0;
         }
     }
-    let each: Vec<f64> = sums.iter().filter(|sum| sum.1 > 0.0).map(|sum| sum.0 / sum.1).collect();
+    sums.iter().filter(|sum| sum.1 > 0.0).map(|sum| sum.0 / sum.1).collect()
+}
+
+/// Root mean square of predictions' errors in standard deviations of the sensors, and its standard error over the folds.
+fn fold_errors(samples: &Samples, folds: &[usize], predicted: &[f64]) -> PredictionError {
+    let each = fold_squares(samples, folds, predicted);
     let n = each.len() as f64;
     let mean = each.iter().sum::<f64>() / n;
     let spread = (each.iter().map(|x| powi(x - mean, 2)).sum::<f64>() / (n - 1.0).max(1.0) / n).sqrt();

@@ -1,7 +1,8 @@
 //! Terms beyond those of the model: `[[identification.extra]]`.
 
+use super::channels::{Harmonic, Quantity};
 use crate::assemble::Equations;
-use crate::diagnostics::{Diagnostic, nearest, shortened};
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::Term;
 use crate::identify::{Extra, Shape};
 use crate::model::{Document, Model, TableReader};
@@ -10,20 +11,130 @@ use crate::schema::{Sign, Table, Value};
 use crate::study::read::{quantity, read_word};
 use crate::units::Dimension;
 
-/// A term beyond those of the model.
+/// What a term beyond those of the model is.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct ExtraTerm {
-    /// `fs.stribeck`, `wg.load_loss`
-    pub name: String,
-    pub element: String,
-    pub shape: Option<Shape>,
-    /// The Stribeck speed, where it is known.
-    pub speed: Option<f64>,
-    /// The input that loads the gear.
-    pub torque: Option<String>,
+pub(super) enum Law {
+    /// With the Stribeck speed, where it is known.
+    Stribeck {
+        shape: Shape,
+        speed: Option<f64>,
+    },
+    /// With the input that loads the gear.
+    Load {
+        torque: String,
+    },
+    Sense,
+    SenseDamping,
+    Quadratic,
+    Drift,
+    /// One column for each recording but the last of those that turned the same way, once the logs are read.
+    Recordings,
+    Recording {
+        recording: usize,
+        last: usize,
+    },
+    Cogging(Harmonic),
+    Ripple(Harmonic),
+    Offset,
+    Backlash {
+        clear: f64,
+    },
 }
 
-/// The terms that the file declares.
+/// A term beyond those of the model, or one column of it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct ExtraTerm {
+    /// Of the column: `fs.stribeck`, `wg.load_loss`, `wg.cogging_6_cos`.
+    pub name: String,
+    /// Of the term: `wg.cogging_6`; the same as the name where it has one column.
+    pub term: String,
+    /// In whose direction it acts: an element with friction, a motor, a spring.
+    pub element: String,
+    pub law: Law,
+    /// What to say of the column beside its value.
+    pub remark: String,
+}
+
+impl ExtraTerm {
+    pub fn new(element: &str, term: &str, law: Law) -> Self {
+        let term = format!("{element}.{term}");
+        Self { name: term.clone(), term, element: element.into(), law, remark: String::new() }
+    }
+
+    /// The two columns of a harmonic.
+    pub fn harmonics(element: &str, order: f64, ripple: bool) -> [Self; 2] {
+        [false, true].map(|sine| {
+            let harmonic = Harmonic { shaft: element.into(), order, sine };
+            let (word, law) =
+                if ripple { ("friction_ripple", Law::Ripple(harmonic)) } else { ("cogging", Law::Cogging(harmonic)) };
+            let own = Self::new(element, &format!("{word}_{order}"), law);
+            Self { name: format!("{}_{}", own.term, if sine { "sin" } else { "cos" }), ..own }
+        })
+    }
+
+    /// The shape over the speed, if it has one, and then the speed, if it is known.
+    pub fn shape(&self) -> Option<(Shape, Option<f64>)> {
+        if let Law::Stribeck { shape, speed } = self.law { Some((shape, speed)) } else { None }
+    }
+
+    /// The input whose torque it goes with.
+    pub fn torque(&self) -> Option<&str> {
+        match &self.law {
+            Law::Load { torque } => Some(torque),
+            Law::Offset => Some(&self.element),
+            _ => None,
+        }
+    }
+
+    /// The harmonic that it goes with.
+    pub fn harmonic(&self) -> Option<&Harmonic> {
+        if let Law::Cogging(harmonic) | Law::Ripple(harmonic) = &self.law { Some(harmonic) } else { None }
+    }
+
+    pub fn unit(&self) -> &'static str {
+        match self.law {
+            Law::Load { .. } => "1",
+            Law::SenseDamping => "N m s/rad",
+            Law::Quadratic => "N m s^2/rad^2",
+            Law::Drift => "N m/s",
+            _ => "N m",
+        }
+    }
+
+    /// Whether a name is that of the term, of its column, or of its Stribeck speed.
+    pub fn is(&self, name: &str) -> bool {
+        name == self.name
+            || name == self.term
+            || (self.shape().is_some() && name == format!("{}.stribeck_speed", self.element))
+    }
+
+    /// How a model file declares it.
+    pub fn written(&self) -> String {
+        let own = |kind: &str, more: &str| {
+            let key = match self.law {
+                Law::Offset => "torque",
+                Law::Backlash { .. } => "spring",
+                _ => "friction",
+            };
+            format!("[[identification.extra]]\nkind = \"{kind}\"\n{key} = \"{}\"\n{more}", self.element)
+        };
+        match &self.law {
+            Law::Stribeck { .. } => own("stribeck", ""),
+            Law::Load { torque } => own("load", &format!("torque = \"{torque}\"\n")),
+            Law::Sense => own("sense", ""),
+            Law::SenseDamping => own("sense_damping", ""),
+            Law::Quadratic => own("quadratic", ""),
+            Law::Drift => own("drift", ""),
+            Law::Recordings | Law::Recording { .. } => own("recordings", ""),
+            Law::Cogging(harmonic) => own("cogging", &format!("order = {}\n", harmonic.order)),
+            Law::Ripple(harmonic) => own("ripple", &format!("order = {}\n", harmonic.order)),
+            Law::Offset => own("offset", ""),
+            Law::Backlash { clear } => own("backlash", &format!("clear = \"{clear} rad\"\n")),
+        }
+    }
+}
+
+/// The terms that the file declares, column by column.
 pub(super) fn declared_terms(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) -> Vec<ExtraTerm> {
     let Some(Value::Tables(tables)) = document.identification.values.get("extra").map(|given| &given.value) else {
         return Vec::new();
@@ -31,91 +142,245 @@ pub(super) fn declared_terms(document: &Document, model: &Model, out: &mut Vec<D
     let mut terms: Vec<ExtraTerm> = Vec::new();
     for (k, table) in tables.iter().enumerate() {
         let what = format!("entry {} of `[[identification.extra]]`", k + 1);
-        let Some(term) = declared_term(document, model, table, &what, out) else { continue };
-        if terms.iter().any(|other| other.name == term.name) {
+        let columns = Declared { document, model, table, what: &what }.columns(out);
+        let Some(first) = columns.first() else { continue };
+        if terms.iter().any(|other| other.term == first.term) {
             out.push(
-                Diagnostic::error("name::duplicate", format!("{what}: there are two terms `{}`", term.name))
+                Diagnostic::error("name::duplicate", format!("{what}: there are two terms `{}`", first.term))
                     .at(table.place.clone(), "again here")
                     .help("keep one"),
             );
             continue;
         }
-        terms.push(term);
+        terms.extend(columns);
     }
     terms
 }
 
-/// One of them, if nothing is wrong with it.
-fn declared_term(
-    document: &Document,
-    model: &Model,
-    table: &Table,
-    what: &str,
-    out: &mut Vec<Diagnostic>,
-) -> Option<ExtraTerm> {
-    let (load, element) = (read_word(table, "kind")? == "load", read_word(table, "friction")?.to_string());
-    if !document
-        .elements
-        .iter()
-        .any(|e| e.name == element && matches!(e.kind.keyword, "shaft" | "mass" | "spring_damper"))
-    {
-        let message = format!("{what}: there is no shaft or spring_damper `{}`", shortened(&element));
-        let names = document.elements.iter().map(|e| e.name.as_str());
-        let help = did_you_mean(nearest(&element, names), || "name one of the model".into());
-        out.push(
-            Diagnostic::error("name::unknown", message)
-                .at(TableReader::place(table, "friction"), "no such element")
-                .help(help),
-        );
-        return None;
-    }
-    let torque = read_word(table, "torque").map(str::to_string);
-    if load && torque.is_none() {
-        out.push(
-            Diagnostic::error("key::missing", format!("{what}: a loss in proportion to a torque needs `torque`"))
-                .at(table.place.clone(), "of which torque?")
-                .help("name the motor or disturbance whose torque goes through the gear"),
-        );
-        return None;
-    }
-    let is_input = |name: &String| {
-        model.terms.iter().any(|named| named.element == *name && matches!(named.term, Term::Input { .. }))
-    };
-    if let Some(name) = torque.as_ref().filter(|name| !is_input(name)) {
-        let message = format!("{what}: there is no motor or disturbance `{}`", shortened(name));
-        out.push(
-            Diagnostic::error("name::unknown", message)
-                .at(TableReader::place(table, "torque"), "no such input")
-                .help("name an input of the model"),
-        );
-        return None;
-    }
-    let shape = match read_word(table, "shape") {
-        _ if load => None,
-        Some("exponential") => Some(Shape::Exponential),
-        Some("peak") => Some(Shape::Peak),
-        _ => Some(Shape::Gaussian),
-    };
-    let speed = (Dimension::ANGULAR_VELOCITY, Sign::Positive);
-    let speed = quantity(&TableReader::new(document, &[]), table, "speed", speed, what, out).map(|x| x.to_f64());
-    let name = format!("{element}.{}", if load { "load_loss" } else { "stribeck" });
-    Some(ExtraTerm { name, element, shape, speed, torque: torque.filter(|_| load) })
+/// One entry of the list.
+struct Declared<'a> {
+    document: &'a Document,
+    model: &'a Model,
+    table: &'a Table,
+    what: &'a str,
 }
 
-/// The extra columns of the equations.
-pub(super) fn extra_columns(equations: &Equations, extras: &[ExtraTerm]) -> Vec<Extra> {
-    extras
-        .iter()
-        .map(|extra| {
-            let friction = equations.frictions.iter().position(|term| term.element == extra.element);
-            let friction = friction.expect("every extra term has a friction");
-            match &extra.torque {
-                Some(name) => {
-                    let input = equations.inputs.iter().position(|input| input.element == *name);
-                    Extra::Load { friction, input: input.expect("an input of the model") }
-                }
-                None => Extra::Stribeck { friction },
+/// What a key that a kind needs is for.
+const NEEDS: [(&str, &str, &str); 6] = [
+    ("load", "torque", "name the motor or disturbance whose torque goes through the gear"),
+    ("offset", "torque", "name the motor or disturbance whose torque was measured"),
+    ("cogging", "order", "write so many periods in a turn: `order = 6`"),
+    ("ripple", "order", "write so many periods in a turn: `order = 1`"),
+    ("backlash", "spring", "name the spring_damper that has it"),
+    ("backlash", "clear", "write a twist that is beyond the backlash for certain: `clear = \"1 mrad\"`"),
+];
+
+impl Declared<'_> {
+    /// Its columns, if nothing is wrong with it.
+    fn columns(&self, out: &mut Vec<Diagnostic>) -> Vec<ExtraTerm> {
+        let Some(kind) = read_word(self.table, "kind") else { return Vec::new() };
+        let before = out.len();
+        let direction = match kind {
+            "offset" => "torque",
+            "backlash" => "spring",
+            _ => "friction",
+        };
+        let needed = NEEDS.iter().filter(|(of, ..)| *of == kind).map(|(_, key, help)| (*key, *help));
+        let friction = (direction == "friction").then_some(("friction", "name the element whose friction it adds to"));
+        for (key, help) in needed.chain(friction) {
+            if !self.table.values.contains_key(key) {
+                out.push(
+                    Diagnostic::error("key::missing", format!("{}: the kind `{kind}` needs `{key}`", self.what))
+                        .at(self.table.place.clone(), format!("`{key}` is missing"))
+                        .help(help),
+                );
             }
-        })
-        .collect()
+        }
+        self.refuse_idle_keys(kind, out);
+        let element = self.element(direction, out);
+        let torque = self.element("torque", out);
+        let own = |word: &str, law: Law| vec![ExtraTerm::new(&element, word, law)];
+        let mut number = |key: &str, dimension: Dimension| {
+            quantity(
+                &TableReader::new(self.document, &[]),
+                self.table,
+                key,
+                (dimension, Sign::Positive),
+                self.what,
+                out,
+            )
+            .map(|x| x.to_f64())
+        };
+        let columns = match kind {
+            "load" => own("load_loss", Law::Load { torque }),
+            "sense" => own("friction_sense", Law::Sense),
+            "sense_damping" => own("damping_sense", Law::SenseDamping),
+            "quadratic" => own("quadratic_damping", Law::Quadratic),
+            "drift" => own("friction_drift", Law::Drift),
+            "recordings" => own("friction_recordings", Law::Recordings),
+            "offset" => own("offset", Law::Offset),
+            "cogging" | "ripple" => {
+                let order = number("order", Dimension::NONE).unwrap_or(1.0);
+                ExtraTerm::harmonics(&element, order, kind == "ripple").to_vec()
+            }
+            "backlash" => {
+                let clear = number("clear", Dimension::ANGLE).unwrap_or(0.0);
+                own("backlash_torque", Law::Backlash { clear })
+            }
+            _ => {
+                let shape = match read_word(self.table, "shape") {
+                    Some("exponential") => Shape::Exponential,
+                    Some("peak") => Shape::Peak,
+                    _ => Shape::Gaussian,
+                };
+                own("stribeck", Law::Stribeck { shape, speed: number("speed", Dimension::ANGULAR_VELOCITY) })
+            }
+        };
+        if out.len() == before { columns } else { Vec::new() }
+    }
+
+    /// Keys that would do nothing.
+    fn refuse_idle_keys(&self, kind: &str, out: &mut Vec<Diagnostic>) {
+        let fits = |key: &str| match key {
+            "shape" | "speed" => kind == "stribeck",
+            "torque" => matches!(kind, "load" | "offset"),
+            "order" => matches!(kind, "cogging" | "ripple"),
+            "spring" | "clear" => kind == "backlash",
+            "friction" => !matches!(kind, "offset" | "backlash"),
+            _ => true,
+        };
+        for key in ["shape", "speed", "torque", "order", "spring", "clear", "friction"] {
+            if self.table.values.contains_key(key) && !fits(key) {
+                out.push(
+                    Diagnostic::error("key::idle", format!("{}: the kind `{kind}` has no `{key}`", self.what))
+                        .at(TableReader::place(self.table, key), "does nothing here")
+                        .help("leave it out, or write another kind"),
+                );
+            }
+        }
+    }
+
+    /// The element that a key names; empty where there is none.
+    fn element(&self, key: &str, out: &mut Vec<Diagnostic>) -> String {
+        let Some(name) = read_word(self.table, key) else { return String::new() };
+        let is_input = |name: &str| {
+            let input = |term: &Term| matches!(term, Term::Input { .. });
+            self.model.terms.iter().any(|named| named.element == name && input(&named.term))
+        };
+        let fits = |keyword: &str| match key {
+            "spring" => keyword == "spring_damper",
+            _ => matches!(keyword, "shaft" | "mass" | "spring_damper"),
+        };
+        let all = self.document.elements.iter();
+        let known: Vec<&str> = match key {
+            "torque" => all.map(|e| e.name.as_str()).filter(|name| is_input(name)).collect(),
+            _ => all.filter(|e| fits(e.kind.keyword)).map(|e| e.name.as_str()).collect(),
+        };
+        if !known.contains(&name) {
+            let (what, label) = match key {
+                "torque" => ("motor or disturbance", "no such input"),
+                "spring" => ("spring_damper", "no such spring"),
+                _ => ("shaft or spring_damper", "no such element"),
+            };
+            let help = did_you_mean(nearest(name, known.iter().copied()), || "name one of the model".into());
+            out.push(
+                Diagnostic::error("name::unknown", format!("{}: there is no {what} `{}`", self.what, shortened(name)))
+                    .at(TableReader::place(self.table, key), label)
+                    .help(help),
+            );
+        }
+        name.to_string()
+    }
+}
+
+/// The harmonics that terms go with, each once, beside what is measured.
+pub(super) fn with_harmonics(slots: Vec<Quantity>, extras: &[ExtraTerm]) -> Result<Vec<Quantity>, Vec<Diagnostic>> {
+    let mut out = slots;
+    for extra in extras {
+        let Some(harmonic) = extra.harmonic() else { continue };
+        if !out.contains(&Quantity::Angle(harmonic.shaft.clone())) {
+            let angles = out.iter().filter(|slot| matches!(slot, Quantity::Angle(_))).map(Quantity::signal);
+            let angles: Vec<String> = angles.collect();
+            let message =
+                format!("`{}` goes with the angle of `{}`, which is not in the logs", extra.term, extra.element);
+            let help = match angles.as_slice() {
+                [] => "log it: no angle is in the logs".to_string(),
+                all => format!("log it; the angles in the logs are {}", quoted(all.iter().map(String::as_str))),
+            };
+            return Err(vec![Diagnostic::error("identify::angle", message).help(help)]);
+        }
+        let slot = Quantity::Harmonic(harmonic.clone());
+        if !out.contains(&slot) {
+            out.push(slot);
+        }
+    }
+    Ok(out)
+}
+
+/// Terms with a column for each recording in place of those that stand for them all, and what is left out, with the reason. `senses`
+/// tells whether an element turned forwards and backwards in each recording.
+pub(super) fn with_recordings(
+    extras: &[ExtraTerm],
+    logs: &[String],
+    senses: &dyn Fn(&str) -> Vec<[bool; 2]>,
+) -> (Vec<ExtraTerm>, Vec<String>) {
+    let (mut out, mut left) = (Vec::new(), Vec::new());
+    for extra in extras {
+        if extra.law != Law::Recordings {
+            out.push(extra.clone());
+            continue;
+        }
+        let ways = senses(&extra.element);
+        let before = out.len();
+        for way in [[true, true], [true, false], [false, true]] {
+            let alike: Vec<usize> = (0..ways.len()).filter(|&k| ways[k] == way).collect();
+            let Some((&last, others)) = alike.split_last() else { continue };
+            out.extend(others.iter().map(|&recording| ExtraTerm {
+                name: format!("{}_{}", extra.term, recording + 1),
+                law: Law::Recording { recording, last },
+                remark: format!("{} from the mean", logs[recording]),
+                ..extra.clone()
+            }));
+        }
+        out[before..].sort_by_key(|one| if let Law::Recording { recording, .. } = one.law { recording } else { 0 });
+        if out.len() == before {
+            left.push(format!("{} is left out: no two logs turned the same way", extra.term));
+        }
+    }
+    (out, left)
+}
+
+/// The extra columns of the equations; `harmonics` are those measured, in their order.
+pub(super) fn extra_columns(equations: &Equations, extras: &[ExtraTerm], harmonics: &[&Harmonic]) -> Vec<Extra> {
+    let column = |extra: &ExtraTerm| {
+        let friction = || {
+            let place = equations.frictions.iter().position(|term| term.element == extra.element);
+            place.expect("every such term has a friction")
+        };
+        let input = |name: &str| {
+            let place = equations.inputs.iter().position(|input| input.element == name);
+            place.expect("an input of the model")
+        };
+        let harmonic = |own: &Harmonic| harmonics.iter().position(|one| *one == own).expect("a harmonic that is read");
+        match &extra.law {
+            Law::Stribeck { .. } => Extra::Stribeck { friction: friction() },
+            Law::Load { torque } => Extra::Load { friction: friction(), input: input(torque) },
+            // Where the recordings are not told apart yet it stands for its friction alone.
+            Law::Sense | Law::Recordings => Extra::Sense { friction: friction() },
+            Law::SenseDamping => Extra::SenseDamping { friction: friction() },
+            Law::Quadratic => Extra::Quadratic { friction: friction() },
+            Law::Drift => Extra::Drift { friction: friction() },
+            Law::Recording { recording, last } => {
+                Extra::Recording { friction: friction(), recording: *recording, last: *last }
+            }
+            Law::Cogging(own) => Extra::Cogging { friction: friction(), harmonic: harmonic(own) },
+            Law::Ripple(own) => Extra::Ripple { friction: friction(), harmonic: harmonic(own) },
+            Law::Offset => Extra::Offset { input: input(&extra.element) },
+            Law::Backlash { clear } => {
+                let place = equations.springs.iter().position(|term| term.element == extra.element);
+                Extra::Backlash { spring: place.expect("every such term has a spring"), clear: *clear }
+            }
+        }
+    };
+    extras.iter().map(column).collect()
 }

@@ -24,17 +24,13 @@ impl Fitted<'_> {
     pub fn column_names(&self) -> Vec<String> {
         let kept = self.columns.kept.iter().map(|(k, _)| self.columns.asked[*k].name.clone());
         let extras = self.asked.extras.iter().map(|extra| extra.name.clone());
-        let speeds = self.asked.extras.iter().filter(|extra| extra.shape.is_some());
+        let speeds = self.asked.extras.iter().filter(|extra| extra.shape().is_some());
         kept.chain(extras).chain(speeds.map(|extra| format!("{}.stribeck_speed", extra.element))).collect()
     }
 
     /// Names of the rows of the balance.
     pub fn row_names(&self) -> Vec<String> {
-        let names = self.plant.reduced.coordinate_names();
-        if self.samples.rows == names.len() {
-            return names;
-        }
-        (0..self.samples.rows).map(|k| format!("row {}, without the torques not measured", k + 1)).collect()
+        self.plant.row_names(self.samples.rows)
     }
 }
 

@@ -94,9 +94,11 @@ pub(super) fn fit_options(asked: &Asked, columns: &Columns, method: Method) -> F
     let kept = columns.kept.iter().map(|(k, _)| nonnegative(&columns.asked[*k].name));
     FitOptions {
         loss: asked.loss,
-        nonnegative: kept.chain(asked.extras.iter().map(|extra| nonnegative(&extra.name))).collect(),
-        shapes: asked.extras.iter().map(|extra| extra.shape).collect(),
-        speeds: asked.extras.iter().map(|extra| extra.speed).collect(),
+        nonnegative: kept
+            .chain(asked.extras.iter().map(|extra| nonnegative(&extra.name) || nonnegative(&extra.term)))
+            .collect(),
+        shapes: asked.extras.iter().map(|extra| extra.shape().map(|(shape, _)| shape)).collect(),
+        speeds: asked.extras.iter().map(|extra| extra.shape().and_then(|(_, speed)| speed)).collect(),
         serial: method == Method::Dynamic,
     }
 }

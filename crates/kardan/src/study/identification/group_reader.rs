@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use kardan_rt::functions::{cos, sin};
+
 use super::channels::Wired;
 use super::clocks::Clock;
 use crate::identify::{Reading, Windows};
@@ -70,6 +72,9 @@ pub(super) struct GroupReader {
     windows: Windows,
     /// Places of the channels among all slots.
     pub slots: Vec<usize>,
+    /// Of which channel, order n, and whether it is the sine: what follows from angles, behind the channels.
+    harmonics: Vec<(usize, f64, bool)>,
+    derived: Vec<Vec<f64>>,
     /// For each channel of how many samples the mean is subtracted, how many of them came, and their mean.
     zeros: Vec<(usize, f64, f64)>,
 }
@@ -85,9 +90,17 @@ pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
 }
 
 impl GroupReader {
-    /// `block` is the first one; `slots` are the places of the channels among all.
-    pub fn new(timing: Timing, block: &Block, windows: Windows, channels: &[&Wired], slots: Vec<usize>) -> Self {
+    /// `block` is the first one; `slots` are the places of the channels among all, then those of the harmonics.
+    pub fn new(
+        timing: Timing,
+        block: &Block,
+        windows: Windows,
+        channels: &[&Wired],
+        (slots, harmonics): (Vec<usize>, Vec<(usize, f64, bool)>),
+    ) -> Self {
         Self {
+            derived: vec![Vec::new(); harmonics.len()],
+            harmonics,
             timing,
             step: match timing.clock {
                 Clock::Step(step) => step,
@@ -123,10 +136,20 @@ impl GroupReader {
         }
     }
 
+    /// Computes what follows from angles.
+    fn derive(&mut self, columns: &[Vec<f64>]) {
+        for (&(channel, order, sine), out) in self.harmonics.iter().zip(&mut self.derived) {
+            let of = |angle: &f64| if sine { sin(order * angle) } else { cos(order * angle) };
+            out.clear();
+            out.extend(columns[channel].iter().map(of));
+        }
+    }
+
     /// Takes the rows of a block.
     pub fn add(&mut self, block: &mut Block, slots: usize, windows: &mut SlotWindows, remarks: &mut Vec<String>) {
         let first_column = self.timing.first_column();
         self.zero(&mut block.columns[first_column..]);
+        self.derive(&block.columns[first_column..]);
         let rows = block.rows;
         let made: Vec<f64>;
         let times: &[f64] = match self.timing.clock {
@@ -136,7 +159,8 @@ impl GroupReader {
                 &made
             }
         };
-        let columns: Vec<&[f64]> = block.columns[first_column..].iter().map(Vec::as_slice).collect();
+        let columns: Vec<&[f64]> =
+            block.columns[first_column..].iter().chain(&self.derived).map(Vec::as_slice).collect();
         let mut parts: Vec<&[f64]> = vec![&[]; columns.len()];
         let mut from = 0;
         while from < rows {

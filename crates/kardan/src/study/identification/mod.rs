@@ -18,17 +18,20 @@ mod recordings;
 mod rows;
 mod settings;
 mod stream;
+mod suggest;
 mod summary;
 mod wanted;
 
 use asked::asked;
 use compare::{Whole, compare};
+use extra::with_harmonics;
 use fitted::Fitted;
 use fitting::{choose, fit_options, unseen};
 use open_logs::OpenLogs;
 use plant::plant;
 use rows::Material;
 pub use settings::{IdentifySettings, LogFile};
+use suggest::{suggest, with_all_harmonics};
 use summary::summary;
 
 use super::prepare::is_error;
@@ -108,12 +111,16 @@ fn of_project(
     let set = variant(document, settings.variant.as_deref())?;
     let (model, mut mistakes) = document.model_with(&set, Some(&[]));
     mistakes.retain(is_error);
-    let asked = asked(document, &model, &set, settings, &mut mistakes);
+    let mut asked = asked(document, &model, &set, settings, &mut mistakes);
     if !mistakes.is_empty() {
         return Err(mistakes);
     }
     let mut logs = OpenLogs::open(document, &model, files)?;
-    let (slots, notes) = (logs.slots()?, logs.notes());
+    let mut slots = with_harmonics(logs.slots()?, &asked.declared)?;
+    if settings.suggest {
+        slots = with_all_harmonics(slots);
+    }
+    let notes = logs.notes();
     let plant = plant(document, &set, &asked, &slots, &model).map_err(|mistakes| with_remarks(mistakes, &notes))?;
     let window = match asked.window {
         Some(window) => window,
@@ -122,12 +129,15 @@ fn of_project(
     // What was read of the logs by the time that all is to end is fitted all the same.
     let (recorded, early) = logs.read(&slots, window, progress)?;
     let material = Material { recorded: &recorded, slots: &slots, window };
+    let left = asked.tell_recordings(&plant, &material);
     // What was wrong with a log is likely to be why it does not suffice.
-    let chosen = choose(&plant, &asked, &material).map_err(|mistakes| with_remarks(mistakes, &material.remarks()))?;
+    let mut chosen =
+        choose(&plant, &asked, &material).map_err(|mistakes| with_remarks(mistakes, &material.remarks()))?;
+    chosen.notes.extend(left);
     let options = fit_options(&asked, &chosen.columns, chosen.method);
     let fit = chosen.fit(&options)?;
     let whole = Whole { document, settings: &set, asked: &asked, plant: &plant, chosen: &chosen };
-    Fitting { whole, material, options, fit, early }.validated(settings.compare, progress)
+    Fitting { whole, material, options, fit, early }.validated(settings, progress)
 }
 
 /// The parameters are found, and how good they are is not known yet.
@@ -142,7 +152,7 @@ struct Fitting<'a> {
 
 impl Fitting<'_> {
     /// Validates the fit and compares other models, until all is to end.
-    fn validated(&self, compared: bool, progress: &dyn Progress) -> Result<Identification, Vec<Diagnostic>> {
+    fn validated(&self, asked: &IdentifySettings, progress: &dyn Progress) -> Result<Identification, Vec<Diagnostic>> {
         let keep = |found: &dyn Fn() -> Identification| progress.keep(&|| Part::Identification(Box::new(found())));
         let missing =
             |what: &str| Some(self.early.iter().map(String::as_str).chain([what]).collect::<Vec<_>>().join("; "));
@@ -152,12 +162,16 @@ impl Fitting<'_> {
         let unseen = (!ends()).then(|| unseen(&chosen.samples, chosen.method, &self.options).0).flatten();
         let mut out = self.summary(unseen.as_deref());
         keep(&|| Identification { unfinished: missing("the comparison of models is missing"), ..out.clone() });
-        if compared && !ends() {
+        if asked.compare && !ends() {
             out.candidates = compare(&self.whole, &self.material, progress)?;
             if out.candidates.is_empty() {
                 let note = "there is nothing to compare: the terms asked for are one model, and the file has no other candidate";
                 out.notes.insert(0, note.into());
             }
+        }
+        if asked.suggest && !ends() {
+            keep(&|| Identification { unfinished: missing("suggestions are missing"), ..out.clone() });
+            out.suggestions = suggest(&self.whole, &self.material, &self.options, progress);
         }
         if ends() {
             out.unfinished = missing("what was left to validate and to compare is missing");

@@ -1,7 +1,7 @@
 //! The parameters that were found, and what they mean for the model file.
 
 use super::asked::Asked;
-use super::extra::ExtraTerm;
+use super::extra::{ExtraTerm, Law};
 use super::fitted::{Fitted, short};
 use crate::assemble::CoefficientKind as Kind;
 use crate::identify::{Coefficient, Shape};
@@ -17,11 +17,17 @@ pub(super) fn parameters(fitted: &Fitted<'_>) -> Vec<IdentifiedParameter> {
     let first = columns.kept.len();
     let mut speed = first + asked.extras.len();
     for (k, extra) in asked.extras.iter().enumerate() {
-        let unit = if extra.shape.is_some() { "N m" } else { "1" };
-        out.push(fitted.column(extra.name.clone(), unit, first + k, None));
-        if extra.shape.is_some() {
-            out.push(fitted.stribeck_speed(k, extra, speed));
+        let mut found = fitted.column(extra.name.clone(), extra.unit(), first + k, None);
+        if found.remark.is_empty() {
+            found.remark.clone_from(&extra.remark);
+        }
+        out.push(found);
+        if let Some((_, given)) = extra.shape() {
+            out.push(fitted.stribeck_speed(k, extra, given, speed));
             speed += 1;
+        }
+        if matches!(extra.law, Law::Backlash { .. }) {
+            out.push(fitted.backlash(extra, first + k));
         }
     }
     out
@@ -89,9 +95,15 @@ impl Fitted<'_> {
     }
 
     /// The speed of the extra term `number`, in its column.
-    fn stribeck_speed(&self, number: usize, extra: &ExtraTerm, column: usize) -> IdentifiedParameter {
+    fn stribeck_speed(
+        &self,
+        number: usize,
+        extra: &ExtraTerm,
+        given: Option<f64>,
+        column: usize,
+    ) -> IdentifiedParameter {
         let mut found = self.column(format!("{}.stribeck_speed", extra.element), "rad/s", column, None);
-        if extra.speed.is_some() {
+        if given.is_some() {
             found.remark = "given".into();
             found.interval = None;
         } else if self.fit.at_end.contains(&number) {
@@ -99,6 +111,42 @@ impl Fitted<'_> {
             found.interval = None;
             found.standard_error = Some(f64::INFINITY);
         }
+        found
+    }
+}
+
+impl Fitted<'_> {
+    /// The width of a backlash, `2 p / s`: its error to first order in those of the torque p and the stiffness s.
+    fn backlash(&self, extra: &ExtraTerm, column: usize) -> IdentifiedParameter {
+        let Fitted { asked, columns, fit, plant, .. } = self;
+        let own = |key: &(String, Kind)| key.0 == extra.element && key.1 == Kind::Stiffness;
+        let number = asked.wanted.iter().position(|one| one.keys.iter().any(own));
+        let place = number.and_then(|number| columns.kept.iter().position(|(kept, _)| *kept == number));
+        let springs = &plant.reduced.equations.springs;
+        let given = springs.iter().find(|term| term.element == extra.element).map(|term| term.value.stiffness.to_f64());
+        let stiffness = place.map(|k| fit.values[k]).or(given).unwrap_or(f64::NAN);
+        let width = 2.0 * fit.values[column] / stiffness;
+        let mut found = IdentifiedParameter {
+            name: format!("{}.backlash", extra.element),
+            unit: "rad",
+            value: width.is_finite().then_some(width),
+            ..IdentifiedParameter::default()
+        };
+        let apart = number.is_none() || place.is_some_and(|k| columns.kept[k].1.is_empty());
+        let errors = [Some(column), place].into_iter().flatten().map(|k| fit.standard_errors[k]);
+        if !(apart && width.is_finite() && errors.fold(0.0, f64::max).is_finite()) {
+            found.remark = "its torque or its stiffness is not determined".into();
+            found.standard_error = Some(f64::INFINITY);
+            return found;
+        }
+        let mut variance = 4.0 * fit.covariance[(column, column)];
+        if let Some(k) = place {
+            variance += width * width * fit.covariance[(k, k)] - 4.0 * width * fit.covariance[(column, k)];
+        }
+        let error = variance.max(0.0).sqrt() / stiffness.abs();
+        let half = fit.quantile(column, asked.confidence) * error;
+        found.standard_error = Some(error);
+        found.interval = half.is_finite().then_some(Interval { lower: width - half, upper: width + half });
         found
     }
 }
@@ -138,12 +186,15 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
                 .find(|term| term.element == extra.element)
                 .map(|term| term.value.torque.to_f64()),
         };
-        let speed = speed.filter(|one| determined(one).is_some() || extra.speed.is_some());
+        let Some((shape, given)) = extra.shape() else {
+            left.push(format!("{}: {}", extra.name, not_in_a_file(&extra.law)));
+            continue;
+        };
+        let speed = speed.filter(|one| determined(one).is_some() || given.is_some());
         let speed = speed.and_then(|one| Some((one.value?, determined(one).and(one.interval))));
         let both = determined(own).filter(|own| *own > 0.0).zip(sliding);
-        match (extra.shape, speed, both) {
-            (None, ..) => left.push(format!("{}: a model file has no loss in proportion to a torque", extra.name)),
-            (Some(Shape::Gaussian), Some((speed, interval)), Some((own, sliding))) => {
+        match (shape, speed, both) {
+            (Shape::Gaussian, Some((speed, interval)), Some((own, sliding))) => {
                 let value = |name: &str, value: f64, interval| FileValue {
                     name: format!("{}.{name}", extra.element),
                     value,
@@ -152,13 +203,28 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
                 values.push(value("breakaway", sliding + own, None));
                 values.push(value("stribeck_speed", speed, interval));
             }
-            (Some(Shape::Gaussian), ..) => {
+            (Shape::Gaussian, ..) => {
                 left.push(format!("{}: it is not told well enough, or {friction} is not", extra.name));
             }
-            (Some(_), ..) => left.push(format!("{}: a model file has the gaussian shape only", extra.name)),
+            _ => left.push(format!("{}: a model file has the gaussian shape only", extra.name)),
         }
     }
     (values, left)
+}
+
+/// Why a term beyond those of the model stays beyond them.
+fn not_in_a_file(law: &Law) -> &'static str {
+    match law {
+        Law::Load { .. } => "a model file has no loss in proportion to a torque",
+        Law::Sense | Law::SenseDamping => {
+            "the friction and the damping of an element are the same both ways; a `torque` can add it"
+        }
+        Law::Quadratic | Law::Cogging(_) => "no key of an element holds it; a `torque` can add it",
+        Law::Recordings | Law::Recording { .. } | Law::Drift => "friction does not change with time in a model",
+        Law::Offset => "it is the sensor's: subtract it from the readings",
+        Law::Backlash { .. } => "springs of a model have no backlash",
+        _ => "no key of an element holds it",
+    }
 }
 
 /// Kᵀ D K at what was found, where dampings were asked for.

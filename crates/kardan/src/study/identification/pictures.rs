@@ -46,6 +46,7 @@ pub(super) fn curves(fitted: &Fitted<'_>) -> Vec<FrictionCurve> {
     let basis = plant.basis();
     let keys = asked.wanted.iter().flat_map(|one| &one.keys).filter(|(_, kind)| *kind == Kind::Friction);
     let all = keys.map(|(element, _)| element).chain(asked.extras.iter().map(|extra| &extra.element));
+    // Terms that go with an input or a spring have no friction of that name, and no curve.
     let mut elements: Vec<&String> = Vec::new();
     for element in all {
         if !elements.contains(&element) {
@@ -76,7 +77,13 @@ fn curve(fitted: &Fitted<'_>, element: &str, direction: &[f64]) -> Option<Fricti
     };
     let kept = columns.kept.iter().map(|(number, _)| of_element(*number));
     let extras = asked.extras.iter().zip(&columns.extras);
-    let own = kept.chain(extras.map(|(one, extra)| one.element == element && matches!(extra, Extra::Stribeck { .. })));
+    let of_speed = |extra: &Extra| {
+        matches!(
+            extra,
+            Extra::Stribeck { .. } | Extra::Sense { .. } | Extra::SenseDamping { .. } | Extra::Quadratic { .. }
+        )
+    };
+    let own = kept.chain(extras.map(|(one, extra)| one.element == element && of_speed(extra)));
     let mut own_fit = (*fit).clone();
     for (value, own) in own_fit.values.iter_mut().zip(own) {
         if !own {

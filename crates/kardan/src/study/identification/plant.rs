@@ -1,7 +1,7 @@
 //! The plant in coordinates that were measured, and the columns that its logs can tell.
 
 use super::asked::{Asked, Method};
-use super::channels::{Quantity, quantity_of};
+use super::channels::{Harmonic, Quantity, quantity_of};
 use super::extra::extra_columns;
 use super::wanted::{Wanted, coefficients, with_terms};
 use crate::assemble::{CoefficientKind as Kind, Equations, assemble};
@@ -25,6 +25,8 @@ pub(super) struct Plant {
     pub torques: Vec<Option<usize>>,
     /// Inputs that nobody measured.
     pub unmeasured: Vec<usize>,
+    /// Harmonics of angles that are read, and their places among the slots.
+    pub harmonics: Vec<(Harmonic, usize)>,
     /// Step of the sensor of each slot, rad.
     pub steps: Vec<Option<f64>>,
 }
@@ -73,7 +75,12 @@ pub(super) fn plant(
         })
     };
     let steps = slots.iter().map(step).collect();
-    let plant = Plant { reduced, model, sensors, torques, unmeasured, steps };
+    let harmonic = |(k, slot): (usize, &Quantity)| match slot {
+        Quantity::Harmonic(harmonic) => Some((harmonic.clone(), k)),
+        _ => None,
+    };
+    let harmonics = slots.iter().enumerate().filter_map(harmonic).collect();
+    let plant = Plant { reduced, model, sensors, torques, unmeasured, harmonics, steps };
     plant.check_angles()?;
     plant.check_torques(asked)?;
     Ok(plant)
@@ -148,7 +155,7 @@ impl Plant {
         }
         let unmeasured: Vec<&str> = self.unmeasured.iter().map(|&k| inputs[k].element.as_str()).collect();
         for extra in &asked.extras {
-            if let Some(motor) = extra.torque.as_deref().filter(|motor| unmeasured.contains(motor)) {
+            if let Some(motor) = extra.torque().filter(|motor| unmeasured.contains(motor)) {
                 return Err(wrong(
                     format!("`{}` goes with the torque of `{motor}`, which is not in the logs", extra.name),
                     format!("log the torque of `{motor}`, or leave `{}` out of the parameters", extra.name),
@@ -163,6 +170,15 @@ impl Plant {
             ));
         }
         Ok(())
+    }
+
+    /// Names of so many rows of the balance.
+    pub fn row_names(&self, rows: usize) -> Vec<String> {
+        let names = self.reduced.coordinate_names();
+        if rows == names.len() {
+            return names;
+        }
+        (0..rows).map(|k| format!("row {}, without the torques not measured", k + 1)).collect()
     }
 
     /// `K` at rest: the angles of the shafts by the coordinates.
@@ -196,7 +212,9 @@ pub(super) fn columns(plant: &Plant, asked: &Asked, method: Method) -> Columns {
             (k, with.collect())
         })
         .collect();
-    Columns { kept, structural, extras: extra_columns(&plant.reduced.equations, &asked.extras), asked: all }
+    let harmonics: Vec<&Harmonic> = plant.harmonics.iter().map(|(harmonic, _)| harmonic).collect();
+    let extras = extra_columns(&plant.reduced.equations, &asked.extras, &harmonics);
+    Columns { kept, structural, extras, asked: all }
 }
 
 /// A plant in which some parameters are zero.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::channels::{Quantity, Wired};
+use super::channels::{Harmonic, Quantity, Wired};
 use super::clocks::Clock;
 use super::group_reader::{GroupReader, SlotWindows, Timing, median, median_step};
 use super::open_log::OpenLog;
@@ -35,6 +35,17 @@ fn wanted(open: &OpenLog) -> Vec<(usize, usize)> {
         time.into_iter().chain(channels.map(move |one| (group, one.channel)))
     };
     open.clocks.iter().enumerate().flat_map(columns).collect()
+}
+
+/// What follows from the angles among channels: its slot, the number of the channel, the order, and whether it is the sine.
+fn harmonics(slots: &[Quantity], channels: &[&Wired]) -> Vec<(usize, (usize, f64, bool))> {
+    let of = |(slot, quantity): (usize, &Quantity)| {
+        let Quantity::Harmonic(Harmonic { shaft, order, sine }) = quantity else { return None };
+        let angle = Quantity::Angle(shaft.clone());
+        let channel = channels.iter().position(|one| one.quantity == angle)?;
+        Some((slot, (channel, *order, *sine)))
+    };
+    slots.iter().enumerate().filter_map(of).collect()
 }
 
 /// The width of the windows: 50 samples of the slowest channel, as the first rows show it.
@@ -93,6 +104,12 @@ pub(super) fn read(
 }
 
 impl Recording {
+    /// The names of its logs, without their folders.
+    pub fn name(&self) -> String {
+        let names = self.logs.iter().map(|log| log.name.rsplit(['/', '\\']).next().unwrap_or(&log.name));
+        names.collect::<Vec<_>>().join(" with ")
+    }
+
     /// Reads a log into the windows.
     fn add(
         &mut self,
@@ -118,9 +135,12 @@ impl Recording {
                     self.origin = timing.start(block);
                 }
                 let place = |one: &&Wired| slots.iter().position(|slot| *slot == one.quantity);
-                let places = channels.iter().map(|one| place(one).expect("a slot for each channel")).collect();
-                let windows = Windows::new(width, self.origin, channels.len());
-                GroupReader::new(timing, block, windows, &channels, places)
+                let mut places: Vec<usize> =
+                    channels.iter().map(|one| place(one).expect("a slot for each channel")).collect();
+                let (more, harmonics): (Vec<usize>, Vec<_>) = harmonics(slots, &channels).into_iter().unzip();
+                places.extend(more);
+                let windows = Windows::new(width, self.origin, places.len());
+                GroupReader::new(timing, block, windows, &channels, (places, harmonics))
             });
             reader.add(block, slots.len(), &mut self.windows, &mut read.remarks);
             !enough()

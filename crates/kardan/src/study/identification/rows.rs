@@ -4,6 +4,7 @@ use kardan_rt::functions::powi;
 
 use super::asked::Asked;
 use super::channels::Quantity;
+use super::extra::with_recordings;
 use super::plant::{Columns, Plant, in_coordinates, silence};
 use super::reading::Recording;
 use crate::identify::{
@@ -65,7 +66,7 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
     let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.inputs.len());
     let wanted: Vec<Coefficient> = columns.kept.iter().map(|(k, _)| columns.asked[*k].clone()).collect();
     let noise = slot_noise(plant, material);
-    let mut motion = Moving::new(r, m);
+    let mut motion = Moving::new(plant);
     let rest = match asked.rest_speed {
         Some(speed) => vec![speed; reduced.equations.frictions.len()],
         None => rest_speeds(plant, &noise, &mut motion, material),
@@ -84,7 +85,9 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
                 built.count.incomplete += 1;
                 continue;
             }
-            let time = recording.origin + (*number as f64 + 0.5) * material.window;
+            let since = (*number as f64 + 0.5) * material.window;
+            let time = recording.origin + since;
+            regressor.at(log, since, &motion.harmonics);
             built.add(Where { log, section: *section, time, duration: material.window }, &motion, &mut regressor);
         }
     }
@@ -151,6 +154,37 @@ fn rest_speeds(plant: &Plant, noise: &[f64], motion: &mut Moving, material: &Mat
     largest.iter().zip(&hidden).map(|(largest, hidden)| (0.01 * largest).max(3.0 * hidden)).collect()
 }
 
+impl Asked {
+    /// Gives terms that differ from recording to recording a column for each; says what is left out, and why.
+    pub fn tell_recordings(&mut self, plant: &Plant, material: &Material<'_>) -> Vec<String> {
+        let names: Vec<String> = material.recorded.iter().map(Recording::name).collect();
+        let (extras, left) = with_recordings(&self.extras, &names, &|element| senses(plant, self, material, element));
+        self.extras = extras;
+        left
+    }
+}
+
+/// Whether an element with friction turned forwards and backwards in each recording, in windows that tell.
+fn senses(plant: &Plant, asked: &Asked, material: &Material<'_>, element: &str) -> Vec<[bool; 2]> {
+    let frictions = &plant.reduced.equations.frictions;
+    let nowhere = vec![[false; 2]; material.recorded.len()];
+    let Some(number) = frictions.iter().position(|term| term.element == element) else { return nowhere };
+    let g = in_coordinates(&frictions[number].row, &plant.basis());
+    let (noise, mut motion) = (slot_noise(plant, material), Moving::new(plant));
+    let rest = asked.rest_speed.unwrap_or_else(|| rest_speeds(plant, &noise, &mut motion, material)[number]);
+    let mut ways = |recording: &Recording| {
+        let mut out = [false; 2];
+        for row in recording.windows.values() {
+            if motion.take(plant, row, &noise, material.window) {
+                let speed = dot(&g, &motion.speed);
+                out[usize::from(speed < 0.0)] |= speed.abs() > rest;
+            }
+        }
+        out
+    };
+    material.recorded.iter().map(&mut ways).collect()
+}
+
 /// The motion and the torques in a window, with their variances.
 struct Moving {
     position: Vec<f64>,
@@ -161,10 +195,12 @@ struct Moving {
     speed_variance: Vec<f64>,
     acceleration_variance: Vec<f64>,
     torque_variance: Vec<f64>,
+    harmonics: Vec<f64>,
 }
 
 impl Moving {
-    fn new(r: usize, m: usize) -> Self {
+    fn new(plant: &Plant) -> Self {
+        let (r, m) = (plant.reduced.degrees_of_freedom(), plant.reduced.equations.inputs.len());
         let zero = || vec![0.0; r];
         Self {
             position: zero(),
@@ -175,6 +211,7 @@ impl Moving {
             speed_variance: zero(),
             acceleration_variance: zero(),
             torque_variance: vec![0.0; m],
+            harmonics: vec![0.0; plant.harmonics.len()],
         }
     }
 
@@ -208,6 +245,9 @@ impl Moving {
                 self.torques[k] = found.value;
                 self.torque_variance[k] = variance * Reading::VALUE_GAIN;
             }
+        }
+        for (value, (_, slot)) in self.harmonics.iter_mut().zip(&plant.harmonics) {
+            *value = reading(*slot).0.value;
         }
         whole
     }

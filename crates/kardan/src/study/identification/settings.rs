@@ -29,4 +29,6 @@ pub struct IdentifySettings {
     pub confidence: Option<f64>,
     /// Whether candidates are compared.
     pub compare: bool,
+    /// Whether terms that what is left over asks for are tried.
+    pub suggest: bool,
 }

@@ -17,7 +17,7 @@ use crate::results::{
 /// Parameters that hardly differ from a combination of others.
 const CORRELATED: f64 = 0.99;
 /// Probability below which a test speaks.
-const UNLIKELY: f64 = 0.01;
+pub(super) const UNLIKELY: f64 = 0.01;
 /// Part of a variance that noise may make up before it is said.
 const NOISE: f64 = 0.01;
 
@@ -139,37 +139,42 @@ fn weak(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Vec<String> 
     out
 }
 
+/// What a test says that holds.
+pub(super) fn test_name(test: TestKind, rows: &[String], coordinates: &[String]) -> String {
+    match test {
+        TestKind::Mean(row) => format!("mean zero: {}", rows[row]),
+        TestKind::Serial => "independent in time".into(),
+        TestKind::Normal => "normal".into(),
+        TestKind::Speed(k) => format!("no dependence on {}.w", coordinates[k]),
+    }
+}
+
+/// What it means if it does not hold.
+fn meaning(test: TestKind) -> &'static str {
+    match test {
+        TestKind::Mean(_) => {
+            "a constant torque is left over: an offset of a torque sensor, or friction that differs with the sense; --suggest tries them"
+        }
+        TestKind::Serial => {
+            "something slow is missing in the model, or friction changes with time, angle or log; standard errors allow for it where \
+             windows are fitted; --suggest tries such terms"
+        }
+        TestKind::Normal => "outliers, or something missing; try the loss huber",
+        TestKind::Speed(_) => {
+            "friction is no straight line over the speed: --suggest tries other curves; or a loss with a torque (load)"
+        }
+    }
+}
+
 fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
     let chosen: Vec<usize> = (0..fitted.samples.len()).collect();
     let (rows, coordinates) = (fitted.row_names(), fitted.plant.reduced.coordinate_names());
-    let in_words = |kind: TestKind| {
-        match kind {
-        TestKind::Mean(row) => (
-            format!("mean zero: {}", rows[row]),
-            "a constant torque is left over: an offset of a torque sensor, or friction that differs with the sense".into(),
-        ),
-        TestKind::Serial => (
-            "independent in time".into(),
-            "something slow is missing in the model, or friction changes with time or angle; standard errors allow for it \
-             where windows are fitted"
-                .into(),
-        ),
-        TestKind::Normal => (
-            "normal".to_string(),
-            "outliers, or something missing; try the loss huber".to_string(),
-        ),
-        TestKind::Speed(k) => (
-            format!("no dependence on {}.w", coordinates[k]),
-            "friction is no straight line over the speed: try the extra term stribeck, or load".into(),
-        ),
-    }
-    };
     residual_tests(fitted.samples, &chosen, fitted.fit)
         .into_iter()
-        .map(|test| {
-            let (what, meaning) = in_words(test.what);
-            let meaning = if test.probability < UNLIKELY { meaning } else { String::new() };
-            ResidualTest { what, probability: test.probability, meaning }
+        .map(|test| ResidualTest {
+            what: test_name(test.what, &rows, &coordinates),
+            probability: test.probability,
+            meaning: if test.probability < UNLIKELY { meaning(test.what).into() } else { String::new() },
         })
         .collect()
 }

@@ -1,6 +1,6 @@
 //! Parameters that are to be found, and the model that has a term for each.
 
-use super::extra::ExtraTerm;
+use super::extra::{ExtraTerm, Law};
 use crate::assemble::{CoefficientKind as Kind, Equations};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::identify::Coefficient;
@@ -107,17 +107,37 @@ pub(super) fn wanted(
     let names = || all.iter().map(String::as_str).chain(document.parameters.iter().map(|p| p.name.as_str()));
     let help = unknown_name(name, names());
     let help = match names::parameter(name) {
-        Some((element, key @ ("stribeck" | "stribeck_speed" | "load_loss"))) => format!(
-            "declare the term: `[[identification.extra]]` with `kind = \"{}\"` and `friction = \"{element}\"`",
-            if key == "load_loss" { "load" } else { "stribeck" }
-        ),
-        _ => help,
+        Some((element, key)) => kind_of(key).map_or(help, |kind| {
+            let of = match kind {
+                "offset" => "torque",
+                "backlash" => "spring",
+                _ => "friction",
+            };
+            format!("declare the term: `[[identification.extra]]` with `kind = \"{kind}\"` and `{of} = \"{element}\"`")
+        }),
+        None => help,
     };
     out.push(
         Diagnostic::error("name::unknown", format!("there is no parameter `{}` to be found", shortened(name)))
             .help(help),
     );
     None
+}
+
+/// The kind of the extra term that has a parameter of such a key.
+fn kind_of(key: &str) -> Option<&'static str> {
+    let starts = [("cogging", "cogging"), ("friction_ripple", "ripple"), ("friction_recordings", "recordings")];
+    match key {
+        "stribeck" | "stribeck_speed" => Some("stribeck"),
+        "load_loss" => Some("load"),
+        "friction_sense" => Some("sense"),
+        "damping_sense" => Some("sense_damping"),
+        "quadratic_damping" => Some("quadratic"),
+        "friction_drift" => Some("drift"),
+        "offset" => Some("offset"),
+        "backlash" | "backlash_torque" => Some("backlash"),
+        key => starts.iter().find(|(start, _)| key.starts_with(start)).map(|(_, kind)| *kind),
+    }
 }
 
 /// A copy of the document with a term for each key that is asked for, where the file gives none or zero.
@@ -129,9 +149,13 @@ pub(super) fn with_terms(
 ) -> (Document, Vec<Setting>) {
     let (mut out, mut set) = (document.clone(), settings.to_vec());
     let keys = wanted.iter().flat_map(|one| one.keys.iter().map(|(element, kind)| (element.clone(), *kind)));
-    let frictions = extras.iter().map(|extra| (extra.element.clone(), Kind::Friction));
+    let directions = extras.iter().filter_map(|extra| match extra.law {
+        Law::Offset => None,
+        Law::Backlash { .. } => Some((extra.element.clone(), Kind::Stiffness)),
+        _ => Some((extra.element.clone(), Kind::Friction)),
+    });
     let tiny = Exact::from_ratio(1, 1_000_000_000);
-    for (element, kind) in keys.chain(frictions) {
+    for (element, kind) in keys.chain(directions) {
         let before = given(document, settings, &element, kind);
         if before.is_some_and(|value| value != 0.0) {
             continue;

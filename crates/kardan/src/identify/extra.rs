@@ -1,0 +1,110 @@
+//! Torques beyond the terms of a model, each linear in one coefficient.
+
+/// A torque beyond the terms of a model: one more column for each. It acts along the direction of a friction, an input or a spring of the
+/// model; v is the speed along that direction, and windows in which the sign of v is not known tell nothing of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Extra {
+    /// `s sgn(v) shape(|v|)`: what friction is more at low speed; the column is that of the Coulomb torque, and the speed is told for
+    /// the shape.
+    Stribeck {
+        /// Number of the friction in the equations.
+        friction: usize,
+    },
+    /// `m |τ| sgn(v)`: a loss in proportion to a torque that goes through, as in a strain-wave gear.
+    Load {
+        /// Number of the friction in the equations.
+        friction: usize,
+        /// Number of the input whose torque it is.
+        input: usize,
+    },
+    /// `d`: friction that differs with the sense of motion is `c + d` forwards and `c − d` backwards.
+    Sense {
+        /// Number of the friction in the equations.
+        friction: usize,
+    },
+    /// `d |v|`: so does damping.
+    SenseDamping {
+        /// Number of the friction in the equations.
+        friction: usize,
+    },
+    /// `k v |v|`, as of air.
+    Quadratic {
+        /// Number of the friction in the equations.
+        friction: usize,
+    },
+    /// `c sgn(v)` in one recording and `−c sgn(v)` in another: how friction differs from its mean over recordings.
+    Recording {
+        /// Number of the friction in the equations.
+        friction: usize,
+        /// The recording.
+        recording: usize,
+        /// The last of those whose differences add up to zero.
+        last: usize,
+    },
+    /// `r t sgn(v)`: friction that changes with the time t since the recording began.
+    Drift {
+        /// Number of the friction in the equations.
+        friction: usize,
+    },
+    /// `a h` for a harmonic h of an angle, `cos nφ` or `sin nφ`: torque that goes with the angle, whatever the speed.
+    Cogging {
+        /// Number of the friction in the equations.
+        friction: usize,
+        /// Number of the harmonic.
+        harmonic: usize,
+    },
+    /// `a h sgn(v)`: friction that goes with the angle.
+    Ripple {
+        /// Number of the friction in the equations.
+        friction: usize,
+        /// Number of the harmonic.
+        harmonic: usize,
+    },
+    /// What a torque sensor reads too much: the torque is τ − o.
+    Offset {
+        /// Number of the input.
+        input: usize,
+    },
+    /// `−p sgn(twist)`: a spring s behind a backlash of the width 2b has the torque `s (twist − b sgn(twist))` where it is in touch, and
+    /// p = s b.
+    Backlash {
+        /// Number of the spring in the equations.
+        spring: usize,
+        /// Twist from which it is in touch for certain, rad; below it nobody knows.
+        clear: f64,
+    },
+}
+
+/// What has the direction of an extra column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Along {
+    Friction(usize),
+    Input(usize),
+    Spring(usize),
+}
+
+impl Extra {
+    pub(super) fn along(&self) -> Along {
+        match *self {
+            Self::Stribeck { friction }
+            | Self::Load { friction, .. }
+            | Self::Sense { friction }
+            | Self::SenseDamping { friction }
+            | Self::Quadratic { friction }
+            | Self::Recording { friction, .. }
+            | Self::Drift { friction }
+            | Self::Cogging { friction, .. }
+            | Self::Ripple { friction, .. } => Along::Friction(friction),
+            Self::Offset { input } => Along::Input(input),
+            Self::Backlash { spring, .. } => Along::Spring(spring),
+        }
+    }
+
+    /// The number of its harmonic, if it goes with one.
+    pub(super) fn harmonic(&self) -> Option<usize> {
+        match self {
+            Self::Cogging { harmonic, .. } | Self::Ripple { harmonic, .. } => Some(*harmonic),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,400 @@
+//! Terms that what is left over asks for: tried one by one on segments that no fit has seen.
+
+use kardan_rt::functions::powi;
+
+use super::asked::{Asked, Method};
+use super::channels::{Harmonic, Quantity};
+use super::compare::{Whole, fold_squares, keep_places};
+use super::extra::{ExtraTerm, Law};
+use super::fitted::Fitted;
+use super::fitting::unseen;
+use super::plant::{Columns, columns};
+use super::rows::{Material, rows, settled};
+use super::summary::{UNLIKELY, summary, test_name};
+use crate::assemble::CoefficientKind as Kind;
+use crate::identify::{Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_tests};
+use crate::results::{Suggestion, Suggestions, UnseenLogs};
+use crate::study::Progress;
+
+/// Probability below which a term is told from zero, for all terms of a round together.
+const LEVEL: f64 = 0.01;
+/// Least part of the unseen square error that a term must take away.
+const WORTH: f64 = 0.01;
+/// Standard errors that the gain must be above zero: 95 % one-sided by Student's distribution, five folds.
+const SURE: f64 = 2.132;
+/// Difference of gains below which two terms are the same.
+const SAME: f64 = 1e-9;
+/// Terms that are taken at most.
+const MOST: usize = 6;
+/// Logs from which on each is predicted by the others.
+const LOGS: usize = 3;
+/// Periods in a turn that are tried.
+const ORDERS: [f64; 15] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 18.0, 24.0, 36.0];
+/// Numbers in memory up to which all of them are tried; of more only the first few.
+const NUMBERS: usize = 40_000_000;
+const FEW: usize = 6;
+
+/// The harmonics of measured angles that may be tried, beside what is measured.
+pub(super) fn with_all_harmonics(slots: Vec<Quantity>) -> Vec<Quantity> {
+    let mut out = slots;
+    let angles: Vec<String> = out
+        .iter()
+        .filter_map(|slot| if let Quantity::Angle(shaft) = slot { Some(shaft.clone()) } else { None })
+        .collect();
+    for shaft in angles {
+        for (order, sine) in ORDERS.iter().flat_map(|&order| [(order, false), (order, true)]) {
+            let slot = Quantity::Harmonic(Harmonic { shaft: shaft.clone(), order, sine });
+            if !out.contains(&slot) {
+                out.push(slot);
+            }
+        }
+    }
+    out
+}
+
+/// A term that may be tried.
+struct Pooled {
+    extras: Vec<ExtraTerm>,
+    /// Its columns among those of all.
+    columns: Vec<usize>,
+}
+
+impl Pooled {
+    fn term(&self) -> &str {
+        &self.extras[0].term
+    }
+
+    fn is_harmonic(&self) -> bool {
+        self.extras[0].harmonic().is_some()
+    }
+
+    /// Whether a test that fails may fail for want of it.
+    fn is_raised_by(&self, test: TestKind) -> bool {
+        match self.extras[0].law {
+            Law::Sense => matches!(test, TestKind::Mean(_) | TestKind::Speed(_)),
+            Law::Offset => matches!(test, TestKind::Mean(_)),
+            Law::SenseDamping | Law::Quadratic | Law::Stribeck { .. } => matches!(test, TestKind::Speed(_)),
+            Law::Cogging(_) | Law::Ripple(_) => matches!(test, TestKind::Serial | TestKind::Normal),
+            _ => test == TestKind::Serial,
+        }
+    }
+}
+
+/// All terms that may be tried: of each friction, each measured torque, each angle. A loss in proportion to a torque is not among them:
+/// where the torque balance explains that torque it would explain itself.
+fn pool(whole: &Whole<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
+    let (plant, asked) = (whole.plant, whole.asked);
+    let equations = &plant.reduced.equations;
+    let mut out: Vec<Vec<ExtraTerm>> = Vec::new();
+    let mut elements: Vec<&str> = equations.frictions.iter().map(|term| term.element.as_str()).collect();
+    elements.dedup();
+    for element in elements {
+        let one = |word: &str, law: Law| vec![ExtraTerm::new(element, word, law)];
+        out.push(one("friction_sense", Law::Sense));
+        out.push(one("damping_sense", Law::SenseDamping));
+        out.push(one("quadratic_damping", Law::Quadratic));
+        out.push(one("stribeck", Law::Stribeck { shape: Shape::Gaussian, speed: None }));
+        out.push(one("friction_drift", Law::Drift));
+        out.push(one("friction_recordings", Law::Recordings));
+        let measured = plant.harmonics.iter().any(|(harmonic, _)| harmonic.shaft == element);
+        for (order, ripple) in orders.iter().flat_map(|&order| [(order, false), (order, true)]).filter(|_| measured) {
+            out.push(ExtraTerm::harmonics(element, order, ripple).to_vec());
+        }
+    }
+    let inputs = equations.inputs.iter().zip(&plant.torques).filter(|(_, slot)| slot.is_some());
+    out.extend(inputs.map(|(input, _)| vec![ExtraTerm::new(&input.element, "offset", Law::Offset)]));
+    out.retain(|columns| !asked.extras.iter().any(|own| own.term == columns[0].term));
+    out
+}
+
+/// The samples with the columns of all terms, and which are whose.
+struct Search<'a> {
+    whole: &'a Whole<'a>,
+    material: &'a Material<'a>,
+    /// How the model as it is, is fitted.
+    options: &'a FitOptions,
+    samples: Samples,
+    pool: Vec<Pooled>,
+    /// Columns of the model as it is.
+    base: usize,
+}
+
+/// A model with some of the terms, fitted.
+struct Tried {
+    samples: Samples,
+    options: FitOptions,
+    fit: Fit,
+}
+
+/// The same predicted by fits that have not seen what they predict.
+struct Validated {
+    predicted: Vec<f64>,
+    /// Mean square error of each fold.
+    squares: Vec<f64>,
+}
+
+impl Validated {
+    fn mean(&self) -> f64 {
+        self.squares.iter().sum::<f64>() / self.squares.len().max(1) as f64
+    }
+
+    /// The part of the mean square error that another model takes away, and its standard error over the folds.
+    fn gain(&self, other: &Self) -> (f64, f64) {
+        let differences = self.squares.iter().zip(&other.squares).map(|(a, b)| a - b);
+        let n = self.squares.len() as f64;
+        let mean = differences.clone().sum::<f64>() / n;
+        let square = differences.map(|x| (x - mean) * (x - mean)).sum::<f64>();
+        (mean / self.mean(), (square / (n - 1.0).max(1.0) / n).sqrt() / self.mean())
+    }
+}
+
+impl<'a> Search<'a> {
+    fn new(whole: &'a Whole<'a>, material: &'a Material<'a>, options: &'a FitOptions) -> Self {
+        let chosen = whole.chosen;
+        let size = |orders: &[f64]| {
+            let columns: usize = pool(whole, orders).iter().map(Vec::len).sum();
+            columns * chosen.built.samples.len() * chosen.samples.rows
+        };
+        let orders = if size(&ORDERS) > NUMBERS { &ORDERS[..FEW] } else { &ORDERS[..] };
+        let (mut own, base) = (whole.asked.clone(), chosen.samples.columns);
+        let mut pooled = Vec::new();
+        for extras in pool(whole, orders) {
+            let mut single = Asked { extras, ..whole.asked.clone() };
+            single.tell_recordings(whole.plant, material);
+            if !single.extras.is_empty() {
+                let first = base + own.extras.len() - whole.asked.extras.len();
+                let columns = (first..first + single.extras.len()).collect();
+                own.extras.extend(single.extras.iter().cloned());
+                pooled.push(Pooled { extras: single.extras, columns });
+            }
+        }
+        let all = columns(whole.plant, &own, chosen.method);
+        let mut rows = rows(whole.plant, &own, &all, material);
+        keep_places(&mut rows.samples, &chosen.built.samples);
+        let samples = match chosen.method {
+            Method::Steady => settled(&rows, &own, material.window),
+            Method::Dynamic => rows.samples,
+        };
+        Self { whole, material, options, samples, pool: pooled, base }
+    }
+
+    /// The model with some of the terms.
+    fn tried(&self, terms: &[usize]) -> Option<Tried> {
+        let added: Vec<usize> = terms.iter().flat_map(|&k| self.pool[k].columns.iter().copied()).collect();
+        let extras = self.whole.asked.extras.len() + added.len();
+        let columns: Vec<usize> = (0..self.base).chain(added).collect();
+        let samples = self.samples.of_columns(&columns, extras);
+        let mut options = self.options.clone();
+        let shapes =
+            terms.iter().flat_map(|&k| &self.pool[k].extras).map(|extra| extra.shape().map(|(shape, _)| shape));
+        options.shapes.extend(shapes);
+        let all: Vec<usize> = (0..samples.len()).collect();
+        let fit = fit(&samples, &all, &options)?;
+        Some(Tried { samples, options, fit })
+    }
+
+    fn validated(&self, tried: &Tried) -> Option<Validated> {
+        let (predicted, folds) = unseen(&tried.samples, self.whole.chosen.method, &tried.options);
+        let predicted = predicted?;
+        let squares = fold_squares(&tried.samples, &folds, &predicted);
+        Some(Validated { predicted, squares })
+    }
+
+    /// A parameter that would be below zero with a term, though no such parameter can be, and is not without.
+    fn impossible(&self, now: &Tried, tried: &Tried) -> Option<String> {
+        let columns = &self.whole.chosen.columns;
+        let below = |of: &Tried, column: usize| {
+            let fit = &of.fit;
+            fit.values[column] + fit.quantile(column, self.whole.asked.confidence) * fit.standard_errors[column] < 0.0
+        };
+        columns.kept.iter().enumerate().find_map(|(column, (number, with))| {
+            let one = &columns.asked[*number];
+            let bounded = with.is_empty() && one.kind != Kind::Damping;
+            (bounded && below(tried, column) && !below(now, column)).then(|| one.name.clone())
+        })
+    }
+
+    /// Tests that speak against a model.
+    fn failing(tried: &Tried) -> Vec<TestKind> {
+        let all: Vec<usize> = (0..tried.samples.len()).collect();
+        let tests = residual_tests(&tried.samples, &all, &tried.fit).into_iter();
+        tests.filter(|test| test.probability < UNLIKELY).map(|test| test.what).collect()
+    }
+
+    /// Tries one term beside those taken: what to say of it, and how much it helps, if it does.
+    fn attempt(
+        &self,
+        k: usize,
+        test: TestKind,
+        level: f64,
+        (now, before): (&Tried, &Validated),
+        taken: &[usize],
+    ) -> (Suggestion, Option<f64>) {
+        let with: Vec<usize> = taken.iter().chain([&k]).copied().collect();
+        let (tried, count) = (self.tried(&with), self.pool[k].columns.len());
+        let end = tried.as_ref().map_or(0, |tried| tried.samples.columns);
+        let own: Vec<usize> = (end.saturating_sub(count)..end).collect();
+        let probability = tried.as_ref().and_then(|tried| tried.fit.joint_tail(&own));
+        let told = tried.as_ref().filter(|_| probability.is_some_and(|p| p < level));
+        let impossible = told.and_then(|tried| self.impossible(now, tried));
+        let gain = told.and_then(|tried| Some(before.gain(&self.validated(tried)?)));
+        let helps = impossible.is_none() && gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
+        let verdict = match (probability, &impossible, helps) {
+            (None, ..) => "in these logs it is always seen together with terms that are there".into(),
+            (Some(p), ..) if p >= level => "cannot be told from zero".into(),
+            (_, Some(name), _) => format!("with it {name} would be below zero, which it cannot be"),
+            (.., false) => "predicts what was not seen no better".into(),
+            _ => String::new(),
+        };
+        let suggestion = Suggestion {
+            round: taken.len() + 1,
+            term: self.pool[k].term().into(),
+            parameters: count,
+            raised_by: test_name(test, &self.row_names(), &self.coordinates()),
+            probability,
+            gain: gain.map(|(gain, _)| gain),
+            gain_spread: gain.map(|(_, error)| error),
+            taken: false,
+            verdict,
+        };
+        (suggestion, gain.map(|(gain, _)| gain).filter(|_| helps))
+    }
+
+    /// Tries all that the tests ask for; the best of what is better, if any.
+    fn round(&self, now: &Tried, taken: &[usize], out: &mut Suggestions, progress: &dyn Progress) -> Option<usize> {
+        let failing = Self::failing(now);
+        let before = self.validated(now)?;
+        let asked: Vec<(usize, TestKind)> = (0..self.pool.len())
+            .filter(|k| !taken.contains(k))
+            .filter_map(|k| Some((k, *failing.iter().find(|&&test| self.pool[k].is_raised_by(test))?)))
+            .collect();
+        let level = LEVEL / asked.len().max(1) as f64;
+        // Place in the list, number of the term, gain.
+        let mut better: Vec<(usize, usize, f64)> = Vec::new();
+        out.silent = 0;
+        for (number, &(k, test)) in asked.iter().enumerate() {
+            progress.advance(1, "suggestions", number as f64 / asked.len() as f64);
+            let (suggestion, gain) = self.attempt(k, test, level, (now, &before), taken);
+            if self.pool[k].is_harmonic() && suggestion.gain.is_none() {
+                out.silent += 1;
+                continue;
+            }
+            better.extend(gain.map(|gain| (out.tried.len(), k, gain)));
+            out.tried.push(suggestion);
+        }
+        let each = |one: &(usize, usize, f64)| one.2 / self.pool[one.1].columns.len() as f64;
+        // Of equal ones the first.
+        let best = better.iter().copied().max_by(|a, b| each(a).total_cmp(&each(b)).then(b.0.cmp(&a.0)))?;
+        let name = self.pool[best.1].term();
+        for (place, _, gain) in better {
+            let one = &mut out.tried[place];
+            one.taken = place == best.0;
+            one.verdict = match () {
+                () if one.taken => "take it".into(),
+                () if (gain - best.2).abs() < SAME => {
+                    format!("the same torques as {name} in these logs: which of the two it is they do not tell")
+                }
+                () => format!("helps, for each parameter less than {name}"),
+            };
+        }
+        Some(best.1)
+    }
+
+    fn row_names(&self) -> Vec<String> {
+        self.whole.plant.row_names(self.samples.rows)
+    }
+
+    fn coordinates(&self) -> Vec<String> {
+        self.whole.plant.reduced.coordinate_names()
+    }
+
+    /// Each log predicted by the others, as the model is and with terms; those of single logs are left out, as nothing is known of them in
+    /// a log that was not seen.
+    fn unseen_logs(&self, plain: &Tried, terms: &[usize]) -> Vec<UnseenLogs> {
+        let logs = self.material.recorded.len();
+        if logs < LOGS || self.whole.chosen.method == Method::Steady {
+            return Vec::new();
+        }
+        let of_logs = |extra: &ExtraTerm| matches!(extra.law, Law::Recording { .. });
+        if self.whole.asked.extras.iter().any(of_logs) {
+            return Vec::new();
+        }
+        let lasting: Vec<usize> = terms.iter().copied().filter(|&k| !of_logs(&self.pool[k].extras[0])).collect();
+        let folds: Vec<usize> = plain.samples.places.iter().map(|place| place.log).collect();
+        let all: Vec<usize> = (0..folds.len()).collect();
+        let rms = |tried: &Tried| -> Option<Vec<f64>> {
+            let (samples, r) = (&tried.samples, tried.samples.rows);
+            let predicted = cross_validate(samples, &all, &folds, &tried.options)?;
+            let of = |row: usize| {
+                let squares = all.iter().map(|&k| powi(samples.y(k)[row] - predicted[k * r + row], 2));
+                (squares.sum::<f64>() / all.len() as f64).sqrt()
+            };
+            Some((0..r).map(of).collect())
+        };
+        let (Some(before), Some(after)) = (rms(plain), self.tried(&lasting).as_ref().and_then(rms)) else {
+            return Vec::new();
+        };
+        let names = self.row_names();
+        (0..names.len()).map(|k| UnseenLogs { row: names[k].clone(), before: before[k], after: after[k] }).collect()
+    }
+
+    /// What to write into the model file.
+    fn text(&self, terms: &[usize]) -> String {
+        let asked = self.whole.asked;
+        let added = terms.iter().map(|&k| &self.pool[k].extras[0]);
+        let mut out = String::new();
+        if self.whole.document.identification.values.contains_key("parameters") && !terms.is_empty() {
+            let mut names: Vec<&str> = asked.wanted.iter().map(|one| one.name.as_str()).collect();
+            names.extend(asked.extras.iter().chain(added.clone()).map(|extra| extra.term.as_str()));
+            names.dedup();
+            let quoted: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
+            out = format!("[identification]\nparameters = [{}]\n", quoted.join(", "));
+        }
+        added.fold(out, |text, extra| {
+            let between = if text.is_empty() { "" } else { "\n" };
+            text + between + &extra.written()
+        })
+    }
+}
+
+/// Extends the model by the terms that what is left over asks for, one after the other, as long as they predict better what no fit has
+/// seen.
+pub(super) fn suggest(
+    whole: &Whole<'_>,
+    material: &Material<'_>,
+    options: &FitOptions,
+    progress: &dyn Progress,
+) -> Option<Suggestions> {
+    let search = Search::new(whole, material, options);
+    let plain = search.tried(&[])?;
+    let mut out = Suggestions::default();
+    let mut terms: Vec<usize> = Vec::new();
+    while terms.len() < MOST && progress.stop().is_none() {
+        let now = search.tried(&terms)?;
+        let Some(next) = search.round(&now, &terms, &mut out, progress) else { break };
+        terms.push(next);
+    }
+    progress.advance(1, "suggestions", 1.0);
+    let last = search.tried(&terms)?;
+    let validated = search.validated(&last);
+    let mut own = whole.asked.clone();
+    own.extras.extend(terms.iter().flat_map(|&k| search.pool[k].extras.iter().cloned()));
+    let own_columns: Columns = columns(whole.plant, &own, whole.chosen.method);
+    let found = summary(&Fitted {
+        plant: whole.plant,
+        asked: &own,
+        columns: &own_columns,
+        samples: &last.samples,
+        fit: &last.fit,
+        unseen: validated.as_ref().map(|one| one.predicted.as_slice()),
+        method: whole.chosen.method.word(),
+        window: material.window,
+        noise: &whole.chosen.built.noise,
+    });
+    out.taken = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();
+    out.text = search.text(&terms);
+    out.unseen_logs = search.unseen_logs(&plain, &terms);
+    (out.parameters, out.tests, out.validation, out.scale) =
+        (found.parameters, found.tests, found.validation, found.scale);
+    Some(out)
+}
