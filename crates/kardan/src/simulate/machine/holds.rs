@@ -389,10 +389,11 @@ impl Machine {
         let bounds = Bounds { forward: &forward, backward: &backward };
         loop {
             let right: Vec<f64> = before.iter().zip(&rebounds).map(|(speed, e)| speed * (1.0 + e)).collect();
-            self.box_problem.solve(&w, &right, bounds, &mut impulses);
+            // What rebounds may be blocked the other way: then nothing does.
+            let solved = self.box_problem.solve(&w, &right, bounds, &mut impulses);
             let after = |a: usize| before[a] - dot(&w[a * m..(a + 1) * m], &impulses);
             let lost: f64 = (0..m).map(|a| 0.5 * impulses[a] * (before[a] + after(a))).sum();
-            if lost >= 0.0 || rebounds.iter().all(|e| *e == 0.0) {
+            if solved && lost >= 0.0 || rebounds.iter().all(|e| *e == 0.0) {
                 return Blow { impulses, rebounds, lost: lost.max(0.0), weighted };
             }
             rebounds.fill(0.0);
