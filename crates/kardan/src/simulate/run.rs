@@ -448,7 +448,10 @@ impl RunningLoop {
         self.machine.enter_segment(0.0);
         self.announce(0.0);
         self.machine.tick(0.0, &self.state);
-        self.machine.settle(0.0, &mut self.state, &[], true, &self.names, &self.input_names);
+        let blows = self.machine.settle(0.0, &mut self.state, &[], true, &self.names, &self.input_names);
+        if self.machine.was_struck() {
+            self.events.extend(blows.into_iter().map(|what| Event { time: 0.0, what }));
+        }
         self.note_shared_friction();
         // What a blow has taken there was there.
         self.initial_energy = self.machine.energy(&self.state) + self.state.last().copied().unwrap_or_default();

@@ -309,7 +309,7 @@ impl Machine {
         if engaged != self.holds.engaged {
             self.hold_those_that_stick();
         }
-        let resting = if arrived.is_empty() && !everything { None } else { self.strike(state, names, events) };
+        let resting = if arrived.is_empty() && !everything { None } else { self.strike(state, everything, names, events) };
         let plain = |k: &&usize| matches!(self.holds.kind(**k), Kind::Friction { .. } | Kind::OneWay);
         arrived.extend(crossing.iter().filter(plain));
         Met { crossing: arrived, resting }
@@ -317,7 +317,13 @@ impl Machine {
 
     /// The blow at the point last evaluated, if rigid directions that take part meet a speed that they block; with the directions that are at rest
     /// behind it.
-    fn strike(&mut self, state: &mut [f64], names: &[String], events: &mut Vec<String>) -> Option<Vec<usize>> {
+    fn strike(
+        &mut self,
+        state: &mut [f64],
+        begins: bool,
+        names: &[String],
+        events: &mut Vec<String>,
+    ) -> Option<Vec<usize>> {
         let r = self.degrees_of_freedom;
         let rigid = |hold: &usize| match self.holds.kinds[*hold] {
             Kind::OneWay => true,
@@ -359,7 +365,7 @@ impl Machine {
         let rests = |k: &usize| {
             let noise = NOISE * self.dynamics.friction_terms(*k, &sizes, &self.work);
             let along = |x: &[f64]| self.dynamics.along_friction(*k, x, &self.work).abs();
-            let rested = self.modes[*k] == Mode::Stick && along(&change) <= noise;
+            let rested = !begins && self.modes[*k] == Mode::Stick && along(&change) <= noise;
             self.holds.takes_part(*k) && (stopped.contains(k) || rested || along(&state[r..2 * r]) <= noise)
         };
         Some(self.directions.iter().copied().filter(rests).collect())
