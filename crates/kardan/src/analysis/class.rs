@@ -42,7 +42,11 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
                 .constraints
                 .iter()
                 .filter(|constraint| !constraint.value.is_zero())
+                .filter(|constraint| !equations.moving.contains_key(&constraint.element))
                 .map(|c| (c.element.clone(), format!("its offset of {} rad is not zero", c.value.to_f64())))
+                .chain(equations.moving.iter().map(|(element, function)| {
+                    (element.clone(), format!("it is rheonomic: its offset {} depends on the time", function.text()))
+                }))
                 .chain(
                     equations
                         .transmissions
@@ -73,10 +77,10 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
     let shafts = &equations.coordinates;
     let linear = equations.constraints.iter().map(|c| ConstraintClass {
         element: c.element.clone(),
-        equation: format!("{} = {}", row_in_words(&c.row, shafts, ""), c.value.to_f64()),
+        equation: format!("{} = {}", row_in_words(&c.row, shafts, ""), equations.offset_in_words(c)),
         equality: true,
         holonomic: true,
-        scleronomic: true,
+        scleronomic: !equations.moving.contains_key(&c.element),
         linear: true,
     });
     let curves = equations.transmissions.iter().map(|t| ConstraintClass {

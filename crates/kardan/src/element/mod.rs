@@ -12,6 +12,7 @@ mod inductor;
 mod mass;
 mod motor;
 mod planetary;
+mod prescribed_motion;
 mod pulley;
 mod rack_and_pinion;
 mod resistor;
@@ -34,6 +35,7 @@ pub use inductor::Inductor;
 pub use mass::Mass;
 pub use motor::Motor;
 pub use planetary::Planetary;
+pub use prescribed_motion::PrescribedMotion;
 pub use pulley::Pulley;
 pub use rack_and_pinion::RackAndPinion;
 pub use resistor::Resistor;
@@ -61,6 +63,7 @@ pub const REGISTRY: &[Element] = &[
     spring_damper::SPRING_DAMPER,
     universal_joint::UNIVERSAL_JOINT,
     constraint::CONSTRAINT,
+    prescribed_motion::PRESCRIBED_MOTION,
     motor::MOTOR,
     disturbance::DISTURBANCE,
     torque::TORQUE,

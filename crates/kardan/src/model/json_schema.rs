@@ -146,7 +146,7 @@ fn value(kind: &Kind) -> Value {
             table
         }
         Kind::Overrides => by_name(scalar()),
-        Kind::Formula(_) => json!({ "anyOf": [{ "type": "number" }, text()] }),
+        Kind::Formula(_) | Kind::OfTime(_) => json!({ "anyOf": [{ "type": "number" }, text()] }),
         Kind::Functions => by_name(text()),
         Kind::Lists => by_name(json!({ "anyOf": [scalar(), { "type": "array", "items": scalar() }] })),
         Kind::Tables(fields) => several(table(fields, "")),

@@ -326,6 +326,9 @@ fn describe(kind: &Kind) -> String {
         Kind::Formula(dimension) => {
             format!("expression of {}; along masses {}", dimension.si(), dimension.along_masses().si())
         }
+        Kind::OfTime(dimension) => {
+            format!("{} or a function of time; along masses {}", dimension.si(), dimension.along_masses().si())
+        }
         Kind::Tables(_) => "list of tables".into(),
         Kind::Table(_) => "table".into(),
         Kind::Output => "angle, speed or sensor".into(),

@@ -334,9 +334,12 @@ impl<'a> TableReader<'a> {
                 }
                 // Behind the others: it takes functions of time.
                 (Kind::Formula(_), _) => continue,
+                (Kind::OfTime(_), Value::Scalar(scalar)) if self.document.function_of_time(scalar).is_some() => continue,
                 (kind, Value::Scalar(scalar)) => {
                     let expected = match &kind.along(table.along_masses) {
                         Kind::Quantity(dimension, sign) => Some((*dimension, *sign)),
+                        // A right-hand side is of what its row adds up to.
+                        Kind::OfTime(dimension) if field.name != "offset" => Some((*dimension, Sign::Any)),
                         Kind::Number(sign) => Some((Dimension::NONE, *sign)),
                         _ => None,
                     };

@@ -176,7 +176,7 @@ fn constraints(variant: &PreparedVariant, angle: &dyn Fn(&str) -> String) -> Vec
     let redundant = variant.reduced.redundant.iter().map(|row| &row.constraint);
     let linear = equations.constraints.iter().chain(redundant).map(|constraint| {
         let terms = constraint.row.iter().map(|(shaft, x)| (x.clone(), angle(&equations.coordinates[*shaft])));
-        (constraint.element.clone(), format!("{} = {}", sum(terms), constraint.value.to_f64()))
+        (constraint.element.clone(), format!("{} = {}", sum(terms), equations.offset_in_words(constraint)))
     });
     let curves = equations.transmissions.iter().map(|t| {
         let (driven, driving) = (angle(&equations.coordinates[t.driven]), angle(&equations.coordinates[t.driving]));

@@ -31,6 +31,7 @@ mod placement;
 mod places;
 mod prepare;
 mod prepared;
+mod prescribed;
 mod progress;
 mod project;
 mod proof;

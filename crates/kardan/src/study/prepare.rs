@@ -15,6 +15,7 @@ use super::margins::{check_margins, check_sampled};
 use super::passage::check_passage;
 use super::places::places_in_control;
 use super::progress::Progress;
+use super::prescribed::{check_prescribed, refuse_massless};
 use super::redundant::check_redundant;
 use super::scenario::scenario;
 use super::{Prepared, PreparedVariant};
@@ -153,7 +154,8 @@ fn unreduced(model: &mut Model) -> Reduced {
         | Term::Input { along, .. } => of_element(named, along),
         Term::Torque { along, law } => of_element(named, along) && law.coordinates().all(|name| known(&name.into())),
         Term::Transmission { driven, driving, .. } => known(driven) && known(driving),
-        Term::Output(_) | Term::Charge { .. } | Term::Position { .. } | Term::Measure(_) => true,
+        Term::Kept(row) => row.coordinates().into_iter().all(|name| known(&name.into())),
+        Term::Output(_) | Term::Charge { .. } | Term::Position { .. } | Term::Measure(_) | Term::Moving(_) => true,
     });
     let constrains = |element: &String| {
         let is_row =
@@ -340,10 +342,14 @@ fn reduced_model(
             return None;
         }
     };
-    if !check_matrices(document, &reduced, out, &mut massless) {
+    if !check_matrices(document, &reduced, out, &mut massless) || !check_prescribed(document, &reduced, out) {
         return None;
     }
     if purpose == Purpose::Run && !massless.is_empty() {
+        if refuse_massless(document, &reduced, &mut massless) {
+            out.append(&mut massless);
+            return None;
+        }
         return without_massless(document, model, &reduced, &massless, out).map(|reduced| (reduced, Vec::new()));
     }
     Some((reduced, massless))
@@ -402,6 +408,15 @@ fn design_model(
     out: &mut Vec<Diagnostic>,
 ) -> Option<Plant> {
     let zero = vec![0.0; reduced.degrees_of_freedom()];
+    let moving: Vec<&str> = reduced.equations.moving.keys().map(String::as_str).collect();
+    if !moving.is_empty() {
+        let message = format!("control `{}` knows the motion of {} as if it stood still", control.name, quoted(moving));
+        out.push(
+            Diagnostic::warning("control::time", message)
+                .at(control.place.clone(), "this controller")
+                .help("for its design the offset is that at time zero, and the motion disturbs the loop"),
+        );
+    }
     let of_time: Vec<&str> =
         reduced.equations.laws.iter().filter(|law| law.value.is_of_time()).map(|law| law.element.as_str()).collect();
     if !of_time.is_empty() {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::equations::{Domain, Formula};
+use crate::expr::OfTime;
 use crate::schema::ExactPole;
 use crate::units::Exact;
 
@@ -26,6 +27,8 @@ pub enum Resolved {
     Poles(Vec<ExactPole>),
     /// An expression of what moves.
     Formula(Arc<Formula>),
+    /// A function of time.
+    OfTime(Arc<OfTime>),
 }
 
 /// The values of an element's keys, with parameters put in.
@@ -67,6 +70,7 @@ impl Values {
                 | Resolved::Words(_)
                 | Resolved::Tables(_)
                 | Resolved::Poles(_)
+                | Resolved::OfTime(_)
                 | Resolved::Formula(_) => {}
             }
         }
@@ -137,6 +141,11 @@ impl Values {
     /// An expression of what moves.
     pub fn formula(&self, key: &str) -> Option<&Arc<Formula>> {
         if let Some(Resolved::Formula(formula)) = self.get(key) { Some(formula) } else { None }
+    }
+
+    /// A function of time.
+    pub fn of_time(&self, key: &str) -> Option<&Arc<OfTime>> {
+        if let Some(Resolved::OfTime(function)) = self.get(key) { Some(function) } else { None }
     }
 
     /// A list of tables.

@@ -3,6 +3,7 @@
 mod formulas;
 mod lookups;
 mod samples;
+mod smooth;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -203,7 +203,8 @@ impl Machine {
             *margin = self.slip_margin(k);
         }
         let c = self.dynamics.breakaway_torques();
-        for (&k, torque) in self.holding.iter().zip(&self.hold_torque) {
+        let frictions = out.len();
+        for (&k, torque) in self.holding.iter().zip(&self.hold_torque).filter(|(k, _)| **k < frictions) {
             out[k] = 1.0 - torque.abs() / c[k];
         }
         self.slider_rooms().for_each(|(k, room)| out[k] = room);

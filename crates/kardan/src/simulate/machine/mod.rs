@@ -7,6 +7,7 @@ mod expressions;
 mod forces;
 mod friction_modes;
 mod jacobian;
+mod kept;
 mod laws;
 mod motor_modes;
 mod response;
@@ -105,6 +106,8 @@ pub struct Machine {
     jacobian: Option<Box<Jacobian>>,
     /// Evaluations of the equations so far.
     evaluated: u64,
+    /// Numbers of the kept rows among the directions: behind the frictions.
+    pub(super) kept: Range<usize>,
     pub(super) friction_torques: Vec<f64>,
 }
 

@@ -63,6 +63,11 @@ impl Project {
             let help = "give them an inertia, or look at the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::massless", message).help(help)]);
         }
+        if let Some(moving) = own.moving.keys().next() {
+            let message = format!("the offset of `{moving}` is a function of time, which is not written in symbols");
+            let help = "give it an offset that is a number, or look at the equations without --symbolic";
+            return Err(vec![Diagnostic::error("symbolic::moving", message).help(help)]);
+        }
         let settings = self.document().variant_settings().into_iter().next().unwrap_or_default().settings;
         let named = self.document().named_terms(&settings);
         let coordinates = variant.reduced.coordinate_names();
