@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{Expr, Floating, Graph, Style, Symbol, lower, printed};
 use crate::num::Rational;
-use crate::units::Dimension;
+use crate::units::{Dimension, Exact};
 
 /// Cubics between breakpoints, with jumps and kinks at them; zero before the first.
 ///
@@ -161,6 +161,15 @@ impl OfTime {
         let known = |symbol: &Symbol| *symbol == time || parts.iter().any(|(part, _)| part == symbol);
         let complete = used.iter().all(known);
         complete.then_some(Self { graph, time, parts, value, dimension })
+    }
+
+    /// A number at all times.
+    pub fn constant(value: &Exact, dimension: Dimension) -> Self {
+        let mut graph = Graph::default();
+        let time = graph.new_symbol("t".into(), Dimension::TIME);
+        let value = graph.exact(value);
+        let time = graph.symbol_of(time).expect("a symbol was made");
+        Self { graph, time, parts: Vec::new(), value, dimension }
     }
 
     /// What it is of.

@@ -323,6 +323,8 @@ fn describe(kind: &Kind) -> String {
         Kind::Overrides => "quantities by name".into(),
         Kind::Lists => "lists of quantities by name".into(),
         Kind::Functions => "functions of time by name".into(),
+        Kind::Surface => "expression of an angle or a length".into(),
+        Kind::Formulas => "expressions by shaft or mass".into(),
         Kind::Formula(dimension) => {
             format!("expression of {}; along masses {}", dimension.si(), dimension.along_masses().si())
         }

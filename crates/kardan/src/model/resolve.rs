@@ -291,6 +291,18 @@ pub(super) fn element_values(
             let function = functions.smooth(&expression, dimension, (&given.place, &label), out);
             function.into_iter().for_each(|found| values.insert(field.name, Resolved::OfTime(Arc::new(found))));
         }
+        if let (Kind::Formulas, Value::Map(entries)) = (field.kind, &given.value) {
+            if let Some((row, domain)) = functions.row(entries, &label, out) {
+                values.insert(field.name, Resolved::Formulas(row, domain));
+            }
+            continue;
+        }
+        if let (Kind::Surface, Value::Scalar(Scalar::Expression(expression))) = (field.kind, &given.value) {
+            if let Some((formula, domain)) = functions.surface(expression, (&given.place, &label), out) {
+                values.insert(field.name, Resolved::Formulas(vec![(String::new(), formula)], domain));
+            }
+            continue;
+        }
         let (Kind::Formula(wanted), Value::Scalar(Scalar::Expression(expression))) =
             (field.kind.along(masses), &given.value)
         else {

@@ -333,7 +333,7 @@ impl<'a> TableReader<'a> {
                     Resolved::Words(words.iter().map(|word| word.value.clone()).collect())
                 }
                 // Behind the others: it takes functions of time.
-                (Kind::Formula(_), _) => continue,
+                (Kind::Formula(_) | Kind::Formulas | Kind::Surface, _) => continue,
                 (Kind::OfTime(_), Value::Scalar(scalar)) if self.document.function_of_time(scalar).is_some() => continue,
                 (kind, Value::Scalar(scalar)) => {
                     let expected = match &kind.along(table.along_masses) {
@@ -607,7 +607,7 @@ impl<'a> TableReader<'a> {
     }
 
     /// A shaft, a mass or a charge.
-    fn check_coordinate(&self, name: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
+    pub(super) fn check_coordinate(&self, name: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
         let charges = self.document.charges();
         if charges.iter().any(|charge| charge == name) {
             return;

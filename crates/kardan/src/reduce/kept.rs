@@ -3,7 +3,7 @@
 use super::{Motion, Reduced, SparseRow};
 use crate::equations::{Formula, Kept};
 use crate::expr::{Expr, Symbol};
-use crate::num::Rational;
+use crate::num::{Lu, Rational, dot, rational_from_f64};
 
 /// What a run needs of a kept row besides its direction and its bias.
 #[derive(Debug, Clone)]
@@ -151,4 +151,143 @@ impl Motion {
         let rate = self.graph.integer(0);
         (KeptRate { row, position, speed, rate }, change)
     }
+}
+
+/// Angles and speeds to begin with that lie on the kept rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StartOnRows {
+    /// Reduced coordinates.
+    pub position: Vec<f64>,
+    /// Their speeds.
+    pub speed: Vec<f64>,
+}
+
+/// Why there are none.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NoStart {
+    /// No place on the rows was found from where the search began; numbers of the rows that are not satisfied.
+    NotReached(Vec<usize>),
+    /// To ten digits, the rows depend on each other there.
+    Dependent,
+}
+
+/// Steps of the search for a start.
+const MOST: usize = 50;
+/// Relative to its row, what of a pivot is taken for a dependence.
+const DEPENDENT: f64 = 1e-10;
+/// What is left of a row where it is satisfied, relative to the largest angle or speed, or to one.
+const LEFT: f64 = 1e-12;
+
+/// The start nearest to angles and speeds given, by the least squares of Newton's method; at time zero.
+///
+/// # Errors
+/// [`NoStart`]
+pub fn start_on_rows(reduced: &Reduced, position: &[f64], speed: &[f64]) -> Result<StartOnRows, NoStart> {
+    let (r, count) = (reduced.degrees_of_freedom(), reduced.equations.kept.len());
+    let motion = Motion::new(reduced);
+    let first = reduced.equations.frictions.len();
+    let mut outputs = Vec::new();
+    let zero = motion.graph.of_symbol(motion.symbols[0]);
+    let mut wanted = vec![None; count * (r + 2)];
+    for (k, row) in motion.frictions[first..].iter().enumerate() {
+        row.iter().for_each(|(i, entry)| wanted[k * r + i] = Some(*entry));
+        (wanted[count * r + k], wanted[count * (r + 1) + k]) = (motion.kept[k].position, motion.kept[k].speed);
+    }
+    for (k, expr) in wanted.iter().enumerate() {
+        outputs.extend(expr.or(zero).map(|expr| (k.to_string(), expr)));
+    }
+    let plan = motion.compile(&outputs);
+    let mut memory = plan.memory();
+    let mut at = |position: &[f64], speed: &[f64]| -> Vec<f64> {
+        let given = position.iter().chain(speed).copied().chain(motion.timed.values(0.0));
+        memory.iter_mut().zip(given).for_each(|(place, value)| *place = value);
+        let _ = plan.block().evaluate(&mut memory);
+        let value = |(k, expr): (usize, &Option<Expr>)| if expr.is_some() { memory[plan.place(k)] } else { 0.0 };
+        wanted.iter().enumerate().map(value).collect()
+    };
+    let mut found = StartOnRows { position: position.to_vec(), speed: speed.to_vec() };
+    for (part, of_speeds) in [(count * r, false), (count * (r + 1), true)] {
+        for step in 0.. {
+            let values = at(&found.position, &found.speed);
+            let (rows, defects) = (&values[..count * r], &values[part..part + count]);
+            let x = if of_speeds { &mut found.speed } else { &mut found.position };
+            let size = x.iter().fold(1.0f64, |size, x| size.max(x.abs()));
+            let change = least_change(rows, r, defects).ok_or(NoStart::Dependent)?;
+            if defects.iter().all(|defect| defect.abs() <= LEFT * size) {
+                break;
+            }
+            if step == MOST {
+                let open = (0..count).filter(|k| !(defects[*k].abs() <= LEFT * size)).collect();
+                return Err(NoStart::NotReached(open));
+            }
+            x.iter_mut().zip(change).for_each(|(x, change)| *x -= change);
+        }
+    }
+    Ok(found)
+}
+
+/// The smallest change that takes defects away, `Gᵀ (G Gᵀ)⁻¹ d`; none where rows depend on each other.
+fn least_change(rows: &[f64], r: usize, defects: &[f64]) -> Option<Vec<f64>> {
+    let count = defects.len();
+    let row = |k: usize| &rows[k * r..(k + 1) * r];
+    // Gram-Schmidt tells what of each row is new.
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for k in 0..count {
+        let size = dot(row(k), row(k)).sqrt();
+        let mut new: Vec<f64> = row(k).iter().map(|x| x / size).collect();
+        for _ in 0..2 {
+            for other in &basis {
+                let share = dot(&new, other);
+                new.iter_mut().zip(other).for_each(|(x, y)| *x -= share * y);
+            }
+        }
+        let left = dot(&new, &new).sqrt();
+        if !(left > DEPENDENT) {
+            return None;
+        }
+        basis.push(new.iter().map(|x| x / left).collect());
+    }
+    let gram: Vec<f64> = (0..count * count).map(|k| dot(row(k / count), row(k % count))).collect();
+    let (mut factor, mut share) = (Lu::new(count), defects.to_vec());
+    factor.factor(&gram);
+    factor.solve(&mut share);
+    Some((0..r).map(|i| (0..count).map(|k| row(k)[i] * share[k]).sum()).collect())
+}
+
+/// A model whose kept rows are linear ones: their coefficients at a position (of the reduced coordinates, rad), from there on exact. Small
+/// motions around a rest on them are the same.
+///
+/// # Errors
+/// As of [`reduce`](super::reduce).
+pub fn frozen(reduced: &Reduced, position: &[f64]) -> Result<Reduced, super::ReduceError> {
+    let motion = Motion::at_time_zero(reduced);
+    let outputs: Vec<(String, Expr)> =
+        motion.kept.iter().flat_map(|row| &row.row).enumerate().map(|(k, (_, entry))| (k.to_string(), *entry)).collect();
+    let plan = motion.compile(&outputs);
+    let mut memory = plan.memory();
+    memory.iter_mut().zip(position).for_each(|(place, value)| *place = *value);
+    let r = reduced.degrees_of_freedom();
+    memory[r..2 * r].fill(0.0);
+    let _ = plan.block().evaluate(&mut memory);
+    let mut numeric = super::Kinematics::new(reduced);
+    numeric.update(position, &vec![0.0; r]);
+    let mut equations = reduced.equations.clone();
+    let mut entry = 0;
+    for (kept, rate) in std::mem::take(&mut equations.kept).into_iter().zip(&motion.kept) {
+        let (mut row, mut offset) = (Vec::new(), Rational::ZERO);
+        for (shaft, _) in &rate.row {
+            let value = rational_from_f64(memory[plan.place(entry)]).unwrap_or(Rational::ZERO);
+            let angle = rational_from_f64(numeric.angles[*shaft]).unwrap_or(Rational::ZERO);
+            entry += 1;
+            if !value.is_zero() {
+                offset += &value * angle;
+                row.push((*shaft, value));
+            }
+        }
+        row.sort_by_key(|(shaft, _)| *shaft);
+        let place = equations.constraints.len() - equations.nodes.len();
+        let value = crate::units::Exact::new(offset, 0);
+        equations.constraints.insert(place, crate::assemble::Along { element: kept.element, row, value });
+    }
+    super::reduce(equations, None)
 }

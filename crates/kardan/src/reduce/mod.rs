@@ -28,7 +28,7 @@ pub use equilibrium::{Equilibria, Equilibrium, equilibria};
 pub use equilibrium_rows::{NoEquilibrium, equilibrium_rows};
 pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;
-pub use kept::KeptRate;
+pub use kept::{KeptRate, NoStart, StartOnRows, frozen, start_on_rows};
 pub use kinematics::{Kinematics, Slope, slopes};
 pub use law_slopes::{GeometricStiffness, LawSlopes, geometric_stiffness, law_slopes};
 pub use linear::{LinearModel, SparseModel, linearise, sparse_model};

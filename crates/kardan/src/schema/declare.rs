@@ -122,6 +122,8 @@ macro_rules! keys {
     (@type Overrides) => { $crate::schema::Named };
     (@type Formula $($args:tt)*) => { $crate::schema::Quantity };
     (@type OfTime $($args:tt)*) => { $crate::schema::Quantity };
+    (@type Surface) => { $crate::schema::Quantity };
+    (@type Formulas) => { $crate::schema::Named };
     (@type Functions) => { $crate::schema::Named };
     (@type Lists) => { $crate::schema::Lists };
     (@type Poles) => { $crate::schema::Quantities };

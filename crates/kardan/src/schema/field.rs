@@ -69,6 +69,10 @@ pub enum Kind {
     Formula(Dimension),
     /// A quantity, or a function of time of that dimension; along masses of that of masses.
     OfTime(Dimension),
+    /// A table from names of shafts and masses to expressions of angles and positions.
+    Formulas,
+    /// An expression of angles and positions that is to vanish: an angle or a length.
+    Surface,
     /// A list of tables, each of the given shape.
     Tables(&'static [Field]),
     /// One table of the given shape.

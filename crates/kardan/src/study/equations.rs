@@ -46,6 +46,7 @@ impl Project {
         let (prepared, diagnostics) = (self.prepared(), self.mistakes().to_vec());
         let error = diagnostics.iter().any(is_error);
         let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
+        super::kept::refuse_equations(&variant.reduced)?;
         let model = linearise(&variant.reduced, &variant.scenario.position);
         let text = match form {
             EquationsForm::Text => text(variant, &model),

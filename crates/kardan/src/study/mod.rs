@@ -19,6 +19,7 @@ mod explore;
 mod faults;
 mod held;
 mod identification;
+mod kept;
 mod known;
 mod linearise;
 mod margins;

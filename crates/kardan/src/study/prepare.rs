@@ -10,6 +10,7 @@ use super::computed::Computed;
 use super::effort::check_effort;
 use super::equilibrium::Rest;
 use super::held::{check_start, without_massless};
+use super::kept::{begin_on_rows, check_kept};
 use super::known::Known;
 use super::margins::{check_margins, check_sampled};
 use super::passage::check_passage;
@@ -235,7 +236,8 @@ fn prepare_variant(
     let plants: Vec<Option<Plant>> =
         controls.iter().map(|control| design_model(document, &reduced, settings, control, out)).collect();
     let mut scenario = scenario(document, &model, &reduced.equations, Some(&reduced.coordinate_names()), settings, out);
-    let start_notes = start_at_rest(document, &reduced, &mut scenario, out);
+    let mut start_notes = start_at_rest(document, &reduced, &mut scenario, out);
+    start_notes.extend(begin_on_rows(document, &reduced, &mut scenario, out));
     if !is_finite_at(&reduced, &scenario.position) {
         out.push(
             Diagnostic::error("number::range", "at the initial position an angle is too large for a number")
@@ -272,6 +274,7 @@ fn prepare_variant(
         computed,
         analysis,
         massless,
+        unfrozen: None,
         start_notes,
     };
     if complete && purpose == Purpose::Run {
@@ -342,7 +345,8 @@ fn reduced_model(
             return None;
         }
     };
-    if !check_matrices(document, &reduced, out, &mut massless) || !check_prescribed(document, &reduced, out) {
+    let follows = check_prescribed(document, &reduced, out) && check_kept(document, model, &reduced, out);
+    if !check_matrices(document, &reduced, out, &mut massless) || !follows {
         return None;
     }
     if purpose == Purpose::Run && !massless.is_empty() {

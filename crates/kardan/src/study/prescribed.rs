@@ -33,11 +33,12 @@ pub(super) fn check_prescribed(document: &Document, reduced: &Reduced, out: &mut
 
 /// Motions without inertia beside a prescribed motion, which runs do not follow.
 pub(super) fn refuse_massless(document: &Document, reduced: &Reduced, massless: &mut Vec<Diagnostic>) -> bool {
-    let Some(first) = reduced.equations.moving.keys().next() else { return false };
+    let kept = reduced.equations.kept.iter().map(|kept| &kept.element);
+    let Some(first) = reduced.equations.moving.keys().chain(kept).next() else { return false };
     for mistake in massless.iter_mut() {
         let told = std::mem::replace(mistake, Diagnostic::error("model::massless", ""));
-        let message = format!("{}; beside the prescribed motion of `{first}` it is not followed", told.message);
-        *mistake = Diagnostic { message, ..told }.at(place_of(document, first), "prescribes a motion");
+        let message = format!("{}; beside `{first}` it is not followed", told.message);
+        *mistake = Diagnostic { message, ..told }.at(place_of(document, first), "this constraint");
     }
     true
 }

@@ -29,6 +29,8 @@ pub enum Resolved {
     Formula(Arc<Formula>),
     /// A function of time.
     OfTime(Arc<OfTime>),
+    /// Expressions by shaft or mass, and what their sum with the rates of these is.
+    Formulas(Vec<(String, Arc<Formula>)>, Domain),
 }
 
 /// The values of an element's keys, with parameters put in.
@@ -71,6 +73,7 @@ impl Values {
                 | Resolved::Tables(_)
                 | Resolved::Poles(_)
                 | Resolved::OfTime(_)
+                | Resolved::Formulas(..)
                 | Resolved::Formula(_) => {}
             }
         }
@@ -146,6 +149,11 @@ impl Values {
     /// A function of time.
     pub fn of_time(&self, key: &str) -> Option<&Arc<OfTime>> {
         if let Some(Resolved::OfTime(function)) = self.get(key) { Some(function) } else { None }
+    }
+
+    /// Expressions by shaft or mass, and what their sum with the rates of these is.
+    pub fn formulas(&self, key: &str) -> Option<(&[(String, Arc<Formula>)], Domain)> {
+        if let Some(Resolved::Formulas(row, domain)) = self.get(key) { Some((row, *domain)) } else { None }
     }
 
     /// A list of tables.

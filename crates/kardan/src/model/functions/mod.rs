@@ -2,6 +2,7 @@
 
 mod formulas;
 mod lookups;
+mod rows;
 mod samples;
 mod smooth;
 

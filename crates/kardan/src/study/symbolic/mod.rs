@@ -57,6 +57,7 @@ impl Project {
         let (prepared, diagnostics) = (self.prepared(), self.mistakes().to_vec());
         let error = diagnostics.iter().any(is_error);
         let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
+        crate::study::kept::refuse_equations(&variant.reduced)?;
         let own = &variant.reduced.equations;
         if (0..own.constraints.len()).any(|row| own.is_equilibrium(row)) {
             let message = "motions without inertia follow from springs alone here, which is not written in symbols";
