@@ -243,9 +243,7 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             Term::Kept(law) => next.kept.push(KeptRow { element, law: law.renamed(|name| number(name)) }),
             Term::Moving(function) => drop(next.moving.insert(element, Arc::clone(function))),
             Term::Balance { node, .. } if node == GROUND => {}
-            Term::Balance { node, along } => {
-                add_shares(balances.entry(node.clone()).or_default(), row(along));
-            }
+            Term::Balance { node, along } => add_shares(balances.entry(node.clone()).or_default(), row(along)),
         }
     }
     next.add_balances(balances);

@@ -142,7 +142,11 @@ pub fn kept_constraints(reduced: &Reduced) -> Vec<ConstraintClass> {
         let multiplier = "no theorem of the source solves it; a run keeps it with its multiplier (source, eq. 4.18)";
         let (equation, holonomic, scleronomic, reason) = match &kept.law {
             Kept::Surface(formula) => {
-                let slopes = if linear { "its exact derivatives are constant" } else { "its exact derivatives depend on positions" };
+                let slopes = if linear {
+                    "its exact derivatives are constant"
+                } else {
+                    "its exact derivatives depend on positions"
+                };
                 let reason = format!(
                     "it has no speeds, so it is holonomic; {slopes}; of the form (4.5), with the row of (4.6), but not solved for a \
                      coordinate: a run keeps it with its multiplier (source, eq. 4.18)"
@@ -172,16 +176,27 @@ pub fn kept_constraints(reduced: &Reduced) -> Vec<ConstraintClass> {
             }
             Kept::Speed(row, function) => {
                 let equation = format!("{} = {}", numbers(row, "'"), function.text());
-                let reason = format!("constant coefficients: the integral by the time is a relation of positions; {multiplier}");
+                let reason =
+                    format!("constant coefficients: the integral by the time is a relation of positions; {multiplier}");
                 (equation, true, false, reason)
             }
             Kept::Acceleration(row, function) => {
                 let equation = format!("{} = {}", numbers(row, "''"), function.text());
-                let reason = format!("constant coefficients: two integrals by the time are a relation of positions; {multiplier}");
+                let reason = format!(
+                    "constant coefficients: two integrals by the time are a relation of positions; {multiplier}"
+                );
                 (equation, true, false, reason)
             }
         };
-        ConstraintClass { element: kept.element.clone(), equation, equality: true, holonomic, scleronomic, linear, reason: Some(reason) }
+        ConstraintClass {
+            element: kept.element.clone(),
+            equation,
+            equality: true,
+            holonomic,
+            scleronomic,
+            linear,
+            reason: Some(reason),
+        }
     };
     equations.kept.iter().enumerate().map(one).collect()
 }

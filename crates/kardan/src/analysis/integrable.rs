@@ -169,7 +169,9 @@ impl Domain for Turned {
             Operator::AddProduct => Some(sum(x[2], &product(x[0], x[1]), 1)),
             Operator::SubtractProduct => Some(sum(x[2], &product(x[0], x[1]), -1)),
             Operator::Negate => Some(sum(&Value::number(Rational::ZERO), x[0], -1)),
-            Operator::Divide if !x[1].value.is_zero() => Some(Value { value: &x[0].value / &x[1].value, angle: None, whole: None }),
+            Operator::Divide if !x[1].value.is_zero() => {
+                Some(Value { value: &x[0].value / &x[1].value, angle: None, whole: None })
+            }
             _ => None,
         }
     }

@@ -231,7 +231,8 @@ impl OfTime {
             if graph.is_zero(slope) || rate.is_zero() {
                 continue;
             }
-            let known = parts.iter().find(|(_, other)| **other == rate).and_then(|(symbol, _)| graph.of_symbol(*symbol));
+            let known =
+                parts.iter().find(|(_, other)| **other == rate).and_then(|(symbol, _)| graph.of_symbol(*symbol));
             let moved = known.unwrap_or_else(|| graph.new_symbol(rate.name.clone(), rate.dimension));
             parts.extend(graph.symbol_of(moved).filter(|_| known.is_none()).map(|symbol| (symbol, Arc::new(rate))));
             terms.push((graph.multiply(slope, moved), Rational::ONE));

@@ -208,7 +208,8 @@ impl Document {
         let is_signal = |name: &str| self.signals.iter().any(|signal| signal.name == name);
         match scalar {
             Scalar::Expression(read) => {
-                let of_time = !read.tables().is_empty() || read.names().iter().any(|name| *name == "t" || is_signal(name));
+                let of_time =
+                    !read.tables().is_empty() || read.names().iter().any(|name| *name == "t" || is_signal(name));
                 of_time.then(|| (**read).clone())
             }
             Scalar::Parameter(name) if is_signal(name) => Expression::parse_law(&format!("'{name}'")).ok(),

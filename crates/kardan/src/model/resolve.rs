@@ -190,7 +190,13 @@ impl Document {
                     _ => Vec::new(),
                 })
                 .collect();
+            let kept = of_element().any(|term| matches!(term, Term::Kept(_)));
             let (key, message, help) = match shaft {
+                _ if kept => (
+                    "element",
+                    format!("no sensor reads what `{element}` carries, which is not solved for a coordinate"),
+                    format!("its multiplier is a column of a run: `{element}.tau` or `{element}.f`"),
+                ),
                 None if has_spring => continue,
                 None if shafts.is_empty() => (
                     "element",

@@ -6,7 +6,7 @@ use kardan_rt::functions::exp;
 
 use super::motion::{Motion, SparseRow};
 use super::{Kinematics, Reduced};
-use crate::assemble::{Along, FrictionLaw};
+use crate::assemble::{Along, Equations, FrictionLaw};
 use crate::expr::{Expr, Floating, Symbol, lower};
 use crate::num::{Cholesky, dot};
 use crate::plan::{Plan, compile};
@@ -107,6 +107,26 @@ pub struct MotionPlan {
     beside: Vec<usize>,
     /// The plan as machine code, where there is such code.
     native: Option<Native<f64>>,
+}
+
+/// What holds at rest along each direction of friction, and along the kept rows.
+fn breakaways(equations: &Equations) -> Vec<f64> {
+    let breakaway = |friction: &Along<FrictionLaw>| {
+        let FrictionLaw { torque, stribeck } = &friction.value;
+        stribeck.as_ref().map_or(torque, |stribeck| &stribeck.breakaway).to_f64()
+    };
+    let frictions = equations.frictions.iter().map(breakaway);
+    frictions.chain(equations.kept.iter().map(|_| f64::INFINITY)).collect()
+}
+
+/// What is constant in kept rows.
+fn add_kept(rows: &[SparseRow], r: usize, constants: &dyn Fn(&[Expr]) -> Vec<f64>, out: &mut Vec<f64>) {
+    for row in rows {
+        let entries: Vec<Expr> = row.values().copied().collect();
+        let mut dense = vec![0.0; r];
+        row.keys().zip(constants(&entries)).for_each(|(i, entry)| dense[*i] = entry);
+        out.extend(dense);
+    }
 }
 
 /// What is evaluated with the equations of motion: symbols that are given beside the motion, and expressions of both.
@@ -253,12 +273,7 @@ impl Dynamics {
         let dampers = Directions::new(&equations.dampers, |x| x.to_f64(), &kinematics);
         let springs = Directions::new(&equations.springs, |x| x.stiffness.to_f64(), &kinematics);
         let frictions = Directions::new(&equations.frictions, |x| x.torque.to_f64(), &kinematics);
-        let breakaway = |friction: &Along<FrictionLaw>| {
-            let FrictionLaw { torque, stribeck } = &friction.value;
-            stribeck.as_ref().map_or(torque, |stribeck| &stribeck.breakaway).to_f64()
-        };
-        let given_way = equations.frictions.iter().map(breakaway);
-        let breakaways: Vec<f64> = given_way.chain(equations.kept.iter().map(|_| f64::INFINITY)).collect();
+        let breakaways = breakaways(equations);
         let speed = |friction: &Along<FrictionLaw>| friction.value.stribeck.as_ref().map_or(1.0, |s| s.speed.to_f64());
         let stribeck = equations.frictions.iter().zip(&breakaways).zip(&frictions.coefficients);
         let stribeck = stribeck.map(|((friction, most), torque)| (most - torque, speed(friction))).collect();
@@ -291,7 +306,8 @@ impl Dynamics {
         let mut fixed = rows.chain(motion.inertia.values()).chain(&motion.bias).chain(&motion.friction_bias);
         let affine = motion.graph.affine();
         let steady = equations.kept.is_empty()
-            && equations.moving.is_empty() && equations.laws.iter().all(|law| !law.value.is_of_time());
+            && equations.moving.is_empty()
+            && equations.laws.iter().all(|law| !law.value.is_of_time());
         let linear = steady
             && fixed.all(|expr| !varying(*expr))
             && motion.passive.iter().chain(&motion.angles).all(|expr| affine(*expr));
@@ -315,12 +331,7 @@ impl Dynamics {
         let mut factor = Cholesky::profiled(first);
         factor.factor(&inertia);
         let mut friction_rows = out.frictions.projected(&kinematics, r);
-        for row in &motion.frictions[out.frictions.rows.len()..] {
-            let entries: Vec<Expr> = row.values().copied().collect();
-            let mut dense = vec![0.0; r];
-            row.keys().zip(constants(&entries)).for_each(|(i, entry)| dense[*i] = entry);
-            friction_rows.extend(dense);
-        }
+        add_kept(&motion.frictions[out.frictions.rows.len()..], r, &constants, &mut friction_rows);
         let work = Work {
             // What is constant in a row stays as it is here, what varies is written by each evaluation.
             friction_rows,

@@ -1,22 +1,9 @@
 //! Constraints that are not solved for a coordinate, as directions that hold: `G q̈_r + b = 0` with the derivatives of the row in exact terms.
 
-use super::{Motion, Reduced, SparseRow};
+use super::{KeptRate, Motion, Reduced, SparseRow};
 use crate::equations::{Formula, Kept};
 use crate::expr::{Expr, Symbol};
 use crate::num::{Lu, Rational, dot, rational_from_f64};
-
-/// What a run needs of a kept row besides its direction and its bias.
-#[derive(Debug, Clone)]
-pub struct KeptRate {
-    /// Its coefficients over the shafts.
-    pub row: Vec<(usize, Expr)>,
-    /// φ, which vanishes; none for a row that has no integral.
-    pub position: Option<Expr>,
-    /// What vanishes of the speeds, `Σ a_i q̇_i` less what it is to be; none where accelerations alone are prescribed.
-    pub speed: Option<Expr>,
-    /// What `Σ a_i q̇_i` is.
-    pub rate: Expr,
-}
 
 /// A row over all coordinates as if they were free: coefficients, φ, and what its coefficients change by, `Σ ȧ_i q̇_i`.
 struct Free {
@@ -118,8 +105,7 @@ impl Motion {
     pub fn along_kept(&mut self, kept: usize, of: impl Fn(&Self, usize) -> Expr) -> Expr {
         let row = self.kept[kept].row.clone();
         let terms: Vec<_> = row.into_iter().map(|(k, a)| (a, of(self, k))).collect();
-        let products: Vec<_> =
-            terms.into_iter().map(|(a, x)| (self.graph.multiply(a, x), Rational::ONE)).collect();
+        let products: Vec<_> = terms.into_iter().map(|(a, x)| (self.graph.multiply(a, x), Rational::ONE)).collect();
         self.graph.sum(Rational::ZERO, &products)
     }
 
@@ -261,8 +247,13 @@ fn least_change(rows: &[f64], r: usize, defects: &[f64]) -> Option<Vec<f64>> {
 /// As of [`reduce`](super::reduce).
 pub fn frozen(reduced: &Reduced, position: &[f64]) -> Result<Reduced, super::ReduceError> {
     let motion = Motion::at_time_zero(reduced);
-    let outputs: Vec<(String, Expr)> =
-        motion.kept.iter().flat_map(|row| &row.row).enumerate().map(|(k, (_, entry))| (k.to_string(), *entry)).collect();
+    let outputs: Vec<(String, Expr)> = motion
+        .kept
+        .iter()
+        .flat_map(|row| &row.row)
+        .enumerate()
+        .map(|(k, (_, entry))| (k.to_string(), *entry))
+        .collect();
     let plan = motion.compile(&outputs);
     let mut memory = plan.memory();
     memory.iter_mut().zip(position).for_each(|(place, value)| *place = *value);

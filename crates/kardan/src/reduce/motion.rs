@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{KeptRate, Reduced, Relaxation, Step};
+use super::{Reduced, Relaxation, Step};
 use crate::expr::{Expr, Graph, OfTime, Part, Symbol};
 use crate::num::{Rational, rational_from_f64};
 use crate::plan::{Plan, compile};
@@ -80,6 +80,19 @@ pub struct Motion {
     pub timed: Timed,
     /// Motions without inertia that dampers hold.
     pub(super) relaxing: Option<Box<Relaxing>>,
+}
+
+/// What a run needs of a kept row besides its direction and its bias.
+#[derive(Debug, Clone)]
+pub struct KeptRate {
+    /// Its coefficients over the shafts.
+    pub row: Vec<(usize, Expr)>,
+    /// φ, which vanishes; none for a row that has no integral.
+    pub position: Option<Expr>,
+    /// What vanishes of the speeds, `Σ a_i q̇_i` less what it is to be; none where accelerations alone are prescribed.
+    pub speed: Option<Expr>,
+    /// What `Σ a_i q̇_i` is.
+    pub rate: Expr,
 }
 
 /// The time, and parts of functions of it, as symbols of a motion: there once something depends on them.

@@ -149,8 +149,10 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
         ReduceError::NoMotion { .. } => {
             let out = Diagnostic::error("constraint::no-motion", error.to_string())
                 .help("remove a constraint, or add a shaft: a model needs at least one degree of freedom");
-            let rows =
-                model.terms.iter().filter(|t| matches!(t.term, Term::Constraint { .. } | Term::Transmission { .. } | Term::Kept(_)));
+            let rows = model
+                .terms
+                .iter()
+                .filter(|t| matches!(t.term, Term::Constraint { .. } | Term::Transmission { .. } | Term::Kept(_)));
             let mut places: Vec<Place> = rows.map(|named| place_of(document, &named.element)).collect();
             places.sort_by_key(Place::start);
             places.into_iter().take(MOST_LABELS).fold(out, |out, place| out.at(place, "a constraint"))
@@ -182,7 +184,10 @@ fn dependent_rows(document: &Document, dependency: &Dependency, rank: usize, row
     let names = quoted(elements.iter().map(|(name, _)| name.as_str()));
     let (verdict, help) = match (contradiction, moving) {
         (true, _) => ("their offsets contradict each other", "remove one of them, or correct a ratio or an offset"),
-        (_, true) => ("an offset among them is a function of time, so they can agree at all times by chance only", "remove one of them"),
+        (_, true) => (
+            "an offset among them is a function of time, so they can agree at all times by chance only",
+            "remove one of them",
+        ),
         _ => ("one of them is superfluous", "remove one of them, or correct a ratio"),
     };
     // Shares so that the first is one.

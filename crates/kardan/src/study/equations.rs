@@ -223,6 +223,13 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     if !Kinematics::new(&variant.reduced).is_constant() {
         out.push_str("  The matrices depend on the position; these hold at the initial position, near rest.\n");
     }
+    if !variant.reduced.equations.moving.is_empty() {
+        let moving = variant.reduced.equations.moving.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+        let _ = writeln!(
+            out,
+            "  Offsets that depend on the time ({moving}) stand still here; --plan has them as they move."
+        );
+    }
     let constraints = constraints(variant, &|name| name.to_string());
     if !constraints.is_empty() {
         out.push_str("\nConstraints\n");

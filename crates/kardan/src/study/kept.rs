@@ -18,7 +18,8 @@ pub(super) fn check_kept(document: &Document, model: &Model, reduced: &Reduced, 
     let names = quoted(equations.kept.iter().map(|kept| kept.element.as_str()));
     let before = out.len();
     let mut refuse = |message: String, place, label: &str, help: &str| {
-        let mistake = Diagnostic::error("constraint::kept", message).at(place_of(document, &first.element), "this constraint");
+        let mistake =
+            Diagnostic::error("constraint::kept", message).at(place_of(document, &first.element), "this constraint");
         out.push(mistake.at(place, label).help(help));
     };
     if let Some(friction) = equations.frictions.first() {
@@ -31,13 +32,19 @@ pub(super) fn check_kept(document: &Document, model: &Model, reduced: &Reduced, 
         refuse(message, control.place.clone(), "this controller", "write the law as a `torque`, or take it out");
     }
     if !document.bench.values.is_empty() || !document.identification.values.is_empty() {
-        let place = if document.bench.values.is_empty() { &document.identification.place } else { &document.bench.place };
+        let place =
+            if document.bench.values.is_empty() { &document.identification.place } else { &document.bench.place };
         let message = format!("bench and identification do not know {names}, which are not solved for a coordinate");
         refuse(message, place.clone(), "this table", "take it out");
     }
     if document.scenario.values.get("start").is_some_and(|found| found.value == Value::Word("equilibrium".into())) {
         let message = format!("no equilibrium is looked for on {names}");
-        refuse(message, TableReader::place(&document.scenario, "start"), "no equilibrium", "give the angles to begin with by `initial`");
+        refuse(
+            message,
+            TableReader::place(&document.scenario, "start"),
+            "no equilibrium",
+            "give the angles to begin with by `initial`",
+        );
     }
     if equations.kept.len() >= reduced.degrees_of_freedom() {
         let message = format!(
@@ -72,7 +79,11 @@ pub(super) fn begin_on_rows(
             for (rate, now, then) in [(0, &scenario.position, &position), (1, &scenario.speed, &speed)] {
                 for (k, (now, then)) in now.iter().zip(then).enumerate().filter(|(_, (now, then))| now != then) {
                     let quantity = equations.domain(reduced.coordinates[k]).motion()[rate];
-                    changed.push(format!("{} = {then} {} instead of {now}", quantity.of(&names[k]), quantity.physical().unit()));
+                    changed.push(format!(
+                        "{} = {then} {} instead of {now}",
+                        quantity.of(&names[k]),
+                        quantity.physical().unit()
+                    ));
                 }
             }
             (scenario.position, scenario.speed) = (position, speed);
@@ -107,50 +118,17 @@ pub(super) fn begin_on_rows(
 /// Equations of motion are not written beside kept rows.
 pub(super) fn refuse_equations(reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {
     let Some(first) = reduced.equations.kept.first() else { return Ok(()) };
-    let message = format!("`{}` is not solved for a coordinate, and equations with its multiplier are not written", first.element);
+    let message = format!(
+        "`{}` is not solved for a coordinate, and equations with its multiplier are not written",
+        first.element
+    );
     let help = "`kardan analyze` tells its class, `kardan run` its multiplier; equations are written without it";
     Err(vec![Diagnostic::error("equations::kept", message).help(help)])
 }
 
 /// What an analysis sees: kept rows with their coefficients at the start.
 pub(super) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Diagnostic> {
-    let one = |variant: &Arc<PreparedVariant>| -> Result<Arc<PreparedVariant>, Diagnostic> {
-        let own = &variant.reduced;
-        let names = quoted(own.equations.kept.iter().map(|kept| kept.element.as_str()));
-        let refused = |message: String, help: &str| Diagnostic::error("analysis::kept", message).help(help);
-        if !own.equations.laws.is_empty() {
-            let message = format!("{names} may carry torques at rest, against torques of laws, and no linear model is made of that");
-            return Err(refused(message, "take the laws out, or put springs in their place"));
-        }
-        if !variant.analysis.at.is_empty() {
-            let message = format!("with {names} the operating point is the start of the run");
-            return Err(refused(message, "take `at` of `[analysis]` out, and give `initial` of `[scenario]`"));
-        }
-        let reduced = frozen(own, &variant.scenario.position)
-            .map_err(|error| refused(error.to_string(), "give other angles by `initial` of `[scenario]`"))?;
-        let place = |k: &usize| own.coordinates.iter().position(|other| other == k);
-        let mut position = Vec::new();
-        for (k, shaft) in reduced.coordinates.iter().enumerate() {
-            position.push(place(shaft).map_or(0.0, |place| variant.scenario.position[place]));
-            debug_assert!(k < reduced.coordinates.len());
-        }
-        let mut scenario = variant.scenario.clone();
-        (scenario.speed, scenario.position) = (vec![0.0; position.len()], position);
-        Ok(Arc::new(PreparedVariant {
-            name: variant.name.clone(),
-            model: variant.model.clone(),
-            reduced,
-            design_models: Vec::new(),
-            designed: Vec::new(),
-            running: Vec::new(),
-            scenario,
-            computed: variant.computed.clone(),
-            analysis: variant.analysis.clone(),
-            massless: Vec::new(),
-            unfrozen: Some(Box::new(own.clone())),
-            start_notes: Vec::new(),
-        }))
-    };
+    let one = |variant: &Arc<PreparedVariant>| frozen_variant(variant).map(Arc::new);
     Ok(Prepared {
         name: prepared.name.clone(),
         description: prepared.description.clone(),
@@ -158,5 +136,46 @@ pub(super) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Diagnostic> 
         requirements: Vec::new(),
         plots: Vec::new(),
         tolerance: prepared.tolerance,
+    })
+}
+
+/// The same of one variant.
+///
+/// # Errors
+/// Why its kept rows have no linear ones in their place.
+pub(super) fn frozen_variant(variant: &PreparedVariant) -> Result<PreparedVariant, Diagnostic> {
+    let own = &variant.reduced;
+    let names = quoted(own.equations.kept.iter().map(|kept| kept.element.as_str()));
+    let refused = |message: String, help: &str| Diagnostic::error("analysis::kept", message).help(help);
+    if !own.equations.laws.is_empty() {
+        let message =
+            format!("{names} may carry torques at rest, against torques of laws, and no linear model is made of that");
+        return Err(refused(message, "take the laws out, or put springs in their place"));
+    }
+    if !variant.analysis.at.is_empty() {
+        let message = format!("with {names} the operating point is the start of the run");
+        return Err(refused(message, "take `at` of `[analysis]` out, and give `initial` of `[scenario]`"));
+    }
+    let reduced = frozen(own, &variant.scenario.position)
+        .map_err(|error| refused(error.to_string(), "give other angles by `initial` of `[scenario]`"))?;
+    let start = |shaft: &usize| {
+        let place = own.coordinates.iter().position(|other| other == shaft);
+        place.map_or(0.0, |place| variant.scenario.position[place])
+    };
+    let position: Vec<f64> = reduced.coordinates.iter().map(start).collect();
+    let speed = vec![0.0; position.len()];
+    Ok(PreparedVariant {
+        name: variant.name.clone(),
+        model: variant.model.clone(),
+        reduced,
+        design_models: Vec::new(),
+        designed: Vec::new(),
+        running: Vec::new(),
+        scenario: Scenario { position, speed, ..variant.scenario.clone() },
+        computed: variant.computed.clone(),
+        analysis: variant.analysis.clone(),
+        massless: Vec::new(),
+        unfrozen: Some(Box::new(own.clone())),
+        start_notes: Vec::new(),
     })
 }

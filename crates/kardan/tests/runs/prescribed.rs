@@ -58,7 +58,8 @@ fn a_shaken_body_moves_as_in_closed_form_and_takes_the_torque_that_it_must() {
     let phi = |t: f64| forced * ((omega * t).sin() - omega / own * (own * t).sin());
     for method in METHODS {
         let run = by(SHAKER, method, 1e-11);
-        let columns = ["load.phi", "motor.phi", "motor.w", "drive.tau", "drive.motor.tau"].map(|name| signal(&run, name));
+        let columns =
+            ["load.phi", "motor.phi", "motor.w", "drive.tau", "drive.motor.tau"].map(|name| signal(&run, name));
         for (k, &t) in run.series.time.iter().enumerate() {
             let theta = size * (omega * t).sin();
             let torque = -own_inertia * omega * omega * theta + stiffness * (theta - phi(t));

@@ -19,7 +19,8 @@ impl Functions<'_, '_> {
         out: &mut Vec<Diagnostic>,
     ) -> Option<(Arc<Formula>, Domain)> {
         let (formula, found) = self.of_positions(expression, (place, what), out)?;
-        let domain = [Domain::Rotation, Domain::Translation].into_iter().find(|domain| domain.dimensions()[0].is_like(&found));
+        let domain =
+            [Domain::Rotation, Domain::Translation].into_iter().find(|domain| domain.dimensions()[0].is_like(&found));
         if domain.is_none() || formula.coordinates().next().is_none() {
             let at = place.part(expression.text(), 0..expression.text().len());
             let message = match domain {
@@ -59,14 +60,19 @@ impl Functions<'_, '_> {
                         first.noun()
                     );
                     let help = "every term of a row is the same quantity: give a coefficient a length, or take one out";
-                    out.push(Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), product.noun()).help(help));
+                    out.push(
+                        Diagnostic::error("unit::dimension", message)
+                            .at(scalar.place.clone(), product.noun())
+                            .help(help),
+                    );
                 }
                 Some(_) => {}
             }
             row.push((name.value.clone(), formula));
         }
         let (found, _) = sum?;
-        let domain = [Domain::Rotation, Domain::Translation].into_iter().find(|domain| domain.dimensions()[1].is_like(&found));
+        let domain =
+            [Domain::Rotation, Domain::Translation].into_iter().find(|domain| domain.dimensions()[1].is_like(&found));
         if domain.is_none() && out.len() == before {
             let message = format!("{what}: its terms are {}, no speeds", found.noun());
             let help = "coefficients are numbers, or lengths for the rates of angles";
@@ -85,16 +91,26 @@ impl Functions<'_, '_> {
     ) -> Option<(Arc<Formula>, Dimension)> {
         let (formula, found) = self.formula_of_any(expression, (place, what), out)?;
         let wrong = formula.names.iter().find_map(|(name, meaning)| match meaning {
-            Meaning::Rate(_) => Some((name, "a speed", "coefficients of a row of rates stand in `rates`, and depend on positions alone")),
-            Meaning::Time | Meaning::Signal(_) => {
-                Some((name, "a function of time", "what moves with the time is the `offset` of a row of `coefficients`, or a prescribed_motion"))
-            }
+            Meaning::Rate(_) => Some((
+                name,
+                "a speed",
+                "coefficients of a row of rates stand in `rates`, and depend on positions alone",
+            )),
+            Meaning::Time | Meaning::Signal(_) => Some((
+                name,
+                "a function of time",
+                "what moves with the time is the `offset` of a row of `coefficients`, or a prescribed_motion",
+            )),
             _ => None,
         });
         if let Some((name, kind, help)) = wrong {
             let span = expression.place_of(name).unwrap_or(0..expression.text().len());
             let message = format!("{what}: `{name}` is {kind}, and only angles and positions may stand here");
-            out.push(Diagnostic::error("constraint::expression", message).at(place.part(expression.text(), span), kind).help(help));
+            out.push(
+                Diagnostic::error("constraint::expression", message)
+                    .at(place.part(expression.text(), span), kind)
+                    .help(help),
+            );
             return None;
         }
         let mut graph = Graph::default();

@@ -61,6 +61,10 @@ impl Functions<'_, '_> {
         let largest = looks.map(|time| function.value(time).abs()).fold(0.0, f64::max);
         let jump = |time: f64| function.value(time) - function.value_before(time);
         let size = |time: f64| largest.max(function.value_before(time).abs());
-        starts.into_iter().map(|time| (time, jump(time), size(time))).find(|(_, by, size)| by.abs() > ROUNDING * size).map(|(time, by, _)| (time, by))
+        starts
+            .into_iter()
+            .map(|time| (time, jump(time), size(time)))
+            .find(|(_, by, size)| by.abs() > ROUNDING * size)
+            .map(|(time, by, _)| (time, by))
     }
 }

@@ -206,17 +206,7 @@ pub(super) fn extend(
     all.motion.relax(reduced, &mut forces, &senses);
     let [slider_torques, slider_speeds] = all.motion.sliders(reduced);
     let mut powers = powers(&mut all, equations, &applied, (&friction, &speeds));
-    if equations.prescribes() {
-        let [now, accelerations, holding] = prescribed_power(&mut all, reduced, &applied, &friction);
-        powers[0] = all.sum(&[&powers[..1], &now].concat());
-        places.power_of_accelerations = all.found("power_of_acceleration", accelerations);
-        places.power_of_holding = all.found("power_of_holding", holding);
-    }
-    let zero = all.motion.graph.integer(0);
-    let kept = |of: &dyn Fn(&KeptRate) -> Option<Expr>| all.motion.kept.iter().map(|row| of(row).unwrap_or(zero)).collect();
-    let [positions, speeds_kept] = [kept(&|row| row.position), kept(&|row| row.speed)];
-    places.kept_positions = all.found("kept_position", positions);
-    places.kept_speeds = all.found("kept_speed", speeds_kept);
+    find_kept(&mut all, &mut places, (reduced, &applied, &friction), &mut powers[0]);
     places.commands = all.found("command", commands);
     places.torques = all.found("torque", torques);
     places.applied = all.found("applied", applied);
@@ -389,14 +379,31 @@ fn powers(
     [all.sum(&work), all.sum(&loss)]
 }
 
+/// What is found of constraints that prescribe speeds, and of kept rows; adds the power of the former to that of the inputs.
+fn find_kept(
+    all: &mut Loop<'_>,
+    places: &mut Places,
+    (reduced, applied, friction): (&Reduced, &[Expr], &[Expr]),
+    power: &mut Expr,
+) {
+    if reduced.equations.prescribes() {
+        let [now, accelerations, holding] = prescribed_power(all, reduced, applied, friction);
+        *power = all.sum(&[&[*power], now.as_slice()].concat());
+        places.power_of_accelerations = all.found("power_of_acceleration", accelerations);
+        places.power_of_holding = all.found("power_of_holding", holding);
+    }
+    let zero = all.motion.graph.integer(0);
+    let kept = |all: &Loop<'_>, of: &dyn Fn(&KeptRate) -> Option<Expr>| -> Vec<Expr> {
+        all.motion.kept.iter().map(|row| of(row).unwrap_or(zero)).collect()
+    };
+    let (positions, speeds) = (kept(all, &|row| row.position), kept(all, &|row| row.speed));
+    places.kept_positions = all.found("kept_position", positions);
+    places.kept_speeds = all.found("kept_speed", speeds);
+}
+
 /// The power of constraints that prescribe speeds, `uᵀτ_c` with `τ_c = H (K q̈_r + k) + D q̇ + S q + friction − laws − F τ`: its part without
 /// accelerations and without friction that holds, then what it has for one of each of these.
-fn prescribed_power(
-    all: &mut Loop<'_>,
-    reduced: &Reduced,
-    applied: &[Expr],
-    friction: &[Expr],
-) -> [Vec<Expr>; 3] {
+fn prescribed_power(all: &mut Loop<'_>, reduced: &Reduced, applied: &[Expr], friction: &[Expr]) -> [Vec<Expr>; 3] {
     let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
     let (mut now, mut accelerations) = (Vec::new(), vec![Vec::new(); r]);
     let product = |all: &mut Loop<'_>, factors: &[Expr]| {

@@ -287,6 +287,10 @@ impl Machine {
         let before = self.modes.clone();
         let mut events = Vec::new();
         self.settle_drives(time, state, everything, input_names, &mut events);
+        if !self.kept.is_empty() {
+            // Kept rows hold all the time, and there is no friction beside them.
+            return events;
+        }
         if !everything && crossing.is_empty() && self.modes.iter().all(|mode| *mode != Mode::Stick) {
             // Nothing is at rest, and nothing comes to rest.
             return events;
