@@ -23,18 +23,20 @@ pub(super) fn check_kept(document: &Document, model: &Model, reduced: &Reduced, 
         out.push(mistake.at(place, label).help(help));
     };
     if let Some(friction) = equations.frictions.first() {
-        let message = format!("runs do not follow friction beside {names}, which are not solved for a coordinate");
+        let message =
+            format!("runs do not follow friction beside a constraint that is not solved for a coordinate: {names}");
         let help = "take the friction out, or use `damping`";
         refuse(message, place_of(document, &friction.element), "has friction", help);
     }
     if let Some(control) = model.controls.first() {
-        let message = format!("laws are not designed for models with {names}, which are not solved for a coordinate");
+        let message = format!("laws are not designed beside a constraint that is not solved for a coordinate: {names}");
         refuse(message, control.place.clone(), "this controller", "write the law as a `torque`, or take it out");
     }
     if !document.bench.values.is_empty() || !document.identification.values.is_empty() {
         let place =
             if document.bench.values.is_empty() { &document.identification.place } else { &document.bench.place };
-        let message = format!("bench and identification do not know {names}, which are not solved for a coordinate");
+        let message =
+            format!("bench and identification do not know constraints that are not solved for a coordinate: {names}");
         refuse(message, place.clone(), "this table", "take it out");
     }
     if document.scenario.values.get("start").is_some_and(|found| found.value == Value::Word("equilibrium".into())) {

@@ -46,7 +46,11 @@ impl Functions<'_, '_> {
         for (name, scalar) in entries {
             let Scalar::Expression(expression) = &scalar.value else { continue };
             let label = format!("`{}` in {what}", name.value);
+            let known = out.len();
             self.reader.check_coordinate(&name.value, &name.place, &label, out);
+            if out.len() > known {
+                continue;
+            }
             let Some((formula, found)) = self.of_positions(expression, (&scalar.place, &label), out) else { continue };
             let [_, rate] = self.reader.domain_of(&name.value).dimensions();
             let Some(product) = found.times(&rate, 1) else { continue };
