@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::equations::{
-    Curve, Direction, Domain, Formula, GROUND, Hold, InputKind, Measured, NamedTerm, Sensor, Stribeck, Term,
+    Curve, Direction, Domain, Formula, GROUND, Hold, InputKind, Kept, Measured, NamedTerm, Sensor, Stribeck, Term,
 };
+use crate::expr::OfTime;
 use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, dense_rows, rational_from_f64, rational_to_f64, sum_of_outer};
 use crate::units::Exact;
@@ -115,6 +116,15 @@ pub struct TransmissionRow {
     pub curve: Arc<dyn Curve>,
 }
 
+/// A constraint that a run keeps with its multiplier.
+#[derive(Debug, Clone)]
+pub struct KeptRow {
+    /// The element it belongs to.
+    pub element: String,
+    /// The constraint over numbered coordinates.
+    pub law: Kept<usize>,
+}
+
 /// All terms of a model, by kind, over shafts numbered in the order of their names.
 ///
 /// The order of the file never shows: shafts are sorted by name, terms by the shafts that they act on and by element name.
@@ -140,6 +150,10 @@ pub struct Equations {
     pub holds: Vec<Along<Hold>>,
     /// Linear constraints, those of elements and behind them those of nodes; the value is the offset, rad or C.
     pub constraints: Vec<Along<Exact>>,
+    /// Functions of time that right-hand sides of constraints are, by element; the value of such a row is that at time zero.
+    pub moving: BTreeMap<String, Arc<OfTime>>,
+    /// Constraints that are not solved for a coordinate.
+    pub kept: Vec<KeptRow>,
     /// Constraints that springs and dampers stand for, which are among `springs` and `dampers` under the same name; the value is the
     /// scale: torque of the spring and damper over it is the multiplier.
     pub compliances: Vec<Along<Exact>>,
@@ -231,10 +245,10 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             Term::Output(sensor) => next.sensors.push((element, sensor.clone())),
             Term::Charge { name } | Term::Position { name } => next.domains[number(name)] = term.domain(),
             Term::Measure(domain) => drop(next.measures.insert(element, *domain)),
+            Term::Kept(law) => next.kept.push(KeptRow { element, law: law.renamed(|name| number(name)) }),
+            Term::Moving(function) => drop(next.moving.insert(element, Arc::clone(function))),
             Term::Balance { node, .. } if node == GROUND => {}
-            Term::Balance { node, along } => {
-                add_shares(balances.entry(node.clone()).or_default(), row(along));
-            }
+            Term::Balance { node, along } => add_shares(balances.entry(node.clone()).or_default(), row(along)),
         }
     }
     next.add_balances(balances);
@@ -372,6 +386,44 @@ impl Equations {
                 let spring = self.springs.iter().find(|spring| spring.element == *element);
                 spring.map_or(Domain::Rotation, |spring| self.domain_of(spring)).effort()
             }
+        }
+    }
+
+    /// The coordinates that a kept row acts on, by number.
+    pub fn shafts_of(&self, law: &Kept<usize>) -> Vec<usize> {
+        let mut shafts: Vec<usize> = match law {
+            Kept::Rates(row) => row.iter().map(|(shaft, _)| *shaft).collect(),
+            Kept::Speed(row, _) | Kept::Acceleration(row, _) => row.iter().map(|(shaft, _)| *shaft).collect(),
+            Kept::Surface(formula) => {
+                formula.coordinates().filter_map(|name| self.coordinates.iter().position(|own| own == name)).collect()
+            }
+        };
+        shafts.sort_unstable();
+        shafts.dedup();
+        shafts
+    }
+
+    /// The domain of what a kept row adds up to.
+    pub fn domain_of_kept(&self, kept: &KeptRow) -> Domain {
+        let own = || self.shafts_of(&kept.law).first().map(|shaft| self.domain(*shaft));
+        match (&kept.law, self.measures.get(&kept.element)) {
+            (_, Some(domain)) => *domain,
+            (Kept::Speed(..) | Kept::Acceleration(..), None) => own().unwrap_or_default(),
+            _ => Domain::Rotation,
+        }
+    }
+
+    /// Whether constraints prescribe speeds as functions of time.
+    pub fn prescribes(&self) -> bool {
+        let of_time = |row: &KeptRow| matches!(row.law, Kept::Speed(..) | Kept::Acceleration(..));
+        !self.moving.is_empty() || self.kept.iter().any(of_time)
+    }
+
+    /// The right-hand side of a linear constraint: a number, or a function of time.
+    pub fn offset_in_words(&self, constraint: &Along<Exact>) -> String {
+        match self.moving.get(&constraint.element) {
+            Some(function) => function.text(),
+            None => constraint.value.to_f64().to_string(),
         }
     }
 

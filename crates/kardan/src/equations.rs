@@ -309,6 +309,46 @@ pub struct Sensor {
     pub noise: Option<f64>,
 }
 
+/// A constraint that is not solved for a coordinate: a run keeps it with its multiplier.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Kept<Row> {
+    /// `Σ a_i(q) q̇_i = 0`, coefficients as expressions of coordinates.
+    Rates(Vec<(Row, Arc<Formula>)>),
+    /// `φ(q) = 0`.
+    Surface(Arc<Formula>),
+    /// `Σ a_i q̇_i` is a function of time.
+    Speed(Vec<(Row, Exact)>, Arc<OfTime>),
+    /// `Σ a_i q̈_i` is a function of time.
+    Acceleration(Vec<(Row, Exact)>, Arc<OfTime>),
+}
+
+impl<Row> Kept<Row> {
+    /// The same over other names of coordinates.
+    pub fn renamed<Other>(&self, name: impl Fn(&Row) -> Other) -> Kept<Other> {
+        let numbers = |row: &[(Row, Exact)]| row.iter().map(|(own, x)| (name(own), x.clone())).collect();
+        match self {
+            Self::Rates(row) => Kept::Rates(row.iter().map(|(own, a)| (name(own), Arc::clone(a))).collect()),
+            Self::Surface(formula) => Kept::Surface(Arc::clone(formula)),
+            Self::Speed(row, rate) => Kept::Speed(numbers(row), Arc::clone(rate)),
+            Self::Acceleration(row, rate) => Kept::Acceleration(numbers(row), Arc::clone(rate)),
+        }
+    }
+}
+
+impl Kept<String> {
+    /// The coordinates in it.
+    pub fn coordinates(&self) -> Vec<&str> {
+        match self {
+            Self::Rates(row) => {
+                let in_formulas = row.iter().flat_map(|(_, formula)| formula.coordinates());
+                row.iter().map(|(name, _)| name.as_str()).chain(in_formulas).collect()
+            }
+            Self::Surface(formula) => formula.coordinates().collect(),
+            Self::Speed(row, _) | Self::Acceleration(row, _) => row.iter().map(|(name, _)| name.as_str()).collect(),
+        }
+    }
+}
+
 /// A scalar law along a direction.
 #[derive(Debug, Clone)]
 pub enum Term {
@@ -359,6 +399,11 @@ pub enum Term {
         /// rad
         offset: Exact,
     },
+    /// The right-hand side of the constraint of this element is this function of the time: a rheonomic row, whose `offset` is what holds at
+    /// time zero.
+    Moving(Arc<OfTime>),
+    /// A constraint that a run keeps with its multiplier.
+    Kept(Kept<String>),
     /// aᵀq = offset but for the twist θ = (offset − aᵀq)/scale, which the torque s θ + d θ̇ resists: a spring (and a damper) in
     /// place of a constraint, along the same direction. Its torque over the scale is what the multiplier of the constraint would be.
     Compliance {
@@ -438,6 +483,8 @@ impl Term {
             | Self::Output(_)
             | Self::Position { .. }
             | Self::Measure(_)
+            | Self::Moving(_)
+            | Self::Kept(_)
             | Self::Charge { .. } => None,
         }
     }
@@ -453,6 +500,9 @@ impl Term {
 
     /// Takes [`GROUND`] out of its direction: it does not move.
     pub fn leave_ground(&mut self) {
+        if let Self::Kept(Kept::Speed(row, _) | Kept::Acceleration(row, _)) = self {
+            row.retain(|(name, _)| name != GROUND);
+        }
         if let Some(along) = self.along() {
             along.entries.retain(|(name, _)| name != GROUND);
         }

@@ -187,6 +187,7 @@ fn class(class: &Class) -> Body {
         std::iter::once(format!("broken: {}", one.statement)).chain(words::breaches(one).into_iter().map(breach))
     });
     let constraints = class.constraints.iter().map(|c| row![&c.element, &c.equation, words::constraint_kind(c)]);
+    let reasons = class.constraints.iter().filter_map(|c| Some(format!("{}: {}", c.element, c.reason.as_ref()?)));
     let point = &class.operating_point;
     let moved = point.angles.iter().filter(|one| one.angle != 0.0);
     let moved: Vec<String> = moved.map(|one| format!("{} = {} rad", one.shaft, number(one.angle))).collect();
@@ -201,6 +202,7 @@ fn class(class: &Class) -> Body {
         .detail(Body::default().table(&["assumption", ""], assumptions))
         .list(breaches)
         .table(&["constraint", "equation", "kind"], constraints)
+        .list(reasons)
         .say(if point.angles.is_empty() { String::new() } else { format!("Operating point: {at}.") })
         .table(&["friction", "#Coulomb torque [N m]", "state"], friction)
 }

@@ -1,10 +1,13 @@
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
-use crate::assemble::Equations;
-use crate::equations::{Domain, Formula};
+use super::integrable::{Integrable, integrable};
+use crate::assemble::{Equations, KeptRow};
+use crate::equations::{Domain, Formula, Kept};
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
-use crate::reduce::{Kinematics, Reduced, Redundant};
+use crate::reduce::{Kinematics, Motion, Reduced, Redundant};
 use crate::results::{Assumption, Breach, Class, ConstraintClass, FrictionState, OperatingPoint, ShaftAngle};
+use crate::units::Exact;
 
 /// Whether a model is a constant linear constrained mechanical system \[diss. Definition 4.4\], which element breaks which
 /// assumption, the class of every constraint \[diss. Tables 4.1, 4.2\], and where it is linearised.
@@ -42,7 +45,11 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
                 .constraints
                 .iter()
                 .filter(|constraint| !constraint.value.is_zero())
+                .filter(|constraint| !equations.moving.contains_key(&constraint.element))
                 .map(|c| (c.element.clone(), format!("its offset of {} rad is not zero", c.value.to_f64())))
+                .chain(equations.moving.iter().map(|(element, function)| {
+                    (element.clone(), format!("it is rheonomic: its offset {} depends on the time", function.text()))
+                }))
                 .chain(
                     equations
                         .transmissions
@@ -73,11 +80,16 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
     let shafts = &equations.coordinates;
     let linear = equations.constraints.iter().map(|c| ConstraintClass {
         element: c.element.clone(),
-        equation: format!("{} = {}", row_in_words(&c.row, shafts, ""), c.value.to_f64()),
+        equation: format!("{} = {}", row_in_words(&c.row, shafts, ""), equations.offset_in_words(c)),
         equality: true,
         holonomic: true,
-        scleronomic: true,
+        scleronomic: !equations.moving.contains_key(&c.element),
         linear: true,
+        reason: equations.moving.contains_key(&c.element).then(|| {
+            "linear, its right-hand side depends on the time: a kinematic excitation (source, sec. 4.1.1); solved exactly, the matrices are \
+             those of Theorem 4.1"
+                .to_string()
+        }),
     });
     let curves = equations.transmissions.iter().map(|t| ConstraintClass {
         element: t.element.clone(),
@@ -86,6 +98,7 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
         holonomic: true,
         scleronomic: true,
         linear: false,
+        reason: None,
     });
     let redundant = reduced.redundant.iter().map(|Redundant { constraint: c, shares }| {
         let kept: Vec<&str> = shares.iter().map(|(kept, _)| equations.constraints[*kept].element.as_str()).collect();
@@ -98,6 +111,7 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
             holonomic: true,
             scleronomic: true,
             linear: true,
+            reason: None,
         }
     });
     let held = equations.frictions.iter().filter(|f| stuck.contains(&f.element)).map(|f| ConstraintClass {
@@ -107,8 +121,84 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
         holonomic: true,
         scleronomic: true,
         linear: true,
+        reason: None,
     });
     linear.chain(redundant).chain(curves).chain(held).collect()
+}
+
+/// The classes of constraints that a run keeps with their multipliers, and how they were decided.
+pub fn kept_constraints(reduced: &Reduced) -> Vec<ConstraintClass> {
+    let equations = &reduced.equations;
+    let shafts = &equations.coordinates;
+    let tests = integrable(reduced);
+    let motion = Motion::at_time_zero(reduced);
+    let varying = motion.graph.varying();
+    let one = |(k, kept): (usize, &KeptRow)| {
+        let linear = motion.kept[k].row.iter().all(|(_, entry)| !varying(*entry));
+        let numbers = |row: &[(usize, Exact)], mark: &str| {
+            let row: Vec<(usize, Rational)> = row.iter().map(|(shaft, x)| (*shaft, x.to_rational())).collect();
+            row_in_words(&row, shafts, mark)
+        };
+        let multiplier = "no theorem of the source solves it; a run keeps it with its multiplier (source, eq. 4.18)";
+        let (equation, holonomic, scleronomic, reason) = match &kept.law {
+            Kept::Surface(formula) => {
+                let slopes = if linear {
+                    "its exact derivatives are constant"
+                } else {
+                    "its exact derivatives depend on positions"
+                };
+                let reason = format!(
+                    "it has no speeds, so it is holonomic; {slopes}; of the form (4.5), with the row of (4.6), but not solved for a \
+                     coordinate: a run keeps it with its multiplier (source, eq. 4.18)"
+                );
+                (format!("{} = 0", formula.expression.text()), true, true, reason)
+            }
+            Kept::Rates(row) => {
+                let term = |(shaft, a): &(usize, _)| -> String {
+                    let formula: &Arc<Formula> = a;
+                    format!("({}) {}'", formula.expression.text(), shafts[*shaft])
+                };
+                let equation = format!("{} = 0", row.iter().map(term).collect::<Vec<_>>().join(" + "));
+                let (holonomic, why) = match &tests[k] {
+                    Integrable::No(point) => (
+                        false,
+                        format!("Frobenius' test is not zero, exactly, at the generic point {point}: no relation of positions says the same"),
+                    ),
+                    Integrable::AtAllPoints(points) => (
+                        true,
+                        format!("Frobenius' test is zero, exactly, at {points} generic points: it is a relation of positions, as far as these tell"),
+                    ),
+                    Integrable::NotDecided => {
+                        (false, "taken as nonholonomic: Frobenius' test is not decided, a function in it has no values at rational points".into())
+                    }
+                };
+                (equation, holonomic, true, format!("{why}; {multiplier}"))
+            }
+            Kept::Speed(row, function) => {
+                let equation = format!("{} = {}", numbers(row, "'"), function.text());
+                let reason =
+                    format!("constant coefficients: the integral by the time is a relation of positions; {multiplier}");
+                (equation, true, false, reason)
+            }
+            Kept::Acceleration(row, function) => {
+                let equation = format!("{} = {}", numbers(row, "''"), function.text());
+                let reason = format!(
+                    "constant coefficients: two integrals by the time are a relation of positions; {multiplier}"
+                );
+                (equation, true, false, reason)
+            }
+        };
+        ConstraintClass {
+            element: kept.element.clone(),
+            equation,
+            equality: true,
+            holonomic,
+            scleronomic,
+            linear,
+            reason: Some(reason),
+        }
+    };
+    equations.kept.iter().enumerate().map(one).collect()
 }
 
 /// What a law of torque is.

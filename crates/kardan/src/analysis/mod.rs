@@ -12,6 +12,7 @@ mod failing;
 mod family;
 mod gramian;
 mod images;
+mod integrable;
 mod massless;
 mod modes;
 mod pencil;
@@ -28,7 +29,7 @@ mod zeros;
 
 pub use bases::{BasisError, bases, eigenvalue_bounds, gram_schmidt};
 pub use box_proof::{BoxProof, PencilBox, prove_box};
-pub use class::class;
+pub use class::{class, kept_constraints};
 pub use constraint_forces::constraint_forces;
 pub use construction::{MOST_CONSTRUCTED, construction};
 pub use descriptor::{DescriptorError, MOST_VARIABLES, SingularPencil, TakenApart, descriptor};

@@ -1,18 +1,29 @@
+use std::sync::Arc;
+
+use super::shared::prescribed::right_side;
 use super::{Element, Mistake, Values};
-use crate::equations::{Direction, Domain, Term};
+use crate::equations::{Direction, Domain, Kept, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, keys};
+use crate::units::Dimension;
 
 keys! {
     /// Any linear row by hand, \[diss. (4.31)\] with an offset.
     element Constraint("constraint") {
         required {
+        }
+        optional {
             coefficients: Coefficients,
                 "Coefficients by shaft; one shaft alone is held still by { shaft = 1 }. With masses, or with lengths as coefficients \
                  of shafts, the sum is a length: { rack = 1, pinion = \"-7 mm\" }.";
-        }
-        optional {
-            offset: AnyQuantity, "The right-hand side, an angle or a length; left out: zero.";
+            offset: OfTime(Dimension::ANGLE),
+                "The right-hand side, an angle or a length, or a smooth function of the time `t`, parameters, signals `[signal.NAME]` and \
+                 tables: its value and its rate must not jump; left out: zero.";
+            expression: Surface,
+                "In place of `coefficients`: an expression of angles and positions (`crank.phi`, `car.s`) that is zero all the time; smooth.";
+            rates: Formulas,
+                "In place of `coefficients`: coefficients of speeds by shaft and mass, expressions of angles and positions, whose sum is zero: \
+                 `{ x = \"-sin(heading.phi)\", y = \"cos(heading.phi)\" }` is a wheel that rolls where it heads and does not slide aside.";
         }
     }
 }
@@ -20,10 +31,14 @@ keys! {
 /// Any linear row by hand, \[diss. (4.31)\] with an offset.
 pub const CONSTRAINT: Element = Element {
     keyword: Constraint::KEYWORD,
-    summary: "Any linear relation between angles and positions, by hand: sum of coefficient times angle = offset.",
+    summary: "Any relation between angles and positions, by hand: sum of coefficient times angle = offset, an expression that is zero, or \
+              a relation of speeds.",
     sketch: r"
-    a1 q1 + a2 q2 + ... = offset",
-    signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is a_k times it. Where the sum is a length it is the force `<name>.f`.",
+    a1 q1 + a2 q2 + ... = offset(t)
+    expression(q) = 0
+    a1(q) q1' + a2(q) q2' + ... = 0",
+    signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is a_k times it. Where the sum is a length it is the force `<name>.f`. Where the offset \
+            moves, the multiplier times the rate of the offset is the power that the constraint gives.",
     symbol: Symbol::Relation,
     fields: Constraint::FIELDS,
     example: "\
@@ -35,6 +50,23 @@ coefficients = { pulley_1 = 2, pulley_2 = -3 }
 };
 
 fn check(values: &Values) -> Vec<Mistake> {
+    let given: Vec<&'static str> =
+        ["coefficients", "expression", "rates"].into_iter().filter(|key| values.has(key)).collect();
+    match given[..] {
+        [] => {
+            let help = "add `coefficients = { ... }`, or an `expression` that is zero, or `rates`";
+            return vec![Mistake::new("coefficients", "nothing says what is constrained", help)];
+        }
+        [_] => {}
+        [_, second, ..] => {
+            let message = format!("{} are different constraints", given.join(" and "));
+            return vec![Mistake::new(second, message, "give each a `[constraint.NAME]` of its own")];
+        }
+    }
+    if given != ["coefficients"] && values.has("offset") {
+        let help = "take it out; an angle that an expression is to have stands in the expression";
+        return vec![Mistake::new("offset", "it belongs to `coefficients`", help)];
+    }
     let all_zero = values.map("coefficients").is_some_and(|map| map.iter().all(|(_, x)| x.is_zero()));
     if !all_zero {
         return Vec::new();
@@ -47,8 +79,19 @@ fn check(values: &Values) -> Vec<Mistake> {
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
+    if let Some((row, domain)) = values.formulas("rates").or_else(|| values.formulas("expression")) {
+        let measure = (domain == Domain::Translation).then_some(Term::Measure(domain));
+        let kept = match row {
+            [(name, formula)] if name.is_empty() => Kept::Surface(Arc::clone(formula)),
+            row => Kept::Rates(row.to_vec()),
+        };
+        return measure.into_iter().chain([Term::Kept(kept)]).collect();
+    }
+    if !values.has("coefficients") {
+        return Vec::new();
+    }
     let along = Direction { entries: values.map("coefficients").unwrap_or_default().to_vec() };
     let measure = values.measure("coefficients").filter(|domain| *domain == Domain::Translation).map(Term::Measure);
-    let row = Term::Constraint { along, offset: values.exact_or_default("offset") };
-    measure.into_iter().chain([row]).collect()
+    let (offset, moving) = right_side(values, "offset");
+    measure.into_iter().chain([Term::Constraint { along, offset }]).chain(moving).collect()
 }

@@ -17,6 +17,7 @@ mod mass;
 mod motor;
 mod one_way_clutch;
 mod planetary;
+mod prescribed_motion;
 mod pulley;
 mod rack_and_pinion;
 mod resistor;
@@ -44,6 +45,7 @@ pub use mass::Mass;
 pub use motor::Motor;
 pub use one_way_clutch::OneWayClutch;
 pub use planetary::Planetary;
+pub use prescribed_motion::PrescribedMotion;
 pub use pulley::Pulley;
 pub use rack_and_pinion::RackAndPinion;
 pub use resistor::Resistor;
@@ -76,6 +78,7 @@ pub const REGISTRY: &[Element] = &[
     one_way_clutch::ONE_WAY_CLUTCH,
     lock::LOCK,
     end_stop::END_STOP,
+    prescribed_motion::PRESCRIBED_MOTION,
     motor::MOTOR,
     disturbance::DISTURBANCE,
     torque::TORQUE,

@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::{Expr, Floating, Graph, Symbol, lower};
-use crate::units::Dimension;
+use super::{Expr, Floating, Graph, Style, Symbol, lower, printed};
+use crate::num::Rational;
+use crate::units::{Dimension, Exact};
 
 /// Cubics between breakpoints, with jumps and kinks at them; zero before the first.
 ///
@@ -50,6 +51,14 @@ impl Pieces {
         polynomial(&coefficients, time - start)
     }
 
+    /// The value that a time is come to with; at a jump, the value before it.
+    pub fn value_before(&self, time: f64) -> f64 {
+        match self.starts.partition_point(|start| *start < time).checked_sub(1) {
+            Some(k) => polynomial(&self.coefficients[k], time - self.starts[k]),
+            None => 0.0,
+        }
+    }
+
     /// The first breakpoint after a time, s.
     pub fn next(&self, time: f64) -> Option<f64> {
         self.starts.get(self.starts.partition_point(|start| *start <= time)).copied()
@@ -87,6 +96,24 @@ pub struct Part {
     pub pieces: Pieces,
     /// Whether a run tells of each of its breakpoints.
     pub told: bool,
+}
+
+impl Part {
+    fn is_zero(&self) -> bool {
+        self.pieces.coefficients.iter().flatten().all(|c| *c == 0.0)
+    }
+
+    /// Its derivative by the time.
+    pub fn rate(&self) -> Self {
+        let pieces = self.pieces.starts.iter().zip(&self.pieces.coefficients);
+        let pieces = pieces.map(|(start, [_, b, c, d])| (*start, [*b, 2.0 * c, 3.0 * d, 0.0]));
+        Self {
+            name: format!("{}.rate", self.name),
+            dimension: self.dimension.times(&Dimension::TIME, -1).unwrap_or(self.dimension),
+            pieces: Pieces::new(pieces),
+            told: false,
+        }
+    }
 }
 
 /// A function of time: an expression of the time and of [`Part`]s, in a graph of its own.
@@ -136,6 +163,15 @@ impl OfTime {
         complete.then_some(Self { graph, time, parts, value, dimension })
     }
 
+    /// A number at all times.
+    pub fn constant(value: &Exact, dimension: Dimension) -> Self {
+        let mut graph = Graph::default();
+        let time = graph.new_symbol("t".into(), Dimension::TIME);
+        let value = graph.exact(value);
+        let time = graph.symbol_of(time).expect("a symbol was made");
+        Self { graph, time, parts: Vec::new(), value, dimension }
+    }
+
     /// What it is of.
     pub fn dimension(&self) -> Dimension {
         self.dimension
@@ -158,11 +194,67 @@ impl OfTime {
 
     /// The value at a time, SI.
     pub fn value(&self, time: f64) -> f64 {
+        self.at(time, &|pieces| pieces.value(time))
+    }
+
+    /// The value that a time is come to with, SI: where parts jump, that before.
+    pub fn value_before(&self, time: f64) -> f64 {
+        self.at(time, &|pieces| pieces.value_before(time))
+    }
+
+    fn at(&self, time: f64, of_pieces: &dyn Fn(&Pieces) -> f64) -> f64 {
         let symbol = |symbol: Symbol| match self.parts.iter().find(|(part, _)| *part == symbol) {
-            Some((_, part)) => part.pieces.value(time),
+            Some((_, part)) => of_pieces(&part.pieces),
             None => time,
         };
         lower(&self.graph, &[self.value], &mut Floating::<f64>::default(), symbol)[0]
+    }
+
+    /// The derivative by the time, in exact terms; at breakpoints and kinks that of the side behind them.
+    ///
+    /// ```
+    /// use kardan::expr::{Function, Graph, OfTime};
+    /// use kardan::units::Dimension;
+    /// let mut graph = Graph::default();
+    /// let time = graph.symbol("t", Dimension::TIME);
+    /// let sine = graph.apply(Function::Sin, time);
+    /// let wave = OfTime::new(graph, time, Vec::new(), sine, Dimension::NONE).unwrap();
+    /// assert_eq!((wave.rate().value(0.0), wave.rate().rate().value(0.0)), (1.0, 0.0));
+    /// ```
+    #[must_use]
+    pub fn rate(&self) -> Self {
+        let mut graph = self.graph.clone();
+        let slope = graph.derivative(self.value, self.time);
+        let (mut terms, mut parts) = (vec![(slope, Rational::ONE)], self.parts.clone());
+        for (symbol, part) in &self.parts {
+            let (slope, rate) = (graph.derivative(self.value, *symbol), part.rate());
+            if graph.is_zero(slope) || rate.is_zero() {
+                continue;
+            }
+            let known =
+                parts.iter().find(|(_, other)| **other == rate).and_then(|(symbol, _)| graph.of_symbol(*symbol));
+            let moved = known.unwrap_or_else(|| graph.new_symbol(rate.name.clone(), rate.dimension));
+            parts.extend(graph.symbol_of(moved).filter(|_| known.is_none()).map(|symbol| (symbol, Arc::new(rate))));
+            terms.push((graph.multiply(slope, moved), Rational::ONE));
+        }
+        let value = graph.sum(Rational::ZERO, &terms);
+        let used = graph.symbols(&[value]);
+        parts.retain(|(symbol, _)| used.contains(symbol));
+        let dimension = self.dimension.times(&Dimension::TIME, -1).unwrap_or(self.dimension);
+        Self { graph, time: self.time, parts, value, dimension }
+    }
+
+    /// As a person would write it; parts by their names.
+    pub fn text(&self) -> String {
+        printed(&self.graph, self.value, Style::Text, &|name| name.into())
+    }
+
+    /// Whether it may bend or jump where no part has a breakpoint.
+    pub fn has_kinks(&self) -> bool {
+        let mut graph = self.graph.clone();
+        let kinks = graph.kinks(self.value);
+        let varying = graph.varying();
+        kinks.into_iter().any(varying)
     }
 
     /// Its expression in another graph, in which the time and each part are what these functions say.
@@ -202,8 +294,7 @@ impl Graph {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::expr::{Function, Style, printed};
-    use crate::num::Rational;
+    use crate::expr::Function;
 
     /// What is written into another graph is printed as it was, and has its value.
     #[test]

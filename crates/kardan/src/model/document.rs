@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::element::Element;
 use crate::entries::Place;
 use crate::equations::Domain;
-use crate::schema::{Field, Placed, Table, Value};
+use crate::schema::{Field, Placed, Scalar, Table, Value};
 use crate::signal::SignalKind;
 use crate::synthesis::LawKind;
 use crate::units::{Dimension, Exact, Expression, Spread};
@@ -203,6 +203,20 @@ impl Doubts {
 }
 
 impl Document {
+    /// The expression of a value that is a function of time: of the time, of a signal or of a table.
+    pub(crate) fn function_of_time(&self, scalar: &Scalar) -> Option<Expression> {
+        let is_signal = |name: &str| self.signals.iter().any(|signal| signal.name == name);
+        match scalar {
+            Scalar::Expression(read) => {
+                let of_time =
+                    !read.tables().is_empty() || read.names().iter().any(|name| *name == "t" || is_signal(name));
+                of_time.then(|| (**read).clone())
+            }
+            Scalar::Parameter(name) if is_signal(name) => Expression::parse_law(&format!("'{name}'")).ok(),
+            _ => None,
+        }
+    }
+
     /// Whether a parameter differs between the variants.
     pub fn is_varied(&self, parameter: &str) -> bool {
         self.variants.iter().any(|variants| variants.parameter.value == parameter)

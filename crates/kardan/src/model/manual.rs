@@ -323,8 +323,13 @@ fn describe(kind: &Kind) -> String {
         Kind::Overrides => "quantities by name".into(),
         Kind::Lists => "lists of quantities by name".into(),
         Kind::Functions => "functions of time by name".into(),
+        Kind::Surface => "expression of an angle or a length".into(),
+        Kind::Formulas => "expressions by shaft or mass".into(),
         Kind::Formula(dimension) => {
             format!("expression of {}; along masses {}", dimension.si(), dimension.along_masses().si())
+        }
+        Kind::OfTime(dimension) => {
+            format!("{} or a function of time; along masses {}", dimension.si(), dimension.along_masses().si())
         }
         Kind::Tables(_) => "list of tables".into(),
         Kind::Table(_) => "table".into(),

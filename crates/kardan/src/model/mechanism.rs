@@ -90,6 +90,8 @@ fn laws_of(term: &Term) -> Vec<&'static str> {
         | Term::Charge { .. }
         | Term::Position { .. }
         | Term::Measure(_)
+        | Term::Moving(_)
+        | Term::Kept(_)
         | Term::Balance { .. } => Vec::new(),
     }
 }

@@ -190,7 +190,13 @@ impl Document {
                     _ => Vec::new(),
                 })
                 .collect();
+            let kept = of_element().any(|term| matches!(term, Term::Kept(_)));
             let (key, message, help) = match shaft {
+                _ if kept => (
+                    "element",
+                    format!("no sensor reads what `{element}` carries, which is not solved for a coordinate"),
+                    format!("its multiplier is a column of a run: `{element}.tau` or `{element}.f`"),
+                ),
                 None if has_spring => continue,
                 None if shafts.is_empty() => (
                     "element",
@@ -282,11 +288,32 @@ pub(super) fn element_values(
     let before = out.len();
     let mut values = reader.values(kind.fields, table, &what, out);
     for field in kind.fields {
-        let (Kind::Formula(of_shafts), Some(given)) = (field.kind, table.values.get(field.name)) else { continue };
-        let Value::Scalar(Scalar::Expression(expression)) = &given.value else { continue };
+        let Some(given) = table.values.get(field.name) else { continue };
         let masses = table.along_masses || values.measure("coefficients") == Some(Domain::Translation);
-        let wanted = if masses { of_shafts.along_masses() } else { of_shafts };
         let label = format!("`{}` of {what}", field.name);
+        if let (Kind::OfTime(dimension), Value::Scalar(scalar)) = (field.kind.along(masses), &given.value)
+            && let Some(expression) = functions.of_time(scalar)
+        {
+            let function = functions.smooth(&expression, dimension, (&given.place, &label), out);
+            function.into_iter().for_each(|found| values.insert(field.name, Resolved::OfTime(Arc::new(found))));
+        }
+        if let (Kind::Formulas, Value::Map(entries)) = (field.kind, &given.value) {
+            if let Some((row, domain)) = functions.row(entries, &label, out) {
+                values.insert(field.name, Resolved::Formulas(row, domain));
+            }
+            continue;
+        }
+        if let (Kind::Surface, Value::Scalar(Scalar::Expression(expression))) = (field.kind, &given.value) {
+            if let Some((formula, domain)) = functions.surface(expression, (&given.place, &label), out) {
+                values.insert(field.name, Resolved::Formulas(vec![(String::new(), formula)], domain));
+            }
+            continue;
+        }
+        let (Kind::Formula(wanted), Value::Scalar(Scalar::Expression(expression))) =
+            (field.kind.along(masses), &given.value)
+        else {
+            continue;
+        };
         if let Some(formula) = functions.formula(expression, wanted, (&given.place, &label), out) {
             values.insert(field.name, Resolved::Formula(Arc::new(formula)));
         }

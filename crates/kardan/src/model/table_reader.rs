@@ -333,13 +333,12 @@ impl<'a> TableReader<'a> {
                     Resolved::Words(words.iter().map(|word| word.value.clone()).collect())
                 }
                 // Behind the others: it takes functions of time.
-                (Kind::Formula(_), _) => continue,
+                (Kind::Formula(_) | Kind::Formulas | Kind::Surface, _) => continue,
+                (Kind::OfTime(_), Value::Scalar(scalar)) if self.document.function_of_time(scalar).is_some() => {
+                    continue;
+                }
                 (kind, Value::Scalar(scalar)) => {
-                    let expected = match &kind.along(table.along_masses) {
-                        Kind::Quantity(dimension, sign) => Some((*dimension, *sign)),
-                        Kind::Number(sign) => Some((Dimension::NONE, *sign)),
-                        _ => None,
-                    };
+                    let expected = expected_of(kind.along(table.along_masses), field.name);
                     let scalar = Placed { value: scalar.clone(), place: spanned.place.clone() };
                     let read = self.scalar(&scalar, expected, &label, out);
                     // A row has a right-hand side of its own kind.
@@ -604,7 +603,7 @@ impl<'a> TableReader<'a> {
     }
 
     /// A shaft, a mass or a charge.
-    fn check_coordinate(&self, name: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
+    pub(super) fn check_coordinate(&self, name: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
         let charges = self.document.charges();
         if charges.iter().any(|charge| charge == name) {
             return;
@@ -688,4 +687,15 @@ pub fn words(table: &Table, word: &str) -> Vec<Place> {
     }
     places.sort_by_key(Place::start);
     places
+}
+
+/// The dimension and sign of a scalar, where its kind says them.
+fn expected_of(kind: Kind, key: &str) -> Option<(Dimension, Sign)> {
+    match kind {
+        Kind::Quantity(dimension, sign) => Some((dimension, sign)),
+        // A right-hand side is of what its row adds up to.
+        Kind::OfTime(dimension) if key != "offset" => Some((dimension, Sign::Any)),
+        Kind::Number(sign) => Some((Dimension::NONE, sign)),
+        _ => None,
+    }
 }

@@ -154,6 +154,11 @@ impl Motion {
         }
         equations.set_valued().zip(acting.frictions).for_each(|((_, row), torque)| add(row, *torque, 1));
         equations.inputs.iter().zip(acting.inputs).for_each(|(term, torque)| add(&term.row, *torque, -1));
+        for (k, torque) in acting.frictions.iter().skip(equations.frictions.len()).enumerate() {
+            for (shaft, entry) in self.kept[k].row.clone() {
+                forces[shaft].push((self.graph.multiply(entry, *torque), Rational::ONE));
+            }
+        }
         let graph = &mut self.graph;
         let mut total = |terms: &Vec<(Expr, Rational)>| {
             let sum = graph.sum(Rational::ZERO, terms);

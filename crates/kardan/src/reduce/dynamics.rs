@@ -6,7 +6,7 @@ use kardan_rt::functions::exp;
 
 use super::motion::{Motion, SparseRow};
 use super::{Kinematics, Reduced};
-use crate::assemble::{Along, FrictionLaw};
+use crate::assemble::{Along, Equations, FrictionLaw};
 use crate::expr::{Expr, Floating, Symbol, lower};
 use crate::num::{Cholesky, dot};
 use crate::plan::{Plan, compile};
@@ -112,8 +112,30 @@ pub struct MotionPlan {
     shafts: Plan,
     /// Kinetic and potential energy, J.
     energy: Plan,
+    /// What these two are given besides the motion, by its number among the inputs of the plan.
+    beside: Vec<usize>,
     /// The plan as machine code, where there is such code.
     native: Option<Native<f64>>,
+}
+
+/// What holds at rest along each direction of friction, and along the kept rows.
+fn breakaways(equations: &Equations) -> Vec<f64> {
+    let breakaway = |friction: &Along<FrictionLaw>| {
+        let FrictionLaw { torque, stribeck } = &friction.value;
+        stribeck.as_ref().map_or(torque, |stribeck| &stribeck.breakaway).to_f64()
+    };
+    let frictions = equations.frictions.iter().map(breakaway).chain(equations.holds.iter().map(|_| 0.0));
+    frictions.chain(equations.kept.iter().map(|_| f64::INFINITY)).collect()
+}
+
+/// What is constant in kept rows.
+fn add_kept(rows: &[SparseRow], r: usize, constants: &dyn Fn(&[Expr]) -> Vec<f64>, out: &mut Vec<f64>) {
+    for row in rows {
+        let entries: Vec<Expr> = row.values().copied().collect();
+        let mut dense = vec![0.0; r];
+        row.keys().zip(constants(&entries)).for_each(|(i, entry)| dense[*i] = entry);
+        out.extend(dense);
+    }
 }
 
 /// What is evaluated with the equations of motion: symbols that are given beside the motion, and expressions of both.
@@ -161,11 +183,18 @@ impl MotionPlan {
         let input_rows = list("input", &mut rows(&motion.inputs));
         let own = speeds.iter().map(|(shaft, output)| (outputs[*output].0.clone(), own_speeds[*shaft]));
         let shafts: Vec<(String, Expr)> = outputs[..angles.len()].iter().cloned().chain(own).collect();
-        let shafts = motion.compile(&shafts);
-        let energy = motion.compile(&[("energy".into(), energy)]);
+        let symbols: Vec<Symbol> = motion.symbols.iter().copied().chain(extension.inputs).collect();
+        let used = motion.graph.symbols(&shafts.iter().map(|(_, expr)| *expr).chain([energy]).collect::<Vec<_>>());
+        let beside: Vec<usize> =
+            (motion.symbols.len()..symbols.len()).filter(|input| used.contains(&symbols[*input])).collect();
+        let alone: Vec<Symbol> =
+            motion.symbols.iter().copied().chain(beside.iter().map(|input| symbols[*input])).collect();
+        let compiled = |outputs: &[(String, Expr)]| {
+            compile(&motion.graph, &alone, outputs).expect("an extension names all that it is given")
+        };
+        let (shafts, energy) = (compiled(&shafts), compiled(&[("energy".into(), energy)]));
         let more = outputs.len()..outputs.len() + extension.outputs.len();
         outputs.extend(extension.outputs);
-        let symbols: Vec<Symbol> = motion.symbols.iter().copied().chain(extension.inputs).collect();
         let plan = compile(&motion.graph, &symbols, &outputs).expect("an extension names all that it is given");
         let native = Native::new(&plan.block());
         Self {
@@ -182,6 +211,7 @@ impl MotionPlan {
             more,
             shafts,
             energy,
+            beside,
             native,
         }
     }
@@ -253,17 +283,11 @@ impl Dynamics {
         let springs = Directions::new(&equations.springs, |x| x.stiffness.to_f64(), &kinematics);
         let frictions = Directions::new(&equations.frictions, |x| x.torque.to_f64(), &kinematics)
             .and(Directions::new(&equations.holds, |_| 0.0, &kinematics));
-        let breakaway = |friction: &Along<FrictionLaw>| {
-            let FrictionLaw { torque, stribeck } = &friction.value;
-            stribeck.as_ref().map_or(torque, |stribeck| &stribeck.breakaway).to_f64()
-        };
-        let holds = equations.holds.iter();
-        let breakaways: Vec<f64> =
-            equations.frictions.iter().map(breakaway).chain(holds.clone().map(|_| 0.0)).collect();
+        let breakaways = breakaways(equations);
         let speed = |friction: &Along<FrictionLaw>| friction.value.stribeck.as_ref().map_or(1.0, |s| s.speed.to_f64());
         let stribeck = equations.frictions.iter().zip(&breakaways).zip(&frictions.coefficients);
         let stribeck = stribeck.map(|((friction, most), torque)| (most - torque, speed(friction)));
-        let stribeck = stribeck.chain(holds.map(|_| (0.0, 1.0))).collect();
+        let stribeck = stribeck.chain(equations.holds.iter().map(|_| (0.0, 1.0))).collect();
         let inputs = Directions::new(&equations.inputs, |_| 1.0, &kinematics);
         let rests: Vec<f64> = equations.springs.iter().map(|spring| spring.value.rest.to_f64()).collect();
         let mut motion = Motion::new(reduced);
@@ -292,7 +316,9 @@ impl Dynamics {
         let rows = motion.basis.iter().chain(&motion.frictions).chain(&motion.inputs).flat_map(|row| row.values());
         let mut fixed = rows.chain(motion.inertia.values()).chain(&motion.bias).chain(&motion.friction_bias);
         let affine = motion.graph.affine();
-        let steady = equations.laws.iter().all(|law| !law.value.is_of_time());
+        let steady = equations.kept.is_empty()
+            && equations.moving.is_empty()
+            && equations.laws.iter().all(|law| !law.value.is_of_time());
         let linear = steady
             && fixed.all(|expr| !varying(*expr))
             && motion.passive.iter().chain(&motion.angles).all(|expr| affine(*expr));
@@ -315,10 +341,12 @@ impl Dynamics {
         motion.inertia.keys().for_each(|&(i, j)| first[i.max(j)] = first[i.max(j)].min(i.min(j)));
         let mut factor = Cholesky::profiled(first);
         factor.factor(&inertia);
+        let mut friction_rows = out.frictions.projected(&kinematics, r);
+        add_kept(&motion.frictions[out.frictions.rows.len()..], r, &constants, &mut friction_rows);
         let work = Work {
             // What is constant in a row stays as it is here, what varies is written by each evaluation.
-            friction_rows: out.frictions.projected(&kinematics, r),
-            friction_bias: vec![0.0; out.frictions.rows.len()],
+            friction_rows,
+            friction_bias: constants(&motion.friction_bias),
             input_rows: out.inputs.projected(&kinematics, r),
             kinematics,
             inertia,
@@ -410,10 +438,11 @@ impl Dynamics {
     /// Evaluates angles and speeds of the shafts alone: [`Kinematics::angles`] and [`Kinematics::speeds`] of the work.
     pub fn update_shafts(&self, position: &[f64], speed: &[f64], work: &mut Work) {
         let r = self.degrees_of_freedom;
-        let MotionPlan { angles, speeds, shafts, .. } = &*self.plan;
-        let Work { kinematics, shafts: memory, .. } = work;
+        let MotionPlan { angles, speeds, shafts, beside, .. } = &*self.plan;
+        let Work { kinematics, shafts: memory, memory: whole, .. } = work;
         memory[..r].copy_from_slice(&position[..r]);
         memory[r..2 * r].copy_from_slice(&speed[..r]);
+        beside.iter().enumerate().for_each(|(k, input)| memory[2 * r + k] = whole[*input]);
         let _ = shafts.block().evaluate(memory);
         kinematics.set(position, speed);
         angles.iter().enumerate().for_each(|(k, (shaft, _))| kinematics.angles[*shaft] = memory[shafts.place(k)]);
@@ -427,6 +456,7 @@ impl Dynamics {
         let (energy, given) = (&self.plan.energy, 2 * self.degrees_of_freedom);
         let mut memory = energy.memory();
         memory[..given].copy_from_slice(&work.memory[..given]);
+        self.plan.beside.iter().enumerate().for_each(|(k, input)| memory[given + k] = work.memory[*input]);
         let block = energy.block();
         // What is no number is seen where it is used.
         let _ = block.evaluate(&mut memory);
@@ -472,7 +502,7 @@ impl Dynamics {
 
     /// Whether the coefficients of a friction direction change with the angles.
     pub fn friction_varies(&self, friction: usize) -> bool {
-        self.frictions.varying.contains(&friction)
+        friction >= self.frictions.rows.len() || self.frictions.varying.contains(&friction)
     }
 
     /// What may cancel in the speed of a friction direction, rad/s: `Σ |a_j K_ji v_i|` over shafts j and coordinates i, at the

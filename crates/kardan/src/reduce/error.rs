@@ -70,6 +70,8 @@ pub struct Dependency {
     pub elements: Vec<(String, f64)>,
     /// Whether the offsets contradict each other; otherwise one row is superfluous.
     pub contradiction: bool,
+    /// Whether an offset is a function of time: whether they agree at all times is not decided.
+    pub moving: bool,
 }
 
 fn plural(count: usize) -> &'static str {
@@ -83,8 +85,11 @@ fn list(names: &[String]) -> String {
 fn describe_dependencies(dependencies: &[Dependency]) -> String {
     let one = |dependency: &Dependency| {
         let sum: Vec<String> = dependency.elements.iter().map(|(name, x)| format!("{x} · `{name}`")).collect();
-        let verdict =
-            if dependency.contradiction { "and their offsets contradict each other" } else { "so one is superfluous" };
+        let verdict = match dependency {
+            Dependency { contradiction: true, .. } => "and their offsets contradict each other",
+            Dependency { moving: true, .. } => "and an offset is a function of time",
+            _ => "so one is superfluous",
+        };
         format!("{} = 0, {verdict}", sum.join(" + "))
     };
     dependencies.iter().map(one).collect::<Vec<_>>().join("; ")

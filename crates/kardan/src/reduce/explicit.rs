@@ -177,16 +177,21 @@ fn search(
 /// The affine expression of a shaft over the free shafts of an echelon form.
 fn affine(equations: &Equations, e: &Echelon, shaft: usize) -> Affine {
     match e.pivots.iter().position(|&pivot| pivot == shaft) {
-        None => Affine { constant: 0.0, terms: vec![(shaft, Rational::ONE)] },
+        None => Affine { constant: 0.0, moving: Vec::new(), terms: vec![(shaft, Rational::ONE)] },
         Some(row) => {
             let constant = (0..equations.constraints.len())
                 .map(|k| rational_to_f64(&e.transform[(row, k)]) * equations.constraints[k].value.to_f64())
                 .sum();
+            let moving = (0..equations.constraints.len())
+                .filter(|&k| equations.moving.contains_key(&equations.constraints[k].element))
+                .map(|k| (k, e.transform[(row, k)].clone()))
+                .filter(|(_, share)| !Scalar::is_zero(share))
+                .collect();
             let terms = (0..equations.coordinates.len())
                 .filter(|&j| j != shaft && !Scalar::is_zero(&e.form[(row, j)]))
                 .map(|j| (j, Rational::ZERO.minus(&e.form[(row, j)])))
                 .collect();
-            Affine { constant, terms }
+            Affine { constant, moving, terms }
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Affine, Reduced, Relaxation, Step};
+use super::{Reduced, Relaxation, Step};
 use crate::expr::{Expr, Graph, OfTime, Part, Symbol};
 use crate::num::{Rational, rational_from_f64};
 use crate::plan::{Plan, compile};
@@ -58,6 +58,8 @@ pub struct Motion {
     pub basis: Vec<SparseRow>,
     /// k, rad/s², one for each shaft.
     pub bias: Vec<Expr>,
+    /// u, rad/s, one for each shaft: the part of its speed that constraints prescribe, `q̇ = K q̇_r + u`.
+    pub carried: Vec<Expr>,
     /// H_r, kg m², what is not zero on and below the diagonal.
     pub inertia: BTreeMap<(usize, usize), Expr>,
     /// Forces of springs, dampers and inertias, N m.
@@ -66,16 +68,31 @@ pub struct Motion {
     pub passive_terms: Forces,
     /// Directions of the frictions, and of what else holds.
     pub frictions: Vec<SparseRow>,
-    /// aᵀk along each of them, rad/s².
+    /// aᵀk along each of them, rad/s²; behind these the kept rows, like frictions that never give way.
     pub friction_bias: Vec<Expr>,
     /// Directions of the inputs.
     pub inputs: Vec<SparseRow>,
     /// Torques that expressions give, N m.
     pub laws: Vec<Expr>,
+    /// More of the kept rows.
+    pub kept: Vec<KeptRate>,
     /// What is given of the time.
     pub timed: Timed,
     /// Motions without inertia that dampers hold.
     pub(super) relaxing: Option<Box<Relaxing>>,
+}
+
+/// What a run needs of a kept row besides its direction and its bias.
+#[derive(Debug, Clone)]
+pub struct KeptRate {
+    /// Its coefficients over the shafts.
+    pub row: Vec<(usize, Expr)>,
+    /// φ, which vanishes; none for a row that has no integral.
+    pub position: Option<Expr>,
+    /// What vanishes of the speeds, `Σ a_i q̇_i` less what it is to be; none where accelerations alone are prescribed.
+    pub speed: Option<Expr>,
+    /// What `Σ a_i q̇_i` is.
+    pub rate: Expr,
 }
 
 /// The time, and parts of functions of it, as symbols of a motion: there once something depends on them.
@@ -122,8 +139,7 @@ impl Motion {
     }
 
     fn with_time(reduced: &Reduced, begin: bool) -> Self {
-        let mut out = Self::kinematics(reduced);
-        out.timed.begin = begin;
+        let mut out = Self::kinematics(reduced, begin);
         out.terms(reduced);
         out.begin_to_relax(reduced);
         let rows = |out: &mut Self, rows: Vec<&[(usize, Rational)]>| -> Vec<SparseRow> {
@@ -136,18 +152,17 @@ impl Motion {
             out.frictions[slip.friction].clear();
         }
         out.friction_bias = equations.set_valued().map(|(_, row)| out.sum(row, |out, k| out.bias[k])).collect();
+        out.keep_rows(reduced);
         out
     }
 
     /// Angles and speeds alone, at time zero.
     pub(super) fn free(reduced: &Reduced) -> Self {
-        let mut out = Self::kinematics(reduced);
-        out.timed.begin = true;
-        out
+        Self::kinematics(reduced, true)
     }
 
-    /// Angles, speeds, basis and bias, in the order in which shafts follow from each other.
-    fn kinematics(reduced: &Reduced) -> Self {
+    /// Angles, speeds, basis and bias, in the order in which shafts follow from each other; with `begin` the time stands still.
+    fn kinematics(reduced: &Reduced, begin: bool) -> Self {
         let (n, mut graph) = (reduced.equations.coordinates.len(), Graph::default());
         let mut symbols = |rate: usize| -> Vec<Expr> {
             let symbol = |&coordinate: &usize| {
@@ -166,6 +181,7 @@ impl Motion {
             speeds: vec![zero; n],
             basis: vec![SparseRow::new(); n],
             bias: vec![zero; n],
+            carried: vec![zero; n],
             inertia: BTreeMap::new(),
             passive: Vec::new(),
             passive_terms: Forces(vec![BTreeMap::new(); reduced.degrees_of_freedom()]),
@@ -173,7 +189,8 @@ impl Motion {
             friction_bias: Vec::new(),
             inputs: Vec::new(),
             laws: Vec::new(),
-            timed: Timed::default(),
+            kept: Vec::new(),
+            timed: Timed { begin, ..Timed::default() },
             relaxing: None,
         };
         for (k, &shaft) in reduced.coordinates.iter().enumerate() {
@@ -181,29 +198,39 @@ impl Motion {
             out.basis[shaft].insert(k, one);
         }
         out.set_relaxing(reduced, &position, &speed);
+        out.follow(reduced);
+        out
+    }
+
+    /// Shafts that follow from others, one after the other.
+    fn follow(&mut self, reduced: &Reduced) {
+        let moving = self.moving(reduced);
         for step in &reduced.steps {
             let (Step::Linear { value: argument, .. } | Step::Curve { argument, .. }) = step;
-            let Affine { constant, terms } = argument;
-            let constant = rational_from_f64(*constant).unwrap_or(Rational::ZERO);
-            let (speed, bias) = (out.sum(terms, |out, k| out.speeds[k]), out.sum(terms, |out, k| out.bias[k]));
-            let angle = out.sum(terms, |out, k| out.angles[k]);
-            let angle = out.graph.sum(constant, &[(angle, Rational::ONE)]);
-            let (row, shaft) = (out.along(terms), step.shaft());
-            (out.angles[shaft], out.speeds[shaft], out.bias[shaft], out.basis[shaft]) = match step {
-                Step::Linear { .. } => (angle, speed, bias, row),
+            let constant = rational_from_f64(argument.constant).unwrap_or(Rational::ZERO);
+            let terms = &argument.terms;
+            let (speed, bias) = (self.sum(terms, |out, k| out.speeds[k]), self.sum(terms, |out, k| out.bias[k]));
+            let angle = self.sum(terms, |out, k| out.angles[k]);
+            let angle = self.graph.sum(constant, &[(angle, Rational::ONE)]);
+            let carried = self.sum(terms, |out, k| out.carried[k]);
+            let [angle, speed, bias, carried] = self.moved([angle, speed, bias, carried], &argument.moving, &moving);
+            let (row, shaft) = (self.along(terms), step.shaft());
+            let (angle, speed, bias, carried, row) = match step {
+                Step::Linear { .. } => (angle, speed, bias, carried, row),
                 Step::Curve { curve, .. } => {
-                    // y = γ(x): K_y = γ′ K_x, k_y = γ″ ẋ² + γ′ k_x
-                    let graph = &mut out.graph;
+                    // y = γ(x): K_y = γ′ K_x, k_y = γ″ ẋ² + γ′ k_x, u_y = γ′ u_x
+                    let graph = &mut self.graph;
                     let [value, slope, curvature] = curve.expressions(graph, angle);
                     let bent = graph.product(&[(curvature, 1), (speed, 2)]);
-                    let carried = graph.multiply(slope, bias);
-                    let bias = graph.add(bent, carried);
+                    let along = graph.multiply(slope, bias);
+                    let bias = graph.add(bent, along);
                     let row = row.into_iter().map(|(k, entry)| (k, graph.multiply(slope, entry))).collect();
-                    (value, graph.multiply(slope, speed), bias, row)
+                    (value, graph.multiply(slope, speed), bias, graph.multiply(slope, carried), row)
                 }
             };
+            (self.angles[shaft], self.speeds[shaft], self.bias[shaft]) = (angle, speed, bias);
+            (self.carried[shaft], self.basis[shaft]) = (carried, row);
         }
-        out
     }
 
     /// `Σ c x_k` over a row.
@@ -213,7 +240,7 @@ impl Motion {
     }
 
     /// `aᵀK`
-    pub(super) fn along(&mut self, row: &[(usize, Rational)]) -> SparseRow {
+    pub fn along(&mut self, row: &[(usize, Rational)]) -> SparseRow {
         let mut entries: BTreeMap<usize, Vec<(Expr, Rational)>> = BTreeMap::new();
         for (shaft, c) in row {
             for (column, entry) in &self.basis[*shaft] {
@@ -317,7 +344,8 @@ impl Motion {
 
     /// The plan of expressions, by name.
     pub fn compile(&self, outputs: &[(String, Expr)]) -> Plan {
-        compile(&self.graph, &self.symbols, outputs)
-            .expect("expressions of a model depend on its coordinates and their speeds")
+        let given: Vec<Symbol> = self.symbols.iter().copied().chain(self.timed.symbols(&self.graph)).collect();
+        compile(&self.graph, &given, outputs)
+            .expect("expressions of a model depend on its coordinates, their speeds and the time")
     }
 }

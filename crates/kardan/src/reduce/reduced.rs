@@ -53,8 +53,10 @@ impl Reduced {
 /// `constant + Σ coefficient · angle` over shafts.
 #[derive(Debug, Clone)]
 pub struct Affine {
-    /// rad.
+    /// rad; at time zero.
     pub constant: f64,
+    /// What the right-hand sides of constraints that move add as they change: `(number of the constraint, share)`.
+    pub moving: Vec<(usize, Rational)>,
     /// `(shaft number, coefficient)`.
     pub terms: Vec<(usize, Rational)>,
 }

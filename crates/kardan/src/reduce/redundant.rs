@@ -29,8 +29,10 @@ pub(super) fn keep_independent(equations: &mut Equations) -> Result<Vec<Redundan
         let entries = e.pivots.iter().enumerate().map(|(kept, &other)| (kept, other, &e.form[(kept, row)]));
         let entries: Vec<(usize, usize, &Rational)> = entries.filter(|(.., share)| !share.is_zero()).collect();
         let contradiction = !agree(equations, row, &entries);
-        if contradiction || row >= elements || entries.iter().any(|(_, other, _)| *other >= elements) {
-            dependencies.push(dependency(equations, row, &entries, contradiction));
+        let moves = |row: usize| equations.moving.contains_key(&equations.constraints[row].element);
+        let moving = moves(row) || entries.iter().any(|(_, other, _)| moves(*other));
+        if contradiction || moving || row >= elements || entries.iter().any(|(_, other, _)| *other >= elements) {
+            dependencies.push(Dependency { moving, ..dependency(equations, row, &entries, contradiction) });
         }
         redundant.push(Redundant {
             constraint: equations.constraints[row].clone(),
@@ -68,7 +70,7 @@ fn dependency(
     shares.push((row, 1.0));
     shares.sort_by_key(|(row, _)| *row);
     let named = |(row, share): (usize, f64)| (equations.constraints[row].element.clone(), share);
-    Dependency { elements: shares.into_iter().map(named).collect(), contradiction }
+    Dependency { elements: shares.into_iter().map(named).collect(), contradiction, moving: false }
 }
 
 impl Reduced {

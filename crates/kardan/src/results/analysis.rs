@@ -116,6 +116,9 @@ pub struct ConstraintClass {
     pub scleronomic: bool,
     /// With constant coefficients.
     pub linear: bool,
+    /// How that was decided, and what of the source applies, where it is not one of constant coefficients or a transmission.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
 }
 
 /// Where a model was linearised.

@@ -121,6 +121,9 @@ macro_rules! keys {
     (@type Coefficients) => { $crate::schema::Named };
     (@type Overrides) => { $crate::schema::Named };
     (@type Formula $($args:tt)*) => { $crate::schema::Quantity };
+    (@type OfTime $($args:tt)*) => { $crate::schema::Quantity };
+    (@type Surface) => { $crate::schema::Quantity };
+    (@type Formulas) => { $crate::schema::Named };
     (@type Functions) => { $crate::schema::Named };
     (@type Lists) => { $crate::schema::Lists };
     (@type Poles) => { $crate::schema::Quantities };

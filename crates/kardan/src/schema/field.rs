@@ -67,6 +67,12 @@ pub enum Kind {
     Functions,
     /// An expression of what moves, the time, parameters, signals and tables, of a quantity; along masses of that of masses.
     Formula(Dimension),
+    /// A quantity, or a function of time of that dimension; along masses of that of masses.
+    OfTime(Dimension),
+    /// A table from names of shafts and masses to expressions of angles and positions.
+    Formulas,
+    /// An expression of angles and positions that is to vanish: an angle or a length.
+    Surface,
     /// A list of tables, each of the given shape.
     Tables(&'static [Field]),
     /// One table of the given shape.
@@ -87,6 +93,7 @@ impl Kind {
             Self::Mechanical(dimension, sign) if masses => Self::Quantity(dimension.along_masses(), sign),
             Self::Mechanical(dimension, sign) => Self::Quantity(dimension, sign),
             Self::Formula(dimension) if masses => Self::Formula(dimension.along_masses()),
+            Self::OfTime(dimension) if masses => Self::OfTime(dimension.along_masses()),
             other => other,
         }
     }

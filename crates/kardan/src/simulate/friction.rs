@@ -136,11 +136,11 @@ impl BoxProblem {
             if rest <= 0.0 {
                 return true;
             }
+            if way == f64::INFINITY && curvature <= DEPENDENT * own {
+                return false;
+            }
             if rest <= curvature * way {
                 (way, hit) = (rest / curvature, None);
-            }
-            if !way.is_finite() {
-                return false;
             }
             lambda[enter] += sense * way;
             for (a, &i) in self.free.iter().enumerate() {

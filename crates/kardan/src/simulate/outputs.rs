@@ -120,6 +120,21 @@ impl Columns<'_> {
         }
     }
 
+    /// Multipliers of kept rows and what they do to shafts.
+    fn add_kept(&mut self) {
+        let equations = &self.reduced.equations;
+        for (k, kept) in equations.kept.iter().enumerate() {
+            let (element, shafts) = (&kept.element, equations.shafts_of(&kept.law));
+            let effort = equations.domain_of_kept(kept).effort();
+            let description = format!("constraint multiplier of {element}");
+            self.add(effort.of(element), effort.physical(), description, Read::Kept(k));
+            for shaft in shafts {
+                let what = |physical: Physical| format!("constraint {}", physical.word());
+                self.on_body(element, shaft, what, Read::KeptOn(k, shaft));
+            }
+        }
+    }
+
     fn add_compliances(&mut self) {
         let reduced = self.reduced;
         for compliance in &reduced.equations.compliances {
@@ -307,6 +322,7 @@ impl Outputs {
         columns.add_shafts();
         columns.add_inputs();
         columns.add_constraints();
+        columns.add_kept();
         columns.add_compliances();
         columns.add_couplings();
         columns.add_laws();

@@ -31,6 +31,9 @@ pub(super) enum Read {
     Friction(usize),
     /// Torques of holds, each times a number.
     Holds(Vec<(usize, f64)>),
+    /// The multiplier of a kept row, and what it does to a shaft.
+    Kept(usize),
+    KeptOn(usize, usize),
     Law(usize),
     Source(usize),
     Sensor(usize),
@@ -73,6 +76,7 @@ impl Readings {
             .chain(&given[timed..motion.symbols.len() + found.timed.end])
             .copied()
             .collect();
+        let motion_rows = motion.frictions.len();
         let mut symbols = |name: &str, count: usize| -> Vec<Expr> {
             let new = |k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE);
             let new: Vec<Expr> = (0..count).map(new).collect();
@@ -80,7 +84,7 @@ impl Readings {
             new
         };
         let accelerations = symbols("acceleration", reduced.degrees_of_freedom());
-        let frictions = symbols("friction", reduced.equations.set_valued().count());
+        let frictions = symbols("friction", motion_rows);
         let counts = [loop_inputs, accelerations.len(), frictions.len()];
         let mut shared = Shared { motion, reduced, found, accelerations, frictions, multipliers: None };
         let exprs: Vec<Expr> = reads.iter().map(|read| shared.expression(read)).collect();
@@ -160,10 +164,23 @@ impl Shared<'_> {
                 let terms: Vec<(Expr, Rational)> = shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
                 self.motion.graph.sum(Rational::ZERO, &terms)
             }
+            Read::Kept(k) => self.kept(*k),
+            Read::KeptOn(k, shaft) => {
+                let multiplier = self.kept(*k);
+                let own = self.motion.kept[*k].row.iter().find(|(other, _)| other == shaft).map(|(_, entry)| *entry);
+                let zero = self.motion.graph.integer(0);
+                own.map_or(zero, |entry| self.motion.graph.multiply(entry, multiplier))
+            }
             Read::Law(k) => self.motion.laws[*k],
             Read::Source(k) => self.found.source_values[*k],
             Read::Sensor(_) => self.motion.graph.integer(0),
         }
+    }
+
+    /// What holds a kept row acts against it as friction would; its multiplier is the opposite.
+    fn kept(&mut self, row: usize) -> Expr {
+        let held = self.frictions[self.reduced.equations.frictions.len() + row];
+        self.motion.graph.negate(held)
     }
 
     fn torques(&mut self, springs: &[usize], dampers: &[usize]) -> Expr {

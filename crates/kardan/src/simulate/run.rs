@@ -452,9 +452,10 @@ impl RunningLoop {
         if self.machine.was_struck() {
             self.events.extend(blows.into_iter().map(|what| Event { time: 0.0, what }));
         }
+        self.machine.stay_on_rows(0.0, &mut self.state);
         self.note_shared_friction();
         // What a blow has taken there was there.
-        self.initial_energy = self.machine.energy(&self.state) + self.state.last().copied().unwrap_or_default();
+        self.initial_energy = self.machine.energy(0.0, &self.state) + self.state.last().copied().unwrap_or_default();
         self.open_segment();
         Ok(())
     }
@@ -542,6 +543,12 @@ impl RunningLoop {
             }
             None => self.state.copy_from_slice(self.solver.state()),
         }
+        if self.machine.stay_on_rows(self.time, &mut self.state) && !self.due.boundary {
+            self.observe_until(self.time, None);
+            let next = self.solver.next_step();
+            self.restart(self.time);
+            self.solver.set_step(next);
+        }
         if self.has_diverged() {
             return Err(self.diverged());
         }
@@ -585,7 +592,7 @@ impl RunningLoop {
         // The balance of energy sees what the states do not.
         let size = self.looked.len();
         let [input, loss] = [size - 2, size - 1].map(|k| self.looked[k] - self.state[k]);
-        let [before, after] = [self.machine.energy(&self.state), self.machine.energy(&self.looked)];
+        let [before, after] = [self.machine.energy(self.time, &self.state), self.machine.energy(end, &self.looked)];
         let sizes = input.abs() + loss.abs() + before.abs() + after.abs();
         if (input - loss - (after - before)).abs() > OUT_OF_BALANCE * self.tolerance * sizes {
             return false;
@@ -1086,7 +1093,7 @@ impl RunningLoop {
 
     fn finish(mut self, outcome: Outcome) -> RunResult {
         let size = self.machine.size();
-        let stored = self.machine.energy(&self.state) - self.initial_energy;
+        let stored = self.machine.energy(self.time, &self.state) - self.initial_energy;
         let (input, dissipated) = (self.state[size - 2], self.state[size - 1]);
         let counts = self.solver.counts();
         self.notes.extend(self.machine.notes_of_laws());

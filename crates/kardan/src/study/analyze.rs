@@ -1,5 +1,7 @@
 //! What `kardan analyze` asks for.
 
+use std::collections::BTreeSet;
+
 use kardan_rt::functions::{atan2, hypot, ln};
 
 use super::descriptor::taken_apart;
@@ -14,15 +16,17 @@ use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project}
 use crate::analysis::{
     BasisError, ConstrainedSystem, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side, StructureError,
     TakenApart, bases, certified_structure, class, constraint_forces, construction, distance_of_matrices,
-    exact_modes_beside, exact_modes_of_pencil, failing_modes, linear_system, modes, needs_modes, properties,
-    realisations, reduction, structure,
+    exact_modes_beside, exact_modes_of_pencil, failing_modes, kept_constraints, linear_system, modes, needs_modes,
+    properties, realisations, reduction, structure,
 };
 use crate::diagnostics::Diagnostic;
 use crate::equations::Domain;
 use crate::model::{DataDigits, StateSpace, read_state_space};
 use crate::num::{Definiteness, Matrix, Rational, definiteness, exact_rank, rational_to_f64};
 use crate::reduce::Reduced;
-use crate::results::{Analysis, Basis, ConstraintForces, DiscreteTime, MatrixDistance, MatrixDistances, Mode};
+use crate::results::{
+    Analysis, Basis, Breach, Class, ConstraintForces, DiscreteTime, MatrixDistance, MatrixDistances, Mode,
+};
 
 /// Analyses a model file.
 ///
@@ -52,10 +56,16 @@ impl Project {
         }
         let variant = prepared.variant(settings.variant.as_deref())?;
         let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
-        if !variant.model.tolerances.is_empty() {
-            keep(progress, &analysis, "what the tolerances allow");
+        let toleranced = !variant.model.tolerances.is_empty();
+        if variant.unfrozen.is_none() {
+            if toleranced {
+                keep(progress, &analysis, "what the tolerances allow");
+            }
+            sensitivity(self.read().0, prepared, variant, settings, &mut analysis, progress)?;
+        } else if toleranced {
+            let note = "what the tolerances allow is not looked at: a constraint is not solved for a coordinate";
+            analysis.notes.push(note.into());
         }
-        sensitivity(self.read().0, prepared, variant, settings, &mut analysis, progress)?;
         analysis.notes.extend(diagnostics.iter().map(|warning| warning.message.clone()));
         progress.release();
         Ok(analysis)
@@ -68,6 +78,25 @@ fn keep(progress: &dyn Progress, analysis: &Analysis, missing: &str) {
         let unfinished = Some(format!("{missing} are missing"));
         Part::Analysis(Box::new(Analysis { unfinished, ..analysis.clone() }))
     });
+}
+
+/// The class of a model; of kept rows what they are, not what stands for them at the operating point.
+fn class_of(variant: &PreparedVariant, position: &[f64], stuck: &BTreeSet<String>) -> Class {
+    let mut found = class(&variant.reduced, position, stuck);
+    let Some(unfrozen) = &variant.unfrozen else { return found };
+    let kept = kept_constraints(unfrozen);
+    let is_kept = |element: &str| kept.iter().any(|class| class.element == element);
+    found.constraints.retain(|constraint| !is_kept(&constraint.element));
+    if let Some(assumption) = found.assumptions.iter_mut().find(|one| one.statement.starts_with("the constraints are"))
+    {
+        assumption.breaches.retain(|breach| !is_kept(&breach.element));
+        let why = "it is not linear with constant coefficients: what follows is about small motions around the start, with its row as it is there";
+        assumption.breaches.extend(kept.iter().map(|class| Breach { element: class.element.clone(), why: why.into() }));
+        assumption.holds = assumption.breaches.is_empty();
+    }
+    found.constant_linear = found.assumptions.iter().all(|assumption| assumption.holds);
+    found.constraints.extend(kept);
+    found
 }
 
 /// Analyses one variant of a file without mistakes.
@@ -105,7 +134,7 @@ pub(super) fn analyze_variant(
         name: prepared.name.clone(),
         description: prepared.description.clone(),
         mechanism: variant.model.mechanism.clone(),
-        class: Some(class(reduced, position, stuck)),
+        class: Some(class_of(variant, position, stuck)),
         coordinates: names,
         elimination,
         notes,

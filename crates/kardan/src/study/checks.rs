@@ -91,7 +91,13 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
                 along.entries.iter().map(|(name, _)| name.as_str()).chain(law.coordinates()).collect()
             }
             Term::Transmission { driven, driving, .. } => vec![driven, driving],
-            Term::Output(_) | Term::Charge { .. } | Term::Position { .. } | Term::Measure(_) | Term::Balance { .. } => {
+            Term::Kept(row) => row.coordinates(),
+            Term::Output(_)
+            | Term::Charge { .. }
+            | Term::Position { .. }
+            | Term::Measure(_)
+            | Term::Moving(_)
+            | Term::Balance { .. } => {
                 continue;
             }
         };
@@ -144,8 +150,10 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
         ReduceError::NoMotion { .. } => {
             let out = Diagnostic::error("constraint::no-motion", error.to_string())
                 .help("remove a constraint, or add a shaft: a model needs at least one degree of freedom");
-            let rows =
-                model.terms.iter().filter(|t| matches!(t.term, Term::Constraint { .. } | Term::Transmission { .. }));
+            let rows = model
+                .terms
+                .iter()
+                .filter(|t| matches!(t.term, Term::Constraint { .. } | Term::Transmission { .. } | Term::Kept(_)));
             let mut places: Vec<Place> = rows.map(|named| place_of(document, &named.element)).collect();
             places.sort_by_key(Place::start);
             places.into_iter().take(MOST_LABELS).fold(out, |out, place| out.at(place, "a constraint"))
@@ -173,12 +181,15 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
 
 /// Constraints of which one follows from the others, or contradicts them.
 fn dependent_rows(document: &Document, dependency: &Dependency, rank: usize, rows: usize) -> Diagnostic {
-    let Dependency { elements, contradiction } = dependency;
+    let Dependency { elements, contradiction, moving } = dependency;
     let names = quoted(elements.iter().map(|(name, _)| name.as_str()));
-    let (verdict, help) = if *contradiction {
-        ("their offsets contradict each other", "remove one of them, or correct a ratio or an offset")
-    } else {
-        ("one of them is superfluous", "remove one of them, or correct a ratio")
+    let (verdict, help) = match (contradiction, moving) {
+        (true, _) => ("their offsets contradict each other", "remove one of them, or correct a ratio or an offset"),
+        (_, true) => (
+            "an offset among them is a function of time, so they can agree at all times by chance only",
+            "remove one of them",
+        ),
+        _ => ("one of them is superfluous", "remove one of them, or correct a ratio"),
     };
     // Shares so that the first is one.
     let unit = elements.first().map_or(1.0, |(_, x)| *x);

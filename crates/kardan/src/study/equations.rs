@@ -46,6 +46,7 @@ impl Project {
         let (prepared, diagnostics) = (self.prepared(), self.mistakes().to_vec());
         let error = diagnostics.iter().any(is_error);
         let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
+        super::kept::refuse_equations(&variant.reduced)?;
         let model = linearise(&variant.reduced, &variant.scenario.position);
         let text = match form {
             EquationsForm::Text => text(variant, &model),
@@ -176,7 +177,7 @@ fn constraints(variant: &PreparedVariant, angle: &dyn Fn(&str) -> String) -> Vec
     let redundant = variant.reduced.redundant.iter().map(|row| &row.constraint);
     let linear = equations.constraints.iter().chain(redundant).map(|constraint| {
         let terms = constraint.row.iter().map(|(shaft, x)| (x.clone(), angle(&equations.coordinates[*shaft])));
-        (constraint.element.clone(), format!("{} = {}", sum(terms), constraint.value.to_f64()))
+        (constraint.element.clone(), format!("{} = {}", sum(terms), equations.offset_in_words(constraint)))
     });
     let curves = equations.transmissions.iter().map(|t| {
         let (driven, driving) = (angle(&equations.coordinates[t.driven]), angle(&equations.coordinates[t.driving]));
@@ -221,6 +222,13 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     }
     if !Kinematics::new(&variant.reduced).is_constant() {
         out.push_str("  The matrices depend on the position; these hold at the initial position, near rest.\n");
+    }
+    if !variant.reduced.equations.moving.is_empty() {
+        let moving = variant.reduced.equations.moving.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+        let _ = writeln!(
+            out,
+            "  Offsets that depend on the time ({moving}) stand still here; --plan has them as they move."
+        );
     }
     let constraints = constraints(variant, &|name| name.to_string());
     if !constraints.is_empty() {

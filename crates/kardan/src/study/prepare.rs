@@ -10,10 +10,12 @@ use super::computed::Computed;
 use super::effort::check_effort;
 use super::equilibrium::Rest;
 use super::held::{check_start, without_massless};
+use super::kept::{begin_on_rows, check_kept};
 use super::known::Known;
 use super::margins::{check_margins, check_sampled};
 use super::passage::check_passage;
 use super::places::places_in_control;
+use super::prescribed::{check_prescribed, refuse_massless};
 use super::progress::Progress;
 use super::redundant::check_redundant;
 use super::scenario::scenario;
@@ -157,7 +159,8 @@ fn unreduced(model: &mut Model) -> Reduced {
         }
         Term::Torque { along, law } => of_element(named, along) && law.coordinates().all(|name| known(&name.into())),
         Term::Transmission { driven, driving, .. } => known(driven) && known(driving),
-        Term::Output(_) | Term::Charge { .. } | Term::Position { .. } | Term::Measure(_) => true,
+        Term::Kept(row) => row.coordinates().into_iter().all(|name| known(&name.into())),
+        Term::Output(_) | Term::Charge { .. } | Term::Position { .. } | Term::Measure(_) | Term::Moving(_) => true,
     });
     let constrains = |element: &String| {
         let is_row =
@@ -237,7 +240,8 @@ fn prepare_variant(
     let plants: Vec<Option<Plant>> =
         controls.iter().map(|control| design_model(document, &reduced, settings, control, out)).collect();
     let mut scenario = scenario(document, &model, &reduced.equations, Some(&reduced.coordinate_names()), settings, out);
-    let start_notes = start_at_rest(document, &reduced, &mut scenario, out);
+    let mut start_notes = start_at_rest(document, &reduced, &mut scenario, out);
+    start_notes.extend(begin_on_rows(document, &reduced, &mut scenario, out));
     if !is_finite_at(&reduced, &scenario.position) {
         out.push(
             Diagnostic::error("number::range", "at the initial position an angle is too large for a number")
@@ -274,6 +278,7 @@ fn prepare_variant(
         computed,
         analysis,
         massless,
+        unfrozen: None,
         start_notes,
     };
     if complete && purpose == Purpose::Run {
@@ -344,10 +349,15 @@ fn reduced_model(
             return None;
         }
     };
-    if !check_matrices(document, &reduced, out, &mut massless) {
+    let follows = check_prescribed(document, &reduced, out) && check_kept(document, model, &reduced, out);
+    if !check_matrices(document, &reduced, out, &mut massless) || !follows {
         return None;
     }
     if purpose == Purpose::Run && !massless.is_empty() {
+        if refuse_massless(document, &reduced, &mut massless) {
+            out.append(&mut massless);
+            return None;
+        }
         return without_massless(document, model, &reduced, &massless, out).map(|reduced| (reduced, Vec::new()));
     }
     Some((reduced, massless))
@@ -406,6 +416,15 @@ fn design_model(
     out: &mut Vec<Diagnostic>,
 ) -> Option<Plant> {
     let zero = vec![0.0; reduced.degrees_of_freedom()];
+    let moving: Vec<&str> = reduced.equations.moving.keys().map(String::as_str).collect();
+    if !moving.is_empty() {
+        let message = format!("control `{}` knows the motion of {} as if it stood still", control.name, quoted(moving));
+        out.push(
+            Diagnostic::warning("control::time", message)
+                .at(control.place.clone(), "this controller")
+                .help("for its design the offset is that at time zero, and the motion disturbs the loop"),
+        );
+    }
     let of_time: Vec<&str> =
         reduced.equations.laws.iter().filter(|law| law.value.is_of_time()).map(|law| law.element.as_str()).collect();
     if !of_time.is_empty() {

@@ -72,6 +72,8 @@ pub struct PreparedVariant {
     pub analysis: AnalysisSpec,
     /// Motions without inertia, told as mistakes; only an analysis may go on with them, and then no law is designed.
     pub(super) massless: Vec<Diagnostic>,
+    /// The model whose kept rows an analysis sees as linear ones.
+    pub(super) unfrozen: Option<Box<Reduced>>,
     /// What is told of where its run begins.
     pub(super) start_notes: Vec<String>,
 }

@@ -216,6 +216,14 @@ impl Project {
         let (prepared, mistakes) = self.ready();
         // A run settles motions without inertia, an analysis names them.
         let settled = prepared.variants.iter().any(|variant| variant.reduced.is_settled());
+        let keeps = prepared.variants.iter().any(|variant| !variant.reduced.equations.kept.is_empty());
+        if keeps && !mistakes.iter().any(is_error) {
+            let (prepared, mistakes) = self.analysed.get_or_init(|| match super::kept::for_analysis(prepared) {
+                Ok(frozen) => (frozen, mistakes.clone()),
+                Err(refused) => (Prepared::default(), mistakes.iter().cloned().chain([refused]).collect()),
+            });
+            return (prepared, mistakes);
+        }
         if !settled && !mistakes.iter().any(is_error) {
             return (prepared, mistakes);
         }

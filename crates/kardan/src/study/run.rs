@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::accuracy;
 use super::analyze::analyze_variant;
 use super::design::designed;
+use super::kept::frozen_variant;
 use super::prepare::is_error;
 use super::progress::simulate_heard;
 use super::redundant::sharing_notes;
@@ -208,7 +209,12 @@ fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analys
     }
     let eliminate_massless = variant.reduced.relaxation.is_some();
     let settings = AnalyzeSettings { eliminate_massless, ..AnalyzeSettings::default() };
-    let mut found = analyze_variant(prepared, variant, &settings, &Silent);
+    let mut found = match variant.reduced.equations.kept.is_empty() {
+        true => analyze_variant(prepared, variant, &settings, &Silent),
+        false => frozen_variant(variant)
+            .map_err(|why| vec![why])
+            .and_then(|frozen| analyze_variant(prepared, &frozen, &settings, &Silent)),
+    };
     if let (Ok(analysis), false) = (&mut found, variant.model.tolerances.is_empty()) {
         analysis.notes.push("what the tolerances allow, the nearest loss among it: `kardan analyze`".into());
     }

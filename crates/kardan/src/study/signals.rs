@@ -69,6 +69,10 @@ fn working_position(
     notes: &mut Vec<String>,
 ) -> Result<Vec<f64>, Vec<Diagnostic>> {
     let reduced = &variant.reduced;
+    if !reduced.equations.moving.is_empty() {
+        let moving = quoted(reduced.equations.moving.keys().map(String::as_str));
+        notes.push(format!("{moving}: an offset that depends on the time stands still at its value at time zero"));
+    }
     let laws = &reduced.equations.laws;
     if laws.is_empty() {
         return Ok(position);

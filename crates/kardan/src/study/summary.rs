@@ -31,7 +31,9 @@ const MOST_COORDINATES: usize = 100;
 
 pub(super) fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> ModelSummary {
     let laws = &variant.designed;
-    let (matrices, closed_loop_poles) = match variant.reduced.degrees_of_freedom() > MOST_COORDINATES {
+    // Beside kept rows these would be those of another model.
+    let kept = !variant.reduced.equations.kept.is_empty();
+    let (matrices, closed_loop_poles) = match kept || variant.reduced.degrees_of_freedom() > MOST_COORDINATES {
         true => (Vec::new(), Vec::new()),
         false => numbers(variant),
     };

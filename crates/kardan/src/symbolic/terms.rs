@@ -112,6 +112,8 @@ impl Terms {
                 | Term::Output(_)
                 | Term::Position { .. }
                 | Term::Measure(_)
+                | Term::Moving(_)
+                | Term::Kept(_)
                 | Term::Charge { .. } => {}
             }
         }

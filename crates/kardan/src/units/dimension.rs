@@ -41,6 +41,8 @@ impl Dimension {
     pub const LENGTH: Self = Self::mechanical(0, 1, 0, 0);
     /// A velocity [m/s].
     pub const VELOCITY: Self = Self::mechanical(0, 1, -1, 0);
+    /// An acceleration [m/s^2].
+    pub const ACCELERATION: Self = Self::mechanical(0, 1, -2, 0);
     /// A force \[N\].
     pub const FORCE: Self = Self::mechanical(1, 1, -2, 0);
     /// The rate of a force [N/s].
@@ -93,6 +95,7 @@ impl Dimension {
         match self {
             Self::ANGLE => Self::LENGTH,
             Self::ANGULAR_VELOCITY => Self::VELOCITY,
+            Self::ANGULAR_ACCELERATION => Self::ACCELERATION,
             Self::TORQUE => Self::FORCE,
             Self::TORQUE_RATE => Self::FORCE_RATE,
             Self::INERTIA => Self::MASS,

@@ -14,7 +14,7 @@ const fn known(dimension: Dimension, word: &'static str, si: &'static str, examp
     Known { dimension, word, si, example }
 }
 
-pub(super) static KNOWN: [Known; 25] = [
+pub(super) static KNOWN: [Known; 26] = [
     known(Dimension::NONE, "number without a unit", "", "51/50"),
     known(Dimension::ANGLE, "angle", "rad", "30 deg"),
     known(Dimension::ANGULAR_VELOCITY, "angular velocity", "rad/s", "60 rpm"),
@@ -29,6 +29,7 @@ pub(super) static KNOWN: [Known; 25] = [
     known(Dimension::MASS, "mass", "kg", "2 kg"),
     known(Dimension::LENGTH, "length", "m", "20 mm"),
     known(Dimension::VELOCITY, "velocity", "m/s", "0.1 m/s"),
+    known(Dimension::ACCELERATION, "acceleration", "m/s^2", "10 m/s^2"),
     known(Dimension::FORCE, "force", "N", "10 N"),
     known(Dimension::FORCE_RATE, "force rate", "N/s", "100 N/s"),
     known(Dimension::LINEAR_STIFFNESS, "stiffness along masses", "N/m", "20 N/mm"),

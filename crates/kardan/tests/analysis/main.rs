@@ -7,6 +7,7 @@ mod analyze;
 mod box_proof;
 mod certificate;
 mod certified;
+mod constraints;
 mod descriptor;
 mod distance;
 mod float_comparison;

@@ -171,7 +171,8 @@ fn shares(run: &Run, reduced: &Reduced, element: &str) -> Vec<(Vec<f64>, Vec<f64
 fn constraints_do_no_work(run: &Run, source: &str) -> usize {
     let reduced = first(source).reduced.clone();
     let elements = kardan::reduce::Multipliers::new(&reduced).elements;
-    for element in &elements {
+    // A prescribed motion does work: the balance of energy counts it.
+    for element in elements.iter().filter(|element| !reduced.equations.moving.contains_key(*element)) {
         let pairs = shares(run, &reduced, element);
         assert!(!pairs.is_empty(), "`{element}` shows no constraint torques");
         let mut moved = false;
@@ -205,6 +206,12 @@ fn every_element_keeps_the_laws() {
     let mut constraints = 0;
     for kind in element::REGISTRY {
         let mut tables = around(kind);
+        if kind.keyword == "prescribed_motion" {
+            // Friction along a prescribed motion is refused.
+            tables.iter_mut().for_each(|table| {
+                *table = table.replace("friction", "# friction").replace("motor.drive", "motor.push")
+            });
+        }
         let source = tables.concat() + &driven(&tables);
         let variant = first(&source);
         // Symmetric and positive semidefinite, of its own terms and of all together.

@@ -19,6 +19,7 @@ mod massless;
 mod modelica;
 mod motor_limits;
 mod noise;
+mod prescribed;
 mod redundant;
 mod ripple;
 mod signals;

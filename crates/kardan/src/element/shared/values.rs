@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::equations::{Domain, Formula};
+use crate::expr::OfTime;
 use crate::schema::ExactPole;
 use crate::units::Exact;
 
@@ -26,6 +27,10 @@ pub enum Resolved {
     Poles(Vec<ExactPole>),
     /// An expression of what moves.
     Formula(Arc<Formula>),
+    /// A function of time.
+    OfTime(Arc<OfTime>),
+    /// Expressions by shaft or mass, and what their sum with the rates of these is.
+    Formulas(Vec<(String, Arc<Formula>)>, Domain),
 }
 
 /// The values of an element's keys, with parameters put in.
@@ -67,6 +72,8 @@ impl Values {
                 | Resolved::Words(_)
                 | Resolved::Tables(_)
                 | Resolved::Poles(_)
+                | Resolved::OfTime(_)
+                | Resolved::Formulas(..)
                 | Resolved::Formula(_) => {}
             }
         }
@@ -137,6 +144,16 @@ impl Values {
     /// An expression of what moves.
     pub fn formula(&self, key: &str) -> Option<&Arc<Formula>> {
         if let Some(Resolved::Formula(formula)) = self.get(key) { Some(formula) } else { None }
+    }
+
+    /// A function of time.
+    pub fn of_time(&self, key: &str) -> Option<&Arc<OfTime>> {
+        if let Some(Resolved::OfTime(function)) = self.get(key) { Some(function) } else { None }
+    }
+
+    /// Expressions by shaft or mass, and what their sum with the rates of these is.
+    pub fn formulas(&self, key: &str) -> Option<(&[(String, Arc<Formula>)], Domain)> {
+        if let Some(Resolved::Formulas(row, domain)) = self.get(key) { Some((row, *domain)) } else { None }
     }
 
     /// A list of tables.

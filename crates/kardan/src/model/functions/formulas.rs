@@ -6,7 +6,7 @@ use super::Functions;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
 use crate::equations::{Formula, Meaning};
-use crate::expr::{Graph, Named, OfTime};
+use crate::expr::{Expr, Graph, Named, OfTime};
 use crate::names::SignalName;
 use crate::units::{Dimension, Expression, UnitError};
 
@@ -19,6 +19,61 @@ impl Functions<'_, '_> {
         (place, what): (&Place, &str),
         out: &mut Vec<Diagnostic>,
     ) -> Option<Formula> {
+        let names = self.meanings(expression, out)?;
+        let motions: Vec<[String; 2]> = self.reader.all_motions().collect();
+        let formula = Formula { expression: expression.clone(), names, dimension: wanted };
+        match self.dimension_of(&formula) {
+            Ok(found) if wanted.is_like(&found) => {
+                let rate = |name: &str| {
+                    formula.names.iter().any(|(other, meaning)| other == name && matches!(meaning, Meaning::Rate(_)))
+                };
+                if let Some(span) = expression.sign_of(&rate) {
+                    let message =
+                        format!("{what}: it jumps where this speed changes its sign, which no step can follow to rest");
+                    let help = "what rubs is `friction` of a shaft, a mass or a spring_damper: it holds at rest";
+                    let at = place.part(expression.text(), span);
+                    out.push(Diagnostic::warning("law::jump", message).at(at, "jumps").help(help));
+                }
+                Some(formula)
+            }
+            Ok(found) => {
+                let message = format!("{what}: expected {}, found {}", wanted.noun(), found.noun());
+                let at = place.part(expression.text(), 0..expression.text().len());
+                let help = format!("it should come out in a unit such as {}", wanted.example());
+                out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
+                None
+            }
+            Err(error) => {
+                out.push(self.formula_mistake(error, expression.text(), &motions, (place, what)));
+                None
+            }
+        }
+    }
+
+    /// A formula of whatever dimension it comes out in; nothing if it has a mistake, which was told.
+    pub(super) fn formula_of_any(
+        &mut self,
+        expression: &Expression,
+        (place, what): (&Place, &str),
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<(Formula, Dimension)> {
+        let names = self.meanings(expression, out)?;
+        let mut formula = Formula { expression: expression.clone(), names, dimension: Dimension::NONE };
+        match self.dimension_of(&formula) {
+            Ok(found) => {
+                formula.dimension = found;
+                Some((formula, found))
+            }
+            Err(error) => {
+                let motions: Vec<[String; 2]> = self.reader.all_motions().collect();
+                out.push(self.formula_mistake(error, expression.text(), &motions, (place, what)));
+                None
+            }
+        }
+    }
+
+    /// What the names of a formula stand for; unknown ones are left out. Nothing if one of them has a mistake, which was told.
+    fn meanings(&mut self, expression: &Expression, out: &mut Vec<Diagnostic>) -> Option<Vec<(String, Meaning)>> {
         let mut names = Vec::new();
         let motions: Vec<[String; 2]> = self.reader.all_motions().collect();
         for name in expression.names() {
@@ -49,37 +104,16 @@ impl Functions<'_, '_> {
                 None => {}
             }
         }
-        let formula = Formula { expression: expression.clone(), names, dimension: wanted };
-        match self.dimension_of(&formula) {
-            Ok(found) if wanted.is_like(&found) => {
-                let rate = |name: &str| {
-                    formula.names.iter().any(|(other, meaning)| other == name && matches!(meaning, Meaning::Rate(_)))
-                };
-                if let Some(span) = expression.sign_of(&rate) {
-                    let message =
-                        format!("{what}: it jumps where this speed changes its sign, which no step can follow to rest");
-                    let help = "what rubs is `friction` of a shaft, a mass or a spring_damper: it holds at rest";
-                    let at = place.part(expression.text(), span);
-                    out.push(Diagnostic::warning("law::jump", message).at(at, "jumps").help(help));
-                }
-                Some(formula)
-            }
-            Ok(found) => {
-                let message = format!("{what}: expected {}, found {}", wanted.noun(), found.noun());
-                let at = place.part(expression.text(), 0..expression.text().len());
-                let help = format!("it should come out in a unit such as {}", wanted.example());
-                out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
-                None
-            }
-            Err(error) => {
-                out.push(self.formula_mistake(error, expression.text(), &motions, (place, what)));
-                None
-            }
-        }
+        Some(names)
     }
 
     /// What a formula comes out in.
     fn dimension_of(&self, formula: &Formula) -> Result<Dimension, UnitError> {
+        self.written_formula(formula, &mut Graph::default()).map(|(_, dimension)| dimension)
+    }
+
+    /// A formula over symbols of its names.
+    pub(super) fn written_formula(&self, formula: &Formula, graph: &mut Graph) -> Result<(Expr, Dimension), UnitError> {
         let mut named = |graph: &mut Graph, name: &str| {
             let (_, meaning) = formula.names.iter().find(|(other, _)| other == name)?;
             let dimension = match meaning {
@@ -92,7 +126,7 @@ impl Functions<'_, '_> {
             };
             Some(Named::Varying(graph.symbol(name, dimension), dimension))
         };
-        Graph::default().written(&formula.expression, &mut named).map(|(_, dimension)| dimension)
+        graph.written(&formula.expression, &mut named)
     }
 
     fn formula_mistake(

@@ -2,7 +2,9 @@
 
 mod formulas;
 mod lookups;
+mod rows;
 mod samples;
+mod smooth;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

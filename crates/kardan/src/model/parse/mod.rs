@@ -89,7 +89,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
                         if out.len() > before {
                             read.unread.push(field.name);
                         }
-                        if let (Kind::Quantity(..) | Kind::AnyQuantity, Written::Text(text)) =
+                        if let (Kind::Quantity(..) | Kind::AnyQuantity | Kind::OfTime(_), Written::Text(text)) =
                             (&kind, &keyed.entry.value)
                         {
                             read.written.insert(field.name, text.clone());
@@ -191,7 +191,10 @@ fn value_near(
         ) => reader.scalar(literal, out).map(Value::Scalar),
         (Kind::Coefficients, Written::Table(entries)) => reader.map(&Kind::Coefficient, entries, out),
         (Kind::Overrides | Kind::Lists, Written::Table(entries)) => reader.map(&Kind::AnyQuantity, entries, out),
-        (Kind::Formula(_), Written::Text(text) | Written::Number(text)) => reader.formula(text, out),
+        (Kind::OfTime(_), Written::Text(text)) if is_of_time(text) => reader.formula(text, out),
+        (Kind::OfTime(_), literal) => reader.scalar(literal, out).map(Value::Scalar),
+        (Kind::Formula(_) | Kind::Surface, Written::Text(text) | Written::Number(text)) => reader.formula(text, out),
+        (Kind::Formulas, Written::Table(entries)) => Some(reader.functions(entries, out)),
         (Kind::Functions, Written::Table(entries)) => Some(reader.functions(entries, out)),
         (Kind::Tables(fields), Written::List(list)) => {
             let mut tables = Vec::new();
@@ -218,6 +221,11 @@ fn value_near(
         }
     };
     read.map(|value| Placed { value, place })
+}
+
+/// Whether a text is an expression of the time `t`, or of tables, which a quantity is not.
+fn is_of_time(text: &str) -> bool {
+    Expression::parse_law(text).is_ok_and(|read| read.names().contains(&"t") || !read.tables().is_empty())
 }
 
 /// The longest name, in characters: names become parts of file names.

@@ -65,7 +65,10 @@ pub(super) fn expected(kind: &Kind) -> String {
         Kind::Overrides => "a table from names to quantities".to_string(),
         Kind::Lists => "a table from names to lists of quantities".to_string(),
         Kind::Functions => "a table from names to functions of time".to_string(),
+        Kind::Surface => format!("an expression of an angle or a length such as {}", example(kind)),
+        Kind::Formulas => "a table from names of shafts and masses to expressions".to_string(),
         Kind::Formula(dimension) => format!("an expression of {} such as {}", dimension.si(), example(kind)),
+        Kind::OfTime(dimension) => format!("{}, or a function of time such as {}", dimension.noun(), example(kind)),
         Kind::Tables(_) => "a list of tables".to_string(),
         Kind::Table(_) => "a table".to_string(),
         Kind::Output => "an angle or speed of a shaft, or a sensor".to_string(),
@@ -103,6 +106,12 @@ pub(in crate::model) fn example(kind: &Kind) -> String {
             true => "\"-0.4 N s^2/m^2 * car.v * abs(car.v)\"".to_string(),
             false => "\"-2 N m * sin(arm.phi)\"".to_string(),
         },
+        Kind::OfTime(dimension) => {
+            let amplitude = dimension.example();
+            format!("\"{} * sin(2 pi t / 1 s)\"", amplitude.trim_matches('"'))
+        }
+        Kind::Surface => "\"q1.phi - 0.5 * sin(q2.phi)\"".to_string(),
+        Kind::Formulas => "{ x = \"-sin(heading.phi)\", y = \"cos(heading.phi)\" }".to_string(),
         Kind::Functions => "{ load = \"2 N m * sin(2 pi t / 1 s)\" }".to_string(),
         Kind::Output => "\"rk.phi\"".to_string(),
         Kind::Outputs => "[\"rk.phi\", \"fs.phi\"]".to_string(),

@@ -132,6 +132,8 @@ impl Machine {
     pub(in crate::simulate) fn with(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found)) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.set_valued().count());
+        // Kept rows hold like frictions that never give way.
+        let kept = m..m + reduced.equations.kept.len();
         let inputs = reduced.equations.inputs.len();
         let mut size = 2 * r;
         let drives = drives(&reduced.equations.inputs, &mut size);
@@ -151,13 +153,13 @@ impl Machine {
         let holds = Holds::new(&reduced.equations);
         let bounds = holds.bounds().map(|of_holds| {
             let frictions = dynamics.breakaway_torques()[..holds.first].iter().copied();
-            frictions.chain(of_holds).collect()
+            frictions.chain(of_holds).chain(kept.clone().map(|_| f64::INFINITY)).collect()
         });
         let acts = |k: &usize| !sliders.contains(k) && !matches!(holds.kind(*k), Kind::Cushion { .. });
         let profiles = (0..scenario.sources.len())
             .map(|k| Profile::new(scenario.events.iter().filter(|event| event.source == k)))
             .collect::<Vec<_>>();
-        Self {
+        let mut out = Self {
             relaxes: reduced.relaxation.is_some(),
             directions: (0..m).filter(acts).collect(),
             sliders,
@@ -174,7 +176,7 @@ impl Machine {
             signals: scenario.signals.clone(),
             timed,
             modes: vec![Mode::Stick; m],
-            holding: Vec::with_capacity(r),
+            holding: if kept.is_empty() { Vec::with_capacity(r) } else { kept.clone().collect() },
             following: Vec::with_capacity(m),
             still: Vec::with_capacity(r),
             step_length: 0.0,
@@ -186,11 +188,11 @@ impl Machine {
             applied: vec![0.0; inputs],
             force: vec![0.0; r],
             acceleration: vec![0.0; r],
-            weighted: vec![0.0; m * r],
-            weighted_parts: vec![0..r; m],
-            hold_matrix: vec![0.0; m * m],
+            weighted: vec![0.0; kept.end * r],
+            weighted_parts: vec![0..r; kept.end],
+            hold_matrix: vec![0.0; kept.end * kept.end],
             hold_factor: Cholesky::new(0),
-            hold_torque: vec![0.0; m],
+            hold_torque: vec![0.0; kept.end],
             hold_constant: false,
             hold_known: false,
             sharing_known: false,
@@ -200,11 +202,16 @@ impl Machine {
             expansion: None,
             jacobian: None,
             evaluated: 0,
-            scratch: vec![0.0; r.max(m)],
-            friction_torques: vec![0.0; m],
+            scratch: vec![0.0; r.max(kept.end)],
+            friction_torques: vec![0.0; kept.end],
+            kept: kept.clone(),
             drives,
             dynamics,
             work,
+        };
+        if !kept.is_empty() {
+            out.prepare_holding();
         }
+        out
     }
 }

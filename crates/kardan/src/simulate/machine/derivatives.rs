@@ -29,7 +29,7 @@ impl Machine {
             given.extend(new.iter().filter_map(|symbol| motion.graph.symbol_of(*symbol)));
             new
         };
-        let (accelerations, torques) = (symbols("acceleration", r), symbols("holding", self.modes.len()));
+        let (accelerations, torques) = (symbols("acceleration", r), symbols("holding", self.kept.end));
         let minus = Rational::from(-1);
         let output = |place: usize| (extension.outputs[place].1, Rational::ONE);
         let mut forces: Vec<_> = places.forces.clone().map(|place| vec![output(place)]).collect();
@@ -70,7 +70,7 @@ impl Machine {
         self.forces(time, state);
         self.accelerate();
         let Jacobian { plan, native, memory, given, columns } = &mut *jacobian;
-        let motion = *given - r - self.modes.len();
+        let motion = *given - r - self.kept.end;
         memory[..motion].copy_from_slice(&self.work.values()[..motion]);
         memory[motion..motion + r].copy_from_slice(&self.acceleration);
         let torques = &mut memory[motion + r..*given];
@@ -101,7 +101,7 @@ impl Machine {
         for &i in &self.still {
             [i, r + i].into_iter().for_each(|state| out.still(state));
         }
-        let mut place = vec![None; self.modes.len()];
+        let mut place = vec![None; self.kept.end];
         self.holding.iter().enumerate().for_each(|(a, direction)| place[*direction] = Some(a));
         for (k, column) in columns.iter().enumerate() {
             column.rates.iter().for_each(|(row, value)| out.rate(2 * r + row, k, memory[*value]));

@@ -30,6 +30,8 @@ pub(super) struct Expansion {
     pub(super) commands: Vec<usize>,
     /// Two for each hold: see [`HoldTerms::told`](super::hold_terms::HoldTerms::told).
     pub(super) holds: Vec<usize>,
+    /// What the power of prescribed speeds has for one of each acceleration, and of the torque of each friction that holds.
+    pub(super) power: [Vec<usize>; 2],
     /// Sliders, each with the place of its torque.
     pub(super) sliders: Vec<(usize, usize)>,
     pub(super) scratch: Vec<f64>,
@@ -105,7 +107,7 @@ impl Expansion {
             let rounding = if begin < 0.0 && -begin <= noise(k) { -begin } else { 0.0 };
             prospect = prospect.and(margin(scratch, length, series.of(*place), mode.sign(), rounding));
         }
-        for (a, &k) in holding.iter().enumerate() {
+        for (a, &k) in holding.iter().enumerate().filter(|(_, k)| **k < modes.len()) {
             let torque = || torques[a..].iter().step_by(counts[1]).copied();
             if let Kind::Friction { at_rest } = holds.kind(k)
                 && let Some(hold) = k.checked_sub(holds.first)
@@ -178,6 +180,19 @@ impl Expansion {
         let [r, m] = self.counts;
         self.accelerations[k * r..][..r].copy_from_slice(accelerations);
         self.torques[k * m..][..m].copy_from_slice(torques);
+    }
+
+    /// The coefficient of order k of what the power of prescribed speeds has of accelerations and torques that hold.
+    pub(super) fn prescribed_power(&self, k: usize, holding: &[usize]) -> f64 {
+        let Self { series, accelerations, torques, counts: [r, m], power: [of_accelerations, of_holding], .. } = self;
+        // A convolution leaves out the product with the value itself.
+        let all = |place: usize, list: &[f64], width: usize, column: usize| {
+            let of = |order: usize| list[order * width + column];
+            series.value(place, 0) * of(k) + series.convolution(place, k, of)
+        };
+        let moved = of_accelerations.iter().enumerate().map(|(i, place)| all(*place, accelerations, *r, i));
+        let held = holding.iter().enumerate();
+        moved.sum::<f64>() + held.map(|(a, direction)| all(of_holding[*direction], torques, *m, a)).sum::<f64>()
     }
 
     /// Puts the forces of order k, less what lower orders take of them, and the bias along the directions that hold.

@@ -7,7 +7,7 @@ use super::wired::{Computer, Wired};
 use crate::assemble::{Equations, FrictionLaw};
 use crate::expr::{Expr, Function, Symbol};
 use crate::num::{Matrix, Rational, rational_from_f64};
-use crate::reduce::{Dynamics, Extension, Motion, Reduced, Work};
+use crate::reduce::{Dynamics, Extension, KeptRate, Motion, Reduced, Work};
 use crate::simulate::drive::Drive;
 use crate::simulate::scenario::{SourceSignal, SourceTarget};
 use crate::units::Dimension;
@@ -48,6 +48,13 @@ pub(super) struct Places {
     pub holds: Range<usize>,
     /// Found: the power of the inputs, and the loss.
     pub powers: Range<usize>,
+    /// Found, where constraints prescribe speeds: what the power of these constraints has for one of each acceleration, and for one of the
+    /// torque of each friction that holds.
+    pub power_of_accelerations: Range<usize>,
+    pub power_of_holding: Range<usize>,
+    /// Found: of each kept row what is to vanish of the angles and of the speeds.
+    pub kept_positions: Range<usize>,
+    pub kept_speeds: Range<usize>,
     /// Found: of each slider the torque that it has while it sticks, and the speed that it would slip with.
     pub slider_torques: Range<usize>,
     pub slider_speeds: Range<usize>,
@@ -209,7 +216,8 @@ pub(super) fn extend(
     let mut forces = forces(&mut all, &applied, &friction);
     all.motion.relax(reduced, &mut forces, &senses);
     let [slider_torques, slider_speeds] = all.motion.sliders(reduced);
-    let powers = powers(&mut all, equations, &applied, lost);
+    let mut powers = powers(&mut all, equations, &applied, lost);
+    find_kept(&mut all, &mut places, (reduced, &applied, &friction), &mut powers[0]);
     places.commands = all.found("command", commands);
     places.torques = all.found("torque", torques);
     places.applied = all.found("applied", applied);
@@ -380,6 +388,71 @@ fn powers(
     }
     loss.extend(lost);
     [all.sum(&work), all.sum(&loss)]
+}
+
+/// What is found of constraints that prescribe speeds, and of kept rows; adds the power of the former to that of the inputs.
+fn find_kept(
+    all: &mut Loop<'_>,
+    places: &mut Places,
+    (reduced, applied, friction): (&Reduced, &[Expr], &[Expr]),
+    power: &mut Expr,
+) {
+    if reduced.equations.prescribes() {
+        let [now, accelerations, holding] = prescribed_power(all, reduced, applied, friction);
+        *power = all.sum(&[&[*power], now.as_slice()].concat());
+        places.power_of_accelerations = all.found("power_of_acceleration", accelerations);
+        places.power_of_holding = all.found("power_of_holding", holding);
+    }
+    let zero = all.motion.graph.integer(0);
+    let kept = |all: &Loop<'_>, of: &dyn Fn(&KeptRate) -> Option<Expr>| -> Vec<Expr> {
+        all.motion.kept.iter().map(|row| of(row).unwrap_or(zero)).collect()
+    };
+    let (positions, speeds) = (kept(all, &|row| row.position), kept(all, &|row| row.speed));
+    places.kept_positions = all.found("kept_position", positions);
+    places.kept_speeds = all.found("kept_speed", speeds);
+}
+
+/// The power of constraints that prescribe speeds, `uᵀτ_c` with `τ_c = H (K q̈_r + k) + D q̇ + S q + friction − laws − F τ`: its part without
+/// accelerations and without friction that holds, then what it has for one of each of these.
+fn prescribed_power(all: &mut Loop<'_>, reduced: &Reduced, applied: &[Expr], friction: &[Expr]) -> [Vec<Expr>; 3] {
+    let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
+    let (mut now, mut accelerations) = (Vec::new(), vec![Vec::new(); r]);
+    let product = |all: &mut Loop<'_>, factors: &[Expr]| {
+        all.motion.graph.product(&factors.iter().map(|factor| (*factor, 1)).collect::<Vec<_>>())
+    };
+    let carried = |all: &mut Loop<'_>, row: &[(usize, Rational)]| all.motion.sum(row, |motion, k| motion.carried[k]);
+    for body in &equations.inertias {
+        let (speed, inertia) = (carried(all, &body.row), all.motion.exact(&body.value));
+        let bias = all.motion.sum(&body.row, |motion, k| motion.bias[k]);
+        now.push(product(all, &[inertia, speed, bias]));
+        for (i, entry) in all.motion.along(&body.row) {
+            accelerations[i].push(product(all, &[inertia, speed, entry]));
+        }
+    }
+    for (k, damper) in equations.dampers.iter().enumerate() {
+        let (speed, torque) = (carried(all, &damper.row), all.motion.damper_torque(reduced, k));
+        now.push(product(all, &[speed, torque]));
+    }
+    for (k, spring) in equations.springs.iter().enumerate() {
+        let (speed, torque) = (carried(all, &spring.row), all.motion.spring_torque(reduced, k));
+        now.push(product(all, &[speed, torque]));
+    }
+    let acting = equations.laws.iter().map(|law| &law.row).zip(all.motion.laws.clone());
+    let acting = acting.chain(equations.inputs.iter().map(|input| &input.row).zip(applied.iter().copied()));
+    for (row, torque) in acting {
+        let speed = carried(all, row);
+        let power = product(all, &[speed, torque]);
+        now.push(all.motion.graph.negate(power));
+    }
+    let mut holding: Vec<Expr> = equations.set_valued().map(|(_, row)| carried(all, row)).collect();
+    for (speed, torque) in holding.iter().zip(friction) {
+        now.push(product(all, &[*speed, *torque]));
+    }
+    for k in 0..all.motion.kept.len() {
+        let (speed, rate) = (all.motion.along_kept(k, |motion, shaft| motion.carried[shaft]), all.motion.kept[k].rate);
+        holding.push(all.motion.graph.subtract(speed, rate));
+    }
+    [now, accelerations.iter().map(|terms| all.sum(terms)).collect(), holding]
 }
 
 /// Copies outputs of the loop.

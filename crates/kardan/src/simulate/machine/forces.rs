@@ -1,5 +1,7 @@
 //! Forces and accelerations in one set of modes.
 
+use std::ops::Range;
+
 use super::Machine;
 use super::expressions::read;
 use super::wired::{Computer, seen};
@@ -30,6 +32,7 @@ impl Machine {
         self.held.fill(0.0);
         if self.own_laws {
             self.timed.find_sources(&self.sources, time);
+            self.give_time(time, state);
             self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         }
         for wired in &mut self.laws {
@@ -68,17 +71,23 @@ impl Machine {
 
     /// What the expressions of the loop are given besides angles and speeds.
     fn give(&mut self, time: f64, state: &[f64]) {
+        self.give_time(time, state);
         let Self { dynamics, work, places, .. } = self;
-        if !self.timed.is_empty() {
-            work.give(dynamics, places.timed.start, self.timed.at(time).iter().copied());
-        }
-        work.give(dynamics, places.states.start, state[2 * self.degrees_of_freedom..self.size - 2].iter().copied());
         work.give(dynamics, places.sources.start, self.sources.iter().copied());
         work.give(dynamics, places.held.start, self.held.iter().copied());
         work.give(dynamics, places.limits.start, self.drives.iter().flat_map(Drive::leaves));
         work.give(dynamics, places.follows.start, self.drives.iter().map(Drive::follows));
         work.give(dynamics, places.limiter_rates.start, self.drives.iter().map(Drive::limiter_rate));
         work.give(dynamics, places.senses.start, self.modes.iter().map(|mode| mode.sign()));
+    }
+
+    /// What angles and speeds are given besides the reduced ones.
+    pub(super) fn give_time(&mut self, time: f64, state: &[f64]) {
+        let Self { dynamics, work, places, .. } = self;
+        if !self.timed.is_empty() {
+            work.give(dynamics, places.timed.start, self.timed.at(time).iter().copied());
+        }
+        work.give(dynamics, places.states.start, state[2 * self.degrees_of_freedom..self.size - 2].iter().copied());
     }
 
     /// The accelerations in the current modes, from the force with slip friction.
@@ -197,6 +206,19 @@ impl Machine {
             }
         }
         read(&self.dynamics, &self.work, &self.places.powers, &mut out[self.size - 2..]);
+        if !self.places.power_of_accelerations.is_empty() {
+            out[self.size - 2] += self.prescribed_power();
+        }
+    }
+
+    /// What the power of constraints that prescribe speeds has of the accelerations and of the friction that holds, W.
+    fn prescribed_power(&self) -> f64 {
+        let of = |place: usize| self.work.more(&self.dynamics, place);
+        let Range { start: first, end } = self.places.power_of_accelerations;
+        let accelerations: f64 = (first..end).map(|k| of(k) * self.acceleration[k - first]).sum();
+        let first = self.places.power_of_holding.start;
+        let holding = self.holding.iter().zip(&self.hold_torque);
+        accelerations + holding.map(|(k, torque)| of(first + k) * torque).sum::<f64>()
     }
 
     /// Everything that outputs are read from: accelerations, motor torques, friction torques, at one point.
@@ -288,8 +310,9 @@ impl Machine {
         self.accelerate();
     }
 
-    /// Kinetic and potential energy at a state, J.
-    pub fn energy(&mut self, state: &[f64]) -> f64 {
+    /// Kinetic and potential energy at a time and a state, J.
+    pub fn energy(&mut self, time: f64, state: &[f64]) -> f64 {
+        self.give_time(time, state);
         self.update(state);
         self.dynamics.energy(&self.work)
     }

@@ -232,7 +232,8 @@ impl Machine {
         for (k, margin) in out.iter_mut().enumerate() {
             *margin = self.slip_margin(k);
         }
-        for (&k, torque) in self.holding.iter().zip(&self.hold_torque) {
+        let frictions = out.len();
+        for (&k, torque) in self.holding.iter().zip(&self.hold_torque).filter(|(k, _)| **k < frictions) {
             out[k] = self.room_of(k, *torque);
         }
         self.lock_margins().for_each(|(k, margin)| out[k] = margin);
@@ -323,6 +324,10 @@ impl Machine {
         let before = self.modes.clone();
         let mut events = Vec::new();
         self.settle_drives(time, state, everything, input_names, &mut events);
+        if !self.kept.is_empty() {
+            // Kept rows hold all the time, and there is no friction beside them.
+            return events;
+        }
         let met = self.meet(time, state, (crossing, everything), names, &mut events);
         if !everything && !self.holds.struck && met.crossing.is_empty() && self.modes.iter().all(|mode| *mode != Mode::Stick) {
             // Nothing is at rest, and nothing comes to rest.

@@ -9,6 +9,7 @@ mod friction_modes;
 mod hold_terms;
 mod holds;
 mod jacobian;
+mod kept;
 mod laws;
 mod motor_modes;
 mod response;
@@ -111,6 +112,8 @@ pub struct Machine {
     jacobian: Option<Box<Jacobian>>,
     /// Evaluations of the equations so far.
     evaluated: u64,
+    /// Numbers of the kept rows among the directions: behind the frictions.
+    pub(super) kept: Range<usize>,
     pub(super) friction_torques: Vec<f64>,
 }
 

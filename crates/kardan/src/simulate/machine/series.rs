@@ -13,7 +13,7 @@ impl Machine {
     /// Prepares series up to an order, also of the angles and of the speeds of some shafts; false where a law computes by itself at every
     /// instant, or something has kinks.
     pub fn prepare_series(&mut self, order: usize, shafts: &[Vec<usize>; 2]) -> bool {
-        let (r, m) = (self.degrees_of_freedom, self.modes.len());
+        let (r, m) = (self.degrees_of_freedom, self.kept.end);
         let MotionPlan { plan, angles, speeds, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
         let Places { held, limits, follows, limiter_rates, senses, follows_signal, .. } = &self.places;
         let steady = |input: usize| {
@@ -23,8 +23,10 @@ impl Machine {
                 .any(|places| places.contains(&given))
         };
         let Places { forces, rates, powers, friction_speeds, commands, slider_torques, holds, .. } = &self.places;
-        let extended =
-            [forces, rates, powers, friction_speeds, commands, slider_torques, holds].into_iter().cloned().flatten();
+        let Places { power_of_accelerations, power_of_holding, .. } = &self.places;
+        let prescribed = [power_of_accelerations, power_of_holding];
+        let extended = [forces, rates, powers, friction_speeds, commands, slider_torques, holds];
+        let extended = extended.into_iter().chain(prescribed).cloned().flatten();
         let motion = [inertia, friction_rows, friction_bias].into_iter().flatten();
         let rows = [angles, speeds].into_iter().zip(shafts);
         let rows = rows.flat_map(|(list, shafts)| list.iter().filter(|(shaft, _)| shafts.contains(shaft)));
@@ -54,6 +56,7 @@ impl Machine {
             friction_speeds: found(&self.places.friction_speeds),
             commands: found(&self.places.commands),
             holds: found(&self.places.holds),
+            power: prescribed.map(found),
             sliders: self.sliders.iter().copied().zip(found(&self.places.slider_torques)).collect(),
             scratch: vec![0.0; stride],
             rows_follow,
@@ -176,6 +179,9 @@ impl Machine {
         }
         for (next, place) in next[2 * r..].iter_mut().zip(&expansion.rates) {
             *next = expansion.series.value(*place, k) * per;
+        }
+        if !expansion.power[0].is_empty() {
+            next[size - 2] += expansion.prescribed_power(k, &self.holding) * per;
         }
         self.work.friction_bias.copy_from_slice(&expansion.friction_bias);
     }

@@ -131,6 +131,10 @@ impl Plant {
             let message = format!("identification does not know the torques of laws: {laws}");
             return Err(wrong(message, "take them out, or log them as the torque of a `disturbance`"));
         }
+        if let Some(moving) = reduced.equations.moving.keys().next() {
+            let message = format!("identification does not know constraints that move: `{moving}`");
+            return Err(wrong(message, "give it an offset that is a number"));
+        }
         let names = reduced.coordinate_names();
         let blind = names.iter().zip(&self.sensors).filter(|(_, (angle, _))| angle.is_none());
         let blind: Vec<&str> = blind.map(|(name, _)| name.as_str()).collect();

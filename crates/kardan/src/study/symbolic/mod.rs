@@ -57,11 +57,17 @@ impl Project {
         let (prepared, diagnostics) = (self.prepared(), self.mistakes().to_vec());
         let error = diagnostics.iter().any(is_error);
         let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
+        crate::study::kept::refuse_equations(&variant.reduced)?;
         let own = &variant.reduced.equations;
         if (0..own.constraints.len()).any(|row| own.is_equilibrium(row)) {
             let message = "motions without inertia follow from springs alone here, which is not written in symbols";
             let help = "give them an inertia, or look at the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::massless", message).help(help)]);
+        }
+        if let Some(moving) = own.moving.keys().next() {
+            let message = format!("the offset of `{moving}` is a function of time, which is not written in symbols");
+            let help = "give it an offset that is a number, or look at the equations without --symbolic";
+            return Err(vec![Diagnostic::error("symbolic::moving", message).help(help)]);
         }
         let settings = self.document().variant_settings().into_iter().next().unwrap_or_default().settings;
         let named = self.document().named_terms(&settings);

@@ -1,0 +1,82 @@
+use std::sync::Arc;
+
+use super::shared::prescribed::right_side;
+use super::shared::straight::check_moves;
+use super::{Element, Mistake, Values};
+use crate::equations::{Direction, Domain, Kept, Term};
+use crate::expr::OfTime;
+use crate::results::Symbol;
+use crate::schema::{ElementKeys, Keys, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// A shaft or a mass that follows a function of time.
+    element PrescribedMotion("prescribed_motion") {
+        required {
+            shaft: Body, "The shaft or mass that moves as prescribed.";
+        }
+        optional {
+            angle: OfTime(Dimension::ANGLE),
+                "Its angle, of a mass its position: a smooth function of the time `t`, parameters, signals `[signal.NAME]` and tables. The \
+                 function and its rate must not jump.";
+            speed: OfTime(Dimension::ANGULAR_VELOCITY), "In place of `angle`: its speed, which must not jump; the angle begins at `initial`.";
+            acceleration: OfTime(Dimension::ANGULAR_ACCELERATION),
+                "In place of `angle`: its acceleration, which may jump; angle and speed begin at `initial`.";
+            reference: Body, "The shaft or mass that the angle is measured from; left out: the housing.";
+        }
+    }
+}
+
+/// A shaft or a mass that follows a function of time.
+pub const PRESCRIBED_MOTION: Element = Element {
+    keyword: PrescribedMotion::KEYWORD,
+    summary: "A shaft or a mass that moves as a function of time says, whatever torque or force that takes.",
+    sketch: r"
+    angle(t)  -->  shaft  (against reference)",
+    signs: "`<name>.tau` (of a mass the force `<name>.f`) is the torque that the motion takes: positive turns the shaft forward; the opposite \
+            acts on `reference`. Times the rate of the angle it is the power that the motion gives to the model.",
+    symbol: Symbol::Torque,
+    fields: PrescribedMotion::FIELDS,
+    example: "\
+[prescribed_motion.drive]
+shaft = \"motor\"
+angle = \"30 deg * sin(2 pi t / 1 s)\"
+",
+    check,
+    terms,
+};
+
+const MOTIONS: [&str; 3] = ["angle", "speed", "acceleration"];
+
+fn check(values: &Values) -> Vec<Mistake> {
+    let mut out = check_moves(values, &["shaft"]);
+    let given: Vec<&'static str> = MOTIONS.into_iter().filter(|key| values.has(key)).collect();
+    match given[..] {
+        [] => out.push(Mistake::new("shaft", "nothing says how it moves", "add `angle`, `speed` or `acceleration`")),
+        [_] => {}
+        [first, second, ..] => {
+            let message = format!("`{first}` and `{second}` both say how it moves");
+            out.push(Mistake::new(second, message, "take out one of the two"));
+        }
+    }
+    if values.word("shaft") == values.word("reference") {
+        let message = format!("`{}` does not move against itself", values.word_or_default("shaft"));
+        out.push(Mistake::new("reference", message, "name another shaft, or remove `reference` for the housing"));
+    }
+    out
+}
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    let along = Direction::difference(values.word_or_default("shaft"), values.word("reference"));
+    let measure = values.along_masses.then_some(Term::Measure(Domain::Translation));
+    if let Some(key) = ["speed", "acceleration"].into_iter().find(|key| values.has(key)) {
+        let function = match values.of_time(key) {
+            Some(function) => Arc::clone(function),
+            None => Arc::new(OfTime::constant(&values.exact_or_default(key), Dimension::NONE)),
+        };
+        let kept = if key == "speed" { Kept::Speed } else { Kept::Acceleration }(along.entries, function);
+        return measure.into_iter().chain([Term::Kept(kept)]).collect();
+    }
+    let (offset, moving) = right_side(values, "angle");
+    measure.into_iter().chain([Term::Constraint { along, offset }]).chain(moving).collect()
+}

@@ -1,0 +1,131 @@
+//! Constraints whose coefficients, or which themselves, are expressions of angles and positions.
+
+use std::sync::Arc;
+
+use super::Functions;
+use crate::diagnostics::Diagnostic;
+use crate::entries::Place;
+use crate::equations::{Domain, Formula, Meaning};
+use crate::expr::Graph;
+use crate::schema::{Placed, Scalar};
+use crate::units::{Dimension, Expression};
+
+impl Functions<'_, '_> {
+    /// An expression of angles and positions that is to vanish: an angle or a length; and which of them it is.
+    pub(crate) fn surface(
+        &mut self,
+        expression: &Expression,
+        (place, what): (&Place, &str),
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<(Arc<Formula>, Domain)> {
+        let (formula, found) = self.of_positions(expression, (place, what), out)?;
+        let domain =
+            [Domain::Rotation, Domain::Translation].into_iter().find(|domain| domain.dimensions()[0].is_like(&found));
+        if domain.is_none() || formula.coordinates().next().is_none() {
+            let at = place.part(expression.text(), 0..expression.text().len());
+            let message = match domain {
+                None => format!("{what}: expected an angle, a number or a length, found {}", found.noun()),
+                Some(_) => format!("{what}: no angle or position stands in it, so it constrains nothing"),
+            };
+            let help = "write what is to vanish, such as `q1.phi - 0.5 * sin(q2.phi)` or `crank * cos(a.phi) - car.s`";
+            out.push(Diagnostic::error("constraint::expression", message).at(at, found.noun()).help(help));
+            return None;
+        }
+        Some((formula, domain.unwrap_or_default()))
+    }
+
+    /// Coefficients by shaft and mass whose sum with the rates of these is a speed; and of what.
+    pub(crate) fn row(
+        &mut self,
+        entries: &[(Placed<String>, Placed<Scalar>)],
+        what: &str,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<(Vec<(String, Arc<Formula>)>, Domain)> {
+        let before = out.len();
+        let (mut row, mut sum) = (Vec::new(), None::<(Dimension, String)>);
+        for (name, scalar) in entries {
+            let Scalar::Expression(expression) = &scalar.value else { continue };
+            let label = format!("`{}` in {what}", name.value);
+            let known = out.len();
+            self.reader.check_coordinate(&name.value, &name.place, &label, out);
+            if out.len() > known {
+                continue;
+            }
+            let Some((formula, found)) = self.of_positions(expression, (&scalar.place, &label), out) else { continue };
+            let [_, rate] = self.reader.domain_of(&name.value).dimensions();
+            let Some(product) = found.times(&rate, 1) else { continue };
+            match &sum {
+                None => sum = Some((product, name.value.clone())),
+                Some((first, other)) if !first.is_like(&product) => {
+                    let message = format!(
+                        "{label}: times the rate of `{}` it is {}, but the term of `{other}` is {}",
+                        name.value,
+                        product.noun(),
+                        first.noun()
+                    );
+                    let help = "every term of a row is the same quantity: give a coefficient a length, or take one out";
+                    out.push(
+                        Diagnostic::error("unit::dimension", message)
+                            .at(scalar.place.clone(), product.noun())
+                            .help(help),
+                    );
+                }
+                Some(_) => {}
+            }
+            row.push((name.value.clone(), formula));
+        }
+        let (found, _) = sum?;
+        let domain =
+            [Domain::Rotation, Domain::Translation].into_iter().find(|domain| domain.dimensions()[1].is_like(&found));
+        if domain.is_none() && out.len() == before {
+            let message = format!("{what}: its terms are {}, no speeds", found.noun());
+            let help = "coefficients are numbers, or lengths for the rates of angles";
+            let place = entries.first().map(|(_, scalar)| scalar.place.clone()).unwrap_or_default();
+            out.push(Diagnostic::error("unit::dimension", message).at(place, found.noun()).help(help));
+        }
+        (out.len() == before).then_some((row, domain?))
+    }
+
+    /// An expression of angles and positions, smooth, without rates and without the time; and what it is of.
+    fn of_positions(
+        &mut self,
+        expression: &Expression,
+        (place, what): (&Place, &str),
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<(Arc<Formula>, Dimension)> {
+        let (formula, found) = self.formula_of_any(expression, (place, what), out)?;
+        let wrong = formula.names.iter().find_map(|(name, meaning)| match meaning {
+            Meaning::Rate(_) => Some((
+                name,
+                "a speed",
+                "coefficients of a row of rates stand in `rates`, and depend on positions alone",
+            )),
+            Meaning::Time | Meaning::Signal(_) => Some((
+                name,
+                "a function of time",
+                "what moves with the time is the `offset` of a row of `coefficients`, or a prescribed_motion",
+            )),
+            _ => None,
+        });
+        if let Some((name, kind, help)) = wrong {
+            let span = expression.place_of(name).unwrap_or(0..expression.text().len());
+            let message = format!("{what}: `{name}` is {kind}, and only angles and positions may stand here");
+            out.push(
+                Diagnostic::error("constraint::expression", message)
+                    .at(place.part(expression.text(), span), kind)
+                    .help(help),
+            );
+            return None;
+        }
+        let mut graph = Graph::default();
+        let kinks = self.written_formula(&formula, &mut graph).map(|(value, _)| graph.kinks(value));
+        if kinks.is_ok_and(|kinks| kinks.into_iter().any(graph.varying())) {
+            let message = format!("{what}: it may bend or jump, and no motion follows that");
+            let at = place.part(expression.text(), 0..expression.text().len());
+            let help = "leave out abs, min, max, if and sign, and tables with corners";
+            out.push(Diagnostic::error("motion::kink", message).at(at, "may bend").help(help));
+            return None;
+        }
+        Some((Arc::new(formula), found))
+    }
+}

@@ -1,0 +1,70 @@
+//! Functions of time that a motion follows: what of them must not jump.
+
+use super::{Functions, LOOKS, MOST_LOOKS};
+use crate::diagnostics::Diagnostic;
+use crate::entries::Place;
+use crate::expr::OfTime;
+use crate::schema::Scalar;
+use crate::units::{Dimension, Expression};
+
+/// Relative to its largest value, what of a jump is taken for rounding.
+const ROUNDING: f64 = 1e-9;
+
+impl Functions<'_, '_> {
+    /// The expression of a value that is a function of time.
+    pub(crate) fn of_time(&self, scalar: &Scalar) -> Option<Expression> {
+        self.document.function_of_time(scalar)
+    }
+
+    /// The function of an expression that a motion follows: an angle without jumps of itself and of its rate, a speed without jumps, an
+    /// acceleration; positions of masses likewise.
+    pub(crate) fn smooth(
+        &mut self,
+        expression: &Expression,
+        wanted: Dimension,
+        (place, what): (&Place, &str),
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<OfTime> {
+        let function = self.function(expression, wanted, (place, what), out)?;
+        let at = place.part(expression.text(), 0..expression.text().len());
+        if function.has_kinks() {
+            let message = format!("{what}: it may bend or jump between steps, and no motion follows that");
+            let help = "leave out abs, min, max, if and sign, and tables with corners; a `[signal.NAME]` says where it has breakpoints";
+            out.push(Diagnostic::error("motion::kink", message).at(at, "may bend").help(help));
+            return None;
+        }
+        let derivatives = match wanted {
+            Dimension::ANGLE | Dimension::LENGTH => vec![function.clone(), function.rate()],
+            Dimension::ANGULAR_VELOCITY | Dimension::VELOCITY => vec![function.clone()],
+            _ => Vec::new(),
+        };
+        for (order, derivative) in derivatives.iter().enumerate() {
+            let Some((time, jump)) = self.jump(derivative) else { continue };
+            let whose = if order == 0 { "it" } else { "its rate" };
+            let unit = derivative.dimension().si();
+            let message = format!("{what}: {whose} jumps by {jump} {unit} at {time} s, which takes an infinite torque");
+            let help = "take a function without that jump: a cubic table, a sine that begins where it turns round, an expression of `t`";
+            out.push(Diagnostic::error("motion::jump", message).at(at, "jumps").help(help));
+            return None;
+        }
+        Some(function)
+    }
+
+    /// The first time within the run at which a function jumps by more than rounding, and by how much.
+    fn jump(&self, function: &OfTime) -> Option<(f64, f64)> {
+        let mut starts: Vec<f64> = function.parts().flat_map(|part| part.pieces.starts()).copied().collect();
+        starts.retain(|start| *start > 0.0 && *start < self.horizon);
+        starts.sort_by(f64::total_cmp);
+        starts.dedup();
+        let evenly = (0..=LOOKS).map(|k| self.horizon * f64::from(k) / f64::from(LOOKS));
+        let looks = evenly.chain(starts.iter().copied().take(MOST_LOOKS));
+        let largest = looks.map(|time| function.value(time).abs()).fold(0.0, f64::max);
+        let jump = |time: f64| function.value(time) - function.value_before(time);
+        let size = |time: f64| largest.max(function.value_before(time).abs());
+        starts
+            .into_iter()
+            .map(|time| (time, jump(time), size(time)))
+            .find(|(_, by, size)| by.abs() > ROUNDING * size)
+            .map(|(time, by, _)| (time, by))
+    }
+}

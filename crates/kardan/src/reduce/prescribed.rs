@@ -1,0 +1,44 @@
+//! Constraints whose right-hand sides are functions of time (rheonomic), in the equations of motion.
+
+use std::collections::BTreeMap;
+
+use super::{Motion, Reduced};
+use crate::expr::Expr;
+use crate::num::{Rational, rational_from_f64};
+
+/// A right-hand side: what it has changed by since time zero, its first and its second derivative by the time.
+pub(super) type Moving = BTreeMap<usize, [Expr; 3]>;
+
+impl Motion {
+    /// The right-hand sides that move, by the number of their constraint; none where the time stands still.
+    pub(super) fn moving(&mut self, reduced: &Reduced) -> Moving {
+        let mut out = Moving::new();
+        if self.timed.begin {
+            return out;
+        }
+        for (k, constraint) in reduced.equations.constraints.iter().enumerate() {
+            let Some(function) = reduced.equations.moving.get(&constraint.element) else { continue };
+            let value = self.of_time(function);
+            let begin = rational_from_f64(constraint.value.to_f64()).unwrap_or(Rational::ZERO);
+            let changed = self.graph.sum(-begin, &[(value, Rational::ONE)]);
+            let rate = function.rate();
+            let [first, second] = [&rate, &rate.rate()].map(|rate| self.of_time(rate));
+            out.insert(k, [changed, first, second]);
+        }
+        out
+    }
+
+    /// Angle, speed, bias and prescribed speed with the shares of right-hand sides that move.
+    pub(super) fn moved(&mut self, found: [Expr; 4], shares: &[(usize, Rational)], moving: &Moving) -> [Expr; 4] {
+        let [mut angle, mut speed, mut bias, mut carried] = found;
+        for (row, share) in shares {
+            let Some([changed, rate, second]) = moving.get(row) else { continue };
+            let of = [(&mut angle, changed), (&mut speed, rate), (&mut bias, second), (&mut carried, rate)];
+            for (whole, part) in of {
+                let terms = [(*whole, Rational::ONE), (*part, share.clone())];
+                *whole = self.graph.sum(Rational::ZERO, &terms);
+            }
+        }
+        [angle, speed, bias, carried]
+    }
+}

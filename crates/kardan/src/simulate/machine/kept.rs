@@ -1,0 +1,54 @@
+//! Constraints that a run keeps with their multipliers: angles and speeds stay on them.
+
+use std::ops::Range;
+
+use super::Machine;
+use super::expressions::read;
+
+/// Steps of Newton's method at most.
+const MOST: usize = 12;
+/// Units in the last place that are rounding.
+const ROUNDED: f64 = 4.0;
+
+impl Machine {
+    /// Puts angles and speeds back on the kept rows, by the smallest changes in the metric of the inertia; tells whether any changed. Between
+    /// two steps only what the tolerance left is taken away, so that nothing adds up.
+    pub fn stay_on_rows(&mut self, time: f64, state: &mut [f64]) -> bool {
+        if self.kept.is_empty() {
+            return false;
+        }
+        let r = self.degrees_of_freedom;
+        let moved = self.reach(time, state, (self.places.kept_positions.clone(), 0..r));
+        let turned = self.reach(time, state, (self.places.kept_speeds.clone(), r..2 * r));
+        moved || turned
+    }
+
+    /// `x −= H⁻¹Gᵀ (G H⁻¹Gᵀ)⁻¹ d` until nothing changes any more, d what is to vanish.
+    fn reach(&mut self, time: f64, state: &mut [f64], (defects, part): (Range<usize>, Range<usize>)) -> bool {
+        let (r, count, mut changed) = (self.degrees_of_freedom, self.kept.len(), false);
+        for _ in 0..MOST {
+            self.forces(time, state);
+            self.factor_holding();
+            let mut defect = vec![0.0; count];
+            read(&self.dynamics, &self.work, &defects, &mut defect);
+            if defect.iter().all(|x| *x == 0.0) {
+                break;
+            }
+            self.hold_factor.solve(&mut defect);
+            let mut largest = 0.0f64;
+            let mut changes = vec![0.0; r];
+            for (weighted, factor) in self.weighted.chunks_exact(r).zip(&defect) {
+                changes.iter_mut().zip(weighted).for_each(|(change, weight)| *change += weight * factor);
+            }
+            for (x, change) in state[part.clone()].iter().zip(&changes) {
+                largest = largest.max(change.abs() / (ROUNDED * f64::EPSILON * x.abs().max(1.0)));
+            }
+            if largest <= 1.0 || !changes.iter().all(|change| change.is_finite()) {
+                break;
+            }
+            state[part.clone()].iter_mut().zip(&changes).for_each(|(x, change)| *x -= change);
+            changed = true;
+        }
+        changed
+    }
+}

@@ -1,0 +1,43 @@
+//! Constraints that prescribe motions as functions of time: what they do not go with.
+
+use super::places::{place_of, place_of_value};
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::model::Document;
+use crate::reduce::{Motion, Reduced};
+
+/// Frictions along which a constraint prescribes a speed.
+pub(super) fn check_prescribed(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) -> bool {
+    if reduced.equations.moving.is_empty() {
+        return true;
+    }
+    let before = out.len();
+    let mut motion = Motion::new(reduced);
+    for (name, row) in reduced.equations.set_valued() {
+        let speed = motion.sum(row, |motion, shaft| motion.carried[shaft]);
+        if motion.graph.is_zero(speed) {
+            continue;
+        }
+        let message = format!(
+            "the speed along the friction of `{name}` is prescribed in part by {}, which runs do not follow",
+            quoted(reduced.equations.moving.keys().map(String::as_str))
+        );
+        out.push(
+            Diagnostic::error("friction::prescribed", message)
+                .at(place_of_value(document, name, "friction"), "this friction")
+                .help("take the friction out, use `damping`, or put a stiff spring_damper between it and the prescribed motion"),
+        );
+    }
+    out.len() == before
+}
+
+/// Motions without inertia beside a prescribed motion, which runs do not follow.
+pub(super) fn refuse_massless(document: &Document, reduced: &Reduced, massless: &mut Vec<Diagnostic>) -> bool {
+    let kept = reduced.equations.kept.iter().map(|kept| &kept.element);
+    let Some(first) = reduced.equations.moving.keys().chain(kept).next() else { return false };
+    for mistake in massless.iter_mut() {
+        let told = std::mem::replace(mistake, Diagnostic::error("model::massless", ""));
+        let message = format!("{}; beside `{first}` it is not followed", told.message);
+        *mistake = Diagnostic { message, ..told }.at(place_of(document, first), "this constraint");
+    }
+    true
+}

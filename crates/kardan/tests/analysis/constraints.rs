@@ -1,0 +1,100 @@
+//! The class of each constraint, Tables 4.1 and 4.2, and how it is decided.
+
+use kardan::results::{Analysis, ConstraintClass};
+use kardan::study::{self, AnalyzeSettings, Silent};
+
+fn analysis(source: &str) -> Analysis {
+    study::analyze(source, &AnalyzeSettings::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"))
+}
+
+fn class(source: &str, element: &str) -> ConstraintClass {
+    let found = analysis(source).class.unwrap().constraints;
+    found.into_iter().find(|class| class.element == element).unwrap()
+}
+
+const BODIES: &str = "[mass.x]\nmass = \"2 kg\"\n[mass.y]\nmass = \"2 kg\"\n[shaft.h]\ninertia = \"0.3 kg m^2\"\n\
+                      [shaft.k]\ninertia = \"1 kg m^2\"\n";
+
+/// Holonomic, scleronomic, linear.
+fn words(class: &ConstraintClass) -> [bool; 3] {
+    assert!(class.equality);
+    [class.holonomic, class.scleronomic, class.linear]
+}
+
+/// Rows of speeds: a wheel is nonholonomic, with a witness; exact differentials, also times a factor, are not; constant ones are linear.
+#[test]
+fn frobenius_tells_rolling_from_what_has_an_integral() {
+    for (rates, expected) in [
+        ("x = \"-sin(h.phi)\", y = \"cos(h.phi)\"", [false, true, false]),
+        ("x = 1, h = \"-0.3 m * cos(k.phi)\"", [false, true, false]),
+        ("x = \"sin(2 * h.phi - k.phi)\", y = \"cos(2 * h.phi - k.phi)\"", [false, true, false]),
+        // d(x + 0.2 m sin h), the same times a factor that is no derivative, and constant coefficients.
+        ("x = 1, h = \"0.2 m * cos(h.phi)\"", [true, true, false]),
+        ("x = \"2 + sin(k.phi)\", h = \"0.2 m * cos(h.phi) * (2 + sin(k.phi))\"", [true, true, false]),
+        ("x = \"y.s / 1 m\", y = \"x.s / 1 m\"", [true, true, false]),
+        ("x = 1, y = -2", [true, true, true]),
+    ] {
+        let initial = "[scenario]\nduration = \"1 s\"\ninitial = { \"x.s\" = \"1 m\", \"y.s\" = \"1 m\", \"h.phi\" = \"0.4 rad\" }\n";
+        let source = format!("{BODIES}[constraint.row]\nrates = {{ {rates} }}\n{initial}");
+        let found = class(&source, "row");
+        assert_eq!(words(&found), expected, "{rates}: {found:?}");
+        let reason = found.reason.unwrap();
+        let witness = if expected[0] {
+            "is zero, exactly, at 3 generic points"
+        } else {
+            "is not zero, exactly, at the generic point"
+        };
+        assert!(reason.contains(witness), "{reason}");
+    }
+}
+
+/// Two rows that hold a wheel: each may have an integral where the other holds and has none alone.
+#[test]
+fn rows_are_judged_together() {
+    // With h held at its place by the second row the wheel runs on a line.
+    let held = format!(
+        "{BODIES}[constraint.wheel]\nrates = {{ x = \"-sin(h.phi)\", y = \"cos(h.phi)\" }}\n[constraint.hold]\nrates = {{ h = 1 }}\n"
+    );
+    for element in ["wheel", "hold"] {
+        assert!(class(&held, element).holonomic, "{element}");
+    }
+}
+
+#[test]
+fn relations_of_positions_and_prescribed_motions_have_their_class() {
+    let row = |row: &str| format!("{BODIES}[constraint.row]\n{row}\n");
+    for (source, expected) in [
+        (row("expression = \"h.phi - 0.5 * sin(k.phi)\""), [true, true, false]),
+        (row("expression = \"h.phi - k.phi / 2\""), [true, true, true]),
+        (row("coefficients = { h = 1, k = -1 }\noffset = \"1 rad * sin(2 pi t / 1 s)\""), [true, false, true]),
+        (row("coefficients = { h = 1, k = -1 }\noffset = \"1 rad\""), [true, true, true]),
+        (
+            format!("{BODIES}[prescribed_motion.row]\nshaft = \"h\"\nspeed = \"1 rad/s * sin(2 pi t / 1 s)\"\n"),
+            [true, false, true],
+        ),
+        (
+            format!("{BODIES}[prescribed_motion.row]\nshaft = \"h\"\nacceleration = \"1 rad/s^2\"\n"),
+            [true, false, true],
+        ),
+    ] {
+        let found = class(&source, "row");
+        assert_eq!(words(&found), expected, "{source}: {found:?}");
+        let holds = analysis(&source).class.unwrap().constant_linear;
+        assert!(!holds, "{source}");
+    }
+}
+
+/// Small motions around the start: of a slider-crank by hand those of its linear row there.
+#[test]
+fn an_analysis_sees_a_relation_as_its_row_at_the_start() {
+    let spring = "[spring_damper.s]\nshaft_1 = \"h\"\nstiffness = \"8 N m/rad\"\n";
+    let start = "[scenario]\nduration = \"1 s\"\n";
+    let by_hand = format!("{BODIES}{spring}[constraint.row]\nexpression = \"h.phi - 0.5 * sin(k.phi)\"\n{start}");
+    let linear = format!("{BODIES}{spring}[constraint.row]\ncoefficients = {{ h = 1, k = -0.5 }}\n{start}");
+    let poles = |source: &str| -> Vec<String> {
+        let found = analysis(source).modes;
+        found.iter().map(|mode| format!("{:.9} {:.9}", mode.eigenvalue.re, mode.eigenvalue.im)).collect()
+    };
+    assert_eq!(poles(&by_hand), poles(&linear));
+    assert!(poles(&linear).iter().any(|pole| !pole.ends_with(" 0.000000000")));
+}
