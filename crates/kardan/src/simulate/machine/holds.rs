@@ -371,38 +371,52 @@ impl Machine {
         Some(self.directions.iter().copied().filter(rests).collect())
     }
 
-    /// Whether what leaves a stop with a speed rises above what rounding makes of its place, at the accelerations last evaluated.
-    fn rebounds(&self, direction: usize, offset: f64, speed: f64) -> bool {
-        let acceleration = self.dynamics.along_friction(direction, &self.acceleration, &self.work)
-            + self.work.friction_bias[direction];
-        let noise = NOISE * (offset.abs() + self.dynamics.friction_angles(direction, &self.work));
-        speed > LEAST_REBOUND && speed * speed > 2.0 * acceleration.abs() * noise
+    /// The least speeds with which what leaves each stop rises above what rounding makes of its place, at the forces last evaluated; of other
+    /// directions nothing.
+    fn least_rebounds(&self, rigid: &[usize]) -> Vec<f64> {
+        let mut free = self.force.clone();
+        self.work.factor.solve(&mut free);
+        let least = |&k: &usize| {
+            let Kind::Stop { offset, .. } = self.holds.kind(k) else { return 0.0 };
+            let acceleration = self.dynamics.along_friction(k, &free, &self.work) + self.work.friction_bias[k];
+            let noise = NOISE * (offset.abs() + self.dynamics.friction_angles(k, &self.work));
+            LEAST_REBOUND.max((2.0 * acceleration.abs() * noise).sqrt())
+        };
+        rigid.iter().map(least).collect()
     }
 
     /// The impulses along rigid directions at the point last evaluated, so that nothing goes on into them and no energy is gained.
     fn blow(&mut self, rigid: &[usize]) -> Blow {
         let before: Vec<f64> = rigid.iter().map(|&k| self.dynamics.friction_speed(k, &self.work)).collect();
-        let rebound = |(&k, &speed): (&usize, &f64)| match self.holds.kind(k) {
-            Kind::Stop { offset, restitution } if self.rebounds(k, offset, -restitution * speed) => restitution,
+        let least = self.least_rebounds(rigid);
+        let rebound = |((&k, &speed), &least): ((&usize, &f64), &f64)| match self.holds.kind(k) {
+            Kind::Stop { restitution, .. } if -restitution * speed > least => restitution,
             _ => 0.0,
         };
-        let mut rebounds: Vec<f64> = rigid.iter().zip(&before).map(rebound).collect();
+        let mut rebounds: Vec<f64> = rigid.iter().zip(&before).zip(&least).map(rebound).collect();
         let (weighted, w) = self.compliance(rigid);
         let m = rigid.len();
         let mut impulses = vec![0.0; m];
-        let [forward, backward]: [Vec<f64>; 2] =
+        let [mut forward, backward]: [Vec<f64>; 2] =
             [0, 1].map(|sense| rigid.iter().map(|&k| self.bounds[sense][k]).collect());
-        let bounds = Bounds { forward: &forward, backward: &backward };
         loop {
             let right: Vec<f64> = before.iter().zip(&rebounds).map(|(speed, e)| speed * (1.0 + e)).collect();
+            let bounds = Bounds { forward: &forward, backward: &backward };
             // What rebounds may be blocked the other way: then nothing does.
             let solved = self.box_problem.solve(&w, &right, bounds, &mut impulses);
             let after = |a: usize| before[a] - dot(&w[a * m..(a + 1) * m], &impulses);
             let lost: f64 = (0..m).map(|a| 0.5 * impulses[a] * (before[a] + after(a))).sum();
-            if solved && lost >= 0.0 || rebounds.iter().all(|e| *e == 0.0) {
-                return Blow { impulses, rebounds, lost: lost.max(0.0), weighted };
+            if !(solved && lost >= 0.0) && rebounds.iter().any(|e| *e != 0.0) {
+                rebounds.fill(0.0);
+                continue;
             }
-            rebounds.fill(0.0);
+            // A stop that is left by no more than rounding, by the blow at another one, would knock back, and so on.
+            let stays = |a: &usize| forward[*a] == 0.0 && least[*a] > 0.0 && after(*a) > 0.0 && after(*a) <= least[*a];
+            let Some(a) = (0..m).find(stays) else {
+                return Blow { impulses, rebounds, lost: lost.max(0.0), weighted };
+            };
+            forward[a] = f64::INFINITY;
+            rebounds[a] = 0.0;
         }
     }
 
