@@ -182,12 +182,8 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             .unwrap_or_else(|_| panic!("no shaft `{name}`"))
     };
     let row = |along: &Direction| {
-        let mut row: Vec<(usize, Rational)> = along
-            .entries
-            .iter()
-            .map(|(name, x)| (number(name), x.to_rational()))
-            .filter(|(_, x)| !Scalar::is_zero(x))
-            .collect();
+        let entries = along.entries.iter().map(|(name, x)| (number(name), x.to_rational()));
+        let mut row: Vec<(usize, Rational)> = entries.filter(|(_, x)| !Scalar::is_zero(x)).collect();
         row.sort_by_key(|(shaft, _)| *shaft);
         row
     };

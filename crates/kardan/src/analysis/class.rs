@@ -1,9 +1,9 @@
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::integrable::{Integrable, integrable};
-use crate::assemble::{Equations, KeptRow};
-use crate::equations::{Domain, Formula, Kept};
+use crate::assemble::{Along, Equations, KeptRow};
+use crate::equations::{Domain, Formula, Hold, Kept};
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
 use crate::reduce::{Kinematics, Motion, Reduced, Redundant};
 use crate::results::{Assumption, Breach, Class, ConstraintClass, FrictionState, OperatingPoint, ShaftAngle};
@@ -60,6 +60,13 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
         ),
     ];
     let mut assumptions = assumptions;
+    let open = equations.holds.iter().filter(|hold| !stuck.contains(&hold.element));
+    let open: BTreeMap<&str, String> =
+        open.map(|hold| (hold.element.as_str(), "it holds one way or at times; here it is open".to_string())).collect();
+    if !open.is_empty() {
+        let open = open.into_iter().map(|(element, why)| (element.to_string(), why)).collect();
+        assumptions.push(assumption("no constraint comes and goes (source, Table 4.2)", open));
+    }
     if !equations.laws.is_empty() {
         let laws = equations.laws.iter().map(|law| (law.element.clone(), law_in_words(&law.value)));
         let statement = "no other torques act than those of springs, dampers and inputs (source, eq. 4.36)";
@@ -123,7 +130,34 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
         linear: true,
         reason: None,
     });
-    linear.chain(redundant).chain(curves).chain(held).collect()
+    let holds = equations.holds.iter().filter_map(|hold| held_class(hold, shafts, stuck.contains(&hold.element)));
+    linear.chain(redundant).chain(curves).chain(held).chain(holds).collect()
+}
+
+/// The class of what holds one way or at times; nothing of a torque that only presses or slips.
+fn held_class(hold: &Along<Hold>, shafts: &[String], stuck: bool) -> Option<ConstraintClass> {
+    let row = |mark: &str| row_in_words(&hold.row, shafts, mark);
+    let open = format!("the linear analysis takes it as open; with `stuck = [\"{}\"]` it holds", hold.element);
+    let (equation, equality, holonomic, scleronomic) = match &hold.value {
+        _ if stuck => (format!("{} = 0 while it holds", row("'")), true, true, true),
+        Hold::Friction { .. } | Hold::Cushion { .. } => return None,
+        Hold::OneWay => (format!("{} >= 0", row("'")), false, false, true),
+        Hold::Stop { offset, .. } => (format!("{} >= {}", row(""), offset.to_f64()), false, true, true),
+        Hold::Lock { engaged } => {
+            let while_engaged = engaged.expression.text();
+            (format!("{} = 0 while {while_engaged} > 0.5", row("'")), true, true, !engaged.is_of_time())
+        }
+    };
+    let reason = (!stuck).then_some(open);
+    Some(ConstraintClass {
+        element: hold.element.clone(),
+        equation,
+        equality,
+        holonomic,
+        scleronomic,
+        linear: true,
+        reason,
+    })
 }
 
 /// The classes of constraints that a run keeps with their multipliers, and how they were decided.

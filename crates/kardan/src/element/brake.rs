@@ -33,7 +33,7 @@ pub const BRAKE: Element = Element {
     example: "\
 [brake.park]
 shaft = \"wheel\"
-torque = \"80 N m * applied\"
+torque = \"80 N m\"
 static_factor = 1.2
 ",
     check,

@@ -40,7 +40,7 @@ pub const CLUTCH: Element = Element {
 [clutch.launch]
 shaft_1 = \"engine\"
 shaft_2 = \"gearbox\"
-torque = \"200 N m * ramp\"
+torque = \"200 N m * (1 - exp(-t/(0.2 s)))\"
 ",
     check,
     terms,
@@ -52,7 +52,8 @@ fn check(values: &Values) -> Vec<Mistake> {
 
 pub(super) fn check_static_factor(values: &Values) -> Vec<Mistake> {
     let low = values.exact("static_factor").is_some_and(|factor| factor.to_f64() < 1.0);
-    let mistake = || Mistake::new("static_factor", "below 1 it would hold less at rest than in motion", "give at least 1");
+    let mistake =
+        || Mistake::new("static_factor", "below 1 it would hold less at rest than in motion", "give at least 1");
     low.then(mistake).into_iter().collect()
 }
 

@@ -51,11 +51,9 @@ damping = \"10 N m s/rad\"
 fn check(values: &Values) -> Vec<Mistake> {
     let mut out = [gear::check(values), check_contact(values, "lower")].concat();
     match (values.exact("lower"), values.exact("upper")) {
-        (None, None) if !values.has("lower") && !values.has("upper") => out.push(Mistake::new(
-            "shaft_1",
-            "it has no stop on either side",
-            "give `lower`, `upper` or both",
-        )),
+        (None, None) if !values.has("lower") && !values.has("upper") => {
+            out.push(Mistake::new("shaft_1", "it has no stop on either side", "give `lower`, `upper` or both"))
+        }
         (Some(lower), Some(upper)) if lower.to_f64() >= upper.to_f64() => out.push(Mistake::new(
             "upper",
             "the upper stop is not above the lower one, so nothing fits between them",

@@ -32,7 +32,7 @@ pub const LOCK: Element = Element {
 [lock.dog]
 shaft_1 = \"input\"
 shaft_2 = \"output\"
-engaged = \"shift\"
+engaged = \"t/(1 s)\"
 ",
     check,
     terms,

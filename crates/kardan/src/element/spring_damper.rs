@@ -75,7 +75,10 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
         let rest = values.exact_or_default("rest");
         let mut friction = losses(&along, values);
         friction.retain(|term| matches!(term, Term::Friction { .. }));
-        return contact(&along, [rest.plus(&-&half), rest.plus(&half)].map(Some), values).into_iter().chain(friction).collect();
+        return contact(&along, [rest.plus(&-&half), rest.plus(&half)].map(Some), values)
+            .into_iter()
+            .chain(friction)
+            .collect();
     }
     if let Some(stiffness) = values.exact("stiffness").filter(|x| !x.is_zero()) {
         out.push(Term::Spring {

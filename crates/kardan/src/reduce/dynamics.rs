@@ -128,6 +128,20 @@ fn breakaways(equations: &Equations) -> Vec<f64> {
     frictions.chain(equations.kept.iter().map(|_| f64::INFINITY)).collect()
 }
 
+/// Directions of frictions, and of what else holds.
+fn set_valued(equations: &Equations, kinematics: &Kinematics) -> Directions {
+    let holds = Directions::new(&equations.holds, |_| 0.0, kinematics);
+    Directions::new(&equations.frictions, |x| x.torque.to_f64(), kinematics).and(holds)
+}
+
+/// What the friction of each direction has more when motion begins, and the speed that it falls with.
+fn falls(equations: &Equations, breakaways: &[f64], torques: &[f64]) -> Vec<(f64, f64)> {
+    let speed = |friction: &Along<FrictionLaw>| friction.value.stribeck.as_ref().map_or(1.0, |s| s.speed.to_f64());
+    let frictions = equations.frictions.iter().zip(breakaways).zip(torques);
+    let frictions = frictions.map(|((friction, most), torque)| (most - torque, speed(friction)));
+    frictions.chain(equations.holds.iter().map(|_| (0.0, 1.0))).collect()
+}
+
 /// What is constant in kept rows.
 fn add_kept(rows: &[SparseRow], r: usize, constants: &dyn Fn(&[Expr]) -> Vec<f64>, out: &mut Vec<f64>) {
     for row in rows {
@@ -281,13 +295,8 @@ impl Dynamics {
         let inertias = Directions::new(&equations.inertias, |x| x.to_f64(), &kinematics);
         let dampers = Directions::new(&equations.dampers, |x| x.to_f64(), &kinematics);
         let springs = Directions::new(&equations.springs, |x| x.stiffness.to_f64(), &kinematics);
-        let frictions = Directions::new(&equations.frictions, |x| x.torque.to_f64(), &kinematics)
-            .and(Directions::new(&equations.holds, |_| 0.0, &kinematics));
-        let breakaways = breakaways(equations);
-        let speed = |friction: &Along<FrictionLaw>| friction.value.stribeck.as_ref().map_or(1.0, |s| s.speed.to_f64());
-        let stribeck = equations.frictions.iter().zip(&breakaways).zip(&frictions.coefficients);
-        let stribeck = stribeck.map(|((friction, most), torque)| (most - torque, speed(friction)));
-        let stribeck = stribeck.chain(equations.holds.iter().map(|_| (0.0, 1.0))).collect();
+        let (frictions, breakaways) = (set_valued(equations, &kinematics), breakaways(equations));
+        let stribeck = falls(equations, &breakaways, &frictions.coefficients);
         let inputs = Directions::new(&equations.inputs, |_| 1.0, &kinematics);
         let rests: Vec<f64> = equations.springs.iter().map(|spring| spring.value.rest.to_f64()).collect();
         let mut motion = Motion::new(reduced);

@@ -60,7 +60,8 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<Along<Exact>>, NoEq
     let terms = equations.constraints.iter().map(|term| &term.row);
     let terms = terms.chain(equations.inertias.iter().map(|term| &term.row)).chain(&ends);
     let terms = terms.chain(equations.dampers.iter().map(|term| &term.row));
-    let (directions, named) = unseen(n, terms.chain(equations.frictions.iter().map(|term| &term.row)));
+    let held = equations.holds.iter().map(|term| &term.row);
+    let (directions, named) = unseen(n, terms.chain(equations.frictions.iter().map(|term| &term.row)).chain(held));
     let direction = |column: usize| -> Row {
         let entries = (0..n).map(|shaft| (shaft, directions[(shaft, column)].clone()));
         entries.filter(|(_, share)| !share.is_zero()).collect()

@@ -97,7 +97,8 @@ fn wanted(reduced: &Reduced, motion: &mut Motion) -> Vec<(String, Expr)> {
     };
     let at = |i: usize, j: usize| motion.inertia.get(&(i.max(j), i.min(j))).copied().unwrap_or(zero);
     let inertia = (0..r * r).map(|entry| at(entry / r, entry % r)).collect();
-    let (basis, inputs, frictions) = (dense(&motion.basis), dense(&motion.inputs), dense(&motion.frictions[..equations.frictions.len()]));
+    let (basis, inputs, frictions) =
+        (dense(&motion.basis), dense(&motion.inputs), dense(&motion.frictions[..equations.frictions.len()]));
     let (angles, speeds, bias) = (motion.angles.clone(), motion.speeds.clone(), motion.bias.clone());
     let mut centrifugal: Vec<Vec<(Expr, Rational)>> = vec![Vec::new(); r];
     for body in &equations.inertias {

@@ -17,6 +17,8 @@ pub enum NoRelaxation {
     Bends,
     /// Frictions act along them beside dampers or each other, or fall with the speed.
     Friction(Vec<String>),
+    /// Something holds one way or at times in the model: these elements.
+    Holds(Vec<String>),
     /// Frictions alone hold them against inputs.
     Driven {
         /// Elements of the frictions.
@@ -68,6 +70,9 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     }
     if !reduced.equations.laws.is_empty() {
         return Err(NoRelaxation::Laws(reduced.equations.laws.iter().map(|law| law.element.clone()).collect()));
+    }
+    if !reduced.equations.holds.is_empty() {
+        return Err(NoRelaxation::Holds(reduced.equations.holds.iter().map(|hold| hold.element.clone()).collect()));
     }
     if !reduced.equations.transmissions.is_empty() {
         return Err(NoRelaxation::Bends);

@@ -30,6 +30,10 @@ impl Mode {
     }
 }
 
+/// Rounding of a speed on the dense output, relative to what cancels in it: units in the last place of 7 nested terms whose
+/// weights reach some dozens.
+pub(super) const NOISE: f64 = 64.0 * f64::EPSILON;
+
 /// The largest torques that oppose motion along each direction.
 #[derive(Debug, Clone, Copy)]
 pub struct Bounds<'a> {

@@ -161,7 +161,8 @@ impl Shared<'_> {
             }
             Read::Friction(k) => self.frictions[*k],
             Read::Holds(shares) => {
-                let terms: Vec<(Expr, Rational)> = shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
+                let terms: Vec<(Expr, Rational)> =
+                    shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
                 self.motion.graph.sum(Rational::ZERO, &terms)
             }
             Read::Kept(k) => self.kept(*k),

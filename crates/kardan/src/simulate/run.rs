@@ -533,6 +533,10 @@ impl RunningLoop {
             event = self.look_for_event(length, true);
         }
         self.time = event.unwrap_or(self.solver.time());
+        if self.time >= self.segment_end * (1.0 - SAME) {
+            // What rounding alone parts is one time.
+            self.time = self.segment_end;
+        }
         self.due.event = event.is_some();
         self.due.boundary = self.time >= self.segment_end;
         match event {
@@ -552,7 +556,24 @@ impl RunningLoop {
         if self.has_diverged() {
             return Err(self.diverged());
         }
+        self.rub()?;
         self.tell(progress)
+    }
+
+    /// Ends the run where the torque of a friction is negative: it would drive.
+    fn rub(&mut self) -> Result<(), Outcome> {
+        if !self.machine.has_commanded_friction() {
+            return Ok(());
+        }
+        self.machine.evaluate(self.time, &self.state);
+        let Some((direction, torque)) = self.machine.driving_friction() else { return Ok(()) };
+        let unit = self.machine.unit_along(direction);
+        let unit = if unit == "m" { "N" } else { "N m" };
+        let cause = format!(
+            "the torque of `{}` is {torque:.6} {unit}, and friction below zero would drive: keep it at zero or above, such as by max(0 {unit}, ...)",
+            self.names[direction]
+        );
+        Err(failed(self.time, cause))
     }
 
     /// Whether a speed is beyond what any drivetrain reaches.

@@ -9,7 +9,7 @@ use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::entries::Place;
-use crate::equations::{Domain, Measured};
+use crate::equations::{Domain, Hold, Measured};
 use crate::model::{Instance, Setting, TableReader, tables};
 use crate::names::unknown_name;
 use crate::names::{Quantity, SignalName, carrier};
@@ -377,7 +377,9 @@ fn places(
 }
 
 fn check_stuck(spec: &mut AnalysisSpec, known: &Known<'_>, equations: &Equations, out: &mut Vec<Diagnostic>) {
+    let held = equations.holds.iter().filter(|hold| !matches!(hold.value, Hold::Cushion { .. }));
     let with: BTreeSet<&str> = equations.frictions.iter().map(|friction| friction.element.as_str()).collect();
+    let with: BTreeSet<&str> = with.into_iter().chain(held.map(|hold| hold.element.as_str())).collect();
     for word in read_words(&known.document.analysis, "stuck") {
         let name = word.value.as_str();
         let element = known.document.elements.iter().find(|e| e.name == name);

@@ -167,7 +167,17 @@ fn lines(
                     (torque, mark(&friction.element, 4))
                 })
             });
-            (sum(left.chain(friction)), sum(row(&model.input, i, &inputs).into_iter()))
+            let holds = variant.reduced.equations.holds.iter().filter_map(|hold| {
+                let share =
+                    |sum: Rational, (shaft, x): &(usize, Rational)| sum.plus(&x.times(&model.basis[(*shaft, i)]));
+                let coefficient = hold.row.iter().fold(Rational::ZERO, share);
+                let turned = if hold.value.is_upper() { Rational::ZERO.minus(&coefficient) } else { coefficient };
+                // Both sides of a stop are one torque.
+                let first = variant.reduced.equations.holds.iter().find(|other| other.element == hold.element);
+                let counts = first.is_some_and(|first| std::ptr::eq(first, hold)) && !Scalar::is_zero(&turned);
+                counts.then(|| (turned, mark(&hold.element, 3)))
+            });
+            (sum(left.chain(friction).chain(holds)), sum(row(&model.input, i, &inputs).into_iter()))
         })
         .collect()
 }

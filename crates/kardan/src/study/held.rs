@@ -105,6 +105,10 @@ fn relaxing(model: &Model, mut reduced: Reduced) -> Result<Reduced, Refusal> {
                 format!("beside torques that are laws ({}) such motions do not run", list(&elements)),
                 GIVE_INERTIA,
             ),
+            NoRelaxation::Holds(elements) => refusal(
+                format!("beside what holds one way or at times ({}) such motions do not run", list(&elements)),
+                GIVE_INERTIA,
+            ),
             NoRelaxation::Bends => refusal(
                 "beside transmissions whose ratio changes with the angle such motions do not run".into(),
                 GIVE_INERTIA,

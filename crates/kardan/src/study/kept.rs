@@ -23,8 +23,9 @@ pub(super) fn check_kept(document: &Document, model: &Model, reduced: &Reduced, 
         out.push(mistake.at(place, label).help(help));
     };
     if let Some((friction, _)) = equations.set_valued().next() {
-        let message =
-            format!("runs do not follow friction, clutches or stops beside a constraint that is not solved for a coordinate: {names}");
+        let message = format!(
+            "runs do not follow friction, clutches or stops beside a constraint that is not solved for a coordinate: {names}"
+        );
         let help = "take the friction out, or use `damping`";
         refuse(message, place_of(document, friction), "has friction, or holds", help);
     }

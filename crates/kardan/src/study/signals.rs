@@ -83,7 +83,7 @@ fn working_position(
     }
     let position = if variant.analysis.at.is_empty() {
         let rest = Rest::near(reduced, &position).map_err(|message| {
-            let help = "name the operating point by `at` of `[analysis]`, or give the model what holds it: a spring, or a friction in `stuck`";
+            let help = "name the operating point by `at` of `[analysis]`, or give the model what holds it: a spring, or a friction, stop, clutch or lock in `stuck`";
             vec![Diagnostic::error("analysis::equilibrium", message).help(help)]
         })?;
         notes.push(format!("operating point: {}", rest.found));

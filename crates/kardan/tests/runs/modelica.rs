@@ -160,7 +160,8 @@ fn examples_of_modelica_are_those_of_their_library() {
         let columns: BTreeMap<&str, usize> = names.iter().enumerate().map(|(k, name)| (*name, k)).collect();
         assert_eq!(columns.len(), example.signals.len() + 1, "every column of {} is compared", example.name);
         for Compared { reference, own, factor, addend, tolerance } in example.signals {
-            let difference = |row: &Vec<f64>| (row[columns[reference]] - addend - factor * value(&run, own, row[0])).abs();
+            let difference =
+                |row: &Vec<f64>| (row[columns[reference]] - addend - factor * value(&run, own, row[0])).abs();
             let most = rows.iter().map(difference).fold(0.0, f64::max);
             let size = rows.iter().map(|row| row[columns[reference]].abs()).fold(0.0, f64::max);
             if most > *tolerance {

@@ -8,12 +8,9 @@ use crate::units::Exact;
 /// A direction between a lower and an upper stop: soft ones if there is a `stiffness`, else rigid ones with their `restitution`.
 pub(in crate::element) fn contact(along: &Direction, [lower, upper]: [Option<Exact>; 2], values: &Values) -> Vec<Term> {
     let hold = |upper: bool, offset: Exact| match values.exact("stiffness") {
-        Some(stiffness) => Hold::Cushion {
-            upper,
-            offset,
-            stiffness: stiffness.clone(),
-            damping: values.exact_or_default("damping"),
-        },
+        Some(stiffness) => {
+            Hold::Cushion { upper, offset, stiffness: stiffness.clone(), damping: values.exact_or_default("damping") }
+        }
         None => Hold::Stop { upper, offset, restitution: values.exact_or_default("restitution") },
     };
     let lower = lower.map(|offset| Term::Hold { along: along.clone(), hold: hold(false, offset) });

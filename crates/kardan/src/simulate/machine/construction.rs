@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::Machine;
 use super::expressions::{Found, Parts, Places, extend};
-use super::holds::{Holds, Kind};
+use super::hold_kinds::Holds;
 use super::response::Response;
 use super::sharing::Sharing;
 use super::timed::Timed;
@@ -148,20 +148,15 @@ impl Machine {
             places = found;
             extension
         });
-        let slips = reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips);
-        let sliders: Vec<usize> = slips.map(|slip| slip.friction).collect();
+        let sliders: Vec<usize> =
+            reduced.relaxation.iter().flat_map(|one| &one.slips).map(|slip| slip.friction).collect();
         let holds = Holds::new(&reduced.equations);
-        let bounds = holds.bounds().map(|of_holds| {
-            let frictions = dynamics.breakaway_torques()[..holds.first].iter().copied();
-            frictions.chain(of_holds).chain(kept.clone().map(|_| f64::INFINITY)).collect()
-        });
-        let acts = |k: &usize| !sliders.contains(k) && !matches!(holds.kind(*k), Kind::Cushion { .. });
-        let profiles = (0..scenario.sources.len())
-            .map(|k| Profile::new(scenario.events.iter().filter(|event| event.source == k)))
-            .collect::<Vec<_>>();
+        let bounds = holds.bounds(dynamics.breakaway_torques(), kept.len());
+        let profile = |k| Profile::new(scenario.events.iter().filter(|event| event.source == k));
+        let profiles: Vec<Profile> = (0..scenario.sources.len()).map(profile).collect();
         let mut out = Self {
             relaxes: reduced.relaxation.is_some(),
-            directions: (0..m).filter(acts).collect(),
+            directions: (0..m).filter(|k| !sliders.contains(k) && !holds.only_presses(*k)).collect(),
             sliders,
             holds,
             bounds,

@@ -4,7 +4,7 @@
 //! coefficient k of the accelerations is what the same factors give for `f_k − Σ_j H_j a_(k−j) − Σ_j G_jᵀ λ_(k−j)` over j from 1, and
 //! that of the torques that hold makes `Σ_j g_j a_(k−j)` and the bias vanish along each direction.
 
-use super::holds::{Holds, Kind};
+use super::hold_kinds::{Holds, Kind};
 use crate::num::bracket;
 use crate::plan::Series;
 use crate::simulate::drive::{Drive, Limit};

@@ -90,8 +90,8 @@ impl Found {
 }
 
 /// The loop in the making.
-pub(super) struct Loop<'a> {
-    pub(super) motion: &'a mut Motion,
+struct Loop<'a> {
+    motion: &'a mut Motion,
     inputs: Vec<Symbol>,
     outputs: Vec<(String, Expr)>,
 }
@@ -205,14 +205,7 @@ pub(super) fn extend(
         });
     }
     law_rates(&mut all, laws, (&torques, &sources, &states, more_states.start), &mut rates);
-    let (mut friction, mut speeds) = sliding(&mut all, equations, &senses);
-    let holds = equations.holds.iter().zip(&senses[friction.len()..]);
-    let holds: Vec<HoldTerms> = holds.map(|(hold, sense)| HoldTerms::new(&mut all, reduced, hold, *sense)).collect();
-    let mut lost: Vec<Expr> =
-        friction.iter().zip(&speeds).map(|(torque, speed)| all.motion.graph.multiply(*torque, *speed)).collect();
-    friction.extend(holds.iter().map(|hold| hold.torque));
-    speeds.extend(holds.iter().map(|hold| hold.speed));
-    lost.extend(holds.iter().map(|hold| hold.loss));
+    let SetValued { torques: friction, speeds, lost, holds } = set_valued(&mut all, reduced, &senses);
     let mut forces = forces(&mut all, &applied, &friction);
     all.motion.relax(reduced, &mut forces, &senses);
     let [slider_torques, slider_speeds] = all.motion.sliders(reduced);
@@ -224,8 +217,7 @@ pub(super) fn extend(
     places.forces = all.found("force", forces);
     places.rates = all.found("rate", rates);
     places.friction_speeds = all.found("friction_speed", speeds);
-    places.hold_torques = all.found("hold", holds.iter().map(|hold| hold.torque).collect());
-    places.holds = all.found("told", holds.iter().flat_map(|hold| hold.told).collect());
+    find_holds(&mut all, &mut places, &holds);
     places.powers = all.found("power", powers.to_vec());
     places.slider_torques = all.found("slider", slider_torques);
     places.slider_speeds = all.found("slip", slider_speeds);
@@ -328,6 +320,34 @@ fn law_rates(
     }
 }
 
+/// What sticks, slips, holds or presses: torques where it does not hold, against the motion; speeds; the power that it takes.
+struct SetValued {
+    torques: Vec<Expr>,
+    speeds: Vec<Expr>,
+    lost: Vec<Expr>,
+    holds: Vec<HoldTerms>,
+}
+
+/// Frictions, and behind them what else holds.
+fn set_valued(all: &mut Loop<'_>, reduced: &Reduced, senses: &[Expr]) -> SetValued {
+    let equations = &reduced.equations;
+    let (mut torques, mut speeds) = sliding(all, equations, senses);
+    let graph = &mut all.motion.graph;
+    let mut lost: Vec<Expr> =
+        torques.iter().zip(&speeds).map(|(torque, speed)| graph.multiply(*torque, *speed)).collect();
+    let holds = equations.holds.iter().zip(&senses[torques.len()..]);
+    let holds: Vec<HoldTerms> = holds.map(|(hold, sense)| HoldTerms::new(all.motion, reduced, hold, *sense)).collect();
+    torques.extend(holds.iter().map(|hold| hold.torque));
+    speeds.extend(holds.iter().map(|hold| hold.speed));
+    lost.extend(holds.iter().map(|hold| hold.loss));
+    SetValued { torques, speeds, lost, holds }
+}
+
+fn find_holds(all: &mut Loop<'_>, places: &mut Places, holds: &[HoldTerms]) {
+    places.hold_torques = all.found("hold", holds.iter().map(|hold| hold.torque).collect());
+    places.holds = all.found("told", holds.iter().flat_map(|hold| hold.told).collect());
+}
+
 /// Torques of slipping directions, in the sense of their directions' motion, and speeds along all of them.
 fn sliding(all: &mut Loop<'_>, equations: &Equations, senses: &[Expr]) -> (Vec<Expr>, Vec<Expr>) {
     let (mut torques, mut speeds) = (Vec::new(), Vec::new());
@@ -364,12 +384,7 @@ fn forces(all: &mut Loop<'_>, applied: &[Expr], friction: &[Expr]) -> Vec<Expr> 
 }
 
 /// Power of the inputs and of the torques that expressions give; loss in dampers and in slipping directions.
-fn powers(
-    all: &mut Loop<'_>,
-    equations: &Equations,
-    applied: &[Expr],
-    lost: Vec<Expr>,
-) -> [Expr; 2] {
+fn powers(all: &mut Loop<'_>, equations: &Equations, applied: &[Expr], lost: Vec<Expr>) -> [Expr; 2] {
     let (mut work, mut loss) = (Vec::new(), Vec::new());
     for (input, torque) in equations.inputs.iter().zip(applied) {
         let speed = all.motion.sum(&input.row, |motion, shaft| motion.speeds[shaft]);

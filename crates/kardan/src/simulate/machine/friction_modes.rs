@@ -1,19 +1,16 @@
 //! Which friction directions stick, which slip, and how.
 
 use super::Machine;
-use super::holds::{Kind, Met};
+use super::hold_kinds::{Kind, Met};
 use super::sharing::{Holding, Sharing};
 use crate::num::{Cholesky, dot};
-use crate::simulate::friction::{Bounds, Mode, OUTSIDE, Span};
+use crate::simulate::friction::{Bounds, Mode, NOISE, OUTSIDE, Span};
 
 /// Relative size, against the terms that cancel in it, of what rounding leaves of an acceleration that should vanish.
 const ROUNDING: f64 = 1e-12;
 /// Part of the motion within the step that coming to rest may take away at the instant found; more means that coefficients
 /// cancel, and nothing came to rest. The one is some units in the last place of the time over the step, the other about 1.
 const TAKEN: f64 = 1e-3;
-/// Rounding of a speed on the dense output, relative to what cancels in it: units in the last place of 7 nested terms whose
-/// weights reach some dozens.
-pub(super) const NOISE: f64 = 64.0 * f64::EPSILON;
 
 impl Machine {
     /// Shares the holding torque among sticking directions that depend on each other: the smallest torques relative to
@@ -109,8 +106,7 @@ impl Machine {
                 let acceleration = right[a] - dot(row, &torques);
                 let scale: f64 = cancels[a] + row.iter().zip(&c).map(|(w, c)| (w * c).abs()).sum::<f64>();
                 let noise = ROUNDING * scale;
-                let at_bound =
-                    torques[a] * acceleration.signum() >= bounds.of(a, acceleration) * (1.0 - 1e-9);
+                let at_bound = torques[a] * acceleration.signum() >= bounds.of(a, acceleration) * (1.0 - 1e-9);
                 if at_bound && acceleration.abs() > noise { acceleration } else { 0.0 }
             })
             .collect();
@@ -189,7 +185,8 @@ impl Machine {
         self.work.factor.solve(&mut free);
         let row = &self.work.friction_rows[k * r..(k + 1) * r];
         let terms: f64 = row.iter().zip(&free).map(|(g, x)| (g * x).abs()).sum();
-        let of_others = self.hold_matrix[a * count..(a + 1) * count].iter().zip(self.holding.iter().zip(&self.hold_torque));
+        let of_others =
+            self.hold_matrix[a * count..(a + 1) * count].iter().zip(self.holding.iter().zip(&self.hold_torque));
         // What is not bounded counts with what it does.
         let size = |k: usize, torque: f64| {
             let most = bounds.forward[k].max(bounds.backward[k]);
@@ -329,7 +326,11 @@ impl Machine {
             return events;
         }
         let met = self.meet(time, state, (crossing, everything), names, &mut events);
-        if !everything && !self.holds.struck && met.crossing.is_empty() && self.modes.iter().all(|mode| *mode != Mode::Stick) {
+        if !everything
+            && !self.holds.struck
+            && met.crossing.is_empty()
+            && self.modes.iter().all(|mode| *mode != Mode::Stick)
+        {
             // Nothing is at rest, and nothing comes to rest.
             return events;
         }
@@ -337,7 +338,9 @@ impl Machine {
         self.leave_stops();
         if !everything {
             let changed = before.iter().zip(&self.modes).zip(names).enumerate().filter(|(_, ((was, is), _))| was != is);
-            events.extend(changed.filter_map(|(k, ((_, is), name))| Some(format!("{name} {}", self.holds.words(k, *is)?))));
+            events.extend(
+                changed.filter_map(|(k, ((_, is), name))| Some(format!("{name} {}", self.holds.words(k, *is)?))),
+            );
         }
         events
     }

@@ -1,11 +1,10 @@
 //! What holds one way or at times, in the expressions of the loop.
 
-use super::expressions::Loop;
 use crate::assemble::Along;
 use crate::equations::Hold;
 use crate::expr::Expr;
 use crate::num::Rational;
-use crate::reduce::Reduced;
+use crate::reduce::{Motion, Reduced};
 use crate::units::Exact;
 
 /// What a hold is in the loop.
@@ -24,30 +23,30 @@ pub(super) struct HoldTerms {
 impl HoldTerms {
     /// Of a hold whose sense is given: of friction and clutches that of the motion, of a cushion +1 where it presses, −1 where it is left behind
     /// by what pressed it, 0 where nothing touches it.
-    pub fn new(all: &mut Loop<'_>, reduced: &Reduced, hold: &Along<Hold>, sense: Expr) -> Self {
-        let speed = all.motion.sum(&hold.row, |motion, shaft| motion.speeds[shaft]);
-        let speed = all.motion.graph.group(speed);
-        let zero = all.motion.graph.integer(0);
+    pub fn new(motion: &mut Motion, reduced: &Reduced, hold: &Along<Hold>, sense: Expr) -> Self {
+        let speed = motion.sum(&hold.row, |motion, shaft| motion.speeds[shaft]);
+        let speed = motion.graph.group(speed);
+        let zero = motion.graph.integer(0);
         match &hold.value {
             Hold::Friction { torque, .. } => {
-                let size = all.motion.formula(reduced, torque);
-                let torque = all.motion.graph.multiply(sense, size);
-                let loss = all.motion.graph.multiply(torque, speed);
+                let size = motion.formula(reduced, torque);
+                let torque = motion.graph.multiply(sense, size);
+                let loss = motion.graph.multiply(torque, speed);
                 Self { torque, speed, loss, told: [size, zero] }
             }
             Hold::OneWay => Self { torque: zero, speed, loss: zero, told: [zero; 2] },
             Hold::Lock { engaged } => {
-                let engaged = all.motion.formula(reduced, engaged);
+                let engaged = motion.formula(reduced, engaged);
                 Self { torque: zero, speed, loss: zero, told: [engaged, zero] }
             }
             Hold::Stop { offset, .. } => {
-                let gap = gap(all, hold, offset);
+                let gap = gap(motion, hold, offset);
                 Self { torque: zero, speed, loss: zero, told: [gap, zero] }
             }
             Hold::Cushion { offset, stiffness, damping, .. } => {
-                let gap = gap(all, hold, offset);
-                let (stiffness, damping) = (all.motion.exact(stiffness), all.motion.exact(damping));
-                let graph = &mut all.motion.graph;
+                let gap = gap(motion, hold, offset);
+                let (stiffness, damping) = (motion.exact(stiffness), motion.exact(damping));
+                let graph = &mut motion.graph;
                 let (spring, damper) = (graph.multiply(stiffness, gap), graph.multiply(damping, speed));
                 let pull = graph.add(spring, damper);
                 let pull = graph.group(pull);
@@ -68,9 +67,9 @@ impl HoldTerms {
 }
 
 /// `aᵀq − offset`
-fn gap(all: &mut Loop<'_>, hold: &Along<Hold>, offset: &Exact) -> Expr {
-    let angle = all.motion.sum(&hold.row, |motion, shaft| motion.angles[shaft]);
-    let offset = all.motion.exact(offset);
-    let gap = all.motion.graph.subtract(angle, offset);
-    all.motion.graph.group(gap)
+fn gap(motion: &mut Motion, hold: &Along<Hold>, offset: &Exact) -> Expr {
+    let angle = motion.sum(&hold.row, |motion, shaft| motion.angles[shaft]);
+    let offset = motion.exact(offset);
+    let gap = motion.graph.subtract(angle, offset);
+    motion.graph.group(gap)
 }

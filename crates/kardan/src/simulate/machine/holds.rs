@@ -8,126 +8,37 @@
 //! convex problem over impulses. If that gained energy, as different e of coupled stops could, nothing rebounds: the projection with e = 0 never gains.
 
 use super::Machine;
-use super::friction_modes::NOISE;
-use crate::assemble::Equations;
-use crate::equations::{Domain, Hold};
-use crate::num::{Keeper, dot};
-use crate::simulate::friction::{Bounds, Mode};
+use super::hold_kinds::{Kind, Met};
+use crate::num::dot;
+use crate::simulate::friction::{Bounds, Mode, NOISE};
 
 /// Rebounds slower than this end at rest, rad/s or m/s: what bounces ever lower comes to rest in a finite time. So do those that are lower than what
 /// rounding makes of the place.
 const LEAST_REBOUND: f64 = 1e-12;
 
-/// How a direction holds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Kind {
-    /// Friction, of a constant torque or one that an expression gives; which at rest is so many times what it is in motion.
-    Friction { at_rest: f64 },
-    OneWay,
-    Stop { offset: f64, restitution: f64 },
-    Cushion { offset: f64, stiffness: f64, damping: f64 },
-    Lock,
-}
-
-/// The holds of a machine, which are the directions from `first` on.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Holds {
-    pub(super) first: usize,
-    pub(super) kinds: Vec<Kind>,
-    /// Whether a stop is touched, or a lock engaged: then it takes part in the convex problem. Of others always.
-    pub(super) engaged: Vec<bool>,
-    /// Units of the speeds along them.
-    units: Vec<&'static str>,
-    /// Whether torques of friction are expressions.
-    pub(super) changes: bool,
-    pub(super) has_locks: bool,
-    /// Whether speeds have jumped at the last event.
-    pub(super) struck: bool,
-}
-
-impl Holds {
-    pub(super) fn new(equations: &Equations) -> Self {
-        let kind = |hold: &Hold| match hold {
-            Hold::Friction { at_rest, .. } => Kind::Friction { at_rest: at_rest.to_f64() },
-            Hold::OneWay => Kind::OneWay,
-            Hold::Stop { offset, restitution, .. } => {
-                Kind::Stop { offset: offset.to_f64(), restitution: restitution.to_f64() }
-            }
-            Hold::Cushion { offset, stiffness, damping, .. } => Kind::Cushion {
-                offset: offset.to_f64(),
-                stiffness: stiffness.to_f64(),
-                damping: damping.to_f64(),
-            },
-            Hold::Lock { .. } => Kind::Lock,
-        };
-        let kinds: Vec<Kind> = equations.holds.iter().map(|hold| kind(&hold.value)).collect();
-        Self {
-            first: equations.frictions.len(),
-            engaged: kinds.iter().map(|kind| !matches!(kind, Kind::Stop { .. } | Kind::Lock)).collect(),
-            units: equations.holds.iter().map(|hold| match equations.domain_of(hold) {
-                Domain::Translation => "m/s",
-                _ => "rad/s",
-            }).collect(),
-            changes: kinds.iter().any(|kind| matches!(kind, Kind::Friction { .. })),
-            has_locks: kinds.contains(&Kind::Lock),
-            kinds,
-            struck: false,
-        }
-    }
-
-    pub(super) fn is_empty(&self) -> bool {
-        self.kinds.is_empty()
-    }
-
-    /// How a direction holds.
-    pub(super) fn kind(&self, direction: usize) -> Kind {
-        direction.checked_sub(self.first).map_or(Kind::Friction { at_rest: 1.0 }, |hold| self.kinds[hold])
-    }
-
-    /// Whether a direction can come to rest or stay there.
-    pub(super) fn takes_part(&self, direction: usize) -> bool {
-        direction.checked_sub(self.first).is_none_or(|hold| self.engaged[hold])
-    }
-
-    /// Whether a direction that does not stick is in its mode as long as its speed keeps its sign.
-    pub(super) fn slips(&self, direction: usize) -> bool {
-        matches!(self.kind(direction), Kind::Friction { .. } | Kind::OneWay)
-    }
-
-    /// What a direction does that has come into a mode, in words; nothing where that was told.
-    pub(super) fn words(&self, direction: usize, mode: Mode) -> Option<&'static str> {
-        match (self.kind(direction), mode) {
-            (Kind::Friction { .. }, Mode::Stick) => Some("sticks"),
-            (Kind::Friction { .. }, Mode::Forward) => Some("slips forward"),
-            (Kind::Friction { .. }, Mode::Backward) => Some("slips backward"),
-            (Kind::OneWay, Mode::Stick) => Some("locks"),
-            (Kind::OneWay, _) => Some("overruns"),
-            (Kind::Stop { .. }, Mode::Stick) => Some("is rested on"),
-            (Kind::Stop { .. }, _) => Some("is left"),
-            (Kind::Cushion { .. } | Kind::Lock, _) => None,
-        }
-    }
-
-    /// The bounds of holds, after those of the frictions.
-    pub(super) fn bounds(&self) -> [Vec<f64>; 2] {
-        let of = |kind: &Kind| match kind {
-            Kind::Friction { .. } | Kind::Cushion { .. } => [0.0, 0.0],
-            Kind::OneWay | Kind::Stop { .. } => [0.0, f64::INFINITY],
-            Kind::Lock => [f64::INFINITY; 2],
-        };
-        [0, 1].map(|sense| self.kinds.iter().map(|kind| of(kind)[sense]).collect())
-    }
-
-    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        self.engaged.iter_mut().for_each(|engaged| keeper.flag(engaged));
-    }
-}
+/// Torques of friction above less than nothing by so much are rounding, N m.
+const LEAST_TORQUE: f64 = 1e-9;
 
 impl Machine {
     /// What a hold is told at the point last evaluated: see [`HoldTerms::told`](super::hold_terms::HoldTerms::told).
     fn told(&self, hold: usize) -> [f64; 2] {
         let first = self.places.holds.start + 2 * hold;
         [first, first + 1].map(|place| self.work.more(&self.dynamics, place))
+    }
+
+    /// A friction whose torque is negative at the point last evaluated, with that.
+    pub(in crate::simulate) fn driving_friction(&self) -> Option<(usize, f64)> {
+        let torque = |hold: usize| match self.holds.kinds[hold] {
+            Kind::Friction { .. } => self.told(hold)[0],
+            _ => 0.0,
+        };
+        let all = (0..self.holds.kinds.len()).map(|hold| (self.holds.first + hold, torque(hold)));
+        all.into_iter().find(|(_, torque)| *torque < -LEAST_TORQUE)
+    }
+
+    /// Whether torques of friction are expressions.
+    pub(in crate::simulate) fn has_commanded_friction(&self) -> bool {
+        self.holds.changes
     }
 
     /// The bounds of frictions whose torque an expression gives, at the point last evaluated.
@@ -309,7 +220,8 @@ impl Machine {
         if engaged != self.holds.engaged {
             self.hold_those_that_stick();
         }
-        let resting = if arrived.is_empty() && !everything { None } else { self.strike(state, everything, names, events) };
+        let resting =
+            if arrived.is_empty() && !everything { None } else { self.strike(state, everything, names, events) };
         let plain = |k: &&usize| matches!(self.holds.kind(**k), Kind::Friction { .. } | Kind::OneWay);
         arrived.extend(crossing.iter().filter(plain));
         Met { crossing: arrived, resting }
@@ -451,14 +363,6 @@ impl Machine {
     pub(in crate::simulate) fn was_struck(&self) -> bool {
         self.holds.struck
     }
-}
-
-/// What the motion has met.
-pub(super) struct Met {
-    /// Directions that come to rest.
-    pub crossing: Vec<usize>,
-    /// All that are at rest, where speeds have jumped.
-    pub resting: Option<Vec<usize>>,
 }
 
 /// A blow: impulses along rigid directions against their motion, the part of the speed that each goes back with, the energy lost (J), and H⁻¹ of

@@ -5,9 +5,9 @@ use std::ops::Range;
 use super::Machine;
 use super::expansion::{Expansion, Holding, Prospect, Watch};
 use super::expressions::Places;
-use super::friction_modes::NOISE;
 use crate::plan::Series;
 use crate::reduce::MotionPlan;
+use crate::simulate::friction::NOISE;
 
 impl Machine {
     /// Prepares series up to an order, also of the angles and of the speeds of some shafts; false where a law computes by itself at every

@@ -87,6 +87,12 @@ impl Project {
             let help = "take one of them out, or look at the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::redundant", message).help(help)]);
         }
+        if !reduced.equations.holds.is_empty() {
+            let all = quoted(reduced.equations.holds.iter().map(|hold| hold.element.as_str()));
+            let message = format!("{all} hold one way or at times, which has no formula for all of it");
+            let help = "leave them out, or look at the equations without --symbolic";
+            return Err(vec![Diagnostic::error("symbolic::holds", message).help(help)]);
+        }
         let start = &variant.scenario.position;
         let motion = SymbolicMotion::new(&named.terms, named.meanings.clone(), &reduced, start).ok_or_else(|| {
             let message = "written in symbols, one entry of the equations has thousands of terms";
