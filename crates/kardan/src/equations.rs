@@ -176,6 +176,9 @@ impl Formula {
     }
 }
 
+/// Formulas by the coordinates that they belong to.
+pub type FormulaRow = Vec<(String, Arc<Formula>)>;
+
 /// What limits the torque of an input.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Motor {

@@ -168,6 +168,7 @@ pub fn train() -> Analysis {
                     holonomic: true,
                     scleronomic: true,
                     linear: true,
+                    reason: None,
                 },
                 ConstraintClass {
                     element: "joint".into(),
@@ -176,6 +177,7 @@ pub fn train() -> Analysis {
                     holonomic: true,
                     scleronomic: true,
                     linear: false,
+                    reason: None,
                 },
             ],
             operating_point: OperatingPoint {

@@ -81,7 +81,7 @@ fn check(values: &Values) -> Vec<Mistake> {
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     if let Some((row, domain)) = values.formulas("rates").or_else(|| values.formulas("expression")) {
         let measure = (domain == Domain::Translation).then_some(Term::Measure(domain));
-        let kept = match row {
+        let kept = match row.as_slice() {
             [(name, formula)] if name.is_empty() => Kept::Surface(Arc::clone(formula)),
             row => Kept::Rates(row.to_vec()),
         };

@@ -31,7 +31,7 @@ pub(super) fn check_prescribed(document: &Document, reduced: &Reduced, out: &mut
 }
 
 /// Motions without inertia beside a prescribed motion, which runs do not follow.
-pub(super) fn refuse_massless(document: &Document, reduced: &Reduced, massless: &mut Vec<Diagnostic>) -> bool {
+pub(super) fn refuse_massless(document: &Document, reduced: &Reduced, massless: &mut [Diagnostic]) -> bool {
     let kept = reduced.equations.kept.iter().map(|kept| &kept.element);
     let Some(first) = reduced.equations.moving.keys().chain(kept).next() else { return false };
     for mistake in massless.iter_mut() {

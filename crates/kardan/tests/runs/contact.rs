@@ -137,7 +137,7 @@ initial = { \"engine.w\" = \"20 rad/s\" }
         let run = by(source, method);
         let what = format!("{method:?}");
         // Δω falls with (1/3 + 1) 40 (t − 0.2)²/2 from 20.
-        near(time_of(&run, "launch sticks"), 0.2 + (20.0 / (0.5 * 40.0 * 4.0 / 3.0) as f64).sqrt(), 1e-9, &what);
+        near(time_of(&run, "launch sticks"), 0.2 + f64::sqrt(20.0 / (0.5 * 40.0 * 4.0 / 3.0)), 1e-9, &what);
         near(last(&run, "engine.w"), 15.0, 1e-9, &what);
         assert_eq!(last(&run, "engine.w") - last(&run, "load.w"), 0.0, "{what}");
         near(run.energy.dissipated, 0.5 * 0.75 * 400.0, 1e-7, &what);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::equations::{Domain, Formula};
+use crate::equations::{Domain, Formula, FormulaRow};
 use crate::expr::OfTime;
 use crate::schema::ExactPole;
 use crate::units::Exact;
@@ -30,7 +30,7 @@ pub enum Resolved {
     /// A function of time.
     OfTime(Arc<OfTime>),
     /// Expressions by shaft or mass, and what their sum with the rates of these is.
-    Formulas(Vec<(String, Arc<Formula>)>, Domain),
+    Formulas(FormulaRow, Domain),
 }
 
 /// The values of an element's keys, with parameters put in.
@@ -152,7 +152,7 @@ impl Values {
     }
 
     /// Expressions by shaft or mass, and what their sum with the rates of these is.
-    pub fn formulas(&self, key: &str) -> Option<(&[(String, Arc<Formula>)], Domain)> {
+    pub fn formulas(&self, key: &str) -> Option<(&FormulaRow, Domain)> {
         if let Some(Resolved::Formulas(row, domain)) = self.get(key) { Some((row, *domain)) } else { None }
     }
 

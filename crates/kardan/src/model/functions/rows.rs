@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Functions;
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
-use crate::equations::{Domain, Formula, Meaning};
+use crate::equations::{Domain, Formula, FormulaRow, Meaning};
 use crate::expr::Graph;
 use crate::schema::{Placed, Scalar};
 use crate::units::{Dimension, Expression};
@@ -40,7 +40,7 @@ impl Functions<'_, '_> {
         entries: &[(Placed<String>, Placed<Scalar>)],
         what: &str,
         out: &mut Vec<Diagnostic>,
-    ) -> Option<(Vec<(String, Arc<Formula>)>, Domain)> {
+    ) -> Option<(FormulaRow, Domain)> {
         let before = out.len();
         let (mut row, mut sum) = (Vec::new(), None::<(Dimension, String)>);
         for (name, scalar) in entries {
