@@ -505,10 +505,13 @@ mod tests {
     }
 
     #[test]
-    fn every_element_with_friction_can_be_stuck() {
-        let has = |kind: &&element::Element| kind.fields.iter().any(|field| field.name == "friction");
+    fn every_element_that_holds_can_be_stuck() {
+        let holds = ["friction", "static_factor", "restitution", "engaged"];
+        let has = |kind: &&element::Element| {
+            kind.keyword == "one_way_clutch" || kind.fields.iter().any(|field| holds.contains(&field.name))
+        };
         let keywords: Vec<&str> = element::REGISTRY.iter().filter(has).map(|kind| kind.keyword).collect();
-        assert_eq!(keywords, tables::FRICTION);
+        assert_eq!(keywords, tables::HOLDING);
     }
 
     /// The examples of the manual are valid tables of their kind.

@@ -3,8 +3,9 @@
 use crate::schema::{Sign, choice, keys};
 use crate::units::Dimension;
 
-/// The elements that can have Coulomb friction; a test keeps them equal to the registry.
-pub(super) const FRICTION: &[&str] = &["shaft", "mass", "spring_damper"];
+/// The elements that can hold, by Coulomb friction or otherwise; a test keeps them equal to the registry.
+pub(super) const HOLDING: &[&str] =
+    &["shaft", "mass", "gear", "spring_damper", "clutch", "brake", "one_way_clutch", "lock", "end_stop"];
 
 keys! {
     /// `[model]`.
@@ -247,7 +248,8 @@ keys! {
             at: Overrides,
                 "Operating point, angles of reduced coordinates: { \"rk.phi\" = \"30 deg\" }; left out: the initial \
                  position of the scenario.";
-            stuck: Elements(FRICTION), "Elements whose Coulomb friction holds, hence constrains; left out: all slide.";
+            stuck: Elements(HOLDING),
+                "Elements whose Coulomb friction holds, hence constrains, or whose clutch, lock or stop does; left out: all slide and are open.";
             horizon: Quantity(Dimension::TIME, Sign::Positive) = "1 s", "Time over which the Gramians are taken.";
             motion: Overrides,
                 "Angles and speeds of reduced coordinates to reach from rest: { \"rk.phi\" = \"10 deg\" }. Places of \

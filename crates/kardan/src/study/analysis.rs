@@ -383,16 +383,17 @@ fn check_stuck(spec: &mut AnalysisSpec, known: &Known<'_>, equations: &Equations
     for word in read_words(&known.document.analysis, "stuck") {
         let name = word.value.as_str();
         let element = known.document.elements.iter().find(|e| e.name == name);
-        let unknown_key = element.is_none_or(|e| e.kind.fields.iter().all(|field| field.name != "friction"));
-        if unknown_key || with.contains(name) || known.doubtful.contains(name) || known.document.doubts.has(name) {
+        let rubs = element.is_some_and(|e| e.kind.fields.iter().any(|field| field.name == "friction"));
+        let holds = element.is_some_and(|e| e.kind.fields.iter().any(|field| field.name == "restitution"));
+        if !(rubs || holds) || with.contains(name) || known.doubtful.contains(name) || known.document.doubts.has(name) {
             continue;
         }
         let help = match with.is_empty() {
             true => "no element has any; leave `stuck` out, or give an element `friction`".to_string(),
             false => format!("{} can be stuck", quoted(with.iter().copied())),
         };
-        let message =
-            format!("`stuck` of `[analysis]`: `{}` has no Coulomb friction that could hold it", shortened(name));
+        let what = if rubs { "no Coulomb friction" } else { "neither a rigid stop nor play" };
+        let message = format!("`stuck` of `[analysis]`: `{}` has {what} that could hold it", shortened(name));
         out.push(Diagnostic::error("analysis::stuck", message).at(word.place.clone(), "no friction").help(help));
     }
     spec.stuck.retain(|name| with.contains(name.as_str()));

@@ -1,5 +1,6 @@
 //! The reduced equations of motion as text or LaTeX.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use super::prepare::is_error;
@@ -167,17 +168,25 @@ fn lines(
                     (torque, mark(&friction.element, 4))
                 })
             });
-            let holds = variant.reduced.equations.holds.iter().filter_map(|hold| {
-                let share =
-                    |sum: Rational, (shaft, x): &(usize, Rational)| sum.plus(&x.times(&model.basis[(*shaft, i)]));
-                let coefficient = hold.row.iter().fold(Rational::ZERO, share);
-                let turned = if hold.value.is_upper() { Rational::ZERO.minus(&coefficient) } else { coefficient };
+            let equations = &variant.reduced.equations;
+            let share = |row: &[(usize, Rational)]| {
+                row.iter().fold(Rational::ZERO, |sum, (shaft, x)| sum.plus(&x.times(&model.basis[(*shaft, i)])))
+            };
+            let effort = |domain: Domain| if domain == Domain::Translation { 7 } else { 3 };
+            let holds = equations.holds.iter().enumerate().filter_map(|(k, hold)| {
                 // Both sides of a stop are one torque.
-                let first = variant.reduced.equations.holds.iter().find(|other| other.element == hold.element);
-                let counts = first.is_some_and(|first| std::ptr::eq(first, hold)) && !Scalar::is_zero(&turned);
-                counts.then(|| (turned, mark(&hold.element, 3)))
+                let again = equations.holds[..k].iter().any(|other| other.element == hold.element);
+                let own = share(&hold.row);
+                let turned = if hold.value.is_upper() { Rational::ZERO.minus(&own) } else { own };
+                let counts = !again && !Scalar::is_zero(&turned);
+                counts.then(|| (turned, mark(&hold.element, effort(equations.domain_of(hold)))))
             });
-            (sum(left.chain(friction).chain(holds)), sum(row(&model.input, i, &inputs).into_iter()))
+            let laws = equations
+                .laws
+                .iter()
+                .map(|law| (share(&law.row), mark(&law.element, effort(equations.domain_of(law)))));
+            let right = row(&model.input, i, &inputs).into_iter().chain(laws);
+            (sum(left.chain(friction).chain(holds)), sum(right))
         })
         .collect()
 }
@@ -229,6 +238,14 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     }
     if !variant.reduced.equations.frictions.is_empty() {
         out.push_str("  sgn is set-valued at rest: any value from -1 to 1.\n");
+    }
+    let holds: BTreeSet<&str> = variant.reduced.equations.holds.iter().map(|hold| hold.element.as_str()).collect();
+    if !holds.is_empty() {
+        let holds = holds.into_iter().collect::<Vec<_>>().join(", ");
+        let _ = writeln!(
+            out,
+            "  What {holds} carry depends on their modes: whether they are touched, slip, hold or are open."
+        );
     }
     if !Kinematics::new(&variant.reduced).is_constant() {
         out.push_str("  The matrices depend on the position; these hold at the initial position, near rest.\n");

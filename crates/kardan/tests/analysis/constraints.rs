@@ -98,3 +98,26 @@ fn an_analysis_sees_a_relation_as_its_row_at_the_start() {
     assert_eq!(poles(&by_hand), poles(&linear));
     assert!(poles(&linear).iter().any(|pole| !pole.ends_with(" 0.000000000")));
 }
+
+/// What holds one way is an inequality: of positions, or of speeds alone; a lock is an equation at times. Where they are in `stuck` they are equations, and
+/// take a degree of freedom away.
+#[test]
+fn what_holds_one_way_is_an_inequality() {
+    let source = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"2 kg m^2\"\n[motor.m]\nshaft = \"a\"\n\
+                  [end_stop.stop]\nshaft_1 = \"a\"\nupper = \"1 rad\"\n[one_way_clutch.free]\ndriving = \"a\"\ndriven = \"b\"\n\
+                  [lock.dog]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nengaged = \"sin(t * 1 rad/s)\"\n\
+                  [scenario]\nduration = \"1 s\"\n";
+    let of = |source: &str, element: &str| {
+        let found = class(source, element);
+        [found.equality, found.holonomic, found.scleronomic, found.linear]
+    };
+    assert_eq!(of(source, "stop"), [false, true, true, true]);
+    assert_eq!(of(source, "free"), [false, false, true, true]);
+    assert_eq!(of(source, "dog"), [true, true, false, true]);
+    assert_eq!(class(source, "stop").equation, "-a >= -1");
+    assert!(class(source, "free").reason.unwrap().contains("stuck = [\"free\"]"));
+    let stuck = format!("{source}[analysis]\nstuck = [\"dog\"]\n");
+    assert_eq!(of(&stuck, "dog"), [true; 4]);
+    let found = [source, stuck.as_str()].map(|source| analysis(source).class.unwrap());
+    assert!(found.iter().all(|class| !class.constant_linear), "open ones are no part of the theory");
+}

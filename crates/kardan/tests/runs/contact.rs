@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use kardan::results::{Outcome, Run};
 use kardan::simulate::Method;
+use kardan::study::{EquationsForm, Project};
 
 use crate::common::{Dice, at, run_by, signal, time_of};
 
@@ -443,6 +444,32 @@ fn random_model(seed: u64) -> String {
         initial.join(", ")
     );
     text
+}
+
+/// Friction below zero would drive: the run ends there, and what it has is kept. A start beyond a stop is refused the same way.
+#[test]
+fn what_cannot_be_ends_the_run() {
+    let brake = "[shaft.a]\ninertia = \"1 kg m^2\"\n[brake.b]\nshaft = \"a\"\ntorque = \"1 N m * (0.5 - t/(1 s))\"\n\
+                 [scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\ninitial = { \"a.w\" = \"9 rad/s\" }\n";
+    let run = run_by(brake, Method::Dop853, Some(1e-8));
+    let Outcome::Failed { time, cause } = &run.outcome else { panic!("{:?}", run.outcome) };
+    assert!(*time > 0.5 && cause.contains("friction below zero would drive"), "{cause}");
+    assert!(run.series.time.len() >= 50, "{}", run.series.time.len());
+    let run = run_by(&ball("restitution = 0.5").replace("80 cm", "-1 cm"), Method::Automatic, None);
+    let Outcome::Failed { time, cause } = &run.outcome else { panic!("{:?}", run.outcome) };
+    assert!(*time == 0.0 && cause.contains("`ground` begins 0.01"), "{cause}");
+}
+
+/// What carries torque by modes stands in the written equations by its name, and laws on the right.
+#[test]
+fn equations_name_what_holds() {
+    let source = "[shaft.a]\ninertia = \"3 kg m^2\"\n[mass.m]\nmass = \"2 kg\"\n[clutch.c]\nshaft_1 = \"a\"\nshaft_2 = \"ground\"\ntorque = \"1 N m\"\n\
+                  [end_stop.e]\nshaft_1 = \"m\"\nlower = \"0 m\"\nupper = \"1 m\"\n[torque.w]\nshaft = \"m\"\nlaw = \"-20 N\"\n\
+                  [scenario]\nduration = \"1 s\"\n";
+    let (text, _) = Project::open(source).equations(EquationsForm::Text).unwrap_or_else(|told| panic!("{told:?}"));
+    assert!(text.contains("  3 a'' + c.tau = 0\n") && text.contains("  2 m'' + e.f = w.f\n"), "{text}");
+    let told = Project::open(source).symbolic_text(EquationsForm::Text).unwrap_err();
+    assert!(told.iter().any(|one| one.message.starts_with("`c`, `e` hold one way")), "{told:?}");
 }
 
 /// How often random models are drawn; `KARDAN_MODELS` asks for another number.

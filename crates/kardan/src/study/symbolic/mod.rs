@@ -3,6 +3,8 @@
 mod names;
 mod page;
 
+use std::collections::BTreeSet;
+
 use self::names::{Names, index};
 use super::equations::EquationsForm;
 use super::prepare::is_error;
@@ -88,7 +90,8 @@ impl Project {
             return Err(vec![Diagnostic::error("symbolic::redundant", message).help(help)]);
         }
         if !reduced.equations.holds.is_empty() {
-            let all = quoted(reduced.equations.holds.iter().map(|hold| hold.element.as_str()));
+            let all: BTreeSet<&str> = reduced.equations.holds.iter().map(|hold| hold.element.as_str()).collect();
+            let all = quoted(all.into_iter());
             let message = format!("{all} hold one way or at times, which has no formula for all of it");
             let help = "leave them out, or look at the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::holds", message).help(help)]);
