@@ -187,13 +187,32 @@ impl Taylor {
 
     /// Whether the last two terms of a step are smaller than those before them let expect.
     fn ends_suddenly(&self, order: usize, length: f64) -> bool {
-        let term = |order: usize| exp(ln(self.largest(order, length)) + order as f64 * ln(length));
-        let last = term(order).max(term(order - 1));
+        // Logarithms of the terms, the last one first.
+        let (long, accuracy) = (ln(length), -ln(self.relative));
+        let terms = self.largest_of_last(order, length);
+        let terms: [f64; BEFORE + 2] = std::array::from_fn(|k| {
+            if order > k { ln(terms[k]) + (order - k) as f64 * long } else { f64::NEG_INFINITY }
+        });
+        let last = terms[0].max(terms[1]);
         // An even fall leaves of the whole, 1/relative tolerances, one.
-        let even = |back: usize| exp(-ln(self.relative) * back as f64 / order as f64);
-        let before: [f64; BEFORE] = std::array::from_fn(|k| if order > k + 2 { term(order - k - 2) } else { 0.0 });
-        let too_large = |(k, term): (usize, &f64)| *term > ABOVE * even(k + 2);
-        last < TOO_SMALL || last > FALL * before[0].max(before[1]) || before.iter().enumerate().any(too_large)
+        let too_large = |k: usize| terms[k] > ln(ABOVE) + accuracy * k as f64 / order as f64;
+        last < ln(TOO_SMALL) || last > ln(FALL) + terms[2].max(terms[3]) || (2..terms.len()).any(too_large)
+    }
+
+    /// [`largest`](Self::largest) of an order and those before it.
+    fn largest_of_last(&self, order: usize, length: f64) -> [f64; BEFORE + 2] {
+        let mut most = [0.0; BEFORE + 2];
+        for (i, absolute) in self.absolute.iter().enumerate() {
+            let x = self.of(0)[i];
+            let size = x.abs().max((x + length * self.of(1)[i]).abs());
+            let per = 1.0 / (absolute + self.relative * size);
+            for (k, most) in most.iter_mut().enumerate().take(order) {
+                let part = self.of(order - k)[i].abs() * per;
+                // What is no number counts.
+                *most = if part <= *most { *most } else { part };
+            }
+        }
+        most
     }
 
     /// Looks whether the end of the last step belongs to the motion, where its terms leave that open, and shortens it until it does: what is
