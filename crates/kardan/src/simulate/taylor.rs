@@ -190,9 +190,12 @@ impl Taylor {
         // Logarithms of the terms, the last one first.
         let (long, accuracy) = (ln(length), -ln(self.relative));
         let terms = self.largest_of_last(order, length);
-        let terms: [f64; BEFORE + 2] = std::array::from_fn(|k| {
-            if order > k { ln(terms[k]) + (order - k) as f64 * long } else { f64::NEG_INFINITY }
-        });
+        let terms: [f64; BEFORE + 2] =
+            std::array::from_fn(
+                |k| {
+                    if order > k { ln(terms[k]) + (order - k) as f64 * long } else { f64::NEG_INFINITY }
+                },
+            );
         let last = terms[0].max(terms[1]);
         // An even fall leaves of the whole, 1/relative tolerances, one.
         let too_large = |k: usize| terms[k] > ln(ABOVE) + accuracy * k as f64 / order as f64;

@@ -205,11 +205,11 @@ pub(super) fn extend(
         });
     }
     law_rates(&mut all, laws, (&torques, &sources, &states, more_states.start), &mut rates);
-    let SetValued { torques: friction, speeds, lost, holds } = set_valued(&mut all, reduced, &senses);
+    let SetValued { torques: friction, speeds, holds } = set_valued(&mut all, reduced, &senses);
     let mut forces = forces(&mut all, &applied, &friction);
     all.motion.relax(reduced, &mut forces, &senses);
     let [slider_torques, slider_speeds] = all.motion.sliders(reduced);
-    let mut powers = powers(&mut all, equations, &applied, lost);
+    let mut powers = powers(&mut all, equations, &applied, (&friction, &speeds, &holds));
     find_kept(&mut all, &mut places, (reduced, &applied, &friction), &mut powers[0]);
     places.commands = all.found("command", commands);
     places.torques = all.found("torque", torques);
@@ -320,11 +320,10 @@ fn law_rates(
     }
 }
 
-/// What sticks, slips, holds or presses: torques where it does not hold, against the motion; speeds; the power that it takes.
+/// What sticks, slips, holds or presses: torques where it does not hold, against the motion, and speeds.
 struct SetValued {
     torques: Vec<Expr>,
     speeds: Vec<Expr>,
-    lost: Vec<Expr>,
     holds: Vec<HoldTerms>,
 }
 
@@ -332,15 +331,11 @@ struct SetValued {
 fn set_valued(all: &mut Loop<'_>, reduced: &Reduced, senses: &[Expr]) -> SetValued {
     let equations = &reduced.equations;
     let (mut torques, mut speeds) = sliding(all, equations, senses);
-    let graph = &mut all.motion.graph;
-    let mut lost: Vec<Expr> =
-        torques.iter().zip(&speeds).map(|(torque, speed)| graph.multiply(*torque, *speed)).collect();
     let holds = equations.holds.iter().zip(&senses[torques.len()..]);
     let holds: Vec<HoldTerms> = holds.map(|(hold, sense)| HoldTerms::new(all.motion, reduced, hold, *sense)).collect();
     torques.extend(holds.iter().map(|hold| hold.torque));
     speeds.extend(holds.iter().map(|hold| hold.speed));
-    lost.extend(holds.iter().map(|hold| hold.loss));
-    SetValued { torques, speeds, lost, holds }
+    SetValued { torques, speeds, holds }
 }
 
 fn find_holds(all: &mut Loop<'_>, places: &mut Places, holds: &[HoldTerms]) {
@@ -384,7 +379,12 @@ fn forces(all: &mut Loop<'_>, applied: &[Expr], friction: &[Expr]) -> Vec<Expr> 
 }
 
 /// Power of the inputs and of the torques that expressions give; loss in dampers and in slipping directions.
-fn powers(all: &mut Loop<'_>, equations: &Equations, applied: &[Expr], lost: Vec<Expr>) -> [Expr; 2] {
+fn powers(
+    all: &mut Loop<'_>,
+    equations: &Equations,
+    applied: &[Expr],
+    (friction, speeds, holds): (&[Expr], &[Expr], &[HoldTerms]),
+) -> [Expr; 2] {
     let (mut work, mut loss) = (Vec::new(), Vec::new());
     for (input, torque) in equations.inputs.iter().zip(applied) {
         let speed = all.motion.sum(&input.row, |motion, shaft| motion.speeds[shaft]);
@@ -401,7 +401,10 @@ fn powers(all: &mut Loop<'_>, equations: &Equations, applied: &[Expr], lost: Vec
         let (speed, coefficient) = (all.motion.graph.group(speed), all.motion.exact(&damper.value));
         loss.push(all.motion.graph.product(&[(coefficient, 1), (speed, 2)]));
     }
-    loss.extend(lost);
+    for (torque, speed) in friction.iter().zip(speeds).take(friction.len() - holds.len()) {
+        loss.push(all.motion.graph.multiply(*torque, *speed));
+    }
+    loss.extend(holds.iter().map(|hold| hold.loss));
     [all.sum(&work), all.sum(&loss)]
 }
 
