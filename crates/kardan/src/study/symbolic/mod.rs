@@ -91,7 +91,7 @@ impl Project {
         }
         if !reduced.equations.holds.is_empty() {
             let all: BTreeSet<&str> = reduced.equations.holds.iter().map(|hold| hold.element.as_str()).collect();
-            let all = quoted(all.into_iter());
+            let all = quoted(all);
             let message = format!("{all} hold one way or at times, which has no formula for all of it");
             let help = "leave them out, or look at the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::holds", message).help(help)]);
