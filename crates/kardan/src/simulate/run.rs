@@ -566,14 +566,25 @@ impl RunningLoop {
             return Ok(());
         }
         self.machine.evaluate(self.time, &self.state);
-        let Some((direction, torque)) = self.machine.driving_friction() else { return Ok(()) };
-        let unit = self.machine.unit_along(direction);
-        let unit = if unit == "m" { "N" } else { "N m" };
+        let Some(mut found) = self.machine.driving_friction() else { return Ok(()) };
+        let (mut low, mut high) = (self.solver.previous_time(), self.time);
+        while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
+            let middle = 0.5 * (low + high);
+            self.solver.interpolate(middle, &mut self.looked);
+            self.machine.evaluate(middle, &self.looked);
+            match self.machine.driving_friction() {
+                Some(driving) => (found, high) = (driving, middle),
+                None => low = middle,
+            }
+        }
+        self.observe_until(low, None);
+        let name = &self.names[found.0];
+        let unit = if self.machine.unit_along(found.0) == "m" { "N" } else { "N m" };
         let cause = format!(
-            "the torque of `{}` is {torque:.6} {unit}, and friction below zero would drive: keep it at zero or above, such as by max(0 {unit}, ...)",
-            self.names[direction]
+            "the torque of `{name}` becomes negative, and friction below zero would drive: keep it at zero or above, such as by max(0 {unit}, ...)"
         );
-        Err(failed(self.time, cause))
+        self.time = high;
+        Err(failed(high, cause))
     }
 
     /// Whether a speed is beyond what any drivetrain reaches.

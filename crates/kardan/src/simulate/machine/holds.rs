@@ -32,8 +32,8 @@ impl Machine {
             Kind::Friction { .. } => self.told(hold)[0],
             _ => 0.0,
         };
-        let all = (0..self.holds.kinds.len()).map(|hold| (self.holds.first + hold, torque(hold)));
-        all.into_iter().find(|(_, torque)| *torque < -LEAST_TORQUE)
+        let mut all = (0..self.holds.kinds.len()).map(|hold| (self.holds.first + hold, torque(hold)));
+        all.find(|(_, torque)| *torque < -LEAST_TORQUE)
     }
 
     /// Whether torques of friction are expressions.
