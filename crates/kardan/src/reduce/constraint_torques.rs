@@ -154,7 +154,7 @@ impl Motion {
         }
         equations.set_valued().zip(acting.frictions).for_each(|((_, row), torque)| add(row, *torque, 1));
         equations.inputs.iter().zip(acting.inputs).for_each(|(term, torque)| add(&term.row, *torque, -1));
-        for (k, torque) in acting.frictions.iter().skip(equations.frictions.len()).enumerate() {
+        for (k, torque) in acting.frictions.iter().skip(equations.set_valued().count()).enumerate() {
             for (shaft, entry) in self.kept[k].row.clone() {
                 forces[shaft].push((self.graph.multiply(entry, *torque), Rational::ONE));
             }
