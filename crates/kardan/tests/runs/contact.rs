@@ -422,13 +422,7 @@ fn random_model(seed: u64) -> String {
     for k in 1..shafts {
         let ends = format!("shaft_1 = \"s{}\"\nshaft_2 = \"s{k}\"\n", k - 1);
         let stiffness = [20, 300, 5000][dice.below(3)];
-        let coupling = dice.below(7);
-        if coupling == 6 {
-            // It follows.
-            initial.retain(|speed: &String| !speed.starts_with(&format!("\"s{k}.")));
-        }
-        text += &match coupling {
-            6 => format!("[gear.c{k}]\n{ends}ratio = \"{}/7\"\n", dice.between(5, 20)),
+        text += &match dice.below(6) {
             0 => format!(
                 "[spring_damper.c{k}]\n{ends}stiffness = \"{stiffness} N m/rad\"\ndamping = \"0.3 N m s/rad\"\nbacklash = \"5 deg\"\n"
             ),
