@@ -422,7 +422,8 @@ fn random_model(seed: u64) -> String {
     for k in 1..shafts {
         let ends = format!("shaft_1 = \"s{}\"\nshaft_2 = \"s{k}\"\n", k - 1);
         let stiffness = [20, 300, 5000][dice.below(3)];
-        text += &match dice.below(6) {
+        text += &match dice.below(7) {
+            6 => format!("[spring_damper.c{k}]\n{ends}damping = \"0.2 N m s/rad\"\n"),
             0 => format!(
                 "[spring_damper.c{k}]\n{ends}stiffness = \"{stiffness} N m/rad\"\ndamping = \"0.3 N m s/rad\"\nbacklash = \"5 deg\"\n"
             ),

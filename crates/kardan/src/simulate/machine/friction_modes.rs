@@ -338,9 +338,9 @@ impl Machine {
         self.leave_stops();
         if !everything {
             let changed = before.iter().zip(&self.modes).zip(names).enumerate().filter(|(_, ((was, is), _))| was != is);
-            events.extend(
-                changed.filter_map(|(k, ((_, is), name))| Some(format!("{name} {}", self.holds.words(k, *is)?))),
-            );
+            let told = changed.filter(|(k, _)| self.may_rest(*k) || !self.holds.slips(*k));
+            events
+                .extend(told.filter_map(|(k, ((_, is), name))| Some(format!("{name} {}", self.holds.words(k, *is)?))));
         }
         events
     }
@@ -360,7 +360,8 @@ impl Machine {
             }
             return;
         }
-        let (passing, crossing): (Vec<usize>, Vec<usize>) = crossing.iter().partition(|&&k| self.passes(k));
+        let (passing, crossing): (Vec<usize>, Vec<usize>) =
+            crossing.iter().partition(|&&k| !self.may_rest(k) || self.passes(k));
         for k in passing {
             self.slip_with_speed(k);
         }
@@ -374,7 +375,7 @@ impl Machine {
         };
         // Directions that depend on resting ones rest too.
         self.choose_holding(&resting);
-        let may = |k: &usize| !resting.contains(k) && self.holds.takes_part(*k) && !self.is_outside(*k);
+        let may = |k: &usize| !resting.contains(k) && self.may_rest(*k) && !self.is_outside(*k);
         let mut dependent: Vec<usize> = self.directions.iter().copied().filter(may).collect();
         if !dependent.is_empty() {
             let span = self.span(&resting);
@@ -415,7 +416,7 @@ impl Machine {
     }
 
     /// A direction slips the way that it moves.
-    fn slip_with_speed(&mut self, k: usize) {
+    pub(super) fn slip_with_speed(&mut self, k: usize) {
         let speed = self.dynamics.friction_speed(k, &self.work);
         let back = speed < 0.0 && matches!(self.holds.kind(k), Kind::Friction { .. });
         self.modes[k] = if back { Mode::Backward } else { Mode::Forward };
@@ -426,7 +427,7 @@ impl Machine {
         let speeds = &state[self.degrees_of_freedom..2 * self.degrees_of_freedom];
         let rests = |k: &usize| {
             let speed = self.dynamics.friction_speed(*k, &self.work).abs();
-            self.holds.takes_part(*k) && speed <= NOISE * self.dynamics.friction_terms(*k, speeds, &self.work)
+            self.may_rest(*k) && speed <= NOISE * self.dynamics.friction_terms(*k, speeds, &self.work)
         };
         self.directions.iter().copied().filter(rests).collect()
     }

@@ -52,6 +52,13 @@ impl Machine {
         }
     }
 
+    /// Whether a direction can come to rest or stay there at the point last evaluated: a friction without torque, a clutch that is released, slips
+    /// whatever its speed is.
+    pub(super) fn may_rest(&self, direction: usize) -> bool {
+        let released = direction >= self.holds.first && self.bounds[0][direction] == 0.0;
+        self.holds.takes_part(direction) && !(released && matches!(self.holds.kind(direction), Kind::Friction { .. }))
+    }
+
     /// The largest torques that directions oppose motion with.
     pub(super) fn bounds(&self) -> Bounds<'_> {
         Bounds { forward: &self.bounds[0], backward: &self.bounds[1] }
@@ -202,7 +209,7 @@ impl Machine {
         self.evaluate(time, state);
         let arriving = |k: &&usize| matches!(self.holds.kind(**k), Kind::Stop { .. });
         let mut arrived: Vec<usize> = crossing.iter().filter(arriving).copied().collect();
-        let engaged = self.holds.engaged.clone();
+        let (engaged, mut released) = (self.holds.engaged.clone(), false);
         self.switch_holds(everything, names, events);
         for hold in 0..self.holds.kinds.len() {
             let direction = self.holds.first + hold;
@@ -214,10 +221,17 @@ impl Machine {
                 }
                 Kind::Stop { .. } => self.holds.engaged[hold] |= arrived.contains(&direction),
                 Kind::Lock if self.holds.engaged[hold] && !engaged[hold] => arrived.push(direction),
+                Kind::Friction { .. } if self.modes[direction] == Mode::Stick && !self.may_rest(direction) => {
+                    self.slip_with_speed(direction);
+                    released = true;
+                    if !everything {
+                        events.push(format!("{} is released", names[direction]));
+                    }
+                }
                 _ => {}
             }
         }
-        if engaged != self.holds.engaged {
+        if released || engaged != self.holds.engaged {
             self.hold_those_that_stick();
         }
         let resting =
@@ -278,7 +292,7 @@ impl Machine {
             let noise = NOISE * self.dynamics.friction_terms(*k, &sizes, &self.work);
             let along = |x: &[f64]| self.dynamics.along_friction(*k, x, &self.work).abs();
             let rested = !begins && self.modes[*k] == Mode::Stick && along(&change) <= noise;
-            self.holds.takes_part(*k) && (stopped.contains(k) || rested || along(&state[r..2 * r]) <= noise)
+            self.may_rest(*k) && (stopped.contains(k) || rested || along(&state[r..2 * r]) <= noise)
         };
         Some(self.directions.iter().copied().filter(rests).collect())
     }
