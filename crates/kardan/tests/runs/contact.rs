@@ -422,7 +422,13 @@ fn random_model(seed: u64) -> String {
     for k in 1..shafts {
         let ends = format!("shaft_1 = \"s{}\"\nshaft_2 = \"s{k}\"\n", k - 1);
         let stiffness = [20, 300, 5000][dice.below(3)];
-        text += &match dice.below(7) {
+        let coupling = dice.below(8);
+        if coupling == 7 {
+            // One of them follows from the other.
+            initial.retain(|speed: &String| [k - 1, k].iter().all(|k| !speed.starts_with(&format!("\"s{k}."))));
+        }
+        text += &match coupling {
+            7 => format!("[gear.c{k}]\n{ends}ratio = \"{}/7\"\n", dice.between(5, 20)),
             6 => format!("[spring_damper.c{k}]\n{ends}damping = \"0.2 N m s/rad\"\n"),
             0 => format!(
                 "[spring_damper.c{k}]\n{ends}stiffness = \"{stiffness} N m/rad\"\ndamping = \"0.3 N m s/rad\"\nbacklash = \"5 deg\"\n"
