@@ -87,10 +87,21 @@ impl Machine {
         })
     }
 
-    /// Gap and speed of a stop or cushion from angles and speeds alone, and what rounding may make of the speed.
+    /// Gap and speed of a stop or cushion from angles and speeds alone.
     fn gap(&self, direction: usize, offset: f64) -> [f64; 2] {
         let gap = self.dynamics.friction_angle(direction, &self.work) - offset;
         [gap, self.dynamics.friction_speed(direction, &self.work)]
+    }
+
+    /// Gap of a cushion, and what it would press with.
+    fn push(&self, direction: usize, (offset, stiffness, damping): (f64, f64, f64)) -> [f64; 2] {
+        let [gap, speed] = self.gap(direction, offset);
+        [gap, -(stiffness * gap + damping * speed)]
+    }
+
+    /// What rounding may make of a gap.
+    fn gap_noise(&self, direction: usize, offset: f64) -> f64 {
+        NOISE * (offset.abs() + self.dynamics.friction_angles(direction, &self.work))
     }
 
     /// How far a hold is from leaving the mode that angles and speeds decide about.
@@ -103,8 +114,7 @@ impl Machine {
             (Kind::Stop { .. }, _) if self.holds.takes_part(direction) => f64::INFINITY,
             (Kind::Stop { offset, .. }, _) => self.gap(direction, offset)[0],
             (Kind::Cushion { offset, stiffness, damping }, mode) => {
-                let [gap, speed] = self.gap(direction, offset);
-                let push = -(stiffness * gap + damping * speed);
+                let [gap, push] = self.push(direction, (offset, stiffness, damping));
                 match mode {
                     Mode::Stick => gap,
                     Mode::Forward => push,
@@ -144,9 +154,8 @@ impl Machine {
         !self.holds.is_empty() && self.lock_margins().any(|(_, margin)| margin < 0.0)
     }
 
-    /// Cushions and locks at the point last evaluated; tells whether one changes.
-    fn switch_holds(&mut self, everything: bool, names: &[String], events: &mut Vec<String>) -> bool {
-        let mut changed = false;
+    /// Cushions and locks at the point last evaluated.
+    fn switch_holds(&mut self, everything: bool, names: &[String], events: &mut Vec<String>) {
         for hold in 0..self.holds.kinds.len() {
             let direction = self.holds.first + hold;
             let before = (self.modes[direction], self.holds.engaged[hold]);
@@ -163,8 +172,7 @@ impl Machine {
                 }
                 Kind::Cushion { offset, stiffness, damping } => {
                     // The numbers that told of it, to the last bit.
-                    let [gap, speed] = self.gap(direction, offset);
-                    let push = -(stiffness * gap + damping * speed);
+                    let [gap, push] = self.push(direction, (offset, stiffness, damping));
                     self.modes[direction] = match (gap < 0.0, push > 0.0) {
                         (true, true) => Mode::Forward,
                         (true, false) => Mode::Backward,
@@ -177,7 +185,6 @@ impl Machine {
             if before == after {
                 continue;
             }
-            changed = true;
             let what = match (self.holds.kinds[hold], before.0, after.0) {
                 _ if everything => continue,
                 (Kind::Lock, ..) if after.1 => "engages",
@@ -189,7 +196,6 @@ impl Machine {
             };
             events.push(format!("{} {what}", names[direction]));
         }
-        changed
     }
 
     /// Stops, locks and cushions where the motion has come, and the blows where rigid ones meet a speed. Tells which directions come to rest, and
@@ -215,8 +221,7 @@ impl Machine {
             let direction = self.holds.first + hold;
             match self.holds.kinds[hold] {
                 Kind::Stop { offset, .. } if everything => {
-                    let noise = NOISE * (offset.abs() + self.dynamics.friction_angles(direction, &self.work));
-                    self.holds.engaged[hold] = self.gap(direction, offset)[0] <= noise;
+                    self.holds.engaged[hold] = self.gap(direction, offset)[0] <= self.gap_noise(direction, offset);
                     self.modes[direction] = Mode::Forward;
                 }
                 Kind::Stop { .. } => self.holds.engaged[hold] |= arrived.contains(&direction),
@@ -305,8 +310,7 @@ impl Machine {
         let least = |&k: &usize| {
             let Kind::Stop { offset, .. } = self.holds.kind(k) else { return 0.0 };
             let acceleration = self.dynamics.along_friction(k, &free, &self.work) + self.work.friction_bias[k];
-            let noise = NOISE * (offset.abs() + self.dynamics.friction_angles(k, &self.work));
-            LEAST_REBOUND.max((2.0 * acceleration.abs() * noise).sqrt())
+            LEAST_REBOUND.max((2.0 * acceleration.abs() * self.gap_noise(k, offset)).sqrt())
         };
         rigid.iter().map(least).collect()
     }
@@ -355,15 +359,14 @@ impl Machine {
         }
     }
 
-    /// Stops and cushions that begin beyond their offset, with how far, rad.
+    /// Stops that the motion begins beyond, with how far, rad.
     pub(in crate::simulate) fn beyond_stops(&mut self, state: &[f64]) -> Vec<(usize, f64)> {
         self.update(state);
         let beyond = |hold: usize| {
             let Kind::Stop { offset, .. } = self.holds.kinds[hold] else { return None };
             let direction = self.holds.first + hold;
-            let gap = self.dynamics.friction_angle(direction, &self.work) - offset;
-            let noise = NOISE * (offset.abs() + self.dynamics.friction_angles(direction, &self.work));
-            (gap < -noise).then_some((direction, -gap))
+            let [gap, _] = self.gap(direction, offset);
+            (gap < -self.gap_noise(direction, offset)).then_some((direction, -gap))
         };
         (0..self.holds.kinds.len()).filter_map(beyond).collect()
     }
