@@ -40,18 +40,23 @@ pub fn page(found: &Identification) -> Page {
 
 fn parameters(found: &Identification) -> Body {
     let published = found.parameters.iter().any(|one| one.published.is_some());
+    // Why there is no interval; what else is to be told of one stands below.
+    let reasons = found.parameters.iter().any(|one| one.interval.is_none() && !one.remark.is_empty());
     let rows = found.parameters.iter().map(|one| {
         let name = format!("{}{}", one.name, one.combination);
         let interval = one.interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)));
         let mut row = row![name, one.unit, one.before, one.value, one.standard_error, interval];
         row.extend(published.then(|| one.published.into()));
-        row.push(one.remark.as_str().into());
+        row.extend(reasons.then(|| if one.interval.is_none() { one.remark.as_str().into() } else { "".into() }));
         row
     });
     let interval = format!("#{} % interval", number(100.0 * found.confidence));
     let mut headers = vec!["parameter", "unit", "#in the file", "#found", "#standard error", &interval];
-    headers.extend(published.then_some("#published").into_iter().chain([""]));
-    Body::default().list(head(found)).table_of(ROWS, &headers, rows).pictures(pictures::intervals(found))
+    headers.extend(published.then_some("#published").into_iter().chain(reasons.then_some("")));
+    let told = found.parameters.iter().filter(|one| one.interval.is_some() && !one.remark.is_empty());
+    let told = told.map(|one| format!("`{}`: {}.", one.name, one.remark));
+    let table = Body::default().list(head(found)).table_of(ROWS, &headers, rows);
+    table.list(told).pictures(pictures::intervals(found))
 }
 
 /// How it was found, a sentence each.

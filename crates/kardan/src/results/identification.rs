@@ -293,7 +293,7 @@ pub struct IdentifiedParameter {
     pub interval: Option<Interval>,
     /// What else enters the value: `+ 0.96 cs.damping`; such a combination is all that can be told.
     pub combination: String,
-    /// Why there is no interval: not determined, at its bound.
+    /// Why there is no interval: not determined, at its bound; beside an interval what it stands for.
     pub remark: String,
     /// A value published elsewhere.
     pub published: Option<f64>,
