@@ -147,10 +147,14 @@ impl Inflated {
     /// Checks what the decoders take for granted of a page that is inflated.
     fn check(&mut self, page: &mut Page) -> Result<()> {
         match page {
-            Page::DictionaryPage { .. } => {
-                self.dictionary = true;
-                Ok(())
-            }
+            // Memory is taken for as many values as are announced.
+            Page::DictionaryPage { buf, num_values, .. } => match (*num_values as usize).checked_mul(self.width) {
+                Some(bytes) if bytes <= buf.len() => {
+                    self.dictionary = true;
+                    Ok(())
+                }
+                _ => Err(lies(format!("a dictionary of {} bytes is said to hold {num_values} values", buf.len()))),
+            },
             Page::DataPage { buf, num_values, encoding, def_level_encoding, .. } => {
                 let levels = match def_level_encoding {
                     _ if !self.optional => 0,
