@@ -368,6 +368,14 @@ impl Equations {
         along.row.first().map_or(Domain::Rotation, |(coordinate, _)| self.domain(*coordinate))
     }
 
+    /// The domain of what holds along a direction; teeth rub along their first body, whatever their constraint is a length of.
+    pub fn domain_of_hold(&self, hold: &Along<Hold>) -> Domain {
+        match (&hold.value, hold.row.first()) {
+            (Hold::Mesh(_), Some((coordinate, _))) => self.domain(*coordinate),
+            _ => self.domain_of(hold),
+        }
+    }
+
     /// What the reading of a sensor is: of a mass a position, a velocity or a force.
     pub fn reading(&self, measured: &Measured) -> Quantity {
         let domain = |name: &str| self.coordinates.iter().position(|other| other == name).map(|k| self.domain(k));

@@ -148,6 +148,10 @@ pub enum Meaning {
     Signal(Arc<OfTime>),
     /// A table, which is called.
     Table(Arc<Lookup>),
+    /// Of the loss of a mesh: the size of the torque that it carries.
+    Load(Dimension),
+    /// Of the loss of a mesh: the size of its speed.
+    Slip(Dimension),
 }
 
 /// An expression of what moves, of parameters, the time and signals.
@@ -247,6 +251,19 @@ pub enum Hold {
         /// The expression, without unit.
         engaged: Arc<Formula>,
     },
+    /// The teeth of the element's constraint rub: against motion along a acts a part of the torque τ that the constraint puts on the first body of a.
+    Mesh(Mesh),
+}
+
+/// What a mesh loses: `κ |τ|` and what an expression adds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    /// κ while the first body of the direction drives.
+    pub forth: Exact,
+    /// κ while it is driven; from one on the mesh locks itself.
+    pub back: Exact,
+    /// N m, over the sizes of τ and of the speed along a; not negative.
+    pub loss: Option<Arc<Formula>>,
 }
 
 impl Hold {
@@ -259,6 +276,7 @@ impl Hold {
     pub fn formula(&self) -> Option<&Arc<Formula>> {
         match self {
             Self::Friction { torque: formula, .. } | Self::Lock { engaged: formula } => Some(formula),
+            Self::Mesh(mesh) => mesh.loss.as_ref(),
             Self::OneWay | Self::Stop { .. } | Self::Cushion { .. } => None,
         }
     }

@@ -140,7 +140,7 @@ fn held_class(hold: &Along<Hold>, shafts: &[String], stuck: bool) -> Option<Cons
     let open = format!("the linear analysis takes it as open; with `stuck = [\"{}\"]` it holds", hold.element);
     let (equation, equality, holonomic, scleronomic) = match &hold.value {
         _ if stuck => (format!("{} = 0 while it holds", row("'")), true, true, true),
-        Hold::Friction { .. } | Hold::Cushion { .. } => return None,
+        Hold::Friction { .. } | Hold::Cushion { .. } | Hold::Mesh(_) => return None,
         Hold::OneWay => (format!("{} >= 0", row("'")), false, false, true),
         Hold::Stop { offset, .. } => (format!("{} >= {}", row(""), offset.to_f64()), false, true, true),
         Hold::Lock { engaged } => {

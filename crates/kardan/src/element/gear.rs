@@ -1,4 +1,5 @@
 use super::shared::contact::{check_contact, contact, opposite};
+use super::shared::mesh::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_mesh, mesh};
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
 use crate::num::Rational;
@@ -19,6 +20,9 @@ keys! {
             offset: Mechanical(Dimension::ANGLE, Sign::Any) = "0 deg", "Mounting offset.";
             backlash: Mechanical(Dimension::ANGLE, Sign::NonNegative),
                 "Play between the teeth, as an angle of shaft_1 (a way of the first mass): within half of it either way nothing is carried. Left out: none.";
+            efficiency: Number(Sign::Positive) as EFFICIENCY;
+            efficiency_back: Number(Sign::Any) as EFFICIENCY_BACK;
+            loss: Formula(Dimension::TORQUE) as LOSS;
             restitution: Number(Sign::NonNegative) = "0", "With backlash: the part of the speed that teeth go back with, 0 to 1.";
         }
     }
@@ -33,7 +37,8 @@ pub const GEAR: Element = Element {
                 [ ]   q1 - i q2 + offset = 0
     shaft_2 ====[ ]",
     signs: "A ratio above zero means that both shafts turn the same way; an external spur pair has a negative ratio. \
-            `<name>.tau` acts on shaft_1, and -i times it on shaft_2.",
+            `<name>.tau` acts on shaft_1, and -i times it on shaft_2. What is lost acts on shaft_1 against its turning, \
+            `<name>.friction`.",
     symbol: Symbol::Gear,
     fields: Gear::FIELDS,
     example: "\
@@ -47,10 +52,14 @@ ratio = \"51/5\"
 };
 
 fn check_gear(values: &Values) -> Vec<Mistake> {
-    let mut out = [check(values), check_contact(values, "backlash")].concat();
+    let mut out = [check(values), check_contact(values, "backlash"), check_mesh(values)].concat();
     let plays = values.exact("backlash").is_some_and(|backlash| !backlash.is_zero());
     if !plays && values.exact("restitution").is_some_and(|e| !e.is_zero()) {
         out.push(Mistake::new("restitution", "without `backlash` teeth never part", "add `backlash`, or remove it"));
+    }
+    for key in ["efficiency", "loss"].into_iter().filter(|key| plays && values.has(key)) {
+        let message = "teeth with `backlash` carry their torque without loss here";
+        out.push(Mistake::new(key, message, "take one of the two away, or give the play to a gear of ratio 1 behind this one"));
     }
     out
 }
@@ -82,6 +91,9 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
             let half = backlash * &Exact::new(Rational::from_parts(1.into(), 2u8.into()), 0);
             contact(&opposite(&along), [offset.plus(&-&half), offset.plus(&half)].map(Some), values)
         }
-        None => vec![Term::Constraint { along, offset: -&offset }],
+        None => {
+            let loss = mesh(Direction::shaft(values.word_or_default("shaft_1")), values);
+            [Term::Constraint { along, offset: -&offset }].into_iter().chain(loss).collect()
+        }
     }
 }

@@ -1,3 +1,4 @@
+use super::shared::mesh::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_mesh, mesh};
 use super::shared::shafts::check_different;
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
@@ -21,6 +22,9 @@ keys! {
                  stands in place of the equation of the gear. Left out: rigid.";
             damping: Quantity(Dimension::DAMPING, Sign::NonNegative) = "0 N m s/rad",
                 "Viscous damping of that twist, as felt at the flexspline; needs `stiffness`.";
+            efficiency: Number(Sign::Positive) as EFFICIENCY;
+            efficiency_back: Number(Sign::Any) as EFFICIENCY_BACK;
+            loss: Formula(Dimension::TORQUE) as LOSS;
         }
     }
 }
@@ -38,7 +42,7 @@ pub const HARMONIC_DRIVE: Element = Element {
     wg ====( wave generator )",
     signs: "With the circular spline held, the flexspline turns 1/i times as fast as the wave generator, backwards; \
             `<name>.tau` is the constraint torque on the wave generator (with a `stiffness` that of the spring), and -(i+1) and i \
-            times it act on cs and fs.",
+            times it act on cs and fs. What is lost acts on wg, and back on cs, against their turning, `<name>.friction`.",
     symbol: Symbol::StrainWaveGear,
     fields: HarmonicDrive::FIELDS,
     example: "\
@@ -62,6 +66,12 @@ fn check(values: &Values) -> Vec<Mistake> {
             "add `stiffness`, or remove `damping`; that of a shaft belongs to the shaft",
         ));
     }
+    out.extend(check_mesh(values));
+    for key in ["efficiency", "loss"].into_iter().filter(|key| values.has("stiffness") && values.has(key)) {
+        let message = "with `stiffness` a spring stands in place of the teeth, and this loss belongs to them";
+        let help = "leave `stiffness` out and put a spring_damper behind the drive: its flexspline then has a shaft of its own";
+        out.push(Mistake::new(key, message, help));
+    }
     out
 }
 
@@ -76,7 +86,11 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
         ],
     };
     let offset = -&values.exact_or_default("offset");
-    let Some(stiffness) = values.exact("stiffness").cloned() else { return vec![Term::Constraint { along, offset }] };
+    let Some(stiffness) = values.exact("stiffness").cloned() else {
+        let [wave_generator, circular] = ["wave_generator", "circular_spline"].map(|key| values.word_or_default(key));
+        let loss = mesh(Direction::difference(wave_generator, Some(circular)), values);
+        return [Term::Constraint { along, offset }].into_iter().chain(loss).collect();
+    };
     vec![Term::Compliance { along, offset, scale: ratio, stiffness, damping: values.exact_or_default("damping") }]
 }
 

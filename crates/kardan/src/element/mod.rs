@@ -53,6 +53,7 @@ pub use screw::Screw;
 pub use sensor::Sensor;
 pub use shaft::Shaft;
 pub use shared::kind::{Element, Mistake};
+pub(crate) use shared::mesh::{LOAD, LOSS, SPEED};
 pub use shared::values::{Resolved, Values};
 pub use spring_damper::SpringDamper;
 pub use torque::Torque;

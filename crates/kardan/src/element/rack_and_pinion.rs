@@ -1,9 +1,10 @@
 use std::sync::Arc;
 
+use super::shared::mesh::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_mesh, mesh};
 use super::shared::spline::{Spline, check_points};
 use super::shared::straight::{check_moves, straight};
 use super::{Element, Mistake, Values};
-use crate::equations::{Domain, Term};
+use crate::equations::{Direction, Domain, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
@@ -23,6 +24,9 @@ keys! {
                 "Positions of the rack by angles of the pinion, in place of `radius`, for a ratio that varies: a smooth curve through them (a \
                  natural cubic spline), straight beyond the first and the last. The pinion, or what it hangs on, must be a coordinate.";
             offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the rack where the pinion stands at zero; not with `curve`.";
+            efficiency: Number(Sign::Positive) as EFFICIENCY;
+            efficiency_back: Number(Sign::Any) as EFFICIENCY_BACK;
+            loss: Formula(Dimension::TORQUE) as LOSS;
         }
     }
 }
@@ -47,7 +51,8 @@ pub const RACK_AND_PINION: Element = Element {
             ( o )  pinion, phi >0
       ======/\/\/\======>  rack, s >0     s - r phi = offset",
     signs: "A positive radius means that the rack moves forward as the pinion turns forward. `<name>.f` is the force of the \
-            teeth on the rack; on the pinion acts -r times it, `<name>.<pinion>.tau`.",
+            teeth on the rack; on the pinion acts -r times it, `<name>.<pinion>.tau`. What is lost acts on the pinion \
+            against its turning, `<name>.friction`.",
     symbol: Symbol::Gear,
     fields: RackAndPinion::FIELDS,
     example: "\
@@ -85,19 +90,19 @@ fn check(values: &Values) -> Vec<Mistake> {
             out.push(Mistake::new("offset", "a curve gives positions itself", "add it to the positions of the curve"));
         }
     }
+    out.extend(check_mesh(values));
     out
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let ends = ["pinion", "rack"].map(|key| values.word_or_default(key));
+    let loss = mesh(Direction::shaft(ends[0]), values);
     let curve = points(values).filter(|points| check_points("curve", points).is_empty());
     if let Some(spline) = curve.and_then(|points| Spline::new(&points)) {
         let [driving, driven] = ends.map(String::from);
-        return vec![
-            Term::Measure(Domain::Translation),
-            Term::Transmission { driven, driving, curve: Arc::new(spline) },
-        ];
+        let moves = Term::Transmission { driven, driving, curve: Arc::new(spline) };
+        return [Term::Measure(Domain::Translation), moves].into_iter().chain(loss).collect();
     }
     let lead = values.exact("travel").or(values.exact("radius")).cloned().unwrap_or_else(Exact::one);
-    straight(ends, &lead, values.exact_or_default("offset"))
+    straight(ends, &lead, values.exact_or_default("offset")).into_iter().chain(loss).collect()
 }

@@ -1,6 +1,7 @@
+use super::shared::mesh::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_mesh, mesh};
 use super::shared::straight::{check_moves, straight};
 use super::{Element, Values};
-use crate::equations::Term;
+use crate::equations::{Direction, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
@@ -15,6 +16,9 @@ keys! {
         }
         optional {
             offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the nut where the screw stands at zero.";
+            efficiency: Number(Sign::Positive) as EFFICIENCY;
+            efficiency_back: Number(Sign::Any) as EFFICIENCY_BACK;
+            loss: Formula(Dimension::TORQUE) as LOSS;
         }
     }
 }
@@ -27,7 +31,8 @@ pub const SCREW: Element = Element {
     shaft ====/////[nut]/////====     s - lead phi = offset
         phi >0      ---> s >0",
     signs: "A positive lead means that the nut moves forward as the screw turns forward. `<name>.f` is the force of the thread on \
-            the nut; on the screw acts -lead times it, `<name>.<shaft>.tau`.",
+            the nut; on the screw acts -lead times it, `<name>.<shaft>.tau`. What is lost acts on the screw against its turning, \
+            `<name>.friction`.",
     symbol: Symbol::Gear,
     fields: Screw::FIELDS,
     example: "\
@@ -36,12 +41,13 @@ shaft = \"motor\"
 nut = \"table\"
 lead = \"5 mm/rev\"
 ",
-    check: |values| check_moves(values, &["shaft", "nut"]),
+    check: |values| [check_moves(values, &["shaft", "nut"]), check_mesh(values)].concat(),
     terms,
 };
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let lead = values.exact("lead").cloned().unwrap_or_else(Exact::one);
     let ends = ["shaft", "nut"].map(|key| values.word_or_default(key));
-    straight(ends, &lead, values.exact_or_default("offset"))
+    let loss = mesh(Direction::shaft(ends[0]), values);
+    straight(ends, &lead, values.exact_or_default("offset")).into_iter().chain(loss).collect()
 }

@@ -10,9 +10,9 @@ use super::table_reader::{Rounded, TableReader, words};
 use super::tables::Header;
 use super::tolerance::Tolerance;
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::element::{Resolved, Values};
+use crate::element::{LOAD, LOSS, Resolved, SPEED, Values};
 use crate::entries::Place;
-use crate::equations::{Domain, GROUND, Measured, NamedTerm, Term};
+use crate::equations::{Domain, GROUND, Meaning, Measured, NamedTerm, Term};
 use crate::results::{ElementSummary, Mechanism, ParameterValue};
 use crate::schema::{Keys, Kind, Scalar, Value};
 use crate::synthesis::LawKind;
@@ -314,7 +314,8 @@ pub(super) fn element_values(
         else {
             continue;
         };
-        if let Some(formula) = functions.formula(expression, wanted, (&given.place, &label), out) {
+        let own = if field.name == LOSS.name { of_mesh(wanted) } else { Vec::new() };
+        if let Some(formula) = functions.formula(expression, wanted, own, (&given.place, &label), out) {
             values.insert(field.name, Resolved::Formula(Arc::new(formula)));
         }
     }
@@ -331,6 +332,12 @@ pub(super) fn element_values(
         }
     }
     (values, complete && out.len() == before)
+}
+
+/// What the loss of a mesh may name.
+fn of_mesh(torque: Dimension) -> Vec<(String, Meaning)> {
+    let speed = if torque == Dimension::FORCE { Dimension::VELOCITY } else { Dimension::ANGULAR_VELOCITY };
+    vec![(LOAD.into(), Meaning::Load(torque)), (SPEED.into(), Meaning::Slip(speed))]
 }
 
 fn describe(instance: &Instance, values: &Values) -> String {

@@ -14,6 +14,15 @@ impl Motion {
     /// # Panics
     /// If it names a coordinate that the model does not have, or has a mistake; it was checked when it was read.
     pub fn formula(&mut self, reduced: &Reduced, formula: &Formula) -> Expr {
+        let zero = self.graph.integer(0);
+        self.formula_of(reduced, formula, [zero; 2])
+    }
+
+    /// The same of the loss of a mesh, with the sizes of its torque and of its speed.
+    ///
+    /// # Panics
+    /// As [`Self::formula`].
+    pub fn formula_of(&mut self, reduced: &Reduced, formula: &Formula, [load, slip]: [Expr; 2]) -> Expr {
         let coordinate = |name: &str| {
             let number = reduced.coordinate(name).expect("a formula names coordinates of its model");
             (number, reduced.equations.domain(number).dimensions())
@@ -33,6 +42,8 @@ impl Motion {
                 Meaning::Time => Named::Varying(self.time(), Dimension::TIME),
                 Meaning::Signal(function) => Named::Varying(self.of_time(function), function.dimension()),
                 Meaning::Table(table) => Named::Table(Arc::clone(table)),
+                Meaning::Load(dimension) => Named::Varying(load, *dimension),
+                Meaning::Slip(dimension) => Named::Varying(slip, *dimension),
             };
             known.push((name, named));
         }

@@ -5,7 +5,7 @@ use super::readings::{Read, Readings};
 use super::sampler::{Compliance, Sampler, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
 use crate::assemble::Along;
-use crate::equations::{Domain, InputKind, Measured};
+use crate::equations::{Domain, Hold, InputKind, Measured};
 use crate::names::Quantity;
 use crate::num::Keeper;
 use crate::reduce::{Motion, Multipliers, Reduced};
@@ -178,6 +178,12 @@ impl Columns<'_> {
         let equations = &self.reduced.equations;
         let (first, holds) = (equations.frictions.len(), &equations.holds);
         for (k, hold) in holds.iter().enumerate() {
+            if matches!(hold.value, Hold::Mesh(_)) {
+                let physical = equations.domain_of_hold(hold).effort().physical();
+                let description = format!("loss in the teeth of {}", hold.element);
+                self.add(Quantity::Friction.of(&hold.element), physical, description, Read::Friction(first + k));
+                continue;
+            }
             if holds[..k].iter().any(|other| other.element == hold.element) {
                 continue;
             }

@@ -5,7 +5,7 @@ use kardan_rt::functions::powi;
 use super::dop853::StepError;
 use super::integrator::Integrator;
 use super::linear::{self, BLOCK, LinearSegment};
-use super::machine::Prospect;
+use super::machine::{Doubt, Prospect};
 use super::outputs::Outputs;
 use super::stiffness::is_stiff;
 use super::{FaultKind, Machine, Scenario, Setup};
@@ -165,6 +165,8 @@ pub(super) struct RunningLoop {
     switching: Vec<usize>,
     looks: Looks,
     initial_energy: f64,
+    /// Teeth that could go on in two ways at the last step.
+    doubted: Option<usize>,
     located: usize,
     most_steps: usize,
     /// Steps since the progress was told.
@@ -356,6 +358,7 @@ impl RunningLoop {
             looks: Looks::new(directions),
             state,
             initial_energy: 0.0,
+            doubted: None,
             located: 0,
             most_steps: tolerance.most_steps,
             unheard: 0,
@@ -557,6 +560,7 @@ impl RunningLoop {
             return Err(self.diverged());
         }
         self.rub()?;
+        self.mesh()?;
         self.tell(progress)
     }
 
@@ -585,6 +589,32 @@ impl RunningLoop {
         );
         self.time = high;
         Err(failed(high, cause))
+    }
+
+    /// Tells where teeth could go on in two ways; ends the run where their loss is negative.
+    fn mesh(&mut self) -> Result<(), Outcome> {
+        if !self.machine.has_meshes() {
+            return Ok(());
+        }
+        self.machine.evaluate(self.time, &self.state);
+        if let Some((direction, loss)) = self.machine.driving_mesh() {
+            let cause = format!(
+                "the `loss` of `{}` becomes negative ({loss:.6}), and teeth do not drive: keep it at zero or above, such as by max(0 N m, ...)",
+                self.names[direction]
+            );
+            return Err(failed(self.time, cause));
+        }
+        let doubted = self.machine.doubtful_mesh().map(|(direction, _)| direction);
+        if let Some(direction) = doubted.filter(|_| doubted != self.doubted) {
+            let what = format!(
+                "{}: against the inertia of its load it locks itself, so that two motions go on from here (Painlevé): that in which the first shaft drives is \
+                 taken, the other one jams",
+                self.names[direction]
+            );
+            self.events.push(Event { time: self.time, what });
+        }
+        self.doubted = doubted;
+        Ok(())
     }
 
     /// Whether a speed is beyond what any drivetrain reaches.
@@ -723,8 +753,13 @@ impl RunningLoop {
             let names: Vec<String> = shared.iter().map(|&k| format!("`{}`", self.names[k])).collect();
             let note = format!(
                 "While {} stick together, the split of the friction torque between them is not unique (nor are constraint \
-                 torques between them); shown is the one with the smallest torques relative to each Coulomb torque.",
-                names.join(", ")
+                 torques between them); shown is {}.",
+                names.join(", "),
+                if self.machine.has_meshes() {
+                    "one with which all hold"
+                } else {
+                    "the one with the smallest torques relative to each Coulomb torque"
+                }
             );
             if !self.notes.contains(&note) {
                 self.notes.push(note);
@@ -1087,7 +1122,13 @@ impl RunningLoop {
     fn step_failed(&mut self, error: StepError) -> Outcome {
         let at = self.solver.time();
         self.state.copy_from_slice(self.solver.state());
+        self.machine.evaluate(at, &self.state);
         let text = match error {
+            _ if let Some((direction, Doubt::None)) = self.machine.doubtful_mesh() => format!(
+                "`{}` jams: its load drives it, and the loss would grow faster than the torque that makes it, so that no acceleration fits (Painlevé). Give it less \
+                 loss (a larger `efficiency_back`), more inertia before it or less behind it, or let a spring carry the load",
+                self.names[direction]
+            ),
             StepError::StepTooSmall { step, .. } => format!(
                 "the step became too small ({step:.3e} s): a time constant is too short for this mode, or the loop diverges"
             ),

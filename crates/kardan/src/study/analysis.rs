@@ -377,7 +377,7 @@ fn places(
 }
 
 fn check_stuck(spec: &mut AnalysisSpec, known: &Known<'_>, equations: &Equations, out: &mut Vec<Diagnostic>) {
-    let held = equations.holds.iter().filter(|hold| !matches!(hold.value, Hold::Cushion { .. }));
+    let held = equations.holds.iter().filter(|hold| !matches!(hold.value, Hold::Cushion { .. } | Hold::Mesh(_)));
     let with: BTreeSet<&str> = equations.frictions.iter().map(|friction| friction.element.as_str()).collect();
     let with: BTreeSet<&str> = with.into_iter().chain(held.map(|hold| hold.element.as_str())).collect();
     for word in read_words(&known.document.analysis, "stuck") {

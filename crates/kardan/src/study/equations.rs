@@ -9,7 +9,7 @@ use super::summary::matrix_words;
 use super::{PreparedVariant, Project};
 use crate::assemble::Along;
 use crate::diagnostics::Diagnostic;
-use crate::equations::{Domain, InputKind};
+use crate::equations::{Domain, Hold, InputKind};
 use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, rational_to_f64};
 use crate::plan;
@@ -178,8 +178,9 @@ fn lines(
                 let again = equations.holds[..k].iter().any(|other| other.element == hold.element);
                 let own = share(&hold.row);
                 let turned = if hold.value.is_upper() { Rational::ZERO.minus(&own) } else { own };
+                let kind = if matches!(hold.value, Hold::Mesh(_)) { 8 } else { effort(equations.domain_of(hold)) };
                 let counts = !again && !Scalar::is_zero(&turned);
-                counts.then(|| (turned, mark(&hold.element, effort(equations.domain_of(hold)))))
+                counts.then(|| (turned, mark(&hold.element, kind)))
             });
             let laws = equations
                 .laws
@@ -214,6 +215,7 @@ fn text_mark(name: &str, order: usize) -> String {
         3 => Quantity::Torque.of(name),
         6 => Quantity::Voltage.of(name),
         7 => Quantity::Force.of(name),
+        8 => Quantity::Friction.of(name),
         _ => format!("sgn({name}')"),
     }
 }
@@ -239,9 +241,16 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     if !variant.reduced.equations.frictions.is_empty() {
         out.push_str("  sgn is set-valued at rest: any value from -1 to 1.\n");
     }
-    let holds: BTreeSet<&str> = variant.reduced.equations.holds.iter().map(|hold| hold.element.as_str()).collect();
+    let holds = &variant.reduced.equations.holds;
+    let named = |rub: bool| {
+        let own = holds.iter().filter(|hold| matches!(hold.value, Hold::Mesh(_)) == rub);
+        own.map(|hold| hold.element.as_str()).collect::<BTreeSet<&str>>().into_iter().collect::<Vec<_>>().join(", ")
+    };
+    let (rub, holds) = (named(true), named(false));
+    if !rub.is_empty() {
+        let _ = writeln!(out, "  What the teeth of {rub} lose depends on the torque that they carry.");
+    }
     if !holds.is_empty() {
-        let holds = holds.into_iter().collect::<Vec<_>>().join(", ");
         let _ = writeln!(
             out,
             "  What {holds} carry depends on their modes: whether they are touched, slip, hold or are open."
@@ -363,6 +372,7 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
             3 => format!(r"\tau_{{{index}}}"),
             6 => format!("u_{{{index}}}"),
             7 => format!("f_{{{index}}}"),
+            8 => format!(r"\tau_{{{index},\mathrm{{loss}}}}"),
             _ => format!(r"\operatorname{{sgn}}\dot{letter}_{{{index}}}"),
         }
     };

@@ -15,6 +15,7 @@ mod jenkins;
 mod laws;
 mod limits;
 mod linear;
+mod losses;
 mod massless;
 mod modelica;
 mod motor_limits;

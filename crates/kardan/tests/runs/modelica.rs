@@ -43,7 +43,7 @@ macro_rules! example {
     };
 }
 
-const EXAMPLES: [Example; 10] = [
+const EXAMPLES: [Example; 12] = [
     example!(
         "First",
         &[
@@ -95,6 +95,21 @@ const EXAMPLES: [Example; 10] = [
         ]
     ),
     example!(
+        "LossyGearDemo1",
+        &[
+            same("Inertia2.phi", "inertia2.phi", 2e-8),
+            same("Inertia2.w", "inertia2.w", 1e-7),
+            same("gear.mode", "sign inertia1.w", 0.0),
+        ]
+    ),
+    example!(
+        "LossyGearDemo2",
+        &[
+            same("Inertia2.phi", "inertia2.phi", 2e-8),
+            same("Inertia2.w", "inertia2.w", 1e-7),
+        ]
+    ),
+    example!(
         "Backlash",
         &[
             same("elastoBacklash.phi_rel", "inertia2.phi", 5e-5),
@@ -136,6 +151,10 @@ fn value(run: &Run, own: &str, time: f64) -> f64 {
     match (own, own.split_once(" - ")) {
         ("temperature", _) => 293.15 + 0.5 * (400.0 - at(run, "inertia.w", time).powi(2)),
         ("loss", _) => -at(run, "brake.tau", time) * at(run, "inertia.w", time),
+        _ if let Some(speed) = own.strip_prefix("sign ") => {
+            let speed = at(run, speed, time);
+            if speed == 0.0 { 0.0 } else { speed.signum() }
+        }
         (_, Some((first, second))) => at(run, first, time) - at(run, second, time),
         (_, None) => at(run, own, time),
     }

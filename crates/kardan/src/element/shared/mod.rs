@@ -4,6 +4,7 @@ pub(super) mod branch;
 pub(super) mod contact;
 pub(super) mod kind;
 pub(super) mod losses;
+pub(super) mod mesh;
 pub(super) mod prescribed;
 pub(super) mod shafts;
 pub(super) mod spline;

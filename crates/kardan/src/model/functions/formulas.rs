@@ -11,15 +11,18 @@ use crate::names::SignalName;
 use crate::units::{Dimension, Expression, UnitError};
 
 impl Functions<'_, '_> {
-    /// A formula of a dimension; nothing if it has a mistake, which was told.
+    /// A formula of a dimension, with names that it alone has; nothing if it has a mistake, which was told.
     pub(crate) fn formula(
         &mut self,
         expression: &Expression,
         wanted: Dimension,
+        own: Vec<(String, Meaning)>,
         (place, what): (&Place, &str),
         out: &mut Vec<Diagnostic>,
     ) -> Option<Formula> {
-        let names = self.meanings(expression, out)?;
+        let mut names = self.meanings(expression, out)?;
+        names.retain(|(name, _)| own.iter().all(|(other, _)| other != name));
+        names.extend(own);
         let motions: Vec<[String; 2]> = self.reader.all_motions().collect();
         let formula = Formula { expression: expression.clone(), names, dimension: wanted };
         match self.dimension_of(&formula) {
@@ -123,6 +126,7 @@ impl Functions<'_, '_> {
                 Meaning::Rate(body) => self.reader.domain_of(body).dimensions()[1],
                 Meaning::Time => Dimension::TIME,
                 Meaning::Signal(function) => function.dimension(),
+                Meaning::Load(dimension) | Meaning::Slip(dimension) => *dimension,
             };
             Some(Named::Varying(graph.symbol(name, dimension), dimension))
         };

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::Machine;
 use super::expressions::{Found, Parts, Places, extend};
 use super::hold_kinds::Holds;
+use super::meshes::Meshes;
 use super::response::Response;
 use super::sharing::Sharing;
 use super::timed::Timed;
@@ -139,11 +140,13 @@ impl Machine {
         let drives = drives(&reduced.equations.inputs, &mut size);
         let laws: Vec<Wired> = setup.laws.iter().map(|law| wired(law, &setup, &drives, &mut size)).collect();
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
-        let (mut places, mut timed) = (Places::default(), Timed::default());
+        let (mut places, mut timed, mut meshes) = (Places::default(), Timed::default(), Meshes::default());
         let (dynamics, work) = Dynamics::extended(reduced, |motion| {
             let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals };
             let (extension, found, sources) = extend(motion, reduced, parts, 2 * r..size);
             timed = Timed::new(motion, scenario, (&extension, &found), &sources);
+            let given: Vec<_> = motion.symbols.iter().chain(&extension.inputs).copied().collect();
+            meshes = Meshes::new(motion, reduced, &given);
             also(motion, &Found::new(&extension, &found, sources));
             places = found;
             extension
@@ -159,6 +162,7 @@ impl Machine {
             directions: (0..m).filter(|k| !sliders.contains(k) && !holds.only_presses(*k)).collect(),
             sliders,
             holds,
+            meshes,
             bounds,
             own_laws: laws.iter().any(Wired::is_own),
             held: vec![0.0; inputs],

@@ -12,7 +12,7 @@ use crate::units::Dimension;
 impl Machine {
     /// Prepares derivatives of the rates; false where a law computes by itself at every instant.
     pub fn prepare_jacobian(&mut self, reduced: &Reduced) -> bool {
-        if self.own_laws {
+        if self.own_laws || !self.meshes.is_empty() {
             return false;
         }
         let (r, states) = (self.degrees_of_freedom, self.size - 2);

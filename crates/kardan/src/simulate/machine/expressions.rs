@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::hold_terms::HoldTerms;
+use super::meshes::MeshTerms;
 use super::wired::{Computer, Wired};
 use crate::assemble::{Equations, FrictionLaw};
 use crate::expr::{Expr, Function, Symbol};
@@ -46,6 +47,11 @@ pub(super) struct Places {
     /// Found: of each hold its torque where it does not hold, and two numbers that its modes depend on.
     pub hold_torques: Range<usize>,
     pub holds: Range<usize>,
+    /// Found: of each mesh what it carries without accelerations and without what holds, for one of each acceleration, and for one of the torque of
+    /// each friction and hold.
+    pub mesh_loads: Range<usize>,
+    pub mesh_by_acceleration: Range<usize>,
+    pub mesh_by_torque: Range<usize>,
     /// Found: the power of the inputs, and the loss.
     pub powers: Range<usize>,
     /// Found, where constraints prescribe speeds: what the power of these constraints has for one of each acceleration, and for one of the
@@ -206,6 +212,7 @@ pub(super) fn extend(
     }
     law_rates(&mut all, laws, (&torques, &sources, &states, more_states.start), &mut rates);
     let SetValued { torques: friction, speeds, holds } = set_valued(&mut all, reduced, &senses);
+    let meshes = MeshTerms::new(all.motion, reduced, &applied, &friction);
     let mut forces = forces(&mut all, &applied, &friction);
     all.motion.relax(reduced, &mut forces, &senses);
     let [slider_torques, slider_speeds] = all.motion.sliders(reduced);
@@ -218,6 +225,9 @@ pub(super) fn extend(
     places.rates = all.found("rate", rates);
     places.friction_speeds = all.found("friction_speed", speeds);
     find_holds(&mut all, &mut places, &holds);
+    places.mesh_loads = all.found("carried", meshes.now);
+    places.mesh_by_acceleration = all.found("carried_by_acceleration", meshes.by_acceleration);
+    places.mesh_by_torque = all.found("carried_by_torque", meshes.by_torque);
     places.powers = all.found("power", powers.to_vec());
     places.slider_torques = all.found("slider", slider_torques);
     places.slider_speeds = all.found("slip", slider_speeds);

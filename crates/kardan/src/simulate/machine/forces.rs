@@ -51,6 +51,7 @@ impl Machine {
         }
         self.give(time, state);
         let regular = self.update(state);
+        self.meshes.torques.fill(0.0);
         let Self { dynamics, work, places, .. } = self;
         read(dynamics, work, &places.commands, &mut self.commands);
         read(dynamics, work, &places.torques, &mut self.torques);
@@ -95,7 +96,11 @@ impl Machine {
         if !self.holding.is_empty() {
             self.factor_holding();
         }
-        self.accelerate_held();
+        if self.meshes.is_empty() {
+            self.accelerate_held();
+        } else {
+            self.load_meshes();
+        }
     }
 
     /// The same with the factors that are known.
@@ -206,6 +211,12 @@ impl Machine {
             }
         }
         read(&self.dynamics, &self.work, &self.places.powers, &mut out[self.size - 2..]);
+        for (k, torque) in self.meshes.sliding() {
+            out[self.size - 1] += torque * self.dynamics.friction_speed(k, &self.work);
+        }
+        if self.meshes.is_lost() {
+            out.fill(f64::NAN);
+        }
         if !self.places.power_of_accelerations.is_empty() {
             out[self.size - 2] += self.prescribed_power();
         }
@@ -218,7 +229,8 @@ impl Machine {
         let accelerations: f64 = (first..end).map(|k| of(k) * self.acceleration[k - first]).sum();
         let first = self.places.power_of_holding.start;
         let holding = self.holding.iter().zip(&self.hold_torque);
-        accelerations + holding.map(|(k, torque)| of(first + k) * torque).sum::<f64>()
+        let sliding: f64 = self.meshes.sliding().map(|(k, torque)| of(first + k) * torque).sum();
+        accelerations + holding.map(|(k, torque)| of(first + k) * torque).sum::<f64>() + sliding
     }
 
     /// Everything that outputs are read from: accelerations, motor torques, friction torques, at one point.
@@ -233,6 +245,9 @@ impl Machine {
                     mode.sign() * self.dynamics.sliding_torque(k, speed)
                 }
             };
+        }
+        for (k, torque) in self.meshes.sliding() {
+            self.friction_torques[k] = torque;
         }
         for (slider, &k) in self.sliders.iter().enumerate().filter(|(_, k)| self.modes[**k] == Mode::Stick) {
             self.friction_torques[k] = self.slider_torque(slider);

@@ -21,8 +21,12 @@ impl Machine {
             sticking.iter().zip(torques).for_each(|(&k, torque)| self.friction_torques[k] = *torque);
             return;
         }
-        let sticking = self.sharing.sticking.clone();
-        let (_, torques) = self.solve_box(&sticking);
+        let loaded = if self.meshes.is_empty() { None } else { self.shared_torques() };
+        let (sticking, torques) = loaded.unwrap_or_else(|| {
+            let sticking = self.sharing.sticking.clone();
+            let (_, torques) = self.solve_box(&sticking);
+            (sticking, torques)
+        });
         for (torque, &k) in torques.iter().zip(&sticking) {
             self.friction_torques[k] = *torque;
         }
@@ -32,7 +36,8 @@ impl Machine {
     /// Needs the torques of the holding directions.
     fn share_holds(&mut self, most: f64) -> bool {
         self.factor_holding();
-        if !self.shares_by_size() {
+        // What teeth hold depends on how they share.
+        if !self.shares_by_size() || !self.meshes.is_empty() {
             return false;
         }
         let c = &self.bounds[0];
@@ -46,11 +51,16 @@ impl Machine {
         determined && sticking.iter().zip(torques).all(|(&k, torque)| torque.abs() <= c[k] * most)
     }
 
-    /// What the directions given, all at rest, do next; and the friction torques that hold or oppose them.
+    /// What the directions given, all at rest, do next.
     ///
     /// A direction that depends on sticking ones sticks with them, so that modes never contradict the kinematics.
-    pub(super) fn decide(&mut self, resting: &[usize]) -> (Vec<Mode>, Vec<f64>) {
-        let (accelerations, torques) = self.solve_box(resting);
+    pub(super) fn decide(&mut self, resting: &[usize]) -> Vec<Mode> {
+        if self.meshes.is_empty() { self.decide_with_bounds(resting) } else { self.decide_loaded(resting) }
+    }
+
+    /// The same with the bounds that are known.
+    pub(super) fn decide_with_bounds(&mut self, resting: &[usize]) -> Vec<Mode> {
+        let (accelerations, _) = self.solve_box(resting);
         let mut modes: Vec<Mode> = accelerations
             .iter()
             .map(|acceleration| match acceleration {
@@ -70,7 +80,7 @@ impl Machine {
                 }
             }
         }
-        (modes, torques)
+        modes
     }
 
     /// The convex problem over the directions given, all at rest: accelerations along them and their torques.
@@ -151,12 +161,13 @@ impl Machine {
             return None;
         }
         if self.following.is_empty()
+            && self.meshes.is_empty()
             && let Some(leaving) = self.one_leaves()
         {
             return leaving.map(|leaving| vec![leaving]);
         }
         let resting = self.sticking();
-        let (modes, _) = self.decide(&resting);
+        let modes = self.decide(&resting);
         modes.iter().any(|mode| *mode != Mode::Stick).then(|| resting.into_iter().zip(modes).collect())
     }
 
@@ -266,7 +277,7 @@ impl Machine {
         let shared = self.sharing.sticking.iter().zip(&self.sharing.torques);
         let alone = self.holding.iter().zip(&self.hold_torque);
         let least = |room: f64, (&k, torque): (&usize, &f64)| room.min(self.room_of(k, *torque));
-        let room = if self.following.is_empty() { alone.fold(1.0, least) } else { shared.fold(1.0, least) };
+        let room = if self.following.is_empty() || !self.meshes.is_empty() { alone.fold(1.0, least) } else { shared.fold(1.0, least) };
         let rooms = self.slider_rooms().chain(self.lock_margins());
         rooms.fold(room, |least, (_, room)| least.min(room))
     }
@@ -391,14 +402,14 @@ impl Machine {
         self.forces(time, state);
         let leaving = if alone {
             self.accelerate();
-            self.one_leaves()
+            if self.meshes.is_empty() { self.one_leaves() } else { None }
         } else {
             None
         };
         match leaving {
             Some(leaving) => leaving.into_iter().for_each(|(k, mode)| self.modes[k] = mode),
             None => {
-                let (modes, _) = self.decide(&resting);
+                let modes = self.decide(&resting);
                 resting.iter().zip(modes).for_each(|(&k, mode)| self.modes[k] = mode);
             }
         }
@@ -418,7 +429,7 @@ impl Machine {
     /// A direction slips the way that it moves.
     pub(super) fn slip_with_speed(&mut self, k: usize) {
         let speed = self.dynamics.friction_speed(k, &self.work);
-        let back = speed < 0.0 && matches!(self.holds.kind(k), Kind::Friction { .. });
+        let back = speed < 0.0 && matches!(self.holds.kind(k), Kind::Friction { .. } | Kind::Mesh);
         self.modes[k] = if back { Mode::Backward } else { Mode::Forward };
     }
 

@@ -23,6 +23,8 @@ pub(super) enum Kind {
         damping: f64,
     },
     Lock,
+    /// Its bounds and its torque follow from what the mesh carries.
+    Mesh,
 }
 
 /// The holds of a machine, which are the directions from `first` on.
@@ -53,6 +55,7 @@ impl Holds {
                 Kind::Cushion { offset: offset.to_f64(), stiffness: stiffness.to_f64(), damping: damping.to_f64() }
             }
             Hold::Lock { .. } => Kind::Lock,
+            Hold::Mesh(_) => Kind::Mesh,
         };
         let kinds: Vec<Kind> = equations.holds.iter().map(|hold| kind(&hold.value)).collect();
         Self {
@@ -61,7 +64,7 @@ impl Holds {
             units: equations
                 .holds
                 .iter()
-                .map(|hold| match equations.domain_of(hold) {
+                .map(|hold| match equations.domain_of_hold(hold) {
                     Domain::Translation => "m/s",
                     _ => "rad/s",
                 })
@@ -94,15 +97,15 @@ impl Holds {
 
     /// Whether a direction that does not stick is in its mode as long as its speed keeps its sign.
     pub(super) fn slips(&self, direction: usize) -> bool {
-        matches!(self.kind(direction), Kind::Friction { .. } | Kind::OneWay)
+        matches!(self.kind(direction), Kind::Friction { .. } | Kind::OneWay | Kind::Mesh)
     }
 
     /// What a direction does that has come into a mode, in words; nothing where that was told.
     pub(super) fn words(&self, direction: usize, mode: Mode) -> Option<&'static str> {
         match (self.kind(direction), mode) {
-            (Kind::Friction { .. }, Mode::Stick) => Some("sticks"),
-            (Kind::Friction { .. }, Mode::Forward) => Some("slips forward"),
-            (Kind::Friction { .. }, Mode::Backward) => Some("slips backward"),
+            (Kind::Friction { .. } | Kind::Mesh, Mode::Stick) => Some("sticks"),
+            (Kind::Friction { .. } | Kind::Mesh, Mode::Forward) => Some("slips forward"),
+            (Kind::Friction { .. } | Kind::Mesh, Mode::Backward) => Some("slips backward"),
             (Kind::OneWay, Mode::Stick) => Some("locks"),
             (Kind::OneWay, _) => Some("overruns"),
             (Kind::Stop { .. }, Mode::Stick) => Some("is rested on"),
@@ -114,7 +117,7 @@ impl Holds {
     /// The bounds of all directions: of frictions, of holds, and of so many rows that are kept whatever it takes.
     pub(super) fn bounds(&self, frictions: &[f64], kept: usize) -> [Vec<f64>; 2] {
         let of = |kind: &Kind| match kind {
-            Kind::Friction { .. } | Kind::Cushion { .. } => [0.0, 0.0],
+            Kind::Friction { .. } | Kind::Cushion { .. } | Kind::Mesh => [0.0, 0.0],
             Kind::OneWay | Kind::Stop { .. } => [0.0, f64::INFINITY],
             Kind::Lock => [f64::INFINITY; 2],
         };

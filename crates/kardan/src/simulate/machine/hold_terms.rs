@@ -34,7 +34,7 @@ impl HoldTerms {
                 let loss = motion.graph.multiply(torque, speed);
                 Self { torque, speed, loss, told: [size, zero] }
             }
-            Hold::OneWay => Self { torque: zero, speed, loss: zero, told: [zero; 2] },
+            Hold::OneWay | Hold::Mesh(_) => Self { torque: zero, speed, loss: zero, told: [zero; 2] },
             Hold::Lock { engaged } => {
                 let engaged = motion.formula(reduced, engaged);
                 Self { torque: zero, speed, loss: zero, told: [engaged, zero] }

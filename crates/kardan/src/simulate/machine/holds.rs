@@ -107,8 +107,8 @@ impl Machine {
     /// How far a hold is from leaving the mode that angles and speeds decide about.
     pub(super) fn hold_margin(&self, direction: usize) -> f64 {
         match (self.holds.kind(direction), self.modes[direction]) {
-            (Kind::Friction { .. } | Kind::OneWay, Mode::Stick) | (Kind::Lock, _) => f64::INFINITY,
-            (Kind::Friction { .. } | Kind::OneWay, mode) => {
+            (Kind::Friction { .. } | Kind::OneWay | Kind::Mesh, Mode::Stick) | (Kind::Lock, _) => f64::INFINITY,
+            (Kind::Friction { .. } | Kind::OneWay | Kind::Mesh, mode) => {
                 mode.sign() * self.dynamics.friction_speed(direction, &self.work)
             }
             (Kind::Stop { .. }, _) if self.holds.takes_part(direction) => f64::INFINITY,
@@ -241,7 +241,7 @@ impl Machine {
         }
         let resting =
             if arrived.is_empty() && !everything { None } else { self.strike(state, everything, names, events) };
-        let plain = |k: &&usize| matches!(self.holds.kind(**k), Kind::Friction { .. } | Kind::OneWay);
+        let plain = |k: &&usize| matches!(self.holds.kind(**k), Kind::Friction { .. } | Kind::OneWay | Kind::Mesh);
         arrived.extend(crossing.iter().filter(plain));
         Met { crossing: arrived, resting }
     }
@@ -259,7 +259,7 @@ impl Machine {
         let rigid = |hold: &usize| match self.holds.kinds[*hold] {
             Kind::OneWay => true,
             Kind::Stop { .. } | Kind::Lock => self.holds.engaged[*hold],
-            Kind::Friction { .. } | Kind::Cushion { .. } => false,
+            Kind::Friction { .. } | Kind::Cushion { .. } | Kind::Mesh => false,
         };
         let first = self.holds.first;
         let rigid: Vec<usize> = (0..self.holds.kinds.len()).filter(rigid).map(|hold| first + hold).collect();

@@ -12,6 +12,7 @@ mod holds;
 mod jacobian;
 mod kept;
 mod laws;
+mod meshes;
 mod motor_modes;
 mod response;
 mod series;
@@ -22,6 +23,7 @@ mod wired;
 
 pub use expansion::Prospect;
 pub use expressions::Found;
+pub(super) use meshes::Doubt;
 pub use wired::Setup;
 
 use std::ops::Range;
@@ -35,6 +37,7 @@ use expansion::Expansion;
 use expressions::Places;
 use hold_kinds::Holds;
 use jacobian::Jacobian;
+use meshes::Meshes;
 use response::Response;
 use sharing::Sharing;
 use timed::Timed;
@@ -70,6 +73,8 @@ pub struct Machine {
     pub(super) modes: Vec<Mode>,
     /// What holds one way or at times, and the largest torques against motion forward and backward of all directions, N m.
     holds: Holds,
+    /// Teeth that rub.
+    meshes: Meshes,
     bounds: [Vec<f64>; 2],
     /// Independent directions among those that stick.
     holding: Vec<usize>,

@@ -1,0 +1,542 @@
+//! Teeth that rub: a loss that depends on the torque that the teeth carry, which depends on the accelerations, which depend on the loss.
+//!
+//! The torque τ that the constraint of a mesh puts on the first body of its direction is affine in accelerations and in what holds and rubs. While
+//! teeth slide, the loss `T = s f(|τ|)` against the motion solves `τ = τ₀ + Λ T`, by Newton's method on this piecewise smooth equation; while they are
+//! at rest they hold up to `f`, with a loss of its own for each sense, as power would flow the one way or the other.
+//!
+//! One mesh has one solution as long as `1 − s σ f' Λ > 0` for both signs σ of τ. Where the load drives teeth that would lock themselves against
+//! the inertia of that load, this fails (Painlevé): there are two motions or none. Both is told.
+
+use kardan_native::Native;
+
+use super::Machine;
+use crate::assemble::Along;
+use crate::equations::{Hold, Mesh};
+use crate::expr::{Expr, Symbol};
+use crate::num::Rational;
+use crate::plan::{Plan, compile};
+use crate::reduce::{Acting, Motion, Reduced};
+use crate::simulate::friction::Mode;
+use crate::units::Dimension;
+
+/// Steps of Newton's method; of losses that are parts of the torque it takes two, and one for each sign that turns.
+const MOST_STEPS: usize = 40;
+/// What of the loss may be left, relative to it.
+const SOLVED: f64 = 1e-14;
+/// Signs that are tried as a start where the first one leads nowhere: of so many meshes all.
+const MOST_PATTERNS: usize = 10;
+/// Rounds of torques and modes until they fit each other.
+const MOST_ROUNDS: usize = 40;
+/// What rounding leaves of an acceleration, relative to its terms.
+const ROUNDING: f64 = 1e-9;
+
+/// What teeth carry, in the expressions of the loop: for each mesh the torque without accelerations and without what holds; for one of each
+/// acceleration; for one of each torque of frictions and holds.
+pub(super) struct MeshTerms {
+    pub now: Vec<Expr>,
+    pub by_acceleration: Vec<Expr>,
+    pub by_torque: Vec<Expr>,
+}
+
+/// The meshes of a model among what holds.
+fn meshes(reduced: &Reduced) -> impl Iterator<Item = (usize, &Along<Hold>, &Mesh)> {
+    let first = reduced.equations.frictions.len();
+    let all = reduced.equations.holds.iter().enumerate();
+    all.filter_map(move |(k, hold)| if let Hold::Mesh(mesh) = &hold.value { Some((first + k, hold, mesh)) } else { None })
+}
+
+impl MeshTerms {
+    pub fn new(motion: &mut Motion, reduced: &Reduced, applied: &[Expr], friction: &[Expr]) -> Self {
+        let mut out = Self { now: Vec::new(), by_acceleration: Vec::new(), by_torque: Vec::new() };
+        if meshes(reduced).next().is_none() {
+            return out;
+        }
+        let r = reduced.degrees_of_freedom();
+        let zeros = vec![motion.graph.integer(0); r];
+        let acting = Acting { accelerations: &zeros, inputs: applied, frictions: friction };
+        let now = motion.multipliers(reduced, acting);
+        let mut symbols = |name: &str, count: usize| -> Vec<Expr> {
+            (0..count).map(|k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE)).collect()
+        };
+        let (accelerations, torques) = (symbols("unit_acceleration", r), symbols("unit_torque", friction.len()));
+        let acting = Acting { accelerations: &accelerations, inputs: applied, frictions: &torques };
+        let moved = motion.multipliers(reduced, acting);
+        for (_, hold, _) in meshes(reduced) {
+            let constraint = constraint_of(reduced, hold);
+            let coefficient = first_entry(motion, reduced, constraint, hold);
+            let scaled = |motion: &mut Motion, multiplier: Expr| motion.graph.multiply(coefficient, multiplier);
+            out.now.push(scaled(motion, now[constraint]));
+            for (list, symbols) in [(&mut out.by_acceleration, &accelerations), (&mut out.by_torque, &torques)] {
+                for symbol in symbols {
+                    let symbol = motion.graph.symbol_of(*symbol).expect("it was made as one");
+                    let slope = motion.graph.derivatives(&[moved[constraint]], symbol)[0];
+                    list.push(scaled(motion, slope));
+                }
+            }
+        }
+        out
+    }
+}
+
+/// The constraint whose teeth rub.
+fn constraint_of(reduced: &Reduced, hold: &Along<Hold>) -> usize {
+    let equations = &reduced.equations;
+    let linear = equations.constraints.iter().map(|row| &row.element);
+    let mut all = linear.chain(equations.transmissions.iter().map(|curve| &curve.element));
+    all.position(|element| *element == hold.element).expect("a mesh is of a constraint")
+}
+
+/// The coefficient that the constraint has for the first body of the direction.
+fn first_entry(motion: &mut Motion, reduced: &Reduced, constraint: usize, hold: &Along<Hold>) -> Expr {
+    let body = hold.row.iter().find(|(_, x)| *x > Rational::ZERO).map(|(body, _)| *body);
+    let row = motion.constraint_row(reduced, constraint);
+    let entry = row.into_iter().find(|(other, _)| Some(*other) == body).map(|(_, entry)| entry);
+    entry.unwrap_or_else(|| motion.graph.integer(0))
+}
+
+/// The losses over the torques as a plan, with its memory: of each mesh the loss and its slope.
+struct Laws {
+    plan: Plan,
+    native: Option<Native<f64>>,
+    memory: Vec<f64>,
+    /// What is given before the sizes of the torques, and behind them whether the first bodies drive.
+    given: usize,
+}
+
+impl Laws {
+    fn new(motion: &mut Motion, reduced: &Reduced, given: &[Symbol]) -> Self {
+        let count = meshes(reduced).count();
+        let mut symbols = |name: &str| -> Vec<Expr> {
+            (0..count).map(|k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE)).collect()
+        };
+        let (loads, forth) = (symbols("load"), symbols("forth"));
+        let mut losses = Vec::new();
+        for (k, (_, hold, mesh)) in meshes(reduced).enumerate() {
+            let speed = motion.sum(&hold.row, |motion, shaft| motion.speeds[shaft]);
+            let back = motion.graph.negate(speed);
+            let speed = motion.graph.max(speed, back);
+            let [own, other] = [&mesh.forth, &mesh.back].map(|part| motion.exact(part));
+            let more = motion.graph.subtract(own, other);
+            let more = motion.graph.multiply(forth[k], more);
+            let part = motion.graph.add(other, more);
+            let mut loss = motion.graph.multiply(part, loads[k]);
+            if let Some(formula) = &mesh.loss {
+                let added = motion.formula_of(reduced, formula, [loads[k], speed]);
+                loss = motion.graph.add(loss, added);
+            }
+            losses.push(loss);
+        }
+        let slope = |motion: &mut Motion, (loss, load): (&Expr, &Expr)| {
+            let load = motion.graph.symbol_of(*load).expect("it was made as one");
+            motion.graph.derivatives(&[*loss], load)[0]
+        };
+        let slopes: Vec<Expr> = losses.iter().zip(&loads).map(|pair| slope(motion, pair)).collect();
+        let outputs = losses.into_iter().chain(slopes).enumerate().map(|(k, expr)| (format!("loss.{k}"), expr));
+        let outputs: Vec<(String, Expr)> = outputs.collect();
+        let own = loads.iter().chain(&forth).filter_map(|symbol| motion.graph.symbol_of(*symbol));
+        let given: Vec<Symbol> = given.iter().copied().chain(own).collect();
+        let plan = compile(&motion.graph, &given, &outputs).expect("losses depend on what is given");
+        let native = Native::new(&plan.block());
+        Self { native, memory: plan.memory(), plan, given: given.len() - 2 * count }
+    }
+}
+
+/// Why the motion of teeth is not one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::simulate) enum Doubt {
+    /// There are two motions; the one in which the first body drives is taken.
+    Two,
+    /// There is none.
+    None,
+}
+
+/// The meshes of a machine.
+#[derive(Default)]
+pub(super) struct Meshes {
+    /// Their directions.
+    directions: Vec<usize>,
+    laws: Option<Laws>,
+    /// What they carry, and what they lose while they slide, against the motion along their directions.
+    loads: Vec<f64>,
+    pub(super) torques: Vec<f64>,
+    losses: Vec<f64>,
+    slopes: Vec<f64>,
+    /// What each sliding mesh (columns) does to what all carry (rows).
+    influence: Vec<f64>,
+    /// Torques of directions that begin to rub with a decision: what is carried now has nothing of them.
+    rubbing: Vec<(usize, f64)>,
+    /// Of which mesh the motion is not one, at the point last evaluated.
+    doubt: Option<(usize, Doubt)>,
+    /// A loss below nothing there.
+    negative: Option<(usize, f64)>,
+}
+
+impl Meshes {
+    /// What is given are the symbols of the loop.
+    pub(super) fn new(motion: &mut Motion, reduced: &Reduced, given: &[Symbol]) -> Self {
+        let directions: Vec<usize> = meshes(reduced).map(|(direction, ..)| direction).collect();
+        if directions.is_empty() {
+            return Self::default();
+        }
+        let count = directions.len();
+        let zeros = vec![0.0; count];
+        Self {
+            laws: Some(Laws::new(motion, reduced, given)),
+            directions,
+            loads: zeros.clone(),
+            torques: zeros.clone(),
+            losses: zeros.clone(),
+            slopes: zeros,
+            influence: vec![0.0; count * count],
+            rubbing: Vec::new(),
+            doubt: None,
+            negative: None,
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.directions.is_empty()
+    }
+
+    /// Directions of meshes, with what they lose while they slide.
+    pub(super) fn sliding(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.directions.iter().copied().zip(self.torques.iter().copied())
+    }
+
+    /// Whether the teeth have no motion at the point last evaluated.
+    pub(super) fn is_lost(&self) -> bool {
+        matches!(self.doubt, Some((_, Doubt::None)))
+    }
+
+    fn give(&mut self, values: &[f64]) {
+        if let Some(laws) = &mut self.laws {
+            laws.memory[..laws.given].copy_from_slice(&values[..laws.given]);
+        }
+    }
+
+    /// Losses and slopes at the torques carried, where the first bodies drive or are driven.
+    fn evaluate(&mut self, drives: impl Fn(usize, f64) -> bool) {
+        let count = self.directions.len();
+        let Some(laws) = &mut self.laws else { return };
+        for (k, load) in self.loads.iter().enumerate() {
+            laws.memory[laws.given + k] = load.abs();
+            laws.memory[laws.given + count + k] = f64::from(u8::from(drives(k, *load)));
+        }
+        // What is no number is seen where it is used.
+        let _ = match &laws.native {
+            Some(native) => native.evaluate(&mut laws.memory),
+            None => laws.plan.block().evaluate(&mut laws.memory),
+        };
+        for k in 0..count {
+            self.losses[k] = laws.memory[laws.plan.place(k)];
+            self.slopes[k] = laws.memory[laws.plan.place(count + k)];
+        }
+    }
+
+    /// The losses of meshes that slide in some senses, of which `base` is carried without any loss. False if none is found.
+    fn solve(&mut self, sliding: &[(usize, f64)], base: &[f64]) -> bool {
+        let n = sliding.len();
+        let patterns = 1usize << n.min(MOST_PATTERNS);
+        // First from what is carried without loss, then from losses that would turn the signs.
+        for pattern in 0..=patterns {
+            let sign = |place: usize| if (pattern.wrapping_sub(1) >> place) & 1 == 1 { 1.0 } else { -1.0 };
+            for (place, &(mesh, _)) in sliding.iter().enumerate() {
+                self.loads[mesh] = if pattern == 0 { base[mesh] } else { sign(place) * base[mesh].abs() };
+            }
+            if self.newton(sliding, base) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Newton's method from what the meshes carry now.
+    fn newton(&mut self, sliding: &[(usize, f64)], base: &[f64]) -> bool {
+        let (n, count) = (sliding.len(), self.directions.len());
+        let senses: Vec<(usize, f64)> = sliding.to_vec();
+        let sense = move |mesh: usize| senses.iter().find(|(other, _)| *other == mesh).map_or(0.0, |(_, sense)| *sense);
+        let (mut matrix, mut right) = (vec![0.0; n * n], vec![0.0; n]);
+        for _ in 0..MOST_STEPS {
+            // Where nothing is carried it is as if the first body drove: that side has one solution.
+            self.evaluate(|mesh, load| load * sense(mesh) <= 0.0);
+            for (row, &(mesh, s)) in sliding.iter().enumerate() {
+                let sigma = if self.loads[mesh] == 0.0 { -s } else { self.loads[mesh].signum() };
+                let slope = s * self.slopes[mesh] * sigma;
+                // T = s (f + f' σ (τ − τ now)), τ = base + Λ T
+                right[row] = s * self.losses[mesh] + slope * (base[mesh] - self.loads[mesh]);
+                for (column, &(other, _)) in sliding.iter().enumerate() {
+                    let own = if row == column { 1.0 } else { 0.0 };
+                    matrix[row * n + column] = own - slope * self.influence[mesh * count + other];
+                }
+            }
+            if !eliminate(&mut matrix, &mut right) {
+                return false;
+            }
+            for (&(mesh, _), torque) in sliding.iter().zip(&right) {
+                self.torques[mesh] = *torque;
+            }
+            for &(mesh, _) in sliding {
+                let of = |(other, _): &(usize, f64)| self.influence[mesh * count + other] * self.torques[*other];
+                self.loads[mesh] = base[mesh] + sliding.iter().map(of).sum::<f64>();
+            }
+            self.evaluate(|mesh, load| load * sense(mesh) <= 0.0);
+            let left = |&(mesh, s): &(usize, f64)| (self.torques[mesh] - s * self.losses[mesh]).abs();
+            if sliding.iter().all(|one| left(one) <= SOLVED * (self.torques[one.0].abs() + base[one.0].abs())) {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// Solves a small system in place; false if it is singular.
+fn eliminate(matrix: &mut [f64], right: &mut [f64]) -> bool {
+    let n = right.len();
+    for k in 0..n {
+        let pivot = (k..n).max_by(|a, b| matrix[a * n + k].abs().total_cmp(&matrix[b * n + k].abs())).unwrap_or(k);
+        if matrix[pivot * n + k] == 0.0 || !matrix[pivot * n + k].is_finite() {
+            return false;
+        }
+        (k..n).for_each(|j| matrix.swap(k * n + j, pivot * n + j));
+        right.swap(k, pivot);
+        for i in k + 1..n {
+            let factor = matrix[i * n + k] / matrix[k * n + k];
+            (k..n).for_each(|j| matrix[i * n + j] -= factor * matrix[k * n + j]);
+            right[i] -= factor * right[k];
+        }
+    }
+    for k in (0..n).rev() {
+        let known: f64 = (k + 1..n).map(|j| matrix[k * n + j] * right[j]).sum();
+        right[k] = (right[k] - known) / matrix[k * n + k];
+    }
+    true
+}
+
+impl Machine {
+    /// Accelerations and holding torques in the current modes with the losses of meshes, which `force` then has; and what meshes at rest hold.
+    /// Needs the factors of what holds.
+    pub(super) fn load_meshes(&mut self) {
+        let mut meshes = std::mem::take(&mut self.meshes);
+        self.unload(&mut meshes);
+        self.accelerate_held();
+        self.read_loads(&mut meshes);
+        meshes.give(self.work.values());
+        meshes.doubt = None;
+        let slides = |(mesh, &k): (usize, &usize)| Some((mesh, self.modes[k].sign())).filter(|(_, sense)| *sense != 0.0);
+        let sliding: Vec<(usize, f64)> = meshes.directions.iter().enumerate().filter_map(slides).collect();
+        if !sliding.is_empty() {
+            let base = meshes.loads.clone();
+            sliding.iter().for_each(|&(mesh, _)| self.find_influence(&mut meshes, mesh));
+            let solved = meshes.solve(&sliding, &base);
+            self.doubt(&mut meshes, &sliding, solved);
+            for &(mesh, _) in &sliding {
+                self.act(meshes.directions[mesh], -meshes.torques[mesh]);
+            }
+            self.accelerate_held();
+            self.read_loads(&mut meshes);
+        }
+        self.bound_meshes(&mut meshes);
+        self.meshes = meshes;
+    }
+
+    /// Takes the losses of meshes out of the force.
+    fn unload(&mut self, meshes: &mut Meshes) {
+        for (&k, torque) in meshes.directions.iter().zip(&mut meshes.torques) {
+            self.act(k, std::mem::take(torque));
+        }
+    }
+
+    /// Adds a torque along a direction to the force.
+    fn act(&mut self, direction: usize, torque: f64) {
+        if torque != 0.0 {
+            let r = self.degrees_of_freedom;
+            let row = &self.work.friction_rows[direction * r..(direction + 1) * r];
+            self.force.iter_mut().zip(row).for_each(|(force, x)| *force += x * torque);
+        }
+    }
+
+    /// What meshes carry with the accelerations, and with what holds and slides.
+    fn read_loads(&self, meshes: &mut Meshes) {
+        let held = self.holding.iter().copied().zip(self.hold_torque.iter().copied());
+        self.read_loads_of(meshes, held);
+    }
+
+    /// The same with other torques that hold.
+    fn read_loads_of(&self, meshes: &mut Meshes, held: impl Iterator<Item = (usize, f64)> + Clone) {
+        let r = self.degrees_of_freedom;
+        let of = |place: usize| self.work.more(&self.dynamics, place);
+        let directions = self.modes.len();
+        for mesh in 0..meshes.directions.len() {
+            let first = self.places.mesh_by_acceleration.start + mesh * r;
+            let moved: f64 = (0..r).map(|i| of(first + i) * self.acceleration[i]).sum();
+            let first = self.places.mesh_by_torque.start + mesh * directions;
+            let all = held.clone().chain(meshes.sliding()).chain(meshes.rubbing.iter().copied());
+            let rubbed: f64 = all.map(|(k, torque)| of(first + k) * torque).sum();
+            meshes.loads[mesh] = of(self.places.mesh_loads.start + mesh) + moved + rubbed;
+        }
+    }
+
+    /// What one of the loss of a sliding mesh does to what all carry.
+    fn find_influence(&mut self, meshes: &mut Meshes, mesh: usize) {
+        let (r, count, holding) = (self.degrees_of_freedom, meshes.directions.len(), self.holding.len());
+        let direction = meshes.directions[mesh];
+        let mut change: Vec<f64> =
+            self.work.friction_rows[direction * r..(direction + 1) * r].iter().map(|x| -x).collect();
+        let mut held = vec![0.0; holding];
+        if holding == r {
+            (0..holding).for_each(|a| held[a] = crate::num::dot(&self.weighted[a * r..(a + 1) * r], &change));
+            self.hold_factor.solve(&mut held);
+            change.fill(0.0);
+        } else {
+            self.work.factor.solve(&mut change);
+            for a in 0..holding {
+                held[a] = self.dynamics.along_friction(self.holding[a], &change, &self.work);
+            }
+            self.hold_factor.solve(&mut held);
+            for (a, torque) in held.iter().enumerate() {
+                let row = &self.weighted[a * r..(a + 1) * r];
+                change.iter_mut().zip(row).for_each(|(x, weight)| *x -= weight * torque);
+            }
+        }
+        let of = |place: usize| self.work.more(&self.dynamics, place);
+        for row in 0..count {
+            let first = self.places.mesh_by_acceleration.start + row * r;
+            let moved: f64 = (0..r).map(|i| of(first + i) * change[i]).sum();
+            let first = self.places.mesh_by_torque.start + row * self.modes.len();
+            let holds: f64 = self.holding.iter().zip(&held).map(|(k, torque)| of(first + k) * torque).sum();
+            meshes.influence[row * count + mesh] = moved + holds + of(first + direction);
+        }
+    }
+
+    /// Notes where the motion of sliding teeth is not one.
+    fn doubt(&self, meshes: &mut Meshes, sliding: &[(usize, f64)], solved: bool) {
+        let count = meshes.directions.len();
+        // The side on which the load drives, where the loss may outgrow what makes it.
+        meshes.evaluate(|_, _| false);
+        let rest = |mesh: usize| 1.0 - meshes.slopes[mesh] * meshes.influence[mesh * count + mesh];
+        let least = sliding.iter().map(|&(mesh, _)| (mesh, rest(mesh))).min_by(|a, b| a.1.total_cmp(&b.1));
+        meshes.doubt = match least {
+            Some((mesh, _)) if !solved => Some((meshes.directions[mesh], Doubt::None)),
+            Some((mesh, rest)) if rest <= 0.0 => Some((meshes.directions[mesh], Doubt::Two)),
+            _ => None,
+        };
+    }
+
+    /// What meshes hold either way at what they carry.
+    fn bound_meshes(&mut self, meshes: &mut Meshes) {
+        meshes.negative = None;
+        // Against motion forward, then backward; the first body drives where the torque of the teeth opposes the motion.
+        for (bounds, sense) in self.bounds.iter_mut().zip([1.0, -1.0]) {
+            meshes.evaluate(|_, load| load * sense <= 0.0);
+            for (&k, loss) in meshes.directions.iter().zip(&meshes.losses) {
+                bounds[k] = loss.max(0.0);
+                if *loss < 0.0 {
+                    meshes.negative = Some((k, *loss));
+                }
+            }
+        }
+    }
+
+    /// Whether there are teeth that rub.
+    pub(in crate::simulate) fn has_meshes(&self) -> bool {
+        !self.meshes.is_empty()
+    }
+
+    /// Of which direction of teeth the motion is not one at the point last evaluated.
+    pub(in crate::simulate) fn doubtful_mesh(&self) -> Option<(usize, Doubt)> {
+        self.meshes.doubt
+    }
+
+    /// Teeth whose loss is below nothing there, with that.
+    pub(in crate::simulate) fn driving_mesh(&self) -> Option<(usize, f64)> {
+        self.meshes.negative
+    }
+
+    /// [`Machine::decide`] where meshes hold what depends on the decision: rounds of modes and of what the teeth then carry, until they fit.
+    pub(super) fn decide_loaded(&mut self, resting: &[usize]) -> Vec<Mode> {
+        let set = |this: &mut Self, modes: &[Mode]| {
+            resting.iter().zip(modes).for_each(|(&k, mode)| this.modes[k] = *mode);
+            let sticking: Vec<usize> =
+                resting.iter().zip(modes).filter(|(_, mode)| **mode == Mode::Stick).map(|(&k, _)| k).collect();
+            this.choose_holding(&sticking);
+        };
+        let at_rest = vec![Mode::Stick; resting.len()];
+        set(self, &at_rest);
+        self.load_meshes();
+        let mut found = at_rest.clone();
+        for _ in 0..MOST_ROUNDS {
+            let bounds = self.bounds.clone();
+            // Modes for what the teeth hold now.
+            let at = self.decide_with_bounds(resting);
+            let rubbing: Vec<(usize, f64)> = resting
+                .iter()
+                .zip(&at)
+                .filter(|(k, mode)| **mode != Mode::Stick && !self.meshes.directions.contains(k))
+                .map(|(&k, mode)| (k, mode.sign() * bounds[usize::from(*mode == Mode::Backward)][k]))
+                .collect();
+            found.clone_from(&at);
+            set(self, &at);
+            rubbing.iter().for_each(|&(k, torque)| self.act(k, -torque));
+            self.meshes.rubbing.clone_from(&rubbing);
+            self.load_meshes();
+            let fits = self.fits(resting);
+            rubbing.iter().for_each(|&(k, torque)| self.act(k, torque));
+            self.meshes.rubbing.clear();
+            if fits {
+                break;
+            }
+            // The torques of teeth that slide elsewhere stay as they are now; those of these are part of the decision.
+            let mut meshes = std::mem::take(&mut self.meshes);
+            for (&k, torque) in meshes.directions.iter().zip(&mut meshes.torques).filter(|(k, _)| resting.contains(k)) {
+                self.act(k, std::mem::take(torque));
+            }
+            self.meshes = meshes;
+            set(self, &at_rest);
+        }
+        set(self, &at_rest);
+        self.load_meshes();
+        found
+    }
+
+    /// The directions that stick, where some depend on others, and torques of which each holds its part with what the teeth then carry; nothing
+    /// where there are none.
+    pub(super) fn shared_torques(&mut self) -> Option<(Vec<usize>, Vec<f64>)> {
+        let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
+        for _ in 0..MOST_ROUNDS {
+            let (accelerations, torques) = self.solve_box(&sticking);
+            if accelerations.iter().any(|x| *x != 0.0) {
+                return None;
+            }
+            let mut meshes = std::mem::take(&mut self.meshes);
+            self.read_loads_of(&mut meshes, sticking.iter().copied().zip(torques.iter().copied()));
+            self.bound_meshes(&mut meshes);
+            self.meshes = meshes;
+            let bounds = self.bounds();
+            let holds = |(&k, torque): (&usize, &f64)| torque.abs() <= bounds.of(k, *torque) * (1.0 + ROUNDING);
+            if sticking.iter().zip(&torques).all(holds) {
+                return Some((sticking, torques));
+            }
+        }
+        None
+    }
+
+    /// Whether what sticks holds, and what leaves moves as it should, in the modes last evaluated.
+    fn fits(&mut self, resting: &[usize]) -> bool {
+        let held = if self.following.is_empty() {
+            let bounds = self.bounds();
+            let holds = |(&k, torque): (&usize, &f64)| torque.abs() <= bounds.of(k, *torque) * (1.0 + ROUNDING);
+            self.holding.iter().zip(&self.hold_torque).all(holds)
+        } else {
+            self.shared_torques().is_some()
+        };
+        let r = self.degrees_of_freedom;
+        let goes = |&k: &usize| {
+            let row = &self.work.friction_rows[k * r..(k + 1) * r];
+            let terms = || row.iter().zip(&self.acceleration).map(|(x, a)| x * a);
+            let size: f64 = terms().map(f64::abs).sum::<f64>() + self.work.friction_bias[k].abs();
+            let sense = self.modes[k].sign();
+            sense == 0.0 || sense * (terms().sum::<f64>() + self.work.friction_bias[k]) >= -ROUNDING * size
+        };
+        held && resting.iter().all(goes)
+    }
+}

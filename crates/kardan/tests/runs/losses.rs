@@ -1,0 +1,197 @@
+//! Teeth that rub: efficiencies, losses over load and speed, teeth that lock themselves, and motions that are not one.
+
+use kardan::diagnostics::Diagnostic;
+use kardan::results::{Energy, Outcome, Run};
+use kardan::study::{Project, Silent};
+
+use crate::common::{at, runs_only, signal};
+
+/// A motor with 0.3 kg m², a load with 0.5 kg m² behind a gear of ratio 4, torques on both, and keys of the gear.
+fn drive(keys: &str, motor: &str, load: &str, initial: &str) -> String {
+    format!(
+        "[shaft.motor]\ninertia = \"0.3 kg m^2\"\n[shaft.load]\ninertia = \"0.5 kg m^2\"\n\
+         [gear.gear]\nshaft_1 = \"motor\"\nshaft_2 = \"load\"\nratio = 4\n{keys}\n\
+         [torque.drive]\nshaft = \"motor\"\nlaw = \"{motor}\"\n[torque.push]\nshaft = \"load\"\nlaw = \"{load}\"\n\
+         [scenario]\nduration = \"2 s\"\noutput_step = \"10 ms\"\n{initial}\n"
+    )
+}
+
+fn tried(model: &str) -> Run {
+    let mistakes = |mistakes: Vec<Diagnostic>| panic!("{mistakes:?}\n{model}");
+    Project::open(model).run(&runs_only(), &Silent).unwrap_or_else(mistakes).runs.remove(0)
+}
+
+fn only(model: &str) -> Run {
+    let run = tried(model);
+    assert_eq!(run.outcome, Outcome::Completed);
+    let Energy { input, stored, dissipated, residual } = run.energy;
+    assert!(residual.abs() <= 1e-9 * input.abs().max(stored.abs()).max(dissipated), "{:?}", run.energy);
+    run
+}
+
+/// Both ways of the power: with λ the torque of the teeth on the motor and κ the loss for one of it, `J₁ a = τ₁ + λ − κ|λ|` and
+/// `J₂ a / i = τ₂ − i λ`.
+#[test]
+fn efficiencies_hold_for_each_way_of_the_power() {
+    let (j1, j2, i) = (0.3, 0.5, 4.0);
+    let (forth, back) = (0.8, 0.7);
+    let keys = "efficiency = 0.8\nefficiency_back = 0.7";
+    // The motor drives: λ < 0, τ₁ + λ/η.
+    let run = only(&drive(keys, "1 N m", "0 N m", ""));
+    let a = 1.0 / (j1 + j2 / (forth * i * i));
+    assert!((at(&run, "motor.w", 2.0) - 2.0 * a).abs() < 1e-9, "{} {}", at(&run, "motor.w", 2.0), 2.0 * a);
+    let carried = -j2 * a / (i * i);
+    assert!((at(&run, "gear.tau", 1.0) - carried).abs() < 1e-9);
+    assert!((at(&run, "gear.friction", 1.0) - carried.abs() * (1.0 / forth - 1.0)).abs() < 1e-9);
+    // The load drives: λ > 0, λ η.
+    let run = only(&drive(keys, "0 N m", "10 N m", ""));
+    let a = back * 10.0 / i / (j1 + back * j2 / (i * i));
+    assert!((at(&run, "motor.w", 2.0) - 2.0 * a).abs() < 1e-9, "{} {}", at(&run, "motor.w", 2.0), 2.0 * a);
+    // Backward all is the same with the other sign.
+    let run = only(&drive(keys, "0 N m", "-10 N m", ""));
+    assert!((at(&run, "motor.w", 2.0) + 2.0 * a).abs() < 1e-9);
+    // The power that is lost is that of the loss.
+    let lost = 0.5 * (at(&run, "gear.friction", 1.0) * at(&run, "motor.w", 2.0)).abs() * 2.0;
+    assert!((run.energy.dissipated - lost).abs() < 1e-9 * lost, "{:?} {lost}", run.energy);
+}
+
+/// At rest teeth hold up to their loss: a load that pushes 10 N m is held by the motor with anything from η·2.5 to 2.5/η N m.
+#[test]
+fn a_load_is_held_between_two_torques() {
+    let keys = "efficiency = 0.8\nefficiency_back = 0.7";
+    for (motor, moves) in [(-1.7499, 1.0), (-1.7501, 0.0), (-2.5, 0.0), (-3.1249, 0.0), (-3.1251, -1.0)] {
+        let run = only(&drive(keys, &format!("{motor} N m"), "10 N m", ""));
+        let speed = at(&run, "motor.w", 2.0);
+        assert!(if moves == 0.0 { speed == 0.0 } else { speed * moves > 0.0 }, "{motor} N m: {speed} rad/s");
+    }
+}
+
+/// A worm whose lead angle is below its friction angle: no load moves it, and it is not moved by any for ten hours; lowered by the motor it
+/// takes the torque (κ − 1) λ.
+#[test]
+fn a_worm_locks_itself() {
+    let keys = "efficiency = 0.4\nefficiency_back = -0.5";
+    for load in ["10 N m", "-1000 N m", "1e6 N m * sin(2 pi * 1 Hz * t)"] {
+        let run = only(&drive(keys, "0 N m", load, ""));
+        assert!(signal(&run, "motor.phi").iter().all(|angle| *angle == 0.0), "{load}");
+    }
+    let ten_hours = drive(keys, "0 N m", "50 N m * (1 + sin(2 pi * t / 1000 s))", "").replace("2 s\"\noutput_step = \"10 ms", "36000 s\"\noutput_step = \"600 s");
+    let run = only(&ten_hours);
+    assert!(signal(&run, "motor.phi").iter().chain(signal(&run, "load.w")).all(|x| *x == 0.0));
+    // Lowering: J₁ a = τ₁ + λ (1 − κ), J₂ a/i = τ₂ − i λ; κ = 1.5.
+    let run = only(&drive(keys, "2 N m", "10 N m", ""));
+    let a = (2.0 - 0.5 * 10.0 / 4.0) / (0.3 - 0.5 * 0.5 / 16.0);
+    assert!((at(&run, "motor.w", 2.0) - 2.0 * a).abs() < 1e-9, "{} {}", at(&run, "motor.w", 2.0), 2.0 * a);
+    let run = only(&drive(keys, "1.2499 N m", "10 N m", ""));
+    assert_eq!(at(&run, "motor.w", 2.0), 0.0);
+}
+
+/// `loss = c + k load + d speed` makes `J a = −(c + k λ) − d w` while the gear coasts: an exponential until it stops.
+#[test]
+fn losses_over_load_and_speed_follow_their_expression() {
+    let keys = "loss = \"0.1 N m + 0.25 * load + 0.05 N m s/rad * speed\"";
+    let run = only(&drive(keys, "0 N m", "2 N m", "initial = { \"motor.w\" = \"3 rad/s\" }"));
+    // λ > 0: λ = τ₂/i − J₂ a/i², J₁ a = λ (1 − k) − c − d w.
+    let (j1, j2, i, k, c, d) = (0.3, 0.5, 4.0, 0.25, 0.1, 0.05);
+    let inertia = j1 + (1.0 - k) * j2 / (i * i);
+    let last = ((1.0 - k) * 2.0 / i - c) / d;
+    let speed = |t: f64| last + (3.0 - last) * (-d / inertia * t).exp();
+    for t in [0.5, 1.0, 2.0] {
+        assert!((at(&run, "motor.w", t) - speed(t)).abs() < 1e-9, "{} {}", at(&run, "motor.w", t), speed(t));
+    }
+}
+
+/// The same law as a table over speed and load, with a parameter for how warm it is.
+#[test]
+fn a_loss_map_is_a_table() {
+    let map = "[table.map]\npoints = { x = [\"0 rad/s\", \"100 rad/s\"], y = [\"0 N m\", \"10 N m\"], \
+               value = [\"0.1 N m\", \"0.1 N m\", \"2.1 N m\", \"2.1 N m\"] }\n";
+    let keys = "loss = \"(2 - warm) * map(speed, load)\"";
+    let run = only(&format!("[parameters]\nwarm = 0.5\n{map}{}", drive(keys, "1 N m", "0 N m", "")));
+    let (part, least) = (1.5 * 0.2, 1.5 * 0.1);
+    let a = (1.0 - least) / (0.3 + 0.5 / 16.0 * (1.0 + part));
+    assert!((at(&run, "motor.w", 2.0) - 2.0 * a).abs() < 1e-9, "{} {} {}", at(&run, "motor.w", 2.0), 2.0 * a, at(&run, "gear.friction", 1.0));
+}
+
+/// With friction c₁ before the teeth and c₂ behind them, they hold a load up to `c₂ + c₁/(1 − κ)`, whoever holds how much.
+#[test]
+fn frictions_on_both_sides_hold_with_the_teeth() {
+    let (c1, c2, kappa) = (0.2, 1.5, 0.3);
+    let most = c2 + 4.0 * c1 / (1.0 - kappa);
+    for (part, holds) in [(0.999, true), (1.001, false)] {
+        let model = drive("efficiency = 0.8\nefficiency_back = 0.7", "0 N m", &format!("{} N m", part * most), "")
+            .replace("\"0.3 kg m^2\"", "\"0.3 kg m^2\"\nfriction = \"0.2 N m\"")
+            .replace("\"0.5 kg m^2\"", "\"0.5 kg m^2\"\nfriction = \"1.5 N m\"");
+        let run = only(&model);
+        assert_eq!(at(&run, "motor.w", 2.0) == 0.0, holds, "{part}");
+    }
+}
+
+/// A harmonic drive of which nothing is fixed loses what its efficiency says of the power that comes through it relative to its circular spline.
+#[test]
+fn a_harmonic_drive_loses_relative_to_its_circular_spline() {
+    let run = only(
+        "[shaft.wg]\ninertia = \"1e-4 kg m^2\"\n[shaft.cs]\ninertia = \"0.05 kg m^2\"\n[shaft.fs]\ninertia = \"0.04 kg m^2\"\n\
+         [harmonic_drive.hd]\nwave_generator = \"wg\"\ncircular_spline = \"cs\"\nflexspline = \"fs\"\nratio = 50\nefficiency = 0.7\n\
+         [torque.motor]\nshaft = \"wg\"\nreaction = \"cs\"\nlaw = \"0.2 N m\"\n\
+         [torque.load]\nshaft = \"fs\"\nlaw = \"3 N m\"\n[scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\n",
+    );
+    for t in [0.3, 0.9] {
+        let value = |name: &str| at(&run, name, t);
+        let slip = value("wg.w") - value("cs.w");
+        let (carried, lost) = (value("hd.tau"), value("hd.friction"));
+        let part = if carried * slip < 0.0 { 1.0 / 0.7 - 1.0 } else { 0.3 };
+        assert!((lost - slip.signum() * part * carried.abs()).abs() < 1e-9, "{lost} {carried} {slip}");
+        // Momentum of each shaft: the loss acts on wg and back on cs.
+        let change = |name: &str| (at(&run, name, t + 0.01) - at(&run, name, t - 0.01)) / 0.02;
+        assert!((1e-4 * change("wg.w") - (0.2 + carried - lost)).abs() < 1e-6);
+        assert!((0.05 * change("cs.w") - (-0.2 - 51.0 * carried + lost)).abs() < 1e-6);
+        assert!((0.04 * change("fs.w") - (3.0 + 50.0 * carried)).abs() < 1e-6);
+    }
+}
+
+/// A screw of 5 mm lead: it lifts 100 kg with m g lead / η, and holds them by itself where its thread locks.
+#[test]
+fn a_screw_lifts_and_locks() {
+    let screw = |back: f64, torque: f64| {
+        only(&format!(
+            "[shaft.screw]\ninertia = \"1e-3 kg m^2\"\n[mass.table]\nmass = \"100 kg\"\n\
+             [screw.thread]\nshaft = \"screw\"\nnut = \"table\"\nlead = \"5 mm/rev\"\nefficiency = 0.35\nefficiency_back = {back}\n\
+             [torque.motor]\nshaft = \"screw\"\nlaw = \"{torque} N m\"\n\
+             [torque.weight]\nshaft = \"table\"\nlaw = \"-100 kg * 9.81 m/s^2\"\n[scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\n"
+        ))
+    };
+    let lead = 0.005 / (2.0 * std::f64::consts::PI);
+    let needed = 981.0 * lead / 0.35;
+    assert!(at(&screw(-0.8, needed * 1.001), "table.s", 1.0) > 0.0);
+    assert_eq!(at(&screw(-0.8, needed * 0.999), "table.s", 1.0), 0.0);
+    assert_eq!(at(&screw(-0.8, 0.0), "table.s", 1.0), 0.0);
+    let run = screw(0.2, 0.0);
+    let a = -0.2 * 981.0 * lead / (1e-3 + 0.2 * 100.0 * lead * lead);
+    assert!((at(&run, "screw.w", 1.0) - a).abs() < 1e-7, "{} {a}", at(&run, "screw.w", 1.0));
+}
+
+/// A worm that turns a heavy load: where the load drives it against its own inertia, two motions go on or none (Painlevé). Both are told.
+#[test]
+fn teeth_that_jam_are_told() {
+    // Λ = (50/16)/(0.3 + 50/16) = 0.912, κ = 1.5: 1 − κ Λ < 0.
+    let heavy = |motor: &str, load: &str| {
+        drive("efficiency = 0.4\nefficiency_back = -0.5", motor, load, "initial = { \"motor.w\" = \"5 rad/s\" }")
+            .replace("\"0.5 kg m^2\"", "\"50 kg m^2\"")
+    };
+    let run = tried(&heavy("0 N m", "4 N m"));
+    let Outcome::Failed { cause, .. } = &run.outcome else { panic!("{run:?}") };
+    assert!(cause.contains("`gear` jams") && cause.contains("Painlevé"), "{cause}");
+    let run = tried(&heavy("8 N m", "0 N m"));
+    assert_eq!(run.outcome, Outcome::Completed);
+    assert!(run.events.iter().any(|event| event.what.contains("two motions go on from here")), "{:?}", run.events);
+    let a = 8.0 / (0.3 + 50.0 / 16.0 / 0.4);
+    assert!((at(&run, "motor.w", 2.0) - 5.0 - 2.0 * a).abs() < 1e-9);
+}
+
+#[test]
+fn a_loss_below_nothing_ends_the_run() {
+    let run = tried(&drive("loss = \"0.1 N m - 0.05 N m s/rad * speed\"", "1 N m", "0 N m", ""));
+    let Outcome::Failed { cause, .. } = &run.outcome else { panic!("{run:?}") };
+    assert!(cause.contains("the `loss` of `gear` becomes negative"), "{cause}");
+}
