@@ -59,6 +59,8 @@ impl Bounds<'_> {
 const SETTLED: f64 = 1e-13;
 /// Curvature left of a direction after its dependence on the free ones, relative, below which it is not freed itself.
 const DEPENDENT: f64 = 1e-11;
+/// Response of a free variable to another one, squared and relative to their sizes, that counts as none: it would meet its bound very far away.
+const UNMOVED: f64 = 1e-26;
 
 /// Solver of the box-constrained problem with memory of its own.
 #[derive(Debug, Clone, Default)]
@@ -132,6 +134,9 @@ impl BoxProblem {
             let (mut way, mut hit) = (c.of(enter, sense) - sense * lambda[enter], Some(None));
             for (a, &i) in self.free.iter().enumerate() {
                 let speed = -sense * self.response[a];
+                if speed * speed * w[i * m + i] <= UNMOVED * own {
+                    continue;
+                }
                 let room = (c.of(i, speed) - speed.signum() * lambda[i]) / speed.abs();
                 if room < way {
                     (way, hit) = (room, Some(Some(a)));

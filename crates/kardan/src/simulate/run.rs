@@ -5,7 +5,7 @@ use kardan_rt::functions::powi;
 use super::dop853::StepError;
 use super::integrator::Integrator;
 use super::linear::{self, BLOCK, LinearSegment};
-use super::machine::{Doubt, Prospect};
+use super::machine::Prospect;
 use super::outputs::Outputs;
 use super::stiffness::is_stiff;
 use super::{FaultKind, Machine, Scenario, Setup};
@@ -117,6 +117,8 @@ const SAME: f64 = 1e-14;
 const OUT_OF_BALANCE: f64 = 10.0;
 /// The longest step where nothing ends the equations of now, s.
 const LONGEST: f64 = 1e9;
+/// How near the integrator comes to where rates end, relative to the time.
+const STUCK: f64 = 256.0 * f64::EPSILON;
 /// A speed that no drivetrain reaches, rad/s.
 const DIVERGED: f64 = 1e6;
 
@@ -167,6 +169,8 @@ pub(super) struct RunningLoop {
     initial_energy: f64,
     /// Teeth that could go on in two ways at the last step.
     doubted: Option<usize>,
+    /// When teeth have jammed, s.
+    jammed: Option<f64>,
     located: usize,
     most_steps: usize,
     /// Steps since the progress was told.
@@ -359,6 +363,7 @@ impl RunningLoop {
             state,
             initial_energy: 0.0,
             doubted: None,
+            jammed: None,
             located: 0,
             most_steps: tolerance.most_steps,
             unheard: 0,
@@ -527,6 +532,9 @@ impl RunningLoop {
         }
         self.stepped = true;
         if let Err(error) = self.solver.step(&mut self.machine, end) {
+            if self.jams() {
+                return self.tell(progress);
+            }
             return Err(self.step_failed(error));
         }
         let length = self.solver.time() - self.solver.previous_time();
@@ -591,6 +599,40 @@ impl RunningLoop {
         Err(failed(high, cause))
     }
 
+    /// Teeth that no acceleration fits stop at once, by an impulse that grows with what it makes the load press with; true if there are such teeth
+    /// where the integration stands.
+    fn jams(&mut self) -> bool {
+        let Some(direction) = self.machine.lost_mesh() else { return false };
+        if self.jammed == Some(self.time) {
+            return false;
+        }
+        self.jammed = Some(self.time);
+        // Just beyond where the integrator came to.
+        let time = (self.time * (1.0 + STUCK)).min(self.segment_end);
+        self.observe_until(time, Some(time));
+        let moved = self.state.clone();
+        let before = self.machine.energy(time, &self.state);
+        let happened = self.machine.settle(time, &mut self.state, &[direction], false, &self.names, &self.input_names);
+        let lost = before - self.machine.energy(time, &self.state);
+        if !(lost >= 0.0) {
+            self.state = moved;
+            return false;
+        }
+        if let Some(loss) = self.state.last_mut() {
+            *loss += lost;
+        }
+        let what = format!(
+            "{} jams: its load drives it and would lock it harder than it pushes (Painlevé); the blow takes {lost:.6} J",
+            self.names[direction]
+        );
+        self.events.extend([what].into_iter().chain(happened).map(|what| Event { time, what }));
+        self.note_shared_friction();
+        self.machine.forget_lost_mesh();
+        self.time = time;
+        self.restart(time);
+        true
+    }
+
     /// Tells where teeth could go on in two ways; ends the run where their loss is negative.
     fn mesh(&mut self) -> Result<(), Outcome> {
         if !self.machine.has_meshes() {
@@ -604,7 +646,8 @@ impl RunningLoop {
             );
             return Err(failed(self.time, cause));
         }
-        let doubted = self.machine.doubtful_mesh().map(|(direction, _)| direction);
+        self.machine.forget_lost_mesh();
+        let doubted = self.machine.doubtful_mesh();
         if let Some(direction) = doubted.filter(|_| doubted != self.doubted) {
             let what = format!(
                 "{}: against the inertia of its load it locks itself, so that two motions go on from here (Painlevé): that in which the first shaft drives is \
@@ -1122,9 +1165,8 @@ impl RunningLoop {
     fn step_failed(&mut self, error: StepError) -> Outcome {
         let at = self.solver.time();
         self.state.copy_from_slice(self.solver.state());
-        self.machine.evaluate(at, &self.state);
         let text = match error {
-            _ if let Some((direction, Doubt::None)) = self.machine.doubtful_mesh() => format!(
+            _ if let Some(direction) = self.machine.lost_mesh() => format!(
                 "`{}` jams: its load drives it, and the loss would grow faster than the torque that makes it, so that no acceleration fits (Painlevé). Give it less \
                  loss (a larger `efficiency_back`), more inertia before it or less behind it, or let a spring carry the load",
                 self.names[direction]

@@ -214,7 +214,8 @@ impl Machine {
         for (k, torque) in self.meshes.sliding() {
             out[self.size - 1] += torque * self.dynamics.friction_speed(k, &self.work);
         }
-        if self.meshes.is_lost() {
+        if let Some(direction) = self.meshes.without_motion() {
+            self.meshes.lost = Some(direction);
             out.fill(f64::NAN);
         }
         if !self.places.power_of_accelerations.is_empty() {

@@ -27,6 +27,8 @@ const SOLVED: f64 = 1e-14;
 const MOST_PATTERNS: usize = 10;
 /// Rounds of torques and modes until they fit each other.
 const MOST_ROUNDS: usize = 40;
+/// Halvings of the torque of teeth that share.
+const MOST_HALVINGS: usize = 60;
 /// What rounding leaves of an acceleration, relative to its terms.
 const ROUNDING: f64 = 1e-9;
 
@@ -143,7 +145,7 @@ impl Laws {
 
 /// Why the motion of teeth is not one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::simulate) enum Doubt {
+enum Doubt {
     /// There are two motions; the one in which the first body drives is taken.
     Two,
     /// There is none.
@@ -167,6 +169,8 @@ pub(super) struct Meshes {
     rubbing: Vec<(usize, f64)>,
     /// Of which mesh the motion is not one, at the point last evaluated.
     doubt: Option<(usize, Doubt)>,
+    /// Of which there was none at a rate that was asked for.
+    pub(super) lost: Option<usize>,
     /// A loss below nothing there.
     negative: Option<(usize, f64)>,
 }
@@ -190,6 +194,7 @@ impl Meshes {
             influence: vec![0.0; count * count],
             rubbing: Vec::new(),
             doubt: None,
+            lost: None,
             negative: None,
         }
     }
@@ -203,9 +208,9 @@ impl Meshes {
         self.directions.iter().copied().zip(self.torques.iter().copied())
     }
 
-    /// Whether the teeth have no motion at the point last evaluated.
-    pub(super) fn is_lost(&self) -> bool {
-        matches!(self.doubt, Some((_, Doubt::None)))
+    /// The direction of teeth that have no motion at the point last evaluated.
+    pub(super) fn without_motion(&self) -> Option<usize> {
+        self.doubt.filter(|(_, doubt)| *doubt == Doubt::None).map(|(direction, _)| direction)
     }
 
     fn give(&mut self, values: &[f64]) {
@@ -442,9 +447,19 @@ impl Machine {
         !self.meshes.is_empty()
     }
 
-    /// Of which direction of teeth the motion is not one at the point last evaluated.
-    pub(in crate::simulate) fn doubtful_mesh(&self) -> Option<(usize, Doubt)> {
-        self.meshes.doubt
+    /// The direction of teeth that could go on in two ways from the point last evaluated.
+    pub(in crate::simulate) fn doubtful_mesh(&self) -> Option<usize> {
+        self.meshes.doubt.filter(|(_, doubt)| *doubt == Doubt::Two).map(|(direction, _)| direction)
+    }
+
+    /// The direction of teeth that had no motion where a rate was asked for, since that was forgotten.
+    pub(in crate::simulate) fn lost_mesh(&self) -> Option<usize> {
+        self.meshes.lost
+    }
+
+    /// Forgets it.
+    pub(in crate::simulate) fn forget_lost_mesh(&mut self) {
+        self.meshes.lost = None;
     }
 
     /// Teeth whose loss is below nothing there, with that.
@@ -454,70 +469,154 @@ impl Machine {
 
     /// [`Machine::decide`] where meshes hold what depends on the decision: rounds of modes and of what the teeth then carry, until they fit.
     pub(super) fn decide_loaded(&mut self, resting: &[usize]) -> Vec<Mode> {
-        let set = |this: &mut Self, modes: &[Mode]| {
-            resting.iter().zip(modes).for_each(|(&k, mode)| this.modes[k] = *mode);
-            let sticking: Vec<usize> =
-                resting.iter().zip(modes).filter(|(_, mode)| **mode == Mode::Stick).map(|(&k, _)| k).collect();
-            this.choose_holding(&sticking);
-        };
         let at_rest = vec![Mode::Stick; resting.len()];
-        set(self, &at_rest);
+        self.set_modes(resting, &at_rest);
         self.load_meshes();
         let mut found = at_rest.clone();
+        let mut tried: Vec<Vec<Mode>> = Vec::new();
         for _ in 0..MOST_ROUNDS {
-            let bounds = self.bounds.clone();
-            // Modes for what the teeth hold now.
+            // Modes for what the teeth hold now; those that were tried in vain stay at rest as far as they would go back.
             let at = self.decide_with_bounds(resting);
-            let rubbing: Vec<(usize, f64)> = resting
-                .iter()
-                .zip(&at)
-                .filter(|(k, mode)| **mode != Mode::Stick && !self.meshes.directions.contains(k))
-                .map(|(&k, mode)| (k, mode.sign() * bounds[usize::from(*mode == Mode::Backward)][k]))
-                .collect();
+            if tried.contains(&at) {
+                break;
+            }
             found.clone_from(&at);
-            set(self, &at);
-            rubbing.iter().for_each(|&(k, torque)| self.act(k, -torque));
-            self.meshes.rubbing.clone_from(&rubbing);
-            self.load_meshes();
-            let fits = self.fits(resting);
-            rubbing.iter().for_each(|&(k, torque)| self.act(k, torque));
-            self.meshes.rubbing.clear();
+            let fits = self.try_modes(resting, &at);
             if fits {
                 break;
             }
+            for (&k, mode) in resting.iter().zip(&mut found) {
+                if !self.goes(k) {
+                    *mode = Mode::Stick;
+                }
+            }
+            tried.push(at);
             // The torques of teeth that slide elsewhere stay as they are now; those of these are part of the decision.
             let mut meshes = std::mem::take(&mut self.meshes);
             for (&k, torque) in meshes.directions.iter().zip(&mut meshes.torques).filter(|(k, _)| resting.contains(k)) {
                 self.act(k, std::mem::take(torque));
             }
             self.meshes = meshes;
-            set(self, &at_rest);
+            self.set_modes(resting, &at_rest);
         }
-        set(self, &at_rest);
+        self.set_modes(resting, &at_rest);
         self.load_meshes();
         found
     }
 
-    /// The directions that stick, where some depend on others, and torques of which each holds its part with what the teeth then carry; nothing
-    /// where there are none.
+    /// The directions that stick, where some depend on others, and torques of which each holds the same part of what it can with what the teeth then
+    /// carry; nothing where that is more than all of it.
     pub(super) fn shared_torques(&mut self) -> Option<(Vec<usize>, Vec<f64>)> {
         let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
-        for _ in 0..MOST_ROUNDS {
-            let (accelerations, torques) = self.solve_box(&sticking);
-            if accelerations.iter().any(|x| *x != 0.0) {
-                return None;
+        let mut torques = vec![0.0; sticking.len()];
+        let groups = self.groups(&sticking)?;
+        let mut meshes = std::mem::take(&mut self.meshes);
+        let mut holds = true;
+        for round in 0..MOST_ROUNDS {
+            let before = torques.clone();
+            holds = true;
+            for (group, needed) in groups.iter().zip(&self.hold_torque) {
+                holds &= self.share_group(&mut meshes, group, *needed, (&sticking, &mut torques));
             }
-            let mut meshes = std::mem::take(&mut self.meshes);
-            self.read_loads_of(&mut meshes, sticking.iter().copied().zip(torques.iter().copied()));
-            self.bound_meshes(&mut meshes);
-            self.meshes = meshes;
-            let bounds = self.bounds();
-            let holds = |(&k, torque): (&usize, &f64)| torque.abs() <= bounds.of(k, *torque) * (1.0 + ROUNDING);
-            if sticking.iter().zip(&torques).all(holds) {
-                return Some((sticking, torques));
+            if round > 0 && before == torques || groups.len() == 1 {
+                break;
             }
         }
-        None
+        self.read_loads_of(&mut meshes, sticking.iter().copied().zip(torques.iter().copied()));
+        self.bound_meshes(&mut meshes);
+        self.meshes = meshes;
+        holds.then_some((sticking, torques))
+    }
+
+    /// The sticking directions that are multiples of each holding one, as places among them with their factors; nothing where one depends on several.
+    fn groups(&self, sticking: &[usize]) -> Option<Vec<Vec<(usize, f64)>>> {
+        let (r, count) = (self.degrees_of_freedom, self.holding.len());
+        let mut groups: Vec<Vec<(usize, f64)>> = (0..count).map(|a| vec![(a, 1.0)]).collect();
+        for place in count..sticking.len() {
+            let row = &self.work.friction_rows[sticking[place] * r..(sticking[place] + 1) * r];
+            let mut shares: Vec<f64> =
+                (0..count).map(|a| crate::num::dot(&self.weighted[a * r..(a + 1) * r], row)).collect();
+            self.hold_factor.solve(&mut shares);
+            let largest = shares.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+            let mut own = (0..count).filter(|&a| shares[a].abs() > ROUNDING * largest);
+            match (own.next(), own.next()) {
+                (Some(a), None) => groups[a].push((place, shares[a])),
+                (None, _) => {}
+                _ => return None,
+            }
+        }
+        Some(groups)
+    }
+
+    /// Shares what a group must hold; tells whether it can.
+    ///
+    /// With a part ρ of what each holds and `Σ c T = Q`, the torque of the teeth T is the one unknown: ρ follows from it, what they carry is affine
+    /// in it, and `T − ρ f` changes its sign between none of Q and all of it.
+    fn share_group(
+        &self,
+        meshes: &mut Meshes,
+        group: &[(usize, f64)],
+        needed: f64,
+        (sticking, torques): (&[usize], &mut [f64]),
+    ) -> bool {
+        let most = |(place, factor): &(usize, f64)| {
+            let bounds = &self.bounds[usize::from(factor * needed < 0.0)];
+            bounds[sticking[*place]]
+        };
+        group.iter().for_each(|(place, _)| torques[*place] = 0.0);
+        if let Some((place, factor)) = group.iter().find(|one| most(one) == f64::INFINITY) {
+            torques[*place] = needed / factor;
+            return true;
+        }
+        let teeth = group.iter().find(|(place, _)| meshes.directions.contains(&sticking[*place])).copied();
+        let others: Vec<(usize, f64)> = group.iter().filter(|one| Some(one.0) != teeth.map(|t| t.0)).copied().collect();
+        let room: f64 = others.iter().map(|one| one.1.abs() * most(one)).sum();
+        let part = |of_teeth: f64, torques: &mut [f64]| {
+            let left = needed - teeth.map_or(0.0, |(_, factor)| factor * of_teeth);
+            let part = if left == 0.0 { 0.0 } else { left.abs() / room };
+            for one in &others {
+                torques[one.0] = part.min(f64::MAX) * most(one) * (one.1 * left).signum();
+            }
+            part
+        };
+        let Some((place, factor)) = teeth else { return part(0.0, torques) <= 1.0 + ROUNDING };
+        let mesh = meshes.directions.iter().position(|k| *k == sticking[place]).unwrap_or(0);
+        let sense = (factor * needed).signum();
+        let (mut low, mut high) = (0.0, (needed / factor).abs());
+        let mut last = 0.0;
+        for _ in 0..MOST_HALVINGS {
+            let middle = 0.5 * (low + high);
+            torques[place] = sense * middle;
+            last = part(sense * middle, torques);
+            self.read_loads_of(meshes, sticking.iter().copied().zip(torques.iter().copied()));
+            meshes.evaluate(|_, load| load * sense <= 0.0);
+            // Above, the teeth would hold a larger part than the others do.
+            if middle > last * meshes.losses[mesh] { high = middle } else { low = middle }
+        }
+        last <= 1.0 + ROUNDING
+    }
+
+    /// Modes of directions at rest, and which of them hold.
+    fn set_modes(&mut self, resting: &[usize], modes: &[Mode]) {
+        resting.iter().zip(modes).for_each(|(&k, mode)| self.modes[k] = *mode);
+        let sticks = |(&k, mode): (&usize, &Mode)| (*mode == Mode::Stick).then_some(k);
+        let sticking: Vec<usize> = resting.iter().zip(modes).filter_map(sticks).collect();
+        self.choose_holding(&sticking);
+    }
+
+    /// Whether modes of directions at rest fit what the teeth carry in them.
+    fn try_modes(&mut self, resting: &[usize], modes: &[Mode]) -> bool {
+        let rubs = |(k, mode): &(&usize, &Mode)| **mode != Mode::Stick && !self.meshes.directions.contains(k);
+        let torque = |(&k, mode): (&usize, &Mode)| (k, mode.sign() * self.bounds[usize::from(*mode == Mode::Backward)][k]);
+        let rubbing: Vec<(usize, f64)> = resting.iter().zip(modes).filter(rubs).map(torque).collect();
+        self.set_modes(resting, modes);
+        rubbing.iter().for_each(|&(k, torque)| self.act(k, -torque));
+        self.meshes.rubbing.clone_from(&rubbing);
+        self.load_meshes();
+        let fits = self.fits(resting);
+        rubbing.iter().for_each(|&(k, torque)| self.act(k, torque));
+        self.meshes.rubbing.clear();
+        fits
     }
 
     /// Whether what sticks holds, and what leaves moves as it should, in the modes last evaluated.
@@ -529,14 +628,16 @@ impl Machine {
         } else {
             self.shared_torques().is_some()
         };
+        held && resting.iter().all(|k| self.goes(*k))
+    }
+
+    /// Whether a direction moves the way that its mode says, in the modes last evaluated.
+    fn goes(&self, k: usize) -> bool {
         let r = self.degrees_of_freedom;
-        let goes = |&k: &usize| {
-            let row = &self.work.friction_rows[k * r..(k + 1) * r];
-            let terms = || row.iter().zip(&self.acceleration).map(|(x, a)| x * a);
-            let size: f64 = terms().map(f64::abs).sum::<f64>() + self.work.friction_bias[k].abs();
-            let sense = self.modes[k].sign();
-            sense == 0.0 || sense * (terms().sum::<f64>() + self.work.friction_bias[k]) >= -ROUNDING * size
-        };
-        held && resting.iter().all(goes)
+        let row = &self.work.friction_rows[k * r..(k + 1) * r];
+        let terms = || row.iter().zip(&self.acceleration).map(|(x, a)| x * a);
+        let size: f64 = terms().map(f64::abs).sum::<f64>() + self.work.friction_bias[k].abs();
+        let sense = self.modes[k].sign();
+        sense == 0.0 || sense * (terms().sum::<f64>() + self.work.friction_bias[k]) >= -ROUNDING * size
     }
 }

@@ -23,7 +23,6 @@ mod wired;
 
 pub use expansion::Prospect;
 pub use expressions::Found;
-pub(super) use meshes::Doubt;
 pub use wired::Setup;
 
 use std::ops::Range;
