@@ -211,7 +211,7 @@ impl Machine {
             }
         }
         read(&self.dynamics, &self.work, &self.places.powers, &mut out[self.size - 2..]);
-        for (k, torque) in self.meshes.sliding() {
+        for (k, torque) in self.meshes.losses() {
             out[self.size - 1] += torque * self.dynamics.friction_speed(k, &self.work);
         }
         if let Some(direction) = self.meshes.without_motion() {
@@ -230,7 +230,7 @@ impl Machine {
         let accelerations: f64 = (first..end).map(|k| of(k) * self.acceleration[k - first]).sum();
         let first = self.places.power_of_holding.start;
         let holding = self.holding.iter().zip(&self.hold_torque);
-        let sliding: f64 = self.meshes.sliding().map(|(k, torque)| of(first + k) * torque).sum();
+        let sliding: f64 = self.meshes.losses().map(|(k, torque)| of(first + k) * torque).sum();
         accelerations + holding.map(|(k, torque)| of(first + k) * torque).sum::<f64>() + sliding
     }
 
@@ -247,7 +247,7 @@ impl Machine {
                 }
             };
         }
-        for (k, torque) in self.meshes.sliding() {
+        for (k, torque) in self.meshes.losses() {
             self.friction_torques[k] = torque;
         }
         for (slider, &k) in self.sliders.iter().enumerate().filter(|(_, k)| self.modes[**k] == Mode::Stick) {

@@ -160,6 +160,9 @@ impl Machine {
             // Torques within their bounds that hold everything: there is no acceleration.
             return None;
         }
+        if !self.meshes.is_empty() && !self.following.is_empty() && self.shared_torques().is_some() {
+            return None;
+        }
         if self.following.is_empty()
             && self.meshes.is_empty()
             && let Some(leaving) = self.one_leaves()

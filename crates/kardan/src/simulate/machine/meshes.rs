@@ -13,7 +13,7 @@ use super::Machine;
 use crate::assemble::Along;
 use crate::equations::{Hold, Mesh};
 use crate::expr::{Expr, Symbol};
-use crate::num::Rational;
+use crate::num::{Rational, dot};
 use crate::plan::{Plan, compile};
 use crate::reduce::{Acting, Motion, Reduced};
 use crate::simulate::friction::Mode;
@@ -27,8 +27,6 @@ const SOLVED: f64 = 1e-14;
 const MOST_PATTERNS: usize = 10;
 /// Rounds of torques and modes until they fit each other.
 const MOST_ROUNDS: usize = 40;
-/// Halvings of the torque of teeth that share.
-const MOST_HALVINGS: usize = 60;
 /// What rounding leaves of an acceleration, relative to its terms.
 const ROUNDING: f64 = 1e-9;
 
@@ -165,6 +163,14 @@ pub(super) struct Meshes {
     slopes: Vec<f64>,
     /// What each sliding mesh (columns) does to what all carry (rows).
     influence: Vec<f64>,
+    /// Those that slide, with the senses of their motions, and what all carry without their losses.
+    sliding: Vec<(usize, f64)>,
+    base: Vec<f64>,
+    /// Newton's equations, and a change of the accelerations with what holds against it.
+    matrix: Vec<f64>,
+    right: Vec<f64>,
+    change: Vec<f64>,
+    held: Vec<f64>,
     /// Torques of directions that begin to rub with a decision: what is carried now has nothing of them.
     rubbing: Vec<(usize, f64)>,
     /// Of which mesh the motion is not one, at the point last evaluated.
@@ -192,6 +198,12 @@ impl Meshes {
             losses: zeros.clone(),
             slopes: zeros,
             influence: vec![0.0; count * count],
+            sliding: Vec::with_capacity(count),
+            base: Vec::with_capacity(count),
+            matrix: Vec::with_capacity(count * count),
+            right: Vec::with_capacity(count),
+            change: Vec::with_capacity(reduced.degrees_of_freedom()),
+            held: Vec::with_capacity(reduced.degrees_of_freedom()),
             rubbing: Vec::new(),
             doubt: None,
             lost: None,
@@ -204,7 +216,7 @@ impl Meshes {
     }
 
     /// Directions of meshes, with what they lose while they slide.
-    pub(super) fn sliding(&self) -> impl Iterator<Item = (usize, f64)> {
+    pub(super) fn losses(&self) -> impl Iterator<Item = (usize, f64)> {
         self.directions.iter().copied().zip(self.torques.iter().copied())
     }
 
@@ -238,55 +250,65 @@ impl Meshes {
         }
     }
 
-    /// The losses of meshes that slide in some senses, of which `base` is carried without any loss. False if none is found.
-    fn solve(&mut self, sliding: &[(usize, f64)], base: &[f64]) -> bool {
-        let n = sliding.len();
+    /// The losses of meshes that slide. False if none is found.
+    fn solve(&mut self) -> bool {
+        let n = self.sliding.len();
         let patterns = 1usize << n.min(MOST_PATTERNS);
         // First from what is carried without loss, then from losses that would turn the signs.
         for pattern in 0..=patterns {
             let sign = |place: usize| if (pattern.wrapping_sub(1) >> place) & 1 == 1 { 1.0 } else { -1.0 };
-            for (place, &(mesh, _)) in sliding.iter().enumerate() {
-                self.loads[mesh] = if pattern == 0 { base[mesh] } else { sign(place) * base[mesh].abs() };
+            for (place, &(mesh, _)) in self.sliding.iter().enumerate() {
+                let base = self.base[mesh];
+                self.loads[mesh] = if pattern == 0 { base } else { sign(place) * base.abs() };
             }
-            if self.newton(sliding, base) {
+            if self.newton() {
                 return true;
             }
         }
         false
     }
 
-    /// Newton's method from what the meshes carry now.
-    fn newton(&mut self, sliding: &[(usize, f64)], base: &[f64]) -> bool {
-        let (n, count) = (sliding.len(), self.directions.len());
-        let senses: Vec<(usize, f64)> = sliding.to_vec();
-        let sense = move |mesh: usize| senses.iter().find(|(other, _)| *other == mesh).map_or(0.0, |(_, sense)| *sense);
-        let (mut matrix, mut right) = (vec![0.0; n * n], vec![0.0; n]);
+    /// Losses and slopes of those that slide, at what they carry. Where nothing is carried it is as if the first body drove: that side has one
+    /// solution.
+    fn evaluate_sliding(&mut self) {
+        let sliding = std::mem::take(&mut self.sliding);
+        let sense = |mesh: usize| sliding.iter().find(|one| one.0 == mesh).map_or(0.0, |one| one.1);
+        self.evaluate(|mesh, load| load * sense(mesh) <= 0.0);
+        self.sliding = sliding;
+    }
+
+    /// Newton's method from what the meshes carry now: `T = s (f + f′ σ (τ − τ now))` with `τ = base + Λ T`.
+    fn newton(&mut self) -> bool {
+        let (n, count) = (self.sliding.len(), self.directions.len());
         for _ in 0..MOST_STEPS {
-            // Where nothing is carried it is as if the first body drove: that side has one solution.
-            self.evaluate(|mesh, load| load * sense(mesh) <= 0.0);
-            for (row, &(mesh, s)) in sliding.iter().enumerate() {
+            self.evaluate_sliding();
+            self.matrix.clear();
+            self.right.clear();
+            for (row, &(mesh, s)) in self.sliding.iter().enumerate() {
                 let sigma = if self.loads[mesh] == 0.0 { -s } else { self.loads[mesh].signum() };
                 let slope = s * self.slopes[mesh] * sigma;
-                // T = s (f + f' σ (τ − τ now)), τ = base + Λ T
-                right[row] = s * self.losses[mesh] + slope * (base[mesh] - self.loads[mesh]);
-                for (column, &(other, _)) in sliding.iter().enumerate() {
+                self.right.push(s * self.losses[mesh] + slope * (self.base[mesh] - self.loads[mesh]));
+                for (column, &(other, _)) in self.sliding.iter().enumerate() {
                     let own = if row == column { 1.0 } else { 0.0 };
-                    matrix[row * n + column] = own - slope * self.influence[mesh * count + other];
+                    self.matrix.push(own - slope * self.influence[mesh * count + other]);
                 }
             }
-            if !eliminate(&mut matrix, &mut right) {
+            if !eliminate(&mut self.matrix[..n * n], &mut self.right[..n]) {
                 return false;
             }
-            for (&(mesh, _), torque) in sliding.iter().zip(&right) {
+            for (&(mesh, _), torque) in self.sliding.iter().zip(&self.right) {
                 self.torques[mesh] = *torque;
             }
-            for &(mesh, _) in sliding {
+            for &(mesh, _) in &self.sliding {
                 let of = |(other, _): &(usize, f64)| self.influence[mesh * count + other] * self.torques[*other];
-                self.loads[mesh] = base[mesh] + sliding.iter().map(of).sum::<f64>();
+                self.loads[mesh] = self.base[mesh] + self.sliding.iter().map(of).sum::<f64>();
             }
-            self.evaluate(|mesh, load| load * sense(mesh) <= 0.0);
-            let left = |&(mesh, s): &(usize, f64)| (self.torques[mesh] - s * self.losses[mesh]).abs();
-            if sliding.iter().all(|one| left(one) <= SOLVED * (self.torques[one.0].abs() + base[one.0].abs())) {
+            self.evaluate_sliding();
+            let solved = |&(mesh, s): &(usize, f64)| {
+                let left = (self.torques[mesh] - s * self.losses[mesh]).abs();
+                left <= SOLVED * (self.torques[mesh].abs() + self.base[mesh].abs())
+            };
+            if self.sliding.iter().all(solved) {
                 return true;
             }
         }
@@ -317,6 +339,20 @@ fn eliminate(matrix: &mut [f64], right: &mut [f64]) -> bool {
     true
 }
 
+/// Notes where the motion of sliding teeth is not one.
+fn doubt(meshes: &mut Meshes, solved: bool) {
+    let count = meshes.directions.len();
+    // The side on which the load drives, where the loss may outgrow what makes it.
+    meshes.evaluate(|_, _| false);
+    let rest = |mesh: usize| 1.0 - meshes.slopes[mesh] * meshes.influence[mesh * count + mesh];
+    let least = meshes.sliding.iter().map(|&(mesh, _)| (mesh, rest(mesh))).min_by(|a, b| a.1.total_cmp(&b.1));
+    meshes.doubt = match least {
+        Some((mesh, _)) if !solved => Some((meshes.directions[mesh], Doubt::None)),
+        Some((mesh, rest)) if rest <= 0.0 => Some((meshes.directions[mesh], Doubt::Two)),
+        _ => None,
+    };
+}
+
 impl Machine {
     /// Accelerations and holding torques in the current modes with the losses of meshes, which `force` then has; and what meshes at rest hold.
     /// Needs the factors of what holds.
@@ -327,14 +363,19 @@ impl Machine {
         self.read_loads(&mut meshes);
         meshes.give(self.work.values());
         meshes.doubt = None;
-        let slides = |(mesh, &k): (usize, &usize)| Some((mesh, self.modes[k].sign())).filter(|(_, sense)| *sense != 0.0);
-        let sliding: Vec<(usize, f64)> = meshes.directions.iter().enumerate().filter_map(slides).collect();
-        if !sliding.is_empty() {
-            let base = meshes.loads.clone();
-            sliding.iter().for_each(|&(mesh, _)| self.find_influence(&mut meshes, mesh));
-            let solved = meshes.solve(&sliding, &base);
-            self.doubt(&mut meshes, &sliding, solved);
-            for &(mesh, _) in &sliding {
+        meshes.sliding.clear();
+        for (mesh, &k) in meshes.directions.iter().enumerate().filter(|(_, k)| self.modes[**k] != Mode::Stick) {
+            meshes.sliding.push((mesh, self.modes[k].sign()));
+        }
+        if !meshes.sliding.is_empty() {
+            meshes.base.clone_from(&meshes.loads);
+            for place in 0..meshes.sliding.len() {
+                let mesh = meshes.sliding[place].0;
+                self.find_influence(&mut meshes, mesh);
+            }
+            let solved = meshes.solve();
+            doubt(&mut meshes, solved);
+            for &(mesh, _) in &meshes.sliding {
                 self.act(meshes.directions[mesh], -meshes.torques[mesh]);
             }
             self.accelerate_held();
@@ -375,7 +416,7 @@ impl Machine {
             let first = self.places.mesh_by_acceleration.start + mesh * r;
             let moved: f64 = (0..r).map(|i| of(first + i) * self.acceleration[i]).sum();
             let first = self.places.mesh_by_torque.start + mesh * directions;
-            let all = held.clone().chain(meshes.sliding()).chain(meshes.rubbing.iter().copied());
+            let all = held.clone().chain(meshes.losses()).chain(meshes.rubbing.iter().copied());
             let rubbed: f64 = all.map(|(k, torque)| of(first + k) * torque).sum();
             meshes.loads[mesh] = of(self.places.mesh_loads.start + mesh) + moved + rubbed;
         }
@@ -385,19 +426,18 @@ impl Machine {
     fn find_influence(&mut self, meshes: &mut Meshes, mesh: usize) {
         let (r, count, holding) = (self.degrees_of_freedom, meshes.directions.len(), self.holding.len());
         let direction = meshes.directions[mesh];
-        let mut change: Vec<f64> =
-            self.work.friction_rows[direction * r..(direction + 1) * r].iter().map(|x| -x).collect();
-        let mut held = vec![0.0; holding];
+        let Meshes { change, held, influence, .. } = meshes;
+        change.clear();
+        change.extend(self.work.friction_rows[direction * r..(direction + 1) * r].iter().map(|x| -x));
+        held.clear();
         if holding == r {
-            (0..holding).for_each(|a| held[a] = crate::num::dot(&self.weighted[a * r..(a + 1) * r], &change));
-            self.hold_factor.solve(&mut held);
+            held.extend((0..holding).map(|a| dot(&self.weighted[a * r..(a + 1) * r], change)));
+            self.hold_factor.solve(held);
             change.fill(0.0);
         } else {
-            self.work.factor.solve(&mut change);
-            for a in 0..holding {
-                held[a] = self.dynamics.along_friction(self.holding[a], &change, &self.work);
-            }
-            self.hold_factor.solve(&mut held);
+            self.work.factor.solve(change);
+            held.extend(self.holding.iter().map(|&k| self.dynamics.along_friction(k, change, &self.work)));
+            self.hold_factor.solve(held);
             for (a, torque) in held.iter().enumerate() {
                 let row = &self.weighted[a * r..(a + 1) * r];
                 change.iter_mut().zip(row).for_each(|(x, weight)| *x -= weight * torque);
@@ -408,23 +448,9 @@ impl Machine {
             let first = self.places.mesh_by_acceleration.start + row * r;
             let moved: f64 = (0..r).map(|i| of(first + i) * change[i]).sum();
             let first = self.places.mesh_by_torque.start + row * self.modes.len();
-            let holds: f64 = self.holding.iter().zip(&held).map(|(k, torque)| of(first + k) * torque).sum();
-            meshes.influence[row * count + mesh] = moved + holds + of(first + direction);
+            let holds: f64 = self.holding.iter().zip(&*held).map(|(k, torque)| of(first + k) * torque).sum();
+            influence[row * count + mesh] = moved + holds + of(first + direction);
         }
-    }
-
-    /// Notes where the motion of sliding teeth is not one.
-    fn doubt(&self, meshes: &mut Meshes, sliding: &[(usize, f64)], solved: bool) {
-        let count = meshes.directions.len();
-        // The side on which the load drives, where the loss may outgrow what makes it.
-        meshes.evaluate(|_, _| false);
-        let rest = |mesh: usize| 1.0 - meshes.slopes[mesh] * meshes.influence[mesh * count + mesh];
-        let least = sliding.iter().map(|&(mesh, _)| (mesh, rest(mesh))).min_by(|a, b| a.1.total_cmp(&b.1));
-        meshes.doubt = match least {
-            Some((mesh, _)) if !solved => Some((meshes.directions[mesh], Doubt::None)),
-            Some((mesh, rest)) if rest <= 0.0 => Some((meshes.directions[mesh], Doubt::Two)),
-            _ => None,
-        };
     }
 
     /// What meshes hold either way at what they carry.
@@ -535,7 +561,7 @@ impl Machine {
         for place in count..sticking.len() {
             let row = &self.work.friction_rows[sticking[place] * r..(sticking[place] + 1) * r];
             let mut shares: Vec<f64> =
-                (0..count).map(|a| crate::num::dot(&self.weighted[a * r..(a + 1) * r], row)).collect();
+                (0..count).map(|a| dot(&self.weighted[a * r..(a + 1) * r], row)).collect();
             self.hold_factor.solve(&mut shares);
             let largest = shares.iter().fold(0.0f64, |most, x| most.max(x.abs()));
             let mut own = (0..count).filter(|&a| shares[a].abs() > ROUNDING * largest);
@@ -582,16 +608,37 @@ impl Machine {
         let Some((place, factor)) = teeth else { return part(0.0, torques) <= 1.0 + ROUNDING };
         let mesh = meshes.directions.iter().position(|k| *k == sticking[place]).unwrap_or(0);
         let sense = (factor * needed).signum();
-        let (mut low, mut high) = (0.0, (needed / factor).abs());
+        let whole = (needed / factor).abs();
         let mut last = 0.0;
-        for _ in 0..MOST_HALVINGS {
-            let middle = 0.5 * (low + high);
-            torques[place] = sense * middle;
-            last = part(sense * middle, torques);
-            self.read_loads_of(meshes, sticking.iter().copied().zip(torques.iter().copied()));
+        // By how much the teeth would hold a larger part than the others do.
+        let mut excess = |this: &Self, torque: f64| {
+            torques[place] = sense * torque;
+            last = part(sense * torque, torques);
+            this.read_loads_of(meshes, sticking.iter().copied().zip(torques.iter().copied()));
             meshes.evaluate(|_, load| load * sense <= 0.0);
-            // Above, the teeth would hold a larger part than the others do.
-            if middle > last * meshes.losses[mesh] { high = middle } else { low = middle }
+            torque - last * meshes.losses[mesh]
+        };
+        // Regula falsi, with the weights of Dowell and Jarratt (BIT 11, 1971, 168).
+        let (mut low, mut high) = ((0.0, excess(self, 0.0)), (whole, excess(self, whole)));
+        let mut kept = 0;
+        for _ in 0..MOST_STEPS {
+            let middle = high.0 - high.1 * (high.0 - low.0) / (high.1 - low.1);
+            if !(low.0 < middle && middle < high.0) {
+                break;
+            }
+            let value = excess(self, middle);
+            if value.abs() <= SOLVED * whole {
+                break;
+            }
+            if value > 0.0 {
+                high = (middle, value);
+                low.1 *= if kept == 1 { 0.5 } else { 1.0 };
+                kept = 1;
+            } else {
+                low = (middle, value);
+                high.1 *= if kept == -1 { 0.5 } else { 1.0 };
+                kept = -1;
+            }
         }
         last <= 1.0 + ROUNDING
     }
