@@ -59,7 +59,11 @@ fn check_gear(values: &Values) -> Vec<Mistake> {
     }
     for key in ["efficiency", "loss"].into_iter().filter(|key| plays && values.has(key)) {
         let message = "teeth with `backlash` carry their torque without loss here";
-        out.push(Mistake::new(key, message, "take one of the two away, or give the play to a gear of ratio 1 behind this one"));
+        out.push(Mistake::new(
+            key,
+            message,
+            "take one of the two away, or give the play to a gear of ratio 1 behind this one",
+        ));
     }
     out
 }

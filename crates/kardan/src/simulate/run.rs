@@ -441,6 +441,10 @@ impl RunningLoop {
         for count in [&mut self.located, &mut self.unheard] {
             keeper.count(count);
         }
+        keeper.optional(&mut self.jammed);
+        let mut doubted = self.doubted.map_or(0, |direction| direction + 1);
+        keeper.count(&mut doubted);
+        self.doubted = doubted.checked_sub(1);
     }
 
     /// What is due at the start.

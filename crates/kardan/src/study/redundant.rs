@@ -2,7 +2,7 @@
 
 use super::places::{at_each, place_of};
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::Measured;
+use crate::equations::{Hold, Measured};
 use crate::model::Document;
 use crate::num::{Rational, rational_to_f64};
 use crate::reduce::Reduced;
@@ -22,12 +22,21 @@ fn note(group: &BTreeSet<String>) -> String {
     )
 }
 
-/// Warns of torques that are not unique, and refuses sensors of such torques, which analyses, laws and observers read.
+/// Warns of torques that are not unique, and refuses sensors of such torques, which analyses, laws and observers read, and losses that depend on them.
 pub(super) fn check_redundant(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) {
     for group in reduced.sharing() {
         let warning = Diagnostic::warning("constraint::redundant", note(&group));
         let warning = at_each(document, group.iter().map(String::as_str), "shares its torque", warning);
         out.push(warning.help("what moves does not depend on the split; remove one of them if its torque matters"));
+    }
+    let rub = reduced.equations.holds.iter().filter(|hold| matches!(hold.value, Hold::Mesh(_)));
+    for hold in rub.filter(|hold| reduced.shares_torque(&hold.element)) {
+        let message = format!("the teeth of `{}` lose a part of a torque that is not unique", hold.element);
+        out.push(
+            Diagnostic::error("constraint::not-unique", message)
+                .at(place_of(document, &hold.element), "has an efficiency, or a loss")
+                .help("remove a constraint that holds the same motion, put a spring into one of them, or take the loss out"),
+        );
     }
     for (name, sensor) in &reduced.equations.sensors {
         if let Measured::ConstraintTorque(element, _) = &sensor.measured

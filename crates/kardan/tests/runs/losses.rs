@@ -75,7 +75,8 @@ fn a_worm_locks_itself() {
         let run = only(&drive(keys, "0 N m", load, ""));
         assert!(signal(&run, "motor.phi").iter().all(|angle| *angle == 0.0), "{load}");
     }
-    let ten_hours = drive(keys, "0 N m", "50 N m * (1 + sin(2 pi * t / 1000 s))", "").replace("2 s\"\noutput_step = \"10 ms", "36000 s\"\noutput_step = \"600 s");
+    let ten_hours = drive(keys, "0 N m", "50 N m * (1 + sin(2 pi * t / 1000 s))", "")
+        .replace("2 s\"\noutput_step = \"10 ms", "36000 s\"\noutput_step = \"600 s");
     let run = only(&ten_hours);
     assert!(signal(&run, "motor.phi").iter().chain(signal(&run, "load.w")).all(|x| *x == 0.0));
     // Lowering: J₁ a = τ₁ + λ (1 − κ), J₂ a/i = τ₂ − i λ; κ = 1.5.
@@ -110,7 +111,13 @@ fn a_loss_map_is_a_table() {
     let run = only(&format!("[parameters]\nwarm = 0.5\n{map}{}", drive(keys, "1 N m", "0 N m", "")));
     let (part, least) = (1.5 * 0.2, 1.5 * 0.1);
     let a = (1.0 - least) / (0.3 + 0.5 / 16.0 * (1.0 + part));
-    assert!((at(&run, "motor.w", 2.0) - 2.0 * a).abs() < 1e-9, "{} {} {}", at(&run, "motor.w", 2.0), 2.0 * a, at(&run, "gear.friction", 1.0));
+    assert!(
+        (at(&run, "motor.w", 2.0) - 2.0 * a).abs() < 1e-9,
+        "{} {} {}",
+        at(&run, "motor.w", 2.0),
+        2.0 * a,
+        at(&run, "gear.friction", 1.0)
+    );
 }
 
 /// With friction c₁ before the teeth and c₂ behind them, they hold a load up to `c₂ + c₁/(1 − κ)`, whoever holds how much.

@@ -102,13 +102,7 @@ const EXAMPLES: [Example; 12] = [
             same("gear.mode", "sign inertia1.w", 0.0),
         ]
     ),
-    example!(
-        "LossyGearDemo2",
-        &[
-            same("Inertia2.phi", "inertia2.phi", 2e-8),
-            same("Inertia2.w", "inertia2.w", 1e-7),
-        ]
-    ),
+    example!("LossyGearDemo2", &[same("Inertia2.phi", "inertia2.phi", 2e-8), same("Inertia2.w", "inertia2.w", 1e-7),]),
     example!(
         "Backlash",
         &[

@@ -56,7 +56,11 @@ pub(in crate::element) fn check_mesh(values: &Values) -> Vec<Mistake> {
     }
     if values.has("efficiency_back") && !values.has("efficiency") {
         let message = "without `efficiency` nothing is lost the other way, which no teeth do that rub this way";
-        out.push(Mistake::new("efficiency_back", message, "add `efficiency`, the part that comes through while the first shaft drives"));
+        out.push(Mistake::new(
+            "efficiency_back",
+            message,
+            "add `efficiency`, the part that comes through while the first shaft drives",
+        ));
     }
     out
 }

@@ -22,8 +22,9 @@ impl Functions<'_, '_> {
     ) -> Option<Formula> {
         let mut names = self.meanings(expression, out)?;
         names.retain(|(name, _)| own.iter().all(|(other, _)| other != name));
+        let motions: Vec<[String; 2]> =
+            own.iter().map(|(name, _)| [name.clone(), name.clone()]).chain(self.reader.all_motions()).collect();
         names.extend(own);
-        let motions: Vec<[String; 2]> = self.reader.all_motions().collect();
         let formula = Formula { expression: expression.clone(), names, dimension: wanted };
         match self.dimension_of(&formula) {
             Ok(found) if wanted.is_like(&found) => {

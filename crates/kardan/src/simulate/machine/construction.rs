@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Machine;
-use super::expressions::{Found, Parts, Places, extend};
+use super::expressions::{Found, Parts, extend};
 use super::hold_kinds::Holds;
 use super::meshes::Meshes;
 use super::response::Response;
@@ -13,11 +13,11 @@ use super::wired::{Computer, Setup, Wired};
 use crate::assemble::Along;
 use crate::equations::InputKind;
 use crate::num::{Cholesky, Matrix};
-use crate::reduce::{Dynamics, Motion};
+use crate::reduce::{Dynamics, Motion, Reduced};
 use crate::simulate::clocked::Clocked;
 use crate::simulate::drive::Drive;
 use crate::simulate::friction::{BoxProblem, Mode};
-use crate::simulate::scenario::Profile;
+use crate::simulate::scenario::{Profile, Scenario};
 use crate::synthesis::{Law, LinearLaw, Running, Seen};
 
 /// What drives the inputs; `size` grows by their states.
@@ -120,6 +120,17 @@ fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usi
     }
 }
 
+/// The steps and ramps of each source.
+fn profiles(scenario: &Scenario) -> Vec<Profile> {
+    let profile = |k| Profile::new(scenario.events.iter().filter(|event| event.source == k));
+    (0..scenario.sources.len()).map(profile).collect()
+}
+
+/// Friction directions of motions without inertia.
+fn sliders(reduced: &Reduced) -> Vec<usize> {
+    reduced.relaxation.iter().flat_map(|one| &one.slips).map(|slip| slip.friction).collect()
+}
+
 impl Machine {
     /// Wires plant, laws and scenario.
     ///
@@ -140,23 +151,20 @@ impl Machine {
         let drives = drives(&reduced.equations.inputs, &mut size);
         let laws: Vec<Wired> = setup.laws.iter().map(|law| wired(law, &setup, &drives, &mut size)).collect();
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
-        let (mut places, mut timed, mut meshes) = (Places::default(), Timed::default(), Meshes::default());
+        let (mut places, mut timed, mut meshes) = Default::default();
         let (dynamics, work) = Dynamics::extended(reduced, |motion| {
             let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals };
             let (extension, found, sources) = extend(motion, reduced, parts, 2 * r..size);
             timed = Timed::new(motion, scenario, (&extension, &found), &sources);
-            let given: Vec<_> = motion.symbols.iter().chain(&extension.inputs).copied().collect();
-            meshes = Meshes::new(motion, reduced, &given);
+            meshes = Meshes::new(motion, reduced, &extension.inputs);
             also(motion, &Found::new(&extension, &found, sources));
             places = found;
             extension
         });
-        let sliders: Vec<usize> =
-            reduced.relaxation.iter().flat_map(|one| &one.slips).map(|slip| slip.friction).collect();
+        let sliders = sliders(reduced);
         let holds = Holds::new(&reduced.equations);
         let bounds = holds.bounds(dynamics.breakaway_torques(), kept.len());
-        let profile = |k| Profile::new(scenario.events.iter().filter(|event| event.source == k));
-        let profiles: Vec<Profile> = (0..scenario.sources.len()).map(profile).collect();
+        let profiles = profiles(scenario);
         let mut out = Self {
             relaxes: reduced.relaxation.is_some(),
             directions: (0..m).filter(|k| !sliders.contains(k) && !holds.only_presses(*k)).collect(),

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::hold_terms::HoldTerms;
-use super::meshes::MeshTerms;
+use super::mesh_terms::MeshTerms;
 use super::wired::{Computer, Wired};
 use crate::assemble::{Equations, FrictionLaw};
 use crate::expr::{Expr, Function, Symbol};
@@ -225,9 +225,7 @@ pub(super) fn extend(
     places.rates = all.found("rate", rates);
     places.friction_speeds = all.found("friction_speed", speeds);
     find_holds(&mut all, &mut places, &holds);
-    places.mesh_loads = all.found("carried", meshes.now);
-    places.mesh_by_acceleration = all.found("carried_by_acceleration", meshes.by_acceleration);
-    places.mesh_by_torque = all.found("carried_by_torque", meshes.by_torque);
+    find_meshes(&mut all, &mut places, meshes);
     places.powers = all.found("power", powers.to_vec());
     places.slider_torques = all.found("slider", slider_torques);
     places.slider_speeds = all.found("slip", slider_speeds);
@@ -351,6 +349,12 @@ fn set_valued(all: &mut Loop<'_>, reduced: &Reduced, senses: &[Expr]) -> SetValu
 fn find_holds(all: &mut Loop<'_>, places: &mut Places, holds: &[HoldTerms]) {
     places.hold_torques = all.found("hold", holds.iter().map(|hold| hold.torque).collect());
     places.holds = all.found("told", holds.iter().flat_map(|hold| hold.told).collect());
+}
+
+fn find_meshes(all: &mut Loop<'_>, places: &mut Places, meshes: MeshTerms) {
+    places.mesh_loads = all.found("carried", meshes.now);
+    places.mesh_by_acceleration = all.found("carried_by_acceleration", meshes.by_acceleration);
+    places.mesh_by_torque = all.found("carried_by_torque", meshes.by_torque);
 }
 
 /// Torques of slipping directions, in the sense of their directions' motion, and speeds along all of them.

@@ -280,7 +280,11 @@ impl Machine {
         let shared = self.sharing.sticking.iter().zip(&self.sharing.torques);
         let alone = self.holding.iter().zip(&self.hold_torque);
         let least = |room: f64, (&k, torque): (&usize, &f64)| room.min(self.room_of(k, *torque));
-        let room = if self.following.is_empty() || !self.meshes.is_empty() { alone.fold(1.0, least) } else { shared.fold(1.0, least) };
+        let room = if self.following.is_empty() || !self.meshes.is_empty() {
+            alone.fold(1.0, least)
+        } else {
+            shared.fold(1.0, least)
+        };
         let rooms = self.slider_rooms().chain(self.lock_margins());
         rooms.fold(room, |least, (_, room)| least.min(room))
     }

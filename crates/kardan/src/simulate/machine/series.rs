@@ -34,7 +34,8 @@ impl Machine {
             extended.map(|output| more.start + output).chain(motion.chain(rows.clone()).map(|(_, output)| *output));
         let rows_follow = rows.clone().next().is_some();
         let wanted: Vec<usize> = wanted.map(|output| plan.place(output)).collect();
-        let series = if self.own_laws || !self.meshes.is_empty() { None } else { Series::new(plan, order, &wanted, steady) };
+        let series =
+            if self.own_laws || !self.meshes.is_empty() { None } else { Series::new(plan, order, &wanted, steady) };
         let found = |places: &Range<usize>| -> Vec<usize> {
             places.clone().map(|output| plan.place(more.start + output)).collect()
         };

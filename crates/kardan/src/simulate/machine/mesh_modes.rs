@@ -1,0 +1,208 @@
+//! What teeth at rest do next, alone and with the frictions that they share torques with.
+
+use super::Machine;
+use super::meshes::{MOST_STEPS, Meshes, SOLVED};
+use crate::num::dot;
+use crate::simulate::friction::Mode;
+
+/// Rounds of torques and modes until they fit each other.
+const MOST_ROUNDS: usize = 40;
+/// What rounding leaves of an acceleration, relative to its terms.
+const ROUNDING: f64 = 1e-9;
+
+impl Machine {
+    /// [`Machine::decide`] where meshes hold what depends on the decision: rounds of modes and of what the teeth then carry, until they fit.
+    pub(super) fn decide_loaded(&mut self, resting: &[usize]) -> Vec<Mode> {
+        let at_rest = vec![Mode::Stick; resting.len()];
+        self.set_modes(resting, &at_rest);
+        self.load_meshes();
+        let mut found = at_rest.clone();
+        let mut tried: Vec<Vec<Mode>> = Vec::new();
+        for _ in 0..MOST_ROUNDS {
+            // Modes for what the teeth hold now; those that were tried in vain stay at rest as far as they would go back.
+            let at = self.decide_with_bounds(resting);
+            if tried.contains(&at) {
+                break;
+            }
+            found.clone_from(&at);
+            let fits = self.try_modes(resting, &at);
+            if fits {
+                break;
+            }
+            for (&k, mode) in resting.iter().zip(&mut found) {
+                if !self.goes(k) {
+                    *mode = Mode::Stick;
+                }
+            }
+            tried.push(at);
+            // The torques of teeth that slide elsewhere stay as they are now; those of these are part of the decision.
+            let mut meshes = std::mem::take(&mut self.meshes);
+            for (&k, torque) in meshes.directions.iter().zip(&mut meshes.torques).filter(|(k, _)| resting.contains(k)) {
+                self.act(k, std::mem::take(torque));
+            }
+            self.meshes = meshes;
+            self.set_modes(resting, &at_rest);
+        }
+        self.set_modes(resting, &at_rest);
+        self.load_meshes();
+        found
+    }
+
+    /// The directions that stick, where some depend on others, and torques of which each holds the same part of what it can with what the teeth then
+    /// carry; nothing where that is more than all of it.
+    pub(super) fn shared_torques(&mut self) -> Option<(Vec<usize>, Vec<f64>)> {
+        let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
+        let mut torques = vec![0.0; sticking.len()];
+        let groups = self.groups(&sticking)?;
+        let mut meshes = std::mem::take(&mut self.meshes);
+        let mut holds = true;
+        for round in 0..MOST_ROUNDS {
+            let before = torques.clone();
+            holds = true;
+            for (group, needed) in groups.iter().zip(&self.hold_torque) {
+                holds &= self.share_group(&mut meshes, group, *needed, (&sticking, &mut torques));
+            }
+            if round > 0 && before == torques || groups.len() == 1 {
+                break;
+            }
+        }
+        self.read_loads_of(&mut meshes, sticking.iter().copied().zip(torques.iter().copied()));
+        self.bound_meshes(&mut meshes);
+        self.meshes = meshes;
+        holds.then_some((sticking, torques))
+    }
+
+    /// The sticking directions that are multiples of each holding one, as places among them with their factors; nothing where one depends on several.
+    fn groups(&self, sticking: &[usize]) -> Option<Vec<Vec<(usize, f64)>>> {
+        let (r, count) = (self.degrees_of_freedom, self.holding.len());
+        let mut groups: Vec<Vec<(usize, f64)>> = (0..count).map(|a| vec![(a, 1.0)]).collect();
+        for place in count..sticking.len() {
+            let row = &self.work.friction_rows[sticking[place] * r..(sticking[place] + 1) * r];
+            let mut shares: Vec<f64> = (0..count).map(|a| dot(&self.weighted[a * r..(a + 1) * r], row)).collect();
+            self.hold_factor.solve(&mut shares);
+            let largest = shares.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+            let mut own = (0..count).filter(|&a| shares[a].abs() > ROUNDING * largest);
+            match (own.next(), own.next()) {
+                (Some(a), None) => groups[a].push((place, shares[a])),
+                (None, _) => {}
+                _ => return None,
+            }
+        }
+        Some(groups)
+    }
+
+    /// Shares what a group must hold; tells whether it can.
+    ///
+    /// With a part ρ of what each holds and `Σ c T = Q`, the torque of the teeth T is the one unknown: ρ follows from it, what they carry is affine
+    /// in it, and `T − ρ f` changes its sign between none of Q and all of it.
+    fn share_group(
+        &self,
+        meshes: &mut Meshes,
+        group: &[(usize, f64)],
+        needed: f64,
+        (sticking, torques): (&[usize], &mut [f64]),
+    ) -> bool {
+        let most = |(place, factor): &(usize, f64)| {
+            let bounds = &self.bounds[usize::from(factor * needed < 0.0)];
+            bounds[sticking[*place]]
+        };
+        group.iter().for_each(|(place, _)| torques[*place] = 0.0);
+        if let Some((place, factor)) = group.iter().find(|one| most(one) == f64::INFINITY) {
+            torques[*place] = needed / factor;
+            return true;
+        }
+        let teeth = group.iter().find(|(place, _)| meshes.directions.contains(&sticking[*place])).copied();
+        let others: Vec<(usize, f64)> = group.iter().filter(|one| Some(one.0) != teeth.map(|t| t.0)).copied().collect();
+        let room: f64 = others.iter().map(|one| one.1.abs() * most(one)).sum();
+        let part = |of_teeth: f64, torques: &mut [f64]| {
+            let left = needed - teeth.map_or(0.0, |(_, factor)| factor * of_teeth);
+            let part = if left == 0.0 { 0.0 } else { left.abs() / room };
+            for one in &others {
+                torques[one.0] = part.min(f64::MAX) * most(one) * (one.1 * left).signum();
+            }
+            part
+        };
+        let Some((place, factor)) = teeth else { return part(0.0, torques) <= 1.0 + ROUNDING };
+        let mesh = meshes.directions.iter().position(|k| *k == sticking[place]).unwrap_or(0);
+        let sense = (factor * needed).signum();
+        let whole = (needed / factor).abs();
+        let mut last = 0.0;
+        // By how much the teeth would hold a larger part than the others do.
+        let mut excess = |this: &Self, torque: f64| {
+            torques[place] = sense * torque;
+            last = part(sense * torque, torques);
+            this.read_loads_of(meshes, sticking.iter().copied().zip(torques.iter().copied()));
+            meshes.evaluate(|_, load| load * sense <= 0.0);
+            torque - last * meshes.losses[mesh]
+        };
+        // Regula falsi, with the weights of Dowell and Jarratt (BIT 11, 1971, 168).
+        let (mut low, mut high) = ((0.0, excess(self, 0.0)), (whole, excess(self, whole)));
+        let mut kept = 0;
+        for _ in 0..MOST_STEPS {
+            let middle = high.0 - high.1 * (high.0 - low.0) / (high.1 - low.1);
+            if !(low.0 < middle && middle < high.0) {
+                break;
+            }
+            let value = excess(self, middle);
+            if value.abs() <= SOLVED * whole {
+                break;
+            }
+            if value > 0.0 {
+                high = (middle, value);
+                low.1 *= if kept == 1 { 0.5 } else { 1.0 };
+                kept = 1;
+            } else {
+                low = (middle, value);
+                high.1 *= if kept == -1 { 0.5 } else { 1.0 };
+                kept = -1;
+            }
+        }
+        last <= 1.0 + ROUNDING
+    }
+
+    /// Modes of directions at rest, and which of them hold.
+    fn set_modes(&mut self, resting: &[usize], modes: &[Mode]) {
+        resting.iter().zip(modes).for_each(|(&k, mode)| self.modes[k] = *mode);
+        let sticks = |(&k, mode): (&usize, &Mode)| (*mode == Mode::Stick).then_some(k);
+        let sticking: Vec<usize> = resting.iter().zip(modes).filter_map(sticks).collect();
+        self.choose_holding(&sticking);
+    }
+
+    /// Whether modes of directions at rest fit what the teeth carry in them.
+    fn try_modes(&mut self, resting: &[usize], modes: &[Mode]) -> bool {
+        let rubs = |(k, mode): &(&usize, &Mode)| **mode != Mode::Stick && !self.meshes.directions.contains(k);
+        let torque =
+            |(&k, mode): (&usize, &Mode)| (k, mode.sign() * self.bounds[usize::from(*mode == Mode::Backward)][k]);
+        let rubbing: Vec<(usize, f64)> = resting.iter().zip(modes).filter(rubs).map(torque).collect();
+        self.set_modes(resting, modes);
+        rubbing.iter().for_each(|&(k, torque)| self.act(k, -torque));
+        self.meshes.rubbing.clone_from(&rubbing);
+        self.load_meshes();
+        let fits = self.fits(resting);
+        rubbing.iter().for_each(|&(k, torque)| self.act(k, torque));
+        self.meshes.rubbing.clear();
+        fits
+    }
+
+    /// Whether what sticks holds, and what leaves moves as it should, in the modes last evaluated.
+    fn fits(&mut self, resting: &[usize]) -> bool {
+        let held = if self.following.is_empty() {
+            let bounds = self.bounds();
+            let holds = |(&k, torque): (&usize, &f64)| torque.abs() <= bounds.of(k, *torque) * (1.0 + ROUNDING);
+            self.holding.iter().zip(&self.hold_torque).all(holds)
+        } else {
+            self.shared_torques().is_some()
+        };
+        held && resting.iter().all(|k| self.goes(*k))
+    }
+
+    /// Whether a direction moves the way that its mode says, in the modes last evaluated.
+    fn goes(&self, k: usize) -> bool {
+        let r = self.degrees_of_freedom;
+        let row = &self.work.friction_rows[k * r..(k + 1) * r];
+        let terms = || row.iter().zip(&self.acceleration).map(|(x, a)| x * a);
+        let size: f64 = terms().map(f64::abs).sum::<f64>() + self.work.friction_bias[k].abs();
+        let sense = self.modes[k].sign();
+        sense == 0.0 || sense * (terms().sum::<f64>() + self.work.friction_bias[k]) >= -ROUNDING * size
+    }
+}

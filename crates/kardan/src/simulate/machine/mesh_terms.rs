@@ -1,0 +1,74 @@
+//! What teeth that rub carry, in the expressions of the loop.
+
+use crate::assemble::Along;
+use crate::equations::{Hold, Mesh};
+use crate::expr::Expr;
+use crate::num::Rational;
+use crate::reduce::{Acting, Motion, Reduced};
+use crate::units::Dimension;
+
+/// What teeth carry, in the expressions of the loop: for each mesh the torque without accelerations and without what holds; for one of each
+/// acceleration; for one of each torque of frictions and holds.
+pub(super) struct MeshTerms {
+    pub now: Vec<Expr>,
+    pub by_acceleration: Vec<Expr>,
+    pub by_torque: Vec<Expr>,
+}
+
+/// The meshes of a model among what holds.
+pub(super) fn meshes(reduced: &Reduced) -> impl Iterator<Item = (usize, &Along<Hold>, &Mesh)> {
+    let first = reduced.equations.frictions.len();
+    let all = reduced.equations.holds.iter().enumerate();
+    all.filter_map(
+        move |(k, hold)| if let Hold::Mesh(mesh) = &hold.value { Some((first + k, hold, mesh)) } else { None },
+    )
+}
+
+impl MeshTerms {
+    pub fn new(motion: &mut Motion, reduced: &Reduced, applied: &[Expr], friction: &[Expr]) -> Self {
+        let mut out = Self { now: Vec::new(), by_acceleration: Vec::new(), by_torque: Vec::new() };
+        if meshes(reduced).next().is_none() {
+            return out;
+        }
+        let r = reduced.degrees_of_freedom();
+        let zeros = vec![motion.graph.integer(0); r];
+        let acting = Acting { accelerations: &zeros, inputs: applied, frictions: friction };
+        let now = motion.multipliers(reduced, acting);
+        let mut symbols = |name: &str, count: usize| -> Vec<Expr> {
+            (0..count).map(|k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE)).collect()
+        };
+        let (accelerations, torques) = (symbols("unit_acceleration", r), symbols("unit_torque", friction.len()));
+        let acting = Acting { accelerations: &accelerations, inputs: applied, frictions: &torques };
+        let moved = motion.multipliers(reduced, acting);
+        for (_, hold, _) in meshes(reduced) {
+            let constraint = constraint_of(reduced, hold);
+            let coefficient = first_entry(motion, reduced, constraint, hold);
+            let scaled = |motion: &mut Motion, multiplier: Expr| motion.graph.multiply(coefficient, multiplier);
+            out.now.push(scaled(motion, now[constraint]));
+            for (list, symbols) in [(&mut out.by_acceleration, &accelerations), (&mut out.by_torque, &torques)] {
+                for symbol in symbols {
+                    let symbol = motion.graph.symbol_of(*symbol).expect("it was made as one");
+                    let slope = motion.graph.derivatives(&[moved[constraint]], symbol)[0];
+                    list.push(scaled(motion, slope));
+                }
+            }
+        }
+        out
+    }
+}
+
+/// The constraint whose teeth rub.
+fn constraint_of(reduced: &Reduced, hold: &Along<Hold>) -> usize {
+    let equations = &reduced.equations;
+    let linear = equations.constraints.iter().map(|row| &row.element);
+    let mut all = linear.chain(equations.transmissions.iter().map(|curve| &curve.element));
+    all.position(|element| *element == hold.element).expect("a mesh is of a constraint")
+}
+
+/// The coefficient that the constraint has for the first body of the direction.
+fn first_entry(motion: &mut Motion, reduced: &Reduced, constraint: usize, hold: &Along<Hold>) -> Expr {
+    let body = hold.row.iter().find(|(_, x)| *x > Rational::ZERO).map(|(body, _)| *body);
+    let row = motion.constraint_row(reduced, constraint);
+    let entry = row.into_iter().find(|(other, _)| Some(*other) == body).map(|(_, entry)| entry);
+    entry.unwrap_or_else(|| motion.graph.integer(0))
+}
