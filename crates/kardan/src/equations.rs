@@ -162,6 +162,13 @@ pub struct Formula {
 }
 
 impl Formula {
+    /// A law that an element brings; nothing where the text is no expression.
+    pub fn of(text: &str, names: Vec<(&str, Meaning)>, dimension: Dimension) -> Option<Arc<Self>> {
+        let expression = Expression::parse_law(text).ok()?;
+        let names = names.into_iter().map(|(name, meaning)| (name.to_string(), meaning)).collect();
+        Some(Arc::new(Self { expression, names, dimension }))
+    }
+
     /// The coordinates in it, by name.
     pub fn coordinates(&self) -> impl Iterator<Item = &str> {
         self.names.iter().filter_map(|(_, meaning)| match meaning {
@@ -505,6 +512,14 @@ impl Term {
     pub fn leave_ground(&mut self) {
         if let Self::Kept(Kept::Speed(row, _) | Kept::Acceleration(row, _)) = self {
             row.retain(|(name, _)| name != GROUND);
+        }
+        if let Self::Torque { law, .. } = self
+            && law.coordinates().any(|name| name == GROUND)
+        {
+            // A law of an element says behind it what holds in its place.
+            let is_ground =
+                |meaning: &Meaning| matches!(meaning, Meaning::Position(name) | Meaning::Rate(name) if name == GROUND);
+            Arc::make_mut(law).names.retain(|(_, meaning)| !is_ground(meaning));
         }
         if let Some(along) = self.along() {
             along.entries.retain(|(name, _)| name != GROUND);

@@ -7,6 +7,7 @@ mod brake;
 mod capacitor;
 mod clutch;
 mod constraint;
+mod dc_motor;
 mod disturbance;
 mod end_stop;
 mod gear;
@@ -35,6 +36,7 @@ pub use brake::Brake;
 pub use capacitor::Capacitor;
 pub use clutch::Clutch;
 pub use constraint::Constraint;
+pub use dc_motor::DcMotor;
 pub use disturbance::Disturbance;
 pub use end_stop::EndStop;
 pub use gear::Gear;
@@ -88,6 +90,7 @@ pub const REGISTRY: &[Element] = &[
     capacitor::CAPACITOR,
     transformer::TRANSFORMER,
     voltage_source::VOLTAGE_SOURCE,
+    dc_motor::DC_MOTOR,
 ];
 
 /// The kind with that keyword.

@@ -42,10 +42,14 @@ impl Motion {
         self.graph.group(value)
     }
 
-    /// The torques that expressions give, into the forces.
+    /// The torques that expressions give, into the forces. Beside motions without inertia y they act along x, with y standing still; what else they do
+    /// cancels with dampers or comes with ẏ.
     pub(super) fn add_laws(&mut self, reduced: &Reduced) {
         for law in &reduced.equations.laws {
-            let (torque, row) = (self.formula(reduced, &law.value), self.along(&law.row));
+            let (torque, mut row) = (self.formula(reduced, &law.value), self.along(&law.row));
+            if let Some(relaxation) = &reduced.relaxation {
+                row.retain(|place, _| !relaxation.is_state(*place));
+            }
             self.passive_terms.add(&mut self.graph, &row, torque, &Rational::ONE);
             self.laws.push(torque);
         }

@@ -30,7 +30,7 @@ pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;
 pub use kept::{NoStart, StartOnRows, frozen, start_on_rows};
 pub use kinematics::{Kinematics, Slope, slopes};
-pub use law_slopes::{GeometricStiffness, LawSlopes, geometric_stiffness, law_slopes};
+pub use law_slopes::{GeometricStiffness, LawSlopes, geometric_stiffness, is_linear_law, law_slopes, laws_are_linear};
 pub use linear::{LinearModel, SparseModel, linearise, sparse_model};
 pub use mechanism::{MechanismData, MechanismError};
 pub use motion::{Forces, KeptRate, Motion, SparseRow, Timed};

@@ -194,9 +194,15 @@ impl Columns<'_> {
     fn add_laws(&mut self) {
         let equations = &self.reduced.equations;
         for (k, law) in equations.laws.iter().enumerate() {
-            let effort = equations.domain_of(law).effort();
-            let description = format!("{} of {}", effort.physical().word(), law.element);
-            self.add(effort.of(&law.element), effort.physical(), description, Read::Law(k));
+            let (element, effort) = (&law.element, equations.domain_of(law).effort());
+            if effort == Quantity::Voltage {
+                // The voltage of the branch is that of its ends.
+                let emf = effort.of(&format!("{element}.emf"));
+                self.add(emf, effort.physical(), format!("back-emf of {element}"), Read::Law(k));
+                continue;
+            }
+            let description = format!("{} of {element}", effort.physical().word());
+            self.add(effort.of(element), effort.physical(), description, Read::Law(k));
         }
     }
 
