@@ -188,6 +188,7 @@ pub(super) fn icon(symbol: Symbol) -> Option<String> {
         Symbol::Transformer => Some(thin(
             "M-7 -16a4 4 0 0 1 0 8a4 4 0 0 1 0 8a4 4 0 0 1 0 8a4 4 0 0 1 0 8M7 -16a4 4 0 0 0 0 8a4 4 0 0 0 0 8a4 4 0 0 0 0 8a4 4 0 0 0 0 8M0 -16V16",
         )),
+        Symbol::Machine => Some(format!("<circle class=\"motor\" r=\"13\"/>{}", letter("M"))),
         Symbol::Relation => Some(letter("Σ")),
         _ => None,
     }

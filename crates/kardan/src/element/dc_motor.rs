@@ -85,26 +85,26 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
 
 /// `tau = k i` along the shaft and `−k w` along the charge: the powers `k i w` and `−k w i` sum to zero.
 fn gyrator(name: &str, values: &Values, shaft: &str, constant: &Exact) -> Vec<Term> {
-    let domain = if values.along_masses { Domain::Translation } else { Domain::Rotation };
-    let [_, rate] = domain.dimensions();
-    let (per_current, effort) = match values.along_masses {
-        true => (Dimension::FORCE_CONSTANT, Dimension::FORCE),
-        false => (Dimension::TORQUE_CONSTANT, Dimension::TORQUE),
+    let (domain, dimension, effort) = match values.along_masses {
+        true => (Domain::Translation, Dimension::FORCE_CONSTANT, Dimension::FORCE),
+        false => (Domain::Rotation, Dimension::TORQUE_CONSTANT, Dimension::TORQUE),
     };
-    let stator = values.word("reaction");
-    let constant = ("torque_constant", Meaning::Constant(constant.clone(), per_current));
-    let mut speeds = vec![constant.clone(), ("w", Meaning::Rate(shaft.to_string()))];
+    let rate = |body: &str| (domain.motion()[1].of(body), Meaning::Rate(body.to_string()));
+    let constant = (format!("{name}.torque_constant"), Meaning::Constant(constant.clone(), dimension));
+    let current = (Domain::Charge.motion()[1].of(name), Meaning::Rate(name.to_string()));
+    let torque = Formula::of("@ * @", vec![constant.clone(), current], effort);
+    let (mut speeds, stator) = (vec![constant, rate(shaft)], values.word("reaction"));
+    let relative = if stator.is_some() { "@ * (@ - @)" } else { "@ * @" };
     if let Some(stator) = stator {
-        speeds.push(("w_reaction", Meaning::Rate(stator.to_string())));
-        speeds.push(("w_reaction", Meaning::Constant(Exact::zero(), rate)));
+        let (speed, moves) = rate(stator);
+        // What the name means if it is the housing.
+        let still = Meaning::Constant(Exact::zero(), domain.dimensions()[1]);
+        speeds.extend([(speed.clone(), moves), (speed, still)]);
     }
-    let relative =
-        if stator.is_some() { "torque_constant * (w - w_reaction)" } else { "torque_constant * w" };
-    let torque =
-        Formula::of("torque_constant * i", vec![constant, ("i", Meaning::Rate(name.to_string()))], effort);
     let emf = Formula::of(relative, speeds, Dimension::VOLTAGE);
-    let along = Direction::difference(shaft, stator);
     let against = Direction { entries: vec![(name.to_string(), Exact::from_integer(-1))] };
-    let laws = [(along, torque), (against, emf)];
-    laws.into_iter().filter_map(|(along, law)| Some(Term::Torque { along, law: law? })).collect()
+    vec![
+        Term::Torque { along: Direction::difference(shaft, stator), law: torque },
+        Term::Torque { along: against, law: emf },
+    ]
 }

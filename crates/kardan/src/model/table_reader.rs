@@ -209,7 +209,7 @@ impl<'a> TableReader<'a> {
     ) -> Option<(Exact, Dimension)> {
         let (mut value, mut found) = self.evaluate(expression, (place, what), out)?;
         let Some((wanted, sign)) = expected else { return Some((value, found)) };
-        if let Some(period) = wanted.period(&value, &found) {
+        if let Some(period) = wanted.of_other(&value, &found) {
             (value, found) = (period, wanted);
         }
         if !wanted.is_like(&found) {
@@ -262,7 +262,7 @@ impl<'a> TableReader<'a> {
             }
         };
         if let Some((wanted, sign)) = expected {
-            if let Some(period) = wanted.period(&value, &dimension) {
+            if let Some(period) = wanted.of_other(&value, &dimension) {
                 (value, dimension) = (period, wanted);
             }
             // Of what is computed angles are not counted.
