@@ -351,7 +351,7 @@ fn weight(part: &MechanismPart, ends: &[End]) -> &'static str {
 
 /// A source turned so that its poles are where its ends are.
 fn directed(part: &MechanismPart, drawn: Drawn, backwards: bool) -> Drawn {
-    match part.symbol == Symbol::Source && backwards {
+    match matches!(part.symbol, Symbol::Source | Symbol::CurrentSource) && backwards {
         true => Drawn { svg: format!("<g transform=\"rotate(180)\">{}</g>", drawn.svg), ..drawn },
         false => drawn,
     }

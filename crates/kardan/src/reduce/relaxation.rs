@@ -259,7 +259,8 @@ impl Motion {
         row
     }
 
-    /// A damper: its torque while y stands still acts along x, and `D_y` stands where the inertia of x does. What else it does cancels with others.
+    /// A damper: its torque while y stands still acts along x, and `D_y` stands where the inertia of x does. Along y acts what is prescribed of its
+    /// speed; what else it does cancels with others.
     pub(super) fn damp_relaxing(
         &mut self,
         reduced: &Reduced,
@@ -268,10 +269,15 @@ impl Motion {
         inertia: &mut BTreeMap<(usize, usize), Vec<(Expr, Rational)>>,
     ) {
         let Some(relaxation) = &reduced.relaxation else { return };
+        let carried = self.sum(row, |out, k| out.carried[k]);
+        let carried = self.resisting(carried, coefficient);
         let row = self.along(row);
         let (relaxes, moves): (SparseRow, SparseRow) =
             row.into_iter().partition(|(place, _)| relaxation.is_state(*place));
         self.passive_terms.add(&mut self.graph, &moves, torque, &Rational::from(-1));
+        if !self.graph.is_zero(carried) {
+            self.passive_terms.add(&mut self.graph, &relaxes, carried, &Rational::from(-1));
+        }
         let coefficient = self.exact(coefficient);
         for (i, first) in &relaxes {
             for (j, second) in relaxes.range(..=i) {

@@ -30,10 +30,9 @@ pub(super) fn check_prescribed(document: &Document, reduced: &Reduced, out: &mut
     out.len() == before
 }
 
-/// Motions without inertia beside a prescribed motion, which runs do not follow.
+/// Motions without inertia beside rows that are kept, which runs do not follow.
 pub(super) fn refuse_massless(document: &Document, reduced: &Reduced, massless: &mut [Diagnostic]) -> bool {
-    let kept = reduced.equations.kept.iter().map(|kept| &kept.element);
-    let Some(first) = reduced.equations.moving.keys().chain(kept).next() else { return false };
+    let Some(first) = reduced.equations.kept.first().map(|kept| &kept.element) else { return false };
     for mistake in massless.iter_mut() {
         let told = std::mem::replace(mistake, Diagnostic::error("model::massless", ""));
         let message = format!("{}; beside `{first}` it is not followed", told.message);
