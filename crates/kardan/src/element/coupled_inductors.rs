@@ -85,7 +85,7 @@ fn check_coupling(values: &Values, key: &'static str) -> Option<Mistake> {
             std::cmp::Ordering::Equal => {
                 Some(Mistake::new(key, "the windings share all of their flux, so a motion of both has no inductance", ideal))
             }
-            std::cmp::Ordering::Greater => Some(Mistake::new(key, message, "give k between -1 and 1, without both")),
+            std::cmp::Ordering::Greater => Some(Mistake::new(key, message, "give a k above -1 and below 1")),
         };
     }
     let (first, second) = (values.exact("inductance_1")?.to_rational(), values.exact("inductance_2")?.to_rational());

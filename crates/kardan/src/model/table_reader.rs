@@ -343,7 +343,10 @@ impl<'a> TableReader<'a> {
                     let read = self.scalar(&scalar, expected, &label, out);
                     // A row has a right-hand side of its own kind.
                     let row = values.measure("coefficients").filter(|_| field.name == "offset");
-                    match (read, row.map(|domain| domain.dimensions()[0])) {
+                    // A number in place of a function of time was read without asking what it is of.
+                    let of_time = matches!(kind, Kind::OfTime(_)).then_some(expected).flatten();
+                    let wanted = row.map(|domain| domain.dimensions()[0]).or(of_time.map(|(dimension, _)| dimension));
+                    match (read, wanted) {
                         (Some((value, found)), Some(wanted)) if wanted != found => {
                             let computed = !matches!(scalar.value, Scalar::Literal(..));
                             if !(computed && wanted.is_like(&found)) {
