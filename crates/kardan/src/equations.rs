@@ -168,7 +168,8 @@ impl Formula {
     /// If the text is no expression of these names.
     pub fn of(text: &str, names: Vec<(String, Meaning)>, dimension: Dimension) -> Arc<Self> {
         let written = |quote: &str| {
-            let name = |text: String, (name, _): &(String, Meaning)| text.replacen('@', &format!("{quote}{name}{quote}"), 1);
+            let name =
+                |text: String, (name, _): &(String, Meaning)| text.replacen('@', &format!("{quote}{name}{quote}"), 1);
             let expression = Expression::parse_law(&names.iter().fold(text.to_string(), name)).ok()?;
             names.iter().all(|(name, _)| expression.names().contains(&name.as_str())).then_some(expression)
         };

@@ -296,7 +296,8 @@ pub(super) fn element(block: &Block<'_>, ends: &[End]) -> Cell {
 }
 
 fn icon_needed(part: &MechanismPart, ends: &[End]) -> bool {
-    let always = matches!(part.symbol, Symbol::StrainWaveGear | Symbol::PlanetaryGear | Symbol::Transformer | Symbol::Machine);
+    let always =
+        matches!(part.symbol, Symbol::StrainWaveGear | Symbol::PlanetaryGear | Symbol::Transformer | Symbol::Machine);
     always || ends.len() > 2 || part.symbol == Symbol::Relation
 }
 

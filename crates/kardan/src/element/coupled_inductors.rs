@@ -48,9 +48,9 @@ from_1 = \"mains\"
 to_1 = \"ground\"
 from_2 = \"out\"
 to_2 = \"ground\"
-inductance_1 = \"24 uH\"
-inductance_2 = \"20 uH\"
-mutual_inductance = \"6 uH\"
+inductance_1 = \"240 mH\"
+inductance_2 = \"200 mH\"
+mutual_inductance = \"60 mH\"
 ",
     check,
     terms,
@@ -82,9 +82,11 @@ fn check_coupling(values: &Values, key: &'static str) -> Option<Mistake> {
         let message = format!("the windings share more than all of their flux: k = {}", values.number_or_default(key));
         return match square.cmp(&one) {
             std::cmp::Ordering::Less => None,
-            std::cmp::Ordering::Equal => {
-                Some(Mistake::new(key, "the windings share all of their flux, so a motion of both has no inductance", ideal))
-            }
+            std::cmp::Ordering::Equal => Some(Mistake::new(
+                key,
+                "the windings share all of their flux, so a motion of both has no inductance",
+                ideal,
+            )),
             std::cmp::Ordering::Greater => Some(Mistake::new(key, message, "give a k above -1 and below 1")),
         };
     }
@@ -95,12 +97,20 @@ fn check_coupling(values: &Values, key: &'static str) -> Option<Mistake> {
         return None;
     }
     if square == most {
-        return Some(Mistake::new(key, "the windings share all of their flux (M^2 = L1 L2), so a motion of both has no inductance", ideal));
+        return Some(Mistake::new(
+            key,
+            "the windings share all of their flux (M^2 = L1 L2), so a motion of both has no inductance",
+            ideal,
+        ));
     }
-    let (mutual, first, second) =
-        (values.number_or_default(key), values.number_or_default("inductance_1"), values.number_or_default("inductance_2"));
+    let (mutual, first, second) = (
+        values.number_or_default(key),
+        values.number_or_default("inductance_1"),
+        values.number_or_default("inductance_2"),
+    );
     let most = (first * second).sqrt();
-    let message = format!("M = {mutual:?} H is more than sqrt(L1 L2) = {most:?} H, so currents would have a negative energy");
+    let message =
+        format!("M = {mutual:?} H is more than sqrt(L1 L2) = {most:?} H, so currents would have a negative energy");
     Some(Mistake::new(key, message, "give M with M^2 < L1 L2"))
 }
 

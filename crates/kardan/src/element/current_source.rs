@@ -39,7 +39,7 @@ pub const CURRENT_SOURCE: Element = Element {
 [current_source.feed]
 from = \"ground\"
 to = \"in\"
-current = \"2 A * sin(2 pi 50 Hz t)\"
+current = \"2 A * sin(2 pi t / 20 ms)\"
 ",
     check: check_branch,
     terms,

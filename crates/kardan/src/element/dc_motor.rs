@@ -44,7 +44,7 @@ pub const DC_MOTOR: Element = Element {
     symbol: Symbol::Machine,
     fields: DcMotor::FIELDS,
     example: "\
-[dc_motor.drive]
+[dc_motor.fan]
 from = \"in\"
 to = \"ground\"
 shaft = \"rotor\"

@@ -125,7 +125,8 @@ mod tests {
 
     fn of(text: &str, parts: Vec<(Expr, Arc<Part>)>, mut graph: Graph) -> OfTime {
         let time = graph.symbol("t", Dimension::NONE);
-        let mut names = |graph: &mut Graph, name: &str| Some(Named::Varying(graph.symbol(name, Dimension::NONE), Dimension::NONE));
+        let mut names =
+            |graph: &mut Graph, name: &str| Some(Named::Varying(graph.symbol(name, Dimension::NONE), Dimension::NONE));
         let (value, _) = graph.written(&Expression::parse_law(text).unwrap(), &mut names).unwrap();
         OfTime::new(graph, time, parts, value, Dimension::NONE).unwrap()
     }

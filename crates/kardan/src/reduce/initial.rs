@@ -107,11 +107,7 @@ struct Start<'a> {
 
 impl<'a> Start<'a> {
     /// The linear constraints with these right sides, and what is given.
-    fn new(
-        reduced: &'a Reduced,
-        given: &'a [GivenStart],
-        right: impl Fn(usize) -> (Graded, bool),
-    ) -> Self {
+    fn new(reduced: &'a Reduced, given: &'a [GivenStart], right: impl Fn(usize) -> (Graded, bool)) -> Self {
         let mut out = Self { reduced, given, rows: Rows::default(), rounded: false };
         for (k, constraint) in reduced.equations.constraints.iter().enumerate() {
             let (right, rounded) = right(k);
@@ -152,7 +148,10 @@ impl<'a> Start<'a> {
     }
 
     /// What is open of the reduced coordinates is zero, one after the other, and what follows is taken in each time.
-    fn close(&mut self, follow: &mut dyn FnMut(&mut Self) -> Result<(), StartConflict>) -> Result<Vec<f64>, StartConflict> {
+    fn close(
+        &mut self,
+        follow: &mut dyn FnMut(&mut Self) -> Result<(), StartConflict>,
+    ) -> Result<Vec<f64>, StartConflict> {
         follow(self)?;
         for &coordinate in &self.reduced.coordinates {
             if self.rows.value(coordinate).is_none() {

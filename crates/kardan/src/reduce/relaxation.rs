@@ -158,8 +158,7 @@ fn laws_that_hinder(reduced: &Reduced, basis: &Matrix<Rational>, directions: &Ma
         let coordinates = law.value.coordinates().filter_map(|name| reduced.coordinate(name));
         let depends = coordinates.map(|k| vec![(k, Rational::ONE)]).any(|row| feels(&row));
         let acts = feels(&law.row);
-        (depends || acts)
-            && ((depends && acts) || !slopes.on_positions.is_empty() || !is_linear_law(reduced, k))
+        (depends || acts) && ((depends && acts) || !slopes.on_positions.is_empty() || !is_linear_law(reduced, k))
     };
     let hindering = slopes.iter().enumerate().filter(|one| hinders(*one));
     hindering.map(|(k, _)| equations.laws[k].element.clone()).collect()

@@ -24,6 +24,7 @@ mod redundant;
 mod ripple;
 mod signals;
 mod simulation;
+mod start;
 mod stiff;
 mod taylor;
 mod written;

@@ -43,7 +43,8 @@ impl Functions<'_, '_> {
             let whose = if order == 0 { "it" } else { "its rate" };
             let effort = if wanted == Dimension::CURRENT { "voltage" } else { "torque" };
             let unit = derivative.dimension().si();
-            let message = format!("{what}: {whose} jumps by {jump} {unit} at {time} s, which takes an infinite {effort}");
+            let message =
+                format!("{what}: {whose} jumps by {jump} {unit} at {time} s, which takes an infinite {effort}");
             let help = "take a function without that jump: a cubic table, a sine that begins where it turns round, an expression of `t`";
             out.push(Diagnostic::error("motion::jump", message).at(at, "jumps").help(help));
             return None;
