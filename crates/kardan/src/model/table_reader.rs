@@ -344,12 +344,11 @@ impl<'a> TableReader<'a> {
                     // A row has a right-hand side of its own kind.
                     let row = values.measure("coefficients").filter(|_| field.name == "offset");
                     // A number in place of a function of time was read without asking what it is of.
-                    let of_time = matches!(kind, Kind::OfTime(_)).then_some(expected).flatten();
-                    let wanted = row.map(|domain| domain.dimensions()[0]).or(of_time.map(|(dimension, _)| dimension));
+                    let of_time = expected.filter(|_| matches!(kind, Kind::OfTime(_)));
+                    let wanted = row.map(|domain| domain.dimensions()[0]).or(of_time.map(|one| one.0));
                     match (read, wanted) {
                         (Some((value, found)), Some(wanted)) if wanted != found => {
-                            let computed = !matches!(scalar.value, Scalar::Literal(..));
-                            if !(computed && wanted.is_like(&found)) {
+                            if matches!(scalar.value, Scalar::Literal(..)) || !wanted.is_like(&found) {
                                 out.push(wrong_dimension(&label, wanted, found, spanned.place.clone()));
                                 continue;
                             }

@@ -74,10 +74,6 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     if !reduced.equations.transmissions.is_empty() {
         return Err(NoRelaxation::Bends);
     }
-    let hindering = laws_that_hinder(reduced, &model.basis, &directions);
-    if !hindering.is_empty() {
-        return Err(NoRelaxation::Laws(hindering));
-    }
     if (0..r).any(|i| !slots.contains(&i) && directions.row(i).iter().any(|x| !x.is_zero())) {
         return Err(NoRelaxation::Coordinates);
     }
@@ -85,6 +81,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     let sliding = projected(frictions.iter().map(|term| &term.row), &model.basis);
     let felt = sliding.multiply(&directions);
     let sliders: Vec<usize> = (0..frictions.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero())).collect();
+    check_laws(reduced, &model.basis, &directions, !sliders.is_empty())?;
     let names = || sliders.iter().map(|&k| frictions[k].element.clone()).collect::<Vec<_>>();
     let felt = Matrix::from_fn(sliders.len(), slots.len(), |i, j| felt[(sliders[i], j)].clone());
     let damped = directions.multiply(&kernel(&felt));
@@ -143,8 +140,14 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     }))
 }
 
-/// Laws that act along motions without inertia, or depend on them, otherwise than linearly on speeds or between themselves.
-fn laws_that_hinder(reduced: &Reduced, basis: &Matrix<Rational>, directions: &Matrix<Rational>) -> Vec<String> {
+/// Refuses laws that act along motions without inertia, or depend on them, otherwise than linearly on speeds, or between themselves, or where
+/// frictions slide.
+fn check_laws(
+    reduced: &Reduced,
+    basis: &Matrix<Rational>,
+    directions: &Matrix<Rational>,
+    slides: bool,
+) -> Result<(), NoRelaxation> {
     let equations = &reduced.equations;
     let moved = basis.multiply(directions);
     let along = |row: &[(usize, Rational)], column: usize| {
@@ -158,10 +161,12 @@ fn laws_that_hinder(reduced: &Reduced, basis: &Matrix<Rational>, directions: &Ma
         let coordinates = law.value.coordinates().filter_map(|name| reduced.coordinate(name));
         let depends = coordinates.map(|k| vec![(k, Rational::ONE)]).any(|row| feels(&row));
         let acts = feels(&law.row);
-        (depends || acts) && ((depends && acts) || !slopes.on_positions.is_empty() || !is_linear_law(reduced, k))
+        let apart = !(depends && acts) && slopes.on_positions.is_empty() && is_linear_law(reduced, k);
+        (depends || acts) && (slides || !apart)
     };
     let hindering = slopes.iter().enumerate().filter(|one| hinders(*one));
-    hindering.map(|(k, _)| equations.laws[k].element.clone()).collect()
+    let hindering: Vec<String> = hindering.map(|(k, _)| equations.laws[k].element.clone()).collect();
+    if hindering.is_empty() { Ok(()) } else { Err(NoRelaxation::Laws(hindering)) }
 }
 
 /// Directions without inertia and damping along each of which one friction slips by one; `None` if there are not as many as frictions.
