@@ -166,6 +166,21 @@ pub struct Formula {
 }
 
 impl Formula {
+    /// A law that an element brings, its names in order in place of each `@`: as a model file has them, within `'...'` where they need it.
+    ///
+    /// # Panics
+    /// If the text is no expression of these names.
+    pub fn of(text: &str, names: Vec<(String, Meaning)>, dimension: Dimension) -> Arc<Self> {
+        let written = |quote: &str| {
+            let name =
+                |text: String, (name, _): &(String, Meaning)| text.replacen('@', &format!("{quote}{name}{quote}"), 1);
+            let expression = Expression::parse_law(&names.iter().fold(text.to_string(), name)).ok()?;
+            names.iter().all(|(name, _)| expression.names().contains(&name.as_str())).then_some(expression)
+        };
+        let expression = written("").or_else(|| written("'")).expect("an expression of its names");
+        Arc::new(Self { expression, names, dimension })
+    }
+
     /// The coordinates in it, by name.
     pub fn coordinates(&self) -> impl Iterator<Item = &str> {
         self.names.iter().filter_map(|(_, meaning)| match meaning {
@@ -523,6 +538,14 @@ impl Term {
     pub fn leave_ground(&mut self) {
         if let Self::Kept(Kept::Speed(row, _) | Kept::Acceleration(row, _)) = self {
             row.retain(|(name, _)| name != GROUND);
+        }
+        if let Self::Torque { law, .. } = self
+            && law.coordinates().any(|name| name == GROUND)
+        {
+            // What an element says behind it holds in its place.
+            let is_ground =
+                |meaning: &Meaning| matches!(meaning, Meaning::Position(name) | Meaning::Rate(name) if name == GROUND);
+            Arc::make_mut(law).names.retain(|(_, meaning)| !is_ground(meaning));
         }
         if let Some(along) = self.along() {
             along.entries.retain(|(name, _)| name != GROUND);

@@ -296,7 +296,8 @@ pub(super) fn element(block: &Block<'_>, ends: &[End]) -> Cell {
 }
 
 fn icon_needed(part: &MechanismPart, ends: &[End]) -> bool {
-    let always = matches!(part.symbol, Symbol::StrainWaveGear | Symbol::PlanetaryGear | Symbol::Transformer);
+    let always =
+        matches!(part.symbol, Symbol::StrainWaveGear | Symbol::PlanetaryGear | Symbol::Transformer | Symbol::Machine);
     always || ends.len() > 2 || part.symbol == Symbol::Relation
 }
 
@@ -351,7 +352,7 @@ fn weight(part: &MechanismPart, ends: &[End]) -> &'static str {
 
 /// A source turned so that its poles are where its ends are.
 fn directed(part: &MechanismPart, drawn: Drawn, backwards: bool) -> Drawn {
-    match part.symbol == Symbol::Source && backwards {
+    match matches!(part.symbol, Symbol::Source | Symbol::CurrentSource) && backwards {
         true => Drawn { svg: format!("<g transform=\"rotate(180)\">{}</g>", drawn.svg), ..drawn },
         false => drawn,
     }

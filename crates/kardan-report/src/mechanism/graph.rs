@@ -73,7 +73,8 @@ impl<'a> Block<'a> {
 
     /// Whether power comes in here.
     pub(super) fn drives(&self) -> bool {
-        let source = |part: &MechanismPart| matches!(part.symbol, Symbol::Motor | Symbol::Source);
+        let source =
+            |part: &MechanismPart| matches!(part.symbol, Symbol::Motor | Symbol::Source | Symbol::CurrentSource);
         self.attached.iter().any(|part| source(part)) || matches!(self.content, Content::Element(part) if source(part))
     }
 }

@@ -135,7 +135,7 @@ fn caption(mechanism: &Mechanism, scene: &Scene) -> String {
     let said = [
         (symbol(Symbol::StrainWaveGear), "WG: wave generator; CS: circular spline; FS: flexspline"),
         (losses, "hatched: bearings with losses"),
-        (symbol(Symbol::Motor), "M: motors"),
+        (symbol(Symbol::Motor) || symbol(Symbol::Machine), "M: motors"),
         (symbol(Symbol::Torque), "arrows: torques and forces from outside"),
         (symbol(Symbol::Sensor), "flags: sensors (φ angle, ω speed, τ torque; of masses s, v, F)"),
     ];

@@ -160,6 +160,10 @@ pub(super) fn between(part: &MechanismPart) -> Drawn {
         Symbol::Capacitor => {
             Drawn::new(thin("M-34 0H-4M4 0H34") + "<path class=\"heavy\" d=\"M-4 -11V11M4 -11V11\"/>", 34.0, 12.0)
         }
+        Symbol::CurrentSource => {
+            let arrow = thin("M-34 0H-14M14 0H34M-9 0H5") + "<path class=\"tip\" d=\"M3 -4.5L10 0L3 4.5z\"/>";
+            Drawn::new(format!("<circle class=\"motor\" r=\"14\"/>{arrow}"), 34.0, 15.0)
+        }
         Symbol::Source => {
             let signs = thin("M-34 0H-14M14 0H34M-9 -3V3M5 0H11M8 -3V3");
             Drawn::new(format!("<circle class=\"motor\" r=\"14\"/>{signs}"), 34.0, 15.0)
@@ -188,6 +192,7 @@ pub(super) fn icon(symbol: Symbol) -> Option<String> {
         Symbol::Transformer => Some(thin(
             "M-7 -16a4 4 0 0 1 0 8a4 4 0 0 1 0 8a4 4 0 0 1 0 8a4 4 0 0 1 0 8M7 -16a4 4 0 0 0 0 8a4 4 0 0 0 0 8a4 4 0 0 0 0 8a4 4 0 0 0 0 8M0 -16V16",
         )),
+        Symbol::Machine => Some(format!("<circle class=\"motor\" r=\"13\"/>{}", letter("M"))),
         Symbol::Relation => Some(letter("Σ")),
         _ => None,
     }

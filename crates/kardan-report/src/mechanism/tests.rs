@@ -110,7 +110,7 @@ fn end(key: &str, kind: JoinKind, name: &str) -> kardan::results::Terminal {
 
 /// Shafts and nodes joined at random, by every symbol.
 fn random(dice: &mut Dice) -> Mechanism {
-    const BETWEEN: [(&str, Symbol, usize); 7] = [
+    const BETWEEN: [(&str, Symbol, usize); 8] = [
         ("gear", Symbol::Gear, 2),
         ("harmonic_drive", Symbol::StrainWaveGear, 3),
         ("planetary", Symbol::PlanetaryGear, 3),
@@ -118,6 +118,7 @@ fn random(dice: &mut Dice) -> Mechanism {
         ("universal_joint", Symbol::UniversalJoint, 2),
         ("constraint", Symbol::Relation, 4),
         ("motor", Symbol::Motor, 2),
+        ("dc_motor", Symbol::Machine, 3),
     ];
     const AT: [(&str, Symbol); 5] = [
         ("motor", Symbol::Motor),
@@ -126,11 +127,12 @@ fn random(dice: &mut Dice) -> Mechanism {
         ("spring_damper", Symbol::SpringDamper),
         ("constraint", Symbol::Relation),
     ];
-    const WIRES: [(&str, Symbol); 4] = [
+    const WIRES: [(&str, Symbol); 5] = [
         ("resistor", Symbol::Resistor),
         ("inductor", Symbol::Inductor),
         ("capacitor", Symbol::Capacitor),
         ("voltage_source", Symbol::Source),
+        ("current_source", Symbol::CurrentSource),
     ];
     let shafts = 1 + dice.below(24);
     let laws = ["inertia", "stiffness", "damping", "friction"];

@@ -5,7 +5,7 @@ use super::integrable::{Integrable, integrable};
 use crate::assemble::{Along, Equations, KeptRow};
 use crate::equations::{Domain, Formula, Hold, Kept};
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
-use crate::reduce::{Kinematics, Motion, Reduced, Redundant};
+use crate::reduce::{Kinematics, Motion, Reduced, Redundant, is_linear_law};
 use crate::results::{Assumption, Breach, Class, ConstraintClass, FrictionState, OperatingPoint, ShaftAngle};
 use crate::units::Exact;
 
@@ -67,10 +67,11 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
         let open = open.into_iter().map(|(element, why)| (element.to_string(), why)).collect();
         assumptions.push(assumption("no constraint comes and goes (source, Table 4.2)", open));
     }
-    if !equations.laws.is_empty() {
-        let laws = equations.laws.iter().map(|law| (law.element.clone(), law_in_words(&law.value)));
+    let bent = (0..equations.laws.len()).filter(|law| !is_linear_law(reduced, *law)).map(|law| &equations.laws[law]);
+    let bent: Vec<_> = bent.map(|law| (law.element.clone(), law_in_words(&law.value))).collect();
+    if !bent.is_empty() {
         let statement = "no other torques act than those of springs, dampers and inputs (source, eq. 4.36)";
-        assumptions.push(assumption(statement, laws.collect()));
+        assumptions.push(assumption(statement, bent));
     }
     let constraints = constraints(reduced, stuck);
     Class {

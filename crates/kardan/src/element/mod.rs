@@ -7,6 +7,9 @@ mod brake;
 mod capacitor;
 mod clutch;
 mod constraint;
+mod coupled_inductors;
+mod current_source;
+mod dc_motor;
 mod disturbance;
 mod end_stop;
 mod gear;
@@ -35,6 +38,9 @@ pub use brake::Brake;
 pub use capacitor::Capacitor;
 pub use clutch::Clutch;
 pub use constraint::Constraint;
+pub use coupled_inductors::CoupledInductors;
+pub use current_source::CurrentSource;
+pub use dc_motor::DcMotor;
 pub use disturbance::Disturbance;
 pub use end_stop::EndStop;
 pub use gear::Gear;
@@ -88,7 +94,10 @@ pub const REGISTRY: &[Element] = &[
     resistor::RESISTOR,
     capacitor::CAPACITOR,
     transformer::TRANSFORMER,
+    coupled_inductors::COUPLED_INDUCTORS,
     voltage_source::VOLTAGE_SOURCE,
+    current_source::CURRENT_SOURCE,
+    dc_motor::DC_MOTOR,
 ];
 
 /// The kind with that keyword.

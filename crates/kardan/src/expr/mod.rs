@@ -7,6 +7,7 @@
 mod derivative;
 mod domains;
 mod graph;
+mod integral;
 mod interval;
 mod lookup;
 mod lower;

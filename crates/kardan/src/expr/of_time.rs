@@ -19,7 +19,7 @@ use crate::units::{Dimension, Exact};
 pub struct Pieces {
     starts: Vec<f64>,
     /// Of each piece, in powers of the time since its start.
-    coefficients: Vec<[f64; 4]>,
+    pub(super) coefficients: Vec<[f64; 4]>,
 }
 
 impl Pieces {
@@ -131,11 +131,11 @@ impl Part {
 /// ```
 #[derive(Debug, Clone)]
 pub struct OfTime {
-    graph: Graph,
-    time: Symbol,
-    parts: Vec<(Symbol, Arc<Part>)>,
-    value: Expr,
-    dimension: Dimension,
+    pub(super) graph: Graph,
+    pub(super) time: Symbol,
+    pub(super) parts: Vec<(Symbol, Arc<Part>)>,
+    pub(super) value: Expr,
+    pub(super) dimension: Dimension,
 }
 
 impl PartialEq for OfTime {

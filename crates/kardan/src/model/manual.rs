@@ -328,6 +328,9 @@ fn describe(kind: &Kind) -> String {
         Kind::Formula(dimension) => {
             format!("expression of {}; along masses {}", dimension.si(), dimension.along_masses().si())
         }
+        Kind::OfTime(dimension) if *dimension == dimension.along_masses() => {
+            format!("{} or a function of time", dimension.si())
+        }
         Kind::OfTime(dimension) => {
             format!("{} or a function of time; along masses {}", dimension.si(), dimension.along_masses().si())
         }

@@ -117,7 +117,7 @@ pub(super) fn follow(mut left: Vec<Following>, document: &mut Document, out: &mu
 
 /// A value as one of the dimension of a key: angles are not counted, and a frequency may stand for a time.
 pub(super) fn fitting(found: &Evaluated, wanted: Dimension) -> Option<(Exact, Dimension)> {
-    match wanted.period(&found.value, &found.dimension) {
+    match wanted.of_other(&found.value, &found.dimension) {
         Some(period) => Some((period, wanted)),
         None => wanted.is_like(&found.dimension).then(|| (found.value.clone(), wanted)),
     }

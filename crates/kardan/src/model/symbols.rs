@@ -61,13 +61,25 @@ impl Document {
             if !ground {
                 own.iter_mut().for_each(Term::leave_ground);
             }
-            for term in &mut own {
+            for term in own {
+                let element = instance.name.clone();
                 // A law has its own line; in the equations it is an input.
-                let Term::Torque { along, law } = term else { continue };
-                out.laws.push((instance.name.clone(), law.expression.text().to_string()));
-                *term = Term::Input { along: std::mem::take(along), kind: InputKind::Disturbance };
+                let named = match term {
+                    Term::Torque { along, law } => {
+                        let of_charge = instance.kind.node_keys().next().is_some();
+                        let own = along.entries.first().is_some_and(|(coordinate, _)| *coordinate == element);
+                        let element = match (of_charge, own) {
+                            (true, true) => format!("{element}_emf"),
+                            (true, false) => format!("{element}_torque"),
+                            _ => element,
+                        };
+                        out.laws.push((element.clone(), law.expression.text().to_string()));
+                        NamedTerm { element, term: Term::Input { along, kind: InputKind::Disturbance } }
+                    }
+                    term => NamedTerm { element, term },
+                };
+                out.terms.push(named);
             }
-            out.terms.extend(own.into_iter().map(|term| NamedTerm { element: instance.name.clone(), term }));
         }
         for parameter in &self.parameters {
             let Some((value, dimension)) = reader.exact_value(&parameter.name) else { continue };

@@ -209,7 +209,7 @@ impl<'a> TableReader<'a> {
     ) -> Option<(Exact, Dimension)> {
         let (mut value, mut found) = self.evaluate(expression, (place, what), out)?;
         let Some((wanted, sign)) = expected else { return Some((value, found)) };
-        if let Some(period) = wanted.period(&value, &found) {
+        if let Some(period) = wanted.of_other(&value, &found) {
             (value, found) = (period, wanted);
         }
         if !wanted.is_like(&found) {
@@ -262,7 +262,7 @@ impl<'a> TableReader<'a> {
             }
         };
         if let Some((wanted, sign)) = expected {
-            if let Some(period) = wanted.period(&value, &dimension) {
+            if let Some(period) = wanted.of_other(&value, &dimension) {
                 (value, dimension) = (period, wanted);
             }
             // Of what is computed angles are not counted.
@@ -343,10 +343,12 @@ impl<'a> TableReader<'a> {
                     let read = self.scalar(&scalar, expected, &label, out);
                     // A row has a right-hand side of its own kind.
                     let row = values.measure("coefficients").filter(|_| field.name == "offset");
-                    match (read, row.map(|domain| domain.dimensions()[0])) {
+                    // A number in place of a function of time was read without asking what it is of.
+                    let of_time = expected.filter(|_| matches!(kind, Kind::OfTime(_)));
+                    let wanted = row.map(|domain| domain.dimensions()[0]).or(of_time.map(|one| one.0));
+                    match (read, wanted) {
                         (Some((value, found)), Some(wanted)) if wanted != found => {
-                            let computed = !matches!(scalar.value, Scalar::Literal(..));
-                            if !(computed && wanted.is_like(&found)) {
+                            if matches!(scalar.value, Scalar::Literal(..)) || !wanted.is_like(&found) {
                                 out.push(wrong_dimension(&label, wanted, found, spanned.place.clone()));
                                 continue;
                             }

@@ -34,8 +34,8 @@ keys! {
             relative_tolerance: Number(Sign::Positive) = "1e-10",
                 "Relative error allowed per integration step, from 1e-13 to 1e-3.";
             initial: Overrides,
-                "Initial angles and speeds (in a circuit: charges and currents) of the reduced coordinates: { \
-                 \"rk.phi\" = \"10 deg\" }; left out: zero.";
+                "Initial angles and speeds, of masses positions and velocities, in a circuit charges and currents, of any of them: { \
+                 \"rk.phi\" = \"10 deg\" }. The others follow by the constraints; what is left open is zero.";
             start: Choice(&["initial", "equilibrium"]) = "initial",
                 "Where the run begins: at the angles of `initial`, or at the equilibrium that Newton's method finds from there, without \
                  inputs and friction; the run tells which, and what of it is proven.";

@@ -78,6 +78,35 @@ pub fn geometric_stiffness(reduced: &Reduced, position: &[f64], laws: &[LawSlope
     out
 }
 
+/// Whether a law is the same linear function of angles and speeds at every position and time, zero where these are; exact.
+pub fn is_linear_law(reduced: &Reduced, law: usize) -> bool {
+    let formula = &reduced.equations.laws[law].value;
+    if formula.is_of_time() {
+        return false;
+    }
+    let free = unconstrained(reduced);
+    let mut motion = Motion::free(&free);
+    let torque = motion.formula(&free, formula);
+    let at_zero = lower(&motion.graph, &[torque], &mut Rationals, |_| Some(Rational::ZERO));
+    motion.graph.affine()(torque) && at_zero[0].as_ref().is_some_and(Rational::is_zero)
+}
+
+/// Whether all laws are linear: small motions are then all motions, and no position is better than another.
+pub fn laws_are_linear(reduced: &Reduced) -> bool {
+    (0..reduced.equations.laws.len()).all(|law| is_linear_law(reduced, law))
+}
+
+/// All coordinates of a model, as if none followed from others.
+fn unconstrained(reduced: &Reduced) -> Reduced {
+    Reduced {
+        coordinates: (0..reduced.equations.coordinates.len()).collect(),
+        equations: reduced.equations.clone(),
+        redundant: Vec::new(),
+        steps: Vec::new(),
+        relaxation: None,
+    }
+}
+
 /// The torques of all laws around a reduced position (rad).
 ///
 /// # Panics
@@ -87,15 +116,7 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
     if equations.laws.is_empty() {
         return Vec::new();
     }
-    // Over all coordinates, as if none followed from others.
-    let n = equations.coordinates.len();
-    let free = Reduced {
-        coordinates: (0..n).collect(),
-        equations: equations.clone(),
-        redundant: Vec::new(),
-        steps: Vec::new(),
-        relaxation: None,
-    };
+    let (n, free) = (equations.coordinates.len(), unconstrained(reduced));
     let mut motion = Motion::free(&free);
     let mut numeric = Kinematics::new(reduced);
     numeric.update(position, &vec![0.0; reduced.degrees_of_freedom()]);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Motion, Reduced};
+use super::{Motion, Reduced, SparseRow};
 use crate::equations::{Formula, Meaning};
 use crate::expr::{Expr, Named};
 use crate::num::Rational;
@@ -53,13 +53,32 @@ impl Motion {
         self.graph.group(value)
     }
 
-    /// The torques that expressions give, into the forces.
+    /// The torques that expressions give, into the forces. Beside motions without inertia y they act along x, with y standing still, and along y with
+    /// what is prescribed of the speeds; what else they do cancels with dampers or comes with ẏ.
     pub(super) fn add_laws(&mut self, reduced: &Reduced) {
         for law in &reduced.equations.laws {
-            let (torque, row) = (self.formula(reduced, &law.value), self.along(&law.row));
+            let (torque, mut row) = (self.formula(reduced, &law.value), self.along(&law.row));
+            if let Some(relaxation) = &reduced.relaxation {
+                let (relaxes, moves): (SparseRow, SparseRow) =
+                    row.into_iter().partition(|(place, _)| relaxation.is_state(*place));
+                row = moves;
+                if !relaxes.is_empty() {
+                    let carried = self.of_carried(reduced, &law.value);
+                    self.passive_terms.add(&mut self.graph, &relaxes, carried, &Rational::ONE);
+                }
+            }
             self.passive_terms.add(&mut self.graph, &row, torque, &Rational::ONE);
             self.laws.push(torque);
         }
+    }
+
+    /// A law that is linear in speeds, of what is prescribed of them.
+    fn of_carried(&mut self, reduced: &Reduced, law: &Formula) -> Expr {
+        let carried = self.carried.clone();
+        let speeds = std::mem::replace(&mut self.speeds, carried);
+        let value = self.formula(reduced, law);
+        self.speeds = speeds;
+        value
     }
 
     /// The time; where it stands still a number.

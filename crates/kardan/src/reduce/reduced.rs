@@ -93,7 +93,7 @@ pub struct Redundant {
 
 /// Reduced coordinates in which the motions without inertia are apart: `q_r = T [x; y]` with `H T_y = 0`.
 ///
-/// Where dampers act, `T_yᵀ D T_x = 0` and `D_y ẏ = T_yᵀ(F τ − S q_r)` with `D_y = T_yᵀ D T_y`, so that y has a rate where x has an acceleration. Where
+/// Where dampers act, `T_yᵀ D T_x = 0` (D with what laws have on speeds) and `D_y ẏ = T_yᵀ(F τ − S q_r)` with `D_y = T_yᵀ D T_y`, so that y has a rate where x has an acceleration. Where
 /// frictions alone act beside springs, each y is the angle by which one of them has slipped.
 #[derive(Debug, Clone)]
 pub struct Relaxation {
@@ -107,6 +107,8 @@ pub struct Relaxation {
     pub(super) inverse: Matrix<Rational>,
     /// `D_y⁻¹`
     pub(super) compliance: Matrix<Rational>,
+    /// `T_xᵀ D T_y`, a row for each reduced coordinate: zero but where laws of torque make D unsymmetric.
+    pub(super) reaction: Matrix<Rational>,
 }
 
 /// A motion without inertia that a friction and springs hold.

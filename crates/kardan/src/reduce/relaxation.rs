@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::motion::{Motion, Relaxing, SparseRow};
-use super::{Kinematics, Reduced, Relaxation, Slip, linearise};
+use super::{Kinematics, LawSlopes, Reduced, Relaxation, Slip, is_linear_law, law_slopes, linearise};
 use crate::expr::{Expr, Graph};
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, dot, echelon, rational_to_f64};
 use crate::units::Exact;
@@ -11,7 +11,7 @@ use crate::units::Exact;
 /// Why motions without inertia are no states of first order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoRelaxation {
-    /// Torques that expressions give act in the model: they may depend on the speed that is to be found.
+    /// Torques that expressions give act along them or depend on them, in another way than linearly on speeds.
     Laws(Vec<String>),
     /// The ratio of a transmission changes with its angle.
     Bends,
@@ -68,9 +68,6 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     if slots.is_empty() {
         return Ok(None);
     }
-    if !reduced.equations.laws.is_empty() {
-        return Err(NoRelaxation::Laws(reduced.equations.laws.iter().map(|law| law.element.clone()).collect()));
-    }
     if !reduced.equations.holds.is_empty() {
         return Err(NoRelaxation::Holds(reduced.equations.holds.iter().map(|hold| hold.element.clone()).collect()));
     }
@@ -84,6 +81,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     let sliding = projected(frictions.iter().map(|term| &term.row), &model.basis);
     let felt = sliding.multiply(&directions);
     let sliders: Vec<usize> = (0..frictions.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero())).collect();
+    check_laws(reduced, &model.basis, &directions, !sliders.is_empty())?;
     let names = || sliders.iter().map(|&k| frictions[k].element.clone()).collect::<Vec<_>>();
     let felt = Matrix::from_fn(sliders.len(), slots.len(), |i, j| felt[(sliders[i], j)].clone());
     let damped = directions.multiply(&kernel(&felt));
@@ -128,6 +126,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
         Err(_) => Rational::ZERO.minus(&carried[(i, j)]),
     });
     let inverse = transform.solve(&Matrix::identity(r)).expect("columns of two complements");
+    let reaction = transform.transpose().multiply(&model.damping).multiply(&damped);
     let (places, slipping) = slots.split_at(damped.columns());
     let slip =
         |(k, &place): (usize, &usize)| Slip { place, friction: sliders[k], stiffness: stiffness[(k, k)].clone() };
@@ -137,7 +136,37 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
         transform,
         inverse,
         compliance,
+        reaction,
     }))
+}
+
+/// Refuses laws that act along motions without inertia, or depend on them, otherwise than linearly on speeds, or between themselves, or where
+/// frictions slide.
+fn check_laws(
+    reduced: &Reduced,
+    basis: &Matrix<Rational>,
+    directions: &Matrix<Rational>,
+    slides: bool,
+) -> Result<(), NoRelaxation> {
+    let equations = &reduced.equations;
+    let moved = basis.multiply(directions);
+    let along = |row: &[(usize, Rational)], column: usize| {
+        row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&moved[(*k, column)])))
+    };
+    let columns = 0..directions.columns();
+    let feels = |row: &[(usize, Rational)]| columns.clone().any(|column| !along(row, column).is_zero());
+    let slopes = law_slopes(reduced, &vec![0.0; reduced.degrees_of_freedom()]);
+    let hinders = |(k, slopes): (usize, &LawSlopes)| {
+        let law = &equations.laws[k];
+        let coordinates = law.value.coordinates().filter_map(|name| reduced.coordinate(name));
+        let depends = coordinates.map(|k| vec![(k, Rational::ONE)]).any(|row| feels(&row));
+        let acts = feels(&law.row);
+        let apart = !(depends && acts) && slopes.on_positions.is_empty() && is_linear_law(reduced, k);
+        (depends || acts) && (slides || !apart)
+    };
+    let hindering = slopes.iter().enumerate().filter(|one| hinders(*one));
+    let hindering: Vec<String> = hindering.map(|(k, _)| equations.laws[k].element.clone()).collect();
+    if hindering.is_empty() { Ok(()) } else { Err(NoRelaxation::Laws(hindering)) }
 }
 
 /// Directions without inertia and damping along each of which one friction slips by one; `None` if there are not as many as frictions.
@@ -196,7 +225,7 @@ impl Relaxation {
         self.places.iter().copied().chain(self.slips.iter().map(|slip| slip.place))
     }
 
-    fn is_state(&self, place: usize) -> bool {
+    pub(super) fn is_state(&self, place: usize) -> bool {
         self.states().any(|other| other == place)
     }
 
@@ -234,7 +263,8 @@ impl Motion {
         row
     }
 
-    /// A damper: its torque while y stands still acts along x, and `D_y` stands where the inertia of x does. What else it does cancels with others.
+    /// A damper: its torque while y stands still acts along x, and `D_y` stands where the inertia of x does. Along y acts what is prescribed of its
+    /// speed; what else it does cancels with others.
     pub(super) fn damp_relaxing(
         &mut self,
         reduced: &Reduced,
@@ -243,10 +273,15 @@ impl Motion {
         inertia: &mut BTreeMap<(usize, usize), Vec<(Expr, Rational)>>,
     ) {
         let Some(relaxation) = &reduced.relaxation else { return };
+        let carried = self.sum(row, |out, k| out.carried[k]);
+        let carried = self.resisting(carried, coefficient);
         let row = self.along(row);
         let (relaxes, moves): (SparseRow, SparseRow) =
             row.into_iter().partition(|(place, _)| relaxation.is_state(*place));
         self.passive_terms.add(&mut self.graph, &moves, torque, &Rational::from(-1));
+        if !self.graph.is_zero(carried) {
+            self.passive_terms.add(&mut self.graph, &relaxes, carried, &Rational::from(-1));
+        }
         let coefficient = self.exact(coefficient);
         for (i, first) in &relaxes {
             for (j, second) in relaxes.range(..=i) {
@@ -267,10 +302,12 @@ impl Motion {
         let one = self.graph.integer(1);
         let mut forces = self.passive.clone();
         self.relax(reduced, &mut forces, &vec![one; reduced.equations.frictions.len()]);
+        let moves = (0..forces.len()).filter(|place| !relaxation.is_state(*place));
+        moves.for_each(|place| self.passive[place] = forces[place]);
     }
 
     /// Speeds of all shafts with `ẏ = D_y⁻¹ f_y`, from the forces along the reduced coordinates, and of what slips, which is written among the
-    /// forces too: its springs keep their torque, `S_y ẏ = −T_yᵀ S q̇`. `senses` are those of the frictions' motions, zero where they stick. Without
+    /// forces too: its springs keep their torque, `S_y ẏ = −T_yᵀ S q̇`. What ẏ does to x by way of laws is added to the forces. `senses` are those of the frictions' motions, zero where they stick. Without
     /// motions that relax nothing changes.
     pub fn relax(&mut self, reduced: &Reduced, forces: &mut [Expr], senses: &[Expr]) {
         let Some(relaxing) = self.relaxing.take() else { return };
@@ -281,7 +318,17 @@ impl Motion {
             graph.group(sum)
         };
         let rates = relaxation.places.iter().enumerate();
-        let rates = rates.map(|(k, &place)| (place, rate(&mut self.graph, relaxation.compliance.row(k)))).collect();
+        let rates: Vec<(usize, Expr)> =
+            rates.map(|(k, &place)| (place, rate(&mut self.graph, relaxation.compliance.row(k)))).collect();
+        for place in (0..forces.len()).filter(|place| !relaxation.is_state(*place)) {
+            let shares = relaxation.reaction.row(place).iter().zip(&rates);
+            let shares = shares.filter(|(share, _)| !share.is_zero());
+            let mut terms: Vec<(Expr, Rational)> = shares.map(|(share, (_, rate))| (*rate, -share.clone())).collect();
+            if !terms.is_empty() {
+                terms.push((forces[place], Rational::ONE));
+                forces[place] = self.graph.sum(Rational::ZERO, &terms);
+            }
+        }
         self.speeds.clone_from(standing);
         self.add_rates(rates);
         let slipping: Vec<(usize, Expr)> = relaxation
@@ -294,6 +341,7 @@ impl Motion {
             .collect();
         slipping.iter().for_each(|(place, speed)| forces[*place] = *speed);
         self.add_rates(slipping);
+        self.laws = reduced.equations.laws.iter().map(|law| self.formula(reduced, &law.value)).collect();
         self.relaxing = Some(relaxing);
     }
 

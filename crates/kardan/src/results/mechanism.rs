@@ -40,6 +40,10 @@ pub enum Symbol {
     Transformer,
     /// A source of voltage.
     Source,
+    /// A source of current.
+    CurrentSource,
+    /// An electric machine between a circuit and a shaft.
+    Machine,
     /// What holds, or not: a clutch, a brake, a freewheel, a lock.
     Clutch,
     /// Stops on the sides of a way.

@@ -4,7 +4,7 @@ use super::machine::{Found, Machine};
 use super::readings::{Read, Readings};
 use super::sampler::{Compliance, Sampler, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
-use crate::assemble::Along;
+use crate::assemble::{Along, KeptRow};
 use crate::equations::{Domain, Hold, InputKind, Measured};
 use crate::names::Quantity;
 use crate::num::Keeper;
@@ -50,9 +50,13 @@ impl Columns<'_> {
             );
             // A source shows its own voltage.
             if equations.inputs.iter().all(|input| input.row.iter().all(|(charge, _)| *charge != k)) {
+                // One of current counts it as what gives power.
+                let kept = equations.kept.iter().map(|kept| &kept.element);
+                let given = equations.moving.keys().chain(kept).any(|element| element == shaft);
+                let sign = if given { -1.0 } else { 1.0 };
                 let share = |(row, along): (usize, &Along<_>)| {
                     let share = along.row_f64().into_iter().find(|(charge, _)| *charge == k);
-                    share.filter(|_| equations.node(row).is_some()).map(|(_, x)| (row, x))
+                    share.filter(|_| equations.node(row).is_some()).map(|(_, x)| (row, sign * x))
                 };
                 let shares = equations.constraints.iter().enumerate().filter_map(share).collect();
                 let description = format!("voltage across {shaft}");
@@ -123,7 +127,8 @@ impl Columns<'_> {
     /// Multipliers of kept rows and what they do to shafts.
     fn add_kept(&mut self) {
         let equations = &self.reduced.equations;
-        for (k, kept) in equations.kept.iter().enumerate() {
+        let current = |kept: &KeptRow| equations.domain_of_kept(kept) == Domain::Charge;
+        for (k, kept) in equations.kept.iter().enumerate().filter(|(_, kept)| !current(kept)) {
             let (element, shafts) = (&kept.element, equations.shafts_of(&kept.law));
             let effort = equations.domain_of_kept(kept).effort();
             let description = format!("constraint multiplier of {element}");
@@ -200,9 +205,15 @@ impl Columns<'_> {
     fn add_laws(&mut self) {
         let equations = &self.reduced.equations;
         for (k, law) in equations.laws.iter().enumerate() {
-            let effort = equations.domain_of(law).effort();
-            let description = format!("{} of {}", effort.physical().word(), law.element);
-            self.add(effort.of(&law.element), effort.physical(), description, Read::Law(k));
+            let (element, effort) = (&law.element, equations.domain_of(law).effort());
+            if effort == Quantity::Voltage {
+                // The voltage of the branch is that of its ends.
+                let emf = effort.of(&format!("{element}.emf"));
+                self.add(emf, effort.physical(), format!("back-emf of {element}"), Read::Law(k));
+                continue;
+            }
+            let description = format!("{} of {element}", effort.physical().word());
+            self.add(effort.of(element), effort.physical(), description, Read::Law(k));
         }
     }
 

@@ -6,7 +6,7 @@ use crate::analysis::{combination, massless_direction};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::element::Values;
 use crate::entries::Place;
-use crate::equations::Term;
+use crate::equations::{GROUND, Term};
 use crate::model::{ControlSpec, Document, Model, TableReader};
 use crate::num::{Definiteness, Rational, Scalar, SparseRow, definiteness_of_rows, dense_rows, rational_to_f64};
 use crate::reduce::{Dependency, Kinematics, ReduceError, Reduced, SparseModel, sparse_model};
@@ -59,10 +59,10 @@ pub(super) fn is_representable(model: &SparseModel) -> bool {
     entries.all(|(_, x)| rational_to_f64(x).is_finite()) && !diagonal.any(|(_, x)| lost(rational_to_f64(x)))
 }
 
-/// Tells of parts of the drivetrain that neither an element nor a law connects; circuits may stand beside it.
+/// Tells of parts of the drivetrain that neither an element, a circuit nor a law connects; circuits may stand beside it.
 pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) {
     let charges = document.charges();
-    let all: Vec<&String> = model.all_coordinates.iter().filter(|name| !charges.contains(name)).collect();
+    let all: Vec<&String> = model.all_coordinates.iter().collect();
     let mut part: Vec<usize> = (0..all.len()).collect();
     let number = |name: &str| all.iter().position(|shaft| *shaft == name);
     let mut join = |names: Vec<&str>| {
@@ -77,6 +77,7 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
         }
     };
     let mut shafts_of_input: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    let mut branches_at: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for named in &model.terms {
         let shafts: Vec<&str> = match &named.term {
             Term::Inertia { along, .. }
@@ -92,6 +93,11 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
             }
             Term::Transmission { driven, driving, .. } => vec![driven, driving],
             Term::Kept(row) => row.coordinates(),
+            Term::Balance { node, along } if node != GROUND => {
+                let at_node = branches_at.entry(node).or_default();
+                at_node.extend(along.entries.iter().map(|(name, _)| name.as_str()));
+                at_node.clone()
+            }
             Term::Output(_)
             | Term::Charge { .. }
             | Term::Position { .. }
@@ -111,7 +117,7 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
         join(inputs.iter().filter_map(|input| shafts_of_input.get(input.as_str())).flatten().copied().collect());
     }
     let mut parts: Vec<(usize, Vec<&str>)> = Vec::new();
-    for (name, number) in all.iter().zip(&part) {
+    for (name, number) in all.iter().zip(&part).filter(|(name, _)| !charges.contains(name)) {
         match parts.iter_mut().find(|(other, _)| other == number) {
             Some((_, names)) => names.push(name),
             None => parts.push((*number, vec![name])),

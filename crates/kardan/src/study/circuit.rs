@@ -15,7 +15,7 @@ struct Branch<'m> {
     inductance: bool,
     /// Resistance or elastance: its voltage depends on its charge.
     passive: bool,
-    /// A winding of a transformer: what it does depends on the other.
+    /// A winding of a transformer: what it does depends on the other; or a source of current.
     coupled: bool,
 }
 
@@ -27,6 +27,9 @@ fn branches(model: &Model) -> Vec<Branch<'_>> {
         }
     }
     for NamedTerm { term, .. } in &model.terms {
+        if let Term::Kept(row) = term {
+            row.coordinates().into_iter().for_each(|name| out.entry(name).or_default().coupled = true);
+        }
         let (Term::Inertia { along, .. }
         | Term::Spring { along, .. }
         | Term::Damper { along, .. }

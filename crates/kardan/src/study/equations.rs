@@ -13,7 +13,7 @@ use crate::equations::{Domain, Hold, InputKind};
 use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, rational_to_f64};
 use crate::plan;
-use crate::reduce::{Kinematics, LinearModel, Motion, Reduced, linearise};
+use crate::reduce::{Kinematics, LinearModel, Motion, Reduced, is_linear_law, linearise};
 use crate::results::{ConstraintEquation, Equation, ExactMatrix, MotionEquations};
 
 /// How equations are written.
@@ -48,7 +48,7 @@ impl Project {
         let error = diagnostics.iter().any(is_error);
         let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
         super::kept::refuse_equations(&variant.reduced)?;
-        let model = linearise(&variant.reduced, &variant.scenario.position);
+        let model = linear_part(variant);
         let text = match form {
             EquationsForm::Text => text(variant, &model),
             EquationsForm::Latex => latex(variant, &model),
@@ -66,7 +66,7 @@ impl Project {
     pub fn motion_equations(&self) -> Result<(MotionEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (latex, diagnostics) = self.equations(EquationsForm::Latex)?;
         let Some(variant) = self.prepared().variants.first() else { return Err(diagnostics) };
-        let model = linearise(&variant.reduced, &variant.scenario.position);
+        let model = linear_part(variant);
         let lines = lines(variant, &model, &text_mark).into_iter();
         let constraints = constraints(variant, &|name| name.to_string()).into_iter();
         let exact = [&model.inertia, &model.damping, &model.stiffness, &model.input];
@@ -95,6 +95,20 @@ impl Project {
         };
         Ok((found, diagnostics))
     }
+}
+
+/// The matrices at the start, with the laws of torque that are linear; the others stand for themselves on the right.
+fn linear_part(variant: &PreparedVariant) -> LinearModel {
+    let mut reduced = variant.reduced.clone();
+    let bent = bent_laws(&reduced);
+    let mut number = 0..;
+    reduced.equations.laws.retain(|_| number.next().is_none_or(|law| !bent.contains(&law)));
+    linearise(&reduced, &variant.scenario.position)
+}
+
+/// Numbers of the laws of torque that are not linear.
+fn bent_laws(reduced: &Reduced) -> Vec<usize> {
+    (0..reduced.equations.laws.len()).filter(|law| !is_linear_law(reduced, *law)).collect()
 }
 
 /// The plan of the equations of motion, with what it costs; [`crate::plan::parse`] reads it.
@@ -153,6 +167,7 @@ fn lines(
         InputKind::Disturbance => mark(&input.element, 5),
     };
     let inputs: Vec<String> = variant.reduced.equations.inputs.iter().map(input).collect();
+    let bent = bent_laws(&variant.reduced);
     (0..model.coordinates.len())
         .map(|i| {
             let left = [(&model.inertia, 2), (&model.damping, 1), (&model.stiffness, 0)]
@@ -182,10 +197,8 @@ fn lines(
                 let counts = !again && !Scalar::is_zero(&turned);
                 counts.then(|| (turned, mark(&hold.element, kind)))
             });
-            let laws = equations
-                .laws
-                .iter()
-                .map(|law| (share(&law.row), mark(&law.element, effort(equations.domain_of(law)))));
+            let laws = bent.iter().map(|law| &equations.laws[*law]);
+            let laws = laws.map(|law| (share(&law.row), mark(&law.element, effort(equations.domain_of(law)))));
             let right = row(&model.input, i, &inputs).into_iter().chain(laws);
             (sum(left.chain(friction).chain(holds)), sum(right))
         })

@@ -138,6 +138,14 @@ fn relaxing(model: &Model, mut reduced: Reduced) -> Result<Reduced, Refusal> {
             }
         }
     })?;
+    let slips = reduced.relaxation.as_ref().is_some_and(|relaxation| !relaxation.slips.is_empty());
+    if slips && reduced.equations.prescribes() {
+        let moving = quoted(reduced.equations.moving.keys().map(String::as_str));
+        let why = format!(
+            "beside {moving}, which is a function of time, a friction that alone holds such a motion is not followed"
+        );
+        return Err(refusal(why, GIVE_INERTIA));
+    }
     if reduced.relaxation.is_some() && !model.controls.is_empty() {
         return Err(refusal(
             "a controller is designed for accelerations, which this motion has not".into(),

@@ -19,6 +19,7 @@ mod explore;
 mod faults;
 mod held;
 mod identification;
+mod initial;
 mod kept;
 mod known;
 mod linearise;

@@ -90,7 +90,7 @@ pub(super) fn prepare_document(
         (None, Some(mut model)) => {
             let reduced = unreduced(&mut model);
             let settings = &all_settings[0].settings;
-            let scenario = scenario(document, &model, &reduced.equations, None, settings, &mut mistakes);
+            let scenario = scenario(document, &model, (&reduced.equations, None), settings, &mut mistakes);
             let signals = signal_names(&reduced, &scenario);
             let known = Known { document, signals, doubtful: model.doubtful };
             analysis_spec(&known, &reduced.equations, None, settings, &mut mistakes);
@@ -239,7 +239,7 @@ fn prepare_variant(
     let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
     let plants: Vec<Option<Plant>> =
         controls.iter().map(|control| design_model(document, &reduced, settings, control, out)).collect();
-    let mut scenario = scenario(document, &model, &reduced.equations, Some(&reduced.coordinate_names()), settings, out);
+    let mut scenario = scenario(document, &model, (&reduced.equations, Some(&reduced)), settings, out);
     let mut start_notes = start_at_rest(document, &reduced, &mut scenario, out);
     start_notes.extend(begin_on_rows(document, &reduced, &mut scenario, out));
     if !is_finite_at(&reduced, &scenario.position) {

@@ -2,15 +2,15 @@
 
 use super::events::{GivenEvent, events, sources};
 use super::faults::faults;
-use super::read::{of_dimension, quantity, read_word};
+use super::initial::initial_state;
+use super::read::{quantity, read_word};
 use super::source_signals::source_signals;
 use crate::assemble::Equations;
-use crate::diagnostics::{Diagnostic, quoted, shortened};
-use crate::equations::Domain;
-use crate::model::{Document, Instance, Model, Setting, TableReader};
-use crate::names::{SignalName, carrier, unknown_name};
+use crate::diagnostics::Diagnostic;
+use crate::model::{Document, Model, Setting, TableReader};
 use crate::num::{Rational, rational_to_f64};
-use crate::schema::{Sign, Table, Value};
+use crate::reduce::Reduced;
+use crate::schema::{Sign, Table};
 use crate::simulate::Scenario;
 use crate::units::{Dimension, Exact};
 
@@ -19,12 +19,11 @@ const MOST_ROWS: f64 = 5e6;
 /// Rows that all runs of a study may have together.
 const MOST_ROWS_OF_ALL: f64 = 2e7;
 
-/// The scenario. `coordinates` are the reduced coordinates if they are known.
+/// The scenario; with the start, where the reduced model is known.
 pub(super) fn scenario(
     document: &Document,
     model: &Model,
-    equations: &Equations,
-    coordinates: Option<&[String]>,
+    (equations, reduced): (&Equations, Option<&Reduced>),
     settings: &[Setting],
     out: &mut Vec<Diagnostic>,
 ) -> Scenario {
@@ -42,7 +41,7 @@ pub(super) fn scenario(
         }
         _ => vec![0.0],
     };
-    let (position, speed) = initial_state(&reader, document, coordinates, out);
+    let (position, speed) = initial_state(&reader, document, reduced, out);
     let duration = duration.map_or(0.0, |duration| duration.to_f64());
     check_noise(&reader, document, out);
     let seed = whole(&reader, table, "seed", "`[scenario]`", out).unwrap_or_default();
@@ -201,74 +200,6 @@ pub(super) fn output_times(duration: &Exact, step: &Exact, events: &[Exact]) -> 
         *last = end;
     }
     times
-}
-
-/// Positions and speeds of the coordinates; of none if these are not known.
-pub(super) fn initial_state(
-    reader: &TableReader<'_>,
-    document: &Document,
-    coordinates: Option<&[String]>,
-    out: &mut Vec<Diagnostic>,
-) -> (Vec<f64>, Vec<f64>) {
-    let names = coordinates.unwrap_or_default();
-    let (mut position, mut speed) = (vec![0.0; names.len()], vec![0.0; names.len()]);
-    let Some(Value::Map(entries)) = document.scenario.values.get("initial").map(|spanned| &spanned.value) else {
-        return (position, speed);
-    };
-    let charges = document.charges();
-    let mut shafts: Vec<&str> =
-        document.elements.iter().filter(|e| e.body().is_some()).map(|e| e.name.as_str()).collect();
-    shafts.extend(charges.iter().map(String::as_str));
-    for (name, scalar) in entries {
-        let signal = SignalName::new(&name.value);
-        let shaft = carrier(&name.value);
-        let coordinate = names.iter().position(|n| n == shaft);
-        let is_shaft = shafts.contains(&shaft);
-        let domain = |name: &str| match document.elements.iter().find(|e| e.name == name) {
-            _ if charges.iter().any(|charge| charge == name) => Domain::Charge,
-            found => found.and_then(Instance::body).unwrap_or_default(),
-        };
-        let dimensions = domain(shaft).dimensions();
-        let rate = domain(shaft).motion().iter().position(|quantity| signal.is(*quantity));
-        let target = match (rate, coordinate) {
-            (Some(0), Some(k)) => Some((Some(&mut position[k]), dimensions[0])),
-            (Some(_), Some(k)) => Some((Some(&mut speed[k]), dimensions[1])),
-            (Some(rate), None) if coordinates.is_none() && is_shaft => Some((None, dimensions[rate])),
-            _ => None,
-        };
-        let Some((target, dimension)) = target else {
-            if coordinates.is_none() && document.doubts.has(shaft) {
-                continue;
-            }
-            let usable: Vec<&str> =
-                if coordinates.is_some() { names.iter().map(String::as_str).collect() } else { shafts.clone() };
-            let known: Vec<String> =
-                usable.iter().flat_map(|n| domain(n).motion().map(|quantity| quantity.of(n))).collect();
-            let known = || known.iter().map(String::as_str);
-            let shown = shortened(&name.value);
-            let (message, help) = if is_shaft && rate.is_some() {
-                let help =
-                    format!("the coordinates give {}; `coordinates` of `[model]` chooses others", quoted(known()));
-                (format!("`{shaft}` is not a coordinate, its motion follows from them"), help)
-            } else {
-                let help = unknown_name(&name.value, known());
-                let what = if charges.is_empty() { "angle or speed" } else { "angle, speed, charge or current" };
-                (format!("`{shown}` is not the {what} of a coordinate"), help)
-            };
-            out.push(
-                Diagnostic::error("name::unknown", format!("`initial` of `[scenario]`: {message}"))
-                    .at(name.place.clone(), "not a coordinate")
-                    .help(help),
-            );
-            continue;
-        };
-        let label = format!("`{}` in `initial` of `[scenario]`", name.value);
-        let value = of_dimension(reader, scalar, (dimension, Sign::Any), &label, out);
-        if let (Some(target), Some(value)) = (target, value) {
-            *target = value.to_f64();
-        }
-    }
-    (position, speed)
 }
 
 #[cfg(test)]

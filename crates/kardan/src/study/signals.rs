@@ -13,7 +13,7 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
 use crate::names::{Quantity, SignalName};
 use crate::num::rational_to_f64;
-use crate::reduce::{Reduced, Slope, law_slopes, slopes};
+use crate::reduce::{Reduced, Slope, law_slopes, laws_are_linear, slopes};
 use crate::simulate::signal_names;
 
 /// What to analyse and how, beyond what the model file says.
@@ -74,7 +74,7 @@ fn working_position(
         notes.push(format!("{moving}: an offset that depends on the time stands still at its value at time zero"));
     }
     let laws = &reduced.equations.laws;
-    if laws.is_empty() {
+    if laws.is_empty() || (reduced.equations.transmissions.is_empty() && laws_are_linear(reduced)) {
         return Ok(position);
     }
     let of_time: Vec<&str> = laws.iter().filter(|law| law.value.is_of_time()).map(|law| law.element.as_str()).collect();

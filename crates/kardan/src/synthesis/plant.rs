@@ -9,7 +9,7 @@ use crate::assemble::Along;
 use crate::equations::{InputKind, Measured};
 use crate::names::{Quantity, SignalName};
 use crate::num::{Matrix, Rational};
-use crate::reduce::{Dynamics, Kinematics, LinearModel, Reduced, linearise};
+use crate::reduce::{Dynamics, Kinematics, LinearModel, Reduced, laws_are_linear, linearise};
 use crate::results::ReadSignal;
 
 /// The model that a law is designed on: the file's, with the design values of the controller, without Coulomb friction.
@@ -72,7 +72,8 @@ impl Plant {
         Kinematics::new(&self.reduced).is_constant()
     }
 
-    /// Whether the equations of motion are those of the linear model: constant coefficients, and no force at zero angles.
+    /// Whether the equations of motion are those of the linear model: constant coefficients, laws of torque that are linear, and no
+    /// force at zero angles.
     pub fn is_linear(&self) -> bool {
         let forces = || {
             let (dynamics, mut work) = Dynamics::new(&self.reduced);
@@ -80,7 +81,7 @@ impl Plant {
             dynamics.update(&zero, &zero, &mut work);
             work.passive
         };
-        self.is_constant() && self.reduced.equations.laws.is_empty() && forces().iter().all(|force| *force == 0.0)
+        self.is_constant() && laws_are_linear(&self.reduced) && forces().iter().all(|force| *force == 0.0)
     }
 
     /// Names of the states `[q_r; q̇_r]`.

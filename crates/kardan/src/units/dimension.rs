@@ -71,6 +71,10 @@ impl Dimension {
     pub const INDUCTANCE: Self = Self::electrical(1, 2, -2, -2);
     /// A capacitance \[F\].
     pub const CAPACITANCE: Self = Self::electrical(-1, -2, 4, 2);
+    /// A torque per current [N m/A], which is a voltage per angular velocity [V s/rad] too.
+    pub const TORQUE_CONSTANT: Self = Self::electrical(1, 2, -2, -1);
+    /// A force per current [N/A], which is a voltage per velocity [V s/m] too.
+    pub const FORCE_CONSTANT: Self = Self::electrical(1, 1, -2, -1);
 
     /// A dimension of mass, length, time and angle.
     ///
@@ -101,6 +105,7 @@ impl Dimension {
             Self::INERTIA => Self::MASS,
             Self::STIFFNESS => Self::LINEAR_STIFFNESS,
             Self::DAMPING => Self::LINEAR_DAMPING,
+            Self::TORQUE_CONSTANT => Self::FORCE_CONSTANT,
             other => other,
         }
     }

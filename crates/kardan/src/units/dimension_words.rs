@@ -14,7 +14,7 @@ const fn known(dimension: Dimension, word: &'static str, si: &'static str, examp
     Known { dimension, word, si, example }
 }
 
-pub(super) static KNOWN: [Known; 26] = [
+pub(super) static KNOWN: [Known; 28] = [
     known(Dimension::NONE, "number without a unit", "", "51/50"),
     known(Dimension::ANGLE, "angle", "rad", "30 deg"),
     known(Dimension::ANGULAR_VELOCITY, "angular velocity", "rad/s", "60 rpm"),
@@ -41,6 +41,8 @@ pub(super) static KNOWN: [Known; 26] = [
     known(Dimension::RESISTANCE, "resistance", "Ohm", "0.5 Ohm"),
     known(Dimension::INDUCTANCE, "inductance", "H", "2 mH"),
     known(Dimension::CAPACITANCE, "capacitance", "F", "10 uF"),
+    known(Dimension::TORQUE_CONSTANT, "torque constant", "N m/A", "50 mN m/A"),
+    known(Dimension::FORCE_CONSTANT, "force constant", "N/A", "12 N/A"),
 ];
 
 impl Dimension {

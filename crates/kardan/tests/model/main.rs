@@ -8,6 +8,7 @@ mod compliance;
 mod diagnostics;
 mod element_laws;
 mod expressions;
+mod machines;
 mod project;
 mod properties;
 mod reduction;

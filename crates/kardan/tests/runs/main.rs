@@ -25,6 +25,7 @@ mod redundant;
 mod ripple;
 mod signals;
 mod simulation;
+mod start;
 mod stiff;
 mod taylor;
 mod written;

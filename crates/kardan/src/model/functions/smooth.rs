@@ -16,8 +16,8 @@ impl Functions<'_, '_> {
         self.document.function_of_time(scalar)
     }
 
-    /// The function of an expression that a motion follows: an angle without jumps of itself and of its rate, a speed without jumps, an
-    /// acceleration; positions of masses likewise.
+    /// The function of an expression that a motion follows: an angle without jumps of itself and of its rate, a speed or a
+    /// current without jumps, an acceleration; positions of masses likewise.
     pub(crate) fn smooth(
         &mut self,
         expression: &Expression,
@@ -35,14 +35,16 @@ impl Functions<'_, '_> {
         }
         let derivatives = match wanted {
             Dimension::ANGLE | Dimension::LENGTH => vec![function.clone(), function.rate()],
-            Dimension::ANGULAR_VELOCITY | Dimension::VELOCITY => vec![function.clone()],
+            Dimension::ANGULAR_VELOCITY | Dimension::VELOCITY | Dimension::CURRENT => vec![function.clone()],
             _ => Vec::new(),
         };
         for (order, derivative) in derivatives.iter().enumerate() {
             let Some((time, jump)) = self.jump(derivative) else { continue };
             let whose = if order == 0 { "it" } else { "its rate" };
+            let effort = if wanted == Dimension::CURRENT { "voltage" } else { "torque" };
             let unit = derivative.dimension().si();
-            let message = format!("{what}: {whose} jumps by {jump} {unit} at {time} s, which takes an infinite torque");
+            let message =
+                format!("{what}: {whose} jumps by {jump} {unit} at {time} s, which takes an infinite {effort}");
             let help = "take a function without that jump: a cubic table, a sine that begins where it turns round, an expression of `t`";
             out.push(Diagnostic::error("motion::jump", message).at(at, "jumps").help(help));
             return None;

@@ -515,7 +515,7 @@ impl Reader<'_> {
     ) -> Option<Scalar> {
         let (mut number, mut dimension) = (number, dimension);
         if let (Kind::Quantity(expected, _), None) = (self.kind, &tolerated)
-            && let Some(period) = expected.period(&number, &dimension)
+            && let Some(period) = expected.of_other(&number, &dimension)
         {
             (number, dimension) = (period, *expected);
         }

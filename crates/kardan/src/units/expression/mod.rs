@@ -151,16 +151,21 @@ impl Dimension {
         self.exponents == other.exponents
     }
 
-    /// A value of another dimension as one of this: a frequency as the time from one to the next, and the other way round.
+    /// A value of another dimension as one of this: a frequency as the time from one to the next, and the other way round; volts for each
+    /// radian per second as newton metres for each ampere.
     ///
     /// ```
     /// use kardan::units::{Dimension, Exact, parse_quantity};
     /// let (rate, dimension) = parse_quantity("1 kHz")?;
-    /// assert_eq!(Dimension::TIME.period(&rate, &dimension), Some(Exact::from_ratio(1, 1000)));
+    /// assert_eq!(Dimension::TIME.of_other(&rate, &dimension), Some(Exact::from_ratio(1, 1000)));
     /// # Ok::<(), kardan::units::UnitError>(())
     /// ```
-    pub fn period(&self, value: &Exact, dimension: &Self) -> Option<Exact> {
+    pub fn of_other(&self, value: &Exact, dimension: &Self) -> Option<Exact> {
         let fits = [(Self::TIME, Self::FREQUENCY), (Self::FREQUENCY, Self::TIME)].contains(&(*self, *dimension));
+        let back_emf = Self::TORQUE_CONSTANT.times(&Self::ANGLE, -1);
+        if *self == Self::TORQUE_CONSTANT && Some(*dimension) == back_emf {
+            return Some(value.clone());
+        }
         if fits { value.recip() } else { None }
     }
 }

@@ -1,0 +1,247 @@
+//! Where a run begins, from angles and speeds that are given of any coordinates.
+
+use std::collections::BTreeMap;
+
+use super::{Kinematics, Reduced};
+use crate::num::{Rational, Scalar, rational_from_f64};
+use crate::units::Exact;
+
+/// A value that a coordinate, or its rate, has at the start.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GivenStart {
+    /// Its number among all coordinates.
+    pub coordinate: usize,
+    /// SI
+    pub value: Exact,
+}
+
+/// What is given contradicts itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StartConflict {
+    /// Numbers of what is given that take part.
+    pub given: Vec<usize>,
+    /// What follows of one of them from the others, SI.
+    pub follows: Option<(usize, f64)>,
+    /// The transmission that does not allow it, where it is one.
+    pub transmission: Option<String>,
+}
+
+/// Relative to the larger one, what two values may differ by where numbers were rounded.
+const ROUNDED: f64 = 1e-9;
+/// What rounding may make of zero, SI.
+const LEAST: f64 = 1e-15;
+
+/// A number as powers of π with their factors: these are independent over the fractions, so that equality is decided.
+type Graded = BTreeMap<i32, Rational>;
+
+fn graded(value: &Exact) -> Graded {
+    BTreeMap::from([(value.pi, value.rational.clone())])
+}
+
+fn to_f64(value: &Graded) -> f64 {
+    value.iter().map(|(pi, x)| Exact::new(x.clone(), *pi).to_f64()).sum()
+}
+
+fn subtract<K: Ord + Copy>(from: &mut BTreeMap<K, Rational>, factor: &Rational, other: &BTreeMap<K, Rational>) {
+    for (key, x) in other {
+        let entry = from.entry(*key).or_insert(Rational::ZERO);
+        *entry = entry.minus(&factor.times(x));
+    }
+    from.retain(|_, x| !x.is_zero());
+}
+
+/// `Σ entries·q = right`, the sum of constraints and of `from` times what is given.
+#[derive(Debug, Clone, Default)]
+struct Row {
+    entries: BTreeMap<usize, Rational>,
+    right: Graded,
+    from: BTreeMap<usize, Rational>,
+}
+
+/// Independent rows, each without the pivots of those before it.
+#[derive(Debug, Default)]
+struct Rows(Vec<(usize, Row)>);
+
+impl Rows {
+    /// What of a row does not follow from these.
+    fn rest(&self, mut row: Row) -> Row {
+        for (pivot, own) in &self.0 {
+            let Some(entry) = row.entries.get(pivot).cloned() else { continue };
+            let factor = entry.over(&own.entries[pivot]);
+            subtract(&mut row.entries, &factor, &own.entries);
+            subtract(&mut row.right, &factor, &own.right);
+            subtract(&mut row.from, &factor, &own.from);
+        }
+        row
+    }
+
+    /// Takes a row in; what is left of one that follows from the others.
+    fn add(&mut self, row: Row) -> Option<Row> {
+        let rest = self.rest(row);
+        match rest.entries.keys().next() {
+            Some(pivot) => {
+                self.0.push((*pivot, rest));
+                None
+            }
+            None => Some(rest),
+        }
+    }
+
+    /// The value of a coordinate, and what is given that it follows from; nothing while it is open.
+    fn value(&self, coordinate: usize) -> Option<(Graded, Vec<usize>)> {
+        let entries = BTreeMap::from([(coordinate, Rational::ONE)]);
+        let mut rest = self.rest(Row { entries, ..Row::default() });
+        rest.right.values_mut().for_each(|x| *x = Rational::ZERO.minus(x));
+        rest.entries.is_empty().then(|| (rest.right, rest.from.into_keys().collect()))
+    }
+}
+
+/// All that is known of angles, or of speeds.
+struct Start<'a> {
+    reduced: &'a Reduced,
+    given: &'a [GivenStart],
+    rows: Rows,
+    /// Whether numbers in it were rounded.
+    rounded: bool,
+}
+
+impl<'a> Start<'a> {
+    /// The linear constraints with these right sides, and what is given.
+    fn new(reduced: &'a Reduced, given: &'a [GivenStart], right: impl Fn(usize) -> (Graded, bool)) -> Self {
+        let mut out = Self { reduced, given, rows: Rows::default(), rounded: false };
+        for (k, constraint) in reduced.equations.constraints.iter().enumerate() {
+            let (right, rounded) = right(k);
+            out.rounded |= rounded;
+            let entries = constraint.row.iter().cloned().collect();
+            // Constraints of a reduced model are independent.
+            out.rows.add(Row { entries, right, from: BTreeMap::new() });
+        }
+        out
+    }
+
+    /// Takes in what is given.
+    fn give(&mut self) -> Result<(), StartConflict> {
+        for (number, given) in self.given.iter().enumerate() {
+            let entries = BTreeMap::from([(given.coordinate, Rational::ONE)]);
+            let from = BTreeMap::from([(number, Rational::ONE)]);
+            let Some(rest) = self.rows.add(Row { entries, right: graded(&given.value), from }) else { continue };
+            let (value, excess) = (given.value.to_f64(), to_f64(&rest.right));
+            if !self.vanishes(&rest.right, value) {
+                let given = rest.from.into_keys().collect();
+                return Err(StartConflict { given, follows: Some((number, value - excess)), transmission: None });
+            }
+        }
+        Ok(())
+    }
+
+    fn vanishes(&self, excess: &Graded, beside: f64) -> bool {
+        let exact = excess.values().all(Scalar::is_zero);
+        let (excess, follows) = (to_f64(excess), beside - to_f64(excess));
+        exact || (self.rounded && excess.abs() <= (ROUNDED * beside.abs().max(follows.abs())).max(LEAST))
+    }
+
+    /// Takes in what a coordinate is, where it is open.
+    fn set(&mut self, coordinate: usize, value: f64, from: &[usize]) {
+        let right = graded(&Exact::new(rational_from_f64(value).unwrap_or(Rational::ZERO), 0));
+        let from = from.iter().map(|number| (*number, Rational::ONE)).collect();
+        self.rows.add(Row { entries: BTreeMap::from([(coordinate, Rational::ONE)]), right, from });
+    }
+
+    /// What is open of the reduced coordinates is zero, one after the other, and what follows is taken in each time.
+    fn close(
+        &mut self,
+        follow: &mut dyn FnMut(&mut Self) -> Result<(), StartConflict>,
+    ) -> Result<Vec<f64>, StartConflict> {
+        follow(self)?;
+        for &coordinate in &self.reduced.coordinates {
+            if self.rows.value(coordinate).is_none() {
+                self.set(coordinate, 0.0, &[]);
+                follow(self)?;
+            }
+        }
+        let value = |coordinate: &usize| self.rows.value(*coordinate).map_or(0.0, |(value, _)| to_f64(&value));
+        Ok(self.reduced.coordinates.iter().map(value).collect())
+    }
+}
+
+/// The reduced position that has these angles; what they leave open is zero, the coordinates in their order.
+///
+/// Linear constraints are solved over the fractions and the powers of π; a transmission is taken at the end that is known, and rounded.
+///
+/// # Errors
+/// [`StartConflict`]
+pub fn start_position(reduced: &Reduced, given: &[GivenStart]) -> Result<Vec<f64>, StartConflict> {
+    let equations = &reduced.equations;
+    let moves = !equations.moving.is_empty();
+    let mut start = Start::new(reduced, given, |k| (graded(&equations.constraints[k].value), moves));
+    start.give()?;
+    let mut open: Vec<usize> = (0..equations.transmissions.len()).collect();
+    start.close(&mut |start| {
+        loop {
+            let before = open.len();
+            let mut left = Vec::new();
+            for k in std::mem::take(&mut open) {
+                let one = &equations.transmissions[k];
+                let known = [one.driving, one.driven].map(|shaft| start.rows.value(shaft));
+                let value = |known: &(Graded, Vec<usize>)| to_f64(&known.0);
+                match &known {
+                    [Some(x), None] => {
+                        start.rounded = true;
+                        start.set(one.driven, one.curve.value(value(x)), &x.1);
+                    }
+                    [None, Some(y)] => match one.curve.inverse() {
+                        Some(inverse) => {
+                            start.rounded = true;
+                            start.set(one.driving, inverse.value(value(y)), &y.1);
+                        }
+                        None => left.push(k),
+                    },
+                    [Some(x), Some(y)] => {
+                        let (there, found) = (one.curve.value(value(x)), value(y));
+                        if (there - found).abs() > ROUNDED * there.abs().max(found.abs()).max(1.0) {
+                            let mut given = [x.1.clone(), y.1.clone()].concat();
+                            given.sort_unstable();
+                            given.dedup();
+                            let transmission = Some(one.element.clone());
+                            return Err(StartConflict { given, follows: None, transmission });
+                        }
+                    }
+                    [None, None] => left.push(k),
+                }
+            }
+            open = left;
+            if open.len() == before {
+                return Ok(());
+            }
+        }
+    })
+}
+
+/// The reduced speeds at a reduced position that give these speeds; what they leave open is zero, the coordinates in their order.
+///
+/// # Errors
+/// [`StartConflict`]
+///
+/// # Panics
+/// If `position` has not one entry per coordinate.
+pub fn start_speed(reduced: &Reduced, position: &[f64], given: &[GivenStart]) -> Result<Vec<f64>, StartConflict> {
+    let equations = &reduced.equations;
+    let rate = |k: usize| {
+        let function = equations.moving.get(&equations.constraints[k].element);
+        let rate = function.map_or(0.0, |function| function.rate().value(0.0));
+        (graded(&Exact::new(rational_from_f64(rate).unwrap_or(Rational::ZERO), 0)), rate != 0.0)
+    };
+    let mut start = Start::new(reduced, given, rate);
+    let mut numeric = Kinematics::new(reduced);
+    numeric.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
+    for transmission in &equations.transmissions {
+        let (slope, _) = transmission.curve.derivatives(numeric.angles[transmission.driving]);
+        let slope = Rational::ZERO.minus(&rational_from_f64(slope).unwrap_or(Rational::ZERO));
+        let entries = BTreeMap::from([(transmission.driven, Rational::ONE), (transmission.driving, slope)]);
+        let entries = entries.into_iter().filter(|(_, x)| !x.is_zero()).collect();
+        start.rounded = true;
+        start.rows.add(Row { entries, ..Row::default() });
+    }
+    start.give()?;
+    start.close(&mut |_| Ok(()))
+}
