@@ -399,6 +399,9 @@ pub(super) fn axis_label(plot: &Plot, curves: &[Curve]) -> String {
     }
 }
 
+/// Most letters of a variant told by its parameters.
+const BRIEF: usize = 48;
+
 /// The name of a variant for the reader, `beta = 10 deg`: the parameters in which the study's variants differ. Where
 /// that does not tell them apart briefly, the name in the file.
 pub(super) fn variant_label(study: &Study, run: &Run) -> String {
@@ -409,7 +412,9 @@ pub(super) fn variant_label(study: &Study, run: &Run) -> String {
     };
     let described = describe(run);
     let unique = study.runs.iter().filter(|other| describe(other) == described).count() == 1;
-    if (1..=3).contains(&described.len()) && unique { described.join(", ") } else { run.name.clone() }
+    let brief = |run: &Run| describe(run).join(", ").chars().count() <= BRIEF;
+    let briefly = (1..=3).contains(&described.len()) && unique && study.runs.iter().all(brief);
+    if briefly { described.join(", ") } else { run.name.clone() }
 }
 
 fn text_of<'a>(run: &'a Run, parameter: &str) -> Option<&'a str> {
