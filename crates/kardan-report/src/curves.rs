@@ -399,6 +399,9 @@ pub(super) fn axis_label(plot: &Plot, curves: &[Curve]) -> String {
     }
 }
 
+/// Most letters of a variant told by its parameters.
+const BRIEF: usize = 40;
+
 /// The name of a variant for the reader, `beta = 10 deg`: the parameters in which the study's variants differ. Where
 /// that does not tell them apart briefly, the name in the file.
 pub(super) fn variant_label(study: &Study, run: &Run) -> String {
@@ -407,9 +410,10 @@ pub(super) fn variant_label(study: &Study, run: &Run) -> String {
         let shown = run.parameters.iter().filter(|parameter| differs(&parameter.name));
         shown.map(|parameter| format!("{} = {}", parameter.name, parameter.text)).collect()
     };
-    let described = describe(run);
-    let unique = study.runs.iter().filter(|other| describe(other) == described).count() == 1;
-    if (1..=3).contains(&described.len()) && unique { described.join(", ") } else { run.name.clone() }
+    let told: Vec<Vec<String>> = study.runs.iter().map(describe).collect();
+    let briefly = |one: &Vec<String>| (1..=3).contains(&one.len()) && one.join(", ").chars().count() <= BRIEF;
+    let unique = |one: &Vec<String>| told.iter().filter(|other| *other == one).count() == 1;
+    if told.iter().all(|one| briefly(one) && unique(one)) { describe(run).join(", ") } else { run.name.clone() }
 }
 
 fn text_of<'a>(run: &'a Run, parameter: &str) -> Option<&'a str> {

@@ -4,8 +4,9 @@
 //! file, the struct, its module and the page of the manual (`kardan elements`) have one name and come from one registry.
 
 pub use crate::element::{
-    Capacitor, Constraint, Disturbance, Gear, HarmonicDrive, Inductor, Motor, Planetary, Resistor, Sensor, Shaft,
-    SpringDamper, Transformer, UniversalJoint, VoltageSource,
+    Brake, Capacitor, Clutch, Constraint, Disturbance, EndStop, Gear, HarmonicDrive, Inductor, Lock, Mass, Motor,
+    OneWayClutch, Planetary, PrescribedMotion, Pulley, RackAndPinion, Resistor, Screw, Sensor, Shaft, SpringDamper,
+    Torque, Transformer, UniversalJoint, VoltageSource,
 };
 pub use crate::entries::{Entries, Place};
 pub use crate::model::tables::*;

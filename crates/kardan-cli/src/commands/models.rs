@@ -14,10 +14,19 @@ use crate::render::{Failure, note};
 /// The schema that the built-in models name in their first line.
 const SCHEMA: &str = "kardan.schema.json";
 
+/// A line with name and summary, and below it the sketch.
+fn entry(builtin: &Builtin, width: usize) -> String {
+    let sketch = builtin.sketch();
+    let end = if sketch.is_empty() { "" } else { "\n" };
+    let lines = sketch.lines().map(|line| format!("  {line}\n"));
+    format!("{:width$}  {}\n{}{end}", builtin.name, builtin.summary, lines.collect::<String>())
+}
+
 pub fn models(args: &ModelsArgs, quiet: bool) -> Result<u8, Failure> {
     let listed = |builtin: &Builtin| BuiltinModel {
         name: builtin.name.into(),
         summary: builtin.summary.into(),
+        sketch: Some(builtin.sketch()).filter(|sketch| !sketch.is_empty()),
         ..BuiltinModel::default()
     };
     let Some(name) = &args.name else {
@@ -27,8 +36,7 @@ pub fn models(args: &ModelsArgs, quiet: bool) -> Result<u8, Failure> {
             return Ok(DONE);
         }
         let width = BUILTIN.iter().map(|builtin| builtin.name.len()).max().unwrap_or(0);
-        let lines = BUILTIN.iter().map(|builtin| format!("{:width$}  {}\n", builtin.name, builtin.summary));
-        print(&lines.collect::<String>())?;
+        print(&BUILTIN.iter().map(|builtin| entry(builtin, width)).collect::<String>())?;
         return Ok(DONE);
     };
     let builtin = BUILTIN.iter().find(|builtin| builtin.name == name).ok_or_else(|| {

@@ -168,6 +168,13 @@ fn models_are_listed_printed_and_saved_once() {
     let at = folder("models");
     let list = text(&output(&at, &["models"]).stdout);
     assert!(list.lines().any(|line| line.starts_with(BUILTIN)), "{list}");
+    // Each mechanism is sketched once, in a few short lines; those that are "the same" have none.
+    for model in kardan::model::BUILTIN {
+        let sketch = model.sketch();
+        assert_eq!(sketch.is_empty(), model.summary.starts_with("the same"), "{}", model.name);
+        assert!(sketch.lines().count() <= 8 && sketch.lines().all(|line| line.len() <= 72), "{}", model.name);
+        assert!(sketch.lines().all(|line| list.contains(line)), "{list}");
+    }
     let printed = output(&at, &["models", BUILTIN]);
     assert!(!printed.stdout.is_empty());
     let saved = output(&at, &["models", BUILTIN, "--write", "my.toml"]);

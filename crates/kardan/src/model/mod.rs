@@ -52,6 +52,20 @@ pub struct Builtin {
     pub source: &'static str,
 }
 
+impl Builtin {
+    /// How the mechanism looks: the lines that begin with `#|` in the comment at the head of its file; empty where there are none.
+    ///
+    /// ```
+    /// let model = kardan::model::builtin("two-bodies").unwrap();
+    /// assert!(model.sketch().lines().any(|line| line.contains("motor ===[ ]")));
+    /// ```
+    pub fn sketch(&self) -> String {
+        let comment = self.source.lines().take_while(|line| line.starts_with('#'));
+        let lines = comment.filter_map(|line| line.strip_prefix("#|"));
+        lines.map(|line| line.trim_end().to_owned() + "\n").collect()
+    }
+}
+
 /// The models that are part of the program; the files are in `models/`.
 pub const BUILTIN: &[Builtin] = &[
     Builtin {
@@ -93,6 +107,31 @@ pub const BUILTIN: &[Builtin] = &[
         name: "harmonic-drive-spring-ecu",
         summary: "the same at 1 kHz with delay, motor lag, limits and encoders",
         source: include_str!("../../../../models/harmonic-drive-spring-ecu.toml"),
+    },
+    Builtin {
+        name: "robot-joint",
+        summary: "A robot's joint: motor, flexible harmonic drive, arm under gravity; controlled at 1 kHz on either side",
+        source: include_str!("../../../../models/robot-joint.toml"),
+    },
+    Builtin {
+        name: "eps-column",
+        summary: "Electric power steering at the column, rack in kg and N: boost curve, and lane keeping hands off",
+        source: include_str!("../../../../models/eps-column.toml"),
+    },
+    Builtin {
+        name: "hybrid-driveline",
+        summary: "Power split by a planetary gear, with road load: engine and car speed decoupled by two motors",
+        source: include_str!("../../../../models/hybrid-driveline.toml"),
+    },
+    Builtin {
+        name: "universal-joints",
+        summary: "Two universal joints in series and the Cardan error of wrong angles (source, figures 6.9 and 6.10)",
+        source: include_str!("../../../../models/universal-joints.toml"),
+    },
+    Builtin {
+        name: "unicycle",
+        summary: "A wheel that rolls on a plane without slip, driven on a circle: nonholonomic constraints (source, (4.4))",
+        source: include_str!("../../../../models/unicycle.toml"),
     },
     Builtin {
         name: "two-bodies",

@@ -13,7 +13,7 @@ use crate::entries::Place;
 use crate::equations::{Domain, GROUND};
 use crate::names::{Quantity, SignalName, did_you_mean, stands_still};
 use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
-use crate::units::{Dimension, Exact, Expression, UnitError};
+use crate::units::{Dimension, Exact, Expression, UnitError, shown_quantity};
 
 impl fmt::Display for Rounded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -423,7 +423,7 @@ impl<'a> TableReader<'a> {
                     out.push(wrong_dimension(&label, dimension, found, scalar.place.clone()));
                     continue;
                 }
-                let text = format!("{} {}", value.to_f64(), dimension.si());
+                let text = shown_quantity(&value, dimension);
                 settings.push(Setting { name: name.value.clone(), value, text });
             }
         }

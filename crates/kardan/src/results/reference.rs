@@ -177,6 +177,8 @@ pub struct BuiltinModel {
     pub name: String,
     /// One sentence.
     pub summary: String,
+    /// How the mechanism looks, in lines of text; left out where there is none.
+    pub sketch: Option<String>,
     /// The model file; where a list was asked for it is left out.
     pub source: Option<String>,
     /// Where it was saved.

@@ -26,4 +26,4 @@ pub use expression::{Evaluated, Expression};
 pub use poles::parse_poles;
 pub use quantity::{parse_number, parse_quantity, parse_quantity_list, unit_as_written};
 pub use tolerance::{Spread, Tolerated, parse_tolerated, tolerance_mark};
-pub use written::written_quantity;
+pub use written::{shown_quantity, written_quantity};

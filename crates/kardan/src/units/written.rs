@@ -1,6 +1,7 @@
 //! Exact quantities as text that reads back as the same number.
 
 use dashu_int::UBig;
+use dashu_ratio::RBig;
 
 use super::{Dimension, Exact};
 
@@ -28,6 +29,25 @@ pub fn written_quantity(value: &Exact, dimension: Dimension) -> String {
         text.push_str(&dimension.si());
     }
     text
+}
+
+/// A quantity for a person to read: an angle in degrees where these are a short decimal number, else in SI units.
+///
+/// ```
+/// use kardan::units::{Dimension, Exact, parse_quantity, shown_quantity};
+/// let (angle, dimension) = parse_quantity("25 deg")?;
+/// assert_eq!(shown_quantity(&angle, dimension), "25 deg");
+/// assert_eq!(shown_quantity(&Exact::from_ratio(3, 4), Dimension::NONE), "0.75");
+/// assert_eq!(shown_quantity(&Exact::from_ratio(1, 3), Dimension::TORQUE), "0.3333333333333333 N m");
+/// # Ok::<(), kardan::units::UnitError>(())
+/// ```
+pub fn shown_quantity(value: &Exact, dimension: Dimension) -> String {
+    let degree = Exact::new(RBig::from_parts(1.into(), 180u8.into()), 1);
+    let degrees = value.div(&degree).filter(|degrees| degrees.pi == 0 && dimension == Dimension::ANGLE);
+    match degrees.as_ref().and_then(decimal) {
+        Some(degrees) => format!("{degrees} deg"),
+        None => format!("{} {}", value.to_f64(), dimension.si()).trim().to_string(),
+    }
 }
 
 /// The rational factor as a short decimal number, if it is one.

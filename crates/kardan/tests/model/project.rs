@@ -110,6 +110,10 @@ fn typed_structs_hold_every_key() {
             element::<Capacitor>(project),
             element::<Transformer>(project),
             element::<VoltageSource>(project),
+            element::<Mass>(project),
+            element::<RackAndPinion>(project),
+            element::<PrescribedMotion>(project),
+            element::<Torque>(project),
         ];
         assert_eq!(found.iter().sum::<usize>(), {
             let groups = kardan::element::REGISTRY.iter().filter_map(|kind| project.entries().table(kind.keyword));

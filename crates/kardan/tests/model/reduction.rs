@@ -970,6 +970,10 @@ fn plans_of_motion_agree_with_other_ways() {
         let (prepared, _) = kardan::study::prepare(builtin.source);
         for variant in &prepared.variants {
             let reduced = &variant.reduced;
+            // What is evaluated shaft by shaft knows no time, and rows that are kept stand among those of friction.
+            if !(reduced.equations.moving.is_empty() && reduced.equations.kept.is_empty()) {
+                continue;
+            }
             let r = reduced.degrees_of_freedom();
             let (dynamics, mut work) = Dynamics::new(reduced);
             let mut kinematics = Kinematics::new(reduced);
@@ -980,7 +984,7 @@ fn plans_of_motion_agree_with_other_ways() {
                 assert!(dynamics.update(&position, &speed, &mut work));
                 kinematics.update(&position, &speed);
                 let near = |what: &str, found: &[f64], expected: &[f64]| {
-                    assert_eq!(found.len(), expected.len());
+                    assert_eq!(found.len(), expected.len(), "{} {}: {what}", builtin.name, variant.name);
                     let size = expected.iter().fold(1e-300, |size: f64, x| size.max(x.abs()));
                     for (k, (a, b)) in found.iter().zip(expected).enumerate() {
                         let name = &variant.name;

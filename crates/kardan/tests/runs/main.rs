@@ -8,6 +8,7 @@ mod bent_joint;
 mod bits;
 mod computed;
 mod contact;
+mod examples;
 mod figures;
 mod friction;
 mod golden;
