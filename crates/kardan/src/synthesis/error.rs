@@ -233,6 +233,16 @@ pub enum SynthesisError {
          observer would report them as disturbances, and they would be cancelled twice"
     )]
     CancelledTwice,
+    /// Torques that expressions give: the gain of the law knows them, the full model of an observer does not.
+    #[error(
+        "the gain of the law knows the torques that expressions give ({}), linearised, and the full model of the observer does not know them: it \
+         would report them as disturbances, and they would be cancelled twice",
+        list(elements)
+    )]
+    LawsCancelledTwice {
+        /// The elements that give them.
+        elements: Vec<String>,
+    },
     /// A key that the method of the observer does not use.
     #[error("the observer's method `{method}` does not use `{key}`")]
     IdleKey {
@@ -505,6 +515,9 @@ impl SynthesisError {
                 "set `plant = \"nonlinear\"`, `disturbances = []` or `compensation = 0` in the observer, or design the law on the linear \
                  model",
             ),
+            Self::LawsCancelledTwice { .. } => {
+                advice(&[], "this controller", "set `plant = \"linear\"` in the observer, or leave it out")
+            }
             Self::IdleKey { key, .. } => Advice {
                 named: Vec::new(),
                 label: "this controller",

@@ -84,6 +84,13 @@ impl Plant {
         self.is_constant() && laws_are_linear(&self.reduced) && forces().iter().all(|force| *force == 0.0)
     }
 
+    /// Elements whose torques are given by expressions.
+    pub fn elements_with_laws(&self) -> Vec<String> {
+        let mut elements: Vec<String> = self.reduced.equations.laws.iter().map(|law| law.element.clone()).collect();
+        elements.dedup();
+        elements
+    }
+
     /// Names of the states `[q_r; q̇_r]`.
     pub fn states(&self) -> Vec<String> {
         [0, 1].into_iter().flat_map(|rate| self.motions(rate)).map(|read| read.signal).collect()

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use kardan::model::builtin;
 use kardan::results::{Outcome, Run};
-use kardan::study::{self, Silent};
+use kardan::study::{self, Project, Settings, Silent};
 
 use crate::common::{runs_only, signal};
 
@@ -196,4 +196,20 @@ fn the_robot_joint_carries_its_arm() {
     for arm in between(of(&runs, "arm-side"), "arm.phi", still) {
         near(*arm, PI / 2.0, 3e-4, "arm side");
     }
+}
+
+/// The gain of a linear law knows the linearised torques of engine and air: an observer that does not know them would cancel them twice.
+#[test]
+fn torques_of_expressions_are_cancelled_once() {
+    let source = builtin("hybrid-driveline").unwrap().source;
+    let line = source.lines().find(|line| line.starts_with("plant = \"linear\"")).expect("it says how");
+    let settings = || Settings { variants: vec!["power-split".into()], ..runs_only() };
+    let left_out = source.replace(line, "");
+    let run =
+        Project::open(&left_out).run(&settings(), &Silent).unwrap_or_else(|told| panic!("{told:?}")).runs.remove(0);
+    let speed = signal(&run, "engine.w");
+    assert!((speed[speed.len() - 1] - 2400.0 * PI / 30.0).abs() < 1e-6, "{:?}", speed.last());
+    let full = source.replace(line, "plant = \"nonlinear\"");
+    let told = Project::open(&full).run(&settings(), &Silent).expect_err("it is refused");
+    assert!(told.iter().any(|one| one.message.contains("they would be cancelled twice")), "{told:?}");
 }

@@ -20,7 +20,7 @@ keys! {
             plant: Choice(&["linear", "nonlinear"]),
                 "The model that it runs: `linear`: that at zero angles; `nonlinear`: the full one, joints and \
                  friction fed forward by the law included. Its gain is that at zero angles either way. Left out: \
-                 nonlinear where the design model of the law is.";
+                 nonlinear where the design model of the law is, unless expressions give torques, which it would not know.";
             method: Choice(&["poles", "kalman"]),
                 "How its gain is found; left out: poles, of the law `sampled_noninteracting` kalman.";
             poles: Poles,

@@ -58,10 +58,15 @@ impl Observed {
         }
         let compensation = values.number_or_default("compensation");
         let friction = law.friction_width().is_some();
+        // A linear gain knows such torques, linearised, and the full model here does not.
+        let laws = if friction || law.on_full_model() { Vec::new() } else { plant.elements_with_laws() };
         let nonlinear = match values.word("plant") {
             Some(word) => word == "nonlinear",
-            None => friction || !plant.is_linear(),
+            None => friction || (laws.is_empty() && !plant.is_linear()),
         };
+        if nonlinear && !laws.is_empty() && compensation > 0.0 && !disturbed.is_empty() {
+            return Err(SynthesisError::LawsCancelledTwice { elements: laws });
+        }
         let more = friction || (law.on_full_model() && !plant.is_linear());
         if more && !nonlinear && compensation > 0.0 && !disturbed.is_empty() {
             return Err(SynthesisError::CancelledTwice);
