@@ -134,6 +134,36 @@ fn frictions_on_both_sides_hold_with_the_teeth() {
     }
 }
 
+/// Two gears behind each other with friction before them hold `c i₁ i₂ / ((1 − κ₁)(1 − κ₂))`.
+#[test]
+fn teeth_behind_teeth_hold_together() {
+    let most = 0.2 * 4.0 * 3.0 / ((1.0 - 0.3) * (1.0 - 0.4));
+    for (part, holds) in [(-0.999, true), (0.5, true), (0.999, true), (1.001, false), (-1.001, false)] {
+        let load = part * most;
+        let run = only(&format!(
+            "[shaft.motor]\ninertia = \"0.3 kg m^2\"\nfriction = \"0.2 N m\"\n[shaft.between]\ninertia = \"0.1 kg m^2\"\n\
+             [shaft.load]\ninertia = \"0.5 kg m^2\"\n\
+             [gear.first]\nshaft_1 = \"motor\"\nshaft_2 = \"between\"\nratio = 4\nefficiency = 0.8\nefficiency_back = 0.7\n\
+             [gear.second]\nshaft_1 = \"between\"\nshaft_2 = \"load\"\nratio = 3\nefficiency = 0.7\nefficiency_back = 0.6\n\
+             [torque.push]\nshaft = \"load\"\nlaw = \"{load} N m\"\n[scenario]\nduration = \"2 s\"\noutput_step = \"10 ms\"\n"
+        ));
+        assert_eq!(at(&run, "motor.w", 2.0) == 0.0, holds, "{part}");
+        if holds {
+            // Torques at rest balance on each shaft, and none is above what it may be.
+            let value = |name: &str| at(&run, name, 1.0);
+            let (first, second) = (value("first.tau"), value("second.tau"));
+            assert!((value("motor.friction") + value("first.friction") - first).abs() < 1e-9);
+            assert!((value("second.friction") - second + 4.0 * first).abs() < 1e-9);
+            assert!((3.0 * second - load).abs() < 1e-9);
+            assert!(
+                value("motor.friction").abs() <= 0.2 + 1e-9
+                    && value("first.friction").abs() <= 0.3 * first.abs() + 1e-9
+            );
+            assert!(value("second.friction").abs() <= 0.4 * second.abs() + 1e-9);
+        }
+    }
+}
+
 /// A harmonic drive of which nothing is fixed loses what its efficiency says of the power that comes through it relative to its circular spline.
 #[test]
 fn a_harmonic_drive_loses_relative_to_its_circular_spline() {

@@ -7,6 +7,8 @@ use crate::simulate::friction::Mode;
 
 /// Rounds of torques and modes until they fit each other.
 const MOST_ROUNDS: usize = 40;
+/// Change of torques that are shared from one round to the next, relative to the largest, that counts as none.
+const SETTLED: f64 = 1e-11;
 /// What rounding leaves of an acceleration, relative to its terms.
 const ROUNDING: f64 = 1e-9;
 
@@ -55,19 +57,22 @@ impl Machine {
         let mut torques = vec![0.0; sticking.len()];
         let groups = self.groups(&sticking)?;
         let mut meshes = std::mem::take(&mut self.meshes);
-        let mut holds = true;
-        for round in 0..MOST_ROUNDS {
+        let mut holds = false;
+        for _ in 0..MOST_ROUNDS {
             let before = torques.clone();
-            holds = true;
+            let mut able = true;
             for (group, needed) in groups.iter().zip(&self.hold_torque) {
-                holds &= self.share_group(&mut meshes, group, *needed, (&sticking, &mut torques));
+                able &= self.share_group(&mut meshes, group, *needed, (&sticking, &mut torques));
             }
-            if round > 0 && before == torques || groups.len() == 1 {
+            self.read_loads_of(&mut meshes, sticking.iter().copied().zip(torques.iter().copied()));
+            self.bound_meshes(&mut meshes);
+            // What other teeth of a group hold follows from the round before.
+            let size = torques.iter().fold(0.0f64, |most, torque| most.max(torque.abs()));
+            if before.iter().zip(&torques).all(|(before, now)| (before - now).abs() <= SETTLED * size) {
+                holds = able;
                 break;
             }
         }
-        self.read_loads_of(&mut meshes, sticking.iter().copied().zip(torques.iter().copied()));
-        self.bound_meshes(&mut meshes);
         self.meshes = meshes;
         holds.then_some((sticking, torques))
     }
@@ -116,9 +121,10 @@ impl Machine {
         let room: f64 = others.iter().map(|one| one.1.abs() * most(one)).sum();
         let part = |of_teeth: f64, torques: &mut [f64]| {
             let left = needed - teeth.map_or(0.0, |(_, factor)| factor * of_teeth);
-            let part = if left == 0.0 { 0.0 } else { left.abs() / room };
+            // Where nobody else holds anything, the teeth hold all of it.
+            let part = if left == 0.0 { 0.0 } else { (left.abs() / room).min(f64::MAX) };
             for one in &others {
-                torques[one.0] = part.min(f64::MAX) * most(one) * (one.1 * left).signum();
+                torques[one.0] = part * most(one) * (one.1 * left).signum();
             }
             part
         };
