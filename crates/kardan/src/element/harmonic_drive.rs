@@ -67,11 +67,6 @@ fn check(values: &Values) -> Vec<Mistake> {
         ));
     }
     out.extend(check_mesh(values));
-    for key in ["efficiency", "loss"].into_iter().filter(|key| values.has("stiffness") && values.has(key)) {
-        let message = "with `stiffness` a spring stands in place of the teeth, and this loss belongs to them";
-        let help = "leave `stiffness` out and put a spring_damper behind the drive: its flexspline then has a shaft of its own";
-        out.push(Mistake::new(key, message, help));
-    }
     out
 }
 
@@ -86,12 +81,15 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
         ],
     };
     let offset = -&values.exact_or_default("offset");
-    let Some(stiffness) = values.exact("stiffness").cloned() else {
-        let [wave_generator, circular] = ["wave_generator", "circular_spline"].map(|key| values.word_or_default(key));
-        let loss = mesh(Direction::difference(wave_generator, Some(circular)), values);
-        return [Term::Constraint { along, offset }].into_iter().chain(loss).collect();
+    let [wave_generator, circular] = ["wave_generator", "circular_spline"].map(|key| values.word_or_default(key));
+    let loss = mesh(Direction::difference(wave_generator, Some(circular)), values);
+    let teeth = match values.exact("stiffness").cloned() {
+        Some(stiffness) => {
+            Term::Compliance { along, offset, scale: ratio, stiffness, damping: values.exact_or_default("damping") }
+        }
+        None => Term::Constraint { along, offset },
     };
-    vec![Term::Compliance { along, offset, scale: ratio, stiffness, damping: values.exact_or_default("damping") }]
+    [teeth].into_iter().chain(loss).collect()
 }
 
 #[cfg(test)]

@@ -187,6 +187,34 @@ fn a_harmonic_drive_loses_relative_to_its_circular_spline() {
     }
 }
 
+/// With a stiffness the loss follows the torque of the spring: where the flexspline is loaded slowly, the wave generator gives way beyond the loss.
+#[test]
+fn an_elastic_harmonic_drive_loses_a_part_of_its_spring_torque() {
+    let run = only(
+        "[shaft.wg]\ninertia = \"1e-4 kg m^2\"\n[shaft.cs]\ninertia = \"1 kg m^2\"\n[shaft.fs]\ninertia = \"0.04 kg m^2\"\n\
+         [constraint.fixed]\ncoefficients = { cs = 1 }\n\
+         [harmonic_drive.hd]\nwave_generator = \"wg\"\ncircular_spline = \"cs\"\nflexspline = \"fs\"\nratio = 50\n\
+         stiffness = \"1e4 N m/rad\"\ndamping = \"10 N m s/rad\"\nefficiency = 0.7\nefficiency_back = 0.6\nloss = \"0.01 N m\"\n\
+         [torque.motor]\nshaft = \"wg\"\nlaw = \"0.3 N m\"\n\
+         [torque.load]\nshaft = \"fs\"\nlaw = \"4 N m * sin(2 pi * 2 Hz * t)\"\n[scenario]\nduration = \"1 s\"\noutput_step = \"1 ms\"\n",
+    );
+    let column = |name: &str| signal(&run, name);
+    let (carried, lost, speed) = (column("hd.tau"), column("hd.friction"), column("wg.w"));
+    let mut slid = 0;
+    for k in 0..carried.len() {
+        let forth = carried[k] * speed[k] <= 0.0;
+        let part = if forth { 1.0 / 0.7 - 1.0 } else { 0.4 };
+        if speed[k] != 0.0 {
+            slid += 1;
+            assert!((lost[k] - speed[k].signum() * (0.01 + part * carried[k].abs())).abs() < 1e-9, "{k}");
+        } else {
+            let most = 0.01 + (1.0 / 0.7 - 1.0f64).max(0.4) * carried[k].abs();
+            assert!(lost[k].abs() <= most + 1e-9, "{k}");
+        }
+    }
+    assert!(slid > 100, "{slid}");
+}
+
 /// A screw of 5 mm lead: it lifts 100 kg with m g lead / η, and holds them by itself where its thread locks.
 #[test]
 fn a_screw_lifts_and_locks() {

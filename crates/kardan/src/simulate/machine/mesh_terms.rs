@@ -3,7 +3,7 @@
 use crate::assemble::Along;
 use crate::equations::{Hold, Mesh};
 use crate::expr::Expr;
-use crate::num::Rational;
+use crate::num::{Rational, Scalar};
 use crate::reduce::{Acting, Motion, Reduced};
 use crate::units::Dimension;
 
@@ -41,7 +41,14 @@ impl MeshTerms {
         let acting = Acting { accelerations: &accelerations, inputs: applied, frictions: &torques };
         let moved = motion.multipliers(reduced, acting);
         for (_, hold, _) in meshes(reduced) {
-            let constraint = constraint_of(reduced, hold);
+            let Some(constraint) = constraint_of(reduced, hold) else {
+                // A spring in place of the constraint carries what its twist says.
+                let carried = sprung(motion, reduced, hold);
+                out.now.push(carried);
+                out.by_acceleration.extend(&zeros);
+                out.by_torque.extend(friction.iter().map(|_| motion.graph.integer(0)));
+                continue;
+            };
             let coefficient = first_entry(motion, reduced, constraint, hold);
             let scaled = |motion: &mut Motion, multiplier: Expr| motion.graph.multiply(coefficient, multiplier);
             out.now.push(scaled(motion, now[constraint]));
@@ -57,17 +64,40 @@ impl MeshTerms {
     }
 }
 
-/// The constraint whose teeth rub.
-fn constraint_of(reduced: &Reduced, hold: &Along<Hold>) -> usize {
+/// The first body of the direction.
+fn first_body(hold: &Along<Hold>) -> Option<usize> {
+    hold.row.iter().find(|(_, x)| *x > Rational::ZERO).map(|(body, _)| *body)
+}
+
+/// The torque of the springs and dampers of the element on the first body: `−a (s (aᵀq − rest) + d aᵀq̇)`.
+fn sprung(motion: &mut Motion, reduced: &Reduced, hold: &Along<Hold>) -> Expr {
+    let equations = &reduced.equations;
+    let share = |row: &[(usize, Rational)]| {
+        let own = row.iter().find(|(body, _)| Some(*body) == first_body(hold));
+        own.map_or(Rational::ZERO, |(_, x)| Rational::ZERO.minus(x))
+    };
+    let mut terms = Vec::new();
+    for (k, spring) in equations.springs.iter().enumerate().filter(|(_, spring)| spring.element == hold.element) {
+        terms.push((motion.spring_torque(reduced, k), share(&spring.row)));
+    }
+    for (k, damper) in equations.dampers.iter().enumerate().filter(|(_, damper)| damper.element == hold.element) {
+        terms.push((motion.damper_torque(reduced, k), share(&damper.row)));
+    }
+    let sum = motion.graph.sum(Rational::ZERO, &terms);
+    motion.graph.group(sum)
+}
+
+/// The constraint whose teeth rub; none where a spring stands in its place.
+fn constraint_of(reduced: &Reduced, hold: &Along<Hold>) -> Option<usize> {
     let equations = &reduced.equations;
     let linear = equations.constraints.iter().map(|row| &row.element);
     let mut all = linear.chain(equations.transmissions.iter().map(|curve| &curve.element));
-    all.position(|element| *element == hold.element).expect("a mesh is of a constraint")
+    all.position(|element| *element == hold.element)
 }
 
 /// The coefficient that the constraint has for the first body of the direction.
 fn first_entry(motion: &mut Motion, reduced: &Reduced, constraint: usize, hold: &Along<Hold>) -> Expr {
-    let body = hold.row.iter().find(|(_, x)| *x > Rational::ZERO).map(|(body, _)| *body);
+    let body = first_body(hold);
     let row = motion.constraint_row(reduced, constraint);
     let entry = row.into_iter().find(|(other, _)| Some(*other) == body).map(|(_, entry)| entry);
     entry.unwrap_or_else(|| motion.graph.integer(0))
