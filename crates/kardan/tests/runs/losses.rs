@@ -120,6 +120,20 @@ fn a_loss_map_is_a_table() {
     );
 }
 
+/// A loss that grows with the time and follows a signal: `J a = 1 − λ − (0.1 + 0.2 t)`, and twice as much from 1 s on.
+#[test]
+fn losses_may_depend_on_time_and_signals() {
+    let signal =
+        "[signal.worn]\nkind = \"pulses\"\nlow = 1\nhigh = 2\nstart = \"1 s\"\nperiod = \"9 s\"\nwidth = \"8 s\"\n";
+    let model = drive("loss = \"worn * (0.1 N m + 0.2 N m * t / (1 s))\"", "1 N m", "0 N m", "");
+    let run = only(&format!("{signal}{model}"));
+    let inertia = 0.3 + 0.5 / 16.0;
+    let half = (1.0 - 0.1 - 0.1) / inertia;
+    assert!((at(&run, "motor.w", 1.0) - half).abs() < 1e-9, "{} {half}", at(&run, "motor.w", 1.0));
+    let whole = half + (1.0 - 0.2 - 0.6) / inertia;
+    assert!((at(&run, "motor.w", 2.0) - whole).abs() < 1e-9, "{} {whole}", at(&run, "motor.w", 2.0));
+}
+
 /// With friction c₁ before the teeth and c₂ behind them, they hold a load up to `c₂ + c₁/(1 − κ)`, whoever holds how much.
 #[test]
 fn frictions_on_both_sides_hold_with_the_teeth() {

@@ -30,6 +30,11 @@ impl MeshTerms {
         if meshes(reduced).next().is_none() {
             return out;
         }
+        // What losses name of the time is given to the loop.
+        let zero = motion.graph.integer(0);
+        for loss in meshes(reduced).filter_map(|(.., mesh)| mesh.loss.as_ref()) {
+            motion.formula_of(reduced, loss, [zero; 2]);
+        }
         let r = reduced.degrees_of_freedom();
         let zeros = vec![motion.graph.integer(0); r];
         let acting = Acting { accelerations: &zeros, inputs: applied, frictions: friction };
