@@ -461,7 +461,7 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
             Some((_, other_kind, other_span)) => out.push(
                 Diagnostic::error(
                     "name::duplicate",
-                    format!("the name `{name}` is used for a {other_kind} and a {kind}"),
+                    format!("the name `{name}` is used twice, for {other_kind} and {kind}"),
                 )
                 .at(place.clone(), "again here")
                 .at((*other_span).clone(), "first here")

@@ -123,7 +123,7 @@ type Nodes<'m> = BTreeMap<&'m str, Vec<&'m Branch<'m>>>;
 fn check_node_names(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diagnostic>) {
     for node in at_node.keys() {
         let Some(element) = document.elements.iter().find(|e| e.name == *node) else { continue };
-        let message = format!("the name `{node}` is used for a {} and a node", element.kind.keyword);
+        let message = format!("the name `{node}` is used twice, for {} and node", element.kind.keyword);
         out.push(
             Diagnostic::error("name::duplicate", message)
                 .at(place_of_node(document, node), "as a node here")
