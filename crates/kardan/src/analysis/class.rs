@@ -60,7 +60,8 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
         ),
     ];
     let mut assumptions = assumptions;
-    let open = equations.holds.iter().filter(|hold| !stuck.contains(&hold.element));
+    let opens = |hold: &&Along<Hold>| !matches!(hold.value, Hold::Mesh(_)) && !stuck.contains(&hold.element);
+    let open = equations.holds.iter().filter(opens);
     let open: BTreeMap<&str, String> =
         open.map(|hold| (hold.element.as_str(), "it holds one way or at times; here it is open".to_string())).collect();
     if !open.is_empty() {
@@ -304,6 +305,11 @@ fn lossy(equations: &Equations) -> Vec<(String, String)> {
             )
         })
         .collect();
+    let teeth = equations.holds.iter().filter(|hold| matches!(hold.value, Hold::Mesh(_)));
+    out.extend(teeth.map(|hold| {
+        let why = "its teeth lose a part of what they carry, which is not linear; here they lose nothing";
+        (hold.element.clone(), why.to_string())
+    }));
     let mut negative = equations.dampers.iter().filter(|d| d.value.signum() < 0).peekable();
     if negative.peek().is_some()
         && let Definiteness::Indefinite { .. } = definiteness(&equations.damping_matrix())

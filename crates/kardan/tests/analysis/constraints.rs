@@ -121,3 +121,16 @@ fn what_holds_one_way_is_an_inequality() {
     let found = [source, stuck.as_str()].map(|source| analysis(source).class.unwrap());
     assert!(found.iter().all(|class| !class.constant_linear), "open ones are no part of the theory");
 }
+
+/// Teeth that lose a part of their load are a constraint like others; what is not linear is told of the loss.
+#[test]
+fn teeth_that_rub_are_an_equality_and_not_linear() {
+    let source = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"2 kg m^2\"\n[motor.m]\nshaft = \"a\"\n\
+                  [gear.teeth]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 3\nefficiency = 0.9\n[scenario]\nduration = \"1 s\"\n";
+    let found = class(source, "teeth");
+    assert!(found.equality && found.holonomic && found.scleronomic && found.linear && found.reason.is_none());
+    let class = analysis(source).class.unwrap();
+    let broken: Vec<_> = class.assumptions.iter().filter(|assumption| !assumption.holds).collect();
+    assert_eq!(broken.len(), 1, "{broken:?}");
+    assert!(format!("{:?}", broken[0]).contains("its teeth lose a part of what they carry"), "{broken:?}");
+}
