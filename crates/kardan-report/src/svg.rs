@@ -15,13 +15,17 @@ use super::PlotFile;
 use super::curves::{self, Curve, ON_WHITE};
 use super::thin::thin;
 use super::ticks::{self, Axis};
-use kardan::results::{Plot, Study};
+use kardan::results::{Physical, Plot, Study};
 use kardan_rt::functions::log10;
 use rayon::prelude::*;
 
 const WIDTH: f64 = 760.0;
 /// Height without title and legend.
 const HEIGHT: f64 = 380.0;
+/// Width and height of what the axes enclose in it, px; lowest and highest such frame of positions over a position.
+const FRAME: [f64; 2] = [681.0, 330.0];
+const LOWEST: f64 = 200.0;
+const HIGHEST: f64 = 560.0;
 const POINTS: usize = 2000;
 const REFERENCE: &str = "#000000";
 const FONTS: &str = "Helvetica Neue, Helvetica, Arial, Liberation Sans, DejaVu Sans, sans-serif";
@@ -66,6 +70,7 @@ fn draw(study: &Study, plot: &Plot) -> (String, String) {
         false => ticks::axis(values().chain(wider.into_iter().flatten()), 0.04, 7),
     };
 
+    let (time, value, frame) = if is_map(study, plot) { to_scale(time, value) } else { (time, value, FRAME[1]) };
     // The legend is handed over as a list: a curve with gaps is several polylines but one entry.
     let entries: Vec<LegendEntry> = curves.iter().map(entry).collect();
     let drawn = curves.iter().any(|curve| curve.values.iter().any(|value| value.is_finite()));
@@ -95,7 +100,7 @@ fn draw(study: &Study, plot: &Plot) -> (String, String) {
         .with_y_axis_max(value.high)
         .with_y_tick_step(value.step)
         .with_y_tick_format(format(value, plot.log_y));
-    let mut height = HEIGHT + 40.0 * (title.chars().count().div_ceil(78)) as f64;
+    let mut height = HEIGHT - FRAME[1] + frame + 40.0 * (title.chars().count().div_ceil(78)) as f64;
     // One curve is named by its axis, unless it is a reference.
     if curves.len() > 1 || curves.iter().any(|curve| curve.colour.is_none()) {
         height += legend_height(&entries);
@@ -106,6 +111,26 @@ fn draw(study: &Study, plot: &Plot) -> (String, String) {
     }
     let lines: Vec<Drawn> = curves.iter().flat_map(|curve| lines(curve, per_second, plot)).map(Drawn::Line).collect();
     (SvgBackend::new().render_scene(&render_multiple(lines, layout.with_height(height))), note)
+}
+
+/// Whether positions are drawn over a position: then the way has its shape.
+fn is_map(study: &Study, plot: &Plot) -> bool {
+    let kind = |name: &str| study.runs.iter().find_map(|run| run.series.signal(name)).map(|signal| signal.physical);
+    let mut all = plot.over.iter().chain(&plot.signals).map(|name| kind(name));
+    plot.over.is_some() && !plot.log_x && !plot.log_y && all.all(|kind| kind == Some(Physical::Position))
+}
+
+/// Two axes with one scale, as wide as the longer one needs, and the height of their frame, px.
+fn to_scale(x: Axis, y: Axis) -> (Axis, Axis, f64) {
+    let [width, _] = FRAME;
+    let span = |axis: &Axis| axis.high - axis.low;
+    let height = (width * span(&y) / span(&x)).clamp(LOWEST, HIGHEST);
+    let size = (span(&x) / width).max(span(&y) / height);
+    let wide = |axis: Axis, pixels: f64, ticks: usize| {
+        let (middle, half) = (0.5 * (axis.low + axis.high), 0.5 * size * pixels);
+        ticks::axis([middle - half, middle + half].into_iter(), 0.0, ticks)
+    };
+    (wide(x, width, 9), wide(y, height, 7), height)
 }
 
 /// What `kuva` adds below the axis for the legend's rows at width [`WIDTH`], px.
