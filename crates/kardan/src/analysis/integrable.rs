@@ -5,7 +5,7 @@
 //! which the two last are (1 − u²)/(1 + u²) and 2u/(1 + u²) with a rational u. As the functions q, sin q and cos q satisfy no other algebraic
 //! relation, what does not vanish at one such point does not vanish identically.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use kardan_rt::Operator;
 
@@ -50,12 +50,18 @@ pub(super) fn integrable(reduced: &Reduced) -> Vec<Integrable> {
     }
     let mut out: Vec<Integrable> = vec![Integrable::AtAllPoints(POINTS as usize); count];
     for point in 0..POINTS {
-        let mut turned = Turned { point };
+        let mut turned = Turned { point, turned: BTreeSet::new() };
         let place = |symbol: Symbol| symbols.iter().position(|own| *own == symbol);
-        let values = lower(&motion.graph, &wanted, &mut turned, |symbol| Some(turned_symbol(point, place(symbol)?)));
-        let Some(values) = values.into_iter().map(|value| Some(value?.value)).collect::<Option<Vec<Rational>>>() else {
-            return vec![Integrable::NotDecided; count];
+        let at = |turned: &mut Turned, moved: Option<usize>| -> Option<Vec<Rational>> {
+            let symbol = |symbol: Symbol| {
+                let coordinate = place(symbol)?;
+                let mut value = turned_symbol(point, coordinate);
+                value.value += Rational::from(i64::from(moved == Some(coordinate)));
+                Some(value)
+            };
+            lower(&motion.graph, &wanted, turned, symbol).into_iter().map(|value| Some(value?.value)).collect()
         };
+        let Some(values) = at(&mut turned, None) else { return vec![Integrable::NotDecided; count] };
         let null = null_space(&Matrix::from_fn(count, r, |k, i| values[k * r + i].clone()));
         for (k, found) in out.iter_mut().enumerate() {
             let curl = |i: usize, j: usize| -> Rational {
@@ -76,7 +82,14 @@ pub(super) fn integrable(reduced: &Reduced) -> Vec<Integrable> {
                 let names = symbols.iter().map(|symbol| motion.graph.name(*symbol).0.to_string());
                 let used: Vec<bool> = (0..r).map(|i| uses(&motion, &wanted, symbols[i])).collect();
                 let words = names.enumerate().filter(|(i, _)| used[*i]).map(|(i, name)| {
-                    format!("{name} = {} and tan({name}/2) = {}", turned_symbol(point, i).value, half_tangent(point, i))
+                    let [own, half] = [turned_symbol(point, i).value, half_tangent(point, i)];
+                    let by_itself = at(&mut turned, Some(i)).as_ref() != Some(&values);
+                    match (by_itself, turned.turned.contains(&i)) {
+                        (false, _) => format!("tan({name}/2) = {half}"),
+                        (true, false) => format!("{name} = {own}"),
+                        // No relation over the rationals ties an angle to its tangent.
+                        (true, true) => format!("{name} = {own} and, as a number of its own, tan({name}/2) = {half}"),
+                    }
                 });
                 *found = Integrable::No(words.collect::<Vec<_>>().join(", "));
             }
@@ -133,6 +146,8 @@ impl Value {
 /// Numbers at a generic point; none where a function is not known there.
 struct Turned {
     point: i64,
+    /// Coordinates of which a sine or a cosine was taken.
+    turned: BTreeSet<usize>,
 }
 
 fn sum(a: &Value, b: &Value, sign: i64) -> Value {
@@ -179,6 +194,7 @@ impl Domain for Turned {
     fn sine_cosine(&mut self, angle: &Option<Value>) -> [Option<Value>; 2] {
         let Some(angle) = angle.as_ref().and_then(|value| value.angle.as_ref()) else { return [None, None] };
         let (mut sine, mut cosine) = (Rational::ZERO, Rational::ONE);
+        self.turned.extend(angle.keys());
         for (k, n) in angle {
             let u = half_tangent(self.point, *k);
             let square = &u * &u;
