@@ -101,6 +101,8 @@ const GOLDEN: f64 = 0.618_033_988_749_894_8;
 const BEYOND: f64 = 1e-3;
 /// Located events within one step of the integrator that count as chatter: a smooth motion has a few for each direction.
 const CHATTER: usize = 2000;
+/// Events that are nearer to each other, relative to the time, have nothing between them.
+const AT_ONCE: f64 = 64.0 * f64::EPSILON;
 /// Steps after which a run is given up, unless less is asked.
 const MOST_STEPS: usize = 100_000_000;
 /// Steps between two looks at the progress.
@@ -286,6 +288,8 @@ struct Chatter {
     events: usize,
     /// The longest step that the equations between them allowed.
     longest: f64,
+    /// When the last one was, s.
+    last: f64,
 }
 
 impl RunningLoop {
@@ -434,6 +438,7 @@ impl RunningLoop {
         keeper.number(&mut self.chatter.since);
         keeper.count(&mut self.chatter.events);
         keeper.number(&mut self.chatter.longest);
+        keeper.number(&mut self.chatter.last);
         keeper.numbers(&mut self.state);
         keeper.number(&mut self.initial_energy);
         keeper.counts(&mut self.reversed);
@@ -743,11 +748,13 @@ impl RunningLoop {
         self.machine.remember_commands(at, &mut self.state);
         self.settle(at, &crossing);
         self.reversed = crossing;
-        if self.machine.was_struck() {
-            // Rebounds grow smaller, and end.
+        let at_once = at - self.chatter.last <= AT_ONCE * at;
+        if self.machine.was_struck() && !at_once {
+            // Rebounds grow smaller, and end; what knocks without an end takes no time.
             self.chatter = Chatter { since: at, ..Chatter::default() };
         }
-        let Chatter { since, events, longest } = &mut self.chatter;
+        let Chatter { since, events, longest, last } = &mut self.chatter;
+        *last = at;
         *events += 1;
         if at - *since > *longest {
             (*since, *events, *longest) = (at, 0, 0.0);

@@ -243,6 +243,16 @@ impl Machine {
             if arrived.is_empty() && !everything { None } else { self.strike(state, everything, names, events) };
         let plain = |k: &&usize| matches!(self.holds.kind(**k), Kind::Friction { .. } | Kind::OneWay | Kind::Mesh);
         arrived.extend(crossing.iter().filter(plain));
+        // A clutch that was released and is pressed again while nothing turns in it is at rest.
+        let pressed = |k: &usize| {
+            matches!(self.holds.kind(*k), Kind::Friction { .. })
+                && self.modes[*k] != Mode::Stick
+                && self.may_rest(*k)
+                && self.dynamics.friction_speed(*k, &self.work) == 0.0
+        };
+        let holds = self.holds.first..self.holds.first + self.holds.kinds.len();
+        let pressed: Vec<usize> = holds.filter(|k| !everything && !arrived.contains(k) && pressed(k)).collect();
+        arrived.extend(pressed);
         Met { crossing: arrived, resting }
     }
 

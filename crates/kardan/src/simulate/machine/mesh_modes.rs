@@ -55,7 +55,7 @@ impl Machine {
     pub(super) fn shared_torques(&mut self) -> Option<(Vec<usize>, Vec<f64>)> {
         let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
         let mut torques = vec![0.0; sticking.len()];
-        let groups = self.groups(&sticking)?;
+        let Some(groups) = self.groups(&sticking) else { return self.shared_by_box(sticking) };
         let mut meshes = std::mem::take(&mut self.meshes);
         let mut holds = false;
         for _ in 0..MOST_ROUNDS {
@@ -75,6 +75,26 @@ impl Machine {
         }
         self.meshes = meshes;
         holds.then_some((sticking, torques))
+    }
+
+    /// The same where directions depend on several others: torques of the convex problem, in rounds with what the teeth carry with them.
+    fn shared_by_box(&mut self, sticking: Vec<usize>) -> Option<(Vec<usize>, Vec<f64>)> {
+        for _ in 0..MOST_ROUNDS {
+            let (accelerations, torques) = self.solve_box(&sticking);
+            if accelerations.iter().any(|x| *x != 0.0) {
+                return None;
+            }
+            let mut meshes = std::mem::take(&mut self.meshes);
+            self.read_loads_of(&mut meshes, sticking.iter().copied().zip(torques.iter().copied()));
+            self.bound_meshes(&mut meshes);
+            self.meshes = meshes;
+            let bounds = self.bounds();
+            let holds = |(&k, torque): (&usize, &f64)| torque.abs() <= bounds.of(k, *torque) * (1.0 + ROUNDING);
+            if sticking.iter().zip(&torques).all(holds) {
+                return Some((sticking, torques));
+            }
+        }
+        None
     }
 
     /// The sticking directions that are multiples of each holding one, as places among them with their factors; nothing where one depends on several.

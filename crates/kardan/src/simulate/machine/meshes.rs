@@ -234,7 +234,7 @@ impl Meshes {
             self.evaluate_sliding();
             let solved = |&(mesh, s): &(usize, f64)| {
                 let left = (self.torques[mesh] - s * self.losses[mesh]).abs();
-                left <= SOLVED * (self.torques[mesh].abs() + self.base[mesh].abs())
+                left <= SOLVED * (self.torques[mesh].abs() + self.base[mesh].abs()) + f64::MIN_POSITIVE
             };
             if self.sliding.iter().all(solved) {
                 return true;
