@@ -166,7 +166,7 @@ impl Cholesky {
 }
 
 /// An LU factorisation with partial pivoting and memory of its own.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Lu {
     n: usize,
     data: Vec<f64>,

@@ -148,6 +148,31 @@ fn frictions_on_both_sides_hold_with_the_teeth() {
     }
 }
 
+/// What holds nothing does not help teeth to hold: a freewheel on the way that it turns freely, and teeth that lose nothing on that way.
+#[test]
+fn nothing_is_held_by_what_holds_nothing() {
+    for (keys, more, load) in [
+        ("efficiency = 0.8\nefficiency_back = 0.7", "[one_way_clutch.free]\ndriven = \"motor\"\n", 10.0f64),
+        ("efficiency = 0.8\nefficiency_back = 1", "", 10.0),
+        ("efficiency = 0.8\nefficiency_back = 1", "", -10.0),
+    ] {
+        let model = drive(keys, "0 N m", &format!("{load} N m"), "");
+        let model = match more {
+            "" => model.replace("\"0.3 kg m^2\"", "\"0.3 kg m^2\"\nfriction = \"0.2 N m\""),
+            more => format!("{more}{model}"),
+        };
+        let run = only(&model);
+        let (back, c) = if more.is_empty() { (1.0, 0.2) } else { (0.7, 0.0) };
+        let a = load.signum() * (back * 2.5 - c) / (0.3 + back * 0.5 / 16.0);
+        assert!(
+            (at(&run, "motor.w", 2.0) - 2.0 * a).abs() < 1e-9,
+            "{keys} {more}: {} {}",
+            at(&run, "motor.w", 2.0),
+            2.0 * a
+        );
+    }
+}
+
 /// Two gears behind each other with friction before them hold `c i₁ i₂ / ((1 − κ₁)(1 − κ₂))`.
 #[test]
 fn teeth_behind_teeth_hold_together() {

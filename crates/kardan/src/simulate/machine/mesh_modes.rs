@@ -1,8 +1,8 @@
 //! What teeth at rest do next, alone and with the frictions that they share torques with.
 
 use super::Machine;
-use super::meshes::{MOST_STEPS, Meshes, SOLVED};
-use crate::num::dot;
+use super::meshes::Meshes;
+use crate::num::{bracket, dot};
 use crate::simulate::friction::Mode;
 
 /// Rounds of torques and modes until they fit each other.
@@ -141,49 +141,35 @@ impl Machine {
         let room: f64 = others.iter().map(|one| one.1.abs() * most(one)).sum();
         let part = |of_teeth: f64, torques: &mut [f64]| {
             let left = needed - teeth.map_or(0.0, |(_, factor)| factor * of_teeth);
-            // Where nobody else holds anything, the teeth hold all of it.
-            let part = if left == 0.0 { 0.0 } else { (left.abs() / room).min(f64::MAX) };
-            for one in &others {
+            let part = if left == 0.0 { 0.0 } else { left.abs() / room };
+            for one in others.iter().filter(|one| most(one) > 0.0) {
                 torques[one.0] = part * most(one) * (one.1 * left).signum();
             }
             part
         };
         let Some((place, factor)) = teeth else { return part(0.0, torques) <= 1.0 + ROUNDING };
         let mesh = meshes.directions.iter().position(|k| *k == sticking[place]).unwrap_or(0);
-        let sense = (factor * needed).signum();
-        let whole = (needed / factor).abs();
-        let mut last = 0.0;
-        // By how much the teeth would hold a larger part than the others do.
-        let mut excess = |this: &Self, torque: f64| {
+        let (sense, whole) = ((factor * needed).signum(), (needed / factor).abs());
+        // The part that the others hold beside a torque of the teeth, and by how much that is above the same part of theirs.
+        let mut beside = |torque: f64| {
             torques[place] = sense * torque;
-            last = part(sense * torque, torques);
-            this.read_loads_of(meshes, sticking.iter().copied().zip(torques.iter().copied()));
+            let others = part(sense * torque, torques);
+            self.read_loads_of(meshes, sticking.iter().copied().zip(torques.iter().copied()));
             meshes.evaluate(|_, load| load * sense <= 0.0);
-            torque - last * meshes.losses[mesh]
+            let most = meshes.losses[mesh];
+            if room == 0.0 { (torque / most, torque - most) } else { (others, torque - others * most) }
         };
-        // Regula falsi, with the weights of Dowell and Jarratt (BIT 11, 1971, 168).
-        let (mut low, mut high) = ((0.0, excess(self, 0.0)), (whole, excess(self, whole)));
-        let mut kept = 0;
-        for _ in 0..MOST_STEPS {
-            let middle = high.0 - high.1 * (high.0 - low.0) / (high.1 - low.1);
-            if !(low.0 < middle && middle < high.0) {
-                break;
-            }
-            let value = excess(self, middle);
-            if value.abs() <= SOLVED * whole {
-                break;
-            }
-            if value > 0.0 {
-                high = (middle, value);
-                low.1 *= if kept == 1 { 0.5 } else { 1.0 };
-                kept = 1;
-            } else {
-                low = (middle, value);
-                high.1 *= if kept == -1 { 0.5 } else { 1.0 };
-                kept = -1;
-            }
+        if room == 0.0 {
+            // Nobody else holds anything.
+            return whole == 0.0 || beside(whole).0 <= 1.0 + ROUNDING;
         }
-        last <= 1.0 + ROUNDING
+        let [nothing, all] = [0.0, whole].map(|torque| (torque, beside(torque).1));
+        let found = if nothing.1 < 0.0 && all.1 > 0.0 {
+            bracket([nothing, all], f64::EPSILON * whole, |torque| beside(torque).1)[0]
+        } else {
+            0.0
+        };
+        beside(found).0 <= 1.0 + ROUNDING
     }
 
     /// Modes of directions at rest, and which of them hold.

@@ -11,14 +11,15 @@ use kardan_native::Native;
 
 use super::mesh_terms::meshes;
 use crate::expr::{Expr, Symbol};
+use crate::num::Lu;
 use crate::plan::{Plan, compile};
 use crate::reduce::{Motion, Reduced};
 use crate::units::Dimension;
 
 /// Steps of Newton's method; of losses that are parts of the torque it takes two, and one for each sign that turns.
-pub(super) const MOST_STEPS: usize = 40;
+const MOST_STEPS: usize = 40;
 /// What of the loss may be left, relative to it.
-pub(super) const SOLVED: f64 = 1e-14;
+const SOLVED: f64 = 1e-14;
 /// Signs that are tried as a start where the first one leads nowhere: of so many meshes all.
 const MOST_PATTERNS: usize = 10;
 
@@ -96,6 +97,7 @@ pub(super) struct Meshes {
     pub(super) base: Vec<f64>,
     /// Newton's equations, and a change of the accelerations with what holds against it.
     matrix: Vec<f64>,
+    factor: Lu,
     right: Vec<f64>,
     pub(super) change: Vec<f64>,
     pub(super) held: Vec<f64>,
@@ -128,8 +130,9 @@ impl Meshes {
             influence: vec![0.0; count * count],
             sliding: Vec::with_capacity(count),
             base: Vec::with_capacity(count),
-            matrix: Vec::with_capacity(count * count),
-            right: Vec::with_capacity(count),
+            matrix: vec![0.0; count * count],
+            factor: Lu::new(count),
+            right: vec![0.0; count],
             change: Vec::with_capacity(reduced.degrees_of_freedom()),
             held: Vec::with_capacity(reduced.degrees_of_freedom()),
             rubbing: Vec::new(),
@@ -207,29 +210,27 @@ impl Meshes {
 
     /// Newton's method from what the meshes carry now: `T = s (f + f′ σ (τ − τ now))` with `τ = base + Λ T`.
     fn newton(&mut self) -> bool {
-        let (n, count) = (self.sliding.len(), self.directions.len());
+        let count = self.directions.len();
         for _ in 0..MOST_STEPS {
             self.evaluate_sliding();
-            self.matrix.clear();
-            self.right.clear();
-            for (row, &(mesh, s)) in self.sliding.iter().enumerate() {
+            self.matrix.fill(0.0);
+            self.right.fill(0.0);
+            (0..count).for_each(|mesh| self.matrix[mesh * count + mesh] = 1.0);
+            for &(mesh, s) in &self.sliding {
                 let sigma = if self.loads[mesh] == 0.0 { -s } else { self.loads[mesh].signum() };
                 let slope = s * self.slopes[mesh] * sigma;
-                self.right.push(s * self.losses[mesh] + slope * (self.base[mesh] - self.loads[mesh]));
-                for (column, &(other, _)) in self.sliding.iter().enumerate() {
-                    let own = if row == column { 1.0 } else { 0.0 };
-                    self.matrix.push(own - slope * self.influence[mesh * count + other]);
+                self.right[mesh] = s * self.losses[mesh] + slope * (self.base[mesh] - self.loads[mesh]);
+                for &(other, _) in &self.sliding {
+                    self.matrix[mesh * count + other] -= slope * self.influence[mesh * count + other];
                 }
             }
-            if !eliminate(&mut self.matrix[..n * n], &mut self.right[..n]) {
+            if !self.factor.factor(&self.matrix) {
                 return false;
             }
-            for (&(mesh, _), torque) in self.sliding.iter().zip(&self.right) {
-                self.torques[mesh] = *torque;
-            }
+            self.factor.solve(&mut self.right);
+            self.torques.copy_from_slice(&self.right);
             for &(mesh, _) in &self.sliding {
-                let of = |(other, _): &(usize, f64)| self.influence[mesh * count + other] * self.torques[*other];
-                self.loads[mesh] = self.base[mesh] + self.sliding.iter().map(of).sum::<f64>();
+                self.loads[mesh] = self.base[mesh] + self.added(mesh);
             }
             self.evaluate_sliding();
             let solved = |&(mesh, s): &(usize, f64)| {
@@ -242,29 +243,12 @@ impl Meshes {
         }
         false
     }
-}
 
-/// Solves a small system in place; false if it is singular.
-fn eliminate(matrix: &mut [f64], right: &mut [f64]) -> bool {
-    let n = right.len();
-    for k in 0..n {
-        let pivot = (k..n).max_by(|a, b| matrix[a * n + k].abs().total_cmp(&matrix[b * n + k].abs())).unwrap_or(k);
-        if matrix[pivot * n + k] == 0.0 || !matrix[pivot * n + k].is_finite() {
-            return false;
-        }
-        (k..n).for_each(|j| matrix.swap(k * n + j, pivot * n + j));
-        right.swap(k, pivot);
-        for i in k + 1..n {
-            let factor = matrix[i * n + k] / matrix[k * n + k];
-            (k..n).for_each(|j| matrix[i * n + j] -= factor * matrix[k * n + j]);
-            right[i] -= factor * right[k];
-        }
+    /// What the losses of those that slide add to what a mesh carries.
+    fn added(&self, mesh: usize) -> f64 {
+        let influence = &self.influence[mesh * self.directions.len()..];
+        self.sliding.iter().map(|(other, _)| influence[*other] * self.torques[*other]).sum()
     }
-    for k in (0..n).rev() {
-        let known: f64 = (k + 1..n).map(|j| matrix[k * n + j] * right[j]).sum();
-        right[k] = (right[k] - known) / matrix[k * n + k];
-    }
-    true
 }
 
 /// Notes where the motion of sliding teeth is not one.
