@@ -509,6 +509,12 @@ impl Dynamics {
         self.friction_entries[friction].iter().map(|&i| row[i] * vector[i]).sum()
     }
 
+    /// The reduced coordinate that a friction direction is along at every position, if it is and is along it at the last update.
+    pub fn only_entry(&self, friction: usize, work: &Work) -> Option<usize> {
+        let &[i] = self.friction_entries[friction].as_slice() else { return None };
+        (work.friction_rows[friction * self.degrees_of_freedom + i] != 0.0).then_some(i)
+    }
+
     /// Whether the coefficients of a friction direction change with the angles.
     pub fn friction_varies(&self, friction: usize) -> bool {
         friction >= self.frictions.rows.len() || self.frictions.varying.contains(&friction)

@@ -10,6 +10,17 @@ use crate::num::{Rational, rational_from_f64};
 pub(super) type Moving = BTreeMap<usize, [Expr; 3]>;
 
 impl Motion {
+    /// Of each friction direction and of each kept row whether something prescribes a speed along it.
+    pub fn prescribed_directions(&mut self, reduced: &Reduced) -> Vec<bool> {
+        let frictions = reduced.equations.set_valued().map(|(_, row)| self.sum(row, |motion, shaft| motion.carried[shaft]));
+        let mut speeds: Vec<Expr> = frictions.collect();
+        for k in 0..self.kept.len() {
+            let (speed, rate) = (self.along_kept(k, |motion, shaft| motion.carried[shaft]), self.kept[k].rate);
+            speeds.push(self.graph.subtract(speed, rate));
+        }
+        speeds.into_iter().map(|speed| !self.graph.is_zero(speed)).collect()
+    }
+
     /// The right-hand sides that move, by the number of their constraint; none where the time stands still.
     pub(super) fn moving(&mut self, reduced: &Reduced) -> Moving {
         let mut out = Moving::new();

@@ -247,8 +247,9 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// The span of directions with their rows, built from independent ones, the clearest first; at most so many are independent.
-    pub(super) fn new(directions: impl Iterator<Item = (usize, Vec<f64>)>, most: usize) -> Self {
+    /// The span of directions with their rows, built from independent ones: those of the first so many, then the clearest first; at most so many
+    /// are independent.
+    pub(super) fn new(directions: impl Iterator<Item = (usize, Vec<f64>)>, mut first: usize, most: usize) -> Self {
         let mut span = Self { members: Vec::new(), basis: Vec::new() };
         // Each row with what of it lies outside the span so far, and its size squared.
         let mut rows: Vec<(usize, Vec<f64>, f64)> = directions
@@ -262,10 +263,16 @@ impl Span {
             let left =
                 |(_, rest, size): &(usize, Vec<f64>, f64)| if *size == 0.0 { 0.0 } else { dot(rest, rest) / size };
             let left: Vec<f64> = rows.iter().map(left).collect();
-            let best = (0..rows.len()).max_by(|&a, &b| left[a].total_cmp(&left[b]).then(b.cmp(&a))).unwrap_or(0);
+            let among = if first > 0 { first } else { rows.len() };
+            let best = (0..among).max_by(|&a, &b| left[a].total_cmp(&left[b]).then(b.cmp(&a))).unwrap_or(0);
             if left[best] <= OUTSIDE {
-                break;
+                if first == 0 {
+                    break;
+                }
+                rows.drain(..std::mem::take(&mut first));
+                continue;
             }
+            first = first.saturating_sub(1);
             let (member, mut vector, _) = rows.remove(best);
             // What rounding has left of the others in it.
             span.reject(&mut vector);

@@ -454,7 +454,7 @@ impl RunningLoop {
 
     /// What is due at the start.
     fn begin(&mut self) -> Result<(), Outcome> {
-        if let Some((direction, beyond)) = self.machine.beyond_stops(&self.state).first() {
+        if let Some((direction, beyond)) = self.machine.beyond_stops(self.time, &self.state).first() {
             let what = format!(
                 "`{}` begins {beyond:.6} {} beyond its stop, which nothing can pass: start within it",
                 self.names[*direction],
@@ -829,7 +829,7 @@ impl RunningLoop {
 
     /// The same for the state that was looked at last.
     fn leaves_there(&mut self, time: f64) -> bool {
-        self.machine.reversed(&self.looked, &mut self.reversed);
+        self.machine.reversed(time, &self.looked, &mut self.reversed);
         self.machine.drives_switch(time, &self.looked, &mut self.derivative, &mut self.moved, &mut self.switching);
         !self.reversed.is_empty() || !self.switching.is_empty() || self.machine.breaks_away(time, &self.looked)
     }
@@ -997,7 +997,7 @@ impl RunningLoop {
     fn room(&mut self, time: f64, direction: Option<usize>) -> f64 {
         self.solver.interpolate(time, &mut self.looked);
         match direction {
-            Some(direction) => self.machine.slip_room(&self.looked, direction),
+            Some(direction) => self.machine.slip_room(time, &self.looked, direction),
             None => self.machine.hold_room(time, &self.looked),
         }
     }

@@ -22,13 +22,6 @@ pub(super) fn check_kept(document: &Document, model: &Model, reduced: &Reduced, 
             Diagnostic::error("constraint::kept", message).at(place_of(document, &first.element), "this constraint");
         out.push(mistake.at(place, label).help(help));
     };
-    if let Some((friction, _)) = equations.set_valued().next() {
-        let message = format!(
-            "runs do not follow friction, clutches or stops beside a constraint that is not solved for a coordinate: {names}"
-        );
-        let help = "take the friction out, or use `damping`";
-        refuse(message, place_of(document, friction), "has friction, or holds", help);
-    }
     if let Some(control) = model.controls.first() {
         let message = format!("laws are not designed beside a constraint that is not solved for a coordinate: {names}");
         refuse(message, control.place.clone(), "this controller", "write the law as a `torque`, or take it out");

@@ -15,7 +15,7 @@ use super::known::Known;
 use super::margins::{check_margins, check_sampled};
 use super::passage::check_passage;
 use super::places::places_in_control;
-use super::prescribed::{check_prescribed, refuse_massless};
+use super::prescribed::refuse_massless;
 use super::progress::Progress;
 use super::redundant::check_redundant;
 use super::scenario::scenario;
@@ -349,7 +349,7 @@ fn reduced_model(
             return None;
         }
     };
-    let follows = check_prescribed(document, &reduced, out) && check_kept(document, model, &reduced, out);
+    let follows = check_kept(document, model, &reduced, out);
     if !check_matrices(document, &reduced, out, &mut massless) || !follows {
         return None;
     }

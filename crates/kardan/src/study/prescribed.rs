@@ -1,35 +1,10 @@
-//! Constraints that prescribe motions as functions of time: what they do not go with.
+//! Motions without inertia beside constraints that prescribe motions as functions of time.
 
-use super::places::{place_of, place_of_value};
-use crate::diagnostics::{Diagnostic, quoted};
+use super::places::place_of;
+use crate::diagnostics::Diagnostic;
 use crate::equations::Domain;
 use crate::model::Document;
-use crate::reduce::{Motion, Reduced};
-
-/// Frictions along which a constraint prescribes a speed.
-pub(super) fn check_prescribed(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) -> bool {
-    if reduced.equations.moving.is_empty() {
-        return true;
-    }
-    let before = out.len();
-    let mut motion = Motion::new(reduced);
-    for (name, row) in reduced.equations.set_valued() {
-        let speed = motion.sum(row, |motion, shaft| motion.carried[shaft]);
-        if motion.graph.is_zero(speed) {
-            continue;
-        }
-        let message = format!(
-            "the speed along the friction of `{name}` is prescribed in part by {}, which runs do not follow",
-            quoted(reduced.equations.moving.keys().map(String::as_str))
-        );
-        out.push(
-            Diagnostic::error("friction::prescribed", message)
-                .at(place_of_value(document, name, "friction"), "this friction")
-                .help("take the friction out, use `damping`, or put a stiff spring_damper between it and the prescribed motion"),
-        );
-    }
-    out.len() == before
-}
+use crate::reduce::Reduced;
 
 /// Motions without inertia beside rows that are kept, which runs do not follow.
 pub(super) fn refuse_massless(document: &Document, reduced: &Reduced, massless: &mut [Diagnostic]) -> bool {

@@ -152,11 +152,15 @@ impl Machine {
         let laws: Vec<Wired> = setup.laws.iter().map(|law| wired(law, &setup, &drives, &mut size)).collect();
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
         let (mut places, mut timed, mut meshes) = Default::default();
+        let mut moving = vec![false; kept.end];
         let (dynamics, work) = Dynamics::extended(reduced, |motion| {
             let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals };
             let (extension, found, sources) = extend(motion, reduced, parts, 2 * r..size);
             timed = Timed::new(motion, scenario, (&extension, &found), &sources);
             meshes = Meshes::new(motion, reduced, &extension.inputs);
+            if reduced.equations.prescribes() {
+                moving = motion.prescribed_directions(reduced);
+            }
             also(motion, &Found::new(&extension, &found, sources));
             places = found;
             extension
@@ -185,7 +189,10 @@ impl Machine {
             modes: vec![Mode::Stick; m],
             holding: if kept.is_empty() { Vec::with_capacity(r) } else { kept.clone().collect() },
             following: Vec::with_capacity(m),
+            moves: moving.contains(&true),
+            moving,
             still: Vec::with_capacity(r),
+            stands: false,
             step_length: 0.0,
             step_speeds: vec![0.0; r],
             degrees_of_freedom: r,

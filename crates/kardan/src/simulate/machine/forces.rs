@@ -1,7 +1,5 @@
 //! Forces and accelerations in one set of modes.
 
-use std::ops::Range;
-
 use super::Machine;
 use super::expressions::read;
 use super::wired::{Computer, seen};
@@ -91,6 +89,13 @@ impl Machine {
         work.give(dynamics, places.states.start, state[2 * self.degrees_of_freedom..self.size - 2].iter().copied());
     }
 
+    /// The same where speeds along what holds are prescribed.
+    pub(super) fn give_prescribed(&mut self, time: f64, state: &[f64]) {
+        if self.moves {
+            self.give_time(time, state);
+        }
+    }
+
     /// The accelerations in the current modes, from the force with slip friction.
     pub(super) fn accelerate(&mut self) {
         if !self.holding.is_empty() {
@@ -105,9 +110,8 @@ impl Machine {
 
     /// The same with the factors that are known.
     pub(super) fn accelerate_held(&mut self) {
-        let r = self.degrees_of_freedom;
         let count = self.holding.len();
-        if count == r && count > 0 {
+        if self.stands {
             // Nothing moves: with all speeds zero, every acceleration bias vanishes too.
             self.acceleration.fill(0.0);
             self.hold_torques_of_force();
@@ -225,13 +229,20 @@ impl Machine {
 
     /// What the power of constraints that prescribe speeds has of the accelerations and of the friction that holds, W.
     fn prescribed_power(&self) -> f64 {
+        let holding = self.holding.iter().copied().zip(self.hold_torque.iter().copied());
+        self.prescribed_work(&self.acceleration, holding.chain(self.meshes.losses()))
+    }
+
+    /// The work of constraints that prescribe speeds for changes of speeds and impulses along directions, J; of accelerations and torques its power.
+    pub(super) fn prescribed_work(&self, change: &[f64], along: impl Iterator<Item = (usize, f64)>) -> f64 {
+        if self.places.power_of_accelerations.is_empty() {
+            return 0.0;
+        }
         let of = |place: usize| self.work.more(&self.dynamics, place);
-        let Range { start: first, end } = self.places.power_of_accelerations;
-        let accelerations: f64 = (first..end).map(|k| of(k) * self.acceleration[k - first]).sum();
+        let first = self.places.power_of_accelerations.start;
+        let accelerations: f64 = change.iter().enumerate().map(|(i, change)| of(first + i) * change).sum();
         let first = self.places.power_of_holding.start;
-        let holding = self.holding.iter().zip(&self.hold_torque);
-        let sliding: f64 = self.meshes.losses().map(|(k, torque)| of(first + k) * torque).sum();
-        accelerations + holding.map(|(k, torque)| of(first + k) * torque).sum::<f64>() + sliding
+        accelerations + along.map(|(k, impulse)| of(first + k) * impulse).sum::<f64>()
     }
 
     /// Everything that outputs are read from: accelerations, motor torques, friction torques, at one point.

@@ -8,6 +8,8 @@ use crate::simulate::friction::{Bounds, Mode, NOISE, OUTSIDE, Span};
 
 /// Relative size, against the terms that cancel in it, of what rounding leaves of an acceleration that should vanish.
 const ROUNDING: f64 = 1e-12;
+/// Of the acceleration of a direction that follows from those that hold, relative to its terms, what is no rounding.
+const MOVED: f64 = 1e-9;
 /// Part of the motion within the step that coming to rest may take away at the instant found; more means that coefficients
 /// cancel, and nothing came to rest. The one is some units in the last place of the time over the step, the other about 1.
 const TAKEN: f64 = 1e-3;
@@ -60,8 +62,8 @@ impl Machine {
 
     /// The same with the bounds that are known.
     pub(super) fn decide_with_bounds(&mut self, resting: &[usize]) -> Vec<Mode> {
-        let (accelerations, _) = self.solve_box(resting);
-        let mut modes: Vec<Mode> = accelerations
+        let (accelerations, _) = self.solve_box(&self.with_kept(resting));
+        let mut modes: Vec<Mode> = accelerations[self.kept.len()..]
             .iter()
             .map(|acceleration| match acceleration {
                 a if *a > 0.0 => Mode::Forward,
@@ -70,17 +72,24 @@ impl Machine {
             })
             .collect();
         // Where none depends on the others, whatever accelerates slips.
-        let dependent = resting.len() > self.holding.len();
+        let dependent = self.kept.len() + resting.len() > self.holding.len();
         if dependent && modes.contains(&Mode::Stick) && modes.iter().any(|mode| *mode != Mode::Stick) {
             let sticking = resting.iter().zip(&modes).filter(|(_, mode)| **mode == Mode::Stick).map(|(&k, _)| k);
-            let span = self.span(&sticking.collect::<Vec<_>>());
+            let mut standing = self.with_kept(&sticking.collect::<Vec<_>>());
+            standing.retain(|&k| !self.moving[k]);
+            let span = self.span(&standing);
             for (&k, mode) in resting.iter().zip(&mut modes) {
-                if *mode != Mode::Stick && span.left(self.metric_row(k)) <= OUTSIDE {
+                if *mode != Mode::Stick && !self.moving[k] && span.left(self.metric_row(k)) <= OUTSIDE {
                     *mode = Mode::Stick;
                 }
             }
         }
         modes
+    }
+
+    /// Kept rows, which always hold, and other directions.
+    fn with_kept(&self, others: &[usize]) -> Vec<usize> {
+        self.kept.clone().chain(others.iter().copied()).collect()
     }
 
     /// The convex problem over the directions given, all at rest: accelerations along them and their torques.
@@ -154,7 +163,7 @@ impl Machine {
     fn leave_rest(&mut self) -> Option<Vec<(usize, Mode)>> {
         let bounds = self.bounds();
         if self.holding.iter().zip(&self.hold_torque).all(|(&k, torque)| bounds.hold(k, *torque)) {
-            return None;
+            return if self.moves_on() { self.leaving() } else { None };
         }
         if !self.following.is_empty() && self.share_holds(1.0 - 1e-12) {
             // Torques within their bounds that hold everything: there is no acceleration.
@@ -169,9 +178,25 @@ impl Machine {
         {
             return leaving.map(|leaving| vec![leaving]);
         }
+        self.leaving()
+    }
+
+    /// What the directions at rest do by the convex problem, if they do not all go on resting.
+    fn leaving(&mut self) -> Option<Vec<(usize, Mode)>> {
         let resting = self.sticking();
         let modes = self.decide(&resting);
         modes.iter().any(|mode| *mode != Mode::Stick).then(|| resting.into_iter().zip(modes).collect())
+    }
+
+    /// Whether what prescribes speeds takes a direction along that follows from those that hold.
+    fn moves_on(&self) -> bool {
+        let r = self.degrees_of_freedom;
+        self.following.iter().any(|&k| {
+            let (bias, row) = (self.work.friction_bias[k], &self.work.friction_rows[k * r..(k + 1) * r]);
+            let terms = || row.iter().zip(&self.acceleration).map(|(g, a)| g * a);
+            let size = bias.abs() + terms().map(f64::abs).sum::<f64>();
+            (bias + terms().sum::<f64>()).abs() > MOVED * size
+        })
     }
 
     /// Which of the holding directions, independent of each other, does not go on resting at the point last evaluated, if at most one does not:
@@ -263,8 +288,9 @@ impl Machine {
         held.map_or_else(|| self.slip_margin(direction), |(&k, torque)| self.room_of(k, *torque))
     }
 
-    /// How far a slipping direction is from standing still at a state, rad/s: negative beyond.
-    pub fn slip_room(&mut self, state: &[f64], direction: usize) -> f64 {
+    /// How far a slipping direction is from standing still at a time and a state, rad/s: negative beyond.
+    pub fn slip_room(&mut self, time: f64, state: &[f64], direction: usize) -> f64 {
+        self.give_prescribed(time, state);
         let r = self.degrees_of_freedom;
         self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         self.slip_margin(direction)
@@ -299,13 +325,14 @@ impl Machine {
         }
     }
 
-    /// Slipping directions whose speed has the wrong sign at this point of the step, beyond rounding.
-    pub fn reversed(&mut self, state: &[f64], out: &mut Vec<usize>) {
+    /// Slipping directions whose speed has the wrong sign at this time and point of the step, beyond rounding.
+    pub fn reversed(&mut self, time: f64, state: &[f64], out: &mut Vec<usize>) {
         out.clear();
         let r = self.degrees_of_freedom;
         if self.holds.is_empty() && !self.modes.iter().any(|mode| *mode != Mode::Stick) {
             return;
         }
+        self.give_prescribed(time, state);
         self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         let against = |this: &Self, k: usize| {
             // Stops and cushions turn where gaps and what presses tell.
@@ -339,10 +366,6 @@ impl Machine {
         let before = self.modes.clone();
         let mut events = Vec::new();
         self.settle_drives(time, state, everything, input_names, &mut events);
-        if !self.kept.is_empty() {
-            // Kept rows hold all the time, and there is no friction beside them.
-            return events;
-        }
         let met = self.meet(time, state, (crossing, everything), names, &mut events);
         if !everything
             && !self.holds.struck
@@ -396,8 +419,13 @@ impl Machine {
         let may = |k: &usize| !resting.contains(k) && self.may_rest(*k) && !self.is_outside(*k);
         let mut dependent: Vec<usize> = self.directions.iter().copied().filter(may).collect();
         if !dependent.is_empty() {
-            let span = self.span(&resting);
+            let span = self.span(&self.with_kept(&resting));
             dependent.retain(|&k| span.left(self.metric_row(k)) <= OUTSIDE);
+            if self.moves {
+                // What a prescribed speed takes along rests only while it has none.
+                let rests = self.without_speed(state);
+                dependent.retain(|k| rests.contains(k));
+            }
         }
         let alone = dependent.is_empty() && self.following.is_empty();
         resting.extend(dependent);
@@ -455,10 +483,14 @@ impl Machine {
         let r = self.degrees_of_freedom;
         self.factor_holding();
         let count = self.holding.len();
-        let mut lambda: Vec<f64> =
-            self.holding.iter().map(|&k| dot(&self.work.friction_rows[k * r..(k + 1) * r], &state[r..2 * r])).collect();
+        let along = |&k: &usize| match k.checked_sub(self.kept.start) {
+            Some(row) => self.work.more(&self.dynamics, self.places.kept_speeds.start + row),
+            None if self.moving[k] => self.dynamics.friction_speed(k, &self.work),
+            None => dot(&self.work.friction_rows[k * r..(k + 1) * r], &state[r..2 * r]),
+        };
+        let mut lambda: Vec<f64> = self.holding.iter().map(along).collect();
         self.hold_factor.solve(&mut lambda);
-        if count == r {
+        if self.stands {
             state[r..2 * r].fill(0.0);
         } else {
             for a in 0..count {
@@ -506,10 +538,13 @@ impl Machine {
             let mut shares: Vec<f64> = (0..count).map(|a| dot(&self.weighted[a * r..(a + 1) * r], row)).collect();
             self.hold_factor.solve(&mut shares);
             let largest = shares.iter().fold(0.0f64, |max, x| max.max(x.abs()));
-            if largest > 0.0 {
+            let mut with = (0..count).filter(|&a| shares[a].abs() > 1e-9 * largest).map(|a| self.holding[a]);
+            let with: Vec<usize> = with.by_ref().filter(|k| !self.kept.contains(k)).collect();
+            // What kept rows alone hold, they hold whatever its friction is.
+            if largest > 0.0 && !with.is_empty() {
                 out.push(f);
             }
-            out.extend((0..count).filter(|&a| shares[a].abs() > 1e-9 * largest).map(|a| self.holding[a]));
+            out.extend(with);
         }
         out.sort_unstable();
         out.dedup();
@@ -539,9 +574,10 @@ impl Machine {
         dot(&right, &shares) < 0.5 * own
     }
 
-    /// The span of directions, built from independent ones, the clearest first.
+    /// The span of directions, built from independent ones: kept rows, then the clearest first.
     pub(super) fn span(&self, directions: &[usize]) -> Span {
-        Span::new(directions.iter().map(|&k| (k, self.metric_row(k))), self.degrees_of_freedom)
+        let kept = directions.iter().filter(|k| self.kept.contains(k)).count();
+        Span::new(directions.iter().map(|&k| (k, self.metric_row(k))), kept, self.degrees_of_freedom)
     }
 
     /// Memory for the holding directions, of which nothing is known yet.
@@ -555,9 +591,11 @@ impl Machine {
             self.dynamics.has_constant_inertia() && sticking.copied().all(|k| !self.dynamics.friction_varies(k));
     }
 
-    /// Chooses independent directions among those given and notes which coordinates stand still.
+    /// Chooses independent directions among kept rows and those given, and notes which coordinates stand still.
     pub(super) fn choose_holding(&mut self, sticking: &[usize]) {
         let r = self.degrees_of_freedom;
+        let all = self.with_kept(sticking);
+        let sticking = all.as_slice();
         // Some of those that are independent wherever they are, with one that certainly is no combination of them.
         let known = self.hold_constant && self.following.is_empty();
         let mut new = sticking.iter().filter(|k| !self.holding.contains(k));
@@ -567,19 +605,17 @@ impl Machine {
             (Some(&one), None) if known && all && self.is_outside(one) => self.holding.push(one),
             _ => self.holding = self.span(sticking).members,
         }
-        self.following = sticking.iter().copied().filter(|k| !self.holding.contains(k)).collect();
+        let follows = |k: &usize| !self.holding.contains(k) && !self.kept.contains(k);
+        self.following = sticking.iter().copied().filter(follows).collect();
         self.prepare_holding();
         self.still.clear();
-        if self.holding.len() == r {
+        self.stands = r > 0 && self.holding.len() == r && self.holding.iter().all(|&k| !self.moving[k]);
+        if self.stands {
             self.still.extend(0..r);
         } else {
             // Every sticking direction is at rest, whether it holds or follows.
-            for &k in sticking {
-                let row = &self.work.friction_rows[k * r..(k + 1) * r];
-                let mut entries = row.iter().enumerate().filter(|(_, x)| **x != 0.0);
-                if let (Some((i, _)), None) = (entries.next(), entries.next()) {
-                    self.still.push(i);
-                }
+            for &k in sticking.iter().filter(|k| !self.moving[**k] && !self.kept.contains(k)) {
+                self.still.extend(self.dynamics.only_entry(k, &self.work));
             }
         }
         self.factor_holding();

@@ -284,11 +284,17 @@ impl Machine {
         if hit.is_empty() {
             return None;
         }
-        let Blow { impulses, rebounds, lost, weighted } = self.blow(&rigid);
+        // Kept rows take part in it, though nothing meets there.
+        let parts: Vec<usize> = self.kept.clone().chain(rigid.iter().copied()).collect();
+        let Blow { mut impulses, mut rebounds, lost, weighted } = self.blow(&parts);
         for (row, impulse) in weighted.chunks_exact(r).zip(&impulses) {
             state[r..2 * r].iter_mut().zip(row).for_each(|(speed, x)| *speed -= x * impulse);
         }
         state[self.size - 1] += lost;
+        let change: Vec<f64> = before.iter().zip(&state[r..2 * r]).map(|(before, after)| after - before).collect();
+        state[self.size - 2] += self.prescribed_work(&change, parts.iter().copied().zip(impulses.iter().copied()));
+        impulses.drain(..self.kept.len());
+        rebounds.drain(..self.kept.len());
         let one = |k: &usize| {
             let speed = self.dynamics.friction_speed(*k, &self.work).abs();
             format!("{} meets {speed:.6} {}", names[*k], self.holds.units[*k - first])
@@ -302,7 +308,6 @@ impl Machine {
             stopped.filter(|((_, e), impulse)| **e == 0.0 && **impulse != 0.0).map(|((k, _), _)| *k).collect();
         let sizes: Vec<f64> = sizes.iter().zip(&state[r..2 * r]).map(|(a, b)| a.max(b.abs())).collect();
         self.step_speeds.copy_from_slice(&sizes);
-        let change: Vec<f64> = before.iter().zip(&state[r..2 * r]).map(|(before, after)| after - before).collect();
         let rests = |k: &usize| {
             let noise = NOISE * self.dynamics.friction_terms(*k, &sizes, &self.work);
             let along = |x: &[f64]| self.dynamics.along_friction(*k, x, &self.work).abs();
@@ -318,19 +323,25 @@ impl Machine {
         let mut free = self.force.clone();
         self.work.factor.solve(&mut free);
         let least = |&k: &usize| {
-            let Kind::Stop { offset, .. } = self.holds.kind(k) else { return 0.0 };
+            let Some(Kind::Stop { offset, .. }) = self.hold_of(k) else { return 0.0 };
             let acceleration = self.dynamics.along_friction(k, &free, &self.work) + self.work.friction_bias[k];
             LEAST_REBOUND.max((2.0 * acceleration.abs() * self.gap_noise(k, offset)).sqrt())
         };
         rigid.iter().map(least).collect()
     }
 
-    /// The impulses along rigid directions at the point last evaluated, so that nothing goes on into them and no energy is gained.
+    /// How a direction holds that is no kept row.
+    fn hold_of(&self, direction: usize) -> Option<Kind> {
+        (!self.kept.contains(&direction)).then(|| self.holds.kind(direction))
+    }
+
+    /// The impulses along kept rows and rigid directions at the point last evaluated, so that nothing goes on into them and no energy is gained.
     fn blow(&mut self, rigid: &[usize]) -> Blow {
-        let before: Vec<f64> = rigid.iter().map(|&k| self.dynamics.friction_speed(k, &self.work)).collect();
+        let speed = |&k: &usize| if self.kept.contains(&k) { 0.0 } else { self.dynamics.friction_speed(k, &self.work) };
+        let before: Vec<f64> = rigid.iter().map(speed).collect();
         let least = self.least_rebounds(rigid);
-        let rebound = |((&k, &speed), &least): ((&usize, &f64), &f64)| match self.holds.kind(k) {
-            Kind::Stop { restitution, .. } if -restitution * speed > least => restitution,
+        let rebound = |((&k, &speed), &least): ((&usize, &f64), &f64)| match self.hold_of(k) {
+            Some(Kind::Stop { restitution, .. }) if -restitution * speed > least => restitution,
             _ => 0.0,
         };
         let mut rebounds: Vec<f64> = rigid.iter().zip(&before).zip(&least).map(rebound).collect();
@@ -370,7 +381,8 @@ impl Machine {
     }
 
     /// Stops that the motion begins beyond, with how far, rad.
-    pub(in crate::simulate) fn beyond_stops(&mut self, state: &[f64]) -> Vec<(usize, f64)> {
+    pub(in crate::simulate) fn beyond_stops(&mut self, time: f64, state: &[f64]) -> Vec<(usize, f64)> {
+        self.give_time(time, state);
         self.update(state);
         let beyond = |hold: usize| {
             let Kind::Stop { offset, .. } = self.holds.kinds[hold] else { return None };

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use super::Machine;
-use super::expressions::read;
 
 /// Steps of Newton's method at most.
 const MOST: usize = 12;
@@ -25,12 +24,14 @@ impl Machine {
 
     /// `x −= H⁻¹Gᵀ (G H⁻¹Gᵀ)⁻¹ d` until nothing changes any more, d what is to vanish.
     fn reach(&mut self, time: f64, state: &mut [f64], (defects, part): (Range<usize>, Range<usize>)) -> bool {
-        let (r, count, mut changed) = (self.degrees_of_freedom, self.kept.len(), false);
+        let (r, mut changed) = (self.degrees_of_freedom, false);
         for _ in 0..MOST {
             self.forces(time, state);
             self.factor_holding();
-            let mut defect = vec![0.0; count];
-            read(&self.dynamics, &self.work, &defects, &mut defect);
+            // What holds besides stays where it is.
+            let of = |row: usize| self.work.more(&self.dynamics, defects.start + row);
+            let left = self.holding.iter().map(|k| k.checked_sub(self.kept.start).map_or(0.0, of));
+            let mut defect: Vec<f64> = left.collect();
             if defect.iter().all(|x| *x == 0.0) {
                 break;
             }
@@ -40,6 +41,7 @@ impl Machine {
             for (weighted, factor) in self.weighted.chunks_exact(r).zip(&defect) {
                 changes.iter_mut().zip(weighted).for_each(|(change, weight)| *change += weight * factor);
             }
+            self.still.iter().for_each(|&i| changes[i] = 0.0);
             for (x, change) in state[part.clone()].iter().zip(&changes) {
                 largest = largest.max(change.abs() / (ROUNDED * f64::EPSILON * x.abs().max(1.0)));
             }

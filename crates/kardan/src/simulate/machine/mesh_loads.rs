@@ -63,7 +63,7 @@ impl Machine {
     pub(super) fn read_loads_of(&self, meshes: &mut Meshes, held: impl Iterator<Item = (usize, f64)> + Clone) {
         let r = self.degrees_of_freedom;
         let of = |place: usize| self.work.more(&self.dynamics, place);
-        let directions = self.modes.len();
+        let directions = self.kept.end;
         for mesh in 0..meshes.directions.len() {
             let first = self.places.mesh_by_acceleration.start + mesh * r;
             let moved: f64 = (0..r).map(|i| of(first + i) * self.acceleration[i]).sum();
@@ -99,7 +99,7 @@ impl Machine {
         for row in 0..count {
             let first = self.places.mesh_by_acceleration.start + row * r;
             let moved: f64 = (0..r).map(|i| of(first + i) * change[i]).sum();
-            let first = self.places.mesh_by_torque.start + row * self.modes.len();
+            let first = self.places.mesh_by_torque.start + row * self.kept.end;
             let holds: f64 = self.holding.iter().zip(&*held).map(|(k, torque)| of(first + k) * torque).sum();
             influence[row * count + mesh] = moved + holds + of(first + direction);
         }

@@ -8,7 +8,7 @@ use crate::reduce::{Acting, Motion, Reduced};
 use crate::units::Dimension;
 
 /// What teeth carry, in the expressions of the loop: for each mesh the torque without accelerations and without what holds; for one of each
-/// acceleration; for one of each torque of frictions and holds.
+/// acceleration; for one of each torque of frictions, holds and kept rows.
 pub(super) struct MeshTerms {
     pub now: Vec<Expr>,
     pub by_acceleration: Vec<Expr>,
@@ -35,14 +35,14 @@ impl MeshTerms {
         for loss in meshes(reduced).filter_map(|(.., mesh)| mesh.loss.as_ref()) {
             motion.formula_of(reduced, loss, [zero; 2]);
         }
-        let r = reduced.degrees_of_freedom();
+        let (r, holding) = (reduced.degrees_of_freedom(), friction.len() + reduced.equations.kept.len());
         let zeros = vec![motion.graph.integer(0); r];
         let acting = Acting { accelerations: &zeros, inputs: applied, frictions: friction };
         let now = motion.multipliers(reduced, acting);
         let mut symbols = |name: &str, count: usize| -> Vec<Expr> {
             (0..count).map(|k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE)).collect()
         };
-        let (accelerations, torques) = (symbols("unit_acceleration", r), symbols("unit_torque", friction.len()));
+        let (accelerations, torques) = (symbols("unit_acceleration", r), symbols("unit_torque", holding));
         let acting = Acting { accelerations: &accelerations, inputs: applied, frictions: &torques };
         let moved = motion.multipliers(reduced, acting);
         for (_, hold, _) in meshes(reduced) {
@@ -51,7 +51,7 @@ impl MeshTerms {
                 let carried = sprung(motion, reduced, hold);
                 out.now.push(carried);
                 out.by_acceleration.extend(&zeros);
-                out.by_torque.extend(friction.iter().map(|_| motion.graph.integer(0)));
+                out.by_torque.extend((0..holding).map(|_| motion.graph.integer(0)));
                 continue;
             };
             let coefficient = first_entry(motion, reduced, constraint, hold);

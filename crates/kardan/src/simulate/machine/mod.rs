@@ -82,8 +82,12 @@ pub struct Machine {
     holding: Vec<usize>,
     /// Directions that stick but follow from the holding ones.
     following: Vec<usize>,
-    /// Reduced coordinates that stand still exactly.
+    /// Of each direction whether constraints prescribe a speed along it, in whole or in part; and whether there is such a one.
+    moving: Vec<bool>,
+    moves: bool,
+    /// Reduced coordinates that stand still exactly, and whether all do.
     still: Vec<usize>,
+    stands: bool,
     /// The step of the integrator that modes are looked at in: its length, s, and the largest size of each reduced speed
     /// at its two ends, rad/s.
     step_length: f64,
@@ -136,6 +140,7 @@ impl Machine {
         for list in [&mut self.holding, &mut self.following, &mut self.still] {
             keeper.counts(list);
         }
+        keeper.flag(&mut self.stands);
         self.holds.keep(keeper);
         self.prepare_holding();
         keeper.number(&mut self.step_length);
