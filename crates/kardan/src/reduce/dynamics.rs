@@ -517,7 +517,10 @@ impl Dynamics {
 
     /// Whether the coefficients of a friction direction change with the angles.
     pub fn friction_varies(&self, friction: usize) -> bool {
-        friction >= self.frictions.rows.len() || self.frictions.varying.contains(&friction)
+        let (r, own) = (self.degrees_of_freedom, self.frictions.rows.len());
+        // Kept rows stand behind the frictions.
+        let kept_varies = || self.plan.friction_rows.iter().any(|(entry, _)| entry / r == friction);
+        if friction < own { self.frictions.varying.contains(&friction) } else { kept_varies() }
     }
 
     /// What may cancel in the speed of a friction direction, rad/s: `Σ |a_j K_ji v_i|` over shafts j and coordinates i, at the

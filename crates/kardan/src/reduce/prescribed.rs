@@ -12,7 +12,8 @@ pub(super) type Moving = BTreeMap<usize, [Expr; 3]>;
 impl Motion {
     /// Of each friction direction and of each kept row whether something prescribes a speed along it.
     pub fn prescribed_directions(&mut self, reduced: &Reduced) -> Vec<bool> {
-        let frictions = reduced.equations.set_valued().map(|(_, row)| self.sum(row, |motion, shaft| motion.carried[shaft]));
+        let frictions =
+            reduced.equations.set_valued().map(|(_, row)| self.sum(row, |motion, shaft| motion.carried[shaft]));
         let mut speeds: Vec<Expr> = frictions.collect();
         for k in 0..self.kept.len() {
             let (speed, rate) = (self.along_kept(k, |motion, shaft| motion.carried[shaft]), self.kept[k].rate);

@@ -57,6 +57,8 @@ impl Bounds<'_> {
 
 /// Violation of an optimality condition, relative to the sizes of what cancels in it, that counts as rounding.
 const SETTLED: f64 = 1e-13;
+/// Violation that contradicts the others where nothing bounds it, relative to the sizes of what cancels in it.
+const CONTRADICTS: f64 = 1e-9;
 /// Curvature left of a direction after its dependence on the free ones, relative, below which it is not freed itself.
 const DEPENDENT: f64 = 1e-11;
 /// Response of a free variable to another one, squared and relative to their sizes, that counts as none: it would meet its bound very far away.
@@ -71,12 +73,19 @@ pub struct BoxProblem {
     lower: Vec<f64>,
     /// Change of the free variables, with the sign turned, per change of the one that enters.
     response: Vec<f64>,
+    /// Variables that drove each other without end in the last problem, which then has no solution.
+    unbounded: Vec<usize>,
 }
 
 impl BoxProblem {
     /// Memory for up to `m` directions; it grows if there are more.
     pub fn new(m: usize) -> Self {
-        Self { free: Vec::with_capacity(m), lower: vec![0.0; m * m], response: vec![0.0; m] }
+        Self { free: Vec::with_capacity(m), lower: vec![0.0; m * m], response: vec![0.0; m], unbounded: Vec::new() }
+    }
+
+    /// The variables that nothing bounds against each other, if the last problem had no solution for them.
+    pub fn unbounded(&self) -> &[usize] {
+        &self.unbounded
     }
 
     /// Minimises `½ λᵀWλ − rᵀλ` over `−b_i ≤ λ_i ≤ f_i` for a symmetric positive semidefinite W (m × m, row by row); f and b are not
@@ -95,6 +104,7 @@ impl BoxProblem {
             *self = Self::new(m);
         }
         self.free.clear();
+        self.unbounded.clear();
         lambda.fill(0.0);
         for _ in 0..50 * (m + 1) {
             let mut worst = (SETTLED, None);
@@ -109,6 +119,12 @@ impl BoxProblem {
             }
             let Some(enter) = worst.1 else { return true };
             if !self.drive(enter, w, r, c, lambda) {
+                if worst.0 > CONTRADICTS {
+                    let own = w[enter * m + enter];
+                    let parts = self.free.iter().zip(&self.response);
+                    let parts = parts.filter(|(i, x)| **x * **x * w[**i * m + **i] > UNMOVED * own).map(|(i, _)| *i);
+                    self.unbounded = std::iter::once(enter).chain(parts).collect();
+                }
                 return false;
             }
             self.polish(w, r, c, lambda);

@@ -9,6 +9,7 @@ use super::machine::Prospect;
 use super::outputs::Outputs;
 use super::stiffness::is_stiff;
 use super::{FaultKind, Machine, Scenario, Setup};
+use crate::diagnostics::quoted;
 use crate::equations::Domain;
 use crate::num::Keeper;
 use crate::reduce::Reduced;
@@ -144,6 +145,8 @@ pub(super) struct RunningLoop {
     pub(super) outputs: Outputs,
     pub(super) scenario: Scenario,
     names: Vec<String>,
+    /// Elements of the kept rows.
+    kept_names: Vec<String>,
     input_names: Vec<String>,
     shafts: Vec<String>,
     /// Names of reduced coordinates and of their speeds, and what a tolerance is relative to where they are zero.
@@ -345,6 +348,7 @@ impl RunningLoop {
             machine,
             outputs,
             names,
+            kept_names: reduced.equations.kept.iter().map(|kept| kept.element.clone()).collect(),
             input_names,
             shafts: reduced.equations.coordinates.clone(),
             state_names: state_names(reduced).zip(absolute.iter().map(|x| x / tolerance.relative)).collect(),
@@ -392,7 +396,7 @@ impl RunningLoop {
                 self.happen()?;
             }
             if self.due.boundary {
-                self.cross();
+                self.cross()?;
             }
             self.due = Due::default();
             self.step(progress)?;
@@ -454,6 +458,7 @@ impl RunningLoop {
 
     /// What is due at the start.
     fn begin(&mut self) -> Result<(), Outcome> {
+        self.machine.enter_segment(0.0);
         if let Some((direction, beyond)) = self.machine.beyond_stops(self.time, &self.state).first() {
             let what = format!(
                 "`{}` begins {beyond:.6} {} beyond its stop, which nothing can pass: start within it",
@@ -462,23 +467,24 @@ impl RunningLoop {
             );
             return Err(failed(0.0, what));
         }
-        self.machine.enter_segment(0.0);
         self.announce(0.0);
         self.machine.tick(0.0, &self.state);
         let blows = self.machine.settle(0.0, &mut self.state, &[], true, &self.names, &self.input_names);
         if self.machine.was_struck() {
             self.events.extend(blows.into_iter().map(|what| Event { time: 0.0, what }));
         }
+        self.contradict()?;
         self.machine.stay_on_rows(0.0, &mut self.state);
         self.note_shared_friction();
-        // What a blow has taken there was there.
-        self.initial_energy = self.machine.energy(0.0, &self.state) + self.state.last().copied().unwrap_or_default();
+        // What a blow has taken there was there, but for what came in with it.
+        let [work, lost] = [2, 1].map(|back| self.state[self.state.len() - back]);
+        self.initial_energy = self.machine.energy(0.0, &self.state) + (lost - work);
         self.open_segment();
         Ok(())
     }
 
     /// What is due at a breakpoint of the scenario or at a sample.
-    fn cross(&mut self) {
+    fn cross(&mut self) -> Result<(), Outcome> {
         let time = self.time;
         self.machine.remember_commands(time, &mut self.state);
         if time >= self.breakpoint {
@@ -488,8 +494,9 @@ impl RunningLoop {
         if self.tick <= time + SAME * time {
             self.machine.tick(time, &self.state);
         }
-        self.settle(time, &[]);
+        self.settle(time, &[])?;
         self.open_segment();
+        Ok(())
     }
 
     /// Begins to integrate towards the next breakpoint or sample.
@@ -746,8 +753,9 @@ impl RunningLoop {
         let at = self.time;
         let crossing = std::mem::take(&mut self.reversed);
         self.machine.remember_commands(at, &mut self.state);
-        self.settle(at, &crossing);
+        let settled = self.settle(at, &crossing);
         self.reversed = crossing;
+        settled?;
         let at_once = at - self.chatter.last <= AT_ONCE * at;
         if self.machine.was_struck() && !at_once {
             // Rebounds grow smaller, and end; what knocks without an end takes no time.
@@ -795,10 +803,32 @@ impl RunningLoop {
         self.looks.take(0, time, &self.machine);
     }
 
-    fn settle(&mut self, time: f64, crossing: &[usize]) {
+    fn settle(&mut self, time: f64, crossing: &[usize]) -> Result<(), Outcome> {
         let happened = self.machine.settle(time, &mut self.state, crossing, false, &self.names, &self.input_names);
         self.events.extend(happened.into_iter().map(|what| Event { time, what }));
         self.note_shared_friction();
+        self.contradict()
+    }
+
+    /// Ends the run where what holds rigidly would have to hold one motion in two ways.
+    fn contradict(&self) -> Result<(), Outcome> {
+        let mut names: Vec<&str> = Vec::new();
+        for &direction in self.machine.contradiction() {
+            let kept = || &self.kept_names[direction - self.names.len()];
+            let name = self.names.get(direction).unwrap_or_else(kept);
+            if !names.contains(&name.as_str()) {
+                names.push(name);
+            }
+        }
+        if names.is_empty() {
+            return Ok(());
+        }
+        names.sort_unstable();
+        let cause = format!(
+            "{} hold one motion rigidly, and not the same way: give a stop `stiffness`, put a clutch in place of a lock, or release one of them before",
+            quoted(names)
+        );
+        Err(failed(self.time, cause))
     }
 
     fn note_shared_friction(&mut self) {

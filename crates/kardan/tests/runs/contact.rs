@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use kardan::results::{Outcome, Run};
 use kardan::simulate::Method;
-use kardan::study::{self, EquationsForm, Project, Settings, Silent};
+use kardan::study::{self, EquationsForm, Project, Silent};
 
 use crate::common::{Dice, at, run_by, runs_only, signal, time_of};
 
@@ -401,84 +401,6 @@ fn blows_of_random_carriages_gain_nothing() {
     }
 }
 
-/// Shafts in a row with all that holds one way or at times between them and to the housing.
-fn random_model(seed: u64) -> String {
-    let mut dice = Dice(seed);
-    let shafts = 2 + dice.below(4);
-    let mut text = String::from(
-        "[signal.now]\nkind = \"pulses\"\nhigh = 1\nperiod = \"0.37 s\"\nwidth = \"0.13 s\"\nstart = \"0.05 s\"\n",
-    );
-    let mut initial = Vec::new();
-    for k in 0..shafts {
-        text += &format!("[shaft.s{k}]\ninertia = \"0.0{} kg m^2\"\n", dice.between(1, 9));
-        if dice.below(3) == 0 {
-            text += &format!("friction = \"0.{} N m\"\n", dice.between(1, 9));
-        }
-        if dice.below(3) == 0 {
-            text += &format!("damping = \"0.0{} N m s/rad\"\n", dice.between(1, 9));
-        }
-        initial.push(format!("\"s{k}.w\" = \"{} rad/s\"", dice.between(-9, 9)));
-    }
-    for k in 1..shafts {
-        let ends = format!("shaft_1 = \"s{}\"\nshaft_2 = \"s{k}\"\n", k - 1);
-        let stiffness = [20, 300, 5000][dice.below(3)];
-        let coupling = dice.below(8);
-        if coupling == 7 {
-            // One of them follows from the other.
-            initial.retain(|speed: &String| [k - 1, k].iter().all(|k| !speed.starts_with(&format!("\"s{k}."))));
-        }
-        text += &match coupling {
-            7 => {
-                let ratio = dice.between(5, 20);
-                let loss = match dice.below(3) {
-                    0 => String::new(),
-                    1 => format!("efficiency = 0.{}\nefficiency_back = 0.{}\n", dice.between(3, 9), dice.between(1, 9)),
-                    _ => format!("loss = \"0.0{} N m + 0.{} * load\"\n", dice.below(9), dice.below(9)),
-                };
-                format!("[gear.c{k}]\n{ends}ratio = \"{ratio}/7\"\n{loss}")
-            }
-            6 => format!("[spring_damper.c{k}]\n{ends}damping = \"0.2 N m s/rad\"\n"),
-            0 => format!(
-                "[spring_damper.c{k}]\n{ends}stiffness = \"{stiffness} N m/rad\"\ndamping = \"0.3 N m s/rad\"\nbacklash = \"5 deg\"\n"
-            ),
-            1 => format!(
-                "[gear.c{k}]\n{ends}ratio = \"{}/7\"\nbacklash = \"4 deg\"\nrestitution = 0.{}\n",
-                dice.between(5, 20),
-                dice.below(10)
-            ),
-            2 => format!("[clutch.c{k}]\n{ends}torque = \"3 N m * now\"\nstatic_factor = 1.{}\n", dice.below(5)),
-            3 => format!("[lock.c{k}]\n{ends}engaged = \"now\"\n"),
-            4 => format!("[one_way_clutch.c{k}]\ndriving = \"s{}\"\ndriven = \"s{k}\"\n", k - 1),
-            _ => format!("[spring_damper.c{k}]\n{ends}stiffness = \"{stiffness} N m/rad\"\n"),
-        };
-    }
-    for k in 0..shafts {
-        text += &match dice.below(5) {
-            0 => format!(
-                "[end_stop.h{k}]\nshaft_1 = \"s{k}\"\nlower = \"-0.5 rad\"\nupper = \"{} rad\"\nrestitution = 0.{}\n",
-                dice.between(1, 5),
-                dice.below(10)
-            ),
-            1 => format!(
-                "[end_stop.h{k}]\nshaft_1 = \"s{k}\"\nupper = \"1 rad\"\nstiffness = \"900 N m/rad\"\ndamping = \"{} N m s/rad\"\n",
-                dice.below(5)
-            ),
-            2 => format!(
-                "[brake.h{k}]\nshaft = \"s{k}\"\ntorque = \"(1.5 + sin(20 rad/s * t)) * 1 N m\"\nstatic_factor = 1.2\n"
-            ),
-            3 => format!("[one_way_clutch.h{k}]\ndriven = \"s{k}\"\n"),
-            _ => String::new(),
-        };
-    }
-    text += &format!(
-        "[torque.drive]\nshaft = \"s0\"\nlaw = \"{} N m * sin({} rad/s * t)\"\n[scenario]\nduration = \"2 s\"\noutput_step = \"10 ms\"\ninitial = {{ {} }}\n",
-        dice.between(1, 9),
-        dice.between(3, 30),
-        initial.join(", ")
-    );
-    text
-}
-
 /// Friction below zero would drive: the run ends there, and what it has is kept. A start beyond a stop is refused the same way.
 #[test]
 fn what_cannot_be_ends_the_run() {
@@ -524,54 +446,6 @@ fn a_clutch_pressed_at_rest_moves_nothing() {
         let sticks = run.events.iter().filter(|event| event.what == "c sticks").map(|event| event.time);
         assert_eq!(sticks.collect::<Vec<_>>(), [0.1, 0.5, 0.9, 1.3, 1.7], "{method:?}: with the pulse, not behind it");
     }
-}
-
-/// Which random models are drawn; `KARDAN_MODELS` asks for others, `10000` or `1300..2000`, and `--nocapture` then shows how far it is.
-fn models() -> impl Iterator<Item = u64> {
-    let asked = std::env::var("KARDAN_MODELS").ok();
-    let (first, end) = match asked.as_deref().map(|text| text.split_once("..").unwrap_or(("0", text))) {
-        Some((first, end)) => (first.parse().expect("a first number"), end.parse().expect("a number of models")),
-        None => (0, 120),
-    };
-    (first..end).inspect(move |seed| {
-        if asked.is_some() {
-            eprintln!("model {seed}");
-        }
-    })
-}
-
-/// Random models with all that holds one way or at times: the energy balance closes to 1e-8 of what flows, nothing that blocks is passed, and
-/// stops are not beyond.
-#[test]
-fn random_models_that_hold_balance_their_energy() {
-    let wrong: Vec<String> = models().filter_map(wrong_with).collect();
-    assert!(wrong.is_empty(), "{} models, such as\n{}", wrong.len(), wrong[..wrong.len().min(3)].join("\n"));
-}
-
-/// What is wrong with the run of a random model.
-fn wrong_with(seed: u64) -> Option<String> {
-    let source = random_model(seed);
-    let settings = Settings { method: Method::Automatic, tolerance: Some(1e-10), ..runs_only() };
-    let mut study = Project::open(&source).run(&settings, &Silent).unwrap_or_else(|told| panic!("{told:?}\n{source}"));
-    let run = study.runs.remove(0);
-    if run.outcome != Outcome::Completed {
-        return Some(format!("{seed}: {:?}\n{source}", run.outcome));
-    }
-    let energy = &run.energy;
-    // What goes in and comes out again counts, too: at the end nothing may be left of it.
-    let powers =
-        signal(&run, "drive.tau").iter().zip(signal(&run, "s0.w")).map(|(torque, speed)| (torque * speed).abs());
-    let flows = powers.sum::<f64>() * 0.01;
-    let size = energy.input.abs().max(energy.stored.abs()).max(energy.dissipated.abs()).max(flows);
-    if !(energy.residual.abs() <= 1e-8 * size && energy.dissipated >= -1e-12 * size) {
-        return Some(format!("{seed}: {energy:?}, {flows} J\n{source}"));
-    }
-    let turns_back = |line: &&str| {
-        let shaft = line.trim_start_matches("[one_way_clutch.h").trim_end_matches(']');
-        signal(&run, &format!("s{shaft}.w")).iter().any(|speed| *speed < -1e-12)
-    };
-    let line = source.lines().filter(|line| line.starts_with("[one_way_clutch.h")).find(turns_back)?;
-    Some(format!("{seed}: {line} turns back\n{source}"))
 }
 
 /// The first harmonic of play of half width h that is driven with the amplitude A, by that: real and imaginary part.

@@ -22,6 +22,7 @@ mod modelica;
 mod motor_limits;
 mod noise;
 mod prescribed;
+mod random;
 mod redundant;
 mod ripple;
 mod signals;

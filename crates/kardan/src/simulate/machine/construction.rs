@@ -212,6 +212,7 @@ impl Machine {
             sharing_known: false,
             sharing: Sharing::new(m, r),
             box_problem: BoxProblem::new(m),
+            contradiction: Vec::new(),
             response: Response::new(r),
             expansion: None,
             jacobian: None,

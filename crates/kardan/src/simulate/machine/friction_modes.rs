@@ -13,6 +13,8 @@ const MOVED: f64 = 1e-9;
 /// Part of the motion within the step that coming to rest may take away at the instant found; more means that coefficients
 /// cancel, and nothing came to rest. The one is some units in the last place of the time over the step, the other about 1.
 const TAKEN: f64 = 1e-3;
+/// Part of a direction that is left beside what holds, squared, that counts as none: it is the square of what the place of an event is known to.
+const VANISHED: f64 = 1e-12;
 
 impl Machine {
     /// Shares the holding torque among sticking directions that depend on each other: the smallest torques relative to
@@ -112,6 +114,7 @@ impl Machine {
         let bounds = Bounds { forward: &forward, backward: &backward };
         let mut torques = vec![0.0; m];
         self.box_problem.solve(&w, &right, bounds, &mut torques);
+        self.contradiction.extend(self.box_problem.unbounded().iter().map(|&a| directions[a]));
         // What is not bounded counts with what it does.
         let c: Vec<f64> = (0..m)
             .map(|a| {
@@ -365,6 +368,7 @@ impl Machine {
     ) -> Vec<String> {
         let before = self.modes.clone();
         let mut events = Vec::new();
+        self.contradiction.clear();
         self.settle_drives(time, state, everything, input_names, &mut events);
         let met = self.meet(time, state, (crossing, everything), names, &mut events);
         if !everything
@@ -403,7 +407,7 @@ impl Machine {
         }
         let (passing, crossing): (Vec<usize>, Vec<usize>) =
             crossing.iter().partition(|&&k| !self.may_rest(k) || self.passes(k));
-        for k in passing {
+        for &k in &passing {
             self.slip_with_speed(k);
         }
         let mut resting: Vec<usize> = if everything || resting.is_some() {
@@ -416,13 +420,15 @@ impl Machine {
         };
         // Directions that depend on resting ones rest too.
         self.choose_holding(&resting);
-        let may = |k: &usize| !resting.contains(k) && self.may_rest(*k) && !self.is_outside(*k);
+        let may = |k: &usize| {
+            !resting.contains(k) && !passing.contains(k) && self.may_rest(*k) && !self.is_outside(*k)
+        };
         let mut dependent: Vec<usize> = self.directions.iter().copied().filter(may).collect();
         if !dependent.is_empty() {
             let span = self.span(&self.with_kept(&resting));
             dependent.retain(|&k| span.left(self.metric_row(k)) <= OUTSIDE);
-            if self.moves {
-                // What a prescribed speed takes along rests only while it has none.
+            if !self.kept.is_empty() || self.moves {
+                // What a prescribed speed takes along, and what kept rows carry, rests only while it has no speed.
                 let rests = self.without_speed(state);
                 dependent.retain(|k| rests.contains(k));
             }
@@ -507,13 +513,26 @@ impl Machine {
     /// Whether a direction reverses because its coefficients cancel at this angle, while the drive moves on: to bring it to
     /// rest would take away motion, not the rounding of an instant. Needs the accelerations of the modes so far.
     pub(super) fn passes(&self, k: usize) -> bool {
-        if !self.dynamics.friction_varies(k) {
+        if !self.dynamics.friction_varies(k) && !self.kept.clone().any(|row| self.dynamics.friction_varies(row)) {
             return false;
         }
         let r = self.degrees_of_freedom;
         let row = &self.work.friction_rows[k * r..(k + 1) * r];
         let mut change = row.to_vec();
         self.work.factor.solve(&mut change);
+        if !self.kept.is_empty() {
+            // On the kept rows a direction may vanish that does not elsewhere.
+            let alone = dot(row, &change);
+            let mut shares: Vec<f64> =
+                self.holding.iter().map(|&a| self.dynamics.along_friction(a, &change, &self.work)).collect();
+            self.hold_factor.solve(&mut shares);
+            for (weighted, share) in self.weighted.chunks_exact(r).zip(&shares) {
+                change.iter_mut().zip(weighted).for_each(|(x, weight)| *x -= weight * share);
+            }
+            if dot(row, &change) <= VANISHED * alone {
+                return true;
+            }
+        }
         let factor = self.dynamics.friction_speed(k, &self.work) / dot(row, &change);
         let (mut taken, mut there) = (0.0, 0.0);
         for ((change, size), acceleration) in change.iter().zip(&self.step_speeds).zip(&self.acceleration) {

@@ -310,9 +310,13 @@ impl Machine {
         self.step_speeds.copy_from_slice(&sizes);
         let rests = |k: &usize| {
             let noise = NOISE * self.dynamics.friction_terms(*k, &sizes, &self.work);
-            let along = |x: &[f64]| self.dynamics.along_friction(*k, x, &self.work).abs();
-            let rested = !begins && self.modes[*k] == Mode::Stick && along(&change) <= noise;
-            self.may_rest(*k) && (stopped.contains(k) || rested || along(&state[r..2 * r]) <= noise)
+            let along = |x: &[f64]| self.dynamics.along_friction(*k, x, &self.work);
+            let rested = !begins && self.modes[*k] == Mode::Stick && along(&change).abs() <= noise;
+            let speed = match self.moving[*k] {
+                true => self.dynamics.friction_speed(*k, &self.work) + along(&change),
+                false => along(&state[r..2 * r]),
+            };
+            self.may_rest(*k) && (stopped.contains(k) || rested || speed.abs() <= noise)
         };
         Some(self.directions.iter().copied().filter(rests).collect())
     }
@@ -364,6 +368,7 @@ impl Machine {
             // A stop that is left by no more than rounding, by the blow at another one, would knock back, and so on.
             let stays = |a: &usize| forward[*a] == 0.0 && least[*a] > 0.0 && after(*a) > 0.0 && after(*a) <= least[*a];
             let Some(a) = (0..m).find(stays) else {
+                self.contradiction.extend(self.box_problem.unbounded().iter().map(|&a| rigid[a]));
                 return Blow { impulses, rebounds, lost: lost.max(0.0), weighted };
             };
             forward[a] = f64::INFINITY;
@@ -396,6 +401,12 @@ impl Machine {
     /// The unit of angles along a hold.
     pub(in crate::simulate) fn unit_along(&self, direction: usize) -> &'static str {
         self.holds.units[direction - self.holds.first].trim_end_matches("/s")
+    }
+
+    /// Directions that hold one motion rigidly in two ways, as far as the last decision about modes has met any; of kept rows the number behind
+    /// all others.
+    pub(in crate::simulate) fn contradiction(&self) -> &[usize] {
+        &self.contradiction
     }
 
     /// Whether speeds have jumped at the last event.

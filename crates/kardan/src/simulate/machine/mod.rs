@@ -115,6 +115,8 @@ pub struct Machine {
     sharing_known: bool,
     sharing: Sharing,
     box_problem: BoxProblem,
+    /// Directions that contradicted each other in the last decision about modes.
+    contradiction: Vec<usize>,
     scratch: Vec<f64>,
     /// Accelerations and torques for forces at the point of expansion, where there are few coordinates.
     response: Option<Response>,
