@@ -13,7 +13,7 @@ const MOVED: f64 = 1e-9;
 /// Part of the motion within the step that coming to rest may take away at the instant found; more means that coefficients
 /// cancel, and nothing came to rest. The one is some units in the last place of the time over the step, the other about 1.
 const TAKEN: f64 = 1e-3;
-/// Part of a direction that is left beside what holds, squared, that counts as none: it is the square of what the place of an event is known to.
+/// Part of a direction that is left beside kept rows, squared, that counts as none: the square of what the place of an event is known to.
 const VANISHED: f64 = 1e-12;
 
 impl Machine {
@@ -371,6 +371,9 @@ impl Machine {
         self.contradiction.clear();
         self.settle_drives(time, state, everything, input_names, &mut events);
         let met = self.meet(time, state, (crossing, everything), names, &mut events);
+        if !self.contradiction.is_empty() {
+            return events;
+        }
         if !everything
             && !self.holds.struck
             && met.crossing.is_empty()
@@ -427,8 +430,10 @@ impl Machine {
         if !dependent.is_empty() {
             let span = self.span(&self.with_kept(&resting));
             dependent.retain(|&k| span.left(self.metric_row(k)) <= OUTSIDE);
-            if !self.kept.is_empty() || self.moves {
-                // What a prescribed speed takes along, and what kept rows carry, rests only while it has no speed.
+            // What kept rows alone carry where the motion has come need not rest.
+            dependent.retain(|&k| !self.is_carried(k));
+            if self.moves {
+                // What a prescribed speed takes along rests only while it has none.
                 let rests = self.without_speed(state);
                 dependent.retain(|k| rests.contains(k));
             }
@@ -513,26 +518,16 @@ impl Machine {
     /// Whether a direction reverses because its coefficients cancel at this angle, while the drive moves on: to bring it to
     /// rest would take away motion, not the rounding of an instant. Needs the accelerations of the modes so far.
     pub(super) fn passes(&self, k: usize) -> bool {
-        if !self.dynamics.friction_varies(k) && !self.kept.clone().any(|row| self.dynamics.friction_varies(row)) {
+        if self.is_carried(k) && self.kept.clone().any(|row| self.dynamics.friction_varies(row)) {
+            return true;
+        }
+        if !self.dynamics.friction_varies(k) {
             return false;
         }
         let r = self.degrees_of_freedom;
         let row = &self.work.friction_rows[k * r..(k + 1) * r];
         let mut change = row.to_vec();
         self.work.factor.solve(&mut change);
-        if !self.kept.is_empty() {
-            // On the kept rows a direction may vanish that does not elsewhere.
-            let alone = dot(row, &change);
-            let mut shares: Vec<f64> =
-                self.holding.iter().map(|&a| self.dynamics.along_friction(a, &change, &self.work)).collect();
-            self.hold_factor.solve(&mut shares);
-            for (weighted, share) in self.weighted.chunks_exact(r).zip(&shares) {
-                change.iter_mut().zip(weighted).for_each(|(x, weight)| *x -= weight * share);
-            }
-            if dot(row, &change) <= VANISHED * alone {
-                return true;
-            }
-        }
         let factor = self.dynamics.friction_speed(k, &self.work) / dot(row, &change);
         let (mut taken, mut there) = (0.0, 0.0);
         for ((change, size), acceleration) in change.iter().zip(&self.step_speeds).zip(&self.acceleration) {
@@ -541,6 +536,11 @@ impl Machine {
             there += change * (size + self.step_length * acceleration.abs());
         }
         taken > TAKEN * there || factor.is_nan()
+    }
+
+    /// Whether kept rows alone leave nothing of a direction where the motion has come.
+    fn is_carried(&self, k: usize) -> bool {
+        !self.kept.is_empty() && self.span(&self.with_kept(&[])).left(self.metric_row(k)) <= VANISHED
     }
 
     /// Names of sticking directions whose torques are not unique.

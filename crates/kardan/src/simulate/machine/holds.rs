@@ -287,6 +287,9 @@ impl Machine {
         // Kept rows take part in it, though nothing meets there.
         let parts: Vec<usize> = self.kept.clone().chain(rigid.iter().copied()).collect();
         let Blow { mut impulses, mut rebounds, lost, weighted } = self.blow(&parts);
+        if !self.contradiction.is_empty() {
+            return None;
+        }
         for (row, impulse) in weighted.chunks_exact(r).zip(&impulses) {
             state[r..2 * r].iter_mut().zip(row).for_each(|(speed, x)| *speed -= x * impulse);
         }
