@@ -27,6 +27,7 @@ mod margins;
 mod margins_over;
 mod massless;
 mod measure;
+mod operating_point;
 mod others;
 mod passage;
 mod placement;

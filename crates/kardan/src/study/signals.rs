@@ -94,9 +94,10 @@ fn working_position(
     };
     for slopes in law_slopes(reduced, &position) {
         let name = &laws[slopes.law].element;
-        if slopes.kink {
+        if !slopes.kinks.is_empty() {
             notes.push(format!(
-                "`{name}` bends or jumps at the operating point, so it has no derivative there: that of one side is taken"
+                "`{name}` bends or jumps at the operating point, where {} = 0, so it has no derivative there: that of one side is taken",
+                slopes.kinks.join(" = 0, ")
             ));
         }
         if slopes.rounded {
