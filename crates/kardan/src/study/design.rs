@@ -362,6 +362,9 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
         design.design_model = plant.linear_where().into();
     }
     design.notes.extend(plant.told.iter().map(|told| format!("operating point: {told}")));
+    let why =
+        plant.not_held.iter().map(|why| format!("operating point: zero angles, where the model does not rest: {why}"));
+    design.notes.extend(why);
     let values: Vec<String> = control.design.iter().map(|set| format!("{} = {}", set.name, set.text)).collect();
     if !values.is_empty() {
         design.design_model += &format!(", {}", values.join(", "));

@@ -7,7 +7,7 @@ use super::places::{at_each, place_of};
 use super::{Prepared, PreparedVariant};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Document, Model, TableReader};
-use crate::reduce::{OperatingPoint, NoStart, Reduced, StartOnRows, frozen, start_on_rows};
+use crate::reduce::{NoStart, OperatingPoint, Reduced, StartOnRows, frozen, start_on_rows};
 use crate::schema::Value;
 use crate::simulate::Scenario;
 

@@ -22,6 +22,7 @@ mod identification;
 mod initial;
 mod kept;
 mod known;
+mod left_tables;
 mod linearise;
 mod margins;
 mod margins_over;

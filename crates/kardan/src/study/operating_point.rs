@@ -47,10 +47,13 @@ impl Asked {
                 let Some(k) = names.iter().position(|name| *name == shaft) else { continue };
                 match named.iter().find(|(other, _, _)| *other == k) {
                     Some((_, other, first)) if *other != angle => out.push(
-                        Diagnostic::error("control::point", format!("`at` of {what}: another controller stands elsewhere with `{shaft}`"))
-                            .at(place.clone(), "here it is another one")
-                            .at(first.clone(), "here first")
-                            .help("the loop of a variant has one operating point: name the same one, or name it once"),
+                        Diagnostic::error(
+                            "control::point",
+                            format!("`at` of {what}: another controller stands elsewhere with `{shaft}`"),
+                        )
+                        .at(place.clone(), "here it is another one")
+                        .at(first.clone(), "here first")
+                        .help("the loop of a variant has one operating point: name the same one, or name it once"),
                     ),
                     Some(_) => {}
                     None => named.push((k, angle, place.clone())),
@@ -125,15 +128,17 @@ impl Asked {
             let limit = motor.torque_limit.as_ref()?.to_f64();
             let unit = reduced.equations.domain_of(input).effort().unit();
             let (name, size) = (&input.element, torque.abs());
-            (size >= limit).then(|| format!("`{name}` would have to hold {size:.6} {unit}, and its limit is {limit} {unit}"))
+            (size >= limit)
+                .then(|| format!("`{name}` would have to hold {size:.6} {unit}, and its limit is {limit} {unit}"))
         })
     }
 
     fn told(&self, reduced: &Reduced, found: &Held) -> String {
-        let holding = self.inputs.iter().zip(&found.torques).filter(|(_, torque)| **torque != 0.0).map(|(&k, torque)| {
-            let input = &reduced.equations.inputs[k];
-            format!("{} = {torque:.6} {}", input.element, reduced.equations.domain_of(input).effort().unit())
-        });
+        let holding =
+            self.inputs.iter().zip(&found.torques).filter(|(_, torque)| **torque != 0.0).map(|(&k, torque)| {
+                let input = &reduced.equations.inputs[k];
+                format!("{} = {torque:.6} {}", input.element, reduced.equations.domain_of(input).effort().unit())
+            });
         let holding: Vec<String> = holding.collect();
         let by = match holding.is_empty() {
             true => "at rest without torques of motors".to_string(),
@@ -141,7 +146,9 @@ impl Asked {
         };
         let proven = match found.radius {
             Some(0.0) => "proven: no torque is left, exactly".into(),
-            Some(radius) => format!("proven: there is exactly one within {radius:e} of it, relative to its size or to one"),
+            Some(radius) => {
+                format!("proven: there is exactly one within {radius:e} of it, relative to its size or to one")
+            }
             None => "to rounding, not proven".to_string(),
         };
         let bent: Vec<&str> = (0..reduced.equations.laws.len())
@@ -150,7 +157,9 @@ impl Asked {
             .collect();
         let local = match bent.is_empty() {
             true => String::new(),
-            false => format!("; {} linear there: what is designed and proven is about small motions around it", are(&bent)),
+            false => {
+                format!("; {} linear there: what is designed and proven is about small motions around it", are(&bent))
+            }
         };
         format!("{}, {by}; {proven}{local}", in_words(reduced, &found.position))
     }
@@ -187,7 +196,10 @@ pub(super) fn check_smooth(
             Diagnostic::error("control::kink", message)
                 .at(place_of_value(document, element, "law"), "it has no derivative there")
                 .at(control.place.clone(), "this controller")
-                .help(format!("it is linearised at {}: name another point with `at`, or make the expression smooth there", in_words(reduced, &point.position))),
+                .help(format!(
+                    "it is linearised at {}: name another point with `at`, or make the expression smooth there",
+                    in_words(reduced, &point.position)
+                )),
         );
     }
     out.len() == before
@@ -195,7 +207,8 @@ pub(super) fn check_smooth(
 
 /// The warning that nothing holds the default point.
 pub(super) fn not_held(control: &ControlSpec, why: &str) -> Diagnostic {
-    let message = format!("control `{}` is designed at zero angles, where the model does not rest: {why}", control.name);
+    let message =
+        format!("control `{}` is designed at zero angles, where the model does not rest: {why}", control.name);
     Diagnostic::warning("control::point", message)
         .at(control.place.clone(), "this controller")
         .help("name the operating point with `at`; as it is, the torque that is left disturbs the loop")

@@ -309,12 +309,9 @@ fn standing(
     out: &mut Vec<Diagnostic>,
 ) -> OperatingPoint {
     let zero = OperatingPoint::zero(reduced);
-    let (Some(asked), Some(control)) = (asked, controls.first()) else { return zero };
+    let (Some(asked), false) = (asked, controls.is_empty()) else { return zero };
     match asked.find(reduced) {
-        Ok(found) => {
-            out.extend(found.not_held.map(|why| not_held(control, &why)));
-            found.point
-        }
+        Ok(found) => found.point,
         Err(why) => {
             out.push(asked.refusal(document, controls, &why));
             zero
@@ -332,7 +329,10 @@ fn start_at_rest(
     let asked = document.scenario.values.get("start");
     if asked.is_some_and(|found| found.value == Value::Word("operating_point".into())) {
         scenario.position.clone_from(&point.position);
-        return vec![format!("the run begins at the operating point of its controllers: {}", in_words(reduced, &point.position))];
+        return vec![format!(
+            "the run begins at the operating point of its controllers: {}",
+            in_words(reduced, &point.position)
+        )];
     }
     if !asked.is_some_and(|found| found.value == Value::Word("equilibrium".into())) {
         return Vec::new();
@@ -430,7 +430,11 @@ fn designed_law(
         return None;
     }
     match law.and_then(|law| Ok((Arc::clone(&law), running(law, &control.values)?))) {
-        Ok((law, running)) if running.linear().fits_single() => Some((law, running)),
+        Ok((law, running)) if running.linear().fits_single() => {
+            let why = plant.not_held.as_ref().filter(|_| !law.on_full_model());
+            out.extend(why.map(|why| not_held(control, why)));
+            Some((law, running))
+        }
         Ok(_) => {
             let message =
                 format!("control `{}`: a gain is too large for single precision, in which firmware runs", control.name);
@@ -459,7 +463,7 @@ fn plant_at(
     match asked.find(&reduced) {
         Ok(found) => check_smooth(document, control, (&reduced, &found.point), out).then(|| {
             let mut plant = Plant::at(reduced, found.point);
-            plant.told = found.told;
+            (plant.told, plant.not_held) = (found.told, found.not_held);
             plant
         }),
         // Told of the variant; with the design values it is another mistake.

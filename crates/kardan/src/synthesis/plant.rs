@@ -21,6 +21,8 @@ pub struct Plant {
     pub point: OperatingPoint,
     /// Where that is in words, and what of it is proven, where there is something to tell.
     pub told: Option<String>,
+    /// Why nothing holds it there, where that is so.
+    pub not_held: Option<String>,
     /// Linear there.
     pub linear: LinearModel,
     /// Kind and name of each element, for messages.
@@ -44,7 +46,7 @@ impl Plant {
     /// As [`Self::new`].
     pub fn at(reduced: Reduced, point: OperatingPoint) -> Self {
         let linear = linearise_at(&reduced, &point);
-        Self { reduced, point, told: None, linear, elements: Vec::new(), turned: Turned::default() }
+        Self { reduced, point, told: None, not_held: None, linear, elements: Vec::new(), turned: Turned::default() }
     }
 
     /// Whether its law is one around an operating point other than zero, or with torques that hold it there.

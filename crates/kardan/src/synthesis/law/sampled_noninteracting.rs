@@ -244,12 +244,10 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         })
         .collect();
 
+    let left = |input: &String| limit(input).map(|limit| limit - plant.held_torque(input).abs());
     let bounds: Vec<Bounds<f64>> = inputs
         .iter()
-        .map(|input| Bounds {
-            torque: limit(input).map(|limit| limit - plant.held_torque(input).abs()),
-            change: rate(input).map(|rate| rate * clock.period),
-        })
+        .map(|input| Bounds { torque: left(input), change: rate(input).map(|rate| rate * clock.period) })
         .collect();
     let asked = Asked {
         inputs: &inputs,
