@@ -155,26 +155,37 @@ impl Graph {
             };
             bent.insert(part, sides);
         }
-        let order = other.needed(&bent.keys().copied().chain([expr]).collect::<Vec<_>>());
-        let bends: Vec<Expr> = order.iter().copied().filter(|part| bent.contains_key(part)).collect();
+        let bends: Vec<Expr> = bent.keys().copied().collect();
         if bends.len() > MOST_BENDS {
             return None;
         }
         let side = |graph: &mut Self, choice: usize| {
-            let mut new: HashMap<Expr, Expr> = HashMap::new();
-            let full = graph.clone();
-            let wanted: Vec<Expr> = bent.values().flatten().copied().chain([expr]).collect();
-            for part in full.needed(&wanted) {
-                let copy = match bends.iter().position(|bend| *bend == part) {
-                    Some(bit) => new[&bent[&part][choice >> bit & 1]],
-                    None if full.symbol_of(part).is_some() => part,
-                    None => graph.remade(&full, part, |part| new[&part]),
-                };
-                new.insert(part, copy);
-            }
+            let chosen =
+                |part: Expr| bends.iter().position(|bend| *bend == part).map(|bit| bent[&part][choice >> bit & 1]);
+            let mut new = HashMap::new();
+            graph.put_side(expr, &chosen, &mut new);
             new[&expr]
         };
         Some((0..1 << bends.len()).map(|choice| side(self, choice)).collect())
+    }
+
+    /// An expression with some parts replaced by what they are on one side.
+    fn put_side(&mut self, expr: Expr, chosen: &dyn Fn(Expr) -> Option<Expr>, new: &mut HashMap<Expr, Expr>) {
+        let full = self.clone();
+        for part in full.needed(&[expr]) {
+            if new.contains_key(&part) {
+                continue;
+            }
+            let copy = match chosen(part) {
+                Some(side) => {
+                    self.put_side(side, chosen, new);
+                    new[&side]
+                }
+                None if full.symbol_of(part).is_some() => part,
+                None => self.remade(&full, part, |part| new[&part]),
+            };
+            new.insert(part, copy);
+        }
     }
 
     fn polynomial(&mut self, (origin, coefficients): &(Rational, Vec<Rational>), x: Expr) -> Expr {
