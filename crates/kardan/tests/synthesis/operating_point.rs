@@ -229,3 +229,47 @@ fn points_that_nothing_holds_and_kinks_are_told() {
         &["an operating point is at rest"],
     );
 }
+
+/// The built-in joint of a robot, designed at 60 deg: the poles asked for are the roots of its characteristic polynomial, written down by hand with
+/// the stiffness m g l cos φ of the arm there; and a run holds it there.
+#[test]
+fn the_robot_joint_is_designed_where_it_hangs() {
+    use kardan::results::Complex;
+    let model = kardan::model::builtin("robot-joint").expect("built in").source;
+    let before = |text: &'static str, mark: &str| text.split(mark).next().unwrap_or_default();
+    let source = before(model, "[[requirement]]").split("[scenario]").next().unwrap_or_default().to_string()
+        + "[[variant]]\nname = \"held\"\ncontrols = [\"hold\"]\n[control.hold]\nlaw = \"pole_placement\"\ninputs = [\"motor\"]\n\
+           poles = [-20, -25, \"-60 ± 200j\"]\nat = { \"arm.phi\" = \"60 deg\" }\n[[control.hold.channels]]\noutput = \"arm.phi\"\n\
+           reference = \"ref\"\n"
+        + RUN;
+    let settings =
+        DesignSettings { control: Some("hold".into()), variant: Some("held".into()), ..DesignSettings::default() };
+    let design = study::design(&source, &settings, &Silent).expect("a design");
+    let (k, point) = (gain(&design), (60.0_f64).to_radians());
+    // At the arm: the drive of 31 kN m/rad, 20 N m s/rad as felt at the flexspline, 1:101.
+    let (s, c, n) = (31e3, 20.0 * 1.01 * 1.01, 101.0);
+    let load = (3.0 + 5.0) * 9.81 * 0.6;
+    let inertia = [1.4e-4, (2.0 + 5.0) * 0.36];
+    for (re, im) in [(-20.0, 0.0), (-25.0, 0.0), (-60.0, 200.0)] {
+        let pole = Complex { re, im };
+        let times = |a: Complex, b: Complex| Complex { re: a.re * b.re - a.im * b.im, im: a.re * b.im + a.im * b.re };
+        let entry = |h: f64, d: f64, s: f64| {
+            let square = times(pole, pole);
+            Complex { re: h * square.re + d * pole.re + s, im: h * square.im + d * pole.im }
+        };
+        let own = times(
+            entry(inertia[0], 2e-4 + c / n / n + k[2], s / n / n + k[0]),
+            entry(inertia[1], 0.5 + c, s + load * point.cos()),
+        );
+        let cross = times(entry(0.0, -c / n + k[3], -s / n + k[1]), entry(0.0, -c / n, -s / n));
+        let (left, size) = ((own.re - cross.re).hypot(own.im - cross.im), own.re.hypot(own.im));
+        assert!(left < 1e-9 * size, "{re} {im}: {left:e} of {size:e}");
+    }
+    let run = Settings { variants: vec!["held".into()], runs_only: true, ..Settings::default() };
+    let found = study::run(&source, &run, &Silent).expect("a run");
+    let arm = &found.runs[0].series.signal("arm.phi").expect("an angle").values;
+    // The law has no integrator: friction of 0.02 N m may hold it off by that over the gain of its reference, no more.
+    let reference = design.gains.iter().find(|gain| gain.name == "L").expect("a gain").values[0][0];
+    assert!(arm.iter().all(|angle| (angle - point).abs() < 0.02 / reference));
+    assert!((arm[0] - point).abs() < 1e-15);
+}

@@ -243,7 +243,6 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
             effort * channel.number("torque_rate").unwrap_or(otherwise) * clock.period
         })
         .collect();
-
     let left = |input: &String| limit(input).map(|limit| limit - plant.held_torque(input).abs());
     let bounds: Vec<Bounds<f64>> = inputs
         .iter()
