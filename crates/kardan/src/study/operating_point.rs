@@ -69,7 +69,7 @@ impl Asked {
     /// Whether a controller names a point.
     pub fn is_named(document: &Document, control: &ControlSpec) -> bool {
         let own = document.controls.iter().find(|own| own.place == control.place);
-        own.is_some_and(|own| own.table.values.get("at").is_some())
+        own.is_some_and(|own| own.table.values.contains_key("at"))
     }
 
     /// The mistake that the motors do not hold what is named.
