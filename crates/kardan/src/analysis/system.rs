@@ -2,7 +2,7 @@ use std::collections::BTreeSet;
 
 use crate::assemble::Along;
 use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, sparse_echelon, sum_of_outer};
-use crate::reduce::{GeometricStiffness, LawSlopes, Reduced, geometric_stiffness, law_slopes, slopes};
+use crate::reduce::{GeometricStiffness, LawSlopes, OperatingPoint, Reduced, geometric_stiffness, law_slopes, slopes};
 
 /// A constant linear constrained mechanical system `Hq̈ + Dq̇ + Sq = Fτ + Cᵀλ`, `Cq = 0` \[diss. (4.31), (4.36)\], as terms
 /// along directions with exact coefficients. Without loads H, D and S are symmetric.
@@ -46,6 +46,15 @@ impl ConstrainedSystem {
     /// # Panics
     /// If `position` has not one entry per coordinate, gives a slope that is not finite, or an input is not there.
     pub fn at(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>, inputs: &[String]) -> Self {
+        Self::held(reduced, &OperatingPoint::relaxed(position), stuck, inputs)
+    }
+
+    /// The same at an operating point, under the torques that hold it there.
+    ///
+    /// # Panics
+    /// As [`Self::at`].
+    pub fn held(reduced: &Reduced, point: &OperatingPoint, stuck: &BTreeSet<String>, inputs: &[String]) -> Self {
+        let position = point.position.as_slice();
         let equations = &reduced.equations;
         let constant = |term: &Along<crate::units::Exact>| Along {
             element: term.element.clone(),
@@ -87,7 +96,7 @@ impl ConstrainedSystem {
                 .collect(),
         };
         let slopes = law_slopes(reduced, position);
-        out.springs.extend(geometric_stiffness(reduced, position, &slopes).into_iter().map(|one| {
+        out.springs.extend(geometric_stiffness(reduced, point, &slopes).into_iter().map(|one| {
             let GeometricStiffness { element, row, stiffness } = one;
             Along { element, row, value: stiffness }
         }));

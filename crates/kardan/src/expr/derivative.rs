@@ -134,4 +134,67 @@ impl Graph {
         found.dedup();
         found
     }
+
+    /// What an expression is on every side of a place at which some of its kinks vanish: it has a derivative there if all these have the same
+    /// value and the same one. `None` where there are too many sides to look at.
+    pub fn sides(&mut self, expr: Expr, vanishes: &dyn Fn(Expr) -> bool) -> Option<Vec<Expr>> {
+        let other = self.clone();
+        let mut bent: HashMap<Expr, [Expr; 2]> = HashMap::new();
+        for part in other.needed(&[expr]) {
+            let sides = match other.node(part).clone() {
+                Node::Apply(Function::Abs, a) if vanishes(a) => [a, self.negate(a)],
+                Node::Min(a, b) | Node::Max(a, b) if vanishes(self.subtract(a, b)) => [a, b],
+                Node::Select([a, b, then, otherwise]) if vanishes(self.subtract(a, b)) => [then, otherwise],
+                Node::Table(number, x) => {
+                    let table = other.tables[number as usize].clone();
+                    let at = |knot: &Rational, graph: &mut Self| vanishes(graph.sum(-knot, &[(x, Rational::ONE)]));
+                    let Some(knot) = (0..table.knots.len()).find(|k| at(&table.knots[*k], self)) else { continue };
+                    [knot, knot + 1].map(|piece| self.polynomial(&table.pieces[piece], x))
+                }
+                _ => continue,
+            };
+            bent.insert(part, sides);
+        }
+        let bends: Vec<Expr> = bent.keys().copied().collect();
+        if bends.len() > MOST_BENDS {
+            return None;
+        }
+        let side = |graph: &mut Self, choice: usize| {
+            let chosen =
+                |part: Expr| bends.iter().position(|bend| *bend == part).map(|bit| bent[&part][choice >> bit & 1]);
+            let mut new = HashMap::new();
+            graph.put_side(expr, &chosen, &mut new);
+            new[&expr]
+        };
+        Some((0..1 << bends.len()).map(|choice| side(self, choice)).collect())
+    }
+
+    /// An expression with some parts replaced by what they are on one side.
+    fn put_side(&mut self, expr: Expr, chosen: &dyn Fn(Expr) -> Option<Expr>, new: &mut HashMap<Expr, Expr>) {
+        let full = self.clone();
+        for part in full.needed(&[expr]) {
+            if new.contains_key(&part) {
+                continue;
+            }
+            let copy = match chosen(part) {
+                Some(side) => {
+                    self.put_side(side, chosen, new);
+                    new[&side]
+                }
+                None if full.symbol_of(part).is_some() => part,
+                None => self.remade(&full, part, |part| new[&part]),
+            };
+            new.insert(part, copy);
+        }
+    }
+
+    fn polynomial(&mut self, (origin, coefficients): &(Rational, Vec<Rational>), x: Expr) -> Expr {
+        let step = self.sum(-origin, &[(x, Rational::ONE)]);
+        let powers: Vec<Expr> = (0..coefficients.len()).map(|k| self.power(step, k as i32)).collect();
+        let terms: Vec<(Expr, Rational)> = powers.into_iter().zip(coefficients.iter().cloned()).collect();
+        self.sum(Rational::ZERO, &terms)
+    }
 }
+
+/// Kinks at one place of which all sides are looked at.
+const MOST_BENDS: usize = 6;

@@ -101,6 +101,15 @@ impl Lookup {
         &self.arguments
     }
 
+    /// From where to where its points reach along each argument.
+    pub fn ranges(&self) -> Vec<(f64, f64)> {
+        let ends = |table: &PiecewisePolynomial| {
+            let [first, last] = [table.knots.first(), table.knots.last()].map(|knot| knot.map_or(0.0, rational_to_f64));
+            (first, last)
+        };
+        self.rows.first().into_iter().chain(self.shares.first()).map(ends).collect()
+    }
+
     /// What it is of.
     pub fn dimension(&self) -> Dimension {
         self.dimension

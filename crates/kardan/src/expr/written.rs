@@ -60,15 +60,34 @@ impl Graph {
         expression: &Expression,
         names: &mut dyn FnMut(&mut Self, &str) -> Option<Named>,
     ) -> Result<(Expr, Dimension), UnitError> {
-        let mut known = Vec::new();
-        for name in expression.names().into_iter().chain(expression.tables()) {
-            if let Some(named) = names(self, name) {
-                known.push((name.to_string(), named));
-            }
-        }
+        let known = self.known(expression, names);
         let root = &expression.root;
-        let built = Writer { graph: self, known: &known }.built(root)?;
+        let built = Writer { graph: self, known: &known, calls: Vec::new() }.built(root)?;
         self.expr_of(root, built)
+    }
+
+    /// The tables that an expression calls, each with what it is called with.
+    ///
+    /// # Errors
+    /// As [`written`](Self::written).
+    pub fn calls(
+        &mut self,
+        expression: &Expression,
+        names: &mut dyn FnMut(&mut Self, &str) -> Option<Named>,
+    ) -> Result<Vec<(String, Vec<Expr>)>, UnitError> {
+        let known = self.known(expression, names);
+        let mut writer = Writer { graph: self, known: &known, calls: Vec::new() };
+        writer.built(&expression.root)?;
+        Ok(writer.calls)
+    }
+
+    fn known(
+        &mut self,
+        expression: &Expression,
+        names: &mut dyn FnMut(&mut Self, &str) -> Option<Named>,
+    ) -> Vec<(String, Named)> {
+        let all = expression.names().into_iter().chain(expression.tables());
+        all.filter_map(|name| Some((name.to_string(), names(self, name)?))).collect()
     }
 
     fn expr_of(&mut self, node: &Node, built: Built) -> Result<(Expr, Dimension), UnitError> {
@@ -86,6 +105,8 @@ impl Graph {
 struct Writer<'a> {
     graph: &'a mut Graph,
     known: &'a [(String, Named)],
+    /// Tables that were called, with their arguments.
+    calls: Vec<(String, Vec<Expr>)>,
 }
 
 impl Writer<'_> {
@@ -163,7 +184,9 @@ impl Writer<'_> {
             argument.like(wanted, &found)?;
             at.push(value);
         }
-        Ok((table.write_into(self.graph, &at), table.dimension()))
+        let value = table.write_into(self.graph, &at);
+        self.calls.push((name.to_string(), at));
+        Ok((value, table.dimension()))
     }
 
     fn binary(&mut self, node: &Node, operator: char, parts: &[Node; 2]) -> Result<(Expr, Dimension), UnitError> {

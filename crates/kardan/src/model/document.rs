@@ -256,7 +256,7 @@ impl Document {
     }
 }
 
-/// The keys of a law, without the values of its design model, which is read with the parameters.
+/// The keys of a law, without the values of its design model and its operating point, which are read with the parameters and coordinates.
 pub(super) fn keys_of(law: &LawKind) -> Vec<Field> {
-    law.fields.iter().filter(|field| field.name != "design").copied().collect()
+    law.fields.iter().filter(|field| field.name != "design" && field.name != "at").copied().collect()
 }

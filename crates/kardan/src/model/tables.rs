@@ -36,9 +36,9 @@ keys! {
             initial: Overrides,
                 "Initial angles and speeds, of masses positions and velocities, in a circuit charges and currents, of any of them: { \
                  \"rk.phi\" = \"10 deg\" }. The others follow by the constraints; what is left open is zero.";
-            start: Choice(&["initial", "equilibrium"]) = "initial",
-                "Where the run begins: at the angles of `initial`, or at the equilibrium that Newton's method finds from there, without \
-                 inputs and friction; the run tells which, and what of it is proven.";
+            start: Choice(&["initial", "equilibrium", "operating_point"]) = "initial",
+                "Where the run begins: at the angles of `initial`, at the equilibrium that Newton's method finds from there, without \
+                 inputs and friction, or at the operating point of the controllers; the run tells which, and what of it is proven.";
             seed: Number(Sign::NonNegative) = "1",
                 "Whole number from which the `noise` of sensors is drawn: the same seed, the same noise.";
             event: Tables(Event), "Steps and ramps of signals: `[[scenario.event]]`.";

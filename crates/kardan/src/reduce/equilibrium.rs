@@ -5,8 +5,9 @@ use faer::{Mat, linalg::solvers::Qr};
 use kardan_rt::Operator;
 
 use super::{Motion, Reduced};
-use crate::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Symbol, lower};
-use crate::num::{Random, rational_to_f64};
+use crate::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Rationals, Symbol, lower};
+use crate::num::{Random, Scalar, rational_from_f64, rational_to_f64};
+use crate::units::Dimension;
 
 /// Newton steps that are made at most, and halvings of one.
 const STEPS: usize = 200;
@@ -41,20 +42,39 @@ pub struct Equilibria {
     pub best: Option<(Vec<f64>, f64)>,
 }
 
-/// The static torques as expressions of the coordinates.
+/// A position that inputs hold at rest, as far as they can.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Held {
+    /// The reduced position, rad or m.
+    pub position: Vec<f64>,
+    /// The torque of each of the inputs that may hold it, N m.
+    pub torques: Vec<f64>,
+    /// Whether nothing is left but what rounding makes.
+    pub at_rest: bool,
+    /// The radius within which there is exactly one such position, proven, zero where this is one exactly; `None`: found to rounding only.
+    pub radius: Option<f64>,
+    /// The coordinate along which most is left, and how much, N m.
+    pub left: Option<(usize, f64)>,
+}
+
+/// The static torques as expressions of the coordinates, and of the torques of inputs that hold them.
 struct Statics {
     graph: Graph,
+    /// The unknowns: coordinates, and behind them torques of inputs.
     symbols: Vec<Symbol>,
     /// Torques along coordinates, without those that are always zero, with the numbers of their coordinates.
     torques: Vec<(usize, Expr)>,
-    /// Coordinates that they depend on.
+    /// Unknowns that they depend on.
     active: Vec<usize>,
+    /// Which of these are to be found, as places in `active`.
+    free: Vec<usize>,
     /// Derivatives, a row for each torque.
     slopes: Vec<Expr>,
 }
 
 impl Statics {
-    fn new(reduced: &Reduced) -> Self {
+    /// The torques with these inputs; of the coordinates those in `fixed` are given.
+    fn new(reduced: &Reduced, inputs: &[usize], fixed: &[usize]) -> Self {
         let (motion, r) = (Motion::at_time_zero(reduced), reduced.degrees_of_freedom());
         let mut graph = Graph::default();
         let mut symbols = Vec::with_capacity(r);
@@ -65,16 +85,26 @@ impl Statics {
             symbols.extend(graph.symbol_of(value));
             values.push((*symbol, value));
         }
-        let torques: Vec<Expr> =
+        let mut torques: Vec<Expr> =
             motion.passive.iter().map(|force| graph.copied(&motion.graph, *force, &values)).collect();
+        for &input in inputs {
+            let held = graph.new_symbol(reduced.equations.inputs[input].element.clone(), Dimension::TORQUE);
+            symbols.extend(graph.symbol_of(held));
+            for (k, entry) in &motion.inputs[input] {
+                let along = graph.copied(&motion.graph, *entry, &values);
+                let part = graph.multiply(along, held);
+                torques[*k] = graph.add(torques[*k], part);
+            }
+        }
         let torques: Vec<(usize, Expr)> =
             torques.into_iter().enumerate().filter(|(_, torque)| !graph.is_zero(*torque)).collect();
         let exprs: Vec<Expr> = torques.iter().map(|(_, torque)| *torque).collect();
         let used = graph.symbols(&exprs);
-        let active: Vec<usize> = (0..r).filter(|k| used.contains(&symbols[*k])).collect();
+        let active: Vec<usize> = (0..symbols.len()).filter(|k| used.contains(&symbols[*k])).collect();
+        let free = (0..active.len()).filter(|j| !fixed.contains(&active[*j])).collect();
         let columns: Vec<Vec<Expr>> = active.iter().map(|k| graph.derivatives(&exprs, symbols[*k])).collect();
         let slopes = (0..exprs.len()).flat_map(|i| columns.iter().map(move |column| column[i])).collect();
-        Self { graph, symbols, torques, active, slopes }
+        Self { graph, symbols, torques, active, free, slopes }
     }
 
     fn at<D: Domain>(&self, domain: &mut D, exprs: &[Expr], place: impl Fn(usize) -> D::Value) -> Vec<D::Value> {
@@ -90,17 +120,18 @@ impl Statics {
     /// Newton's method with least squares; the position it ends at and the largest torque there.
     fn newton(&self, start: &[f64]) -> (Vec<f64>, f64) {
         let size = |list: &[f64]| list.iter().fold(0.0_f64, |most, x| if x.abs() <= most { most } else { x.abs() });
-        let (mut position, rows, columns) = (start.to_vec(), self.torques.len(), self.active.len());
+        let (mut position, rows, columns, width) =
+            (start.to_vec(), self.torques.len(), self.free.len(), self.active.len());
         let mut residual = self.residual(&position);
         for _ in 0..STEPS {
-            if residual.iter().all(|x| *x == 0.0) {
+            if columns == 0 || residual.iter().all(|x| *x == 0.0) {
                 break;
             }
             let slopes = self.at(&mut Floating::<f64>::default(), &self.slopes, |k| position[k]);
             // Damped where directions are flat: the damping falls with the torques.
             let (scale, damping) = (size(&slopes), size(&residual).min(1e-6));
             let tall = Mat::from_fn(rows + columns, columns, |i, j| match i {
-                i if i < rows => slopes[i * columns + j],
+                i if i < rows => slopes[i * width + self.free[j]],
                 i if i - rows == j => scale * damping.max(1e-13),
                 _ => 0.0,
             });
@@ -109,8 +140,8 @@ impl Statics {
             let (mut part, mut better) = (1.0, false);
             for _ in 0..HALVINGS {
                 let mut next = position.clone();
-                for (j, k) in self.active.iter().enumerate() {
-                    next[*k] += part * step[(j, 0)];
+                for (j, place) in self.free.iter().enumerate() {
+                    next[self.active[*place]] += part * step[(j, 0)];
                 }
                 let there = self.residual(&next);
                 if size(&there) < size(&residual) {
@@ -137,15 +168,47 @@ impl Statics {
         64.0 * f64::EPSILON * slopes.chunks(width).map(row).fold(0.0, f64::max)
     }
 
+    /// Whether no torque at all is left, exactly.
+    fn is_exact(&self, position: &[f64]) -> bool {
+        let exprs: Vec<Expr> = self.torques.iter().map(|(_, torque)| *torque).collect();
+        let found = self.at(&mut Rationals, &exprs, |k| rational_from_f64(position[k]));
+        found.iter().all(|torque| torque.as_ref().is_some_and(Scalar::is_zero))
+    }
+
+    /// As many of the unknowns as there are torques, such that these determine them; the others stay where they are.
+    fn determined(&self, slopes: &[f64]) -> Option<Vec<usize>> {
+        let (n, width) = (self.torques.len(), self.active.len());
+        if self.free.len() <= n {
+            return (self.free.len() == n).then(|| self.free.clone());
+        }
+        let mut rows: Vec<Vec<f64>> =
+            (0..n).map(|i| self.free.iter().map(|j| slopes[i * width + j]).collect()).collect();
+        let mut chosen = Vec::new();
+        for i in 0..n {
+            let size = |j: &usize| rows[i][*j].abs();
+            let pivot = (0..self.free.len()).max_by(|a, b| size(a).total_cmp(&size(b)))?;
+            if size(&pivot) == 0.0 {
+                return None;
+            }
+            let own = rows[i].clone();
+            for row in &mut rows[i + 1..] {
+                let factor = row[pivot] / own[pivot];
+                row.iter_mut().zip(&own).for_each(|(x, y)| *x -= factor * y);
+                row[pivot] = 0.0;
+            }
+            chosen.push(self.free[pivot]);
+        }
+        Some(chosen)
+    }
+
     /// The radius of a box around a position in which there is exactly one equilibrium (Krawczyk, Computing 4, 1969): with C near the inverse
     /// of the slopes, `x − C f(x) + (1 − C F′(X)) (X − x)` lies within the box X.
     fn proven(&self, position: &[f64]) -> Option<f64> {
-        let n = self.active.len();
-        if self.torques.len() != n {
-            return None;
-        }
+        let (n, width) = (self.torques.len(), self.active.len());
         let slopes = self.at(&mut Floating::<f64>::default(), &self.slopes, |k| position[k]);
-        let matrix = Mat::from_fn(n, n, |i, j| slopes[i * n + j]);
+        let places = self.determined(&slopes)?;
+        let unknowns: Vec<usize> = places.iter().map(|place| self.active[*place]).collect();
+        let matrix = Mat::from_fn(n, n, |i, j| slopes[i * width + places[j]]);
         let inverse = Qr::new(matrix.as_ref()).solve_lstsq(&Mat::<f64>::identity(n, n));
         if (0..n).any(|i| (0..n).any(|j| !inverse[(i, j)].is_finite())) {
             return None;
@@ -156,15 +219,13 @@ impl Statics {
         let times = |a: Interval, b: Interval| Intervals.operation(Operator::Multiply, &[a, b]);
         let plus = |a: Interval, b: Interval| Intervals.operation(Operator::Add, &[a, b]);
         [1e-12, 1e-10, 1e-8, 1e-6, 1e-4].into_iter().find(|radius| {
-            let around = |k: usize| {
-                let half = radius * position[k].abs().max(1.0);
-                Interval { low: position[k] - half, high: position[k] + half }
-            };
+            let half = |k: usize| radius * position[k].abs().max(1.0);
+            let around = |k: usize| Interval { low: position[k] - half(k), high: position[k] + half(k) };
             let wide = self.at(&mut domain, &self.slopes, |k| {
-                if self.active.contains(&k) { around(k) } else { Interval::point(position[k]) }
+                if unknowns.contains(&k) { around(k) } else { Interval::point(position[k]) }
             });
             (0..n).all(|i| {
-                let half = radius * position[self.active[i]].abs().max(1.0);
+                let own = half(unknowns[i]);
                 let mut sum = Interval::point(0.0);
                 for k in 0..n {
                     sum = plus(sum, times(Interval::point(-inverse[(i, k)]), here[k]));
@@ -172,14 +233,35 @@ impl Statics {
                 for j in 0..n {
                     let mut entry = Interval::point(f64::from(u8::from(i == j)));
                     for k in 0..n {
-                        entry = plus(entry, times(Interval::point(-inverse[(i, k)]), wide[k * n + j]));
+                        entry = plus(entry, times(Interval::point(-inverse[(i, k)]), wide[k * width + places[j]]));
                     }
-                    let half = radius * position[self.active[j]].abs().max(1.0);
+                    let half = half(unknowns[j]);
                     sum = plus(sum, times(entry, Interval { low: -half, high: half }));
                 }
-                -half < sum.low && sum.high < half
+                -own < sum.low && sum.high < own
             })
         })
+    }
+}
+
+/// The position near `start` (rad or m) that constant torques of these inputs hold; the coordinates in `fixed` stay where they are.
+///
+/// # Panics
+/// If `start` has not one entry per coordinate, or there is no such input.
+pub fn held(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize]) -> Held {
+    let (statics, r) = (Statics::new(reduced, inputs, fixed), reduced.degrees_of_freedom());
+    let mut from = start.to_vec();
+    from.resize(r + inputs.len(), 0.0);
+    let (found, residual) = statics.newton(&from);
+    let radius = if statics.is_exact(&found) { Some(0.0) } else { statics.proven(&found) };
+    let torques = statics.residual(&found);
+    let sizes = statics.torques.iter().zip(&torques).map(|((k, _), torque)| (*k, *torque));
+    Held {
+        at_rest: radius.is_some() || residual <= statics.rounding(&found),
+        radius,
+        left: sizes.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())),
+        position: found[..r].to_vec(),
+        torques: found[r..].to_vec(),
     }
 }
 
@@ -188,7 +270,7 @@ impl Statics {
 /// # Panics
 /// If `start` has not one entry per coordinate.
 pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
-    let (statics, r) = (Statics::new(reduced), reduced.degrees_of_freedom());
+    let (statics, r) = (Statics::new(reduced, &[], &[]), reduced.degrees_of_freedom());
     let free: Vec<usize> = (0..r).filter(|k| !statics.active.contains(k)).collect();
     let mut out = Equilibria { found: Vec::new(), free, constant: None, best: None };
     let constant = statics.torques.iter().find_map(|(k, torque)| Some((*k, statics.graph.number_of(*torque)?)));

@@ -1,7 +1,7 @@
 //! Torques that expressions give, around a position at rest.
 
 use super::{Kinematics, Motion, Reduced, Step, kinematics};
-use crate::expr::{Expr, Floating, Rationals, Symbol, lower};
+use crate::expr::{Expr, Floating, Rationals, Style, Symbol, lower, printed};
 use crate::num::{Rational, SparseRow, rational_from_f64, rational_to_f64};
 
 /// A torque that an expression gives, around a position at rest and at time zero: `τ = τ₀ + gᵀ Δq + hᵀ q̇` over all coordinates.
@@ -17,8 +17,8 @@ pub struct LawSlopes {
     pub on_rates: SparseRow,
     /// Whether an entry is no fraction, as far as is known, and was rounded once.
     pub rounded: bool,
-    /// Whether the expression bends or jumps here, so that it has no derivative; the entries are then those of one side.
-    pub kink: bool,
+    /// What vanishes here where the expression bends or jumps, so that it has no derivative; the entries are then those of one side.
+    pub kinks: Vec<String>,
 }
 
 /// What a transmission under load adds to the stiffness: a row over the coordinates, and the stiffness along it (N m/rad).
@@ -32,14 +32,36 @@ pub struct GeometricStiffness {
     pub stiffness: Rational,
 }
 
-/// The stiffness that springs and laws make along transmissions whose ratio depends on the angle: `−μ γ″` along the driving side, with μ the
-/// torque that acts on the driven one; `laws` are the slopes of the laws there. There is none where no law is: springs are then taken as relaxed.
+/// Where a model is looked at: at rest, and, where that is known, held there.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct OperatingPoint {
+    /// The reduced position, rad or m.
+    pub position: Vec<f64>,
+    /// The constant torque of each input that holds it there, N m; `None`: springs are taken as relaxed there.
+    pub torques: Option<Vec<f64>>,
+}
+
+impl OperatingPoint {
+    /// A position with relaxed springs.
+    pub fn relaxed(position: &[f64]) -> Self {
+        Self { position: position.to_vec(), torques: None }
+    }
+
+    /// All coordinates at zero, springs relaxed.
+    pub fn zero(reduced: &Reduced) -> Self {
+        Self { position: vec![0.0; reduced.degrees_of_freedom()], torques: None }
+    }
+}
+
+/// The stiffness that springs, laws and holding torques make along transmissions whose ratio depends on the angle: `−μ γ″` along the driving
+/// side, with μ the torque that acts on the driven one; `laws` are the slopes of the laws there. There is none where no law is and nothing is
+/// held: springs are then taken as relaxed.
 ///
 /// # Panics
-/// If `position` has not one entry per coordinate.
-pub fn geometric_stiffness(reduced: &Reduced, position: &[f64], laws: &[LawSlopes]) -> Vec<GeometricStiffness> {
-    let equations = &reduced.equations;
-    if equations.laws.is_empty() || equations.transmissions.is_empty() {
+/// If the position has not one entry per coordinate.
+pub fn geometric_stiffness(reduced: &Reduced, point: &OperatingPoint, laws: &[LawSlopes]) -> Vec<GeometricStiffness> {
+    let (equations, position) = (&reduced.equations, &point.position);
+    if equations.transmissions.is_empty() || equations.laws.is_empty() && point.torques.is_none() {
         return Vec::new();
     }
     let mut numeric = Kinematics::new(reduced);
@@ -48,6 +70,9 @@ pub fn geometric_stiffness(reduced: &Reduced, position: &[f64], laws: &[LawSlope
     let mut act = |row: &[(usize, f64)], torque: f64| row.iter().for_each(|(k, x)| forces[*k] += x * torque);
     for slopes in laws {
         act(&equations.laws[slopes.law].row_f64(), slopes.value);
+    }
+    for (input, torque) in equations.inputs.iter().zip(point.torques.iter().flatten()) {
+        act(&input.row_f64(), *torque);
     }
     for spring in &equations.springs {
         let row = spring.row_f64();
@@ -107,6 +132,35 @@ fn unconstrained(reduced: &Reduced) -> Reduced {
     }
 }
 
+/// Values of expressions at a place, over the rationals where they are fractions, and rounded.
+type Values<'a> = dyn Fn(&Motion, &[Expr]) -> (Vec<Option<Rational>>, Vec<f64>) + 'a;
+
+/// What vanishes at a place where a torque bends or jumps. Where it has the same value and derivatives on all sides, as `w·|w|` has at
+/// rest, it does neither.
+fn kinks_at(motion: &mut Motion, torque: Expr, used: &[Symbol], at: &Values<'_>) -> Vec<String> {
+    let kinks = motion.graph.kinks(torque);
+    let (known, near) = at(motion, &kinks);
+    let vanishes = |k: &usize| known[*k].as_ref().map_or(near[*k] == 0.0, Rational::is_zero);
+    let vanishing: Vec<Expr> = (0..kinks.len()).filter(vanishes).map(|k| kinks[k]).collect();
+    if vanishing.is_empty() {
+        return Vec::new();
+    }
+    if let Some(sides) = motion.graph.sides(torque, &|part| vanishing.contains(&part)) {
+        let mut all = sides.clone();
+        used.iter().for_each(|symbol| all.extend(motion.graph.derivatives(&sides, *symbol)));
+        let (known, near) = at(motion, &all);
+        let same = |k: usize| match (&known[k], &known[k - k % sides.len()]) {
+            (Some(one), Some(other)) => one == other,
+            _ => near[k] == near[k - k % sides.len()],
+        };
+        if (0..all.len()).all(same) {
+            return Vec::new();
+        }
+    }
+    let text = |kink: &Expr| printed(&motion.graph, *kink, Style::Text, &|name| name.into());
+    vanishing.iter().map(text).collect()
+}
+
 /// The torques of all laws around a reduced position (rad).
 ///
 /// # Panics
@@ -137,13 +191,8 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
     for (law, term) in equations.laws.iter().enumerate() {
         let torque = motion.formula(&free, &term.value);
         let (_, value) = at(&motion, &[torque]);
-        let kinks = motion.graph.kinks(torque);
-        let (known, near) = at(&motion, &kinks);
-        let kink = known.iter().zip(near).any(|(known, near)| match known {
-            Some(known) => known.is_zero(),
-            None => near == 0.0,
-        });
         let used: Vec<Symbol> = motion.graph.symbols(&[torque]);
+        let kinks = kinks_at(&mut motion, torque, &used, &at);
         let slopes: Vec<Expr> = used.iter().map(|symbol| motion.graph.derivative(torque, *symbol)).collect();
         let (known, near) = at(&motion, &slopes);
         let (mut on_positions, mut on_rates, mut rounded) = (SparseRow::new(), SparseRow::new(), false);
@@ -159,7 +208,7 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
                 k => on_rates.push((k - n, slope)),
             }
         }
-        out.push(LawSlopes { law, value: value[0], on_positions, on_rates, rounded, kink });
+        out.push(LawSlopes { law, value: value[0], on_positions, on_rates, rounded, kinks });
     }
     out
 }

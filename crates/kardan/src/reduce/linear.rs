@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Reduced, geometric_stiffness, kinematics, law_slopes};
+use super::{OperatingPoint, Reduced, geometric_stiffness, kinematics, law_slopes};
 use crate::num::{Matrix, Rational, SparseRow, dense_rows, project, sparse_sum_of_outer};
 
 /// The reduced matrices of a linear(ised) model \[diss. Theorem 4.1\], exact for the stored numbers.
@@ -49,7 +49,15 @@ impl LinearModel {
 /// # Panics
 /// If `position` has not one entry per coordinate or gives a slope that is not finite.
 pub fn linearise(reduced: &Reduced, position: &[f64]) -> LinearModel {
-    let SparseModel { inertia, damping, stiffness, input, basis } = sparse_model(reduced, position);
+    linearise_at(reduced, &OperatingPoint::relaxed(position))
+}
+
+/// [`linearise`] at an operating point, under the torques that hold it there.
+///
+/// # Panics
+/// As [`linearise`].
+pub fn linearise_at(reduced: &Reduced, point: &OperatingPoint) -> LinearModel {
+    let SparseModel { inertia, damping, stiffness, input, basis } = sparse_model_at(reduced, point);
     let (r, inputs) = (reduced.degrees_of_freedom(), &reduced.equations.inputs);
     LinearModel {
         coordinates: reduced.coordinate_names(),
@@ -82,6 +90,11 @@ pub struct SparseModel {
 /// # Panics
 /// If `position` has not one entry per coordinate or gives a slope that is not finite.
 pub fn sparse_model(reduced: &Reduced, position: &[f64]) -> SparseModel {
+    sparse_model_at(reduced, &OperatingPoint::relaxed(position))
+}
+
+fn sparse_model_at(reduced: &Reduced, point: &OperatingPoint) -> SparseModel {
+    let position = point.position.as_slice();
     let basis = kinematics::exact_basis(reduced, position);
     let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
     let along = |row: &SparseRow| project(row, &basis);
@@ -107,7 +120,7 @@ pub fn sparse_model(reduced: &Reduced, position: &[f64]) -> SparseModel {
         }
     };
     let mut damping = sparse_sum_of_outer(dampers.iter().map(|d| (along(&d.row), d.value.to_rational())), r);
-    let geometric = geometric_stiffness(reduced, position, &slopes);
+    let geometric = geometric_stiffness(reduced, point, &slopes);
     let bent = geometric.iter().map(|one| (along(&one.row), one.stiffness.clone()));
     let stretched = springs.iter().map(|s| (along(&s.row), s.value.stiffness.to_rational()));
     let mut stiffness = sparse_sum_of_outer(stretched.chain(bent), r);

@@ -25,15 +25,17 @@ mod relaxation;
 
 pub use constraint_torques::Acting;
 pub use dynamics::{Dynamics, Extension, MotionPlan, Work};
-pub use equilibrium::{Equilibria, Equilibrium, equilibria};
+pub use equilibrium::{Equilibria, Equilibrium, Held, equilibria, held};
 pub use equilibrium_rows::{NoEquilibrium, equilibrium_rows};
 pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;
 pub use initial::{GivenStart, StartConflict, start_position, start_speed};
 pub use kept::{NoStart, StartOnRows, frozen, start_on_rows};
 pub use kinematics::{Kinematics, Slope, slopes};
-pub use law_slopes::{GeometricStiffness, LawSlopes, geometric_stiffness, is_linear_law, law_slopes, laws_are_linear};
-pub use linear::{LinearModel, SparseModel, linearise, sparse_model};
+pub use law_slopes::{
+    GeometricStiffness, LawSlopes, OperatingPoint, geometric_stiffness, is_linear_law, law_slopes, laws_are_linear,
+};
+pub use linear::{LinearModel, SparseModel, linearise, linearise_at, sparse_model};
 pub use mechanism::{MechanismData, MechanismError};
 pub use motion::{Forces, KeptRate, Motion, SparseRow, Timed};
 pub use multipliers::Multipliers;

@@ -10,7 +10,7 @@ use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::entries::Place;
 use crate::equations::{Domain, Hold, Measured};
-use crate::model::{Instance, Setting, TableReader, tables};
+use crate::model::{Document, Instance, Setting, TableReader, tables};
 use crate::names::unknown_name;
 use crate::names::{Quantity, SignalName, carrier};
 use crate::reduce::Reduced;
@@ -121,9 +121,10 @@ pub(super) fn analysis_spec(
     spec.samples = values.number("samples").and_then(|samples| whole_samples(table, samples, out));
     let coordinates = point.as_ref().map(|point| point.reduced.coordinate_names());
     let targets = coordinates.as_deref();
-    let at = targets_of("at", 1, known, targets, &reader, out);
+    let own = (table, what);
+    let at = targets_of(own, ("at", 1), known.document, targets, &reader, out);
     spec.at = at.into_iter().map(|(signal, angle)| (SignalName::new(&signal).element.to_string(), angle)).collect();
-    spec.motion = targets_of("motion", 2, known, targets, &reader, out);
+    spec.motion = targets_of(own, ("motion", 2), known.document, targets, &reader, out);
     let moves = spec.motion.iter().any(|(_, value)| *value != 0.0);
     if matches!(table.values.get("motion"), Some(given) if matches!(&given.value, Value::Map(entries)
         if entries.len() == spec.motion.len()))
@@ -262,17 +263,16 @@ fn whole_samples(table: &Table, samples: f64, out: &mut Vec<Diagnostic>) -> Opti
     None
 }
 
-/// Angles (and speeds, if `rates` is 2) of coordinates by name: `at` and `motion`.
-fn targets_of(
-    key: &str,
-    rates: usize,
-    known: &Known<'_>,
+/// Angles (and speeds, if `rates` is 2) of coordinates by name, in a table: `at` and `motion`.
+pub(super) fn targets_of(
+    (table, what): (&Table, &str),
+    (key, rates): (&str, usize),
+    document: &Document,
     coordinates: Option<&[String]>,
     reader: &TableReader<'_>,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<(String, f64)> {
-    let document = known.document;
-    let Some(Value::Map(entries)) = document.analysis.values.get(key).map(|given| &given.value) else {
+    let Some(Value::Map(entries)) = table.values.get(key).map(|given| &given.value) else {
         return Vec::new();
     };
     let mut found = Vec::new();
@@ -286,7 +286,7 @@ fn targets_of(
         let asked = quantities(shaft).position(|quantity| signal.is(quantity));
         if let (true, Some(rate)) = (fits, asked) {
             let dimension = body(shaft).unwrap_or_default().dimensions()[rate];
-            let label = format!("`{}` in `{key}` of `[analysis]`", name.value);
+            let label = format!("`{}` in `{key}` of {what}", name.value);
             let value = of_dimension(reader, scalar, (dimension, Sign::Any), &label, out);
             found.extend(value.map(|value| (name.value.clone(), value.to_f64())));
             continue;
@@ -314,7 +314,7 @@ fn targets_of(
             (format!("`{shown}` is not the {kind} of a coordinate"), help)
         };
         out.push(
-            Diagnostic::error("name::unknown", format!("`{key}` of `[analysis]`: {message}"))
+            Diagnostic::error("name::unknown", format!("`{key}` of {what}: {message}"))
                 .at(name.place.clone(), "not a coordinate")
                 .help(help),
         );

@@ -77,7 +77,7 @@ fn run(
     progress: &dyn Progress,
 ) -> RunResult {
     let name = reference.map_or("without a step".to_string(), |reference| format!("step of {reference}"));
-    let scenario = step(&variant.scenario, reference, window);
+    let scenario = step(variant, reference, window);
     let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &scenario };
     let tolerance = Tolerance { most_steps, ..Tolerance::default() };
     simulate_heard(setup, tolerance, (number, &name), progress)
@@ -145,8 +145,9 @@ fn torque_limit(variant: &PreparedVariant, input: &str) -> Option<f64> {
     variant.design_models.first()?.torque_limit(number)
 }
 
-/// A run from rest at zero angles in which one reference steps by one, or none.
-fn step(scenario: &Scenario, reference: Option<&str>, window: f64) -> Scenario {
+/// A run from rest at the operating point in which one reference steps by one, or none.
+fn step(variant: &PreparedVariant, reference: Option<&str>, window: f64) -> Scenario {
+    let scenario = &variant.scenario;
     let at = BEFORE * window;
     let duration = at + window;
     let fine = window / (20 * ROWS) as f64;
@@ -156,17 +157,28 @@ fn step(scenario: &Scenario, reference: Option<&str>, window: f64) -> Scenario {
     if let Some(last) = times.last_mut() {
         *last = duration;
     }
-    let source = scenario.sources.iter().position(|source| Some(source.name.as_str()) == reference);
+    let mut events = Vec::new();
+    for law in &variant.running {
+        for (own, rest) in law.references().iter().zip(law.references_at_rest()) {
+            let Some(source) = scenario.sources.iter().position(|source| source.name == own.name) else { continue };
+            if rest != 0.0 {
+                events.push(SignalEvent { source, at: 0.0, to: rest, over: 0.0 });
+            }
+            if reference == Some(own.name.as_str()) {
+                events.push(SignalEvent { source, at, to: rest + 1.0, over: 0.0 });
+            }
+        }
+    }
     Scenario {
         seed: scenario.seed,
         recorded: None,
         duration,
         times,
         sources: scenario.sources.clone(),
-        events: source.map(|source| SignalEvent { source, at, to: 1.0, over: 0.0 }).into_iter().collect(),
+        events,
         signals: Vec::new(),
         faults: Vec::new(),
-        position: vec![0.0; scenario.position.len()],
+        position: variant.point.position.clone(),
         speed: vec![0.0; scenario.speed.len()],
     }
 }

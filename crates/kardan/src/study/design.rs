@@ -351,7 +351,7 @@ pub(super) fn designed(
 /// The law in its own words, the model that it is designed on, and its numbers for firmware.
 fn described(description: &str, variant: &PreparedVariant, number: usize) -> Design {
     let control = &variant.model.controls[number];
-    let mut design = variant.designed[number].describe();
+    let (mut design, plant) = (variant.designed[number].describe(), &variant.design_models[number]);
     design.model.clone_from(&variant.model.name);
     design.mechanism.clone_from(&variant.model.mechanism);
     design.description = description.into();
@@ -359,8 +359,12 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
     let others = variant.model.controls.iter().enumerate().filter(|(k, _)| *k != number);
     design.others = others.map(|(_, other)| other.name.clone()).collect();
     if design.design_model.is_empty() {
-        design.design_model = "linear, at zero angles".into();
+        design.design_model = plant.linear_where().into();
     }
+    design.notes.extend(plant.told.iter().map(|told| format!("operating point: {told}")));
+    let why =
+        plant.not_held.iter().map(|why| format!("operating point: zero angles, where the model does not rest: {why}"));
+    design.notes.extend(why);
     let values: Vec<String> = control.design.iter().map(|set| format!("{} = {}", set.name, set.text)).collect();
     if !values.is_empty() {
         design.design_model += &format!(", {}", values.join(", "));

@@ -17,22 +17,27 @@ pub(super) struct Rest {
     pub more: Vec<String>,
 }
 
+/// A reduced position in words: `arm.phi = 60 deg, rotor.phi = 6060.08… deg`.
+pub(super) fn in_words(reduced: &Reduced, position: &[f64]) -> String {
+    let names = reduced.coordinate_names();
+    let one = |(k, x): (usize, &f64)| {
+        let domain = reduced.equations.domain(reduced.coordinates[k]);
+        let [quantity, _] = domain.motion();
+        let signal = quantity.of(&names[k]);
+        match domain {
+            Domain::Rotation => format!("{signal} = {:.6} deg", x.to_degrees()),
+            _ => format!("{signal} = {x:.6} {}", quantity.unit()),
+        }
+    };
+    position.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
+}
+
 impl Rest {
     /// The equilibrium near a position; why there is none, else.
     pub fn near(reduced: &Reduced, near: &[f64]) -> Result<Self, String> {
         let names = reduced.coordinate_names();
         let domain = |k: usize| reduced.equations.domain(reduced.coordinates[k]);
-        let place = |position: &[f64]| {
-            let one = |(k, x): (usize, &f64)| {
-                let [quantity, _] = domain(k).motion();
-                let signal = quantity.of(&names[k]);
-                match domain(k) {
-                    Domain::Rotation => format!("{signal} = {:.6} deg", x.to_degrees()),
-                    _ => format!("{signal} = {x:.6} {}", quantity.unit()),
-                }
-            };
-            position.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
-        };
+        let place = |position: &[f64]| in_words(reduced, position);
         let all = equilibria(reduced, near);
         if let Some((k, torque)) = all.constant {
             let (name, unit) = (&names[k], domain(k).effort().unit());

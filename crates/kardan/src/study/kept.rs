@@ -7,7 +7,7 @@ use super::places::{at_each, place_of};
 use super::{Prepared, PreparedVariant};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Document, Model, TableReader};
-use crate::reduce::{NoStart, Reduced, StartOnRows, frozen, start_on_rows};
+use crate::reduce::{NoStart, OperatingPoint, Reduced, StartOnRows, frozen, start_on_rows};
 use crate::schema::Value;
 use crate::simulate::Scenario;
 
@@ -161,6 +161,7 @@ pub(super) fn frozen_variant(variant: &PreparedVariant) -> Result<PreparedVarian
     let position: Vec<f64> = reduced.coordinates.iter().map(start).collect();
     let speed = vec![0.0; position.len()];
     Ok(PreparedVariant {
+        point: OperatingPoint::zero(&reduced),
         name: variant.name.clone(),
         model: variant.model.clone(),
         reduced,

@@ -41,21 +41,20 @@ pub(super) fn passage(
     laws: &[Arc<dyn Law>],
     steps: bool,
 ) -> Option<Result<Passage, String>> {
-    let zero = vec![0.0; variant.reduced.degrees_of_freedom()];
     let own = variant.linear_model();
     let same = variant.design_models.iter().all(|plant| plant.linear == own);
     let paths = match turns(variant) {
         Some(paths) => paths,
         None if same && !laws.iter().any(|law| law.bends()) => return None,
-        None => vec![Path { turned: Vec::new(), points: vec![(0.0, zero)] }],
+        None => vec![Path { turned: Vec::new(), points: vec![(0.0, variant.point.position.clone())] }],
     };
     Some(along(variant, number, laws, &paths, steps))
 }
 
-/// All motions of the variant's joints that stretch no spring; `None` without such joints.
+/// All motions of the variant's joints that stretch no spring; `None` without such joints, and where the loop stands at an operating point.
 pub(super) fn turns(variant: &PreparedVariant) -> Option<Vec<Path>> {
     let straight = Kinematics::new(&variant.reduced).is_constant();
-    (!straight).then(|| paths(&variant.reduced, &variant.linear_model()))
+    (!straight && variant.point.torques.is_none()).then(|| paths(&variant.reduced, &variant.linear_model()))
 }
 
 /// The loop of a controller with these laws, as they run, where the joints stand at a position.
@@ -65,7 +64,11 @@ pub(super) fn standing(
     laws: &[Arc<dyn Law>],
     position: &[f64],
 ) -> Result<Subject, String> {
-    let plant = variant.varied_plant(&linearise(&variant.reduced, position));
+    let model = match variant.point.position == position {
+        true => variant.linear_model(),
+        false => linearise(&variant.reduced, position),
+    };
+    let plant = variant.varied_plant(&model);
     let parts: Option<Vec<SampledPart>> =
         laws.iter().map(|law| SampledPart::standing(&**law, plant.nominal(), position)).collect();
     let mut subject = any_subject(variant, number, laws, plant);

@@ -8,11 +8,12 @@ use super::checks::{
 use super::circuit::check_circuit;
 use super::computed::Computed;
 use super::effort::check_effort;
-use super::equilibrium::Rest;
+use super::equilibrium::{Rest, in_words};
 use super::held::{check_start, without_massless};
 use super::kept::{begin_on_rows, check_kept};
 use super::known::Known;
 use super::margins::{check_margins, check_sampled};
+use super::operating_point::{Asked, check_smooth, not_held};
 use super::passage::check_passage;
 use super::places::places_in_control;
 use super::prescribed::refuse_massless;
@@ -26,7 +27,7 @@ use crate::equations::{Direction, Measured, NamedTerm, Term};
 use crate::model::{ControlSpec, Document, Model, Setting, TableReader, VariantSettings};
 use crate::names::SignalName;
 use crate::num::{Definiteness, Scalar, definiteness_of_rows};
-use crate::reduce::{Reduced, reduce, sparse_model};
+use crate::reduce::{OperatingPoint, Reduced, reduce, sparse_model};
 use crate::schema::Value;
 use crate::simulate::{Scenario, signal_names};
 use crate::synthesis::{Law, Plant, design_law, running};
@@ -237,10 +238,14 @@ fn prepare_variant(
     check_redundant(document, &reduced, out);
     // Laws are designed for the accelerations that torques cause.
     let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
-    let plants: Vec<Option<Plant>> =
-        controls.iter().map(|control| design_model(document, &reduced, settings, control, out)).collect();
+    let asked = Asked::of(document, &reduced, controls, settings, out);
+    let point = standing(document, &reduced, controls, asked.as_ref(), out);
+    let plants: Vec<Option<Plant>> = controls
+        .iter()
+        .map(|control| design_model(document, &reduced, (settings, asked.as_ref()?), control, out))
+        .collect();
     let mut scenario = scenario(document, &model, (&reduced.equations, Some(&reduced)), settings, out);
-    let mut start_notes = start_at_rest(document, &reduced, &mut scenario, out);
+    let mut start_notes = start_at_rest(document, (&reduced, &point), &mut scenario, out);
     start_notes.extend(begin_on_rows(document, &reduced, &mut scenario, out));
     if !is_finite_at(&reduced, &scenario.position) {
         out.push(
@@ -252,8 +257,8 @@ fn prepare_variant(
     }
     let known = Known { document, signals: signal_names(&reduced, &scenario), doubtful: BTreeSet::new() };
     check_start(document, &reduced, (&scenario.position, &scenario.speed), out);
-    let point = Point { reduced: &reduced, initial: &scenario.position };
-    let analysis = analysis_spec(&known, &reduced.equations, Some(point), settings, out);
+    let start = Point { reduced: &reduced, initial: &scenario.position };
+    let analysis = analysis_spec(&known, &reduced.equations, Some(start), settings, out);
     heard.step();
     let (mut design_models, mut designed, mut running) = (Vec::new(), Vec::new(), Vec::new());
     for (control, plant) in controls.iter().zip(plants) {
@@ -277,6 +282,7 @@ fn prepare_variant(
         scenario,
         computed,
         analysis,
+        point,
         massless,
         unfrozen: None,
         start_notes,
@@ -294,14 +300,40 @@ fn prepare_variant(
     complete.then_some(variant)
 }
 
+/// Where the loop of a variant stands, with its own parameters.
+fn standing(
+    document: &Document,
+    reduced: &Reduced,
+    controls: &[ControlSpec],
+    asked: Option<&Asked>,
+    out: &mut Vec<Diagnostic>,
+) -> OperatingPoint {
+    let zero = OperatingPoint::zero(reduced);
+    let (Some(asked), false) = (asked, controls.is_empty()) else { return zero };
+    match asked.find(reduced) {
+        Ok(found) => found.point,
+        Err(why) => {
+            out.push(asked.refusal(document, controls, &why));
+            zero
+        }
+    }
+}
+
 /// Puts the start of a run at an equilibrium, where that is asked for; tells which it is.
 fn start_at_rest(
     document: &Document,
-    reduced: &Reduced,
+    (reduced, point): (&Reduced, &OperatingPoint),
     scenario: &mut Scenario,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<String> {
     let asked = document.scenario.values.get("start");
+    if asked.is_some_and(|found| found.value == Value::Word("operating_point".into())) {
+        scenario.position.clone_from(&point.position);
+        return vec![format!(
+            "the run begins at the operating point of its controllers: {}",
+            in_words(reduced, &point.position)
+        )];
+    }
     if !asked.is_some_and(|found| found.value == Value::Word("equilibrium".into())) {
         return Vec::new();
     }
@@ -388,8 +420,21 @@ fn designed_law(
         return None;
     }
     let law = design_law(control.law, &control.name, &control.values, plant);
+    if law.as_ref().is_ok_and(|law| law.on_full_model()) && Asked::is_named(document, control) {
+        let message = format!("control `{}`: a law on the full nonlinear model has no operating point", control.name);
+        out.push(
+            Diagnostic::error("control::point", message)
+                .at(control.place.clone(), "this controller")
+                .help("leave out `at`: it evaluates the model wherever it is"),
+        );
+        return None;
+    }
     match law.and_then(|law| Ok((Arc::clone(&law), running(law, &control.values)?))) {
-        Ok((law, running)) if running.linear().fits_single() => Some((law, running)),
+        Ok((law, running)) if running.linear().fits_single() => {
+            let why = plant.not_held.as_ref().filter(|_| !law.on_full_model());
+            out.extend(why.map(|why| not_held(control, why)));
+            Some((law, running))
+        }
         Ok(_) => {
             let message =
                 format!("control `{}`: a gain is too large for single precision, in which firmware runs", control.name);
@@ -407,11 +452,33 @@ fn designed_law(
     }
 }
 
+/// The plant of a controller at its operating point, unless it has no linear model there.
+fn plant_at(
+    document: &Document,
+    control: &ControlSpec,
+    reduced: Reduced,
+    asked: &Asked,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Plant> {
+    match asked.find(&reduced) {
+        Ok(found) => check_smooth(document, control, (&reduced, &found.point), out).then(|| {
+            let mut plant = Plant::at(reduced, found.point);
+            (plant.told, plant.not_held) = (found.told, found.not_held);
+            plant
+        }),
+        // Told of the variant; with the design values it is another mistake.
+        Err(why) => {
+            add_new(out, vec![asked.refusal(document, std::slice::from_ref(control), &why)], None);
+            None
+        }
+    }
+}
+
 /// The model that a law is designed on: its own parameter values, no friction.
 fn design_model(
     document: &Document,
     reduced: &Reduced,
-    settings: &[Setting],
+    (settings, asked): (&[Setting], &Asked),
     control: &ControlSpec,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Plant> {
@@ -437,7 +504,7 @@ fn design_model(
         );
     }
     if control.design.is_empty() {
-        return Some(Plant::new(reduced.clone(), zero));
+        return plant_at(document, control, reduced.clone(), asked, out);
     }
     let kept = settings.iter().filter(|s| control.design.iter().all(|d| d.name != s.name));
     let all: Vec<Setting> = kept.chain(&control.design).cloned().collect();
@@ -465,8 +532,7 @@ fn design_model(
                 let linear = sparse_model(&design, &zero);
                 definiteness_of_rows(&linear.inertia) == Definiteness::Positive && is_representable(&linear)
             };
-            let good = able.then(|| Plant::new(design, zero));
-            if good.is_none() {
+            if !able {
                 let message =
                     format!("control `{}`: in its design model a motion without inertia is possible", control.name);
                 out.push(
@@ -474,8 +540,9 @@ fn design_model(
                         .at(place, "with these values")
                         .help("choose design values for which every motion has an inertia"),
                 );
+                return None;
             }
-            good
+            plant_at(document, control, design, asked, out)
         }
         Err(error) => {
             let message = format!("control `{}`: its design model cannot be reduced: {error}", control.name);

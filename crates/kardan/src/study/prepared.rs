@@ -7,7 +7,7 @@ use super::{AnalysisSpec, Requirement};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::Model;
 use crate::names::unknown_name;
-use crate::reduce::{LinearModel, Reduced, linearise};
+use crate::reduce::{LinearModel, OperatingPoint, Reduced, linearise_at};
 use crate::results::Plot;
 use crate::simulate::{Scenario, Tolerance};
 use crate::synthesis::{Law, LoopPlant, Plant, VariedPlant};
@@ -70,6 +70,8 @@ pub struct PreparedVariant {
     pub computed: Computed,
     /// What to analyse.
     pub analysis: AnalysisSpec,
+    /// Where its loop stands: the operating point of its laws, with its own parameters.
+    pub point: OperatingPoint,
     /// Motions without inertia, told as mistakes; only an analysis may go on with them, and then no law is designed.
     pub(super) massless: Vec<Diagnostic>,
     /// The model whose kept rows an analysis sees as linear ones.
@@ -79,9 +81,9 @@ pub struct PreparedVariant {
 }
 
 impl PreparedVariant {
-    /// The linear model at zero angles.
+    /// The linear model at the operating point.
     pub(super) fn linear_model(&self) -> LinearModel {
-        linearise(&self.reduced, &vec![0.0; self.reduced.degrees_of_freedom()])
+        linearise_at(&self.reduced, &self.point)
     }
 
     /// The time constant of each input's motor, s.
@@ -89,7 +91,7 @@ impl PreparedVariant {
         self.design_models.first().map(Plant::lags).unwrap_or_default()
     }
 
-    /// The linear plant of its loop at zero angles, with its motors and sensors.
+    /// The linear plant of its loop at the operating point, with its motors and sensors.
     pub(super) fn loop_plant(&self) -> LoopPlant {
         LoopPlant::new(&self.linear_model(), &self.lags()).with_sensors(&self.reduced)
     }

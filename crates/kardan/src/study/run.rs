@@ -8,6 +8,7 @@ use super::accuracy;
 use super::analyze::analyze_variant;
 use super::design::designed;
 use super::kept::frozen_variant;
+use super::left_tables::left_tables;
 use super::prepare::is_error;
 use super::progress::simulate_heard;
 use super::redundant::sharing_notes;
@@ -343,6 +344,7 @@ fn run_variant(
     let (mut notes, mut requirements) = (result.notes, Vec::new());
     notes.extend(variant.start_notes.iter().cloned());
     notes.extend(sharing_notes(&variant.reduced));
+    notes.extend(left_tables(&variant.reduced, &result.series));
     for Judged { result, note } in judged {
         requirements.push(result);
         notes.extend(note);

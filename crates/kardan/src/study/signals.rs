@@ -94,10 +94,15 @@ fn working_position(
     };
     for slopes in law_slopes(reduced, &position) {
         let name = &laws[slopes.law].element;
-        if slopes.kink {
-            notes.push(format!(
-                "`{name}` bends or jumps at the operating point, so it has no derivative there: that of one side is taken"
-            ));
+        if !slopes.kinks.is_empty() {
+            let message = format!(
+                "`{name}` bends or jumps at the operating point, where {} = 0, so the model has no linear one there",
+                slopes.kinks.join(" = 0 and ")
+            );
+            let mistake = Diagnostic::error("analysis::kink", message)
+                .help("name another operating point by `at` of `[analysis]`, or make the expression smooth there");
+            let place = variant.analysis.places.get("at");
+            return Err(vec![place.into_iter().fold(mistake, |mistake, at| mistake.at(at.clone(), "at this point"))]);
         }
         if slopes.rounded {
             notes.push(format!("slopes of `{name}` here are rounded to 16 digits, from there on all is exact"));

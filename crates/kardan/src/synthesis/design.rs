@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::around::around;
 use super::observed;
 use super::{Law, LawKind, Plant, Request, SynthesisError, clock};
 use crate::element::Values;
@@ -18,6 +19,7 @@ pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) ->
     }
     let disturbances = observed::disturbances(values, plant)?;
     let law = (kind.design)(&Request { name, values, plant, disturbances: &disturbances })?;
+    let law = around(law, values, plant)?;
     match values.table("observer") {
         Some(observer) if kind.samples && observer.has("plant") => {
             Err(SynthesisError::IdleKey { key: "plant", method: kind.keyword.into() })

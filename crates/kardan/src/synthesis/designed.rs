@@ -10,6 +10,10 @@ pub trait Law: Send + Sync {
     fn inputs(&self) -> &[String];
     /// The signals that the scenario sets for it.
     fn references(&self) -> &[Reference];
+    /// What these are where it rests.
+    fn references_at_rest(&self) -> Vec<f64> {
+        vec![0.0; self.references().len()]
+    }
     /// Names of its own states: estimates of an observer, integrators, filters.
     fn states(&self) -> Vec<String> {
         Vec::new()

@@ -263,6 +263,14 @@ pub enum SynthesisError {
         /// What is given.
         points: f64,
     },
+    /// An output of which it is not known what it is at the operating point.
+    #[error(
+        "`{signal}` depends on the torques of the motors at once, so it is not known what it is at the operating point"
+    )]
+    NotAtRest {
+        /// The signal.
+        signal: String,
+    },
     /// A law that cannot follow where the joints of its plant stand.
     #[error("the law cannot follow where its joints stand: {reason}")]
     NoSchedule {
@@ -524,6 +532,11 @@ impl SynthesisError {
                 help: format!("remove `{key}`, or change `method`"),
             },
             Self::SchedulePoints { .. } => advice(&[], "this controller", "write a whole number, such as 16"),
+            Self::NotAtRest { .. } => advice(
+                &[],
+                "this controller",
+                "control an angle, a speed or the torque of a torsion bar, or leave out `at`",
+            ),
             Self::NoSchedule { .. } => advice(
                 &[],
                 "this controller",

@@ -25,6 +25,10 @@ macro_rules! law_keys {
                     design: Overrides,
                         "Parameter values of the model that the law is designed on, where they differ: \
                          { beta = \"0 deg\" }. Coulomb friction is left out of every design.";
+                    at: Overrides,
+                        "Operating point, angles of reduced coordinates: { \"arm.phi\" = \"60 deg\" }: the law is designed on the linear \
+                         model there, measures from there, and gives the constant torques that hold it there. Coordinates that are left \
+                         out stand where the motors can hold it. It is one for all controllers of a variant. Left out: zero angles.";
                 }
             }
         }

@@ -6,6 +6,7 @@
 #[macro_use]
 mod keys;
 
+mod around;
 mod channels;
 mod clock;
 mod closed_loop;

@@ -5,11 +5,11 @@ use std::collections::BTreeSet;
 use super::SynthesisError;
 use super::sampled::Turned;
 use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
-use crate::assemble::Along;
+use crate::assemble::{Along, SpringLaw};
 use crate::equations::{InputKind, Measured};
 use crate::names::{Quantity, SignalName};
 use crate::num::{Matrix, Rational};
-use crate::reduce::{Dynamics, Kinematics, LinearModel, Reduced, laws_are_linear, linearise};
+use crate::reduce::{Dynamics, Kinematics, LinearModel, OperatingPoint, Reduced, laws_are_linear, linearise_at};
 use crate::results::ReadSignal;
 
 /// The model that a law is designed on: the file's, with the design values of the controller, without Coulomb friction.
@@ -17,8 +17,12 @@ use crate::results::ReadSignal;
 pub struct Plant {
     /// In explicit form.
     pub reduced: Reduced,
-    /// The reduced position of the design, rad.
-    pub position: Vec<f64>,
+    /// Where the design is made, and what holds it there.
+    pub point: OperatingPoint,
+    /// Where that is in words, and what of it is proven, where there is something to tell.
+    pub told: Option<String>,
+    /// Why nothing holds it there, where that is so.
+    pub not_held: Option<String>,
     /// Linear there.
     pub linear: LinearModel,
     /// Kind and name of each element, for messages.
@@ -33,8 +37,66 @@ impl Plant {
     /// # Panics
     /// If `position` has not one entry per coordinate or gives a slope that is not finite.
     pub fn new(reduced: Reduced, position: Vec<f64>) -> Self {
-        let linear = linearise(&reduced, &position);
-        Self { reduced, position, linear, elements: Vec::new(), turned: Turned::default() }
+        Self::at(reduced, OperatingPoint { position, torques: None })
+    }
+
+    /// The model at an operating point, under the torques that hold it there.
+    ///
+    /// # Panics
+    /// As [`Self::new`].
+    pub fn at(reduced: Reduced, point: OperatingPoint) -> Self {
+        let linear = linearise_at(&reduced, &point);
+        Self { reduced, point, told: None, not_held: None, linear, elements: Vec::new(), turned: Turned::default() }
+    }
+
+    /// Whether its law is one around an operating point other than zero, or with torques that hold it there.
+    pub fn is_moved(&self) -> bool {
+        self.point.torques.is_some()
+    }
+
+    /// Where it is linear, in words.
+    pub fn linear_where(&self) -> &'static str {
+        if self.is_moved() { "linear, at the operating point" } else { "linear, at zero angles" }
+    }
+
+    /// The constant torque of an input at the operating point, N m.
+    pub fn held_torque(&self, input: &str) -> f64 {
+        let number = self.reduced.equations.inputs.iter().position(|other| other.element == input);
+        number.and_then(|number| self.point.torques.as_ref().map(|torques| torques[number])).unwrap_or(0.0)
+    }
+
+    /// What the operating point leaves of the torque limit of an input's motor either way, N m; `None` if it has none.
+    pub fn torque_left(&self, input: usize) -> Option<f64> {
+        let held = self.point.torques.as_ref().map_or(0.0, |torques| torques[input].abs());
+        self.torque_limit(input).map(|limit| limit - held)
+    }
+
+    /// The angles of all shafts at the operating point, less those at zero coordinates, rad.
+    pub fn angles_at_rest(&self) -> Vec<f64> {
+        let mut kinematics = Kinematics::new(&self.reduced);
+        let zero = vec![0.0; self.reduced.degrees_of_freedom()];
+        kinematics.update(&zero, &zero);
+        let before = kinematics.angles.clone();
+        kinematics.update(&self.point.position, &zero);
+        kinematics.angles.iter().zip(before).map(|(angle, before)| angle - before).collect()
+    }
+
+    /// What a reading is at the operating point, less that at zero coordinates; `None` where it depends on torques at once.
+    pub fn at_rest(&self, measured: &Measured) -> Option<f64> {
+        let angles = self.angles_at_rest();
+        match measured {
+            Measured::Angle(shaft) => self.reduced.coordinate(shaft).map(|shaft| angles[shaft]),
+            Measured::Speed(_) | Measured::NetTorque(_) => Some(0.0),
+            Measured::SpringTorque(element) => {
+                let springs = self.reduced.equations.springs.iter().filter(|spring| spring.element == *element);
+                let torque = |spring: &Along<SpringLaw>| {
+                    let twist: f64 = spring.row_f64().iter().map(|(shaft, x)| x * angles[*shaft]).sum();
+                    spring.value.stiffness.to_f64() * twist
+                };
+                Some(springs.map(torque).sum())
+            }
+            Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) => None,
+        }
     }
 
     /// An element for a reader: ``the harmonic drive `hd` ``.
@@ -126,7 +188,7 @@ impl Plant {
     /// # Panics
     /// If an input is not there.
     pub fn constrained(&self, inputs: &[String]) -> ConstrainedSystem {
-        ConstrainedSystem::at(&self.reduced, &self.position, &BTreeSet::new(), inputs)
+        ConstrainedSystem::held(&self.reduced, &self.point, &BTreeSet::new(), inputs)
     }
 
     /// The linear model as `ẋ = A x + B u`, `y = C x + D u` with `x = [q_r; q̇_r]`, exact.

@@ -184,3 +184,33 @@ fn small_motions_are_those_of_the_slopes() {
         assert!((angle - exact).abs() < 1e-9 * exact, "{t}: {angle} {exact}");
     }
 }
+
+/// A shaft that turns freely, `φ = 5 rad/s · t`, leaves the points of a table over its angle at 1 rad: told once for the table, whoever calls it, with
+/// the first row beyond, and by how much at most. One that is not left is not told.
+#[test]
+fn a_run_tells_which_tables_it_left() {
+    let source = "[model]\nname = \"tables\"\n[shaft.a]\ninertia = \"1 kg m^2\"\n[table.left]\n\
+                  points = { x = [\"-1 rad\", \"1 rad\"], value = [\"0 N m\", \"0 N m\"] }\n[table.wide]\n\
+                  points = { x = [\"0 rad\", \"5 rad\"], y = [\"0 s\", \"1 s\"], value = [\"0 N m\", \"0 N m\", \"0 N m\", \"0 N m\"] }\n\
+                  [table.short]\npoints = { x = [\"0 rad\", \"5 rad\"], y = [\"0 s\", \"0.5 s\"], value = [\"0 N m\", \"0 N m\", \"0 N m\", \"0 N m\"] }\n\
+                  [torque.one]\nshaft = \"a\"\nlaw = \"left(a.phi) + wide(a.phi, t)\"\n[torque.two]\nshaft = \"a\"\n\
+                  law = \"left(2 * a.phi) + short(a.phi, t)\"\n[scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\n\
+                  initial = { \"a.w\" = \"5 rad/s\" }\n";
+    let found = kardan::study::run(source, &kardan::study::Settings::default(), &kardan::study::Silent).expect("a run");
+    let told: Vec<&String> = found.runs[0].notes.iter().filter(|note| note.contains("was left")).collect();
+    // Of 2 φ = 10 rad/s · t the row after 0.1 s is the first beyond 1 rad, and at the end 10 rad are asked.
+    let words = [
+        "`left` was left in `two`, from 0.110000 s on: at 1.000000 s it was asked 9.000000 rad above its last point at 1.000000 rad",
+    ];
+    let short = [
+        "`short` was left in `two`, from 0.510000 s on: at 1.000000 s it was asked 0.500000 s above its last point at 0.500000 s",
+    ];
+    assert_eq!(told.len(), 2, "{told:?}");
+    for (note, words) in told.iter().zip([words, short]) {
+        words.iter().for_each(|words| assert!(note.contains(words), "{note}"));
+    }
+    // Within its points nothing is told.
+    let slow = source.replace("\"5 rad/s\"", "\"0.5 rad/s\"").replace("\"0.5 s\"", "\"1 s\"");
+    let found = kardan::study::run(&slow, &kardan::study::Settings::default(), &kardan::study::Silent).expect("a run");
+    assert!(found.runs[0].notes.iter().all(|note| !note.contains("was left")));
+}

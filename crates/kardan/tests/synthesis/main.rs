@@ -9,6 +9,7 @@ mod inversion;
 mod margins;
 mod margins_golden;
 mod observers;
+mod operating_point;
 mod regulator;
 mod responses;
 mod written;

@@ -51,7 +51,7 @@ law_keys! {
         }
         optional {
             plant: Choice(&["linear", "nonlinear"]) = "linear",
-                "`linear`: constant gains for the model at zero angles (with the values of `design`, or those of the \
+                "`linear`: constant gains for the model at the operating point (`at`, else zero angles; with the values of `design`, or those of the \
                  file); `nonlinear`: the full model is evaluated at every step.";
             friction_width: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as FRICTION_WIDTH;
         }

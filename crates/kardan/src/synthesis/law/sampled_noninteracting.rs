@@ -243,10 +243,10 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
             effort * channel.number("torque_rate").unwrap_or(otherwise) * clock.period
         })
         .collect();
-
+    let left = |input: &String| limit(input).map(|limit| limit - plant.held_torque(input).abs());
     let bounds: Vec<Bounds<f64>> = inputs
         .iter()
-        .map(|input| Bounds { torque: limit(input), change: rate(input).map(|rate| rate * clock.period) })
+        .map(|input| Bounds { torque: left(input), change: rate(input).map(|rate| rate * clock.period) })
         .collect();
     let asked = Asked {
         inputs: &inputs,
@@ -339,6 +339,14 @@ fn follows(request: &Request<'_>) -> Result<Follows, SynthesisError> {
     let asked = request.values.number("schedule");
     if let Some(points) = asked.filter(|points| points.fract() != 0.0 || !(1.0..=MOST_POINTS).contains(points)) {
         return Err(SynthesisError::SchedulePoints { points });
+    }
+    if request.plant.is_moved() {
+        return match asked {
+            Some(points) if points != 1.0 => {
+                Err(SynthesisError::NoSchedule { reason: "it is designed at one operating point".into() })
+            }
+            _ => Ok(Follows::Nothing),
+        };
     }
     let count = asked.unwrap_or(POINTS);
     if count == 1.0 || request.plant.is_constant() {
@@ -572,7 +580,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
     // What the sensors show at all is decided exactly, straight ahead; elsewhere the Riccati equation of the filter must do.
     let noise = noise(keys, &extended.states, out.sensors.len());
     let failed = |error| SynthesisError::Observer { sensors: extended.outputs.clone(), error: Box::new(error) };
-    let straight = plant.position.iter().all(|angle| *angle == 0.0);
+    let straight = plant.is_moved() || plant.point.position.iter().all(|angle| *angle == 0.0);
     if straight {
         kalman(&extended, &noise).map_err(failed)?;
     }
@@ -905,7 +913,7 @@ fn describe(
                 request.plant.linear.coordinates[schedule.coordinate],
                 clock.period
             ),
-            None => format!("linear, at zero angles, sampled at {} s", clock.period),
+            None => format!("{}, sampled at {} s", request.plant.linear_where(), clock.period),
         },
         states: observed.states.clone(),
         inputs: inputs.to_vec(),

@@ -13,7 +13,7 @@ pub(super) struct EstimatedView {
     pub readings: Vec<Reading>,
     pub coordinates: Vec<usize>,
     pub compensation: f64,
-    /// What the sensors read at zero coordinates, which the linear model does not know.
+    /// What the sensors read at the operating point, which the linear model does not know.
     pub offsets: Vec<f64>,
     pub kinematics: Kinematics,
     /// Readings that were not finite.
@@ -30,11 +30,11 @@ impl EstimatedView {
     pub fn new(readings: Vec<Reading>, plant: &Plant, compensation: f64, disturbed: usize) -> Self {
         let r = plant.linear.coordinates.len();
         let mut kinematics = Kinematics::new(&plant.reduced);
-        kinematics.update(&vec![0.0; r], &vec![0.0; r]);
-        let at_zero: Vec<f64> = readings.iter().map(|one| one.read(&kinematics.angles, &kinematics.speeds)).collect();
+        kinematics.update(&plant.point.position, &vec![0.0; r]);
+        let at_rest: Vec<f64> = readings.iter().map(|one| one.read(&kinematics.angles, &kinematics.speeds)).collect();
         Self {
-            offsets: at_zero.clone(),
-            values: at_zero,
+            offsets: at_rest.clone(),
+            values: at_rest,
             held: 0,
             readings,
             coordinates: plant.reduced.coordinates.clone(),

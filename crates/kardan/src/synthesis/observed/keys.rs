@@ -18,8 +18,8 @@ keys! {
                 "Shafts on which an unknown constant torque acts, which is estimated too; left out: all reduced \
                  coordinates.";
             plant: Choice(&["linear", "nonlinear"]),
-                "The model that it runs: `linear`: that at zero angles; `nonlinear`: the full one, joints and \
-                 friction fed forward by the law included. Its gain is that at zero angles either way. Left out: \
+                "The model that it runs: `linear`: that at the operating point (`at`, else zero angles); `nonlinear`: the full one, joints and \
+                 friction fed forward by the law included. Its gain is that at the operating point either way. Left out: \
                  nonlinear where the design model of the law is, unless expressions give torques, which it would not know.";
             method: Choice(&["poles", "kalman"]),
                 "How its gain is found; left out: poles, of the law `sampled_noninteracting` kalman.";

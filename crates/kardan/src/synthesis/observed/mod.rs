@@ -24,7 +24,7 @@ use crate::results::{ControllerData, DataMatrix, DataNumber, Design, ObserverRes
 use block::ObserverBlock;
 use estimated_view::EstimatedView;
 use gain::gain;
-use model::{FullModel, LinearModelBlock, Model};
+use model::{FullModel, LinearModelBlock, Model, RestOfModel};
 
 /// A law that sees the plant through an observer: angles and speeds that are not measured, and disturbances, are estimates.
 ///
@@ -108,7 +108,7 @@ impl Observed {
         let model = if nonlinear {
             Model::Nonlinear(Box::new(FullModel::new(&*law, plant, &view.readings, disturbed, &floating)?))
         } else {
-            Model::Linear(LinearModelBlock::new(&a, &b))
+            Model::Linear(LinearModelBlock::new(&a, &b, RestOfModel::of(plant, &inputs, a.rows()), false))
         };
         let mut out = Self {
             data: ControllerData::default(),
@@ -176,8 +176,20 @@ impl Observed {
                         .zip(&self.view.offsets)
                         .map(|(name, x)| DataNumber::new(format!("{name} offset"), *x)),
                 )
+                .chain(self.data_at_rest(inputs))
                 .collect(),
         }
+    }
+
+    /// States and torques at the operating point, for a file.
+    fn data_at_rest(&self, inputs: &[String]) -> Vec<DataNumber> {
+        let Model::Linear(linear) = &self.model else { return Vec::new() };
+        let named = |rest: &RestOfModel| -> Vec<DataNumber> {
+            let states = self.result.states.iter().cloned().zip(rest.states.iter().copied());
+            let torques = inputs.iter().map(|input| Quantity::Torque.of(input)).zip(rest.torques.iter().copied());
+            states.chain(torques).map(|(name, rest)| DataNumber::new(format!("{name} at rest"), rest)).collect()
+        };
+        linear.rest().map(named).unwrap_or_default()
     }
 
     fn own(&self) -> usize {
@@ -277,9 +289,9 @@ impl Observed {
     /// The model at a sample time; `None` if a number overflows there.
     fn model_at<T: Float>(&self, clock: Clock) -> Option<Model<T>> {
         Some(match &self.model {
-            Model::Linear(_) => {
+            Model::Linear(linear) => {
                 let held = discretise(&self.a, &self.b, clock.period)?;
-                Model::Linear(LinearModelBlock::new(&held.a, &held.b))
+                Model::Linear(LinearModelBlock::new(&held.a, &held.b, linear.rest().cloned(), true))
             }
             Model::Nonlinear(full) => Model::Nonlinear(Box::new(full.cast(&self.held(clock)?))),
         })
@@ -293,6 +305,10 @@ impl Law for Observed {
 
     fn references(&self) -> &[Reference] {
         self.law.references()
+    }
+
+    fn references_at_rest(&self) -> Vec<f64> {
+        self.law.references_at_rest()
     }
 
     fn states(&self) -> Vec<String> {
@@ -372,7 +388,8 @@ impl Law for Observed {
         design.observer_data = Some(self.data.clone());
         if matches!(self.model, Model::Nonlinear(_)) {
             design.notes.push(
-                "the observer runs the full nonlinear model, with the gain for zero angles; the poles of its error are those there"
+                "the observer runs the full nonlinear model, with the gain for the operating point of the design (zero angles, where \
+                 none is named); the poles of its error are those there"
                     .into(),
             );
         }

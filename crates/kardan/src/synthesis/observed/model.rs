@@ -12,7 +12,7 @@ use crate::synthesis::{Law, Plant, SynthesisError};
 /// What an observer runs.
 #[derive(Clone)]
 pub(super) enum Model<T> {
-    /// The linear model at zero angles.
+    /// The linear model at the operating point.
     Linear(LinearModelBlock<T>),
     Nonlinear(Box<FullModel<T>>),
 }
@@ -188,6 +188,23 @@ impl<T: Float> FullModel<T> {
     }
 }
 
+/// What an observer's states and the torques are at an operating point.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct RestOfModel {
+    pub states: Vec<f64>,
+    pub torques: Vec<f64>,
+}
+
+impl RestOfModel {
+    /// Those of a plant, for these inputs; `None` at zero without torques.
+    pub fn of(plant: &Plant, inputs: &[String], states: usize) -> Option<Self> {
+        let mut position = plant.point.position.clone();
+        position.resize(states, 0.0);
+        let torques = inputs.iter().map(|input| plant.held_torque(input)).collect();
+        plant.is_moved().then_some(Self { states: position, torques })
+    }
+}
+
 /// The observer's block [`StateSpace`] with the memory of one evaluation.
 #[derive(Clone)]
 pub(super) struct LinearModelBlock<T> {
@@ -196,10 +213,13 @@ pub(super) struct LinearModelBlock<T> {
     signals: Vec<T>,
     state: Vec<T>,
     result: Vec<T>,
+    rest: Option<RestOfModel>,
+    /// Whether it gives the states at the next sample instead of rates.
+    steps: bool,
 }
 
 impl<T: Float> LinearModelBlock<T> {
-    pub fn new(a: &Matrix<f64>, b: &Matrix<f64>) -> Self {
+    pub fn new(a: &Matrix<f64>, b: &Matrix<f64>, rest: Option<RestOfModel>, steps: bool) -> Self {
         let zeros = |count: usize| vec![T::ZERO; count];
         Self {
             a: entries(a),
@@ -207,7 +227,14 @@ impl<T: Float> LinearModelBlock<T> {
             signals: zeros(b.columns()),
             state: zeros(a.rows()),
             result: zeros(a.rows()),
+            rest,
+            steps,
         }
+    }
+
+    /// What it has at rest.
+    pub fn rest(&self) -> Option<&RestOfModel> {
+        self.rest.as_ref()
     }
 
     /// `A x̂ + B [u; y]`; the readings are those that the view has taken. Returns whether these are numbers; if not, nothing is
@@ -219,11 +246,22 @@ impl<T: Float> LinearModelBlock<T> {
             *signal = T::from_f64(value - offset);
         }
         T::narrow(states, &mut self.state);
+        if let Some(rest) = &self.rest {
+            let less = |values: &mut [T], of: &[f64], rest: &[f64]| {
+                let all = values.iter_mut().zip(of.iter().zip(rest));
+                all.for_each(|(value, (x, rest))| *value = T::from_f64(x - rest));
+            };
+            less(inputs, torques, &rest.torques);
+            less(&mut self.state, states, &rest.states);
+        }
         let Some(block) = StateSpace::new(&self.a, &self.b, &[], &[], self.state.len(), self.signals.len()) else {
             unreachable!("the matrices fit each other by construction");
         };
         let found = block.rates(&self.state, &self.signals, &mut self.result);
         T::widen(&self.result, out);
+        if let Some(rest) = self.rest.as_ref().filter(|_| self.steps) {
+            out.iter_mut().zip(&rest.states).for_each(|(state, rest)| *state += rest);
+        }
         found
     }
 }

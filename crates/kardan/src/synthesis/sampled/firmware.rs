@@ -30,6 +30,10 @@ impl Law for Sampled {
         self.law.references()
     }
 
+    fn references_at_rest(&self) -> Vec<f64> {
+        self.law.references_at_rest()
+    }
+
     fn sensors(&self) -> &[OutputSignal] {
         self.law.sensors()
     }

@@ -1,0 +1,161 @@
+//! Tables whose points a run has left.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::equations::{Formula, Hold, Meaning};
+use crate::expr::{Expr, Graph, Named};
+use crate::plan::compile;
+use crate::reduce::Reduced;
+use crate::results::Series;
+use crate::units::Dimension;
+
+/// Part of the range of a table by which rounding alone may leave it.
+const ROUNDING: f64 = 1e-9;
+
+/// Where a run was farthest beyond the points of a table.
+struct Left {
+    /// How far, as a part of its range, and in the unit of the argument.
+    part: f64,
+    by: f64,
+    unit: String,
+    above: bool,
+    end: f64,
+    time: f64,
+    /// When it was left first.
+    first: f64,
+    element: String,
+}
+
+/// Sentences about tables that torques of elements took values of beyond their points, one for each table. Looked at in the rows of the run.
+pub(super) fn left_tables(reduced: &Reduced, series: &Series) -> Vec<String> {
+    let equations = &reduced.equations;
+    let holds = equations.holds.iter().filter_map(|hold| match &hold.value {
+        Hold::Friction { torque, .. } => Some((&hold.element, torque)),
+        _ => None,
+    });
+    let laws = equations.laws.iter().map(|law| (&law.element, &law.value));
+    let mut left: BTreeMap<String, Left> = BTreeMap::new();
+    for (element, formula) in laws.chain(holds) {
+        look(reduced, element, formula, series, &mut left);
+    }
+    let told = |(name, left): (String, Left)| {
+        let Left { by, unit, above, end, time, first, element, .. } = left;
+        let (side, which) = if above { ("above", "last") } else { ("below", "first") };
+        format!(
+            "table `{name}` was left in `{element}`, from {first:.6} s on: at {time:.6} s it was asked {by:.6} {unit} {side} its {which} point at \
+             {end:.6} {unit}, where its `beyond` holds (largest of all rows)"
+        )
+    };
+    left.into_iter().map(told).collect()
+}
+
+/// What a table is asked, with its range and unit.
+struct Argument {
+    table: String,
+    at: Expr,
+    range: (f64, f64),
+    unit: String,
+}
+
+/// The tables of a formula as expressions of columns.
+struct Calls<'a> {
+    graph: Graph,
+    /// Columns by name, with what they stand for in the formula.
+    inputs: Vec<(String, &'a Meaning)>,
+    asked: Vec<Argument>,
+}
+
+impl<'a> Calls<'a> {
+    fn of(reduced: &Reduced, formula: &'a Formula) -> Option<Self> {
+        let equations = &reduced.equations;
+        let (mut graph, mut inputs) = (Graph::default(), Vec::<(String, &Meaning)>::new());
+        let calls = graph.calls(&formula.expression, &mut |graph, name| {
+            let (_, meaning) = formula.names.iter().find(|(other, _)| other == name)?;
+            let motion = |body: &str, rate: usize| {
+                let domain = equations.domain(reduced.coordinate(body)?);
+                Some((domain.motion()[rate].of(body), domain.dimensions()[rate]))
+            };
+            let (signal, dimension) = match meaning {
+                Meaning::Constant(value, dimension) => return Some(Named::Constant(value.clone(), *dimension)),
+                Meaning::Table(table) => return Some(Named::Table(Arc::clone(table))),
+                Meaning::Position(body) => motion(body, 0)?,
+                Meaning::Rate(body) => motion(body, 1)?,
+                Meaning::Time => ("t".to_string(), Dimension::TIME),
+                Meaning::Signal(function) => (name.to_string(), function.dimension()),
+                Meaning::Load(_) | Meaning::Slip(_) => return None,
+            };
+            let symbol = graph.symbol(&signal, dimension);
+            if inputs.iter().all(|(other, _)| *other != signal) {
+                inputs.push((signal, meaning));
+            }
+            Some(Named::Varying(symbol, dimension))
+        });
+        let mut asked = Vec::new();
+        for (name, at) in calls.ok()? {
+            let found = formula.names.iter().find_map(|(own, meaning)| match meaning {
+                Meaning::Table(table) if *own == name => Some(table),
+                _ => None,
+            });
+            let Some(table) = found else { continue };
+            for ((at, range), dimension) in at.into_iter().zip(table.ranges()).zip(table.arguments()) {
+                asked.push(Argument { table: name.clone(), at, range, unit: dimension.si() });
+            }
+        }
+        (!asked.is_empty()).then_some(Self { graph, inputs, asked })
+    }
+}
+
+/// Looks at the tables of one formula.
+fn look(reduced: &Reduced, element: &str, formula: &Formula, series: &Series, left: &mut BTreeMap<String, Left>) {
+    let Some(Calls { mut graph, inputs, asked }) = Calls::of(reduced, formula) else { return };
+    let symbols: Vec<Expr> = inputs.iter().map(|(name, _)| graph.symbol(name, Dimension::NONE)).collect();
+    let symbols: Vec<_> = symbols.into_iter().filter_map(|symbol| graph.symbol_of(symbol)).collect();
+    let wanted: Vec<_> = asked.iter().enumerate().map(|(k, one)| (format!("argument.{k}"), one.at)).collect();
+    let Ok(plan) = compile(&graph, &symbols, &wanted) else { return };
+    let columns: Vec<Option<&[f64]>> =
+        inputs.iter().map(|(name, _)| series.signal(name).map(|signal| signal.values.as_slice())).collect();
+    let (block, mut memory) = (plan.block(), plan.memory());
+    for (row, &time) in series.time.iter().enumerate() {
+        for ((place, (_, meaning)), column) in memory.iter_mut().zip(&inputs).zip(&columns) {
+            *place = match meaning {
+                Meaning::Time => time,
+                Meaning::Signal(function) => function.value(time),
+                _ => column.and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN),
+            };
+        }
+        // What is no number is not beyond anything.
+        let _ = block.evaluate(&mut memory);
+        for (k, one) in asked.iter().enumerate() {
+            if let Some(value) = block.output(k, &memory) {
+                one.compare((value, time), element, left);
+            }
+        }
+    }
+}
+
+impl Argument {
+    /// Takes down where a value is farther beyond the range than those before.
+    fn compare(&self, (value, time): (f64, f64), element: &str, left: &mut BTreeMap<String, Left>) {
+        let (low, high) = self.range;
+        let (above, end) = if value > high { (true, high) } else { (false, low) };
+        let by = if above { value - high } else { low - value };
+        let part = by / (high - low).abs().max(f64::MIN_POSITIVE);
+        if part.is_nan() || part <= ROUNDING {
+            return;
+        }
+        match left.get_mut(&self.table) {
+            Some(before) => {
+                before.first = before.first.min(time);
+                if part > before.part {
+                    let (first, unit, element) = (before.first, self.unit.clone(), element.to_string());
+                    *before = Left { part, by, unit, above, end, time, first, element };
+                }
+            }
+            None => {
+                let (unit, element) = (self.unit.clone(), element.to_string());
+                left.insert(self.table.clone(), Left { part, by, unit, above, end, time, first: time, element });
+            }
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! Where the loop of a variant stands: the operating point that its laws are designed at.
+
+use super::analysis::targets_of;
+use super::equilibrium::in_words;
+use super::places::place_of_value;
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::entries::Place;
+use crate::equations::InputKind;
+use crate::model::{ControlSpec, Document, Setting, TableReader};
+use crate::names::SignalName;
+use crate::reduce::{Held, OperatingPoint, Reduced, held, is_linear_law, law_slopes, laws_are_linear};
+
+/// The operating point that the controllers of a variant name together.
+pub(super) struct Asked {
+    /// Coordinates with their angles, rad, and where they are named.
+    named: Vec<(usize, f64, Place)>,
+    /// Numbers of the inputs that the controllers command.
+    inputs: Vec<usize>,
+}
+
+/// An operating point, and what there is to tell of it.
+pub(super) struct Found {
+    pub point: OperatingPoint,
+    /// Where it is, and what of it is proven; nothing where there is nothing to say.
+    pub told: Option<String>,
+    /// Why the motors do not hold it, where it was not named.
+    pub not_held: Option<String>,
+}
+
+impl Asked {
+    /// What `at` of the controllers says; mistakes are told.
+    pub fn of(
+        document: &Document,
+        reduced: &Reduced,
+        controls: &[ControlSpec],
+        settings: &[Setting],
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Self> {
+        let (reader, names) = (TableReader::new(document, settings), reduced.coordinate_names());
+        let (before, mut named) = (out.len(), Vec::<(usize, f64, Place)>::new());
+        for control in controls {
+            let Some(own) = document.controls.iter().find(|own| own.place == control.place) else { continue };
+            let what = format!("control `{}`", control.name);
+            let place = TableReader::place(&own.table, "at");
+            for (signal, angle) in targets_of((&own.table, &what), ("at", 1), document, Some(&names), &reader, out) {
+                let shaft = SignalName::new(&signal).element.to_string();
+                let Some(k) = names.iter().position(|name| *name == shaft) else { continue };
+                match named.iter().find(|(other, _, _)| *other == k) {
+                    Some((_, other, first)) if *other != angle => out.push(
+                        Diagnostic::error(
+                            "control::point",
+                            format!("`at` of {what}: another controller stands elsewhere with `{shaft}`"),
+                        )
+                        .at(place.clone(), "here it is another one")
+                        .at(first.clone(), "here first")
+                        .help("the loop of a variant has one operating point: name the same one, or name it once"),
+                    ),
+                    Some(_) => {}
+                    None => named.push((k, angle, place.clone())),
+                }
+            }
+        }
+        let inputs = controls.iter().flat_map(|control| (control.law.inputs)(&control.values));
+        let number = |name: String| reduced.equations.inputs.iter().position(|input| input.element == name);
+        let asked = Self { named, inputs: inputs.filter_map(number).collect() };
+        (out.len() == before).then_some(asked)
+    }
+
+    /// Whether a controller names a point.
+    pub fn is_named(document: &Document, control: &ControlSpec) -> bool {
+        let own = document.controls.iter().find(|own| own.place == control.place);
+        own.is_some_and(|own| own.table.values.contains_key("at"))
+    }
+
+    /// The mistake that the motors do not hold what is named.
+    pub fn refusal(&self, document: &Document, controls: &[ControlSpec], why: &str) -> Diagnostic {
+        let named = controls.iter().find(|control| Self::is_named(document, control)).or(controls.first());
+        let name = named.map_or("", |control| control.name.as_str());
+        let place = self.named.first().map(|(_, _, place)| place.clone()).unwrap_or_default();
+        Diagnostic::error("control::point", format!("`at` of control `{name}` is no position at rest: {why}"))
+            .at(place, "the motors do not hold it there")
+            .help("name fewer coordinates, so that the others stand where they can be held, or another position")
+    }
+
+    /// The operating point of a model: where it is named, what stands elsewhere and the torques of motors are found; else zero angles, with the
+    /// torques that hold it there.
+    ///
+    /// # Errors
+    /// Why the motors do not hold the model where it is named.
+    pub fn find(&self, reduced: &Reduced) -> Result<Found, String> {
+        let nothing = |told, not_held| Found { point: OperatingPoint::zero(reduced), told, not_held };
+        let laws = &reduced.equations.laws;
+        let plain = reduced.equations.transmissions.is_empty() && laws_are_linear(reduced);
+        if self.named.is_empty() && (laws.is_empty() || plain) {
+            return Ok(nothing(None, None));
+        }
+        if !reduced.equations.kept.is_empty() || reduced.is_settled() {
+            let why = "beside constraints that are kept with their multipliers and motions without inertia no operating point is looked for";
+            return if self.named.is_empty() { Ok(nothing(None, None)) } else { Err(why.into()) };
+        }
+        let mut start = vec![0.0; reduced.degrees_of_freedom()];
+        self.named.iter().for_each(|(k, angle, _)| start[*k] = *angle);
+        let fixed: Vec<usize> = match self.named.is_empty() {
+            true => (0..start.len()).collect(),
+            false => self.named.iter().map(|(k, _, _)| *k).collect(),
+        };
+        let found = held(reduced, &start, &fixed, &self.inputs);
+        if !found.at_rest {
+            let why = left_in_words(reduced, &found);
+            return if self.named.is_empty() { Ok(nothing(None, Some(why))) } else { Err(why) };
+        }
+        if let Some(why) = self.beyond_limits(reduced, &found) {
+            return if self.named.is_empty() { Ok(nothing(None, Some(why))) } else { Err(why) };
+        }
+        let told = Some(self.told(reduced, &found));
+        if found.position.iter().chain(&found.torques).all(|x| *x == 0.0) {
+            return Ok(nothing(told, None));
+        }
+        let mut torques = vec![0.0; reduced.equations.inputs.len()];
+        self.inputs.iter().zip(&found.torques).for_each(|(input, torque)| torques[*input] = *torque);
+        Ok(Found { point: OperatingPoint { position: found.position, torques: Some(torques) }, told, not_held: None })
+    }
+
+    fn beyond_limits(&self, reduced: &Reduced, found: &Held) -> Option<String> {
+        self.inputs.iter().zip(&found.torques).find_map(|(&number, torque)| {
+            let input = &reduced.equations.inputs[number];
+            let InputKind::Motor(motor) = &input.value else { return None };
+            let limit = motor.torque_limit.as_ref()?.to_f64();
+            let unit = reduced.equations.domain_of(input).effort().unit();
+            let (name, size) = (&input.element, torque.abs());
+            (size >= limit)
+                .then(|| format!("`{name}` would have to hold {size:.6} {unit}, and its limit is {limit} {unit}"))
+        })
+    }
+
+    fn told(&self, reduced: &Reduced, found: &Held) -> String {
+        let holding =
+            self.inputs.iter().zip(&found.torques).filter(|(_, torque)| **torque != 0.0).map(|(&k, torque)| {
+                let input = &reduced.equations.inputs[k];
+                format!("{} = {torque:.6} {}", input.element, reduced.equations.domain_of(input).effort().unit())
+            });
+        let holding: Vec<String> = holding.collect();
+        let by = match holding.is_empty() {
+            true => "at rest without torques of motors".to_string(),
+            false => format!("held by {}", holding.join(", ")),
+        };
+        let proven = match found.radius {
+            Some(0.0) => "proven: no torque is left, exactly".into(),
+            Some(radius) => {
+                format!("proven: there is exactly one within {radius:e} of it, relative to its size or to one")
+            }
+            None => "to rounding, not proven".to_string(),
+        };
+        let bent: Vec<&str> = (0..reduced.equations.laws.len())
+            .filter(|law| !is_linear_law(reduced, *law))
+            .map(|law| reduced.equations.laws[law].element.as_str())
+            .collect();
+        let local = match bent.is_empty() {
+            true => String::new(),
+            false => {
+                format!("; {} linear there: what is designed and proven is about small motions around it", are(&bent))
+            }
+        };
+        format!("{}, {by}; {proven}{local}", in_words(reduced, &found.position))
+    }
+}
+
+fn are(names: &[&str]) -> String {
+    format!("{} {} taken as", quoted(names.iter().copied()), if names.len() == 1 { "is" } else { "are" })
+}
+
+/// What torques are left, and where.
+fn left_in_words(reduced: &Reduced, found: &Held) -> String {
+    let Some((k, torque)) = found.left else { return "a torque is left".into() };
+    let (name, domain) = (&reduced.coordinate_names()[k], reduced.equations.domain(reduced.coordinates[k]));
+    format!("along `{name}` {:.6} {} are left that no motor of its controllers holds", torque, domain.effort().unit())
+}
+
+/// Mistakes of laws of torque that have no derivative at the operating point of a controller.
+pub(super) fn check_smooth(
+    document: &Document,
+    control: &ControlSpec,
+    (reduced, point): (&Reduced, &OperatingPoint),
+    out: &mut Vec<Diagnostic>,
+) -> bool {
+    let before = out.len();
+    for slopes in law_slopes(reduced, &point.position).iter().filter(|slopes| !slopes.kinks.is_empty()) {
+        let element = &reduced.equations.laws[slopes.law].element;
+        let at: Vec<String> = slopes.kinks.iter().map(|kink| format!("`{kink}` = 0")).collect();
+        let message = format!(
+            "control `{}`: `{element}` bends or jumps at the operating point, where {}, so the model has no linear one there",
+            control.name,
+            at.join(" and ")
+        );
+        out.push(
+            Diagnostic::error("control::kink", message)
+                .at(place_of_value(document, element, "law"), "it has no derivative there")
+                .at(control.place.clone(), "this controller")
+                .help(format!(
+                    "it is linearised at {}: name another point with `at`, or make the expression smooth there",
+                    in_words(reduced, &point.position)
+                )),
+        );
+    }
+    out.len() == before
+}
+
+/// The warning that nothing holds the default point.
+pub(super) fn not_held(control: &ControlSpec, why: &str) -> Diagnostic {
+    let message =
+        format!("control `{}` is designed at zero angles, where the model does not rest: {why}", control.name);
+    Diagnostic::warning("control::point", message)
+        .at(control.place.clone(), "this controller")
+        .help("name the operating point with `at`; as it is, the torque that is left disturbs the loop")
+}

@@ -1,0 +1,204 @@
+//! A law around an operating point: designed for deviations, it is told them and commands what is beside the torques that hold it there.
+
+use std::sync::Arc;
+
+use kardan_rt::Health;
+
+use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, Seen, SynthesisError};
+use crate::analysis::OutputSignal;
+use crate::element::Values;
+use crate::names::SignalName;
+use crate::num::Keeper;
+use crate::results::{DataNumber, Design};
+
+/// What angles, readings, references and torques are at an operating point.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Rest {
+    /// Of all shafts, less those at zero coordinates, rad.
+    angles: Vec<f64>,
+    readings: Vec<f64>,
+    references: Vec<f64>,
+    /// Of the law's inputs, N m.
+    torques: Vec<f64>,
+}
+
+/// A law whose state is measured from an operating point.
+struct Around {
+    law: Arc<dyn Law>,
+    rest: Rest,
+    /// Names of all shafts.
+    shafts: Vec<String>,
+}
+
+impl Around {
+    /// What a signal that the law is told is at rest, if it is not zero.
+    fn told_at_rest(&self, signal: &str) -> Option<f64> {
+        let angle = || {
+            let name = SignalName::new(signal).angle_of()?;
+            Some(self.rest.angles[self.shafts.iter().position(|shaft| shaft == name)?])
+        };
+        let reference = || Some(self.rest.references[self.law.references().iter().position(|r| r.name == signal)?]);
+        let reading = || Some(self.rest.readings[self.law.sensors().iter().position(|s| s.name == signal)?]);
+        reference().or_else(reading).or_else(angle).filter(|rest| *rest != 0.0)
+    }
+}
+
+/// The law around the operating point of its plant; as it is where that is zero without torques, and where it knows the full model.
+///
+/// # Errors
+/// If it is not known what an output is there.
+pub(super) fn around(law: Arc<dyn Law>, values: &Values, plant: &Plant) -> Result<Arc<dyn Law>, SynthesisError> {
+    if !plant.is_moved() || law.on_full_model() {
+        return Ok(law);
+    }
+    // A reference of the kind of its output follows that one; one of another kind, such as a torque along an angle, is zero at rest.
+    let tables: Vec<&Values> =
+        values.tables("channels").unwrap_or_default().iter().chain(std::iter::once(values)).collect();
+    let output = |reference: &Reference| {
+        let own = tables.iter().find(|table| table.word("reference") == Some(reference.name.as_str()));
+        own.and_then(|table| table.word("output"))
+    };
+    let followed = |reference: &Reference| {
+        let Some(output) = output(reference) else { return Ok(0.0) };
+        let unit = plant.unit_of(output);
+        if unit != reference.physical.unit() {
+            return Ok(0.0);
+        }
+        let measured = plant.output(output)?.measured;
+        plant.at_rest(&measured).ok_or_else(|| SynthesisError::NotAtRest { signal: output.into() })
+    };
+    let read = |sensor: &OutputSignal| {
+        plant.at_rest(&sensor.measured).ok_or_else(|| SynthesisError::NotAtRest { signal: sensor.name.clone() })
+    };
+    let rest = Rest {
+        angles: plant.angles_at_rest(),
+        readings: law.sensors().iter().map(read).collect::<Result<_, _>>()?,
+        references: law.references().iter().map(followed).collect::<Result<_, _>>()?,
+        torques: law.inputs().iter().map(|input| plant.held_torque(input)).collect(),
+    };
+    Ok(Arc::new(Around { law, rest, shafts: plant.coordinates().to_vec() }))
+}
+
+/// A block that is told deviations.
+struct AroundBlock {
+    block: Box<dyn Block>,
+    rest: Rest,
+    /// What it is told: angles, readings, references, torques.
+    told: Rest,
+}
+
+impl AroundBlock {
+    fn tell(&mut self, seen: &Seen<'_>) {
+        let less = |values: &[f64], rest: &[f64], out: &mut Vec<f64>| {
+            out.clear();
+            out.extend(values.iter().zip(rest).map(|(value, rest)| value - rest));
+        };
+        less(seen.angles, &self.rest.angles, &mut self.told.angles);
+        less(seen.readings, &self.rest.readings, &mut self.told.readings);
+        less(seen.references, &self.rest.references, &mut self.told.references);
+    }
+}
+
+impl Block for AroundBlock {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
+        self.tell(&seen);
+        let Rest { angles, readings, references, .. } = &self.told;
+        let found = self.block.command(Seen { angles, readings, references, ..seen }, out);
+        out.iter_mut().zip(&self.rest.torques).for_each(|(torque, rest)| *torque += rest);
+        found
+    }
+
+    fn states(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) -> bool {
+        self.tell(&seen);
+        self.told.torques.clear();
+        self.told.torques.extend(torques.iter().zip(&self.rest.torques).map(|(torque, rest)| torque - rest));
+        let Rest { angles, readings, references, torques } = &self.told;
+        self.block.states(Seen { angles, readings, references, ..seen }, torques, out)
+    }
+
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        self.block.keep(keeper);
+    }
+
+    fn health(&self) -> Health {
+        self.block.health()
+    }
+}
+
+impl Law for Around {
+    fn inputs(&self) -> &[String] {
+        self.law.inputs()
+    }
+
+    fn references(&self) -> &[Reference] {
+        self.law.references()
+    }
+
+    fn references_at_rest(&self) -> Vec<f64> {
+        self.rest.references.clone()
+    }
+
+    fn states(&self) -> Vec<String> {
+        self.law.states()
+    }
+
+    fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
+        let angles: Vec<f64> = angles.iter().zip(&self.rest.angles).map(|(angle, rest)| angle - rest).collect();
+        self.law.start(&angles, speeds, out);
+    }
+
+    fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
+        let block = self.law.block(clock)?;
+        Some(Box::new(AroundBlock { block, rest: self.rest.clone(), told: self.rest.clone() }))
+    }
+
+    fn friction_width(&self) -> Option<f64> {
+        self.law.friction_width()
+    }
+
+    fn linear(&self) -> LinearLaw {
+        self.law.linear()
+    }
+
+    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
+        self.law.linear_sampled(clock)
+    }
+
+    fn bends(&self) -> bool {
+        self.law.bends()
+    }
+
+    fn linear_at(&self, position: &[f64], clock: Option<Clock>) -> Option<LinearLaw> {
+        self.law.linear_at(position, clock)
+    }
+
+    fn sensors(&self) -> &[OutputSignal] {
+        self.law.sensors()
+    }
+
+    fn clock(&self) -> Option<Clock> {
+        self.law.clock()
+    }
+
+    fn exact(&self) -> Option<ExactLoop> {
+        self.law.exact()
+    }
+
+    fn describe(&self) -> Design {
+        let mut design = self.law.describe();
+        let data = &mut design.controller_data;
+        let (reads, writes) = (data.reads.iter().map(|read| read.signal.clone()), data.writes.clone());
+        let numbers: Vec<DataNumber> = reads
+            .filter_map(|signal| Some((self.told_at_rest(&signal)?, signal)))
+            .chain(self.rest.torques.iter().copied().zip(writes))
+            .map(|(rest, signal)| DataNumber::new(format!("{signal} at rest"), rest))
+            .collect();
+        data.numbers.extend(numbers);
+        design.notes.push(
+            "the block reads what its signals are beside those at the operating point, and its torques come on top of those that hold it \
+             there: `<signal> at rest` among its numbers"
+                .into(),
+        );
+        design
+    }
+}

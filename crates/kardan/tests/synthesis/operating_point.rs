@@ -1,0 +1,275 @@
+//! Designs at an operating point: against the closed form of a pendulum, whose stiffness at φ is m g l cos φ, and of a joint whose gear is a spring.
+
+use kardan::diagnostics::Diagnostic;
+use kardan::results::{Design, Outcome};
+use kardan::study::{self, DesignSettings, Settings, Silent};
+
+/// Torque of gravity with the arm level, N m, inertia, and damping.
+const LOAD: f64 = 40.0;
+const INERTIA: f64 = 2.0;
+const DAMPING: f64 = 0.5;
+
+#[track_caller]
+fn close(value: f64, expected: f64, tolerance: f64) {
+    crate::common::close(value, expected, tolerance, "the closed form");
+}
+
+fn pendulum(law: &str, keys: &str) -> String {
+    format!(
+        "[model]\nname = \"pendulum\"\n[shaft.arm]\ninertia = \"2 kg m^2\"\ndamping = \"0.5 N m s/rad\"\n\
+         [torque.gravity]\nshaft = \"arm\"\nlaw = \"{law}\"\n[motor.drive]\nshaft = \"arm\"\ntorque_limit = \"60 N m\"\n\
+         [control.hold]\nlaw = \"pole_placement\"\ninputs = [\"drive\"]\npoles = [-5, -7]\n{keys}\
+         [[control.hold.channels]]\noutput = \"arm.phi\"\nreference = \"ref\"\n"
+    )
+}
+
+const GRAVITY: &str = "-40 N m * sin(arm.phi)";
+const AT_60: &str = "at = { \"arm.phi\" = \"60 deg\" }\n";
+/// From the operating point, with the reference there from the first instant on, and 0.5 deg more after 1 s.
+const RUN: &str = "[scenario]\nduration = \"3 s\"\noutput_step = \"10 ms\"\nstart = \"operating_point\"\n\
+                   [[scenario.event]]\nat = \"0 s\"\nsignal = \"ref\"\nto = \"60 deg\"\n";
+
+fn designed(source: &str) -> Result<Design, Vec<Diagnostic>> {
+    study::design(source, &DesignSettings::default(), &Silent)
+}
+
+fn gain(design: &Design) -> Vec<f64> {
+    design.gains.iter().find(|gain| gain.name == "K").expect("a state gain").values[0].clone()
+}
+
+fn told(list: &[String], words: &str) -> bool {
+    list.iter().any(|text| text.contains(words))
+}
+
+#[test]
+fn the_poles_are_those_asked_for_at_the_point() {
+    let design = designed(&pendulum(GRAVITY, AT_60)).expect("a design");
+    // s² + (d + k₂)/J s + (m g l cos φ + k₁)/J = (s + 5)(s + 7)
+    let cos = (60.0_f64).to_radians().cos();
+    let k = gain(&design);
+    close(k[0], 35.0 * INERTIA - LOAD * cos, 1e-12);
+    close(k[1], 12.0 * INERTIA - DAMPING, 1e-12);
+    let poles: Vec<f64> = design.closed_loop_poles.iter().map(|pole| pole.re).collect();
+    close(poles[0], -5.0, 1e-9);
+    close(poles[1], -7.0, 1e-9);
+    // m g l sin φ holds it.
+    assert!(
+        told(&design.notes, "arm.phi = 60.000000 deg, held by drive = 34.641016 N m; proven"),
+        "{:?}",
+        design.notes
+    );
+    assert!(told(&design.notes, "small motions around it"));
+    let numbers = &design.controller_data.numbers;
+    let number = |name: &str| numbers.iter().find(|number| number.name == name).expect("a number").value;
+    close(number("drive at rest"), LOAD * (60.0_f64).to_radians().sin(), 1e-12);
+    close(number("arm.phi at rest"), (60.0_f64).to_radians(), 1e-15);
+    // At zero, which is a position at rest, the stiffness is m g l, and nothing is named.
+    let zero = designed(&pendulum(GRAVITY, "")).expect("a design");
+    close(gain(&zero)[0], 35.0 * INERTIA - LOAD, 1e-12);
+    assert!(
+        told(&zero.notes, "at rest without torques of motors; proven: no torque is left, exactly"),
+        "{:?}",
+        zero.notes
+    );
+    assert_eq!(
+        (zero.design_model.as_str(), design.design_model.as_str()),
+        ("linear, at zero angles", "linear, at the operating point")
+    );
+}
+
+/// With an observer, with a sample time, and with both, the loop stands where it is named, to rounding, and goes where it is sent.
+#[test]
+fn a_run_holds_there() {
+    let observer = "[control.hold.observer]\nsensors = [\"arm.phi\"]\npoles = [-40, -50, -60]\n";
+    let sampled = "sample_time = \"1 ms\"\n";
+    let by_lqr = |text: String| text.replace("\"pole_placement\"", "\"lqr\"").replace("poles = [-5, -7]\n", "");
+    let plain = pendulum(GRAVITY, AT_60);
+    let with_clock = pendulum(GRAVITY, &format!("{AT_60}{sampled}"));
+    let sources = [
+        plain.clone(),
+        with_clock.clone(),
+        by_lqr(plain.clone()),
+        format!("{plain}{observer}"),
+        format!("{with_clock}{observer}"),
+    ];
+    let point = (60.0_f64).to_radians();
+    for source in sources {
+        let found = study::run(&format!("{source}{RUN}"), &Settings::default(), &Silent).expect("a run");
+        let run = &found.runs[0];
+        assert_eq!(run.outcome, Outcome::Completed);
+        let arm = &run.series.signal("arm.phi").expect("an angle").values;
+        assert!(arm.iter().all(|angle| (angle - point).abs() < 1e-12), "{source}");
+        if source.contains("lqr") {
+            continue; // A slow loop, which would not be at rest again.
+        }
+        // A step of the reference is followed as the linear loop says, but for what bends: (Δφ)² m g l sin φ/2 over the stiffness of the loop.
+        let step = "[[scenario.event]]\nat = \"1 s\"\nsignal = \"ref\"\nto = \"60.5 deg\"\n";
+        let found = study::run(&format!("{source}{RUN}{step}"), &Settings::default(), &Silent).expect("a run");
+        let end = *found.runs[0].series.signal("arm.phi").expect("an angle").values.last().expect("rows");
+        let bend = (0.5_f64).to_radians().powi(2) * LOAD * point.sin() / 2.0 / 70.0;
+        assert!((end - (60.5_f64).to_radians()).abs() < 2.0 * bend, "{source}: {end}");
+    }
+}
+
+/// Of a joint whose gear is a spring the motor stands where it winds the spring up; both are found with the torque that holds them.
+#[test]
+fn what_is_not_named_stands_where_the_motor_holds_it() {
+    let source = "[model]\nname = \"joint\"\ncoordinates = [\"rotor\", \"arm\"]\n[shaft.rotor]\ninertia = \"0.01 kg m^2\"\n\
+                  [shaft.arm]\ninertia = \"2 kg m^2\"\n[spring_damper.gear]\nshaft_1 = \"rotor\"\nshaft_2 = \"arm\"\nstiffness = \"800 N m/rad\"\n\
+                  [torque.gravity]\nshaft = \"arm\"\nlaw = \"-40 N m * sin(arm.phi)\"\n[motor.drive]\nshaft = \"rotor\"\n\
+                  [control.hold]\nlaw = \"pole_placement\"\ninputs = [\"drive\"]\npoles = [-10, -12, \"-20 ± 30j\"]\n\
+                  at = { \"arm.phi\" = \"60 deg\" }\n[[control.hold.channels]]\noutput = \"arm.phi\"\nreference = \"ref\"\n";
+    let (project, point) = (study::Project::open(source), (60.0_f64).to_radians());
+    let plant = &project.prepared().variants[0].design_models[0];
+    close(plant.point.position[1], point, 1e-15);
+    close(plant.point.position[0], point + LOAD * point.sin() / 800.0, 1e-13);
+    close(plant.held_torque("drive"), LOAD * point.sin(), 1e-12);
+    // det(s² H + S) with S = [s, −s; −s, s + m g l cos φ]
+    close(plant.linear.stiffness.to_f64()[(1, 1)], 800.0 + LOAD * point.cos(), 1e-12);
+    let poles: Vec<(f64, f64)> = project
+        .design(&DesignSettings::default(), &Silent)
+        .expect("a design")
+        .closed_loop_poles
+        .iter()
+        .map(|p| (p.re, p.im))
+        .collect();
+    for (wanted, found) in [(-10.0, 0.0), (-12.0, 0.0)].into_iter().zip(&poles) {
+        close(found.0, wanted.0, 1e-6);
+        assert!(found.1.abs() < 1e-6);
+    }
+    let run = format!("{source}{RUN}");
+    let found = study::run(&run, &Settings::default(), &Silent).expect("a run");
+    let arm = &found.runs[0].series.signal("arm.phi").expect("an angle").values;
+    assert!(arm.iter().all(|angle| (angle - point).abs() < 1e-11));
+}
+
+/// A motor at the end of a crank: the stiffness that its constant torque makes through the bent joint is that of the second derivative.
+#[test]
+fn a_held_joint_has_the_stiffness_of_its_torque() {
+    let source = "[model]\nname = \"bent\"\ncoordinates = [\"a\"]\n[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"0.5 kg m^2\"\n\
+                  [universal_joint.joint]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nangle = \"40 deg\"\n[torque.weight]\nshaft = \"a\"\n\
+                  law = \"-10 N m * sin(a.phi)\"\n[motor.drive]\nshaft = \"b\"\n\
+                  [control.hold]\nlaw = \"pole_placement\"\ninputs = [\"drive\"]\npoles = [-3, -4]\nat = { \"a.phi\" = \"50 deg\" }\n";
+    let project = study::Project::open(source);
+    let variant = &project.prepared().variants[0];
+    let plant = &variant.design_models[0];
+    // The torque along a at rest, as a function of the position, with the torque of the motor standing still.
+    let u = plant.held_torque("drive");
+    let mut kinematics = kardan::reduce::Kinematics::new(&plant.reduced);
+    let b = plant.reduced.coordinate("b").expect("a shaft");
+    let mut force = |a: f64| {
+        kinematics.update(&[a], &[0.0]);
+        -10.0 * a.sin() + kinematics.row(b)[0] * u
+    };
+    let (point, step) = ((50.0_f64).to_radians(), 1e-5);
+    assert!(force(point).abs() < 1e-12 && u.abs() > 5.0);
+    let slope = (force(point + step) - force(point - step)) / (2.0 * step);
+    close(plant.linear.stiffness.to_f64()[(0, 0)], -slope, 1e-8);
+    assert!((slope + 10.0 * point.cos()).abs() > 0.5, "the joint adds to it");
+}
+
+fn refused(source: &str, code: &str, words: &[&str]) {
+    let mistakes = designed(source).expect_err("a mistake");
+    let found = mistakes.iter().find(|mistake| mistake.code == code).unwrap_or_else(|| panic!("{mistakes:?}"));
+    words.iter().for_each(|word| assert!(found.to_string().contains(word), "{found}"));
+}
+
+#[test]
+fn points_that_nothing_holds_and_kinks_are_told() {
+    // 40 N m sin 60° is within 60 N m, 100 N m sin 60° is not.
+    refused(
+        &pendulum("-100 N m * sin(arm.phi)", AT_60),
+        "control::point",
+        &["`drive` would have to hold 86.602540 N m", "60 N m"],
+    );
+    // A torque on a shaft that the motor does not reach.
+    let more = "[shaft.free]\ninertia = \"1 kg m^2\"\n[torque.push]\nshaft = \"free\"\nlaw = \"2 N m * cos(free.phi)\"\n\
+                [spring_damper.s]\nshaft_1 = \"free\"\nshaft_2 = \"arm\"\nstiffness = \"1 N m/rad\"\n";
+    let both = "at = { \"arm.phi\" = \"0 deg\", \"free.phi\" = \"0 deg\" }\n";
+    let poles = |text: String| text.replace("[-5, -7]", "[-5, -7, -8, -9]");
+    refused(&poles(pendulum(GRAVITY, both) + more), "control::point", &["along `free` 2.000000 N m are left"]);
+    // Not named, it is a warning; the law is designed at zero angles.
+    let (_, warnings) = study::prepare(&poles(pendulum(GRAVITY, "") + more));
+    let warning = warnings.iter().find(|one| one.code == "control::point").expect("a warning");
+    assert!(
+        warning.to_string().contains("zero angles, where the model does not rest: along `free` 2.000000 N m"),
+        "{warning}"
+    );
+    // A kink at the point, at zero where nothing is named, and none where it is elsewhere or where both sides agree.
+    let kink = "-40 N m * abs(arm.phi - 1)";
+    refused(
+        &pendulum("-40 N m * abs(sin(arm.phi))", ""),
+        "control::kink",
+        &["`gravity` bends or jumps", "`sin(arm.phi)` = 0"],
+    );
+    refused(&pendulum(kink, "at = { \"arm.phi\" = \"1 rad\" }\n"), "control::kink", &["`-1 + arm.phi` = 0"]);
+    assert!(designed(&pendulum(kink, AT_60)).is_ok());
+    let drag = designed(&pendulum("-1 N m s^2/rad^2 * arm.w * abs(arm.w)", "")).expect("both sides agree");
+    close(gain(&drag)[0], 35.0 * INERTIA, 1e-12);
+    // An analysis refuses it the same way.
+    let settings = study::AnalyzeSettings::default();
+    let analysed = |angle: &str| {
+        let at = format!("[analysis]\nat = {{ \"arm.phi\" = \"{angle}\" }}\n");
+        study::analyze(&(pendulum(kink, AT_60) + &at), &settings, &Silent).map(|_| ())
+    };
+    let mistakes = analysed("1 rad").expect_err("a kink");
+    assert!(
+        mistakes[0].code == "analysis::kink" && mistakes[0].to_string().contains("`gravity` bends"),
+        "{mistakes:?}"
+    );
+    assert!(analysed("60 deg").is_ok());
+    // A law on the full model has no use for a point, and two controllers have one.
+    let full = "[model]\nname = \"full\"\n[shaft.arm]\ninertia = \"2 kg m^2\"\n[torque.gravity]\nshaft = \"arm\"\nlaw = \"-40 N m * sin(arm.phi)\"\n\
+                [motor.drive]\nshaft = \"arm\"\n[control.hold]\nlaw = \"computed_torque\"\nat = { \"arm.phi\" = \"60 deg\" }\n\
+                [[control.hold.channels]]\noutput = \"arm.phi\"\ninput = \"drive\"\nreference = \"ref\"\n";
+    refused(full, "control::point", &["has no operating point"]);
+    refused(
+        &pendulum(GRAVITY, "at = { \"arm.w\" = \"1 rad/s\" }\n"),
+        "name::unknown",
+        &["an operating point is at rest"],
+    );
+}
+
+/// The built-in joint of a robot, designed at 60 deg: the poles asked for are the roots of its characteristic polynomial, written down by hand with
+/// the stiffness m g l cos φ of the arm there; and a run holds it there.
+#[test]
+fn the_robot_joint_is_designed_where_it_hangs() {
+    use kardan::results::Complex;
+    let model = kardan::model::builtin("robot-joint").expect("built in").source;
+    let before = |text: &'static str, mark: &str| text.split(mark).next().unwrap_or_default();
+    let source = before(model, "[[requirement]]").split("[scenario]").next().unwrap_or_default().to_string()
+        + "[[variant]]\nname = \"held\"\ncontrols = [\"hold\"]\n[control.hold]\nlaw = \"pole_placement\"\ninputs = [\"motor\"]\n\
+           poles = [-20, -25, \"-60 ± 200j\"]\nat = { \"arm.phi\" = \"60 deg\" }\n[[control.hold.channels]]\noutput = \"arm.phi\"\n\
+           reference = \"ref\"\n"
+        + RUN;
+    let settings =
+        DesignSettings { control: Some("hold".into()), variant: Some("held".into()), ..DesignSettings::default() };
+    let design = study::design(&source, &settings, &Silent).expect("a design");
+    let (k, point) = (gain(&design), (60.0_f64).to_radians());
+    // At the arm: the drive of 31 kN m/rad, 20 N m s/rad as felt at the flexspline, 1:101.
+    let (s, c, n) = (31e3, 20.0 * 1.01 * 1.01, 101.0);
+    let load = (3.0 + 5.0) * 9.81 * 0.6;
+    let inertia = [1.4e-4, (2.0 + 5.0) * 0.36];
+    for (re, im) in [(-20.0, 0.0), (-25.0, 0.0), (-60.0, 200.0)] {
+        let pole = Complex { re, im };
+        let times = |a: Complex, b: Complex| Complex { re: a.re * b.re - a.im * b.im, im: a.re * b.im + a.im * b.re };
+        let entry = |h: f64, d: f64, s: f64| {
+            let square = times(pole, pole);
+            Complex { re: h * square.re + d * pole.re + s, im: h * square.im + d * pole.im }
+        };
+        let own = times(
+            entry(inertia[0], 2e-4 + c / n / n + k[2], s / n / n + k[0]),
+            entry(inertia[1], 0.5 + c, s + load * point.cos()),
+        );
+        let cross = times(entry(0.0, -c / n + k[3], -s / n + k[1]), entry(0.0, -c / n, -s / n));
+        let (left, size) = ((own.re - cross.re).hypot(own.im - cross.im), own.re.hypot(own.im));
+        assert!(left < 1e-9 * size, "{re} {im}: {left:e} of {size:e}");
+    }
+    let run = Settings { variants: vec!["held".into()], runs_only: true, ..Settings::default() };
+    let found = study::run(&source, &run, &Silent).expect("a run");
+    let arm = &found.runs[0].series.signal("arm.phi").expect("an angle").values;
+    // The law has no integrator: friction of 0.02 N m may hold it off by that over the gain of its reference, no more.
+    let reference = design.gains.iter().find(|gain| gain.name == "L").expect("a gain").values[0][0];
+    assert!(arm.iter().all(|angle| (angle - point).abs() < 0.02 / reference));
+    assert!((arm[0] - point).abs() < 1e-15);
+}
