@@ -15,7 +15,7 @@ use crate::analysis::OutputSignal;
 use crate::assemble::{Along, Equations};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::{Entries, Written};
-use crate::equations::{Domain, InputKind};
+use crate::equations::InputKind;
 use crate::model::ControlSpec;
 use crate::names::SignalName;
 use crate::names::unknown_name;
@@ -123,13 +123,11 @@ fn design_own(
     settings: &DesignSettings,
     progress: &dyn Progress,
 ) -> Result<Design, Vec<Diagnostic>> {
-    let is_motor = |input: &Along<InputKind>| {
-        variant.reduced.equations.domain_of(input) != Domain::Charge && matches!(input.value, InputKind::Motor(_))
-    };
+    let is_motor = |input: &Along<InputKind>| matches!(input.value, InputKind::Motor(_));
     if !variant.reduced.equations.inputs.iter().any(is_motor) {
         return Err(vec![
-            Diagnostic::error("control::no-motor", "the model has no motor that a controller could command")
-                .help("add one: `[motor.NAME]` with `shaft = \"...\"`"),
+            Diagnostic::error("control::no-motor", "the model has no motor or voltage source that a controller could command")
+                .help("add one: `[motor.NAME]` with `shaft = \"...\"`, or a `[voltage_source.NAME]`"),
         ]);
     }
     let mut notes = Vec::new();
