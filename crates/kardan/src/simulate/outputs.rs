@@ -194,11 +194,13 @@ impl Columns<'_> {
             if holds[..k].iter().any(|other| of_same(&other)) {
                 continue;
             }
-            let own: Vec<(usize, &Along<Hold>)> = holds.iter().enumerate().filter(|(_, other)| of_same(other)).collect();
+            let own: Vec<(usize, &Along<Hold>)> =
+                holds.iter().enumerate().filter(|(_, other)| of_same(other)).collect();
             let bent = equations.transmissions.iter().any(|bent| bent.element == hold.element);
             // Of a bent one the multiplier is that torque.
             if !bent {
-                let shares = own.iter().map(|(other, one)| (first + other, if one.value.is_upper() { -1.0 } else { 1.0 }));
+                let shares =
+                    own.iter().map(|(other, one)| (first + other, if one.value.is_upper() { -1.0 } else { 1.0 }));
                 let effort = equations.domain_of(hold).effort();
                 let description = format!("{} of {}", effort.physical().word(), hold.element);
                 self.add(effort.of(&hold.element), effort.physical(), description, Read::Holds(shares.collect()));

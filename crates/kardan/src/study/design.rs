@@ -126,8 +126,11 @@ fn design_own(
     let is_motor = |input: &Along<InputKind>| matches!(input.value, InputKind::Motor(_));
     if !variant.reduced.equations.inputs.iter().any(is_motor) {
         return Err(vec![
-            Diagnostic::error("control::no-motor", "the model has no motor or voltage source that a controller could command")
-                .help("add one: `[motor.NAME]` with `shaft = \"...\"`, or a `[voltage_source.NAME]`"),
+            Diagnostic::error(
+                "control::no-motor",
+                "the model has no motor or voltage source that a controller could command",
+            )
+            .help("add one: `[motor.NAME]` with `shaft = \"...\"`, or a `[voltage_source.NAME]`"),
         ]);
     }
     let mut notes = Vec::new();

@@ -157,7 +157,12 @@ impl GivenEvent {
 
     /// As the scenario has it, of so many sources.
     pub fn event(&self, sources: usize) -> Option<SignalEvent> {
-        (self.source < sources).then(|| SignalEvent { source: self.source, at: self.at.to_f64(), to: self.to.to_f64(), over: self.over.to_f64() })
+        (self.source < sources).then(|| SignalEvent {
+            source: self.source,
+            at: self.at.to_f64(),
+            to: self.to.to_f64(),
+            over: self.over.to_f64(),
+        })
     }
 }
 

@@ -18,8 +18,11 @@ pub(super) const INPUTS: Field =
     Field::required("inputs", Kind::Elements(ACTUATORS), "The motors or voltage sources, at least as many as outputs.");
 
 /// The motors of a law that takes as many as outputs.
-pub(super) const AS_MANY_INPUTS: Field =
-    Field::required("inputs", Kind::Elements(ACTUATORS), "The motors or voltage sources, as many as outputs (or no outputs at all).");
+pub(super) const AS_MANY_INPUTS: Field = Field::required(
+    "inputs",
+    Kind::Elements(ACTUATORS),
+    "The motors or voltage sources, as many as outputs (or no outputs at all).",
+);
 
 /// The output of a channel.
 pub(super) const OUTPUT: Field = Field::required(

@@ -112,8 +112,7 @@ fn a_harmonic_drive_flies_over_its_play() {
 #[test]
 fn a_soft_harmonic_drive_swings_behind_its_play() {
     for method in METHODS {
-        let source =
-            format!("{DRIVE}stiffness = \"200 N m/rad\"\n{}", scenario("2 s", "\"wg.w\" = \"1 rad/s\""));
+        let source = format!("{DRIVE}stiffness = \"200 N m/rad\"\n{}", scenario("2 s", "\"wg.w\" = \"1 rad/s\""));
         let run = by(&source, method);
         let what = format!("{method:?}");
         let touched: Vec<f64> =
@@ -195,8 +194,11 @@ fn a_bent_joint_in_contact_is_one_without_play() {
 #[test]
 fn a_rack_with_a_curve_in_contact_is_one_without_play() {
     let rack = |behind: i32, keys: &str| {
-        let point = |angle: i32, position: i32| format!("{{ angle = \"{angle} rad\", position = \"{} mm\" }}", position - behind);
-        let curve: Vec<String> = [(-2, -30), (0, 0), (1, 9), (3, 34)].map(|(angle, position)| point(angle, position)).into();
+        let point = |angle: i32, position: i32| {
+            format!("{{ angle = \"{angle} rad\", position = \"{} mm\" }}", position - behind)
+        };
+        let curve: Vec<String> =
+            [(-2, -30), (0, 0), (1, 9), (3, 34)].map(|(angle, position)| point(angle, position)).into();
         format!(
             "[shaft.pinion]\ninertia = \"1e-4 kg m^2\"\n[mass.rack]\nmass = \"3 kg\"\ndamping = \"300 N s/m\"\n[torque.drive]\nshaft = \"pinion\"\n\
              law = \"2 N m\"\n[rack_and_pinion.joint]\npinion = \"pinion\"\nrack = \"rack\"\ncurve = [{}]\n{keys}\n",

@@ -32,11 +32,7 @@ impl Side {
 }
 
 /// A direction between a lower and an upper stop.
-pub(in crate::element) fn contact(
-    along: &Direction,
-    [lower, upper]: [Option<Exact>; 2],
-    side: &Side,
-) -> Vec<Term> {
+pub(in crate::element) fn contact(along: &Direction, [lower, upper]: [Option<Exact>; 2], side: &Side) -> Vec<Term> {
     let lower = lower.map(|offset| Term::Hold { along: along.clone(), hold: side.hold(false, offset) });
     let upper = upper.map(|offset| Term::Hold { along: opposite(along), hold: side.hold(true, -&offset) });
     lower.into_iter().chain(upper).collect()

@@ -23,9 +23,7 @@ impl Functions<'_, '_> {
             Some(Value::Tables(tables)) => tables.as_slice(),
             _ => &[],
         };
-        let own = |table: &&Table| {
-            matches!(table.values.get("signal"), Some(Placed { value: Value::Word(word), .. }) if word == signal)
-        };
+        let own = |table: &&Table| matches!(table.values.get("signal"), Some(Placed { value: Value::Word(word), .. }) if word == signal);
         let found: Vec<(&Table, SignalEvent)> =
             tables.iter().filter(own).filter_map(|table| Some((table, self.event(table, dimension)?))).collect();
         let profile = Profile::new(found.iter().map(|(_, event)| event));
@@ -43,10 +41,12 @@ impl Functions<'_, '_> {
                 event.at
             );
             let mistake = Diagnostic::error("motion::jump", message).at(TableReader::place(table, "to"), "jumps");
-            out.push(mistake.help("let it change over a time: `over = \"1 ms\"`; only at the begin, at 0 s, it may step"));
+            out.push(
+                mistake.help("let it change over a time: `over = \"1 ms\"`; only at the begin, at 0 s, it may step"),
+            );
         }
         let symbol = self.graph.new_symbol(signal.to_string(), dimension);
-        let part = Arc::new(Part { name: signal.to_string(), dimension, pieces, told: true });
+        let part = Arc::new(Part { name: signal.to_string(), dimension, pieces, told: false });
         OfTime::new(self.graph.clone(), self.time, vec![(symbol, part)], symbol, dimension)
     }
 
