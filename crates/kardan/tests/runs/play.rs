@@ -3,7 +3,7 @@
 use kardan::results::{Outcome, Run};
 use kardan::simulate::Method;
 
-use crate::common::{at, run_by, signal};
+use crate::common::{Dice, at, run_by, signal};
 
 const METHODS: [Method; 4] = [Method::Taylor, Method::Dop853, Method::Radau, Method::Automatic];
 
@@ -304,4 +304,72 @@ fn soft_teeth_with_play_rub() {
     }
     // It comes to the acceleration of the motor that drives through the loss.
     near(at(&run, "hd.tau", 3.0), -0.1 * 1e-3 / (1e-3 * 1.25 + 1e-3), 1e-5, "carried");
+}
+
+/// A drive of random gears, joints and harmonic drives with play, losses and frictions, shaken by two torques.
+fn random_model(seed: u64) -> String {
+    let mut dice = Dice(seed + 7);
+    let count = 2 + dice.below(3);
+    let mut source = String::new();
+    for k in 0..=count {
+        source += &format!("[shaft.s{k}]\ninertia = \"{}e-2 kg m^2\"\n", dice.between(1, 90));
+        if dice.below(2) == 0 {
+            source += &format!("friction = \"{}e-2 N m\"\n", dice.between(1, 30));
+        }
+    }
+    for k in 0..count {
+        let next = k + 1;
+        let play =
+            if dice.below(4) == 0 { String::new() } else { format!("backlash = \"{}e-2 rad\"\n", dice.between(1, 20)) };
+        let rebound = if play.is_empty() { 0 } else { dice.below(8) };
+        let play = format!("{play}restitution = {}\n", rebound as f64 / 10.0);
+        if dice.below(3) == 0 {
+            let angle = dice.between(5, 50);
+            source += &format!(
+                "[universal_joint.e{k}]\nshaft_1 = \"s{k}\"\nshaft_2 = \"s{next}\"\nangle = \"{angle} deg\"\n{play}"
+            );
+            continue;
+        }
+        let loss = match dice.below(4) {
+            0 => String::new(),
+            1 => format!("loss = \"{}e-2 N m + 0.{} * load\"\n", dice.between(0, 20), dice.between(1, 6)),
+            2 => format!("efficiency = 0.{}\n", dice.between(6, 9)),
+            _ => format!("efficiency = 0.{}\nefficiency_back = 0.{}\n", dice.between(3, 6), dice.between(1, 5)),
+        };
+        source += &format!(
+            "[gear.e{k}]\nshaft_1 = \"s{k}\"\nshaft_2 = \"s{next}\"\nratio = {}\n{play}{loss}",
+            dice.between(1, 6)
+        );
+    }
+    for shaft in [0, count] {
+        let (size, rate) = (dice.between(1, 40), dice.between(2, 15));
+        source +=
+            &format!("[torque.t{shaft}]\nshaft = \"s{shaft}\"\nlaw = \"{size}e-1 N m * sin({rate} rad/s * t)\"\n");
+    }
+    source + &scenario("3 s", "")
+}
+
+/// Energy balances close.
+#[test]
+fn random_drives_with_play_balance_their_energy() {
+    let (first, end) = match std::env::var("KARDAN_MODELS").ok().and_then(|asked| asked.parse().ok()) {
+        Some(end) => (0, end),
+        None => (0, 30),
+    };
+    let mut wrong = Vec::new();
+    for seed in first..end {
+        let source = random_model(seed);
+        let run = run_by(&source, Method::Automatic, Some(1e-10));
+        let energy = &run.energy;
+        let flows: f64 = (0..2)
+            .flat_map(|_| signal(&run, "t0.tau").iter().zip(signal(&run, "s0.w")))
+            .map(|(torque, speed)| (torque * speed).abs() * 0.01)
+            .sum();
+        let size = energy.input.abs().max(energy.stored.abs()).max(energy.dissipated).max(flows);
+        if run.outcome != Outcome::Completed || energy.residual.abs() > 1e-8 * size || energy.dissipated < -1e-12 * size
+        {
+            wrong.push(format!("{seed}: {:?} {energy:?}\n{source}", run.outcome));
+        }
+    }
+    assert!(wrong.is_empty(), "{} models, such as\n{}", wrong.len(), wrong[..wrong.len().min(3)].join("\n"));
 }
