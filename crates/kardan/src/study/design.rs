@@ -15,7 +15,7 @@ use crate::analysis::OutputSignal;
 use crate::assemble::{Along, Equations};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::{Entries, Written};
-use crate::equations::InputKind;
+use crate::equations::{Domain, InputKind};
 use crate::model::ControlSpec;
 use crate::names::SignalName;
 use crate::names::unknown_name;
@@ -124,13 +124,14 @@ fn design_own(
     progress: &dyn Progress,
 ) -> Result<Design, Vec<Diagnostic>> {
     let is_motor = |input: &Along<InputKind>| matches!(input.value, InputKind::Motor(_));
-    if !variant.reduced.equations.inputs.iter().any(is_motor) {
+    let equations = &variant.reduced.equations;
+    // The outputs of laws are of shafts, masses and sensors.
+    let moves = (0..equations.coordinates.len()).any(|k| equations.domain(k) != Domain::Charge);
+    if !(moves && equations.inputs.iter().any(is_motor)) {
         return Err(vec![
-            Diagnostic::error(
-                "control::no-motor",
-                "the model has no motor or voltage source that a controller could command",
-            )
-            .help("add one: `[motor.NAME]` with `shaft = \"...\"`, or a `[voltage_source.NAME]`"),
+            Diagnostic::error("control::no-motor", "the model has no motor that a controller could command").help(
+                "add one: `[motor.NAME]` with `shaft = \"...\"`, or a `[voltage_source.NAME]` behind a `dc_motor`",
+            ),
         ]);
     }
     let mut notes = Vec::new();

@@ -41,7 +41,7 @@ fn a_voltage_places_the_poles_of_a_motor() {
     // (s + 50) (s² + 200 s + 16400)
     let wanted = [250.0, 26_400.0, 820_000.0];
     let [current, angle, speed] = gains(wanted);
-    let design = Project::open(&format!("{MOTOR}{PLACED}{STEP}"))
+    let design = Project::open(format!("{MOTOR}{PLACED}{STEP}"))
         .design(&DesignSettings::default(), &Silent)
         .unwrap_or_else(|told| panic!("{told:?}"));
     let gain = design.gains.iter().find(|gain| gain.name == "K").expect("a gain");
