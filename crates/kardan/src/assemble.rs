@@ -240,6 +240,7 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             }
             Term::Output(sensor) => next.sensors.push((element, sensor.clone())),
             Term::Charge { name } | Term::Position { name } => next.domains[number(name)] = term.domain(),
+            Term::Angle { .. } => {}
             Term::Measure(domain) => drop(next.measures.insert(element, *domain)),
             Term::Kept(law) => next.kept.push(KeptRow { element, law: law.renamed(|name| number(name)) }),
             Term::Moving(function) => drop(next.moving.insert(element, Arc::clone(function))),

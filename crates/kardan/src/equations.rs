@@ -479,6 +479,11 @@ pub enum Term {
     },
     /// A measured quantity.
     Output(Sensor),
+    /// Declares a coordinate that is an angle and no shaft of the file.
+    Angle {
+        /// Its name.
+        name: String,
+    },
     /// Declares a coordinate that is the position of a mass.
     Position {
         /// Its name.
@@ -517,6 +522,7 @@ impl Term {
             | Self::Balance { along, .. } => Some(along),
             Self::Transmission { .. }
             | Self::Output(_)
+            | Self::Angle { .. }
             | Self::Position { .. }
             | Self::Measure(_)
             | Self::Moving(_)

@@ -14,11 +14,11 @@ keys! {
         required {
             from: Node as FROM;
             to: Node, "The node that a positive current enters.";
-            current: OfTime(Dimension::CURRENT),
-                "The current: a value, or a smooth function of the time `t`, parameters, signals `[signal.NAME]` and tables, which must not \
-                 jump. Events do not set it.";
         }
         optional {
+            current: OfTime(Dimension::CURRENT),
+                "The current: a value, or a smooth function of the time `t`, parameters, signals `[signal.NAME]` and tables, which must not \
+                 jump. Left out: zero until events of the scenario set `<name>.i`, in ramps.";
         }
     }
 }

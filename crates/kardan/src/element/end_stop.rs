@@ -1,4 +1,4 @@
-use super::shared::contact::{check_contact, contact};
+use super::shared::contact::{Side, check_contact, contact};
 use super::{Element, Mistake, Values, gear};
 use crate::equations::{Direction, Term};
 use crate::results::Symbol;
@@ -66,5 +66,5 @@ fn check(values: &Values) -> Vec<Mistake> {
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let along = Direction::difference(values.word_or_default("shaft_1"), values.word("shaft_2"));
-    contact(&along, [values.exact("lower").cloned(), values.exact("upper").cloned()], values)
+    contact(&along, [values.exact("lower").cloned(), values.exact("upper").cloned()], &Side::of(values))
 }

@@ -1,8 +1,7 @@
-use super::shared::contact::{check_contact, contact, opposite};
+use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
 use super::shared::mesh::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_mesh, mesh};
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
-use crate::num::Rational;
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
@@ -23,7 +22,7 @@ keys! {
             efficiency: Number(Sign::Positive) as EFFICIENCY;
             efficiency_back: Number(Sign::Any) as EFFICIENCY_BACK;
             loss: Formula(Dimension::TORQUE) as LOSS;
-            restitution: Number(Sign::NonNegative) = "0", "With backlash: the part of the speed that teeth go back with, 0 to 1.";
+            restitution: Number(Sign::NonNegative) as RESTITUTION;
         }
     }
 }
@@ -52,20 +51,7 @@ ratio = \"51/5\"
 };
 
 fn check_gear(values: &Values) -> Vec<Mistake> {
-    let mut out = [check(values), check_contact(values, "backlash"), check_mesh(values)].concat();
-    let plays = values.exact("backlash").is_some_and(|backlash| !backlash.is_zero());
-    if !plays && values.exact("restitution").is_some_and(|e| !e.is_zero()) {
-        out.push(Mistake::new("restitution", "without `backlash` teeth never part", "add `backlash`, or remove it"));
-    }
-    for key in ["efficiency", "loss"].into_iter().filter(|key| plays && values.has(key)) {
-        let message = "teeth with `backlash` carry their torque without loss here";
-        out.push(Mistake::new(
-            key,
-            message,
-            "take one of the two away, or give the play to a gear of ratio 1 behind this one",
-        ));
-    }
-    out
+    [check(values), check_play(values), check_mesh(values)].concat()
 }
 
 /// Both ends are not the same body.
@@ -88,16 +74,11 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
             (values.word_or_default("shaft_2").into(), -&ratio),
         ],
     };
-    let offset = values.exact_or_default("offset");
-    match values.exact("backlash").filter(|backlash| !backlash.is_zero()) {
-        Some(backlash) => {
-            // The torque on shaft_1 is that which opposes motion the other way.
-            let half = backlash * &Exact::new(Rational::from_parts(1.into(), 2u8.into()), 0);
-            contact(&opposite(&along), [offset.plus(&-&half), offset.plus(&half)].map(Some), values)
-        }
-        None => {
-            let loss = mesh(Direction::shaft(values.word_or_default("shaft_1")), values);
-            [Term::Constraint { along, offset: -&offset }].into_iter().chain(loss).collect()
-        }
-    }
+    let offset = -&values.exact_or_default("offset");
+    let loss = mesh(Direction::shaft(values.word_or_default("shaft_1")), values);
+    let teeth = match play_of(values) {
+        Some(backlash) => play(&along, &offset, backlash, &Side::of(values)),
+        None => vec![Term::Constraint { along, offset }],
+    };
+    teeth.into_iter().chain(loss).collect()
 }

@@ -1,3 +1,4 @@
+use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
 use super::shared::mesh::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_mesh, mesh};
 use super::shared::shafts::check_different;
 use super::{Element, Mistake, Values};
@@ -22,6 +23,10 @@ keys! {
                  stands in place of the equation of the gear. Left out: rigid.";
             damping: Quantity(Dimension::DAMPING, Sign::NonNegative) = "0 N m s/rad",
                 "Viscous damping of that twist, as felt at the flexspline; needs `stiffness`.";
+            backlash: Quantity(Dimension::ANGLE, Sign::NonNegative),
+                "Play, as an angle of the flexspline while the other two shafts are held: within half of it either way nothing is carried. Left \
+                 out: none.";
+            restitution: Number(Sign::NonNegative) as RESTITUTION;
             efficiency: Number(Sign::Positive) as EFFICIENCY;
             efficiency_back: Number(Sign::Any) as EFFICIENCY_BACK;
             loss: Formula(Dimension::TORQUE) as LOSS;
@@ -66,7 +71,7 @@ fn check(values: &Values) -> Vec<Mistake> {
             "add `stiffness`, or remove `damping`; that of a shaft belongs to the shaft",
         ));
     }
-    out.extend(check_mesh(values));
+    out.extend([check_play(values), check_mesh(values)].concat());
     out
 }
 
@@ -83,13 +88,24 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
     let offset = -&values.exact_or_default("offset");
     let [wave_generator, circular] = ["wave_generator", "circular_spline"].map(|key| values.word_or_default(key));
     let loss = mesh(Direction::difference(wave_generator, Some(circular)), values);
-    let teeth = match values.exact("stiffness").cloned() {
-        Some(stiffness) => {
-            Term::Compliance { along, offset, scale: ratio, stiffness, damping: values.exact_or_default("damping") }
+    let teeth = match (values.exact("stiffness").cloned(), play_of(values)) {
+        (_, Some(backlash)) => play(&along, &offset, &(&ratio * backlash), &side(values, &ratio)),
+        (Some(stiffness), None) => {
+            let damping = values.exact_or_default("damping");
+            vec![Term::Compliance { along, offset, scale: ratio, stiffness, damping }]
         }
-        None => Term::Constraint { along, offset },
+        (None, None) => vec![Term::Constraint { along, offset }],
     };
-    [teeth].into_iter().chain(loss).collect()
+    teeth.into_iter().chain(loss).collect()
+}
+
+/// What the teeth with play are along the row of the wave generator, where a twist is as many times that of the flexspline as the ratio says.
+fn side(values: &Values, ratio: &Exact) -> Side {
+    let felt = |value: Exact| value.div(&(ratio * ratio)).unwrap_or(value);
+    match Side::of(values) {
+        Side::Soft { stiffness, damping } => Side::Soft { stiffness: felt(stiffness), damping: felt(damping) },
+        rigid @ Side::Rigid { .. } => rigid,
+    }
 }
 
 #[cfg(test)]

@@ -1,3 +1,4 @@
+use super::shared::contact::{RESTITUTION, check_play};
 use super::shared::straight::{check_moves, straight};
 use super::{Element, Values};
 use crate::equations::Term;
@@ -15,6 +16,9 @@ keys! {
         }
         optional {
             offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the mass where the pulley stands at zero.";
+            backlash: Quantity(Dimension::LENGTH, Sign::NonNegative),
+                "Play of the teeth of a belt, a way of the mass: within half of it either way nothing is carried. Left out: none.";
+            restitution: Number(Sign::NonNegative) as RESTITUTION;
         }
     }
 }
@@ -37,12 +41,12 @@ shaft = \"drum\"
 mass = \"cabin\"
 radius = \"0.2 m\"
 ",
-    check: |values| check_moves(values, &["shaft", "mass"]),
+    check: |values| [check_moves(values, &["shaft", "mass"]), check_play(values)].concat(),
     terms,
 };
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let radius = values.exact("radius").cloned().unwrap_or_else(Exact::one);
     let ends = ["shaft", "mass"].map(|key| values.word_or_default(key));
-    straight(ends, &radius, values.exact_or_default("offset"))
+    straight(ends, &radius, values)
 }

@@ -1,5 +1,6 @@
 use std::sync::Arc;
 
+use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
 use super::shared::mesh::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_mesh, mesh};
 use super::shared::spline::{Spline, check_points};
 use super::shared::straight::{check_moves, straight};
@@ -24,6 +25,9 @@ keys! {
                 "Positions of the rack by angles of the pinion, in place of `radius`, for a ratio that varies: a smooth curve through them (a \
                  natural cubic spline), straight beyond the first and the last. The pinion, or what it hangs on, must be a coordinate.";
             offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the rack where the pinion stands at zero; not with `curve`.";
+            backlash: Quantity(Dimension::LENGTH, Sign::NonNegative),
+                "Play of the rack, a way: within half of it either way nothing is carried. Left out: none.";
+            restitution: Number(Sign::NonNegative) as RESTITUTION;
             efficiency: Number(Sign::Positive) as EFFICIENCY;
             efficiency_back: Number(Sign::Any) as EFFICIENCY_BACK;
             loss: Formula(Dimension::TORQUE) as LOSS;
@@ -90,19 +94,30 @@ fn check(values: &Values) -> Vec<Mistake> {
             out.push(Mistake::new("offset", "a curve gives positions itself", "add it to the positions of the curve"));
         }
     }
-    out.extend(check_mesh(values));
+    out.extend([check_play(values), check_mesh(values)].concat());
     out
 }
 
-fn terms(_: &str, values: &Values) -> Vec<Term> {
+fn terms(name: &str, values: &Values) -> Vec<Term> {
     let ends = ["pinion", "rack"].map(|key| values.word_or_default(key));
     let loss = mesh(Direction::shaft(ends[0]), values);
     let curve = points(values).filter(|points| check_points("curve", points).is_empty());
     if let Some(spline) = curve.and_then(|points| Spline::new(&points)) {
-        let [driving, driven] = ends.map(String::from);
-        let moves = Term::Transmission { driven, driving, curve: Arc::new(spline) };
-        return [Term::Measure(Domain::Translation), moves].into_iter().chain(loss).collect();
+        return bent(name, ends, spline, values).into_iter().chain(loss).collect();
     }
     let lead = values.exact("travel").or(values.exact("radius")).cloned().unwrap_or_else(Exact::one);
-    straight(ends, &lead, values.exact_or_default("offset")).into_iter().chain(loss).collect()
+    straight(ends, &lead, values).into_iter().chain(loss).collect()
+}
+
+/// A rack whose position is a curve over the angle of the pinion.
+fn bent(name: &str, [driving, rack]: [&str; 2], spline: Spline, values: &Values) -> Vec<Term> {
+    let moves = |driven: &str| {
+        let (driven, driving) = (driven.to_string(), driving.to_string());
+        [Term::Measure(Domain::Translation), Term::Transmission { driven, driving, curve: Arc::new(spline) }]
+    };
+    let Some(backlash) = play_of(values) else { return moves(rack).into() };
+    // The position that the rack would have without play follows from the pinion; the play is between these two.
+    let along = Direction::difference(rack, Some(name));
+    let behind = [Term::Position { name: name.into() }].into_iter().chain(moves(name));
+    behind.chain(play(&along, &Exact::zero(), backlash, &Side::of(values))).collect()
 }

@@ -1,3 +1,4 @@
+use super::shared::contact::{RESTITUTION, check_play};
 use super::shared::mesh::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_mesh, mesh};
 use super::shared::straight::{check_moves, straight};
 use super::{Element, Values};
@@ -16,6 +17,9 @@ keys! {
         }
         optional {
             offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the nut where the screw stands at zero.";
+            backlash: Quantity(Dimension::LENGTH, Sign::NonNegative),
+                "Play of the nut, a way: within half of it either way nothing is carried. Left out: none.";
+            restitution: Number(Sign::NonNegative) as RESTITUTION;
             efficiency: Number(Sign::Positive) as EFFICIENCY;
             efficiency_back: Number(Sign::Any) as EFFICIENCY_BACK;
             loss: Formula(Dimension::TORQUE) as LOSS;
@@ -41,7 +45,7 @@ shaft = \"motor\"
 nut = \"table\"
 lead = \"5 mm/rev\"
 ",
-    check: |values| [check_moves(values, &["shaft", "nut"]), check_mesh(values)].concat(),
+    check: |values| [check_moves(values, &["shaft", "nut"]), check_play(values), check_mesh(values)].concat(),
     terms,
 };
 
@@ -49,5 +53,5 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
     let lead = values.exact("lead").cloned().unwrap_or_else(Exact::one);
     let ends = ["shaft", "nut"].map(|key| values.word_or_default(key));
     let loss = mesh(Direction::shaft(ends[0]), values);
-    straight(ends, &lead, values.exact_or_default("offset")).into_iter().chain(loss).collect()
+    straight(ends, &lead, values).into_iter().chain(loss).collect()
 }

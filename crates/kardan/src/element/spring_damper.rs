@@ -1,11 +1,10 @@
-use super::shared::contact::contact;
+use super::shared::contact::{Side, around, contact, play_of};
 use super::shared::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
 use super::{Element, Mistake, Values, gear};
 use crate::equations::{Direction, Term};
-use crate::num::Rational;
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
-use crate::units::{Dimension, Exact};
+use crate::units::Dimension;
 
 keys! {
     /// Spring, damper and friction in parallel between two shafts or masses, or to the housing.
@@ -70,15 +69,11 @@ fn check(values: &Values) -> Vec<Mistake> {
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let along = Direction::difference(values.word_or_default("shaft_1"), values.word("shaft_2"));
     let mut out = Vec::new();
-    if let Some(backlash) = values.exact("backlash").filter(|backlash| !backlash.is_zero()) {
-        let half = backlash * &Exact::new(Rational::from_parts(1.into(), 2u8.into()), 0);
+    if let Some(backlash) = play_of(values) {
         let rest = values.exact_or_default("rest");
         let mut friction = losses(&along, values);
         friction.retain(|term| matches!(term, Term::Friction { .. }));
-        return contact(&along, [rest.plus(&-&half), rest.plus(&half)].map(Some), values)
-            .into_iter()
-            .chain(friction)
-            .collect();
+        return contact(&along, around(&rest, backlash), &Side::of(values)).into_iter().chain(friction).collect();
     }
     if let Some(stiffness) = values.exact("stiffness").filter(|x| !x.is_zero()) {
         out.push(Term::Spring {

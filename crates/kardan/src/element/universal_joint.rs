@@ -3,8 +3,9 @@ use std::sync::Arc;
 
 use kardan_rt::functions::{atan2, cos, sin_cos};
 
+use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
 use super::{Element, Mistake, Values, gear};
-use crate::equations::{Curve, CurveFormulas, Term};
+use crate::equations::{Curve, CurveFormulas, Direction, Term};
 use crate::expr::{Expr, Function, Graph};
 use crate::num::{Rational, rational_from_f64};
 use crate::results::Symbol;
@@ -24,6 +25,9 @@ keys! {
             angle_2: Quantity(Dimension::ANGLE, Sign::Any),
                 "Bend angle of the joint at shaft_2 of a double joint; equal angles give a uniform transmission.";
             phase: Quantity(Dimension::ANGLE, Sign::Any) = "0 deg", "Mounting angle of shaft_2.";
+            backlash: Quantity(Dimension::ANGLE, Sign::NonNegative),
+                "Play in the joint, as an angle of shaft_1: within half of it either way nothing is carried. Left out: none.";
+            restitution: Number(Sign::NonNegative) as RESTITUTION;
         }
     }
 }
@@ -53,7 +57,7 @@ angle = \"20 deg\"
 };
 
 fn check(values: &Values) -> Vec<Mistake> {
-    let mut out = gear::check(values);
+    let mut out = [gear::check(values), check_play(values)].concat();
     let single = values.has("angle");
     let double = (values.has("angle_1"), values.has("angle_2"));
     if single && double != (false, false) {
@@ -83,7 +87,7 @@ fn check(values: &Values) -> Vec<Mistake> {
     out
 }
 
-fn terms(_: &str, values: &Values) -> Vec<Term> {
+fn terms(name: &str, values: &Values) -> Vec<Term> {
     let cosine = |key: &str| values.number(key).map(cos);
     let ratio = match (cosine("angle"), cosine("angle_1"), cosine("angle_2")) {
         (Some(c), _, _) => c,
@@ -95,14 +99,21 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
     let angles: Vec<(&'static str, Exact)> =
         ANGLES.into_iter().filter_map(|key| Some((key, values.exact(key)?.clone()))).collect();
     let named = angles.iter().any(|(_, angle)| angle.in_names().is_some());
-    vec![Term::Transmission {
-        driven: values.word_or_default("shaft_1").into(),
-        driving: values.word_or_default("shaft_2").into(),
-        curve: match named {
-            true => Arc::new(NamedJoint { joint, angles, phase: values.exact_or_default("phase"), turned: false }),
-            false => Arc::new(joint),
-        },
-    }]
+    let curve: Arc<dyn Curve> = match named {
+        true => Arc::new(NamedJoint { joint, angles, phase: values.exact_or_default("phase"), turned: false }),
+        false => Arc::new(joint),
+    };
+    let [first, driving] = ["shaft_1", "shaft_2"].map(|key| values.word_or_default(key).to_string());
+    let Some(backlash) = play_of(values) else { return vec![Term::Transmission { driven: first, driving, curve }] };
+    let play = |second: &str, offset: Exact| {
+        play(&Direction::difference(&first, Some(second)), &offset, backlash, &Side::of(values))
+    };
+    if let Some(shift) = curve.shifted_identity() {
+        return play(&driving, Exact::new(rational_from_f64(shift).unwrap_or_default(), 0));
+    }
+    // The angle that shaft_1 would have without play follows from shaft_2; the play is between these two.
+    let behind = [Term::Angle { name: name.into() }, Term::Transmission { driven: name.into(), driving, curve }];
+    behind.into_iter().chain(play(name, Exact::zero())).collect()
 }
 
 const ANGLES: [&str; 3] = ["angle", "angle_1", "angle_2"];

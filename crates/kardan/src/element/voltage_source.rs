@@ -2,7 +2,8 @@ use super::shared::branch::{FROM, branch, check_branch};
 use super::{Element, Values};
 use crate::equations::{Direction, InputKind, Motor, Term};
 use crate::results::Symbol;
-use crate::schema::{ElementKeys, Keys, keys};
+use crate::schema::{ElementKeys, Keys, Sign, keys};
+use crate::units::Dimension;
 
 keys! {
     /// An ideal voltage source: an input along its own charge.
@@ -12,6 +13,8 @@ keys! {
             to: Node, "The positive pole, where a positive current comes out.";
         }
         optional {
+            voltage_limit: Quantity(Dimension::VOLTAGE, Sign::Positive),
+                "Largest voltage either way, what a controller asks for beyond is not given; left out: unlimited.";
         }
     }
 }
@@ -19,12 +22,12 @@ keys! {
 /// An ideal voltage source: an input along its own charge.
 pub const VOLTAGE_SOURCE: Element = Element {
     keyword: VoltageSource::KEYWORD,
-    summary: "An ideal voltage source between two nodes of a circuit; events of the scenario set `<name>.v`.",
+    summary: "An ideal voltage source between two nodes of a circuit; a control law commands `<name>.v`, or events of the scenario set it.",
     sketch: r"
                  v
     from ----- ( - + ) --->--- to
                          i >0",
-    signs: "`<name>.v` is the potential of `to` less that of `from`, zero until an event sets it; `<name>.i` leaves at `to`, \
+    signs: "`<name>.v` is the potential of `to` less that of `from`, zero until a law or an event sets it; `<name>.i` leaves at `to`, \
             so that v i is the power that the source gives.",
     symbol: Symbol::Source,
     fields: VoltageSource::FIELDS,
@@ -39,6 +42,7 @@ to = \"in\"
 
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let mut out = branch(name, values, ["from", "to"]);
-    out.push(Term::Input { along: Direction::shaft(name), kind: InputKind::Motor(Motor::default()) });
+    let motor = Motor { torque_limit: values.exact("voltage_limit").cloned(), ..Motor::default() };
+    out.push(Term::Input { along: Direction::shaft(name), kind: InputKind::Motor(motor) });
     out
 }

@@ -88,6 +88,7 @@ fn laws_of(term: &Term) -> Vec<&'static str> {
         | Term::Transmission { .. }
         | Term::Input { .. }
         | Term::Charge { .. }
+        | Term::Angle { .. }
         | Term::Position { .. }
         | Term::Measure(_)
         | Term::Moving(_)

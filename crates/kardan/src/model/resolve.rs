@@ -106,6 +106,11 @@ impl Document {
         let mut all_coordinates: Vec<String> =
             self.elements.iter().filter(|e| e.body().is_some()).map(|e| e.name.clone()).collect();
         all_coordinates.extend(self.charges());
+        let declared = |named: &NamedTerm| match &named.term {
+            Term::Angle { name } | Term::Position { name } => Some(name.clone()),
+            _ => None,
+        };
+        all_coordinates.extend(terms.iter().filter_map(declared));
         all_coordinates.sort();
         all_coordinates.dedup();
         let model = Model {
@@ -318,6 +323,10 @@ pub(super) fn element_values(
         if let Some(formula) = functions.formula(expression, wanted, own, (&given.place, &label), out) {
             values.insert(field.name, Resolved::Formula(Arc::new(formula)));
         }
+    }
+    if let Some(signal) = kind.signal_of_events(name).filter(|_| !table.values.contains_key("current")) {
+        let function = functions.of_events(&signal, Dimension::CURRENT, out);
+        function.into_iter().for_each(|found| values.insert("current", Resolved::OfTime(Arc::new(found))));
     }
     // A check over several keys means little if one of them could not be read.
     let complete = table.values.keys().all(|key| values.has(key)) && table.unread.is_empty();

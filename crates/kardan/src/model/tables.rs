@@ -80,7 +80,8 @@ keys! {
         required {
             at: Quantity(Dimension::TIME, Sign::NonNegative), "When it happens (or the ramp begins).";
             signal: Signal,
-                "A reference, a disturbance, `<motor>.tau` of a motor without a law, or `<voltage_source>.v`.";
+                "A reference, a disturbance, `<motor>.tau` of a motor without a law, `<voltage_source>.v`, or `<current_source>.i` of one without \
+                 `current`, in ramps.";
             to: AnyQuantity, "The new value.";
         }
         optional {

@@ -117,7 +117,8 @@ impl Columns<'_> {
                     vec![transmission.driven, transmission.driving]
                 }
             };
-            for shaft in shafts {
+            // An angle behind play has the name of its element.
+            for shaft in shafts.into_iter().filter(|shaft| equations.coordinates[*shaft] != *element) {
                 let what = |physical: Physical| format!("constraint {}", physical.word());
                 self.on_body(element, shaft, what, Read::ConstraintTorque(k, shaft));
             }
@@ -189,15 +190,37 @@ impl Columns<'_> {
                 self.add(Quantity::Friction.of(&hold.element), physical, description, Read::Friction(first + k));
                 continue;
             }
-            if holds[..k].iter().any(|other| other.element == hold.element) {
+            let of_same = |other: &&Along<Hold>| other.element == hold.element && !matches!(other.value, Hold::Mesh(_));
+            if holds[..k].iter().any(|other| of_same(&other)) {
                 continue;
             }
-            let own = holds.iter().enumerate().filter(|(_, other)| other.element == hold.element);
-            let shares = own.map(|(other, along)| (first + other, if along.value.is_upper() { -1.0 } else { 1.0 }));
-            let effort = equations.domain_of(hold).effort();
-            let description = format!("{} of {}", effort.physical().word(), hold.element);
-            let read = Read::Holds(shares.collect());
-            self.add(effort.of(&hold.element), effort.physical(), description, read);
+            let own: Vec<(usize, &Along<Hold>)> =
+                holds.iter().enumerate().filter(|(_, other)| of_same(other)).collect();
+            let bent = equations.transmissions.iter().any(|bent| bent.element == hold.element);
+            // Of a bent one the multiplier is that torque.
+            if !bent {
+                let shares =
+                    own.iter().map(|(other, one)| (first + other, if one.value.is_upper() { -1.0 } else { 1.0 }));
+                let effort = equations.domain_of(hold).effort();
+                let description = format!("{} of {}", effort.physical().word(), hold.element);
+                self.add(effort.of(&hold.element), effort.physical(), description, Read::Holds(shares.collect()));
+            }
+            let differ = || hold.row_f64().iter().any(|(_, x)| x.abs() != 1.0);
+            if bent || equations.measures.contains_key(&hold.element) || differ() {
+                self.add_play(&own, first);
+            }
+        }
+    }
+
+    /// What the sides of the play of a transmission do to its bodies, in units of these.
+    fn add_play(&mut self, own: &[(usize, &Along<Hold>)], first: usize) {
+        let element = &own[0].1.element;
+        let bodies = own[0].1.row.iter().map(|(body, _)| *body);
+        let bodies: Vec<usize> = bodies.filter(|body| self.reduced.equations.coordinates[*body] != *element).collect();
+        for body in bodies {
+            let share = |along: &Along<Hold>| along.row_f64().iter().find(|(k, _)| *k == body).map_or(0.0, |(_, x)| -x);
+            let shares = own.iter().map(|(k, along)| (first + k, share(along))).collect();
+            self.on_body(element, body, |physical| format!("constraint {}", physical.word()), Read::Holds(shares));
         }
     }
 

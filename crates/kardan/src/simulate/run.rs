@@ -634,6 +634,10 @@ impl RunningLoop {
             self.state = moved;
             return false;
         }
+        if lost == 0.0 {
+            // Nothing was left to stop; if it jams again here, nothing goes on.
+            self.jammed = Some(time);
+        }
         if let Some(loss) = self.state.last_mut() {
             *loss += lost;
         }

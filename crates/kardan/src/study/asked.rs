@@ -249,18 +249,29 @@ fn check_keys(table: &Table, document: &Document, out: &mut Vec<Diagnostic>) {
 
 /// Tells of a requirement on the time at a torque limit that the signal is not the torque of a motor with such a limit.
 fn check_limited(signal: &str, place: &Place, document: &Document, out: &mut Vec<Diagnostic>) {
-    let named = |name: &str| document.elements.iter().find(|e| e.name == name && e.kind.keyword == "motor");
+    let limit = |keyword: &str| match keyword {
+        "motor" => Some("torque_limit"),
+        "voltage_source" => Some("voltage_limit"),
+        _ => None,
+    };
+    let named = |name: &str| {
+        let motor = document.elements.iter().find(|e| e.name == name)?;
+        Some((motor, limit(motor.kind.keyword)?))
+    };
     let problem = match motor_of(signal).and_then(named) {
         None => (
             format!("`{signal}` is not the torque of a motor, and a motor alone has a torque limit"),
             "name the torque of a motor: `signal = \"MOTOR.tau\"`".to_string(),
         ),
-        Some(motor)
-            if !motor.table.values.contains_key("torque_limit") && !motor.table.unread.contains(&"torque_limit") =>
-        {
+        Some((motor, limit)) if !motor.table.values.contains_key(limit) && !motor.table.unread.contains(&limit) => {
+            let (kind, name) = (motor.kind.keyword, &motor.name);
             (
-                format!("the motor `{}` has no torque limit, so it is never there", motor.name),
-                format!("add `torque_limit = \"...\"` to `[motor.{}]`, or ask for another measure", motor.name),
+                format!(
+                    "the {} `{name}` has no {}, so it is never there",
+                    kind.replace('_', " "),
+                    limit.replace('_', " ")
+                ),
+                format!("add `{limit} = \"...\"` to `[{kind}.{name}]`, or ask for another measure"),
             )
         }
         Some(_) => return,

@@ -100,6 +100,7 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
             }
             Term::Output(_)
             | Term::Charge { .. }
+            | Term::Angle { .. }
             | Term::Position { .. }
             | Term::Measure(_)
             | Term::Moving(_)

@@ -123,13 +123,15 @@ fn design_own(
     settings: &DesignSettings,
     progress: &dyn Progress,
 ) -> Result<Design, Vec<Diagnostic>> {
-    let is_motor = |input: &Along<InputKind>| {
-        variant.reduced.equations.domain_of(input) != Domain::Charge && matches!(input.value, InputKind::Motor(_))
-    };
-    if !variant.reduced.equations.inputs.iter().any(is_motor) {
+    let is_motor = |input: &Along<InputKind>| matches!(input.value, InputKind::Motor(_));
+    let equations = &variant.reduced.equations;
+    // The outputs of laws are of shafts, masses and sensors.
+    let moves = (0..equations.coordinates.len()).any(|k| equations.domain(k) != Domain::Charge);
+    if !(moves && equations.inputs.iter().any(is_motor)) {
         return Err(vec![
-            Diagnostic::error("control::no-motor", "the model has no motor that a controller could command")
-                .help("add one: `[motor.NAME]` with `shaft = \"...\"`"),
+            Diagnostic::error("control::no-motor", "the model has no motor that a controller could command").help(
+                "add one: `[motor.NAME]` with `shaft = \"...\"`, or a `[voltage_source.NAME]` behind a `dc_motor`",
+            ),
         ]);
     }
     let mut notes = Vec::new();

@@ -189,8 +189,10 @@ fn lines(
             };
             let effort = |domain: Domain| if domain == Domain::Translation { 7 } else { 3 };
             let holds = equations.holds.iter().enumerate().filter_map(|(k, hold)| {
-                // Both sides of a stop are one torque.
-                let again = equations.holds[..k].iter().any(|other| other.element == hold.element);
+                // Both sides of a stop are one torque; what its teeth lose is another.
+                let rubs = |hold: &Along<Hold>| matches!(hold.value, Hold::Mesh(_));
+                let same = |other: &Along<Hold>| other.element == hold.element && rubs(other) == rubs(hold);
+                let again = equations.holds[..k].iter().any(same);
                 let own = share(&hold.row);
                 let turned = if hold.value.is_upper() { Rational::ZERO.minus(&own) } else { own };
                 let kind = if matches!(hold.value, Hold::Mesh(_)) { 8 } else { effort(equations.domain_of(hold)) };

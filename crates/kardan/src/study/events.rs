@@ -6,8 +6,9 @@ use super::read::{physical_dimension, quantity, read_word};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::InputKind;
-use crate::model::{ControlSpec, Document, Model, TableReader};
+use crate::model::{ControlSpec, Document, Instance, Model, TableReader};
 use crate::names::{Quantity, SignalName};
+use crate::results::Physical;
 use crate::schema::{Sign, Table, Value};
 use crate::simulate::{SignalEvent, Source, SourceTarget};
 use crate::units::{Dimension, Exact};
@@ -95,12 +96,22 @@ pub(super) fn not_settable(
     let name = SignalName::new(signal);
     let (head, quantity) = (name.alone().unwrap_or(signal), name.quantity());
     let is_kind = |keyword: &str| document.elements.iter().any(|e| e.name == head && e.kind.keyword == keyword);
-    if matches!(quantity, Some(Quantity::Torque | Quantity::Force)) && is_kind("motor") {
+    let commanded = match quantity {
+        Some(Quantity::Torque | Quantity::Force) if is_kind("motor") => Some("motor"),
+        Some(Quantity::Voltage) if is_kind("voltage_source") => Some("voltage source"),
+        _ => None,
+    };
+    if let Some(kind) = commanded {
         let commands = |control: &&ControlSpec| (control.law.inputs)(&control.values).iter().any(|input| input == head);
         let control = model.controls.iter().find(commands)?;
         let references: Vec<String> = (control.law.references)(&control.values).into_iter().map(|r| r.name).collect();
-        let message = format!("control `{}` commands the motor `{head}`, so {who} cannot set `{shown}`", control.name);
+        let message = format!("control `{}` commands the {kind} `{head}`, so {who} cannot set `{shown}`", control.name);
         return Some((message, format!("set {} instead", quoted(references.iter().map(String::as_str)))));
+    }
+    if quantity == Some(Quantity::Current) && is_kind("current_source") {
+        let message = format!("the current of `{head}` is what its `current` says, so {who} cannot set `{shown}`");
+        let help = "leave `current` out for events to set it, or write the function of time there";
+        return Some((message, help.into()));
     }
     let is_charge = document.charges().iter().any(|charge| charge == head);
     let follows = match quantity {
@@ -125,6 +136,7 @@ pub(super) fn not_settable(
 pub(super) struct GivenEvent {
     /// Number of its entry, from one on.
     number: usize,
+    /// Number of the source; of those behind them that of what the model prescribes.
     source: usize,
     at: Exact,
     to: Exact,
@@ -143,8 +155,14 @@ impl GivenEvent {
         std::iter::once(self.at.clone()).chain(end)
     }
 
-    pub fn event(&self) -> SignalEvent {
-        SignalEvent { source: self.source, at: self.at.to_f64(), to: self.to.to_f64(), over: self.over.to_f64() }
+    /// As the scenario has it, of so many sources.
+    pub fn event(&self, sources: usize) -> Option<SignalEvent> {
+        (self.source < sources).then(|| SignalEvent {
+            source: self.source,
+            at: self.at.to_f64(),
+            to: self.to.to_f64(),
+            over: self.over.to_f64(),
+        })
     }
 }
 
@@ -161,13 +179,19 @@ pub(super) fn events(
     let Some(Value::Tables(tables)) = document.scenario.values.get("event").map(|spanned| &spanned.value) else {
         return given;
     };
+    let prescribed = prescribed(document);
     for (i, table) in tables.iter().enumerate() {
         let what = &format!("entry {} of `event` of `[scenario]`", i + 1);
         let mut time = |key: &str| quantity(reader, table, key, (Dimension::TIME, Sign::NonNegative), what, out);
         let (at, over) = (time("at"), time("over"));
         check_late(table, "event", at.as_ref(), duration, out);
         let Some(signal) = read_word(table, "signal") else { continue };
-        let Some(source) = sources.iter().position(|source| source.name == signal) else {
+        let found = sources.iter().position(|source| source.name == signal);
+        let found = found.map(|k| (k, sources[k].physical)).or_else(|| {
+            let own = prescribed.iter().position(|name| name == signal);
+            own.map(|k| (sources.len() + k, Physical::Current))
+        });
+        let Some((source, physical)) = found else {
             if let Some((message, help)) = not_settable(signal, sources, (document, model), ["an event", "events"]) {
                 out.push(
                     Diagnostic::error("name::unknown", format!("{what}: {message}"))
@@ -177,7 +201,7 @@ pub(super) fn events(
             }
             continue;
         };
-        let dimension = physical_dimension(sources[source].physical);
+        let dimension = physical_dimension(physical);
         let to = quantity(reader, table, "to", (dimension, Sign::Any), what, out);
         let (Some(at), Some(to)) = (at, to) else { continue };
         let event = GivenEvent { number: i + 1, source, at, to, over: over.unwrap_or_else(|| Exact::from_ratio(0, 1)) };
@@ -185,6 +209,13 @@ pub(super) fn events(
         given.push(event);
     }
     given
+}
+
+/// Currents that events prescribe: functions of time of the model, behind the sources.
+fn prescribed(document: &Document) -> Vec<String> {
+    let free = |element: &&Instance| !element.table.values.contains_key("current");
+    let signal = |element: &Instance| element.kind.signal_of_events(&element.name);
+    document.elements.iter().filter(free).filter_map(signal).collect()
 }
 
 /// Warns of an event, or a fault, behind the end of the run.

@@ -161,7 +161,8 @@ fn unreduced(model: &mut Model) -> Reduced {
         Term::Torque { along, law } => of_element(named, along) && law.coordinates().all(|name| known(&name.into())),
         Term::Transmission { driven, driving, .. } => known(driven) && known(driving),
         Term::Kept(row) => row.coordinates().into_iter().all(|name| known(&name.into())),
-        Term::Output(_) | Term::Charge { .. } | Term::Position { .. } | Term::Measure(_) | Term::Moving(_) => true,
+        Term::Output(_) | Term::Charge { .. } | Term::Angle { .. } => true,
+        Term::Position { .. } | Term::Measure(_) | Term::Moving(_) => true,
     });
     let constrains = |element: &String| {
         let is_row =

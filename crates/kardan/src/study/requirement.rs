@@ -128,8 +128,9 @@ fn written(bound: f64, unit: &DisplayUnit) -> f64 {
     format!("{value:.14e}").parse().unwrap_or(value)
 }
 
-/// The motor of which a signal is the torque.
+/// The motor of which a signal is the torque, or the source of a voltage.
 pub(super) fn motor_of(signal: &str) -> Option<&str> {
+    use Quantity::{Command, Force, Torque, Voltage};
     let name = SignalName::new(signal);
-    name.alone().filter(|_| matches!(name.quantity(), Some(Quantity::Torque | Quantity::Force | Quantity::Command)))
+    name.alone().filter(|_| matches!(name.quantity(), Some(Torque | Force | Command | Voltage)))
 }

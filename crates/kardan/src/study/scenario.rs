@@ -45,7 +45,7 @@ pub(super) fn scenario(
     let duration = duration.map_or(0.0, |duration| duration.to_f64());
     check_noise(&reader, document, out);
     let seed = whole(&reader, table, "seed", "`[scenario]`", out).unwrap_or_default();
-    let events = given.iter().map(GivenEvent::event).collect();
+    let events = given.iter().filter_map(|event| event.event(sources.len())).collect();
     let signals = source_signals(&reader, (document, model), &sources, (duration, seed), out);
     Scenario { duration, times, sources, events, signals, faults, seed, recorded: None, position, speed }
 }

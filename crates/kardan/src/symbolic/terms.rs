@@ -110,6 +110,7 @@ impl Terms {
                 | Term::Transmission { .. }
                 | Term::Hold { .. }
                 | Term::Output(_)
+                | Term::Angle { .. }
                 | Term::Position { .. }
                 | Term::Measure(_)
                 | Term::Moving(_)

@@ -2,20 +2,27 @@
 
 use super::channels::{check_dynamics, compensation, once, reference};
 use super::decoupling::Compensation;
-use super::{Reference, Request, SynthesisError};
+use super::{Plant, Reference, Request, SynthesisError};
 use crate::analysis::{LinearSystem, OutputSignal};
 use crate::element::Values;
+use crate::equations::Domain;
 use crate::names::SignalName;
 use crate::num::{Matrix, Rational, rational_from_f64};
 use crate::schema::{Field, Kind};
 
+/// What laws command: the torque of a motor, the voltage of a source.
+pub(super) const ACTUATORS: &[&str] = &["motor", "voltage_source"];
+
 /// The motors of a law.
 pub(super) const INPUTS: Field =
-    Field::required("inputs", Kind::Elements(&["motor"]), "The motors, at least as many as outputs.");
+    Field::required("inputs", Kind::Elements(ACTUATORS), "The motors or voltage sources, at least as many as outputs.");
 
 /// The motors of a law that takes as many as outputs.
-pub(super) const AS_MANY_INPUTS: Field =
-    Field::required("inputs", Kind::Elements(&["motor"]), "The motors, as many as outputs (or no outputs at all).");
+pub(super) const AS_MANY_INPUTS: Field = Field::required(
+    "inputs",
+    Kind::Elements(ACTUATORS),
+    "The motors or voltage sources, as many as outputs (or no outputs at all).",
+);
 
 /// The output of a channel.
 pub(super) const OUTPUT: Field = Field::required(
@@ -81,6 +88,8 @@ pub(super) struct Task {
     pub disturbance: [Matrix<Rational>; 2],
     /// Shafts of the disturbances.
     pub disturbed: Vec<String>,
+    /// The states of `system`, as places among those of the plant.
+    pub kept: Vec<usize>,
 }
 
 impl Task {
@@ -103,11 +112,54 @@ impl Task {
             system: plant.system(&inputs, &outputs),
             disturbance: plant.torques(request.disturbances, &outputs).into(),
             disturbed: request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect(),
+            kept: (0..2 * plant.reduced.degrees_of_freedom()).collect(),
             inputs,
             references,
             outputs,
             names,
         })
+    }
+
+    /// Leaves out charges on which nothing depends, such as that through a source: they only count what has flowed, and no law holds them. Exact.
+    pub fn leave_counters(&mut self, plant: &Plant) {
+        let LinearSystem { a, c, .. } = &self.system;
+        let is_charge = |k: &usize| {
+            let coordinate = plant.reduced.coordinates.get(*k);
+            coordinate.is_some_and(|coordinate| plant.reduced.equations.domain(*coordinate) == Domain::Charge)
+        };
+        let column = |m: &Matrix<Rational>, k: usize| (0..m.rows()).all(|i| m[(i, k)].is_zero());
+        self.kept.retain(|k| !(is_charge(k) && column(a, *k) && column(c, *k)));
+        let kept = &self.kept;
+        let part = |m: &Matrix<Rational>, rows: bool, columns: bool| {
+            let place = |k: usize, taken: bool| if taken { kept[k] } else { k };
+            let size = |count: usize, taken: bool| if taken { kept.len() } else { count };
+            Matrix::from_fn(size(m.rows(), rows), size(m.columns(), columns), |i, j| {
+                m[(place(i, rows), place(j, columns))].clone()
+            })
+        };
+        let LinearSystem { states, inputs, outputs, e, a, b, c, d, degrees_of_freedom } = &self.system;
+        let system = LinearSystem {
+            states: kept.iter().map(|k| states[*k].clone()).collect(),
+            inputs: inputs.clone(),
+            outputs: outputs.clone(),
+            e: part(e, true, true),
+            a: part(a, true, true),
+            b: part(b, true, false),
+            c: part(c, false, true),
+            d: d.clone(),
+            degrees_of_freedom: degrees_of_freedom.filter(|_| kept.len() == states.len()),
+        };
+        self.disturbance[0] = part(&self.disturbance[0], true, false);
+        self.system = system;
+    }
+
+    /// A gain over the states that are left, over all states of the plant.
+    pub fn over_all_states(&self, k: &Matrix<f64>, count: usize) -> Matrix<f64> {
+        let mut out = Matrix::zeros(k.rows(), count);
+        for (j, &place) in self.kept.iter().enumerate() {
+            (0..k.rows()).for_each(|i| out[(i, place)] = k[(i, j)]);
+        }
+        out
     }
 
     /// Names of the references.

@@ -20,7 +20,8 @@ pub(super) fn state_feedback(
     more: Vec<ExactMatrix>,
     mut notes: Vec<String>,
 ) -> Result<Arc<dyn Law>, SynthesisError> {
-    let (inputs, states) = (&task.inputs, request.plant.states());
+    let (inputs, all) = (&task.inputs, request.plant.states());
+    let states: Vec<String> = task.kept.iter().map(|k| all[*k].clone()).collect();
     let l = if task.outputs.is_empty() {
         Matrix::zeros(inputs.len(), 0)
     } else {
@@ -54,9 +55,10 @@ pub(super) fn state_feedback(
     };
     let found = exact(k).zip(exact(&l)).filter(|_| !task.outputs.is_empty());
     let exact = found.map(|(k, l)| {
-        let found = ExactLoop::feedback(task.system.clone(), task.system.clone(), [&k, &l], &task.units());
+        let plant = request.plant.system(inputs, &task.outputs);
+        let found = ExactLoop::feedback(plant, task.system.clone(), [&k, &l], &task.units());
         ExactLoop { inverts: false, ..found }
     });
-    let block = LinearBlock::gains(k, &l, &m);
+    let block = LinearBlock::gains(&task.over_all_states(k, all.len()), &l, &m);
     Ok(Arc::new(Linear::new(request, design, exact, task.references.clone(), block)))
 }

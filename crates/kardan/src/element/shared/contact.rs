@@ -3,28 +3,57 @@
 use super::kind::Mistake;
 use super::values::Values;
 use crate::equations::{Direction, Hold, Term};
+use crate::num::Rational;
+use crate::schema::{Field, Kind, Sign};
 use crate::units::Exact;
 
-/// A direction between a lower and an upper stop: soft ones if there is a `stiffness`, else rigid ones with their `restitution`.
-pub(in crate::element) fn contact(along: &Direction, [lower, upper]: [Option<Exact>; 2], values: &Values) -> Vec<Term> {
-    let hold = |upper: bool, offset: Exact| match values.exact("stiffness") {
-        Some(stiffness) => {
-            Hold::Cushion { upper, offset, stiffness: stiffness.clone(), damping: values.exact_or_default("damping") }
+/// What the sides of a contact are made of.
+#[derive(Debug, Clone)]
+pub(in crate::element) enum Side {
+    Rigid { restitution: Exact },
+    Soft { stiffness: Exact, damping: Exact },
+}
+
+impl Side {
+    /// Soft if there is a `stiffness`, else rigid.
+    pub(in crate::element) fn of(values: &Values) -> Self {
+        match values.exact("stiffness") {
+            Some(stiffness) => Self::Soft { stiffness: stiffness.clone(), damping: values.exact_or_default("damping") },
+            None => Self::Rigid { restitution: values.exact_or_default("restitution") },
         }
-        None => Hold::Stop { upper, offset, restitution: values.exact_or_default("restitution") },
-    };
-    let lower = lower.map(|offset| Term::Hold { along: along.clone(), hold: hold(false, offset) });
-    let upper = upper.map(|offset| Term::Hold { along: opposite(along), hold: hold(true, -&offset) });
+    }
+
+    fn hold(&self, upper: bool, offset: Exact) -> Hold {
+        match self.clone() {
+            Self::Rigid { restitution } => Hold::Stop { upper, offset, restitution },
+            Self::Soft { stiffness, damping } => Hold::Cushion { upper, offset, stiffness, damping },
+        }
+    }
+}
+
+/// A direction between a lower and an upper stop.
+pub(in crate::element) fn contact(along: &Direction, [lower, upper]: [Option<Exact>; 2], side: &Side) -> Vec<Term> {
+    let lower = lower.map(|offset| Term::Hold { along: along.clone(), hold: side.hold(false, offset) });
+    let upper = upper.map(|offset| Term::Hold { along: opposite(along), hold: side.hold(true, -&offset) });
     lower.into_iter().chain(upper).collect()
 }
 
 /// A direction the other way round.
-pub(in crate::element) fn opposite(along: &Direction) -> Direction {
+fn opposite(along: &Direction) -> Direction {
     Direction { entries: along.entries.iter().map(|(name, x)| (name.clone(), -x)).collect() }
 }
 
 /// What is wrong with the keys of [`contact`]; `sides` is the key that says where the stops are.
 pub(in crate::element) fn check_contact(values: &Values, sides: &'static str) -> Vec<Mistake> {
+    let mut out = check_restitution(values);
+    if !values.has("stiffness") && values.exact("damping").is_some_and(|d| !d.is_zero()) {
+        let message = format!("it is for soft contact at `{sides}`, and without `stiffness` it is rigid");
+        out.push(Mistake::new("damping", message, "add `stiffness`, or give `restitution` in place of it"));
+    }
+    out
+}
+
+fn check_restitution(values: &Values) -> Vec<Mistake> {
     let mut out = Vec::new();
     if values.exact("restitution").is_some_and(|e| e.to_f64() > 1.0) {
         out.push(Mistake::new(
@@ -33,17 +62,46 @@ pub(in crate::element) fn check_contact(values: &Values, sides: &'static str) ->
             "give a number from 0 (it stays) to 1 (it loses nothing)",
         ));
     }
-    let soft = values.has("stiffness");
-    if soft && values.exact("restitution").is_some_and(|e| !e.is_zero()) {
+    if values.has("stiffness") && values.exact("restitution").is_some_and(|e| !e.is_zero()) {
         out.push(Mistake::new(
             "restitution",
             "it is for rigid contact, and `stiffness` makes it soft",
             "take one of the two away; a soft one loses energy by its `damping`",
         ));
     }
-    if !soft && values.exact("damping").is_some_and(|d| !d.is_zero()) {
-        let message = format!("it is for soft contact at `{sides}`, and without `stiffness` it is rigid");
-        out.push(Mistake::new("damping", message, "add `stiffness`, or give `restitution` in place of it"));
+    out
+}
+
+/// The part of the speed that the sides of a play go back with.
+pub(in crate::element) const RESTITUTION: Field = Field::with_default(
+    "restitution",
+    Kind::Number(Sign::NonNegative),
+    "0",
+    "With `backlash`: the part of the speed that its sides go back with where they meet, 0 to 1.",
+);
+
+/// The width of the play of an element, if it has any.
+pub(in crate::element) fn play_of(values: &Values) -> Option<&Exact> {
+    values.exact("backlash").filter(|backlash| !backlash.is_zero())
+}
+
+/// A constraint `aᵀq = offset` with play of a width along a: beyond half of it either way its sides hold it. The torque along a is what the
+/// multiplier of the constraint would be.
+pub(in crate::element) fn play(along: &Direction, offset: &Exact, width: &Exact, side: &Side) -> Vec<Term> {
+    contact(&opposite(along), around(&-offset, width), side)
+}
+
+/// The ends of a width around its middle.
+pub(in crate::element) fn around(middle: &Exact, width: &Exact) -> [Option<Exact>; 2] {
+    let half = width * &Exact::new(Rational::from_parts(1.into(), 2u8.into()), 0);
+    [middle.plus(&-&half), middle.plus(&half)].map(Some)
+}
+
+/// What is wrong with `restitution` beside `backlash`.
+pub(in crate::element) fn check_play(values: &Values) -> Vec<Mistake> {
+    let mut out = check_restitution(values);
+    if play_of(values).is_none() && values.exact("restitution").is_some_and(|e| !e.is_zero()) {
+        out.push(Mistake::new("restitution", "without `backlash` nothing ever parts", "add `backlash`, or remove it"));
     }
     out
 }

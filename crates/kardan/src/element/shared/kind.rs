@@ -2,8 +2,10 @@
 
 use super::values::Values;
 use crate::equations::Term;
+use crate::names::Quantity;
 use crate::results::Symbol;
 use crate::schema::{Field, Kind};
+use crate::units::Dimension;
 
 /// The description of a kind of element.
 #[derive(Debug, Clone, Copy)]
@@ -45,6 +47,12 @@ impl Element {
         let terms = (self.terms)(name, &Values::default());
         let charge = |term| if let Term::Charge { name } = term { Some(name) } else { None };
         terms.into_iter().filter_map(charge).collect()
+    }
+
+    /// The signal that events set where the key `current` is left out; nothing of what has none.
+    pub fn signal_of_events(&self, name: &str) -> Option<String> {
+        let current = self.fields.iter().find(|field| field.kind == Kind::OfTime(Dimension::CURRENT))?;
+        (!current.required).then(|| Quantity::Current.of(name))
     }
 
     /// Its keys that name nodes.

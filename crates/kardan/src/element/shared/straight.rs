@@ -1,14 +1,20 @@
 //! What turns and what moves straight.
 
+use super::contact::{Side, play, play_of};
 use super::kind::Mistake;
 use super::values::Values;
 use crate::equations::{Direction, Domain, Term};
 use crate::units::Exact;
 
-/// `s − lead·φ = offset`: a row over a mass and a shaft, which is a length.
-pub(in crate::element) fn straight([shaft, mass]: [&str; 2], lead: &Exact, offset: Exact) -> Vec<Term> {
+/// `s − lead·φ = offset`, with the play of the element: a row over a mass and a shaft, which is a length.
+pub(in crate::element) fn straight([shaft, mass]: [&str; 2], lead: &Exact, values: &Values) -> Vec<Term> {
     let along = Direction { entries: vec![(mass.to_string(), Exact::one()), (shaft.to_string(), -lead)] };
-    vec![Term::Measure(Domain::Translation), Term::Constraint { along, offset }]
+    let offset = values.exact_or_default("offset");
+    let moves = match play_of(values) {
+        Some(backlash) => play(&along, &offset, backlash, &Side::of(values)),
+        None => vec![Term::Constraint { along, offset }],
+    };
+    std::iter::once(Term::Measure(Domain::Translation)).chain(moves).collect()
 }
 
 /// Keys that must name what moves.

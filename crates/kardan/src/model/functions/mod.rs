@@ -1,5 +1,6 @@
 //! Functions of time by name, `[signal.NAME]`, and expressions of them.
 
+mod events;
 mod formulas;
 mod lookups;
 mod rows;

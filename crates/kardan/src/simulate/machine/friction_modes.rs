@@ -423,9 +423,7 @@ impl Machine {
         };
         // Directions that depend on resting ones rest too.
         self.choose_holding(&resting);
-        let may = |k: &usize| {
-            !resting.contains(k) && !passing.contains(k) && self.may_rest(*k) && !self.is_outside(*k)
-        };
+        let may = |k: &usize| !resting.contains(k) && !passing.contains(k) && self.may_rest(*k) && !self.is_outside(*k);
         let mut dependent: Vec<usize> = self.directions.iter().copied().filter(may).collect();
         if !dependent.is_empty() {
             let span = self.span(&self.with_kept(&resting));

@@ -47,11 +47,11 @@ impl MeshTerms {
         let moved = motion.multipliers(reduced, acting);
         for (_, hold, _) in meshes(reduced) {
             let Some(constraint) = constraint_of(reduced, hold) else {
-                // A spring in place of the constraint carries what its twist says.
-                let carried = sprung(motion, reduced, hold);
-                out.now.push(carried);
+                // A spring in place of the constraint carries what its twist says, the sides of a play what they press with.
+                let [carried, pressed] = [sprung(motion, reduced, hold), pressed(motion, reduced, (hold, friction))];
+                out.now.push(motion.graph.add(carried, pressed));
                 out.by_acceleration.extend(&zeros);
-                out.by_torque.extend((0..holding).map(|_| motion.graph.integer(0)));
+                out.by_torque.extend(held(motion, reduced, hold, holding));
                 continue;
             };
             let coefficient = first_entry(motion, reduced, constraint, hold);
@@ -90,6 +90,33 @@ fn sprung(motion: &mut Motion, reduced: &Reduced, hold: &Along<Hold>) -> Expr {
     }
     let sum = motion.graph.sum(Rational::ZERO, &terms);
     motion.graph.group(sum)
+}
+
+/// The sides of the play of the element: numbers of their directions, and what one of their torques, which oppose motion, puts on the first body.
+fn sides<'a>(reduced: &'a Reduced, hold: &'a Along<Hold>) -> impl Iterator<Item = (usize, Rational, &'a Hold)> {
+    let first = reduced.equations.frictions.len();
+    let own = reduced.equations.holds.iter().enumerate().filter(|(_, other)| other.element == hold.element);
+    own.filter(|(_, other)| matches!(other.value, Hold::Stop { .. } | Hold::Cushion { .. })).map(move |(k, other)| {
+        let entry = other.row.iter().find(|(body, _)| Some(*body) == first_body(hold));
+        (first + k, entry.map_or(Rational::ZERO, |(_, x)| Rational::ZERO.minus(x)), &other.value)
+    })
+}
+
+/// The torque of soft sides on the first body.
+fn pressed(motion: &mut Motion, reduced: &Reduced, (hold, friction): (&Along<Hold>, &[Expr])) -> Expr {
+    let soft = sides(reduced, hold).filter(|(.., side)| matches!(side, Hold::Cushion { .. }));
+    let terms: Vec<(Expr, Rational)> = soft.map(|(k, share, _)| (friction[k], share)).collect();
+    let sum = motion.graph.sum(Rational::ZERO, &terms);
+    motion.graph.group(sum)
+}
+
+/// That of rigid sides for one of each torque that holds.
+fn held(motion: &mut Motion, reduced: &Reduced, hold: &Along<Hold>, count: usize) -> Vec<Expr> {
+    let mut out = vec![motion.graph.integer(0); count];
+    for (k, share, _) in sides(reduced, hold).filter(|(.., side)| matches!(side, Hold::Stop { .. })) {
+        out[k] = motion.graph.number(share);
+    }
+    out
 }
 
 /// The constraint whose teeth rub; none where a spring stands in its place.

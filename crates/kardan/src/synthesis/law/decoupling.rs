@@ -35,7 +35,7 @@ law_keys! {
     /// Decoupling by state feedback after Gilbert, \[diss. 6.2.2\].
     law Decoupling("decoupling") {
         required {
-            inputs: Elements(&["motor"]) as INPUTS;
+            inputs: Elements(&["motor", "voltage_source"]) as INPUTS;
             channels: Tables(DecouplingChannel),
                 "One table for each output.";
         }

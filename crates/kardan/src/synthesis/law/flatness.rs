@@ -30,7 +30,7 @@ law_keys! {
     /// Trajectories planned by inversion of the model, \[diss. Theorem 6.4\].
     law Flatness("flatness") {
         required {
-            inputs: Elements(&["motor"]) as AS_MANY_INPUTS;
+            inputs: Elements(&["motor", "voltage_source"]) as AS_MANY_INPUTS;
             channels: Tables(FlatnessChannel),
                 "One table for each output, as many as motors.";
         }

@@ -27,7 +27,7 @@ law_keys! {
     /// Linear quadratic regulator.
     law Lqr("lqr") {
         required {
-            inputs: Elements(&["motor"]) as AS_MANY_INPUTS;
+            inputs: Elements(&["motor", "voltage_source"]) as AS_MANY_INPUTS;
         }
         optional {
             channels: Tables(LqrChannel),
@@ -72,8 +72,9 @@ largest = 0.05
 };
 
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
-    let task = Task::new(request)?;
-    let states = request.plant.states();
+    let mut task = Task::new(request)?;
+    task.leave_counters(request.plant);
+    let states = task.system.states.clone();
     let (n, m) = (states.len(), task.inputs.len());
     let largest = request.values.map("largest").unwrap_or_default();
     for (name, value) in largest {

@@ -24,7 +24,7 @@ law_keys! {
     /// Robust pole placement by state feedback.
     law PolePlacement("pole_placement") {
         required {
-            inputs: Elements(&["motor"]) as AS_MANY_INPUTS;
+            inputs: Elements(&["motor", "voltage_source"]) as AS_MANY_INPUTS;
             poles: Poles,
                 "As many poles as states (angles and speeds of the reduced coordinates).";
         }
@@ -62,7 +62,8 @@ reference = \"ref_fs\"
 };
 
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
-    let task = Task::new(request)?;
+    let mut task = Task::new(request)?;
+    task.leave_counters(request.plant);
     let poles = request.values.poles("poles").unwrap_or_default();
     let poles: Vec<Pole> = poles
         .iter()

@@ -123,12 +123,15 @@ impl Observed {
             law,
             result,
         };
-        out.data = out.observer_data(&inputs);
+        out.data = out.observer_data(plant, &inputs);
         Ok(out)
     }
 
-    fn observer_data(&self, inputs: &[String]) -> ControllerData {
-        let torques = ReadSignal::of_each(Quantity::Torque, inputs);
+    fn observer_data(&self, plant: &Plant, inputs: &[String]) -> ControllerData {
+        let torques = inputs.iter().map(|input| plant.effort_of(input)).map(|effort| {
+            let unit = SignalName::new(&effort).unit();
+            ReadSignal::new(effort, unit)
+        });
         let sensors = self.result.sensors.iter().map(|name| ReadSignal::new(name, SignalName::new(name).unit()));
         let (n, signals) = (self.a.rows(), self.b.columns());
         let matrices = [

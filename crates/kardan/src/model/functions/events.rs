@@ -1,0 +1,70 @@
+//! Functions of time that events of the scenario make.
+
+use std::sync::Arc;
+
+use super::Functions;
+use crate::diagnostics::Diagnostic;
+use crate::expr::{OfTime, Part, Pieces};
+use crate::model::table_reader::TableReader;
+use crate::schema::{Placed, Sign, Table, Value};
+use crate::simulate::{Profile, SignalEvent};
+use crate::units::Dimension;
+
+impl Functions<'_, '_> {
+    /// The function that events set, which must not jump once the run has begun; zero without events. What is wrong with an event itself is told
+    /// with the scenario.
+    pub(crate) fn of_events(
+        &mut self,
+        signal: &str,
+        dimension: Dimension,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<OfTime> {
+        let tables = match self.document.scenario.values.get("event").map(|found| &found.value) {
+            Some(Value::Tables(tables)) => tables.as_slice(),
+            _ => &[],
+        };
+        let own = |table: &&Table| matches!(table.values.get("signal"), Some(Placed { value: Value::Word(word), .. }) if word == signal);
+        let found: Vec<(&Table, SignalEvent)> =
+            tables.iter().filter(own).filter_map(|table| Some((table, self.event(table, dimension)?))).collect();
+        let profile = Profile::new(found.iter().map(|(_, event)| event));
+        let mut times: Vec<f64> = profile.breakpoints().collect();
+        times.sort_by(f64::total_cmp);
+        let piece = |time: f64| (time, [profile.value(time), profile.piece(time).1, 0.0, 0.0]);
+        let pieces = Pieces::new(times.into_iter().map(piece));
+        let jumps = |at: f64| at > 0.0 && pieces.value(at) != pieces.value_before(at);
+        for (table, event) in found.iter().filter(|(_, event)| event.over == 0.0 && jumps(event.at)) {
+            let message = format!(
+                "`{signal}` would jump from {} to {} {} at {} s: what is prescribed must not jump, as an inductance would take an infinite voltage",
+                pieces.value_before(event.at),
+                event.to,
+                dimension.si(),
+                event.at
+            );
+            let mistake = Diagnostic::error("motion::jump", message).at(TableReader::place(table, "to"), "jumps");
+            out.push(
+                mistake.help("let it change over a time: `over = \"1 ms\"`; only at the begin, at 0 s, it may step"),
+            );
+        }
+        let symbol = self.graph.new_symbol(signal.to_string(), dimension);
+        let part = Arc::new(Part { name: signal.to_string(), dimension, pieces, told: false });
+        OfTime::new(self.graph.clone(), self.time, vec![(symbol, part)], symbol, dimension)
+    }
+
+    /// An event without mistakes.
+    fn event(&self, table: &Table, dimension: Dimension) -> Option<SignalEvent> {
+        let number = |key: &str, expected: (Dimension, Sign)| {
+            let scalar = match table.values.get(key) {
+                Some(Placed { value: Value::Scalar(scalar), place }) => {
+                    Placed { value: scalar.clone(), place: place.clone() }
+                }
+                Some(_) => return None,
+                None => Placed { value: table.default_scalar(key)?, place: table.place.clone() },
+            };
+            let (value, found) = self.reader.scalar(&scalar, Some(expected), key, &mut Vec::new())?;
+            (found == expected.0).then(|| value.to_f64())
+        };
+        let time = |key: &str| number(key, (Dimension::TIME, Sign::NonNegative));
+        let (at, to) = (time("at")?, number("to", (dimension, Sign::Any))?);
+        Some(SignalEvent { source: 0, at, to, over: time("over").unwrap_or(0.0) })
+    }
+}
