@@ -115,6 +115,19 @@ impl Graph {
         }
     }
 
+    /// Expressions whose zeros are places where an expression may jump.
+    pub fn jumps(&mut self, expr: Expr) -> Vec<Expr> {
+        let mut found = Vec::new();
+        for part in self.needed(&[expr]) {
+            if let Node::Select([a, b, ..]) = *self.node(part) {
+                found.push(self.subtract(a, b));
+            }
+        }
+        found.sort();
+        found.dedup();
+        found
+    }
+
     /// Expressions whose zeros are places where an expression may jump or bend: there its derivative is that of one side.
     pub fn kinks(&mut self, expr: Expr) -> Vec<Expr> {
         let mut found = Vec::new();

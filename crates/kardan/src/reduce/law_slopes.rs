@@ -97,7 +97,7 @@ pub fn laws_are_linear(reduced: &Reduced) -> bool {
 }
 
 /// All coordinates of a model, as if none followed from others.
-fn unconstrained(reduced: &Reduced) -> Reduced {
+pub(super) fn unconstrained(reduced: &Reduced) -> Reduced {
     Reduced {
         coordinates: (0..reduced.equations.coordinates.len()).collect(),
         equations: reduced.equations.clone(),

@@ -5,8 +5,11 @@ use kardan_rt::functions::powi;
 use super::asked::Asked;
 use super::channels::Quantity;
 use super::extra::with_recordings;
+use super::laws::law_torques;
 use super::plant::{Columns, Plant, in_coordinates, silence};
+use super::plays::{Play, cut_plays};
 use super::reading::Recording;
+use super::teeth::{meshes, teeth};
 use crate::identify::{
     Coefficient, Motion, Reading, Regressor, Samples, Steadiness, Variances, Where, steady_segments,
 };
@@ -54,6 +57,8 @@ pub(super) struct Built {
     pub count: WindowCount,
     /// Standard deviations of a window's angles, speeds and accelerations of the coordinates, SI.
     pub noise: [Vec<f64>; 3],
+    /// What the teeth of plays did.
+    pub plays: Vec<Play>,
 }
 
 /// Rows of the torque balance in every window that tells one.
@@ -67,17 +72,30 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
     let wanted: Vec<Coefficient> = columns.kept.iter().map(|(k, _)| columns.asked[*k].clone()).collect();
     let noise = slot_noise(plant, material);
     let mut motion = Moving::new(plant);
+    let mut teeth = teeth(plant, &reduced, columns, asked);
+    let basis = plant.basis();
+    let frictions = reduced.equations.frictions.iter().map(|term| in_coordinates(&term.row, &basis));
+    let teeth_rows = meshes(&reduced.equations).map(|(hold, _)| in_coordinates(&hold.row, &basis));
+    let directions: Vec<Vec<f64>> = frictions.chain(teeth_rows).collect();
     let rest = match asked.rest_speed {
-        Some(speed) => vec![speed; reduced.equations.frictions.len()],
-        None => rest_speeds(plant, &noise, &mut motion, material),
+        Some(speed) => vec![speed; directions.len()],
+        None => rest_speeds(plant, &directions, &noise, &mut motion, material),
     };
+    let (rest, of_teeth) = rest.split_at(reduced.equations.frictions.len());
+    teeth.iter_mut().zip(of_teeth).for_each(|(one, speed)| one.rest_speed = *speed);
+    let (mut plays, cuts): (Vec<Play>, Vec<_>) = cut_plays(plant, &columns.asked, asked).into_iter().unzip();
+    let (torques, values) = law_torques(&reduced, &asked.extras).expect("the plant was checked for more of them");
     let mut regressor = Regressor::new(&reduced, &wanted, &plant.unmeasured, 0.0)
+        .with_laws(torques, &values)
+        .with_teeth(teeth)
+        .with_plays(cuts)
         .with_extras(&columns.extras)
+        .lenient(asked.lenient)
         .with_window(material.window)
-        .with_rest_speeds(&rest);
+        .with_rest_speeds(rest);
     let samples = Samples::new(regressor.rows(), regressor.columns(), columns.extras.len(), r, m);
     let noise_of = [vec![0.0_f64; r], vec![0.0_f64; r], vec![0.0_f64; r]];
-    let mut built = Built { samples, count: WindowCount::default(), noise: noise_of };
+    let mut built = Built { samples, count: WindowCount::default(), noise: noise_of, plays: Vec::new() };
     for (log, recording) in material.recorded.iter().enumerate() {
         for ((section, number), row) in &recording.windows {
             built.count.all += 1;
@@ -87,16 +105,26 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
             }
             let since = (*number as f64 + 0.5) * material.window;
             let time = recording.origin + since;
-            regressor.at(log, since, &motion.harmonics);
-            built.add(Where { log, section: *section, time, duration: material.window }, &motion, &mut regressor);
+            regressor.at(log, [since, time], &motion.harmonics);
+            built.add(
+                Where { log, section: *section, time, duration: material.window },
+                &motion,
+                &mut regressor,
+                asked.lenient,
+            );
+            for (k, play) in plays.iter_mut().enumerate() {
+                let now = regressor.play(k, &motion.torques);
+                play.windows.extend(now.map(|now| (log, *section, time, now)));
+            }
         }
     }
+    built.plays = plays;
     built
 }
 
 impl Built {
     /// The row of a window, unless something rests in it or its numbers are too large.
-    fn add(&mut self, place: Where, motion: &Moving, regressor: &mut Regressor) {
+    fn add(&mut self, place: Where, motion: &Moving, regressor: &mut Regressor, lenient: bool) {
         let Moving { position, speed, acceleration, torques, .. } = motion;
         let room = self.samples.push(place, [position, speed, acceleration], torques);
         let variances = Variances {
@@ -108,7 +136,9 @@ impl Built {
         let at = Motion { position, speed, acceleration };
         let known = regressor.fill_weighted(at, torques, variances, (room.x, room.y), (room.covariance, room.speeds));
         let last = self.samples.len() - 1;
-        if !known || !self.samples.x(last).iter().chain(self.samples.y(last)).all(|x| x.is_finite()) {
+        let numbers = |x: &f64| x.is_finite() || (lenient && x.is_nan());
+        let finite = self.samples.x(last).iter().all(numbers) && self.samples.y(last).iter().all(|x| x.is_finite());
+        if !known || !finite {
             self.samples.pop();
             self.count.resting += 1;
             return;
@@ -135,11 +165,14 @@ fn slot_noise(plant: &Plant, material: &Material<'_>) -> Vec<f64> {
     (0..material.slots.len()).map(noise).collect()
 }
 
-/// The speed below which each friction is taken to rest: a part of its largest, and beyond what noise hides.
-fn rest_speeds(plant: &Plant, noise: &[f64], motion: &mut Moving, material: &Material<'_>) -> Vec<f64> {
-    let basis = plant.basis();
-    let frictions = plant.reduced.equations.frictions.iter();
-    let directions: Vec<Vec<f64>> = frictions.map(|term| in_coordinates(&term.row, &basis)).collect();
+/// The speed below which what rubs along each direction is taken to rest: a part of its largest, and beyond what noise hides.
+fn rest_speeds(
+    plant: &Plant,
+    directions: &[Vec<f64>],
+    noise: &[f64],
+    motion: &mut Moving,
+    material: &Material<'_>,
+) -> Vec<f64> {
     let mut largest = vec![0.0_f64; directions.len()];
     let mut hidden = vec![0.0_f64; directions.len()];
     for row in material.recorded.iter().flat_map(|one| one.windows.values()) {
@@ -171,7 +204,9 @@ fn senses(plant: &Plant, asked: &Asked, material: &Material<'_>, element: &str) 
     let Some(number) = frictions.iter().position(|term| term.element == element) else { return nowhere };
     let g = in_coordinates(&frictions[number].row, &plant.basis());
     let (noise, mut motion) = (slot_noise(plant, material), Moving::new(plant));
-    let rest = asked.rest_speed.unwrap_or_else(|| rest_speeds(plant, &noise, &mut motion, material)[number]);
+    let rest = asked
+        .rest_speed
+        .unwrap_or_else(|| rest_speeds(plant, std::slice::from_ref(&g), &noise, &mut motion, material)[0]);
     let mut ways = |recording: &Recording| {
         let mut out = [false; 2];
         for row in recording.windows.values() {
