@@ -134,7 +134,7 @@ fn table(out: &mut String, table: &Table, width: usize) {
     let words: Vec<usize> = (0..titles.len()).map(words).collect();
     let name = |text: &str| text.split(' ').filter(|word| is_name(word)).map(count).max().unwrap_or(0);
     let names = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| name(cell)).max().unwrap_or(0);
-    let least = |k: usize| if number(k) { word(&titles[k]).max(widest(k)) } else { LEAST.max(names(k)) };
+    let least = |k: usize| if number(k) { word(&titles[k]).max(widest(k)) } else { LEAST.max(names(k).min(width / 2)) };
     let least: Vec<usize> = (0..titles.len()).map(least).collect();
     while 2 * widths.len() + widths.iter().sum::<usize>() > width {
         let narrower = (0..widths.len()).filter(|&k| widths[k] > least[k]);

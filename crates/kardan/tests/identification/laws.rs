@@ -40,7 +40,7 @@ fn pendulum(ml: &str, more: &str) -> String {
     format!(
         "[parameters]\nml = \"{ml}\"\n[shaft.arm]\ninertia = \"0.2 kg m^2\"\ndamping = \"0.3 N m s/rad\"\n[motor.m]\nshaft = \"arm\"\n\
          [torque.gravity]\nshaft = \"arm\"\nlaw = \"-ml * 9.81 m/s^2 * sin(arm.phi)\"\n{more}\
-         [scenario]\nduration = \"20 s\"\noutput_step = \"2 ms\"\n\
+         [scenario]\nduration = \"20 s\"\noutput_step = \"1 ms\"\n\
          signals = {{ \"m.tau\" = \"4 N m * sin(2 * t / 1 s) + 3 N m * sin(0.7 * t / 1 s)\" }}\n"
     )
 }
@@ -78,7 +78,7 @@ fn the_drag_of_a_fan() {
     let found = found(&fan("1e-3 N m s^2/rad^2"), &log, &["k", "s.inertia"]);
     near(&found, "k", 4e-3, 1e-3);
     near(&found, "s.inertia", 0.01, 1e-3);
-    assert_eq!(one(&found.parameters, "k").unit, "N m s^2/rad^2");
+    assert_eq!(one(&found.parameters, "k").unit, "kg m^2/rad^2");
 }
 
 /// What is not linear, or stands elsewhere too, is refused by name with what to do.

@@ -4,7 +4,7 @@ use super::asked::Asked;
 use super::extra::{ExtraTerm, Law};
 use super::fitted::{Fitted, short};
 use super::plays::Play;
-use super::teeth::teeth;
+use super::teeth::{meshes, teeth};
 use crate::assemble::CoefficientKind as Kind;
 use crate::equations::Hold;
 use crate::identify::{Coefficient, Extra, Shape};
@@ -282,6 +282,16 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
                 left.push(format!("{}: it is not told well enough, or {friction} is not", extra.name));
             }
             _ => left.push(format!("{}: a model file has the gaussian shape only", extra.name)),
+        }
+    }
+    // A file has no `efficiency_back` alone.
+    for (hold, mesh) in meshes(&fitted.plant.reduced.equations) {
+        let named = |word: &str, values: &[FileValue]| {
+            let name = format!("{}.{word}", hold.element);
+            values.iter().any(|one| one.name == name)
+        };
+        if named("efficiency_back", &values) && !named("efficiency", &values) && mesh.forth.to_f64() < 1e-8 {
+            values.push(FileValue { name: format!("{}.efficiency", hold.element), value: 1.0, interval: None });
         }
     }
     for play in fitted.plays {
