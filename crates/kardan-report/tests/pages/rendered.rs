@@ -479,7 +479,9 @@ fn names_never_break_in_a_table() {
         gain: Some(0.1),
         gain_spread: Some(0.01),
         probability: Some(1e-9),
-        verdict: "the same torques as output_shaft.quadratic_damping in these logs: which of the two it is they do not tell".into(),
+        verdict:
+            "the same torques as output_shaft.quadratic_damping in these logs: which of the two it is they do not tell"
+                .into(),
         ..Suggestion::default()
     };
     let suggestions = Suggestions { tried: names.iter().map(suggestion).collect(), ..Suggestions::default() };

@@ -62,6 +62,9 @@ pub struct Regressor {
     laws: Vec<Vec<(usize, f64)>>,
     law_torques: LawTorques,
     law_values: Vec<f64>,
+    /// Harmonics that these laws go with, and their values.
+    law_harmonics: Vec<usize>,
+    law_waves: Vec<f64>,
     teeth: Vec<Teeth>,
     /// Plays: the direction of each, and how it is cut.
     plays: Vec<Teeth>,
@@ -138,7 +141,7 @@ impl Regressor {
             values(Kind::Friction, equations.frictions.len()),
         ];
         let formulas: Vec<_> = equations.laws.iter().map(|law| law.value.as_ref()).collect();
-        let law_torques = LawTorques::new(reduced, &formulas, &[]).expect("no parameter is open");
+        let law_torques = LawTorques::new(reduced, &formulas, &[], &[]).expect("no parameter is open");
         let width = wanted.len() + 1 + equations.inputs.len() + 3 * reduced.degrees_of_freedom();
         Self {
             known: known.filter(|(kind, term, value)| *value != 0.0 && !asked(*kind, *term)).collect(),
@@ -159,6 +162,8 @@ impl Regressor {
             laws: equations.laws.iter().map(|law| law.row_f64()).collect(),
             law_torques,
             law_values: Vec::new(),
+            law_harmonics: Vec::new(),
+            law_waves: Vec::new(),
             teeth: Vec::new(),
             plays: Vec::new(),
             carried: Vec::new(),
@@ -204,17 +209,20 @@ impl Regressor {
         self.width += extras.len();
         self.width -= self.extras.len();
         self.extras = extras.to_vec();
-        let harmonics = extras.iter().filter_map(Extra::harmonic).max().map_or(0, |most| most + 1);
+        let all = extras.iter().filter_map(Extra::harmonic).chain(self.law_harmonics.iter().copied());
+        let harmonics = all.max().map_or(0, |most| most + 1);
         self.harmonics = vec![0.0; harmonics];
         self.all = vec![0.0; self.degrees_of_freedom * self.width];
         self
     }
 
-    /// The same with torques of expressions in which parameters are open, at these values for the noise that goes through; before
-    /// [`Self::with_extras`].
-    pub fn with_laws(mut self, torques: LawTorques, values: &[f64]) -> Self {
+    /// The same with torques of expressions in which parameters are open, at these values for the noise that goes through, and the numbers of the
+    /// harmonics that they are given; before [`Self::with_extras`].
+    pub fn with_laws(mut self, torques: LawTorques, values: &[f64], harmonics: &[usize]) -> Self {
         self.law_torques = torques;
         self.law_values = values.to_vec();
+        self.law_harmonics = harmonics.to_vec();
+        self.law_waves = vec![0.0; harmonics.len()];
         self
     }
 
@@ -483,7 +491,9 @@ impl Regressor {
     /// Torques that expressions give at this motion; whether none jumps in the window.
     fn take_laws(&mut self) -> bool {
         let Kinematics { angles, speeds, .. } = &self.kinematics;
-        self.law_torques.update(angles, speeds, self.clock, [0.0; 2]);
+        let waves = self.law_waves.iter_mut().zip(&self.law_harmonics);
+        waves.for_each(|(wave, harmonic)| *wave = self.harmonics[*harmonic]);
+        self.law_torques.update(angles, speeds, self.clock, [0.0; 2], &self.law_waves);
         self.law_torques.is_smooth(self.half, speeds, &self.accelerations)
     }
 
@@ -534,7 +544,7 @@ impl Regressor {
         let part = own.share_of_cut(own.known[usize::from(back)], back) * carried.abs();
         let Kinematics { angles, speeds, .. } = &self.kinematics;
         let besides = own.loss.as_mut().map_or(0.0, |loss| {
-            loss.update(angles, speeds, self.clock, [carried.abs(), speed]);
+            loss.update(angles, speeds, self.clock, [carried.abs(), speed], &[]);
             loss.torque(0)
         });
         Some(sign * (part + besides))

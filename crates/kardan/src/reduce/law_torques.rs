@@ -1,9 +1,11 @@
 //! Torques that expressions give at measured motions.
 
-use super::law_slopes::unconstrained;
+use super::law_slopes::{all_free, unconstrained};
 use super::{Motion, Reduced, Timed};
-use crate::equations::Formula;
-use crate::expr::{Expr, Graph, Symbol};
+use crate::assemble::Equations;
+use crate::equations::{Formula, Meaning};
+use crate::expr::{Expr, Function, Graph, Symbol};
+use crate::num::{Rational, rational_to_f64};
 use crate::plan::{Plan, compile};
 use crate::units::Dimension;
 
@@ -18,6 +20,60 @@ pub struct NotLinear {
     pub kink: bool,
 }
 
+/// `cos nφ` or `sin nφ` of the angle of a shaft, by its number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wave {
+    /// The shaft.
+    pub shaft: usize,
+    /// n
+    pub order: f64,
+    /// Whether it is the sine.
+    pub sine: bool,
+}
+
+/// The sines and cosines of angles in the laws of torques, both of each.
+pub fn law_waves(equations: &Equations) -> Vec<Wave> {
+    let free = all_free(equations);
+    let mut motion = Motion::kinematics(&free, false);
+    let torques: Vec<Expr> = equations.laws.iter().map(|law| motion.formula(&free, &law.value)).collect();
+    let mut out: Vec<Wave> = Vec::new();
+    for (_, _, symbol, [order, _]) in motion.graph.waves(&torques) {
+        let place = motion.symbols.iter().position(|own| *own == symbol);
+        let Some(shaft) = place.filter(|place| *place < equations.coordinates.len()) else { continue };
+        let order = rational_to_f64(&order);
+        for wave in [false, true].map(|sine| Wave { shaft, order, sine }) {
+            if !out.contains(&wave) {
+                out.push(wave);
+            }
+        }
+    }
+    out
+}
+
+/// Expressions with given numbers in place of sines and cosines of angles, where both are given.
+fn with_waves(motion: &mut Motion, torques: &[Expr], waves: &[Wave], given: &[Expr]) -> Vec<Expr> {
+    let mut others = Vec::new();
+    for (expr, is_sine, symbol, [order, shift]) in motion.graph.waves(torques) {
+        let place = motion.symbols.iter().position(|own| *own == symbol);
+        let order = rational_to_f64(&order);
+        let find = |sine: bool| {
+            waves.iter().position(|one| Some(one.shaft) == place && one.order == order && one.sine == sine)
+        };
+        let (Some(cosine), Some(sine)) = (find(false), find(true)) else { continue };
+        let graph = &mut motion.graph;
+        let angle = graph.number(shift);
+        let [of_cosine, of_sine] = [Function::Cos, Function::Sin].map(|function| graph.apply(function, angle));
+        // sin(a + c) = sin a cos c + cos a sin c, cos(a + c) = cos a cos c − sin a sin c.
+        let (first, second, sign) = match is_sine {
+            true => (given[sine], given[cosine], 1),
+            false => (given[cosine], given[sine], -1),
+        };
+        let parts = [graph.multiply(first, of_cosine), graph.multiply(second, of_sine)];
+        others.push((expr, graph.sum(Rational::ZERO, &[(parts[0], Rational::ONE), (parts[1], Rational::from(sign))])));
+    }
+    motion.graph.replace(torques, &others)
+}
+
 /// Torques that formulas give, at any angles and speeds of all shafts: `τ = τ₀ + Σ p ∂τ/∂p` with exact derivatives by parameters p in which
 /// they are linear, together.
 #[derive(Debug, Clone)]
@@ -25,6 +81,7 @@ pub struct LawTorques {
     plan: Plan,
     memory: Vec<f64>,
     shafts: usize,
+    waves: usize,
     formulas: usize,
     parameters: usize,
     timed: Timed,
@@ -35,18 +92,26 @@ pub struct LawTorques {
 }
 
 impl LawTorques {
-    /// Torques of formulas of a model; those of the names `parameters` are left open.
+    /// Torques of formulas of a model; those of the names `parameters` are left open. Sines and cosines of `waves` are given: means of them over a
+    /// time are not those of the mean angle.
     ///
     /// # Errors
     /// A parameter in which a formula is not linear.
-    pub fn new(reduced: &Reduced, formulas: &[&Formula], parameters: &[String]) -> Result<Self, NotLinear> {
+    pub fn new(
+        reduced: &Reduced,
+        formulas: &[&Formula],
+        parameters: &[String],
+        waves: &[Wave],
+    ) -> Result<Self, NotLinear> {
         let (n, free) = (reduced.equations.coordinates.len(), unconstrained(reduced));
         let mut motion = Motion::kinematics(&free, false);
         let mut symbol = |name: &str| motion.graph.new_symbol(name.into(), Dimension::NONE);
         let mesh = [symbol("load"), symbol("speed")];
+        let waved: Vec<Expr> = (0..waves.len()).map(|k| symbol(&format!("wave.{k}"))).collect();
         let open: Vec<(String, Expr)> = parameters.iter().map(|name| (name.clone(), symbol(name))).collect();
-        let torques: Vec<Expr> =
+        let plain: Vec<Expr> =
             formulas.iter().map(|formula| motion.formula_with(&free, formula, mesh, &open)).collect();
+        let torques = with_waves(&mut motion, &plain, waves, &waved);
         let own = |graph: &Graph, exprs: &[Expr]| -> Vec<Symbol> {
             exprs.iter().filter_map(|expr| graph.symbol_of(*expr)).collect()
         };
@@ -69,23 +134,25 @@ impl LawTorques {
         };
         // At the values of the file: how noise of angles and speeds goes through.
         let values = values(graph, formulas, &open);
-        let nominal = graph.substitute(&torques, &values);
+        let nominal = graph.substitute(&plain, &values);
         let slopes = nominal.iter().map(|torque| derivatives(graph, &mut outputs, *torque)).collect();
         let mut jumps = Vec::new();
-        for torque in &torques {
+        for torque in &plain {
             for at in graph.jumps(*torque) {
                 outputs.push(at);
                 let place = outputs.len() - 1;
                 jumps.push((place, derivatives(graph, &mut outputs, at)));
             }
         }
-        let inputs: Vec<Symbol> = moving.iter().copied().chain(own(graph, &mesh)).chain(given).collect();
+        let inputs: Vec<Symbol> =
+            moving.iter().copied().chain(own(graph, &mesh)).chain(own(graph, &waved)).chain(given).collect();
         let named: Vec<(String, Expr)> = outputs.iter().enumerate().map(|(k, one)| (k.to_string(), *one)).collect();
         let plan = compile(graph, &inputs, &named).expect("a torque depends on motion, load and time");
         Ok(Self {
             memory: plan.memory(),
             plan,
             shafts: n,
+            waves: waves.len(),
             formulas: formulas.len(),
             parameters: parameters.len(),
             timed: motion.timed,
@@ -94,16 +161,19 @@ impl LawTorques {
         })
     }
 
-    /// Takes angles (rad) and speeds (rad/s) of all shafts at a time (s); of the loss of a mesh, the size of its load (N m) and of its speed.
+    /// Takes angles (rad) and speeds (rad/s) of all shafts at a time (s); of the loss of a mesh, the size of its load (N m) and of its speed; and
+    /// the sines and cosines that are given.
     ///
     /// # Panics
     /// If a length does not fit.
-    pub fn update(&mut self, angles: &[f64], speeds: &[f64], time: f64, mesh: [f64; 2]) {
+    pub fn update(&mut self, angles: &[f64], speeds: &[f64], time: f64, mesh: [f64; 2], waves: &[f64]) {
         let n = self.shafts;
         self.memory[..n].copy_from_slice(angles);
         self.memory[n..2 * n].copy_from_slice(speeds);
         self.memory[2 * n..2 * n + 2].copy_from_slice(&mesh);
-        let given = self.memory[2 * n + 2..].iter_mut();
+        let from = 2 * n + 2 + self.waves;
+        self.memory[2 * n + 2..from].copy_from_slice(waves);
+        let given = self.memory[from..].iter_mut();
         given.zip(self.timed.values(time)).for_each(|(place, value)| *place = value);
         // What is no number is seen where it stands.
         let _ = self.plan.block().evaluate(&mut self.memory);
@@ -173,7 +243,7 @@ fn values(graph: &mut Graph, formulas: &[&Formula], open: &[(String, Expr)]) -> 
     let mut out = Vec::new();
     for (name, expr) in open {
         let given = formulas.iter().flat_map(|formula| &formula.names).find_map(|(other, meaning)| match meaning {
-            crate::equations::Meaning::Constant(value, _) if other == name => Some(value.clone()),
+            Meaning::Constant(value, _) if other == name => Some(value.clone()),
             _ => None,
         });
         let value = graph.number(given.map(|value| value.to_rational()).unwrap_or_default());

@@ -34,7 +34,7 @@ pub use initial::{GivenStart, StartConflict, start_position, start_speed};
 pub use kept::{NoStart, StartOnRows, frozen, start_on_rows};
 pub use kinematics::{Kinematics, Slope, slopes};
 pub use law_slopes::{GeometricStiffness, LawSlopes, geometric_stiffness, is_linear_law, law_slopes, laws_are_linear};
-pub use law_torques::{LawTorques, NotLinear};
+pub use law_torques::{LawTorques, NotLinear, Wave, law_waves};
 pub use linear::{LinearModel, SparseModel, linearise, sparse_model};
 pub use mechanism::{MechanismData, MechanismError};
 pub use motion::{Forces, KeptRate, Motion, SparseRow, Timed};

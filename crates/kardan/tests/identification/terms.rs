@@ -420,10 +420,8 @@ fn written_terms_are_read_again() {
             }
             let (one, other) = (one(&before.parameters, name), one(&after.parameters, law));
             let (value, error) = (one.value.unwrap(), one.standard_error.unwrap());
-            // Harmonics of the filtered angle differ a little from those that pass the filter.
-            let part = if name.contains("cogging") { 2.0 } else { 0.3 };
             assert!(
-                (other.value.unwrap() - value).abs() < part * error,
+                (other.value.unwrap() - value).abs() < 0.3 * error,
                 "{name}: {other:?} instead of {value} ± {error}"
             );
         }

@@ -1,11 +1,12 @@
 //! Parameters of torques that expressions give.
 
+use super::channels::{Harmonic, Quantity};
 use super::extra::{ExtraTerm, Law};
-use crate::assemble::Equations;
+use crate::assemble::{Equations, assemble};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::{Formula, Meaning, Term};
 use crate::model::{Document, Model, Setting};
-use crate::reduce::{LawTorques, NotLinear, Reduced};
+use crate::reduce::{LawTorques, NotLinear, Reduced, Wave, law_waves};
 use crate::schema::{Scalar, Table, Value};
 use crate::units::{Exact, Expression};
 
@@ -97,16 +98,40 @@ pub(super) fn law_parameters(extras: &[ExtraTerm]) -> Vec<String> {
     own.map(|extra| extra.name.clone()).collect()
 }
 
-/// The torques of the laws with these terms open, and their values in the file.
-pub(super) fn law_torques(reduced: &Reduced, extras: &[ExtraTerm]) -> Result<(LawTorques, Vec<f64>), Vec<Diagnostic>> {
+/// The harmonics of measured angles that laws go with, beside what is measured.
+pub(super) fn with_harmonics_of_laws(slots: Vec<Quantity>, model: &Model) -> Vec<Quantity> {
+    let mut out = slots;
+    let equations = assemble(&model.all_coordinates, &model.terms);
+    for wave in law_waves(&equations) {
+        let shaft = equations.coordinates[wave.shaft].clone();
+        let slot = Quantity::Harmonic(Harmonic { shaft: shaft.clone(), order: wave.order, sine: wave.sine });
+        if out.contains(&Quantity::Angle(shaft)) && !out.contains(&slot) {
+            out.push(slot);
+        }
+    }
+    out
+}
+
+/// The torques of the laws with these terms open, their values in the file, and the numbers of the harmonics that they are given.
+pub(super) fn law_torques(
+    reduced: &Reduced,
+    extras: &[ExtraTerm],
+    harmonics: &[(Harmonic, usize)],
+) -> Result<(LawTorques, Vec<f64>, Vec<usize>), Vec<Diagnostic>> {
+    let (mut waves, mut numbers) = (Vec::new(), Vec::new());
+    for (number, (harmonic, _)) in harmonics.iter().enumerate().filter(|_| !reduced.equations.laws.is_empty()) {
+        let shaft = reduced.coordinate(&harmonic.shaft).expect("a harmonic is one of a shaft");
+        waves.push(Wave { shaft, order: harmonic.order, sine: harmonic.sine });
+        numbers.push(number);
+    }
     let formulas: Vec<&Formula> = reduced.equations.laws.iter().map(|law| law.value.as_ref()).collect();
     let names = law_parameters(extras);
     let values = extras.iter().filter_map(|extra| match extra.law {
         Law::Parameter { before, .. } => Some(before),
         _ => None,
     });
-    let torques = LawTorques::new(reduced, &formulas, &names);
-    torques.map(|torques| (torques, values.collect())).map_err(|wrong| vec![not_linear(reduced, &wrong)])
+    let torques = LawTorques::new(reduced, &formulas, &names, &waves);
+    torques.map(|torques| (torques, values.collect(), numbers)).map_err(|wrong| vec![not_linear(reduced, &wrong)])
 }
 
 fn not_linear(reduced: &Reduced, wrong: &NotLinear) -> Diagnostic {

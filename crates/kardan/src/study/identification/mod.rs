@@ -31,6 +31,7 @@ use compare::{Whole, compare};
 use extra::with_harmonics;
 use fitted::Fitted;
 use fitting::{choose, fit_options, unseen};
+use laws::with_harmonics_of_laws;
 use open_logs::OpenLogs;
 use plant::plant;
 use rows::Material;
@@ -122,7 +123,7 @@ fn of_project(
         return Err(mistakes);
     }
     let mut logs = OpenLogs::open(document, &model, files)?;
-    let mut slots = with_harmonics(logs.slots()?, &asked.declared)?;
+    let mut slots = with_harmonics_of_laws(with_harmonics(logs.slots()?, &asked.declared)?, &model);
     if settings.suggest {
         slots = with_all_harmonics(slots);
     }

@@ -92,7 +92,7 @@ pub(super) fn plant(
     let harmonics = slots.iter().enumerate().filter_map(harmonic).collect();
     let mut plant = Plant { reduced, model, sensors, torques, unmeasured, harmonics, steps, plays, notes: Vec::new() };
     plant.check_angles()?;
-    law_torques(&plant.reduced, &asked.extras)?;
+    law_torques(&plant.reduced, &asked.extras, &plant.harmonics)?;
     plant.check_torques(asked)?;
     let sought = coefficients(&plant.reduced.equations, &asked.wanted);
     plant.notes = check_teeth(&plant, &sought, asked)?;

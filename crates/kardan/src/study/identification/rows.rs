@@ -84,9 +84,10 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
     let (rest, of_teeth) = rest.split_at(reduced.equations.frictions.len());
     teeth.iter_mut().zip(of_teeth).for_each(|(one, speed)| one.rest_speed = *speed);
     let (mut plays, cuts): (Vec<Play>, Vec<_>) = cut_plays(plant, &columns.asked, asked).into_iter().unzip();
-    let (torques, values) = law_torques(&reduced, &asked.extras).expect("the plant was checked for more of them");
+    let (torques, values, waves) =
+        law_torques(&reduced, &asked.extras, &plant.harmonics).expect("the plant was checked for more of them");
     let mut regressor = Regressor::new(&reduced, &wanted, &plant.unmeasured, 0.0)
-        .with_laws(torques, &values)
+        .with_laws(torques, &values, &waves)
         .with_teeth(teeth)
         .with_plays(cuts)
         .with_extras(&columns.extras)

@@ -100,7 +100,7 @@ impl Model<'_> {
             self.asked.extras.iter().any(|one| one.element == hold.element && matches!(one.law, Law::Teeth { .. }));
         let known = !sought && !hardly(mesh);
         let [forth, back] = [&mesh.forth, &mesh.back].map(|part| if known { part.to_f64() } else { 0.0 });
-        let loss = mesh.loss.as_ref().map(|loss| LawTorques::new(self.reduced, &[loss.as_ref()], &[]));
+        let loss = mesh.loss.as_ref().map(|loss| LawTorques::new(self.reduced, &[loss.as_ref()], &[], &[]));
         let teeth = Teeth {
             row: hold.row_f64(),
             cut: motion.iter().map(rational_to_f64).collect(),
