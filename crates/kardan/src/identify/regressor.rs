@@ -140,8 +140,6 @@ impl Regressor {
             values(Kind::Stiffness, equations.springs.len()),
             values(Kind::Friction, equations.frictions.len()),
         ];
-        let formulas: Vec<_> = equations.laws.iter().map(|law| law.value.as_ref()).collect();
-        let law_torques = LawTorques::new(reduced, &formulas, &[], &[]).expect("no parameter is open");
         let width = wanted.len() + 1 + equations.inputs.len() + 3 * reduced.degrees_of_freedom();
         Self {
             known: known.filter(|(kind, term, value)| *value != 0.0 && !asked(*kind, *term)).collect(),
@@ -160,7 +158,7 @@ impl Regressor {
             reflections: vec![vec![0.0; reduced.degrees_of_freedom()]; unmeasured.len()],
             unmeasured,
             laws: equations.laws.iter().map(|law| law.row_f64()).collect(),
-            law_torques,
+            law_torques: known_laws(reduced),
             law_values: Vec::new(),
             law_harmonics: Vec::new(),
             law_waves: Vec::new(),
@@ -623,6 +621,12 @@ impl Regressor {
         let change = self.half * along(&self.accelerations).abs();
         (speed.abs() > self.rest_speeds[number] + change).then(|| speed.signum())
     }
+}
+
+/// The laws of torques of a model, with all parameters known.
+fn known_laws(reduced: &Reduced) -> LawTorques {
+    let formulas: Vec<_> = reduced.equations.laws.iter().map(|law| law.value.as_ref()).collect();
+    LawTorques::new(reduced, &formulas, &[], &[]).expect("no parameter is open")
 }
 
 /// `g = Kᵀa`

@@ -3,9 +3,9 @@
 use kardan_rt::functions::powi;
 
 use super::asked::{Asked, CandidateSpec, Method, asked};
-use super::extra::{ExtraTerm, Law};
+use super::extra::{ExtraTerm, Law, law_parameters};
 use super::fitting::{Chosen, fit_options, unseen};
-use super::laws::{law_parameters, silence_law};
+use super::laws::silence_law;
 use super::plant::{Plant, columns, plant_without};
 use super::rows::{Material, rows, settled};
 use super::settings::IdentifySettings;

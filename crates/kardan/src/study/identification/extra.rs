@@ -1,8 +1,6 @@
 //! Terms beyond those of the model: `[[identification.extra]]`.
 
 use super::channels::{Harmonic, Quantity};
-use super::laws::law_parameters;
-use super::teeth::meshes;
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::Term;
@@ -158,6 +156,12 @@ impl ExtraTerm {
             Law::Parameter { .. } => String::new(),
         }
     }
+}
+
+/// The names of terms that are parameters of laws, in order.
+pub(super) fn law_parameters(extras: &[ExtraTerm]) -> Vec<String> {
+    let own = extras.iter().filter(|extra| matches!(extra.law, Law::Parameter { .. }));
+    own.map(|extra| extra.name.clone()).collect()
 }
 
 /// The terms that the file declares, column by column.
@@ -409,7 +413,7 @@ pub(super) fn extra_columns(equations: &Equations, extras: &[ExtraTerm], harmoni
             Law::Ripple(own) => Extra::Ripple { friction: friction(), harmonic: harmonic(own) },
             Law::Offset => Extra::Offset { input: input(&extra.element) },
             Law::Teeth { back } => {
-                let place = meshes(equations).position(|(hold, _)| hold.element == extra.element);
+                let place = equations.meshes().position(|(hold, _)| hold.element == extra.element);
                 Extra::Teeth { teeth: place.expect("every such term has teeth"), back: *back }
             }
             Law::Parameter { .. } => {

@@ -1,7 +1,7 @@
 //! Parameters of torques that expressions give.
 
 use super::channels::{Harmonic, Quantity};
-use super::extra::{ExtraTerm, Law};
+use super::extra::{ExtraTerm, Law, law_parameters};
 use crate::assemble::{Equations, assemble};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::{Formula, Meaning, Term};
@@ -90,12 +90,6 @@ fn other_uses(document: &Document, name: &str) -> Vec<String> {
     let parameters = document.parameters.iter().filter(|one| one.expression.as_ref().is_some_and(in_expression));
     out.extend(parameters.map(|one| one.name.clone()));
     out
-}
-
-/// The names of terms that are parameters of laws, in order.
-pub(super) fn law_parameters(extras: &[ExtraTerm]) -> Vec<String> {
-    let own = extras.iter().filter(|extra| matches!(extra.law, Law::Parameter { .. }));
-    own.map(|extra| extra.name.clone()).collect()
 }
 
 /// The harmonics of measured angles that laws go with, beside what is measured.

@@ -1,10 +1,10 @@
 //! The parameters that were found, and what they mean for the model file.
 
 use super::asked::Asked;
+use super::cutting::teeth;
 use super::extra::{ExtraTerm, Law};
 use super::fitted::{Fitted, short};
 use super::plays::Play;
-use super::teeth::{meshes, teeth};
 use crate::assemble::CoefficientKind as Kind;
 use crate::equations::Hold;
 use crate::identify::{Coefficient, Extra, Shape};
@@ -189,7 +189,8 @@ impl Fitted<'_> {
         let Extra::Teeth { teeth: number, .. } = self.columns.extras[column - self.columns.kept.len()] else {
             return found;
         };
-        let Some(teeth) = teeth(self.plant, &self.plant.reduced, self.columns, self.asked).into_iter().nth(number)
+        let Some(teeth) =
+            teeth(&self.plant.balance(&self.plant.reduced, &self.columns.asked, self.asked)).into_iter().nth(number)
         else {
             return found;
         };
@@ -206,12 +207,15 @@ impl Fitted<'_> {
     }
 }
 
+/// The value of a parameter that is found alone, with an interval.
+fn determined(one: &IdentifiedParameter) -> Option<f64> {
+    one.value.filter(|_| one.combination.is_empty() && one.interval.is_some())
+}
+
 /// What a model file can hold of what was found, and what not. Stribeck friction goes there as the torque at which it breaks away.
 pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> (Vec<FileValue>, Vec<String>) {
     let Fitted { asked, columns, .. } = fitted;
     let (mut values, mut left) = (Vec::new(), Vec::new());
-    let determined =
-        |one: &IdentifiedParameter| one.value.filter(|_| one.combination.is_empty() && one.interval.is_some());
     let plain = parameters.iter().take(columns.asked.len());
     for one in plain {
         if let Some(value) = determined(one) {
@@ -248,17 +252,7 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
             }
             continue;
         }
-        if law_of_file(extra).is_some() {
-            continue;
-        }
-        if let Law::Teeth { back } = extra.law {
-            let name = format!("{}.{}", extra.element, if back { "efficiency_back" } else { "efficiency" });
-            match named(&name).and_then(determined) {
-                Some(value) if value <= 1.0 && (back || value > 0.0) => {
-                    values.push(FileValue { name, value, interval: None });
-                }
-                _ => left.push(format!("{name}: it is not told from 1, or not determined")),
-            }
+        if law_of_file(extra).is_some() || matches!(extra.law, Law::Teeth { .. }) {
             continue;
         }
         let Some((shape, given)) = extra.shape() else {
@@ -284,13 +278,33 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
             _ => left.push(format!("{}: a model file has the gaussian shape only", extra.name)),
         }
     }
+    of_teeth_and_plays(fitted, parameters, &mut values, &mut left);
+    (values, left)
+}
+
+/// What a model file can hold of teeth and plays.
+fn of_teeth_and_plays(
+    fitted: &Fitted<'_>,
+    parameters: &[IdentifiedParameter],
+    values: &mut Vec<FileValue>,
+    left: &mut Vec<String>,
+) {
+    for extra in &fitted.asked.extras {
+        let Law::Teeth { back } = extra.law else { continue };
+        let name = format!("{}.{}", extra.element, if back { "efficiency_back" } else { "efficiency" });
+        let found = parameters.iter().find(|one| one.name == name);
+        match found.and_then(determined).filter(|value| *value <= 1.0 && (back || *value > 0.0)) {
+            Some(value) => values.push(FileValue { name, value, interval: None }),
+            None => left.push(format!("{name}: it is not told from 1, or not determined")),
+        }
+    }
     // A file has no `efficiency_back` alone.
-    for (hold, mesh) in meshes(&fitted.plant.reduced.equations) {
+    for (hold, mesh) in fitted.plant.reduced.equations.meshes() {
         let named = |word: &str, values: &[FileValue]| {
             let name = format!("{}.{word}", hold.element);
             values.iter().any(|one| one.name == name)
         };
-        if named("efficiency_back", &values) && !named("efficiency", &values) && mesh.forth.to_f64() < 1e-8 {
+        if named("efficiency_back", values) && !named("efficiency", values) && mesh.forth.to_f64() < 1e-8 {
             values.push(FileValue { name: format!("{}.efficiency", hold.element), value: 1.0, interval: None });
         }
     }
@@ -304,7 +318,6 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
             }
         }
     }
-    (values, left)
 }
 
 /// How a law of a torque says a term, if it can.

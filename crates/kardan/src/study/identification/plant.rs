@@ -2,10 +2,10 @@
 
 use super::asked::{Asked, Method};
 use super::channels::{Harmonic, Quantity, quantity_of};
+use super::cutting::{Balance, check_teeth};
 use super::extra::{ExtraTerm, extra_columns};
 use super::laws::law_torques;
 use super::plays::open_plays;
-use super::teeth::check_teeth;
 use super::wanted::{Wanted, coefficients, with_terms};
 use crate::assemble::{CoefficientKind as Kind, Equations, assemble};
 use crate::diagnostics::{Diagnostic, quoted};
@@ -95,7 +95,7 @@ pub(super) fn plant(
     law_torques(&plant.reduced, &asked.extras, &plant.harmonics)?;
     plant.check_torques(asked)?;
     let sought = coefficients(&plant.reduced.equations, &asked.wanted);
-    plant.notes = check_teeth(&plant, &sought, asked)?;
+    plant.notes = check_teeth(&plant.balance(&plant.reduced, &sought, asked))?;
     plant.notes.extend(plant.open_holds());
     Ok(plant)
 }
@@ -157,6 +157,11 @@ impl Plant {
         let blind = quoted(blind);
         let message = format!("the torques depend on angles, but of {blind} only the speed is in the logs");
         Err(wrong(message, "log the angles too: springs and universal joints need them"))
+    }
+
+    /// What cuts follow from, of these equations.
+    pub fn balance<'a>(&'a self, reduced: &'a Reduced, sought: &'a [Coefficient], asked: &'a Asked) -> Balance<'a> {
+        Balance { reduced, unmeasured: &self.unmeasured, torques: &self.torques, sought, asked }
     }
 
     /// What holds, blocks or presses, and is no part of the balance.

@@ -1,11 +1,8 @@
 //! Play between two angles that are measured: its width, where the sense of what the teeth carry is known.
 
-use super::asked::Asked;
-use super::plant::Plant;
-use super::teeth::cut_of_play;
 use crate::assemble::{Along, Equations};
-use crate::equations::{Domain, Hold, InputKind};
-use crate::identify::{Coefficient, Teeth, student_quantile};
+use crate::equations::{Hold, InputKind};
+use crate::identify::student_quantile;
 use crate::model::Document;
 use crate::num::Rational;
 use crate::results::{IdentifiedParameter, Interval};
@@ -46,23 +43,6 @@ pub(super) fn open_plays(document: &Document, equations: &mut Equations) -> Vec<
         equations.inputs.push(Along { element: element.clone(), row: row.clone(), value: InputKind::Disturbance });
     }
     found.into_iter().map(|(element, _)| element).collect()
-}
-
-/// The play of an element and where it is cut, if both angles are measured and the torque follows from what is.
-pub(super) fn cut_plays(plant: &Plant, sought: &[Coefficient], asked: &Asked) -> Vec<(Play, Teeth)> {
-    let equations = &plant.reduced.equations;
-    // Within soft ones the angle goes on with the torque.
-    let rigid = |element: &str| {
-        equations.holds.iter().any(|hold| hold.element == element && matches!(hold.value, Hold::Stop { .. }))
-    };
-    let measured = plant.sensors.iter().all(|(angle, _)| angle.is_some());
-    let own = plant.plays.iter().filter(|element| measured && rigid(element)).filter_map(|element| {
-        let number = equations.inputs.iter().position(|input| input.element == *element)?;
-        let cut = cut_of_play(plant, number, sought, asked)?;
-        let straight = equations.domain_of(&equations.inputs[number]) == Domain::Translation;
-        Some((Play { element: element.clone(), straight, windows: Vec::new() }, cut))
-    });
-    own.collect()
 }
 
 impl Play {

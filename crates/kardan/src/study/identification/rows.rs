@@ -4,14 +4,15 @@ use kardan_rt::functions::powi;
 
 use super::asked::Asked;
 use super::channels::Quantity;
+use super::cutting::{cut_of_play, teeth};
 use super::extra::with_recordings;
 use super::laws::law_torques;
 use super::plant::{Columns, Plant, in_coordinates, silence};
-use super::plays::{Play, cut_plays};
+use super::plays::Play;
 use super::reading::Recording;
-use super::teeth::{meshes, teeth};
+use crate::equations::{Domain, Hold};
 use crate::identify::{
-    Coefficient, Motion, Reading, Regressor, Samples, Steadiness, Variances, Where, steady_segments,
+    Coefficient, Motion, Reading, Regressor, Samples, Steadiness, Teeth, Variances, Where, steady_segments,
 };
 use crate::num::dot;
 use crate::results::{LogRead, WindowCount};
@@ -72,10 +73,10 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
     let wanted: Vec<Coefficient> = columns.kept.iter().map(|(k, _)| columns.asked[*k].clone()).collect();
     let noise = slot_noise(plant, material);
     let mut motion = Moving::new(plant);
-    let mut teeth = teeth(plant, &reduced, columns, asked);
+    let mut teeth = teeth(&plant.balance(&reduced, &columns.asked, asked));
     let basis = plant.basis();
     let frictions = reduced.equations.frictions.iter().map(|term| in_coordinates(&term.row, &basis));
-    let teeth_rows = meshes(&reduced.equations).map(|(hold, _)| in_coordinates(&hold.row, &basis));
+    let teeth_rows = reduced.equations.meshes().map(|(hold, _)| in_coordinates(&hold.row, &basis));
     let directions: Vec<Vec<f64>> = frictions.chain(teeth_rows).collect();
     let rest = match asked.rest_speed {
         Some(speed) => vec![speed; directions.len()],
@@ -121,6 +122,23 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
     }
     built.plays = plays;
     built
+}
+
+/// The play of an element and where it is cut, if both angles are measured and the torque follows from what is.
+fn cut_plays(plant: &Plant, sought: &[Coefficient], asked: &Asked) -> Vec<(Play, Teeth)> {
+    let equations = &plant.reduced.equations;
+    // Within soft ones the angle goes on with the torque.
+    let rigid = |element: &str| {
+        equations.holds.iter().any(|hold| hold.element == element && matches!(hold.value, Hold::Stop { .. }))
+    };
+    let measured = plant.sensors.iter().all(|(angle, _)| angle.is_some());
+    let own = plant.plays.iter().filter(|element| measured && rigid(element)).filter_map(|element| {
+        let number = equations.inputs.iter().position(|input| input.element == *element)?;
+        let cut = cut_of_play(&plant.balance(&plant.reduced, sought, asked), number)?;
+        let straight = equations.domain_of(&equations.inputs[number]) == Domain::Translation;
+        Some((Play { element: element.clone(), straight, windows: Vec::new() }, cut))
+    });
+    own.collect()
 }
 
 impl Built {

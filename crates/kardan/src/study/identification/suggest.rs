@@ -5,6 +5,7 @@ use kardan_rt::functions::powi;
 use super::asked::{Asked, Method};
 use super::channels::{Harmonic, Quantity};
 use super::compare::{Whole, fold_squares, keep_places};
+use super::cutting::teeth_that_tell;
 use super::extra::{ExtraTerm, Law};
 use super::fitted::Fitted;
 use super::fitting::unseen;
@@ -12,7 +13,6 @@ use super::parameters::is_in_file;
 use super::plant::{Columns, columns};
 use super::rows::{Material, rows, settled};
 use super::summary::{UNLIKELY, summary, test_name};
-use super::teeth::teeth_that_tell;
 use crate::assemble::CoefficientKind as Kind;
 use crate::identify::{Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_tests};
 use crate::reduce::Kinematics;
@@ -119,7 +119,7 @@ fn pool(whole: &Whole<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
         let load = |torque: &&str| Law::Load { torque: (*torque).to_string() };
         out.extend(measured.iter().map(|torque| vec![ExtraTerm::new(element, "load_loss", load(torque))]));
     }
-    out.extend(teeth_that_tell(plant, &whole.chosen.columns.asked, asked));
+    out.extend(teeth_that_tell(&plant.balance(&plant.reduced, &whole.chosen.columns.asked, asked)));
     out.extend(backlashes(whole));
     out.retain(|columns| !asked.extras.iter().any(|own| own.term == columns[0].term));
     out

@@ -1,10 +1,8 @@
 //! Teeth whose losses depend on what they carry: where they are cut, so that the logs tell what that is.
 
-use super::asked::{Asked, Method};
-use super::extra::{ExtraTerm, Law};
-use super::plant::{Columns, Plant, columns};
-use super::rows::{Material, rows};
-use crate::assemble::{Along, CoefficientKind as Kind, Equations};
+use super::asked::Asked;
+use super::extra::{ExtraTerm, Law, law_parameters};
+use crate::assemble::{Along, CoefficientKind as Kind};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::{Hold, Mesh};
 use crate::identify::{Coefficient, Teeth};
@@ -23,38 +21,33 @@ pub(super) struct Cut {
     pub explains_itself: bool,
 }
 
-/// The meshes of a model, by element.
-pub(super) fn meshes(equations: &Equations) -> impl Iterator<Item = (&Along<Hold>, &Mesh)> {
-    equations.holds.iter().filter_map(|hold| if let Hold::Mesh(mesh) = &hold.value { Some((hold, mesh)) } else { None })
-}
-
 /// Whether teeth rub only so that there is a direction.
 fn hardly(mesh: &Mesh) -> bool {
     mesh.loss.is_none() && [&mesh.forth, &mesh.back].iter().all(|part| part.to_f64().abs() < 1e-8)
 }
 
 /// The teeth of all meshes in order; of some why they cannot be cut.
-pub(super) fn cuts(
-    plant: &Plant,
-    reduced: &Reduced,
-    sought: &[Coefficient],
-    asked: &Asked,
-) -> Vec<Result<Cut, String>> {
-    let own = Model { plant, reduced, sought, asked };
-    meshes(&reduced.equations).map(|(hold, mesh)| own.cut(hold, mesh)).collect()
+pub(super) fn cuts(balance: &Balance<'_>) -> Vec<Result<Cut, String>> {
+    balance.reduced.equations.meshes().map(|(hold, mesh)| balance.cut(hold, mesh)).collect()
 }
 
-struct Model<'a> {
-    plant: &'a Plant,
-    reduced: &'a Reduced,
-    sought: &'a [Coefficient],
-    asked: &'a Asked,
+/// What a cut follows from.
+#[derive(Clone, Copy)]
+pub(super) struct Balance<'a> {
+    pub reduced: &'a Reduced,
+    /// Inputs that nobody measured.
+    pub unmeasured: &'a [usize],
+    /// Places of the inputs among what is measured.
+    pub torques: &'a [Option<usize>],
+    /// What is sought.
+    pub sought: &'a [Coefficient],
+    pub asked: &'a Asked,
 }
 
 /// A condition on the motion of a cut: a row over the shafts, and what it is to give.
 type Condition = (Vec<(usize, Rational)>, Rational);
 
-impl Model<'_> {
+impl Balance<'_> {
     fn cut(&self, hold: &Along<Hold>, mesh: &Mesh) -> Result<Cut, String> {
         let equations = &self.reduced.equations;
         if !Kinematics::new(self.reduced).is_constant() {
@@ -70,15 +63,15 @@ impl Model<'_> {
         let zero = |row: &[(usize, Rational)]| (row.to_vec(), Rational::ZERO);
         conditions
             .extend(equations.constraints.iter().enumerate().filter(|(k, _)| *k != own).map(|(_, one)| zero(&one.row)));
-        conditions.extend(self.plant.unmeasured.iter().map(|&k| zero(&equations.inputs[k].row)));
-        let others = meshes(equations).filter(|(other, _)| other.element != hold.element);
+        conditions.extend(self.unmeasured.iter().map(|&k| zero(&equations.inputs[k].row)));
+        let others = equations.meshes().filter(|(other, _)| other.element != hold.element);
         conditions.extend(others.map(|(other, _)| zero(&other.row)));
         if mesh.loss.is_some() {
             conditions.push(zero(&hold.row));
         }
         let n = equations.coordinates.len();
         let mut motion = solution(&conditions, n).ok_or_else(|| {
-            let names = self.plant.unmeasured.iter().map(|&k| equations.inputs[k].element.as_str());
+            let names = self.unmeasured.iter().map(|&k| equations.inputs[k].element.as_str());
             format!("what they carry follows from no torque in the logs ({} are not there)", quoted(names))
         })?;
         let mut as_given: Vec<String> = Vec::new();
@@ -118,7 +111,7 @@ impl Model<'_> {
         let row = &equations.inputs[input].row;
         let mut conditions: Vec<Condition> = vec![(row.clone(), Rational::ONE)];
         conditions.extend(equations.constraints.iter().map(|one| zero(&one.row)));
-        let others = self.plant.unmeasured.iter().filter(|&&k| k != input);
+        let others = self.unmeasured.iter().filter(|&&k| k != input);
         conditions.extend(others.map(|&k| zero(&equations.inputs[k].row)));
         let n = equations.coordinates.len();
         let mut motion = solution(&conditions, n).filter(|_| Kinematics::new(self.reduced).is_constant())?;
@@ -151,7 +144,7 @@ impl Model<'_> {
         let mut out: Vec<_> = self.sought.iter().map(|one| (one.name.clone(), rows(one))).collect();
         for law in &equations.laws {
             let open = |name: &&String| law.value.names.iter().any(|(other, _)| other == *name);
-            if let Some(name) = super::laws::law_parameters(&self.asked.extras).iter().find(open) {
+            if let Some(name) = law_parameters(&self.asked.extras).iter().find(open) {
                 out.push((name.clone(), vec![law.row.clone()]));
             }
         }
@@ -169,7 +162,7 @@ impl Model<'_> {
         let apart = |row: &[(usize, Rational)]| along(row, motion).is_zero() && moves(row);
         let sought =
             |kind: Kind, term: usize| self.sought.iter().any(|one| one.kind == kind && one.terms.contains(&term));
-        let open = super::laws::law_parameters(&self.asked.extras);
+        let open = law_parameters(&self.asked.extras);
         let known =
             |kind: Kind, term: usize, zero: bool, row: &[(usize, Rational)]| !zero && !sought(kind, term) && apart(row);
         equations.inertias.iter().enumerate().any(|(k, one)| known(Kind::Inertia, k, one.value.is_zero(), &one.row))
@@ -188,7 +181,7 @@ impl Model<'_> {
                 .iter()
                 .enumerate()
                 .any(|(k, one)| known(Kind::Friction, k, one.value.torque.is_zero(), &one.row))
-            || equations.inputs.iter().zip(&self.plant.torques).any(|(one, slot)| slot.is_some() && apart(&one.row))
+            || equations.inputs.iter().zip(self.torques).any(|(one, slot)| slot.is_some() && apart(&one.row))
             || equations
                 .laws
                 .iter()
@@ -213,19 +206,15 @@ fn solution(conditions: &[Condition], n: usize) -> Option<Vec<Rational>> {
 }
 
 /// How the play is cut whose torque is that of an input.
-pub(super) fn cut_of_play(plant: &Plant, input: usize, sought: &[Coefficient], asked: &Asked) -> Option<Teeth> {
-    Model { plant, reduced: &plant.reduced, sought, asked }.cut_of_play(input)
+pub(super) fn cut_of_play(balance: &Balance<'_>, input: usize) -> Option<Teeth> {
+    balance.cut_of_play(input)
 }
 
 /// What stands in the way of terms of teeth, and what is to be said of others.
-pub(super) fn check_teeth(
-    plant: &Plant,
-    sought: &[Coefficient],
-    asked: &Asked,
-) -> Result<Vec<String>, Vec<Diagnostic>> {
+pub(super) fn check_teeth(balance: &Balance<'_>) -> Result<Vec<String>, Vec<Diagnostic>> {
     let mut notes = Vec::new();
-    let cuts = cuts(plant, &plant.reduced, sought, asked);
-    for ((hold, mesh), cut) in meshes(&plant.reduced.equations).zip(cuts) {
+    let asked = balance.asked;
+    for ((hold, mesh), cut) in balance.reduced.equations.meshes().zip(cuts(balance)) {
         let element = &hold.element;
         let own = asked.extras.iter().find(|one| one.element == *element && matches!(one.law, Law::Teeth { .. }));
         match (cut, own) {
@@ -258,36 +247,10 @@ pub(super) fn check_teeth(
 }
 
 /// Teeth for a regressor; those that cannot be cut lose nothing.
-pub(super) fn teeth(plant: &Plant, reduced: &Reduced, columns: &Columns, asked: &Asked) -> Vec<Teeth> {
-    let n = reduced.equations.coordinates.len();
+pub(super) fn teeth(balance: &Balance<'_>) -> Vec<Teeth> {
+    let n = balance.reduced.equations.coordinates.len();
     let none = || Teeth { row: Vec::new(), cut: vec![0.0; n], known: [0.0; 2], loss: None, rest_speed: 0.0 };
-    let all = cuts(plant, reduced, &columns.asked, asked).into_iter();
-    all.map(|cut| cut.map_or_else(|_| none(), |cut| cut.teeth)).collect()
-}
-
-/// Leaves out ways of teeth that no log goes; says so.
-pub(super) fn tell_ways(asked: &mut Asked, plant: &Plant, material: &Material<'_>) -> Vec<String> {
-    let of_teeth = |extra: &ExtraTerm| matches!(extra.law, Law::Teeth { .. });
-    if !asked.extras.iter().any(of_teeth) {
-        return Vec::new();
-    }
-    let samples = rows(plant, asked, &columns(plant, asked, Method::Dynamic), material).samples;
-    let (p, w) = (samples.columns, samples.columns - samples.extras);
-    let silent = |k: usize| samples.x.chunks_exact(p).all(|row| row[w + k] == 0.0);
-    let mut left = Vec::new();
-    let mut number = 0..;
-    asked.extras.retain(|extra| {
-        let idle = number.next().is_some_and(silent) && of_teeth(extra);
-        if let (true, Law::Teeth { back }) = (idle, &extra.law) {
-            let way = if *back { "driven by what is behind it" } else { "driving" };
-            left.push(format!(
-                "{} is left out: in these logs the first body of {} is never {way}",
-                extra.name, extra.element
-            ));
-        }
-        !idle
-    });
-    left
+    cuts(balance).into_iter().map(|cut| cut.map_or_else(|_| none(), |cut| cut.teeth)).collect()
 }
 
 /// Teeth of all elements that have some, and of which the file does not say what they lose.
@@ -302,8 +265,8 @@ pub(super) fn teeth_to_try(document: &Document) -> Vec<ExtraTerm> {
 }
 
 /// Terms of teeth that the logs can tell.
-pub(super) fn teeth_that_tell(plant: &Plant, sought: &[Coefficient], asked: &Asked) -> Vec<Vec<ExtraTerm>> {
-    let all = meshes(&plant.reduced.equations).zip(cuts(plant, &plant.reduced, sought, asked));
+pub(super) fn teeth_that_tell(balance: &Balance<'_>) -> Vec<Vec<ExtraTerm>> {
+    let all = balance.reduced.equations.meshes().zip(cuts(balance));
     let tell = all.filter(|((_, mesh), cut)| hardly(mesh) && cut.as_ref().is_ok_and(|cut| !cut.explains_itself));
     tell.map(|((hold, _), _)| ExtraTerm::teeth(&hold.element).to_vec()).collect()
 }
