@@ -173,3 +173,25 @@ fn the_width_of_a_play() {
     let (text, left) = study::written(&model("1 mrad", "0 mrad"), &found).unwrap();
     assert!(left.is_empty() && text.contains("backlash = \"0.0"), "{left:?}\n{text}");
 }
+
+/// Teeth that rub are suggested where the load is known, and `--write` makes efficiencies of them, with which the file predicts the same.
+#[test]
+fn losses_of_teeth_are_suggested() {
+    let log = log(&lossy("efficiency = 0.8\nefficiency_back = 0.7\n", ""));
+    let settings = IdentifySettings {
+        parameters: vec!["a.inertia".into()],
+        method: Some("dynamic".into()),
+        suggest: true,
+        ..IdentifySettings::default()
+    };
+    let source = lossy("", "");
+    let found = tried(&source, &log, settings).unwrap();
+    let suggestions = found.suggestions.as_ref().unwrap();
+    assert_eq!(suggestions.taken.first().map(String::as_str), Some("g.tooth_loss"), "{suggestions:?}");
+    let (text, _) = study::written(&source, &found).unwrap();
+    assert!(text.contains("efficiency = \"0.") && text.contains("efficiency_back = \"0."), "{text}");
+    let again = self::found(&text, &log, &["a.inertia"]);
+    near(&again, "a.inertia", 0.01, 5e-3);
+    let unseen = [&suggestions.validation, &again.validation].map(|all| all[0].unseen.unwrap() / all[0].torque);
+    assert!(unseen.iter().all(|part| *part < 0.02), "{unseen:?}");
+}

@@ -264,9 +264,17 @@ pub(super) fn teeth_to_try(document: &Document) -> Vec<ExtraTerm> {
     own.flat_map(|one| ExtraTerm::teeth(&one.name)).collect()
 }
 
-/// Terms of teeth that the logs can tell.
+/// Terms of teeth that the logs can tell. What they carry must follow from the motion: a measured torque brings along all that the balance does not
+/// explain, and the loss would explain it by itself.
 pub(super) fn teeth_that_tell(balance: &Balance<'_>) -> Vec<Vec<ExtraTerm>> {
     let all = balance.reduced.equations.meshes().zip(cuts(balance));
-    let tell = all.filter(|((_, mesh), cut)| hardly(mesh) && cut.as_ref().is_ok_and(|cut| !cut.explains_itself));
+    let inputs = &balance.reduced.equations.inputs;
+    let of_torque = |cut: &Cut| {
+        inputs
+            .iter()
+            .any(|input| input.row_f64().iter().map(|(shaft, x)| x * cut.teeth.cut[*shaft]).sum::<f64>() != 0.0)
+    };
+    let tells = |cut: &Cut| !cut.explains_itself && !of_torque(cut);
+    let tell = all.filter(|((_, mesh), cut)| hardly(mesh) && cut.as_ref().is_ok_and(tells));
     tell.map(|((hold, _), _)| ExtraTerm::teeth(&hold.element).to_vec()).collect()
 }

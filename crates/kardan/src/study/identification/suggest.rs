@@ -10,11 +10,14 @@ use super::extra::{ExtraTerm, Law};
 use super::fitted::Fitted;
 use super::fitting::unseen;
 use super::parameters::is_in_file;
-use super::plant::{Columns, columns};
+use super::plant::{Columns, columns, in_coordinates};
 use super::rows::{Material, rows, settled};
 use super::summary::{UNLIKELY, summary, test_name};
+use crate::assemble::Along;
 use crate::assemble::CoefficientKind as Kind;
+use crate::equations::InputKind;
 use crate::identify::{Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_tests};
+use crate::num::Rational;
 use crate::reduce::Kinematics;
 use crate::results::{Suggestion, Suggestions, UnseenLogs};
 use crate::study::Progress;
@@ -92,7 +95,7 @@ impl Pooled {
 }
 
 /// All terms that may be tried: of each friction, each measured torque, each angle, of teeth and springs. A loss in proportion to a torque is
-/// among them only where the balance knows another one: else it would explain itself.
+/// among them only in rows of the balance that do not hold that torque: else it would explain itself.
 fn pool(whole: &Whole<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
     let (plant, asked) = (whole.plant, whole.asked);
     let equations = &plant.reduced.equations;
@@ -115,9 +118,15 @@ fn pool(whole: &Whole<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
     let inputs = equations.inputs.iter().zip(&plant.torques).filter(|(_, slot)| slot.is_some());
     let measured: Vec<&str> = inputs.map(|(input, _)| input.element.as_str()).collect();
     out.extend(measured.iter().map(|input| vec![ExtraTerm::new(input, "offset", Law::Offset)]));
-    for element in elements.iter().filter(|_| measured.len() > 1) {
-        let load = |torque: &&str| Law::Load { torque: (*torque).to_string() };
-        out.extend(measured.iter().map(|torque| vec![ExtraTerm::new(element, "load_loss", load(torque))]));
+    let basis = plant.basis();
+    let acts = |row: &[(usize, Rational)]| in_coordinates(row, &basis);
+    for friction in &equations.frictions {
+        let own = acts(&friction.row);
+        let apart = |input: &&Along<InputKind>| acts(&input.row).iter().zip(&own).all(|(a, b)| *a == 0.0 || *b == 0.0);
+        for input in equations.inputs.iter().filter(|input| measured.contains(&input.element.as_str())).filter(apart) {
+            let load = Law::Load { torque: input.element.clone() };
+            out.push(vec![ExtraTerm::new(&friction.element, "load_loss", load)]);
+        }
     }
     out.extend(teeth_that_tell(&plant.balance(&plant.reduced, &whole.chosen.columns.asked, asked)));
     out.extend(backlashes(whole));
