@@ -444,7 +444,8 @@ fn written_terms_are_read_again() {
 /// What `--suggest` takes, `--write` puts into the file: a file that is read again predicts the same.
 #[test]
 fn suggested_terms_are_written() {
-    let cases: [(&str, &dyn Fn(&At) -> f64, &str); 2] = [
+    type Written<'a> = (&'a str, &'a dyn Fn(&At) -> f64, &'a str);
+    let cases: [Written<'_>; 2] = [
         ("s.quadratic_damping", &|at| 0.0005 * at.speed * at.speed.abs(), "[torque.s_quadratic_damping_law]"),
         ("s.friction_ripple_1", &|at| 0.02 * (at.angle + 0.7).sin() * at.speed.signum(), "kind = \"ripple\""),
     ];

@@ -45,7 +45,9 @@ pub(super) struct Balance<'a> {
 }
 
 /// A condition on the motion of a cut: a row over the shafts, and what it is to give.
-type Condition = (Vec<(usize, Rational)>, Rational);
+type Condition = (Row, Rational);
+/// A direction over the shafts.
+type Row = Vec<(usize, Rational)>;
 
 impl Balance<'_> {
     fn cut(&self, hold: &Along<Hold>, mesh: &Mesh) -> Result<Cut, String> {
@@ -132,7 +134,7 @@ impl Balance<'_> {
     }
 
     /// Names and directions of what is sought.
-    fn unknown(&self) -> Vec<(String, Vec<Vec<(usize, Rational)>>)> {
+    fn unknown(&self) -> Vec<(String, Vec<Row>)> {
         let equations = &self.reduced.equations;
         let row = |kind: Kind, term: usize| match kind {
             Kind::Inertia => equations.inertias[term].row.clone(),
