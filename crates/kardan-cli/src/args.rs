@@ -290,7 +290,8 @@ pub struct IdentifyArgs {
     /// The logs; several are several recordings, or are joined by time where the model file has a [log.NAME] for each.
     #[arg(required = true, value_name = "LOG")]
     pub logs: Vec<PathBuf>,
-    /// What is to be found, separated by commas: `shaft.damping`, `bar.stiffness`, or entries of [parameters]; those of
+    /// What is to be found, separated by commas: `shaft.damping`, `bar.stiffness`, `gear.backlash`, or entries of [parameters], which
+    /// may stand in laws of torques too; those of
     /// [identification], or every damping and friction, if not given (with `--method dynamic` every inertia and stiffness too).
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub parameters: Vec<String>,
@@ -321,7 +322,8 @@ pub struct IdentifyArgs {
     /// Write the identification as one HTML page too, as Markdown if FILE ends with `.md`; a file that exists is replaced.
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
-    /// Write a copy of the model file with the values found and their intervals; a file that exists is replaced.
+    /// Write a copy of the model file with the values found and their intervals, and with terms that were found (those that `--suggest`
+    /// takes, too) as laws of torques; a file that exists is replaced.
     #[arg(long, value_name = "FILE")]
     pub write: Option<PathBuf>,
     /// Exit with 1 unless every parameter is determined, from logs that are whole with sound clocks, without a warning.

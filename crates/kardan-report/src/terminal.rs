@@ -112,8 +112,14 @@ fn cell(cell: &Cell) -> String {
     }
 }
 
+/// A name, of a parameter or a signal: nobody can type it in from two lines.
+fn is_name(word: &str) -> bool {
+    let inner = word.trim_matches(|c: char| !c.is_alphanumeric());
+    inner.contains(['.', '_', '-']) && !inner.contains('/')
+}
+
 /// A table as wide as its contents, at most `width`: first the titles above numbers give way, then texts between
-/// their words, the widest first, and in the end words. On a narrow screen that does not hold it, row by row.
+/// their words, the widest first, and in the end words, but no names. On a narrow screen that does not hold it, row by row.
 fn table(out: &mut String, table: &Table, width: usize) {
     let number = |k: usize| table.columns[k].starts_with('#');
     let count = |text: &str| text.chars().count();
@@ -126,7 +132,9 @@ fn table(out: &mut String, table: &Table, width: usize) {
     let word = |text: &str| text.split(' ').map(count).max().unwrap_or(0);
     let words = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| word(cell)).max().unwrap_or(0);
     let words: Vec<usize> = (0..titles.len()).map(words).collect();
-    let least = |k: usize| if number(k) { word(&titles[k]).max(widest(k)) } else { LEAST };
+    let name = |text: &str| text.split(' ').filter(|word| is_name(word)).map(count).max().unwrap_or(0);
+    let names = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| name(cell)).max().unwrap_or(0);
+    let least = |k: usize| if number(k) { word(&titles[k]).max(widest(k)) } else { LEAST.max(names(k).min(width / 2)) };
     let least: Vec<usize> = (0..titles.len()).map(least).collect();
     while 2 * widths.len() + widths.iter().sum::<usize>() > width {
         let narrower = (0..widths.len()).filter(|&k| widths[k] > least[k]);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::equations::{
-    Curve, Direction, Domain, Formula, GROUND, Hold, InputKind, Kept, Measured, NamedTerm, Sensor, Stribeck, Term,
+    Curve, Direction, Domain, Formula, GROUND, Hold, InputKind, Kept, Measured, Mesh, NamedTerm, Sensor, Stribeck, Term,
 };
 use crate::expr::OfTime;
 use crate::names::Quantity;
@@ -316,6 +316,11 @@ impl Equations {
     pub fn set_valued(&self) -> impl Iterator<Item = (&str, &[(usize, Rational)])> {
         let frictions = self.frictions.iter().map(|term| (term.element.as_str(), term.row.as_slice()));
         frictions.chain(self.holds.iter().map(|term| (term.element.as_str(), term.row.as_slice())))
+    }
+
+    /// Teeth that rub, in the order of what holds.
+    pub fn meshes(&self) -> impl Iterator<Item = (&Along<Hold>, &Mesh)> {
+        self.holds.iter().filter_map(|hold| if let Hold::Mesh(mesh) = &hold.value { Some((hold, mesh)) } else { None })
     }
 
     /// The inertia of a shaft itself, without what moves with it, kg m².

@@ -187,7 +187,7 @@ fn truth(study: &BenchStudy) -> Body {
         let interval = format!("{} … {}", number(lower), number(upper));
         let good = inside(found, truth.value);
         let held = Cell::Mark(good, if good { "inside" } else { "outside" }.into());
-        row![&found.name, found.unit, found.before, truth.value, found.value, interval, held]
+        row![&found.name, &found.unit, found.before, truth.value, found.value, interval, held]
     });
     let interval = format!("#{} % interval", number(100.0 * study.identification.confidence));
     let headers = ["parameter", "unit", "#in the file", "#true", "#found", &interval, "the true value is"];

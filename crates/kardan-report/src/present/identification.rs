@@ -45,7 +45,7 @@ fn parameters(found: &Identification) -> Body {
     let rows = found.parameters.iter().map(|one| {
         let name = format!("{}{}", one.name, one.combination);
         let interval = one.interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)));
-        let mut row = row![name, one.unit, one.before, one.value, one.standard_error, interval];
+        let mut row = row![name, &one.unit, one.before, one.value, one.standard_error, interval];
         row.extend(published.then(|| one.published.into()));
         row.extend(reasons.then(|| if one.interval.is_none() { one.remark.as_str().into() } else { "".into() }));
         row
@@ -254,7 +254,7 @@ fn extended(suggested: &Suggestions, confidence: f64) -> Body {
     let rows = suggested.parameters.iter().map(|one| {
         let interval = one.interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)));
         let name = format!("{}{}", one.name, one.combination);
-        row![name, one.unit, one.value, one.standard_error, interval, &one.remark]
+        row![name, &one.unit, one.value, one.standard_error, interval, &one.remark]
     });
     let interval = format!("#{} % interval", number(100.0 * confidence));
     let headers = ["parameter", "unit", "#found", "#standard error", &interval, ""];

@@ -461,6 +461,44 @@ fn text_fits_a_narrow_terminal() {
     assert!(narrow.contains("Key figures") && narrow.contains("minimum: "), "{narrow}");
 }
 
+/// Whatever the width, a name stands in one line: nobody can type it in from two.
+#[test]
+fn names_never_break_in_a_table() {
+    let names = ["rotor.friction_recordings_1", "output_shaft.quadratic_damping", "ml"];
+    let one = |name: &str| IdentifiedParameter {
+        name: name.into(),
+        unit: "N m s^2/rad^2".into(),
+        value: Some(1.234_567_8e-5),
+        standard_error: Some(1e-7),
+        remark: "idf_neg_0.04_1.mat from the mean of all that turned the same way".into(),
+        ..IdentifiedParameter::default()
+    };
+    let suggestion = |name: &&str| Suggestion {
+        term: (*name).into(),
+        raised_by: "no dependence on output_shaft.w".into(),
+        gain: Some(0.1),
+        gain_spread: Some(0.01),
+        probability: Some(1e-9),
+        verdict:
+            "the same torques as output_shaft.quadratic_damping in these logs: which of the two it is they do not tell"
+                .into(),
+        ..Suggestion::default()
+    };
+    let suggestions = Suggestions { tried: names.iter().map(suggestion).collect(), ..Suggestions::default() };
+    let found = Identification {
+        parameters: names.map(one).to_vec(),
+        suggestions: Some(suggestions),
+        ..Identification::default()
+    };
+    let page = kardan_report::identification(&found);
+    for width in 60..=100 {
+        let text = page.text_within("here", width);
+        for name in &names {
+            assert!(text.split_whitespace().filter(|word| word == name).count() >= 2, "{width}: {name}\n{text}");
+        }
+    }
+}
+
 #[test]
 fn the_text_cuts_long_lists_and_says_what_went_wrong() {
     let together = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");

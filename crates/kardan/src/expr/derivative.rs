@@ -115,6 +115,35 @@ impl Graph {
         }
     }
 
+    /// Sines and cosines of one symbol: each with whether it is a sine, the symbol, and n and c of the argument `n x + c`.
+    pub fn waves(&self, exprs: &[Expr]) -> Vec<(Expr, bool, Symbol, [Rational; 2])> {
+        let of = |expr: Expr| {
+            let (sine, a) = match *self.node(expr) {
+                Node::Apply(Function::Sin, a) => (true, a),
+                Node::Apply(Function::Cos, a) => (false, a),
+                _ => return None,
+            };
+            let a = if let Node::Group(inner) = *self.node(a) { inner } else { a };
+            let (shift, terms) = self.terms(a);
+            let [(part, factor)] = terms.as_slice() else { return None };
+            Some((expr, sine, self.symbol_of(*part)?, [factor.clone(), shift]))
+        };
+        self.needed(exprs).into_iter().filter_map(of).collect()
+    }
+
+    /// Expressions whose zeros are places where an expression may jump.
+    pub fn jumps(&mut self, expr: Expr) -> Vec<Expr> {
+        let mut found = Vec::new();
+        for part in self.needed(&[expr]) {
+            if let Node::Select([a, b, ..]) = *self.node(part) {
+                found.push(self.subtract(a, b));
+            }
+        }
+        found.sort();
+        found.dedup();
+        found
+    }
+
     /// Expressions whose zeros are places where an expression may jump or bend: there its derivative is that of one side.
     pub fn kinks(&mut self, expr: Expr) -> Vec<Expr> {
         let mut found = Vec::new();

@@ -629,6 +629,19 @@ impl Graph {
         exprs.iter().map(|expr| new[expr]).collect()
     }
 
+    /// Expressions with others in place of some within them.
+    pub fn replace(&mut self, exprs: &[Expr], others: &[(Expr, Expr)]) -> Vec<Expr> {
+        let mut new: HashMap<Expr, Expr> = HashMap::new();
+        for expr in self.needed(exprs) {
+            let value = match others.iter().find(|(own, _)| *own == expr) {
+                Some((_, value)) => *value,
+                None => self.rebuilt(expr, |part| new[&part]),
+            };
+            new.insert(expr, value);
+        }
+        exprs.iter().map(|expr| new[expr]).collect()
+    }
+
     /// The dimension of an expression.
     ///
     /// Angles count as numbers where a number is asked for: the arc length of an angle has no other unit than its radius.

@@ -13,7 +13,7 @@ const MOST: f64 = 1e9;
 
 /// t with `P(|T| < t) = confidence` for Student's distribution; the normal one for infinitely many degrees of freedom. NaN, which
 /// stands for "no interval", unless there are degrees of freedom and the confidence lies between 0 and 1.
-pub(super) fn student_quantile(freedom: f64, confidence: f64) -> f64 {
+pub fn student_quantile(freedom: f64, confidence: f64) -> f64 {
     if !(freedom > 0.0 && confidence > 0.0 && confidence < 1.0) {
         return f64::NAN;
     }

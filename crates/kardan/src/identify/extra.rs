@@ -73,6 +73,18 @@ pub enum Extra {
         /// Twist from which it is in touch for certain, rad; below it nobody knows.
         clear: f64,
     },
+    /// `κ |T| sgn(v)`: what teeth lose of the torque that they carry, while their first body drives or (`back`) is driven.
+    Teeth {
+        /// Their number.
+        teeth: usize,
+        /// Whether the first body is driven.
+        back: bool,
+    },
+    /// `−p ∂τ/∂p`: torques that expressions give, linear in a parameter p.
+    Law {
+        /// Number of the parameter.
+        parameter: usize,
+    },
 }
 
 /// What has the direction of an extra column.
@@ -81,6 +93,8 @@ pub(super) enum Along {
     Friction(usize),
     Input(usize),
     Spring(usize),
+    Teeth(usize),
+    Laws,
 }
 
 impl Extra {
@@ -97,6 +111,8 @@ impl Extra {
             | Self::Ripple { friction, .. } => Along::Friction(friction),
             Self::Offset { input } => Along::Input(input),
             Self::Backlash { spring, .. } => Along::Spring(spring),
+            Self::Teeth { teeth, .. } => Along::Teeth(teeth),
+            Self::Law { .. } => Along::Laws,
         }
     }
 

@@ -9,15 +9,18 @@ mod fit;
 mod least_squares;
 mod regressor;
 mod samples;
+mod teeth;
 mod window;
 
 pub use determined::{Excitation, undetermined};
+pub use distribution::student_quantile;
 pub use excitation::{Selection, d_optimal, expected_errors, information};
 pub use extra::Extra;
 pub use fit::{Fit, FitOptions, Loss, Shape, Test, TestKind, cross_validate, fit, residual_tests};
 pub use least_squares::{Estimate, LeastSquares};
 pub use regressor::{Motion, Regressor, Variances};
 pub use samples::{Room, Samples, Steadiness, Where, steady_segments};
+pub use teeth::Teeth;
 pub use window::{Reading, Windows};
 
 use crate::assemble::{CoefficientKind, TermCoefficient};

@@ -2,9 +2,10 @@ use kardan_rt::functions::exp;
 
 use super::Coefficient;
 use super::extra::{Along, Extra};
+use super::teeth::Teeth;
 use crate::assemble::CoefficientKind as Kind;
 use crate::num::{Matrix, dot, echelon};
-use crate::reduce::{Kinematics, Reduced, linearise};
+use crate::reduce::{Kinematics, LawTorques, Reduced, linearise};
 
 /// Where a plant is, and how it moves: reduced coordinates (rad), their speeds (rad/s) and accelerations (rad/s²).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,14 +58,30 @@ pub struct Regressor {
     /// Stribeck friction that is known: friction, c_b − c, v_s.
     stribeck: Vec<(usize, f64, f64)>,
     inputs: Vec<Vec<(usize, f64)>>,
+    /// Torques that expressions give: their directions, what they are, and the open parameters as the file gives them.
+    laws: Vec<Vec<(usize, f64)>>,
+    law_torques: LawTorques,
+    law_values: Vec<f64>,
+    /// Harmonics that these laws go with, and their values.
+    law_harmonics: Vec<usize>,
+    law_waves: Vec<f64>,
+    teeth: Vec<Teeth>,
+    /// Plays: the direction of each, and how it is cut.
+    plays: Vec<Teeth>,
+    /// What teeth carry now: T and the sign of the speed along them; none where it is not known.
+    carried: Vec<Option<[f64; 2]>>,
     /// Inputs whose torques nobody measured, with independent directions.
     unmeasured: Vec<usize>,
     /// Reflections that turn their directions into the first rows.
     reflections: Vec<Vec<f64>>,
     extras: Vec<Extra>,
+    /// Whether what is not known of teeth and backlashes is no number, and the rest counts all the same.
+    lenient: bool,
     /// Where in the logs a motion is: its recording, the time since that began (s), and the harmonics of angles there.
     recording: usize,
     time: f64,
+    /// What the clock of the logs shows, s.
+    clock: f64,
     harmonics: Vec<f64>,
     /// Nominal coefficients of the terms of each kind, for the covariance.
     nominal: [Vec<f64>; 4],
@@ -121,7 +138,7 @@ impl Regressor {
             values(Kind::Inertia, equations.inertias.len()),
             values(Kind::Damping, equations.dampers.len()),
             values(Kind::Stiffness, equations.springs.len()),
-            Vec::new(),
+            values(Kind::Friction, equations.frictions.len()),
         ];
         let width = wanted.len() + 1 + equations.inputs.len() + 3 * reduced.degrees_of_freedom();
         Self {
@@ -140,9 +157,19 @@ impl Regressor {
             degrees_of_freedom: reduced.degrees_of_freedom(),
             reflections: vec![vec![0.0; reduced.degrees_of_freedom()]; unmeasured.len()],
             unmeasured,
+            laws: equations.laws.iter().map(|law| law.row_f64()).collect(),
+            law_torques: known_laws(reduced),
+            law_values: Vec::new(),
+            law_harmonics: Vec::new(),
+            law_waves: Vec::new(),
+            teeth: Vec::new(),
+            plays: Vec::new(),
+            carried: Vec::new(),
             extras: Vec::new(),
+            lenient: false,
             recording: 0,
             time: 0.0,
+            clock: 0.0,
             harmonics: Vec::new(),
             nominal,
             all: vec![0.0; reduced.degrees_of_freedom() * width],
@@ -166,8 +193,10 @@ impl Regressor {
                 Along::Friction(k) => k < self.terms[Kind::Friction as usize].len(),
                 Along::Spring(k) => k < self.terms[Kind::Stiffness as usize].len(),
                 Along::Input(k) => k < self.inputs.len(),
+                Along::Teeth(k) => k < self.teeth.len(),
+                Along::Laws => true,
             };
-            assert!(known, "a friction, a spring or an input of the model");
+            assert!(known, "a friction, a spring, an input or teeth of the model");
             assert!(
                 !matches!(extra, Extra::Load { input, .. } if *input >= self.inputs.len()),
                 "an input of the model"
@@ -178,10 +207,50 @@ impl Regressor {
         self.width += extras.len();
         self.width -= self.extras.len();
         self.extras = extras.to_vec();
-        let harmonics = extras.iter().filter_map(Extra::harmonic).max().map_or(0, |most| most + 1);
+        let all = extras.iter().filter_map(Extra::harmonic).chain(self.law_harmonics.iter().copied());
+        let harmonics = all.max().map_or(0, |most| most + 1);
         self.harmonics = vec![0.0; harmonics];
         self.all = vec![0.0; self.degrees_of_freedom * self.width];
         self
+    }
+
+    /// The same with torques of expressions in which parameters are open, at these values for the noise that goes through, and the numbers of the
+    /// harmonics that they are given; before [`Self::with_extras`].
+    pub fn with_laws(mut self, torques: LawTorques, values: &[f64], harmonics: &[usize]) -> Self {
+        self.law_torques = torques;
+        self.law_values = values.to_vec();
+        self.law_harmonics = harmonics.to_vec();
+        self.law_waves = vec![0.0; harmonics.len()];
+        self
+    }
+
+    /// The same with teeth that lose a part of what they carry; before [`Self::with_extras`].
+    pub fn with_teeth(mut self, teeth: Vec<Teeth>) -> Self {
+        self.carried = vec![None; teeth.len()];
+        self.teeth = teeth;
+        self
+    }
+
+    /// The same where windows count that do not tell of teeth and backlashes: in their columns stands what is no number.
+    pub fn lenient(mut self, lenient: bool) -> Self {
+        self.lenient = lenient;
+        self
+    }
+
+    /// The same with plays, whose torques are among those that nobody measured.
+    pub fn with_plays(mut self, plays: Vec<Teeth>) -> Self {
+        self.plays = plays;
+        self
+    }
+
+    /// The angle of a play (rad) and the torque along it (N m) at the motion of the last [`Self::fill`]; `None` where the sign of a friction
+    /// that enters it is not known.
+    ///
+    /// # Panics
+    /// If there is no such play.
+    pub fn play(&self, play: usize, torques: &[f64]) -> Option<[f64; 2]> {
+        let own = &self.plays[play];
+        Some([own.along(&self.kinematics.angles), self.cut(own, torques)?])
     }
 
     /// The same with a speed of its own for each friction of the equations below which its sign is not known, rad/s.
@@ -200,13 +269,13 @@ impl Regressor {
         self
     }
 
-    /// Where in the logs the next motion is, for extra columns that ask: its recording, the time since that began (s), and the
-    /// harmonics of angles there by their numbers.
+    /// Where in the logs the next motion is, for extra columns and laws that ask: its recording, the time since that began and what its clock
+    /// shows (s), and the harmonics of angles there by their numbers.
     ///
     /// # Panics
     /// If there are fewer harmonics than extra columns ask for.
-    pub fn at(&mut self, recording: usize, time: f64, harmonics: &[f64]) {
-        (self.recording, self.time) = (recording, time);
+    pub fn at(&mut self, recording: usize, [time, clock]: [f64; 2], harmonics: &[f64]) {
+        (self.recording, self.time, self.clock) = (recording, time, clock);
         let count = self.harmonics.len();
         self.harmonics.copy_from_slice(&harmonics[..count]);
     }
@@ -297,6 +366,21 @@ impl Regressor {
                 }
             }
         }
+        let mut certain = self.take_laws();
+        self.carry(torques);
+        certain &= self.fill_terms();
+        certain &= self.fill_extras(torques);
+        certain &= self.fill_known();
+        if let Some(variances) = variances {
+            self.fill_spreads(variances);
+        }
+        self.eliminate();
+        certain
+    }
+
+    /// The columns of the coefficients; whether all signs are known.
+    fn fill_terms(&mut self) -> bool {
+        let (r, n) = (self.degrees_of_freedom, self.width);
         let mut certain = true;
         for (column, (kind, terms)) in self.wanted.iter().enumerate() {
             for &term in terms {
@@ -307,17 +391,44 @@ impl Regressor {
                 (0..r).for_each(|i| self.all[i * n + column] += self.direction[i] * signal.unwrap_or(0.0));
             }
         }
+        certain
+    }
+
+    /// The extra columns.
+    fn fill_extras(&mut self, torques: &[f64]) -> bool {
+        let (r, n, w) = (self.degrees_of_freedom, self.width, self.wanted.len());
+        let mut certain = true;
         for (column, extra) in self.extras.iter().enumerate() {
-            let signal = self.extra_signal(extra, torques);
+            let mut signal = self.extra_signal(extra, torques);
+            if self.lenient && matches!(extra, Extra::Backlash { .. } | Extra::Teeth { .. }) {
+                signal = signal.or(Some(f64::NAN));
+            }
             certain &= signal.is_some();
+            if let Extra::Law { parameter } = *extra {
+                for (law, row) in self.laws.iter().enumerate() {
+                    let share = self.law_torques.share(law, parameter);
+                    project(row, &self.kinematics, &mut self.direction);
+                    (0..r).for_each(|i| self.all[i * n + w + column] -= self.direction[i] * share);
+                }
+                continue;
+            }
             let row = match extra.along() {
                 Along::Friction(k) => &self.terms[Kind::Friction as usize][k].row,
                 Along::Spring(k) => &self.terms[Kind::Stiffness as usize][k].row,
                 Along::Input(k) => &self.inputs[k],
+                Along::Teeth(k) => &self.teeth[k].row,
+                Along::Laws => continue,
             };
             project(row, &self.kinematics, &mut self.direction);
             (0..r).for_each(|i| self.all[i * n + w + column] = self.direction[i] * signal.unwrap_or(0.0));
         }
+        certain
+    }
+
+    /// What is known, in y.
+    fn fill_known(&mut self) -> bool {
+        let (r, n, p) = (self.degrees_of_freedom, self.width, self.columns());
+        let mut certain = true;
         for &(kind, term, value) in &self.known {
             let signal = self.signal(kind, term);
             let term = &self.terms[kind][term];
@@ -335,21 +446,106 @@ impl Regressor {
             let torque = excess * exp(-ratio * ratio) * sign.unwrap_or(0.0);
             (0..r).for_each(|i| self.all[i * n + p] -= torque * self.direction[i]);
         }
-        if let Some(variances) = variances {
-            let first = p + 1 + self.inputs.len();
-            let of = [variances.acceleration, variances.speed, variances.position];
-            for (kind, variance) in of.iter().enumerate() {
-                for (term, value) in self.terms[kind].iter().zip(&self.nominal[kind]) {
-                    project(&term.row, &self.kinematics, &mut self.direction);
-                    for k in 0..r {
-                        let share = value * self.direction[k] * variance[k].sqrt();
-                        (0..r).for_each(|i| self.all[i * n + first + kind * r + k] += share * self.direction[i]);
-                    }
+        for (law, row) in self.laws.iter().enumerate() {
+            let torque = self.law_torques.torque(law);
+            project(row, &self.kinematics, &mut self.direction);
+            (0..r).for_each(|i| self.all[i * n + p] += torque * self.direction[i]);
+        }
+        for k in 0..self.teeth.len() {
+            let lost = self.lost(k);
+            certain &= lost.is_some();
+            project(&self.teeth[k].row, &self.kinematics, &mut self.direction);
+            (0..r).for_each(|i| self.all[i * n + p] -= lost.unwrap_or(0.0) * self.direction[i]);
+        }
+        certain
+    }
+
+    /// What the noise of each measured quantity adds to the rows.
+    fn fill_spreads(&mut self, variances: Variances<'_>) {
+        let (r, n, p) = (self.degrees_of_freedom, self.width, self.columns());
+        let first = p + 1 + self.inputs.len();
+        let of = [variances.acceleration, variances.speed, variances.position];
+        for (kind, variance) in of.iter().enumerate() {
+            for (term, value) in self.terms[kind].iter().zip(&self.nominal[kind]) {
+                project(&term.row, &self.kinematics, &mut self.direction);
+                for k in 0..r {
+                    let share = value * self.direction[k] * variance[k].sqrt();
+                    (0..r).for_each(|i| self.all[i * n + first + kind * r + k] += share * self.direction[i]);
                 }
             }
         }
-        self.eliminate();
-        certain
+        for (law, row) in self.laws.iter().enumerate() {
+            project(row, &self.kinematics, &mut self.direction);
+            for (shaft, by_speed, slope) in self.law_torques.slopes(law) {
+                let (kind, variance) = if by_speed { (1, variances.speed) } else { (2, variances.position) };
+                for k in 0..r {
+                    let share = slope * self.kinematics.row(shaft)[k] * variance[k].sqrt();
+                    (0..r).for_each(|i| self.all[i * n + first + kind * r + k] -= share * self.direction[i]);
+                }
+            }
+        }
+    }
+
+    /// Torques that expressions give at this motion; whether none jumps in the window.
+    fn take_laws(&mut self) -> bool {
+        let Kinematics { angles, speeds, .. } = &self.kinematics;
+        let waves = self.law_waves.iter_mut().zip(&self.law_harmonics);
+        waves.for_each(|(wave, harmonic)| *wave = self.harmonics[*harmonic]);
+        self.law_torques.update(angles, speeds, self.clock, [0.0; 2], &self.law_waves);
+        self.law_torques.is_smooth(self.half, speeds, &self.accelerations)
+    }
+
+    /// The torques that teeth carry, with coefficients that are sought as the file gives them.
+    fn carry(&mut self, torques: &[f64]) {
+        for k in 0..self.teeth.len() {
+            let own = &self.teeth[k];
+            let speed = own.along(&self.kinematics.speeds);
+            let certain = speed.abs() > own.rest_speed + self.half * own.along(&self.accelerations).abs();
+            self.carried[k] = match own.row.is_empty() {
+                true => Some([0.0, 1.0]),
+                false => self.cut(own, torques).filter(|_| certain).map(|carried| [carried, speed.signum()]),
+            };
+        }
+    }
+
+    /// T of what is cut; `None` if the sign of a friction that enters it is not known.
+    fn cut(&self, own: &Teeth, torques: &[f64]) -> Option<f64> {
+        let mut carried = 0.0;
+        for (kind, terms) in self.terms.iter().enumerate() {
+            for (number, term) in terms.iter().enumerate() {
+                let (lever, value) = (term.along(&own.cut), self.nominal[kind][number]);
+                if lever != 0.0 && value != 0.0 {
+                    carried += lever * value * self.signal(kind, number)?;
+                }
+            }
+        }
+        let along = |row: &[(usize, f64)]| row.iter().map(|(shaft, x)| x * own.cut[*shaft]).sum::<f64>();
+        for (input, row) in self.inputs.iter().enumerate().filter(|(input, _)| !self.unmeasured.contains(input)) {
+            carried -= along(row) * torques[input];
+        }
+        for (law, row) in self.laws.iter().enumerate() {
+            let open = self.law_values.iter().enumerate().map(|(k, value)| value * self.law_torques.share(law, k));
+            carried -= along(row) * (self.law_torques.torque(law) + open.sum::<f64>());
+        }
+        Some(carried)
+    }
+
+    /// What teeth lose, as the file says.
+    fn lost(&mut self, teeth: usize) -> Option<f64> {
+        if self.teeth[teeth].loses_nothing() {
+            return Some(0.0);
+        }
+        let [carried, sign] = self.carried[teeth]?;
+        let speed = self.teeth[teeth].along(&self.kinematics.speeds).abs();
+        let own = &mut self.teeth[teeth];
+        let back = carried * sign > 0.0;
+        let part = own.share_of_cut(own.known[usize::from(back)], back) * carried.abs();
+        let Kinematics { angles, speeds, .. } = &self.kinematics;
+        let besides = own.loss.as_mut().map_or(0.0, |loss| {
+            loss.update(angles, speeds, self.clock, [carried.abs(), speed], &[]);
+            loss.torque(0)
+        });
+        Some(sign * (part + besides))
     }
 
     /// Turns the rows so that torques that nobody measured act on the first ones alone (Householder).
@@ -400,6 +596,11 @@ impl Regressor {
                 let change = self.half * term.along(&self.kinematics.speeds).abs();
                 (twist.abs() > clear + change).then(|| -twist.signum())?
             }
+            Extra::Teeth { teeth, back } => {
+                let [carried, sign] = self.carried[teeth]?;
+                if (carried * sign > 0.0) == back { sign * carried.abs() } else { 0.0 }
+            }
+            Extra::Law { .. } => 0.0,
         })
     }
 
@@ -420,6 +621,12 @@ impl Regressor {
         let change = self.half * along(&self.accelerations).abs();
         (speed.abs() > self.rest_speeds[number] + change).then(|| speed.signum())
     }
+}
+
+/// The laws of torques of a model, with all parameters known.
+fn known_laws(reduced: &Reduced) -> LawTorques {
+    let formulas: Vec<_> = reduced.equations.laws.iter().map(|law| law.value.as_ref()).collect();
+    LawTorques::new(reduced, &formulas, &[], &[]).expect("no parameter is open")
 }
 
 /// `g = Kᵀa`

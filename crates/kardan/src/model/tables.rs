@@ -405,8 +405,8 @@ keys! {
         }
         optional {
             parameters: Signals,
-                "What is to be found: `<element>.<key>` with the keys inertia, damping, stiffness, friction, or \
-                 parameters that stand for one; left out: every damping and friction of the model, in dynamic tests \
+                "What is to be found: `<element>.<key>` with the keys inertia, damping, stiffness, friction, `<gear>.backlash`, or \
+                 parameters that stand for one or in which laws of torques are linear; left out: every damping and friction of the model, in dynamic tests \
                  inertias and stiffnesses too.";
             method: Choice(&["steady", "dynamic"]),
                 "`steady`: segments of constant speed; `dynamic`: everything, with filtered derivatives. Left out: \
@@ -444,7 +444,7 @@ keys! {
         required {
             kind: Choice(&[
                 "stribeck", "load", "sense", "sense_damping", "quadratic", "drift", "recordings", "cogging", "ripple",
-                "offset", "backlash"
+                "offset", "backlash", "teeth"
             ]),
                 "Friction: `stribeck`, more of it at low speed (the parameters `<element>.stribeck` and \
                  `<element>.stribeck_speed`); `load`, a loss in proportion to a torque, as in a strain-wave gear \
@@ -455,11 +455,12 @@ keys! {
                  (`<element>.friction_recordings_<log>`); `ripple`, friction over the angle. Others: `cogging`, a \
                  torque over the angle (both with the parameters `..._<order>_cos` and `..._<order>_sin`); `offset` of \
                  a torque sensor (`<input>.offset`); `backlash` of a spring (`<spring>.backlash_torque`, half its \
-                 width times the stiffness, and `<spring>.backlash`, the width).";
+                 width times the stiffness, and `<spring>.backlash`, the width); `teeth`, what the teeth of a gear lose of \
+                 what they carry (`<gear>.tooth_loss` and `<gear>.tooth_loss_back`, with the efficiencies that follow).";
         }
         optional {
             friction: Element(&["shaft", "mass", "spring_damper"]),
-                "The element in whose direction it acts; all kinds but `offset` and `backlash` need it.";
+                "The element in whose direction it acts; all kinds but `offset`, `backlash` and `teeth` need it.";
             shape: Choice(&["gaussian", "exponential", "peak"]) = "gaussian",
                 "Of Stribeck friction over x, the speed by the Stribeck speed: exp(-x^2), exp(-x), or x exp(1 - x).";
             speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
@@ -467,6 +468,7 @@ keys! {
             order: Number(Sign::Positive),
                 "Periods in a turn of the element, whose angle must be in the logs (`cogging`, `ripple`).";
             spring: Element(&["spring_damper"]), "The spring that has the backlash.";
+            teeth: Element(&["gear", "harmonic_drive", "rack_and_pinion", "screw"]), "The element whose teeth rub.";
             clear: Quantity(Dimension::ANGLE, Sign::Positive),
                 "Twist that is beyond the backlash for certain: windows with less do not count.";
             torque: Element(&["motor", "disturbance"]), "The input whose torque loads the gear, or whose sensor has the offset (`load`, `offset`).";

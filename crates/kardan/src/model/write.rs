@@ -91,13 +91,15 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
     let (element, key) = names::parameter(&new.name).ok_or("no such parameter")?;
     let instance = document.elements.iter().find(|instance| instance.name == element).ok_or("no such element")?;
     let field = instance.kind.fields.iter().find(|field| field.name == key).ok_or("no such key")?;
-    let Kind::Quantity(dimension, sign) = field.kind.along(instance.table.along_masses) else {
-        return Err("no quantity".into());
+    let (unit, sign) = match field.kind.along(instance.table.along_masses) {
+        Kind::Quantity(dimension, sign) => (dimension.si(), sign),
+        Kind::Number(sign) => (String::new(), sign),
+        _ => return Err("no quantity".into()),
     };
     if sign != Sign::Any && new.value < 0.0 {
         return Err("the value found is below zero, which the file cannot hold".into());
     }
-    let text = quoted(new, &dimension.si(), sign);
+    let text = quoted(new, &unit, sign);
     match instance.table.values.get(key) {
         Some(Placed { value: Value::Scalar(Scalar::Parameter(name)), place }) => {
             let declared = document.parameters.iter().find(|parameter| parameter.name == *name);
@@ -168,7 +170,8 @@ fn quoted(new: &NewValue, unit: &str, sign: Sign) -> String {
     };
     let value = digits(new.value, new.value);
     let Some((low, high)) = new.interval.filter(|(low, high)| low.is_finite() && high.is_finite() && low < high) else {
-        return format!("\"{} {unit}\"", number(new.value));
+        let text = format!("{} {unit}", number(new.value));
+        return format!("\"{}\"", text.trim_end());
     };
     let low = if sign == Sign::Any { low } else { low.max(0.0) };
     let (low, high) = (digits(low, new.value).min(value), digits(high, new.value).max(value));

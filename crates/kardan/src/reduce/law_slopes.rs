@@ -1,6 +1,7 @@
 //! Torques that expressions give, around a position at rest.
 
 use super::{Kinematics, Motion, Reduced, Step, kinematics};
+use crate::assemble::Equations;
 use crate::expr::{Expr, Floating, Rationals, Style, Symbol, lower, printed};
 use crate::num::{Rational, SparseRow, rational_from_f64, rational_to_f64};
 
@@ -122,10 +123,15 @@ pub fn laws_are_linear(reduced: &Reduced) -> bool {
 }
 
 /// All coordinates of a model, as if none followed from others.
-fn unconstrained(reduced: &Reduced) -> Reduced {
+pub(super) fn unconstrained(reduced: &Reduced) -> Reduced {
+    all_free(&reduced.equations)
+}
+
+/// The same of equations.
+pub(super) fn all_free(equations: &Equations) -> Reduced {
     Reduced {
-        coordinates: (0..reduced.equations.coordinates.len()).collect(),
-        equations: reduced.equations.clone(),
+        coordinates: (0..equations.coordinates.len()).collect(),
+        equations: equations.clone(),
         redundant: Vec::new(),
         steps: Vec::new(),
         relaxation: None,

@@ -22,15 +22,30 @@ impl Motion {
     ///
     /// # Panics
     /// As [`Self::formula`].
-    pub fn formula_of(&mut self, reduced: &Reduced, formula: &Formula, [load, slip]: [Expr; 2]) -> Expr {
+    pub fn formula_of(&mut self, reduced: &Reduced, formula: &Formula, of_mesh: [Expr; 2]) -> Expr {
+        self.formula_with(reduced, formula, of_mesh, &[])
+    }
+
+    /// The same with parameters that are symbols.
+    pub(super) fn formula_with(
+        &mut self,
+        reduced: &Reduced,
+        formula: &Formula,
+        [load, slip]: [Expr; 2],
+        free: &[(String, Expr)],
+    ) -> Expr {
         let coordinate = |name: &str| {
             let number = reduced.coordinate(name).expect("a formula names coordinates of its model");
             (number, reduced.equations.domain(number).dimensions())
         };
         let mut known: Vec<(&str, Named)> = Vec::with_capacity(formula.names.len());
         for (name, meaning) in &formula.names {
+            let own = free.iter().find(|(other, _)| other == name);
             let named = match meaning {
-                Meaning::Constant(value, dimension) => Named::Constant(value.clone(), *dimension),
+                Meaning::Constant(value, dimension) => match own {
+                    Some((_, symbol)) => Named::Varying(*symbol, *dimension),
+                    None => Named::Constant(value.clone(), *dimension),
+                },
                 Meaning::Position(body) => {
                     let (number, [dimension, _]) = coordinate(body);
                     Named::Varying(self.angles[number], dimension)

@@ -13,6 +13,7 @@ mod initial;
 mod kept;
 mod kinematics;
 mod law_slopes;
+mod law_torques;
 mod laws;
 mod linear;
 mod mechanism;
@@ -35,6 +36,7 @@ pub use kinematics::{Kinematics, Slope, slopes};
 pub use law_slopes::{
     GeometricStiffness, LawSlopes, OperatingPoint, geometric_stiffness, is_linear_law, law_slopes, laws_are_linear,
 };
+pub use law_torques::{LawTorques, NotLinear, Wave, law_waves};
 pub use linear::{LinearModel, SparseModel, linearise, linearise_at, sparse_model};
 pub use mechanism::{MechanismData, MechanismError};
 pub use motion::{Forces, KeptRate, Motion, SparseRow, Timed};

@@ -162,7 +162,7 @@ impl Motion {
     }
 
     /// Angles, speeds, basis and bias, in the order in which shafts follow from each other; with `begin` the time stands still.
-    fn kinematics(reduced: &Reduced, begin: bool) -> Self {
+    pub(super) fn kinematics(reduced: &Reduced, begin: bool) -> Self {
         let (n, mut graph) = (reduced.equations.coordinates.len(), Graph::default());
         let mut symbols = |rate: usize| -> Vec<Expr> {
             let symbol = |&coordinate: &usize| {

@@ -74,6 +74,9 @@ pub struct Identification {
     /// What a model file can hold of it.
     #[serde(skip)]
     pub for_file: Vec<FileValue>,
+    /// Terms that it can hold as laws of torques.
+    #[serde(skip)]
+    pub terms_for_file: Vec<FileTerm>,
     /// What it cannot, and why.
     #[serde(skip)]
     pub not_for_file: Vec<String>,
@@ -206,6 +209,32 @@ pub struct FileValue {
     pub interval: Option<Interval>,
 }
 
+/// A term beyond those of the model that a law of a torque says: the coefficients are those against motion, as they were found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FileTerm {
+    /// `fs.quadratic_damping`
+    pub term: String,
+    /// The element along which it acts.
+    pub element: String,
+    /// What it is.
+    pub law: FileLaw,
+    /// Its coefficients; a harmonic has that of the cosine, then that of the sine.
+    pub coefficients: Vec<FileValue>,
+}
+
+/// What a [`FileTerm`] is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FileLaw {
+    /// A constant.
+    Sense,
+    /// In proportion to the size of the speed.
+    SenseDamping,
+    /// In proportion to the speed times its size.
+    Quadratic,
+    /// A harmonic of the angle, of so many periods in a turn.
+    Cogging(f64),
+}
+
 /// A log as it was read.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct LogRead {
@@ -282,7 +311,7 @@ pub struct IdentifiedParameter {
     /// `fs.damping`
     pub name: String,
     /// SI unit.
-    pub unit: &'static str,
+    pub unit: String,
     /// Its value in the model file; none if the file does not give it.
     pub before: Option<f64>,
     /// What was found, or what the file gives; `None` if it is not determined and the file does not give it.
@@ -364,6 +393,18 @@ pub struct Suggestions {
     pub validation: Vec<Validation>,
     /// How well whole logs are predicted by the others; empty of few logs, or where terms of single logs were asked for.
     pub unseen_logs: Vec<UnseenLogs>,
+    /// What a model file can hold of what is found with them.
+    #[serde(skip)]
+    pub for_file: Vec<FileValue>,
+    /// Terms that it can hold as laws of torques.
+    #[serde(skip)]
+    pub terms_for_file: Vec<FileTerm>,
+    /// Other terms that are taken, each with the entry that declares it.
+    #[serde(skip)]
+    pub entries_for_file: Vec<(String, String)>,
+    /// What it cannot hold, and why.
+    #[serde(skip)]
+    pub not_for_file: Vec<String>,
 }
 
 impl Suggestions {

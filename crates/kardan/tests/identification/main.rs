@@ -6,4 +6,5 @@ mod common;
 mod bench;
 mod identification;
 mod identify;
+mod laws;
 mod terms;

@@ -90,8 +90,9 @@ fn friction_by_sense_speed_and_time() {
         assert_eq!(one(&found.parameters, name).unit, unit, "{name}");
     }
     assert!(found.tests.iter().all(|test| test.probability > 1e-3), "{:?}", found.tests);
-    // A model file has no key for them, and it is said what can be done.
-    assert_eq!(found.not_for_file.len(), 4, "{:?}", found.not_for_file);
+    // Those that a law can say go into the model file, and one that changes with the log does not.
+    assert_eq!(found.not_for_file.len(), 1, "{:?}", found.not_for_file);
+    assert_eq!(found.terms_for_file.len(), 3, "{:?}", found.terms_for_file);
 }
 
 /// An offset of the torque sensor is what it reads too much; the shaft turns it into a constant torque the other way round than friction.
@@ -378,4 +379,106 @@ fn terms_that_cannot_be_are_refused() {
     // Whoever asks for a parameter of such a term without it is told which one.
     let asked = format!("[identification]\nparameters = [\"s.friction_sense\"]\n{SHAFT}");
     assert!(refused(&asked, &whole).contains("kind = \"sense\""));
+}
+
+/// What a term found is, written as a law of a torque, is the same again: its coefficient where it is asked for, and the prediction; and a run
+/// of the file has it.
+#[test]
+fn written_terms_are_read_again() {
+    let sine = |at: &At| 0.06 * (6.0 * at.angle).cos() - 0.04 * (6.0 * at.angle).sin();
+    let torque =
+        |at: &At| plain_torque(at) + 0.05 + 0.003 * at.speed.abs() + 0.0004 * at.speed * at.speed.abs() + sine(at);
+    let logs = [log(41, torque)];
+    let terms = ["sense", "sense_damping", "quadratic", "cogging"];
+    let names = "\"s.inertia\", \"s.damping\", \"s.friction\", \"s.friction_sense\", \"s.damping_sense\", \"s.quadratic_damping\", \"s.cogging_6\"";
+    let entries: String = terms
+        .iter()
+        .map(|kind| {
+            let order = if *kind == "cogging" { "order = 6\n" } else { "" };
+            format!("[[identification.extra]]\nkind = \"{kind}\"\nfriction = \"s\"\n{order}\n")
+        })
+        .collect();
+    // With the list of what is sought, and without.
+    for list in [format!("[identification]\nparameters = [{names}]\n"), String::new()] {
+        let source =
+            format!("{SHAFT}{list}{entries}[scenario]\nduration = \"1 s\"\nsignals = {{ \"m.tau\" = \"1 N m\" }}\n");
+        let before = found(&source, &logs, false);
+        let (text, left) = study::written(&source, &before).unwrap_or_else(|told| panic!("{}", plain(&source, &told)));
+        assert!(left.is_empty(), "{left:?}");
+        assert!(!text.contains("identification.extra") && text.matches("[torque.").count() == 4, "{text}");
+        assert!(text.contains("law = \"-s_quadratic_damping * s.w * abs(s.w)\""), "{text}");
+        let after = found(&text, &logs, false);
+        for (name, law) in [
+            ("s.friction_sense", "s_friction_sense"),
+            ("s.damping_sense", "s_damping_sense"),
+            ("s.quadratic_damping", "s_quadratic_damping"),
+            ("s.cogging_6_cos", "s_cogging_6_cos"),
+            ("s.cogging_6_sin", "s_cogging_6_sin"),
+        ] {
+            if list.is_empty() {
+                continue;
+            }
+            let (one, other) = (one(&before.parameters, name), one(&after.parameters, law));
+            let (value, error) = (one.value.unwrap(), one.standard_error.unwrap());
+            assert!(
+                (other.value.unwrap() - value).abs() < 0.3 * error,
+                "{name}: {other:?} instead of {value} ± {error}"
+            );
+        }
+        for name in ["s.inertia", "s.damping", "s.friction"] {
+            let [one, other] = [&before, &after].map(|found| one(&found.parameters, name));
+            let (value, error) = (one.value.unwrap(), one.standard_error.unwrap());
+            assert!(
+                (other.value.unwrap() - value).abs() < 0.3 * error,
+                "{name}: {other:?} instead of {value} ± {error}"
+            );
+        }
+        let unseen = [&before, &after].map(|found| found.validation[0].unseen.unwrap());
+        assert!((unseen[0] / unseen[1] - 1.0).abs() < 0.02, "{unseen:?}");
+        let run =
+            study::run(&text, &study::Settings { runs_only: true, ..study::Settings::default() }, &Silent).unwrap();
+        assert!(run.runs[0].series.signal("s_cogging_6_law.tau").is_some());
+    }
+}
+
+/// What `--suggest` takes, `--write` puts into the file: a file that is read again predicts the same.
+#[test]
+fn suggested_terms_are_written() {
+    type Written<'a> = (&'a str, &'a dyn Fn(&At) -> f64, &'a str);
+    let cases: [Written<'_>; 2] = [
+        ("s.quadratic_damping", &|at| 0.0005 * at.speed * at.speed.abs(), "[torque.s_quadratic_damping_law]"),
+        ("s.friction_ripple_1", &|at| 0.02 * (at.angle + 0.7).sin() * at.speed.signum(), "kind = \"ripple\""),
+    ];
+    for (name, torque, written) in cases {
+        let logs = [log(51, |at| plain_torque(at) + torque(at))];
+        let (found, suggestions) = suggested(SHAFT, &logs);
+        assert_eq!(suggestions.taken, [name], "{suggestions:?}");
+        let (text, _) = study::written(SHAFT, &found).unwrap();
+        assert!(text.contains(written), "{text}");
+        let again = self::found(&text, &logs, false);
+        for parameter in ["s.damping", "s.friction"] {
+            let [one, other] = [&suggestions.parameters, &again.parameters].map(|all| one(all, parameter));
+            let (value, error) = (one.value.unwrap(), one.standard_error.unwrap());
+            assert!(
+                (other.value.unwrap() - value).abs() < 0.3 * error,
+                "{parameter}: {other:?} instead of {value} ± {error}"
+            );
+        }
+        let unseen = [&suggestions.validation, &again.validation].map(|all| all[0].unseen.unwrap());
+        assert!((unseen[0] / unseen[1] - 1.0).abs() < 0.02, "{unseen:?}");
+    }
+}
+
+/// A backlash of a spring, and teeth that rub, are among what is tried, and taken where they are there.
+#[test]
+fn plays_and_losses_are_suggested() {
+    let (stiffness, half) = (100.0, 0.002_f64);
+    let spring = |twist: f64, _| if twist.abs() > half { stiffness * (twist - half.copysign(twist)) } else { 0.0 };
+    let (_, suggestions) = suggested(SPRING, &[spring_log(spring)]);
+    assert_eq!(suggestions.taken.first().map(String::as_str), Some("k.backlash_torque"), "{suggestions:?}");
+    let [width, error] = {
+        let one = one(&suggestions.parameters, "k.backlash");
+        [one.value.unwrap(), one.standard_error.unwrap()]
+    };
+    assert!(((width - 2.0 * half) / error).abs() < 4.0, "{width} ± {error}");
 }

@@ -1,6 +1,7 @@
 //! What an identification asks for: parameters, extra terms, candidates.
 
 use super::extra::{ExtraTerm, declared_terms};
+use super::laws::law_terms;
 use super::settings::IdentifySettings;
 use super::wanted::{Wanted, possible, wanted};
 use crate::assemble::CoefficientKind as Kind;
@@ -53,6 +54,10 @@ pub(super) struct Asked {
     pub wanted: Vec<Wanted>,
     /// Extra terms that are fitted.
     pub extras: Vec<ExtraTerm>,
+    /// Elements whose play is sought; `None`: all.
+    pub plays: Option<Vec<String>>,
+    /// Whether windows count that do not tell of all extra terms.
+    pub lenient: bool,
     /// All that the file declares; candidates may have others.
     pub declared: Vec<ExtraTerm>,
     pub candidates: Vec<CandidateSpec>,
@@ -94,6 +99,10 @@ pub(super) fn asked(
     let fitted = |extra: &&ExtraTerm| all || names.iter().any(|name| extra.is(name));
     let extras: Vec<ExtraTerm> = declared.iter().filter(fitted).cloned().collect();
     names.retain(|name| !extras.iter().any(|extra| extra.is(name)));
+    let candidates = candidates(table, &names);
+    let plays = plays_asked(document, &mut names, out);
+    let laws = law_terms(document, model, settings, &mut names, out);
+    let extras: Vec<ExtraTerm> = extras.into_iter().chain(laws).collect();
     let wanted = wanted_once(document, settings, &names, out);
     if wanted.is_empty() && extras.is_empty() && out.is_empty() {
         out.push(
@@ -112,7 +121,7 @@ pub(super) fn asked(
     let mut asked = Asked {
         published: published(document, settings, out),
         wanted,
-        candidates: candidates(table, &names),
+        candidates,
         method,
         window: given.window.or(number(document, "window", Dimension::TIME, out)),
         rest_speed: number(document, "rest_speed", Dimension::ANGULAR_VELOCITY, out),
@@ -128,6 +137,8 @@ pub(super) fn asked(
         confidence,
         source: read_word(table, "source").unwrap_or_default().to_string(),
         extras,
+        lenient: false,
+        plays: (!all).then_some(plays),
         declared,
     };
     if let Some(window) = asked.window.filter(|window| !(*window > 0.0 && window.is_finite())) {
@@ -174,6 +185,26 @@ fn wanted_once(document: &Document, settings: &[Setting], names: &[String], out:
         seen.push(one);
     }
     seen
+}
+
+/// Takes the widths of plays from the names.
+fn plays_asked(document: &Document, names: &mut Vec<String>, out: &mut Vec<Diagnostic>) -> Vec<String> {
+    let mut found = Vec::new();
+    names.retain(|name| {
+        let gear = |element: &str| {
+            document.elements.iter().find(|instance| instance.name == element && instance.kind.keyword == "gear")
+        };
+        let Some(instance) = name.strip_suffix(".backlash").and_then(gear) else { return true };
+        if !instance.table.values.contains_key("backlash") {
+            let message = format!("`{}` has no play whose width could be found", instance.name);
+            out.push(Diagnostic::error("identify::play", message).at(instance.place.clone(), "no `backlash`").help(
+                "give it some `backlash` to begin with, so that the angles on its two sides are two: `backlash = \"1 mrad\"`",
+            ));
+        }
+        found.push(instance.name.clone());
+        false
+    });
+    found
 }
 
 fn confidence(document: &Document, given: &IdentifySettings, out: &mut Vec<Diagnostic>) -> f64 {

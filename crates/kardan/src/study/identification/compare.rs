@@ -3,7 +3,9 @@
 use kardan_rt::functions::powi;
 
 use super::asked::{Asked, CandidateSpec, Method, asked};
+use super::extra::{ExtraTerm, Law, law_parameters};
 use super::fitting::{Chosen, fit_options, unseen};
+use super::laws::silence_law;
 use super::plant::{Plant, columns, plant_without};
 use super::rows::{Material, rows, settled};
 use super::settings::IdentifySettings;
@@ -51,10 +53,12 @@ pub(super) fn compare(
 
 /// Without friction, without damping, and with each of the extra terms: models that differ.
 fn usual_candidates(asked: &Asked) -> Vec<CandidateSpec> {
+    let laws = law_parameters(&asked.extras);
     let names = |kinds: &[Kind]| -> Vec<String> {
-        asked.wanted.iter().filter(|one| kinds.contains(&one.keys[0].1)).map(|one| one.name.clone()).collect()
+        let kept = asked.wanted.iter().filter(|one| kinds.contains(&one.keys[0].1)).map(|one| one.name.clone());
+        kept.chain(laws.iter().cloned()).collect()
     };
-    let all: Vec<String> = asked.wanted.iter().map(|one| one.name.clone()).collect();
+    let all: Vec<String> = asked.wanted.iter().map(|one| one.name.clone()).chain(laws.iter().cloned()).collect();
     let mut extras: Vec<String> = asked.declared.iter().map(|extra| extra.term.clone()).collect();
     extras.dedup();
     let spec = |name: String, parameters: Vec<String>, extras: Vec<String>| CandidateSpec { name, parameters, extras };
@@ -91,7 +95,10 @@ fn asked_by(spec: &CandidateSpec, whole: &Whole<'_>, material: &Material<'_>) ->
     if !mistakes.is_empty() {
         return Err(mistakes);
     }
+    let laws = own.extras.into_iter().filter(|extra| matches!(extra.law, Law::Parameter { .. }));
+    let laws: Vec<ExtraTerm> = laws.collect();
     own.extras = own.declared.iter().filter(|extra| spec.extras.iter().any(|name| extra.is(name))).cloned().collect();
+    own.extras.extend(laws);
     own.tell_recordings(whole.plant, material);
     own.loss = whole.asked.loss;
     own.nonnegative.retain(|name| spec.parameters.contains(name) || spec.extras.contains(name));
@@ -103,7 +110,10 @@ fn judged(spec: CandidateSpec, whole: &Whole<'_>, material: &Material<'_>) -> Re
     let (own, method) = (asked_by(&spec, whole, material)?, whole.chosen.method);
     // What is not among its parameters is left out of the model, not taken from the file.
     let silent: Vec<&Wanted> = whole.asked.wanted.iter().filter(|one| !spec.parameters.contains(&one.name)).collect();
-    let trial = plant_without(whole.plant, &silent);
+    let mut trial = plant_without(whole.plant, &silent);
+    for name in law_parameters(&whole.asked.extras).iter().filter(|name| !spec.parameters.contains(name)) {
+        silence_law(&mut trial.reduced.equations, name);
+    }
     let columns = columns(&trial, &own, method);
     let mut rows = rows(&trial, &own, &columns, material);
     keep_places(&mut rows.samples, &whole.chosen.built.samples);

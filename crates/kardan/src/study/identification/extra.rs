@@ -39,6 +39,18 @@ pub(super) enum Law {
     Backlash {
         clear: f64,
     },
+    /// What the teeth of an element lose in proportion to what they carry; `back`: while its first body is driven.
+    Teeth {
+        back: bool,
+    },
+    /// A parameter of laws of torques.
+    Parameter {
+        unit: String,
+        /// As the file gives it.
+        before: f64,
+        /// Whether such a law goes with an angle.
+        over_angle: bool,
+    },
 }
 
 /// A term beyond those of the model, or one column of it.
@@ -72,6 +84,14 @@ impl ExtraTerm {
         })
     }
 
+    /// The two columns of teeth.
+    pub fn teeth(element: &str) -> [Self; 2] {
+        [false, true].map(|back| {
+            let own = Self::new(element, "tooth_loss", Law::Teeth { back });
+            Self { name: if back { format!("{}_back", own.name) } else { own.name.clone() }, ..own }
+        })
+    }
+
     /// The shape over the speed, if it has one, and then the speed, if it is known.
     pub fn shape(&self) -> Option<(Shape, Option<f64>)> {
         if let Law::Stribeck { shape, speed } = self.law { Some((shape, speed)) } else { None }
@@ -91,9 +111,10 @@ impl ExtraTerm {
         if let Law::Cogging(harmonic) | Law::Ripple(harmonic) = &self.law { Some(harmonic) } else { None }
     }
 
-    pub fn unit(&self) -> &'static str {
-        match self.law {
-            Law::Load { .. } => "1",
+    pub fn unit(&self) -> &str {
+        match &self.law {
+            Law::Parameter { unit, .. } => unit,
+            Law::Load { .. } | Law::Teeth { .. } => "1",
             Law::SenseDamping => "N m s/rad",
             Law::Quadratic => "N m s^2/rad^2",
             Law::Drift => "N m/s",
@@ -114,6 +135,7 @@ impl ExtraTerm {
             let key = match self.law {
                 Law::Offset => "torque",
                 Law::Backlash { .. } => "spring",
+                Law::Teeth { .. } => "teeth",
                 _ => "friction",
             };
             format!("[[identification.extra]]\nkind = \"{kind}\"\n{key} = \"{}\"\n{more}", self.element)
@@ -130,8 +152,16 @@ impl ExtraTerm {
             Law::Ripple(harmonic) => own("ripple", &format!("order = {}\n", harmonic.order)),
             Law::Offset => own("offset", ""),
             Law::Backlash { clear } => own("backlash", &format!("clear = \"{clear} rad\"\n")),
+            Law::Teeth { .. } => own("teeth", ""),
+            Law::Parameter { .. } => String::new(),
         }
     }
+}
+
+/// The names of terms that are parameters of laws, in order.
+pub(super) fn law_parameters(extras: &[ExtraTerm]) -> Vec<String> {
+    let own = extras.iter().filter(|extra| matches!(extra.law, Law::Parameter { .. }));
+    own.map(|extra| extra.name.clone()).collect()
 }
 
 /// The terms that the file declares, column by column.
@@ -166,11 +196,12 @@ struct Declared<'a> {
 }
 
 /// What a key that a kind needs is for.
-const NEEDS: [(&str, &str, &str); 6] = [
+const NEEDS: [(&str, &str, &str); 7] = [
     ("load", "torque", "name the motor or disturbance whose torque goes through the gear"),
     ("offset", "torque", "name the motor or disturbance whose torque was measured"),
     ("cogging", "order", "write so many periods in a turn: `order = 6`"),
     ("ripple", "order", "write so many periods in a turn: `order = 1`"),
+    ("teeth", "teeth", "name the gear, harmonic_drive, rack_and_pinion or screw whose teeth rub"),
     ("backlash", "spring", "name the spring_damper that has it"),
     ("backlash", "clear", "write a twist that is beyond the backlash for certain: `clear = \"1 mrad\"`"),
 ];
@@ -183,6 +214,7 @@ impl Declared<'_> {
         let direction = match kind {
             "offset" => "torque",
             "backlash" => "spring",
+            "teeth" => "teeth",
             _ => "friction",
         };
         let needed = NEEDS.iter().filter(|(of, ..)| *of == kind).map(|(_, key, help)| (*key, *help));
@@ -219,6 +251,7 @@ impl Declared<'_> {
             "drift" => own("friction_drift", Law::Drift),
             "recordings" => own("friction_recordings", Law::Recordings),
             "offset" => own("offset", Law::Offset),
+            "teeth" => ExtraTerm::teeth(&element).to_vec(),
             "cogging" | "ripple" => {
                 let order = number("order", Dimension::NONE).unwrap_or(1.0);
                 ExtraTerm::harmonics(&element, order, kind == "ripple").to_vec()
@@ -246,10 +279,11 @@ impl Declared<'_> {
             "torque" => matches!(kind, "load" | "offset"),
             "order" => matches!(kind, "cogging" | "ripple"),
             "spring" | "clear" => kind == "backlash",
-            "friction" => !matches!(kind, "offset" | "backlash"),
+            "friction" => !matches!(kind, "offset" | "backlash" | "teeth"),
+            "teeth" => kind == "teeth",
             _ => true,
         };
-        for key in ["shape", "speed", "torque", "order", "spring", "clear", "friction"] {
+        for key in ["shape", "speed", "torque", "order", "spring", "clear", "friction", "teeth"] {
             if self.table.values.contains_key(key) && !fits(key) {
                 out.push(
                     Diagnostic::error("key::idle", format!("{}: the kind `{kind}` has no `{key}`", self.what))
@@ -269,6 +303,7 @@ impl Declared<'_> {
         };
         let fits = |keyword: &str| match key {
             "spring" => keyword == "spring_damper",
+            "teeth" => matches!(keyword, "gear" | "harmonic_drive" | "rack_and_pinion" | "screw"),
             _ => matches!(keyword, "shaft" | "mass" | "spring_damper"),
         };
         let all = self.document.elements.iter();
@@ -280,6 +315,7 @@ impl Declared<'_> {
             let (what, label) = match key {
                 "torque" => ("motor or disturbance", "no such input"),
                 "spring" => ("spring_damper", "no such spring"),
+                "teeth" => ("gear, harmonic_drive, rack_and_pinion or screw", "no such teeth"),
                 _ => ("shaft or spring_damper", "no such element"),
             };
             let help = did_you_mean(nearest(name, known.iter().copied()), || "name one of the model".into());
@@ -376,6 +412,15 @@ pub(super) fn extra_columns(equations: &Equations, extras: &[ExtraTerm], harmoni
             Law::Cogging(own) => Extra::Cogging { friction: friction(), harmonic: harmonic(own) },
             Law::Ripple(own) => Extra::Ripple { friction: friction(), harmonic: harmonic(own) },
             Law::Offset => Extra::Offset { input: input(&extra.element) },
+            Law::Teeth { back } => {
+                let place = equations.meshes().position(|(hold, _)| hold.element == extra.element);
+                Extra::Teeth { teeth: place.expect("every such term has teeth"), back: *back }
+            }
+            Law::Parameter { .. } => {
+                let names = law_parameters(extras);
+                let place = names.iter().position(|name| *name == extra.name);
+                Extra::Law { parameter: place.expect("it is one of them") }
+            }
             Law::Backlash { clear } => {
                 let place = equations.springs.iter().position(|term| term.element == extra.element);
                 Extra::Backlash { spring: place.expect("every such term has a spring"), clear: *clear }

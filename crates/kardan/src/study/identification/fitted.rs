@@ -2,6 +2,7 @@
 
 use super::asked::Asked;
 use super::plant::{Columns, Plant};
+use super::plays::Play;
 use crate::identify::{Fit, Samples};
 
 pub(super) struct Fitted<'a> {
@@ -17,6 +18,7 @@ pub(super) struct Fitted<'a> {
     pub window: f64,
     /// Standard deviations of a window's angles, speeds and accelerations.
     pub noise: &'a [Vec<f64>; 3],
+    pub plays: &'a [Play],
 }
 
 impl Fitted<'_> {

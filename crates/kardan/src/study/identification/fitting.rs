@@ -1,6 +1,7 @@
 //! Which samples of the logs are fitted, and how.
 
 use super::asked::{Asked, Method};
+use super::extra::{ExtraTerm, Law};
 use super::fitted::short;
 use super::plant::{Columns, Plant, columns};
 use super::rows::{Built, Material, rows, settled};
@@ -60,7 +61,9 @@ pub(super) fn choose(plant: &Plant, asked: &Asked, material: &Material<'_>) -> R
     let by = |method: Method| Chosen::by(method, plant, asked, material);
     let needed = |chosen: &Chosen| chosen.columns.kept.len() + 2 * asked.extras.len();
     let enough = |chosen: &Chosen, samples: &Samples| samples.len() * samples.rows > needed(chosen);
-    let inertial = asked.wanted.iter().any(|one| matches!(one.keys[0].1, Kind::Inertia | Kind::Stiffness));
+    let over_angle = |extra: &ExtraTerm| matches!(extra.law, Law::Parameter { over_angle: true, .. });
+    let inertial = asked.wanted.iter().any(|one| matches!(one.keys[0].1, Kind::Inertia | Kind::Stiffness))
+        || asked.extras.iter().any(over_angle);
     let mut chosen = by(asked.method.unwrap_or(if inertial { Method::Dynamic } else { Method::Steady }));
     let plenty = chosen.samples.len() * chosen.samples.rows >= PLENTY * needed(&chosen)
         && chosen.samples.windows.iter().sum::<usize>() >= chosen.built.samples.len() / RARE;

@@ -4,15 +4,18 @@ mod asked;
 mod channels;
 mod clocks;
 mod compare;
+mod cutting;
 mod extra;
 mod fitted;
 mod fitting;
 mod group_reader;
+mod laws;
 mod open_log;
 mod open_logs;
 mod parameters;
 mod pictures;
 mod plant;
+mod plays;
 mod reading;
 mod recordings;
 mod rows;
@@ -21,24 +24,30 @@ mod stream;
 mod suggest;
 mod summary;
 mod wanted;
+mod ways;
+mod written;
 
 use asked::asked;
 use compare::{Whole, compare};
+use cutting::teeth_to_try;
 use extra::with_harmonics;
 use fitted::Fitted;
 use fitting::{choose, fit_options, unseen};
+use laws::with_harmonics_of_laws;
 use open_logs::OpenLogs;
 use plant::plant;
 use rows::Material;
 pub use settings::{IdentifySettings, LogFile};
 use suggest::{suggest, with_all_harmonics};
 use summary::summary;
+use ways::tell_ways;
+pub use written::written;
 
 use super::prepare::is_error;
 use super::{Part, Progress, Project};
 use crate::diagnostics::Diagnostic;
 use crate::identify::{Fit, FitOptions};
-use crate::model::{self, Document, NewValue, Setting};
+use crate::model::{Document, Setting};
 use crate::names::unknown_name;
 use crate::results::Identification;
 
@@ -116,12 +125,14 @@ fn of_project(
         return Err(mistakes);
     }
     let mut logs = OpenLogs::open(document, &model, files)?;
-    let mut slots = with_harmonics(logs.slots()?, &asked.declared)?;
+    let mut slots = with_harmonics_of_laws(with_harmonics(logs.slots()?, &asked.declared)?, &model);
     if settings.suggest {
         slots = with_all_harmonics(slots);
     }
     let notes = logs.notes();
-    let plant = plant(document, &set, &asked, &slots, &model).map_err(|mistakes| with_remarks(mistakes, &notes))?;
+    let tried = if settings.suggest { teeth_to_try(document) } else { Vec::new() };
+    let plant =
+        plant(document, &set, &asked, &slots, &model, &tried).map_err(|mistakes| with_remarks(mistakes, &notes))?;
     let window = match asked.window {
         Some(window) => window,
         None => logs.usual_window()?,
@@ -129,7 +140,9 @@ fn of_project(
     // What was read of the logs by the time that all is to end is fitted all the same.
     let (recorded, early) = logs.read(&slots, window, progress)?;
     let material = Material { recorded: &recorded, slots: &slots, window };
-    let left = asked.tell_recordings(&plant, &material);
+    let mut left = asked.tell_recordings(&plant, &material);
+    left.extend(tell_ways(&mut asked, &plant, &material));
+    left.extend(plant.notes.iter().cloned());
     // What was wrong with a log is likely to be why it does not suffice.
     let mut chosen =
         choose(&plant, &asked, &material).map_err(|mistakes| with_remarks(mistakes, &material.remarks()))?;
@@ -193,6 +206,7 @@ impl Fitting<'_> {
             method: chosen.method.word(),
             window: self.material.window,
             noise: &chosen.built.noise,
+            plays: &chosen.built.plays,
         });
         out.logs = self.material.logs();
         out.windows = chosen.windows();
@@ -209,22 +223,6 @@ fn with_remarks(mut mistakes: Vec<Diagnostic>, remarks: &[String]) -> Vec<Diagno
         first.help = Some(format!("{known}; and see what the logs say: {shown}"));
     }
     mistakes
-}
-
-/// The text of the model file with what was found in place, and what it cannot hold, with the reason.
-///
-/// # Errors
-/// Mistakes of the file, or those that the values found would make of it.
-pub fn written(source: &str, found: &Identification) -> Result<(String, Vec<String>), Vec<Diagnostic>> {
-    let values = found.for_file.iter().map(|one| NewValue {
-        name: one.name.clone(),
-        value: one.value,
-        interval: one.interval.map(|it| (it.lower, it.upper)),
-        confidence: found.confidence,
-    });
-    let (text, mut left) = model::written(source, &values.collect::<Vec<_>>())?;
-    left.extend(found.not_for_file.iter().cloned());
-    Ok((text, left))
 }
 
 /// The settings of a variant.

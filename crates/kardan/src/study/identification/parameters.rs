@@ -1,13 +1,16 @@
 //! The parameters that were found, and what they mean for the model file.
 
 use super::asked::Asked;
+use super::cutting::teeth;
 use super::extra::{ExtraTerm, Law};
 use super::fitted::{Fitted, short};
+use super::plays::Play;
 use crate::assemble::CoefficientKind as Kind;
-use crate::identify::{Coefficient, Shape};
+use crate::equations::Hold;
+use crate::identify::{Coefficient, Extra, Shape};
 use crate::num::{Definiteness, definiteness, rational_from_f64};
 use crate::reduce::linearise;
-use crate::results::{FileValue, IdentifiedDamping, IdentifiedParameter, Interval};
+use crate::results::{FileLaw, FileTerm, FileValue, IdentifiedDamping, IdentifiedParameter, Interval};
 use crate::units::Exact;
 
 /// Parameters by the file's order of what was asked for, then those of the extra terms.
@@ -17,7 +20,10 @@ pub(super) fn parameters(fitted: &Fitted<'_>) -> Vec<IdentifiedParameter> {
     let first = columns.kept.len();
     let mut speed = first + asked.extras.len();
     for (k, extra) in asked.extras.iter().enumerate() {
-        let mut found = fitted.column(extra.name.clone(), extra.unit(), first + k, None);
+        let mut found = {
+            let before = if let Law::Parameter { before, .. } = extra.law { Some(before) } else { None };
+            fitted.column(extra.name.clone(), extra.unit(), first + k, before)
+        };
         if found.remark.is_empty() {
             found.remark.clone_from(&extra.remark);
         }
@@ -29,7 +35,11 @@ pub(super) fn parameters(fitted: &Fitted<'_>) -> Vec<IdentifiedParameter> {
         if matches!(extra.law, Law::Backlash { .. }) {
             out.push(fitted.backlash(extra, first + k));
         }
+        if let Law::Teeth { back } = extra.law {
+            out.push(fitted.efficiency(extra, back, first + k));
+        }
     }
+    out.extend(fitted.widths());
     out
 }
 
@@ -39,7 +49,7 @@ fn published(asked: &Asked, name: &str) -> Option<f64> {
 
 impl Fitted<'_> {
     /// What was found in a column of the fit.
-    fn column(&self, name: String, unit: &'static str, column: usize, before: Option<f64>) -> IdentifiedParameter {
+    fn column(&self, name: String, unit: &str, column: usize, before: Option<f64>) -> IdentifiedParameter {
         let fit = self.fit;
         let (value, error) = (fit.values[column], fit.standard_errors[column]);
         let (bounded, undetermined) = (fit.bounded.contains(&column), error.is_infinite());
@@ -58,7 +68,7 @@ impl Fitted<'_> {
             published: published(self.asked, &name),
             standard_error: (!bounded && !error.is_nan()).then_some(error),
             name,
-            unit,
+            unit: unit.into(),
             before,
             value: Some(value),
             combination: String::new(),
@@ -72,7 +82,7 @@ impl Fitted<'_> {
         let Some(column) = columns.kept.iter().position(|(kept, _)| *kept == number) else {
             return IdentifiedParameter {
                 name: name.clone(),
-                unit: kind.unit(),
+                unit: kind.unit().into(),
                 before,
                 value: before,
                 standard_error: Some(f64::INFINITY),
@@ -128,7 +138,7 @@ impl Fitted<'_> {
         let width = 2.0 * fit.values[column] / stiffness;
         let mut found = IdentifiedParameter {
             name: format!("{}.backlash", extra.element),
-            unit: "rad",
+            unit: "rad".into(),
             value: width.is_finite().then_some(width),
             ..IdentifiedParameter::default()
         };
@@ -151,12 +161,61 @@ impl Fitted<'_> {
     }
 }
 
+impl Fitted<'_> {
+    /// Widths of the plays that are sought.
+    fn widths(&self) -> Vec<IdentifiedParameter> {
+        let asked = |play: &&Play| self.asked.plays.as_ref().is_none_or(|plays| plays.contains(&play.element));
+        let of = |play: &Play| {
+            let stops = self.plant.reduced.equations.holds.iter().filter(|hold| hold.element == play.element);
+            // δ is at most the one, and at least the opposite of the other.
+            let ends = stops.map(|hold| match &hold.value {
+                Hold::Stop { upper: true, offset, .. } => [offset.to_f64(), 0.0],
+                Hold::Stop { offset, .. } => [0.0, offset.to_f64()],
+                _ => [0.0; 2],
+            });
+            let [a, b] = ends.fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
+            let before = [Some(-a - b), Some((b - a) / 2.0)];
+            let mut found = play.parameters(before, self.asked.confidence);
+            found.iter_mut().for_each(|one| one.published = published(self.asked, &one.name));
+            found
+        };
+        self.plays.iter().filter(asked).flat_map(of).collect()
+    }
+
+    /// The efficiency of teeth that lose so much of what they carry where they are cut.
+    fn efficiency(&self, extra: &ExtraTerm, back: bool, column: usize) -> IdentifiedParameter {
+        let name = format!("{}.{}", extra.element, if back { "efficiency_back" } else { "efficiency" });
+        let mut found = self.column(name, "1", column, None);
+        let Extra::Teeth { teeth: number, .. } = self.columns.extras[column - self.columns.kept.len()] else {
+            return found;
+        };
+        let Some(teeth) =
+            teeth(&self.plant.balance(&self.plant.reduced, &self.columns.asked, self.asked)).into_iter().nth(number)
+        else {
+            return found;
+        };
+        let of = |share: f64| {
+            let part = teeth.part_of_share(share, back);
+            if back { 1.0 - part } else { 1.0 / (1.0 + part) }
+        };
+        let share = self.fit.values[column];
+        let slope = (of(share + 1e-6) - of(share - 1e-6)) / 2e-6;
+        found.value = Some(of(share));
+        found.standard_error = found.standard_error.map(|error| error * slope.abs());
+        found.interval = found.interval.map(|it| Interval { lower: of(it.upper), upper: of(it.lower) });
+        found
+    }
+}
+
+/// The value of a parameter that is found alone, with an interval.
+fn determined(one: &IdentifiedParameter) -> Option<f64> {
+    one.value.filter(|_| one.combination.is_empty() && one.interval.is_some())
+}
+
 /// What a model file can hold of what was found, and what not. Stribeck friction goes there as the torque at which it breaks away.
 pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> (Vec<FileValue>, Vec<String>) {
     let Fitted { asked, columns, .. } = fitted;
     let (mut values, mut left) = (Vec::new(), Vec::new());
-    let determined =
-        |one: &IdentifiedParameter| one.value.filter(|_| one.combination.is_empty() && one.interval.is_some());
     let plain = parameters.iter().take(columns.asked.len());
     for one in plain {
         if let Some(value) = determined(one) {
@@ -186,6 +245,16 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
                 .find(|term| term.element == extra.element)
                 .map(|term| term.value.torque.to_f64()),
         };
+        if matches!(extra.law, Law::Parameter { .. }) {
+            match determined(own) {
+                Some(value) => values.push(FileValue { name: own.name.clone(), value, interval: own.interval }),
+                None => left.push(format!("{}: {}", own.name, own.remark)),
+            }
+            continue;
+        }
+        if law_of_file(extra).is_some() || matches!(extra.law, Law::Teeth { .. }) {
+            continue;
+        }
         let Some((shape, given)) = extra.shape() else {
             left.push(format!("{}: {}", extra.name, not_in_a_file(&extra.law)));
             continue;
@@ -209,20 +278,97 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
             _ => left.push(format!("{}: a model file has the gaussian shape only", extra.name)),
         }
     }
+    of_teeth_and_plays(fitted, parameters, &mut values, &mut left);
     (values, left)
+}
+
+/// What a model file can hold of teeth and plays.
+fn of_teeth_and_plays(
+    fitted: &Fitted<'_>,
+    parameters: &[IdentifiedParameter],
+    values: &mut Vec<FileValue>,
+    left: &mut Vec<String>,
+) {
+    for extra in &fitted.asked.extras {
+        let Law::Teeth { back } = extra.law else { continue };
+        let name = format!("{}.{}", extra.element, if back { "efficiency_back" } else { "efficiency" });
+        let found = parameters.iter().find(|one| one.name == name);
+        match found.and_then(determined).filter(|value| *value <= 1.0 && (back || *value > 0.0)) {
+            Some(value) => values.push(FileValue { name, value, interval: None }),
+            None => left.push(format!("{name}: it is not told from 1, or not determined")),
+        }
+    }
+    // A file has no `efficiency_back` alone.
+    for (hold, mesh) in fitted.plant.reduced.equations.meshes() {
+        let named = |word: &str, values: &[FileValue]| {
+            let name = format!("{}.{word}", hold.element);
+            values.iter().any(|one| one.name == name)
+        };
+        if named("efficiency_back", values) && !named("efficiency", values) && mesh.forth.to_f64() < 1e-8 {
+            values.push(FileValue { name: format!("{}.efficiency", hold.element), value: 1.0, interval: None });
+        }
+    }
+    for play in fitted.plays {
+        for word in ["backlash", "offset"] {
+            let name = format!("{}.{word}", play.element);
+            let Some(one) = parameters.iter().find(|one| one.name == name) else { continue };
+            match determined(one) {
+                Some(value) => values.push(FileValue { name, value, interval: one.interval }),
+                None => left.push(format!("{name}: {}", one.remark)),
+            }
+        }
+    }
+}
+
+/// How a law of a torque says a term, if it can.
+fn law_of_file(extra: &ExtraTerm) -> Option<FileLaw> {
+    match &extra.law {
+        Law::Sense => Some(FileLaw::Sense),
+        Law::SenseDamping => Some(FileLaw::SenseDamping),
+        Law::Quadratic => Some(FileLaw::Quadratic),
+        Law::Cogging(harmonic) => Some(FileLaw::Cogging(harmonic.order)),
+        _ => None,
+    }
+}
+
+/// The terms that a model file can hold as laws of torques; those that are not determined are left out, with the reason.
+pub(super) fn terms_for_file(asked: &Asked, parameters: &[IdentifiedParameter]) -> (Vec<FileTerm>, Vec<String>) {
+    let (mut terms, mut left): (Vec<FileTerm>, Vec<String>) = (Vec::new(), Vec::new());
+    for extra in &asked.extras {
+        let Some(law) = law_of_file(extra) else { continue };
+        let found = parameters.iter().find(|one| one.name == extra.name && one.interval.is_some());
+        let Some((one, value)) = found.and_then(|one| Some((one, one.value?))) else {
+            left.push(format!("{}: these data do not determine it", extra.name));
+            terms.retain(|other| other.term != extra.term);
+            continue;
+        };
+        let coefficient = FileValue { name: one.name.clone(), value, interval: one.interval };
+        match terms.iter_mut().find(|other| other.term == extra.term) {
+            Some(other) => other.coefficients.push(coefficient),
+            None => terms.push(FileTerm {
+                term: extra.term.clone(),
+                element: extra.element.clone(),
+                law,
+                coefficients: vec![coefficient],
+            }),
+        }
+    }
+    terms.retain(|one| !matches!(one.law, FileLaw::Cogging(_)) || one.coefficients.len() == 2);
+    (terms, left)
+}
+
+/// Whether a law of a torque, or a key of an element, says a term.
+pub(super) fn is_in_file(extra: &ExtraTerm) -> bool {
+    law_of_file(extra).is_some() || matches!(extra.law, Law::Teeth { .. } | Law::Parameter { .. })
 }
 
 /// Why a term beyond those of the model stays beyond them.
 fn not_in_a_file(law: &Law) -> &'static str {
     match law {
-        Law::Load { .. } => "a model file has no loss in proportion to a torque",
-        Law::Sense | Law::SenseDamping => {
-            "the friction and the damping of an element are the same both ways; a `torque` can add it"
-        }
-        Law::Quadratic | Law::Cogging(_) => "no key of an element holds it; a `torque` can add it",
+        Law::Load { .. } => "no key of an element holds it; what teeth lose does: the kind `teeth`",
         Law::Recordings | Law::Recording { .. } | Law::Drift => "friction does not change with time in a model",
         Law::Offset => "it is the sensor's: subtract it from the readings",
-        Law::Backlash { .. } => "springs of a model have no backlash",
+        Law::Backlash { .. } => "its width goes there",
         _ => "no key of an element holds it",
     }
 }

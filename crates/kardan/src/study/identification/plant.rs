@@ -2,11 +2,14 @@
 
 use super::asked::{Asked, Method};
 use super::channels::{Harmonic, Quantity, quantity_of};
-use super::extra::extra_columns;
+use super::cutting::{Balance, check_teeth};
+use super::extra::{ExtraTerm, extra_columns};
+use super::laws::law_torques;
+use super::plays::open_plays;
 use super::wanted::{Wanted, coefficients, with_terms};
 use crate::assemble::{CoefficientKind as Kind, Equations, assemble};
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::Term;
+use crate::equations::{Hold, Meaning, Term};
 use crate::identify::{Coefficient, Extra, Regressor, undetermined};
 use crate::model::{Document, Model, Setting};
 use crate::num::{Matrix, Rational, echelon, rational_to_f64};
@@ -29,6 +32,10 @@ pub(super) struct Plant {
     pub harmonics: Vec<(Harmonic, usize)>,
     /// Step of the sensor of each slot, rad.
     pub steps: Vec<Option<f64>>,
+    /// Elements with a play, whose torque is eliminated.
+    pub plays: Vec<String>,
+    /// What is to be said of it.
+    pub notes: Vec<String>,
 }
 
 /// What is fitted: columns and what they mean.
@@ -47,14 +54,17 @@ pub(super) fn plant(
     asked: &Asked,
     slots: &[Quantity],
     plain: &Model,
+    tried: &[ExtraTerm],
 ) -> Result<Plant, Vec<Diagnostic>> {
-    let (document, set) = with_terms(document, set, &asked.wanted, &asked.declared);
+    let terms: Vec<ExtraTerm> = asked.declared.iter().cloned().chain(tried.iter().cloned()).collect();
+    let (document, set) = with_terms(document, set, &asked.wanted, &terms);
     let (model, mistakes) = document.model_with(&set, Some(&[]));
     let mistakes: Vec<_> = mistakes.into_iter().filter(is_error).collect();
     if !mistakes.is_empty() {
         return Err(mistakes);
     }
-    let equations = assemble(&model.all_coordinates, &model.terms);
+    let mut equations = assemble(&model.all_coordinates, &model.terms);
+    let plays = open_plays(&document, &mut equations);
     let failed = |error: &dyn std::fmt::Display| {
         wrong(format!("the model cannot be reduced: {error}"), "`kardan check` says more")
     };
@@ -80,9 +90,13 @@ pub(super) fn plant(
         _ => None,
     };
     let harmonics = slots.iter().enumerate().filter_map(harmonic).collect();
-    let plant = Plant { reduced, model, sensors, torques, unmeasured, harmonics, steps };
+    let mut plant = Plant { reduced, model, sensors, torques, unmeasured, harmonics, steps, plays, notes: Vec::new() };
     plant.check_angles()?;
+    law_torques(&plant.reduced, &asked.extras, &plant.harmonics)?;
     plant.check_torques(asked)?;
+    let sought = coefficients(&plant.reduced.equations, &asked.wanted);
+    plant.notes = check_teeth(&plant.balance(&plant.reduced, &sought, asked))?;
+    plant.notes.extend(plant.open_holds());
     Ok(plant)
 }
 
@@ -126,11 +140,6 @@ impl Plant {
     /// Where torques depend on angles, the logs must have them.
     fn check_angles(&self) -> Result<(), Vec<Diagnostic>> {
         let reduced = &self.reduced;
-        if !reduced.equations.laws.is_empty() {
-            let laws = quoted(reduced.equations.laws.iter().map(|law| law.element.as_str()));
-            let message = format!("identification does not know the torques of laws: {laws}");
-            return Err(wrong(message, "take them out, or log them as the torque of a `disturbance`"));
-        }
         if let Some(moving) = reduced.equations.moving.keys().next() {
             let message = format!("identification does not know constraints that move: `{moving}`");
             return Err(wrong(message, "give it an offset that is a number"));
@@ -139,12 +148,54 @@ impl Plant {
         let blind = names.iter().zip(&self.sensors).filter(|(_, (angle, _))| angle.is_none());
         let blind: Vec<&str> = blind.map(|(name, _)| name.as_str()).collect();
         let constant = || Kinematics::new(reduced).is_constant() && reduced.equations.springs.is_empty();
-        if blind.is_empty() || constant() {
+        if blind.is_empty() {
             return Ok(());
+        }
+        if constant() {
+            return self.check_angles_of_laws(&blind);
         }
         let blind = quoted(blind);
         let message = format!("the torques depend on angles, but of {blind} only the speed is in the logs");
         Err(wrong(message, "log the angles too: springs and universal joints need them"))
+    }
+
+    /// What cuts follow from, of these equations.
+    pub fn balance<'a>(&'a self, reduced: &'a Reduced, sought: &'a [Coefficient], asked: &'a Asked) -> Balance<'a> {
+        Balance { reduced, unmeasured: &self.unmeasured, torques: &self.torques, sought, asked }
+    }
+
+    /// What holds, blocks or presses, and is no part of the balance.
+    fn open_holds(&self) -> Vec<String> {
+        let holds = self.reduced.equations.holds.iter().filter(|hold| !matches!(hold.value, Hold::Mesh(_)));
+        let mut names: Vec<&str> = holds.map(|hold| hold.element.as_str()).collect();
+        names.retain(|name| !self.plays.iter().any(|play| play == name));
+        names.dedup();
+        let note = |name| format!("{name} is taken as open: what it holds or presses is no part of the torque balance");
+        names.into_iter().map(note).collect()
+    }
+
+    /// So must they for laws that go with an angle.
+    fn check_angles_of_laws(&self, blind: &[&str]) -> Result<(), Vec<Diagnostic>> {
+        let (reduced, basis) = (&self.reduced, self.basis());
+        let hidden = |shaft: &str| {
+            let row = reduced.coordinate(shaft).expect("a formula names coordinates of its model");
+            let names = reduced.coordinate_names();
+            (0..basis.columns()).any(|k| basis[(row, k)] != Rational::ZERO && blind.contains(&names[k].as_str()))
+        };
+        for law in &reduced.equations.laws {
+            let angle = law.value.names.iter().find_map(|(name, meaning)| match meaning {
+                Meaning::Position(shaft) if hidden(shaft) => Some(name),
+                _ => None,
+            });
+            if let Some(angle) = angle {
+                let message = format!(
+                    "the torque of `{}` depends on `{angle}`, of which only the speed is in the logs",
+                    law.element
+                );
+                return Err(wrong(message, "log the angle too"));
+            }
+        }
+        Ok(())
     }
 
     /// The logs must have a torque, those that extra terms go with, and enough of them for a row of the balance to be left.

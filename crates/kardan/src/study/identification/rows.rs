@@ -4,11 +4,15 @@ use kardan_rt::functions::powi;
 
 use super::asked::Asked;
 use super::channels::Quantity;
+use super::cutting::{cut_of_play, teeth};
 use super::extra::with_recordings;
+use super::laws::law_torques;
 use super::plant::{Columns, Plant, in_coordinates, silence};
+use super::plays::Play;
 use super::reading::Recording;
+use crate::equations::{Domain, Hold};
 use crate::identify::{
-    Coefficient, Motion, Reading, Regressor, Samples, Steadiness, Variances, Where, steady_segments,
+    Coefficient, Motion, Reading, Regressor, Samples, Steadiness, Teeth, Variances, Where, steady_segments,
 };
 use crate::num::dot;
 use crate::results::{LogRead, WindowCount};
@@ -54,6 +58,8 @@ pub(super) struct Built {
     pub count: WindowCount,
     /// Standard deviations of a window's angles, speeds and accelerations of the coordinates, SI.
     pub noise: [Vec<f64>; 3],
+    /// What the teeth of plays did.
+    pub plays: Vec<Play>,
 }
 
 /// Rows of the torque balance in every window that tells one.
@@ -67,17 +73,31 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
     let wanted: Vec<Coefficient> = columns.kept.iter().map(|(k, _)| columns.asked[*k].clone()).collect();
     let noise = slot_noise(plant, material);
     let mut motion = Moving::new(plant);
+    let mut teeth = teeth(&plant.balance(&reduced, &columns.asked, asked));
+    let basis = plant.basis();
+    let frictions = reduced.equations.frictions.iter().map(|term| in_coordinates(&term.row, &basis));
+    let teeth_rows = reduced.equations.meshes().map(|(hold, _)| in_coordinates(&hold.row, &basis));
+    let directions: Vec<Vec<f64>> = frictions.chain(teeth_rows).collect();
     let rest = match asked.rest_speed {
-        Some(speed) => vec![speed; reduced.equations.frictions.len()],
-        None => rest_speeds(plant, &noise, &mut motion, material),
+        Some(speed) => vec![speed; directions.len()],
+        None => rest_speeds(plant, &directions, &noise, &mut motion, material),
     };
+    let (rest, of_teeth) = rest.split_at(reduced.equations.frictions.len());
+    teeth.iter_mut().zip(of_teeth).for_each(|(one, speed)| one.rest_speed = *speed);
+    let (mut plays, cuts): (Vec<Play>, Vec<_>) = cut_plays(plant, &columns.asked, asked).into_iter().unzip();
+    let (torques, values, waves) =
+        law_torques(&reduced, &asked.extras, &plant.harmonics).expect("the plant was checked for more of them");
     let mut regressor = Regressor::new(&reduced, &wanted, &plant.unmeasured, 0.0)
+        .with_laws(torques, &values, &waves)
+        .with_teeth(teeth)
+        .with_plays(cuts)
         .with_extras(&columns.extras)
+        .lenient(asked.lenient)
         .with_window(material.window)
-        .with_rest_speeds(&rest);
+        .with_rest_speeds(rest);
     let samples = Samples::new(regressor.rows(), regressor.columns(), columns.extras.len(), r, m);
     let noise_of = [vec![0.0_f64; r], vec![0.0_f64; r], vec![0.0_f64; r]];
-    let mut built = Built { samples, count: WindowCount::default(), noise: noise_of };
+    let mut built = Built { samples, count: WindowCount::default(), noise: noise_of, plays: Vec::new() };
     for (log, recording) in material.recorded.iter().enumerate() {
         for ((section, number), row) in &recording.windows {
             built.count.all += 1;
@@ -87,16 +107,43 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
             }
             let since = (*number as f64 + 0.5) * material.window;
             let time = recording.origin + since;
-            regressor.at(log, since, &motion.harmonics);
-            built.add(Where { log, section: *section, time, duration: material.window }, &motion, &mut regressor);
+            regressor.at(log, [since, time], &motion.harmonics);
+            built.add(
+                Where { log, section: *section, time, duration: material.window },
+                &motion,
+                &mut regressor,
+                asked.lenient,
+            );
+            for (k, play) in plays.iter_mut().enumerate() {
+                let now = regressor.play(k, &motion.torques);
+                play.windows.extend(now.map(|now| (log, *section, time, now)));
+            }
         }
     }
+    built.plays = plays;
     built
+}
+
+/// The play of an element and where it is cut, if both angles are measured and the torque follows from what is.
+fn cut_plays(plant: &Plant, sought: &[Coefficient], asked: &Asked) -> Vec<(Play, Teeth)> {
+    let equations = &plant.reduced.equations;
+    // Within soft ones the angle goes on with the torque.
+    let rigid = |element: &str| {
+        equations.holds.iter().any(|hold| hold.element == element && matches!(hold.value, Hold::Stop { .. }))
+    };
+    let measured = plant.sensors.iter().all(|(angle, _)| angle.is_some());
+    let own = plant.plays.iter().filter(|element| measured && rigid(element)).filter_map(|element| {
+        let number = equations.inputs.iter().position(|input| input.element == *element)?;
+        let cut = cut_of_play(&plant.balance(&plant.reduced, sought, asked), number)?;
+        let straight = equations.domain_of(&equations.inputs[number]) == Domain::Translation;
+        Some((Play { element: element.clone(), straight, windows: Vec::new() }, cut))
+    });
+    own.collect()
 }
 
 impl Built {
     /// The row of a window, unless something rests in it or its numbers are too large.
-    fn add(&mut self, place: Where, motion: &Moving, regressor: &mut Regressor) {
+    fn add(&mut self, place: Where, motion: &Moving, regressor: &mut Regressor, lenient: bool) {
         let Moving { position, speed, acceleration, torques, .. } = motion;
         let room = self.samples.push(place, [position, speed, acceleration], torques);
         let variances = Variances {
@@ -108,7 +155,9 @@ impl Built {
         let at = Motion { position, speed, acceleration };
         let known = regressor.fill_weighted(at, torques, variances, (room.x, room.y), (room.covariance, room.speeds));
         let last = self.samples.len() - 1;
-        if !known || !self.samples.x(last).iter().chain(self.samples.y(last)).all(|x| x.is_finite()) {
+        let numbers = |x: &f64| x.is_finite() || (lenient && x.is_nan());
+        let finite = self.samples.x(last).iter().all(numbers) && self.samples.y(last).iter().all(|x| x.is_finite());
+        if !known || !finite {
             self.samples.pop();
             self.count.resting += 1;
             return;
@@ -135,11 +184,14 @@ fn slot_noise(plant: &Plant, material: &Material<'_>) -> Vec<f64> {
     (0..material.slots.len()).map(noise).collect()
 }
 
-/// The speed below which each friction is taken to rest: a part of its largest, and beyond what noise hides.
-fn rest_speeds(plant: &Plant, noise: &[f64], motion: &mut Moving, material: &Material<'_>) -> Vec<f64> {
-    let basis = plant.basis();
-    let frictions = plant.reduced.equations.frictions.iter();
-    let directions: Vec<Vec<f64>> = frictions.map(|term| in_coordinates(&term.row, &basis)).collect();
+/// The speed below which what rubs along each direction is taken to rest: a part of its largest, and beyond what noise hides.
+fn rest_speeds(
+    plant: &Plant,
+    directions: &[Vec<f64>],
+    noise: &[f64],
+    motion: &mut Moving,
+    material: &Material<'_>,
+) -> Vec<f64> {
     let mut largest = vec![0.0_f64; directions.len()];
     let mut hidden = vec![0.0_f64; directions.len()];
     for row in material.recorded.iter().flat_map(|one| one.windows.values()) {
@@ -171,7 +223,9 @@ fn senses(plant: &Plant, asked: &Asked, material: &Material<'_>, element: &str) 
     let Some(number) = frictions.iter().position(|term| term.element == element) else { return nowhere };
     let g = in_coordinates(&frictions[number].row, &plant.basis());
     let (noise, mut motion) = (slot_noise(plant, material), Moving::new(plant));
-    let rest = asked.rest_speed.unwrap_or_else(|| rest_speeds(plant, &noise, &mut motion, material)[number]);
+    let rest = asked
+        .rest_speed
+        .unwrap_or_else(|| rest_speeds(plant, std::slice::from_ref(&g), &noise, &mut motion, material)[0]);
     let mut ways = |recording: &Recording| {
         let mut out = [false; 2];
         for row in recording.windows.values() {

@@ -5,14 +5,20 @@ use kardan_rt::functions::powi;
 use super::asked::{Asked, Method};
 use super::channels::{Harmonic, Quantity};
 use super::compare::{Whole, fold_squares, keep_places};
+use super::cutting::teeth_that_tell;
 use super::extra::{ExtraTerm, Law};
 use super::fitted::Fitted;
 use super::fitting::unseen;
-use super::plant::{Columns, columns};
+use super::parameters::is_in_file;
+use super::plant::{Columns, columns, in_coordinates};
 use super::rows::{Material, rows, settled};
 use super::summary::{UNLIKELY, summary, test_name};
+use crate::assemble::Along;
 use crate::assemble::CoefficientKind as Kind;
+use crate::equations::InputKind;
 use crate::identify::{Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_tests};
+use crate::num::Rational;
+use crate::reduce::Kinematics;
 use crate::results::{Suggestion, Suggestions, UnseenLogs};
 use crate::study::Progress;
 
@@ -24,6 +30,10 @@ const WORTH: f64 = 0.01;
 const SURE: f64 = 2.132;
 /// Difference of gains below which two terms are the same.
 const SAME: f64 = 1e-9;
+/// Part of the largest twist that a backlash is clear of.
+const CLEAR: f64 = 0.3;
+/// Part of the samples that a term must tell of.
+const TOLD: f64 = 0.25;
 /// Terms that are taken at most.
 const MOST: usize = 6;
 /// Logs from which on each is predicted by the others.
@@ -57,6 +67,8 @@ struct Pooled {
     extras: Vec<ExtraTerm>,
     /// Its columns among those of all.
     columns: Vec<usize>,
+    /// Samples that tell of it; empty: all.
+    told: Vec<bool>,
 }
 
 impl Pooled {
@@ -75,20 +87,22 @@ impl Pooled {
             Law::Offset => matches!(test, TestKind::Mean(_)),
             Law::SenseDamping | Law::Quadratic | Law::Stribeck { .. } => matches!(test, TestKind::Speed(_)),
             Law::Cogging(_) | Law::Ripple(_) => matches!(test, TestKind::Serial | TestKind::Normal),
+            // They go with whatever moves and loads.
+            Law::Teeth { .. } | Law::Load { .. } | Law::Backlash { .. } => true,
             _ => test == TestKind::Serial,
         }
     }
 }
 
-/// All terms that may be tried: of each friction, each measured torque, each angle. A loss in proportion to a torque is not among them:
-/// where the torque balance explains that torque it would explain itself.
+/// All terms that may be tried: of each friction, each measured torque, each angle, of teeth and springs. A loss in proportion to a torque is
+/// among them only in rows of the balance that do not hold that torque: else it would explain itself.
 fn pool(whole: &Whole<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
     let (plant, asked) = (whole.plant, whole.asked);
     let equations = &plant.reduced.equations;
     let mut out: Vec<Vec<ExtraTerm>> = Vec::new();
     let mut elements: Vec<&str> = equations.frictions.iter().map(|term| term.element.as_str()).collect();
     elements.dedup();
-    for element in elements {
+    for &element in &elements {
         let one = |word: &str, law: Law| vec![ExtraTerm::new(element, word, law)];
         out.push(one("friction_sense", Law::Sense));
         out.push(one("damping_sense", Law::SenseDamping));
@@ -102,8 +116,47 @@ fn pool(whole: &Whole<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
         }
     }
     let inputs = equations.inputs.iter().zip(&plant.torques).filter(|(_, slot)| slot.is_some());
-    out.extend(inputs.map(|(input, _)| vec![ExtraTerm::new(&input.element, "offset", Law::Offset)]));
+    let measured: Vec<&str> = inputs.map(|(input, _)| input.element.as_str()).collect();
+    out.extend(measured.iter().map(|input| vec![ExtraTerm::new(input, "offset", Law::Offset)]));
+    let basis = plant.basis();
+    let acts = |row: &[(usize, Rational)]| in_coordinates(row, &basis);
+    for friction in &equations.frictions {
+        let own = acts(&friction.row);
+        let apart = |input: &&Along<InputKind>| acts(&input.row).iter().zip(&own).all(|(a, b)| *a == 0.0 || *b == 0.0);
+        for input in equations.inputs.iter().filter(|input| measured.contains(&input.element.as_str())).filter(apart) {
+            let load = Law::Load { torque: input.element.clone() };
+            out.push(vec![ExtraTerm::new(&friction.element, "load_loss", load)]);
+        }
+    }
+    out.extend(teeth_that_tell(&plant.balance(&plant.reduced, &whole.chosen.columns.asked, asked)));
+    out.extend(backlashes(whole));
     out.retain(|columns| !asked.extras.iter().any(|own| own.term == columns[0].term));
+    out
+}
+
+/// A backlash of each spring, clear of a part of its largest twist.
+fn backlashes(whole: &Whole<'_>) -> Vec<Vec<ExtraTerm>> {
+    let (reduced, samples) = (&whole.plant.reduced, &whole.chosen.built.samples);
+    let mut kinematics = Kinematics::new(reduced);
+    let damper = |element: &str| {
+        let own = whole.document.elements.iter().find(|one| one.name == element);
+        own.is_some_and(|one| one.kind.keyword == "spring_damper")
+    };
+    let mut out = Vec::new();
+    for spring in reduced.equations.springs.iter().filter(|spring| damper(&spring.element)) {
+        let (row, rest) = (spring.row_f64(), spring.value.rest.to_f64());
+        let mut largest = 0.0_f64;
+        for k in 0..samples.len() {
+            kinematics.update(samples.motion(k, 0), samples.motion(k, 1));
+            largest =
+                largest.max((row.iter().map(|(shaft, a)| a * kinematics.angles[*shaft]).sum::<f64>() - rest).abs());
+        }
+        // Of few digits, so that it can be written.
+        let clear: f64 = format!("{:.1e}", CLEAR * largest).parse().unwrap_or(0.0);
+        if clear > 0.0 {
+            out.push(vec![ExtraTerm::new(&spring.element, "backlash_torque", Law::Backlash { clear })]);
+        }
+    }
     out
 }
 
@@ -156,7 +209,7 @@ impl<'a> Search<'a> {
             columns * chosen.built.samples.len() * chosen.samples.rows
         };
         let orders = if size(&ORDERS) > NUMBERS { &ORDERS[..FEW] } else { &ORDERS[..] };
-        let (mut own, base) = (whole.asked.clone(), chosen.samples.columns);
+        let (mut own, base) = (Asked { lenient: true, ..whole.asked.clone() }, chosen.samples.columns);
         let mut pooled = Vec::new();
         for extras in pool(whole, orders) {
             let mut single = Asked { extras, ..whole.asked.clone() };
@@ -165,25 +218,50 @@ impl<'a> Search<'a> {
                 let first = base + own.extras.len() - whole.asked.extras.len();
                 let columns = (first..first + single.extras.len()).collect();
                 own.extras.extend(single.extras.iter().cloned());
-                pooled.push(Pooled { extras: single.extras, columns });
+                pooled.push(Pooled { extras: single.extras, columns, told: Vec::new() });
             }
         }
         let all = columns(whole.plant, &own, chosen.method);
         let mut rows = rows(whole.plant, &own, &all, material);
         keep_places(&mut rows.samples, &chosen.built.samples);
-        let samples = match chosen.method {
+        let mut samples = match chosen.method {
             Method::Steady => settled(&rows, &own, material.window),
             Method::Dynamic => rows.samples,
         };
+        let (size, p) = (samples.rows * samples.columns, samples.columns);
+        for one in &mut pooled {
+            let tells = |x: &[f64]| x.chunks_exact(p).all(|row| one.columns.iter().all(|&k| row[k].is_finite()));
+            let told: Vec<bool> = samples.x.chunks_exact(size).map(tells).collect();
+            if told.contains(&false) {
+                one.told = told;
+            }
+        }
+        let enough = |one: &Pooled| {
+            let count = one.told.iter().filter(|told| **told).count();
+            one.told.is_empty() || count as f64 > TOLD * one.told.len() as f64
+        };
+        pooled.retain(enough);
+        samples.x.iter_mut().filter(|x| x.is_nan()).for_each(|x| *x = 0.0);
         Self { whole, material, options, samples, pool: pooled, base }
     }
 
-    /// The model with some of the terms.
+    /// The model with some of the terms, on the samples that tell of them.
     fn tried(&self, terms: &[usize]) -> Option<Tried> {
+        self.tried_on(terms, terms)
+    }
+
+    /// The model with some of the terms, on the samples that tell of others.
+    fn tried_on(&self, terms: &[usize], told: &[usize]) -> Option<Tried> {
         let added: Vec<usize> = terms.iter().flat_map(|&k| self.pool[k].columns.iter().copied()).collect();
         let extras = self.whole.asked.extras.len() + added.len();
         let columns: Vec<usize> = (0..self.base).chain(added).collect();
-        let samples = self.samples.of_columns(&columns, extras);
+        let mut samples = self.samples.of_columns(&columns, extras);
+        let masks: Vec<&[bool]> =
+            told.iter().map(|&k| self.pool[k].told.as_slice()).filter(|mask| !mask.is_empty()).collect();
+        if !masks.is_empty() {
+            let kept = (0..samples.len()).filter(|&k| masks.iter().all(|mask| mask[k]));
+            samples = samples.averaged(&kept.map(|k| k..k + 1).collect::<Vec<_>>());
+        }
         let mut options = self.options.clone();
         let shapes =
             terms.iter().flat_map(|&k| &self.pool[k].extras).map(|extra| extra.shape().map(|(shape, _)| shape));
@@ -214,6 +292,22 @@ impl<'a> Search<'a> {
         })
     }
 
+    /// A loss, or a width, that would be below zero.
+    fn gains_power(&self, k: usize, tried: &Tried) -> Option<String> {
+        let (extras, fit, end) = (&self.pool[k].extras, &tried.fit, tried.samples.columns);
+        let bounded = matches!(extras[0].law, Law::Teeth { .. } | Law::Load { .. } | Law::Backlash { .. });
+        let below = |column: usize| {
+            fit.values[column] + fit.quantile(column, self.whole.asked.confidence) * fit.standard_errors[column] < 0.0
+        };
+        let first = end - extras.len();
+        extras
+            .iter()
+            .enumerate()
+            .filter(|_| bounded)
+            .find(|(number, _)| below(first + number))
+            .map(|(_, one)| one.name.clone())
+    }
+
     /// Tests that speak against a model.
     fn failing(tried: &Tried) -> Vec<TestKind> {
         let all: Vec<usize> = (0..tried.samples.len()).collect();
@@ -236,8 +330,14 @@ impl<'a> Search<'a> {
         let own: Vec<usize> = (end.saturating_sub(count)..end).collect();
         let probability = tried.as_ref().and_then(|tried| tried.fit.joint_tail(&own));
         let told = tried.as_ref().filter(|_| probability.is_some_and(|p| p < level));
-        let impossible = told.and_then(|tried| self.impossible(now, tried));
-        let gain = told.and_then(|tried| Some(before.gain(&self.validated(tried)?)));
+        let impossible = told.and_then(|tried| self.impossible(now, tried).or_else(|| self.gains_power(k, tried)));
+        let gain = told.and_then(|tried| {
+            if self.pool[k].told.is_empty() {
+                return Some(before.gain(&self.validated(tried)?));
+            }
+            let same = self.validated(&self.tried_on(taken, &with)?)?;
+            Some(same.gain(&self.validated(tried)?))
+        });
         let helps = impossible.is_none() && gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
         let verdict = match (probability, &impossible, helps) {
             (None, ..) => "in these logs it is always seen together with terms that are there".into(),
@@ -366,7 +466,6 @@ pub(super) fn suggest(
     progress: &dyn Progress,
 ) -> Option<Suggestions> {
     let search = Search::new(whole, material, options);
-    let plain = search.tried(&[])?;
     let mut out = Suggestions::default();
     let mut terms: Vec<usize> = Vec::new();
     while terms.len() < MOST && progress.stop().is_none() {
@@ -390,10 +489,14 @@ pub(super) fn suggest(
         method: whole.chosen.method.word(),
         window: material.window,
         noise: &whole.chosen.built.noise,
+        plays: &whole.chosen.built.plays,
     });
     out.taken = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();
     out.text = search.text(&terms);
-    out.unseen_logs = search.unseen_logs(&plain, &terms);
+    out.unseen_logs = search.unseen_logs(&search.tried_on(&[], &terms)?, &terms);
+    let declared = terms.iter().map(|&k| &search.pool[k].extras[0]).filter(|extra| !is_in_file(extra));
+    out.entries_for_file = declared.map(|extra| (extra.term.clone(), extra.written())).collect();
+    (out.for_file, out.terms_for_file, out.not_for_file) = (found.for_file, found.terms_for_file, found.not_for_file);
     (out.parameters, out.tests, out.validation, out.scale) =
         (found.parameters, found.tests, found.validation, found.scale);
     Some(out)

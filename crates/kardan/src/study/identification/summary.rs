@@ -3,7 +3,7 @@
 use kardan_rt::functions::powi;
 
 use super::fitted::{Fitted, short};
-use super::parameters::{damping, for_file, parameters};
+use super::parameters::{damping, for_file, parameters, terms_for_file};
 use super::pictures::{curves, traces};
 use super::plant::{Columns, in_coordinates};
 use crate::assemble::CoefficientKind as Kind;
@@ -65,6 +65,9 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
         ..Identification::default()
     };
     (out.for_file, out.not_for_file) = for_file(fitted, &out.parameters);
+    let (terms, left) = terms_for_file(fitted.asked, &out.parameters);
+    out.terms_for_file = terms;
+    out.not_for_file.extend(left);
     out.warnings = warnings(fitted, &out);
     if fit.lags > 0 {
         out.notes.push(format!(

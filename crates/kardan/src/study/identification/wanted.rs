@@ -111,6 +111,7 @@ pub(super) fn wanted(
             let of = match kind {
                 "offset" => "torque",
                 "backlash" => "spring",
+                "teeth" => "teeth",
                 _ => "friction",
             };
             format!("declare the term: `[[identification.extra]]` with `kind = \"{kind}\"` and `{of} = \"{element}\"`")
@@ -136,6 +137,7 @@ fn kind_of(key: &str) -> Option<&'static str> {
         "friction_drift" => Some("drift"),
         "offset" => Some("offset"),
         "backlash" | "backlash_torque" => Some("backlash"),
+        "tooth_loss" | "tooth_loss_back" | "efficiency" | "efficiency_back" => Some("teeth"),
         key => starts.iter().find(|(start, _)| key.starts_with(start)).map(|(_, kind)| *kind),
     }
 }
@@ -150,11 +152,16 @@ pub(super) fn with_terms(
     let (mut out, mut set) = (document.clone(), settings.to_vec());
     let keys = wanted.iter().flat_map(|one| one.keys.iter().map(|(element, kind)| (element.clone(), *kind)));
     let directions = extras.iter().filter_map(|extra| match extra.law {
-        Law::Offset => None,
+        Law::Offset | Law::Parameter { .. } | Law::Teeth { .. } => None,
         Law::Backlash { .. } => Some((extra.element.clone(), Kind::Stiffness)),
         _ => Some((extra.element.clone(), Kind::Friction)),
     });
     let tiny = Exact::from_ratio(1, 1_000_000_000);
+    // A spring whose backlash is a term of its own is one without.
+    for extra in extras.iter().filter(|extra| matches!(extra.law, Law::Backlash { .. })) {
+        let own = out.elements.iter_mut().filter(|instance| instance.name == extra.element);
+        own.for_each(|instance| drop(instance.table.values.remove("backlash")));
+    }
     for (element, kind) in keys.chain(directions) {
         let before = given(document, settings, &element, kind);
         if before.is_some_and(|value| value != 0.0) {
@@ -175,6 +182,13 @@ pub(super) fn with_terms(
                 instance.table.values.insert(field.name, Placed { value: literal, place });
             }
         }
+    }
+    for extra in extras.iter().filter(|extra| matches!(extra.law, Law::Teeth { .. })) {
+        let Some(instance) = out.elements.iter_mut().find(|instance| instance.name == extra.element) else { continue };
+        let place = instance.place.clone();
+        // They rub, however little, so that there is a direction.
+        let value = Value::Scalar(Scalar::Literal(Exact::one().plus(&-&tiny), Dimension::NONE));
+        instance.table.values.entry("efficiency").or_insert(Placed { value, place });
     }
     (out, set)
 }

@@ -1,0 +1,159 @@
+//! Parameters of torques that expressions give.
+
+use super::channels::{Harmonic, Quantity};
+use super::extra::{ExtraTerm, Law, law_parameters};
+use crate::assemble::{Equations, assemble};
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::equations::{Formula, Meaning, Term};
+use crate::model::{Document, Model, Setting};
+use crate::reduce::{LawTorques, NotLinear, Reduced, Wave, law_waves};
+use crate::schema::{Scalar, Table, Value};
+use crate::units::{Exact, Expression};
+
+/// Takes from the names those of parameters that stand in laws of torques, and makes terms of them.
+pub(super) fn law_terms(
+    document: &Document,
+    model: &Model,
+    settings: &[Setting],
+    names: &mut Vec<String>,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<ExtraTerm> {
+    let mut terms: Vec<ExtraTerm> = Vec::new();
+    names.retain(|name| {
+        let Some(parameter) = document.parameters.iter().find(|parameter| parameter.name == *name) else { return true };
+        let mut laws = model.terms.iter().filter_map(|named| match &named.term {
+            Term::Torque { law, .. } if constant(law, name).is_some() => Some((&named.element, law)),
+            _ => None,
+        });
+        let Some((element, first)) = laws.next() else { return true };
+        let over_angle = |law: &Formula| law.names.iter().any(|(_, meaning)| matches!(meaning, Meaning::Position(_)));
+        let set = settings.iter().find(|set| set.name == *name).map_or(&parameter.value, |set| &set.value);
+        let law = Law::Parameter {
+            unit: parameter.dimension.si(),
+            before: set.to_f64(),
+            over_angle: over_angle(first) || laws.any(|(_, law)| over_angle(law)),
+        };
+        let others = other_uses(document, name);
+        if others.is_empty() {
+            let own = ExtraTerm { name: name.clone(), term: name.clone(), ..ExtraTerm::new(element, "", law) };
+            if terms.iter().all(|other| other.name != *name) {
+                terms.push(own);
+            }
+            return false;
+        }
+        let message = format!("the parameter `{name}` stands in the law of `{element}` and in {} too", quoted(others.iter().map(String::as_str)));
+        out.push(Diagnostic::error("identify::parameter", message).help(
+            "what is found of a law must stand in laws of torques alone: give the law a parameter of its own, or take this one out of \
+             `parameters`",
+        ));
+        false
+    });
+    terms
+}
+
+/// The value of a parameter in a formula, if it stands there.
+fn constant<'a>(formula: &'a Formula, name: &str) -> Option<&'a Exact> {
+    formula.names.iter().find_map(|(other, meaning)| match meaning {
+        Meaning::Constant(value, _) if other == name => Some(value),
+        _ => None,
+    })
+}
+
+/// Where a parameter stands besides laws of torques.
+fn other_uses(document: &Document, name: &str) -> Vec<String> {
+    let in_expression = |expression: &Expression| expression.names().contains(&name);
+    let in_scalar = |scalar: &Scalar| match scalar {
+        Scalar::Parameter(other) => other == name,
+        Scalar::Expression(expression) => in_expression(expression),
+        _ => false,
+    };
+    let in_value = |value: &Value| match value {
+        Value::Scalar(scalar) => in_scalar(scalar),
+        Value::Map(entries) => entries.iter().any(|(_, scalar)| in_scalar(&scalar.value)),
+        _ => false,
+    };
+    let uses = |owner: &str, table: &Table| -> Vec<String> {
+        let used = table.values.iter().filter(|(_, given)| in_value(&given.value));
+        used.map(|(key, _)| format!("{owner}.{key}")).collect()
+    };
+    let mut out: Vec<String> = Vec::new();
+    for instance in &document.elements {
+        let law = |found: &String| instance.kind.keyword == "torque" && found.ends_with(".law");
+        out.extend(uses(&instance.name, &instance.table).into_iter().filter(|found| !law(found)));
+    }
+    for signal in &document.signals {
+        out.extend(uses(&signal.name, &signal.table));
+    }
+    for (own, table) in &document.tables {
+        out.extend(uses(own, table));
+    }
+    let parameters = document.parameters.iter().filter(|one| one.expression.as_ref().is_some_and(in_expression));
+    out.extend(parameters.map(|one| one.name.clone()));
+    out
+}
+
+/// The harmonics of measured angles that laws go with, beside what is measured.
+pub(super) fn with_harmonics_of_laws(slots: Vec<Quantity>, model: &Model) -> Vec<Quantity> {
+    let mut out = slots;
+    let equations = assemble(&model.all_coordinates, &model.terms);
+    for wave in law_waves(&equations) {
+        let shaft = equations.coordinates[wave.shaft].clone();
+        let slot = Quantity::Harmonic(Harmonic { shaft: shaft.clone(), order: wave.order, sine: wave.sine });
+        if out.contains(&Quantity::Angle(shaft)) && !out.contains(&slot) {
+            out.push(slot);
+        }
+    }
+    out
+}
+
+/// The torques of the laws with these terms open, their values in the file, and the numbers of the harmonics that they are given.
+pub(super) fn law_torques(
+    reduced: &Reduced,
+    extras: &[ExtraTerm],
+    harmonics: &[(Harmonic, usize)],
+) -> Result<(LawTorques, Vec<f64>, Vec<usize>), Vec<Diagnostic>> {
+    let (mut waves, mut numbers) = (Vec::new(), Vec::new());
+    for (number, (harmonic, _)) in harmonics.iter().enumerate().filter(|_| !reduced.equations.laws.is_empty()) {
+        let shaft = reduced.coordinate(&harmonic.shaft).expect("a harmonic is one of a shaft");
+        waves.push(Wave { shaft, order: harmonic.order, sine: harmonic.sine });
+        numbers.push(number);
+    }
+    let formulas: Vec<&Formula> = reduced.equations.laws.iter().map(|law| law.value.as_ref()).collect();
+    let names = law_parameters(extras);
+    let values = extras.iter().filter_map(|extra| match extra.law {
+        Law::Parameter { before, .. } => Some(before),
+        _ => None,
+    });
+    let torques = LawTorques::new(reduced, &formulas, &names, &waves);
+    torques.map(|torques| (torques, values.collect(), numbers)).map_err(|wrong| vec![not_linear(reduced, &wrong)])
+}
+
+fn not_linear(reduced: &Reduced, wrong: &NotLinear) -> Diagnostic {
+    let NotLinear { parameter, formula, kink } = wrong;
+    let law = &reduced.equations.laws[*formula];
+    let text = law.value.expression.text();
+    let why = match kink {
+        true => "where it bends or jumps depends on it",
+        false => "its derivative by it depends on parameters that are sought",
+    };
+    let message = format!("the law of `{}` is not linear in `{parameter}`: {why}: `{text}`", law.element);
+    Diagnostic::error("identify::not-linear", message).help(format!(
+        "write it with a factor of its own, as in `-k * sin(arm.phi)`, and ask for that; or take `{parameter}` out of `parameters`: what is \
+         not asked for is known"
+    ))
+}
+
+/// Sets a parameter of laws to zero.
+pub(super) fn silence_law(equations: &mut Equations, name: &str) {
+    for law in &mut equations.laws {
+        if constant(&law.value, name).is_some() {
+            let mut formula = law.value.as_ref().clone();
+            for (other, meaning) in &mut formula.names {
+                if let (true, Meaning::Constant(value, _)) = (other == name, meaning) {
+                    *value = Exact::zero();
+                }
+            }
+            law.value = std::sync::Arc::new(formula);
+        }
+    }
+}

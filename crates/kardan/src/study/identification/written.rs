@@ -1,0 +1,206 @@
+//! What was found, in the text of the model file: values in place, terms as laws of torques.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::model::{self, Document, Instance, NewValue};
+use crate::names;
+use crate::results::{FileLaw, FileTerm, FileValue, Identification};
+use crate::schema::{Table, Value};
+use crate::study::read::{read_word, read_words};
+
+/// The text of the model file with what was found in place, and what it cannot hold, with the reason. Terms that were suggested and taken are
+/// in it too: those that a law of a torque can say as `[torque.NAME]` with parameters of their own, others as `[[identification.extra]]`.
+///
+/// # Errors
+/// Mistakes of the file, or those that the values found would make of it.
+pub fn written(source: &str, found: &Identification) -> Result<(String, Vec<String>), Vec<Diagnostic>> {
+    let suggested = found.suggestions.as_ref().filter(|suggestions| !suggestions.taken.is_empty());
+    let (values, terms, entries, not) = match suggested {
+        Some(own) => (&own.for_file, &own.terms_for_file, own.entries_for_file.as_slice(), &own.not_for_file),
+        None => (&found.for_file, &found.terms_for_file, [].as_slice(), &found.not_for_file),
+    };
+    let mut text = source.to_string();
+    let mut new: Vec<FileValue> = values.clone();
+    for term in terms {
+        let (document, _) = model::read(&text);
+        let Some(law) = Written::new(&document, term) else { continue };
+        new.extend(law.values.iter().cloned());
+        text = law.put(&text, &document, term);
+    }
+    for (term, entry) in entries {
+        let (document, _) = model::read(&text);
+        text = with_names(&text, &document, &[], std::slice::from_ref(term)) + "\n" + entry;
+    }
+    let values = new.iter().map(|one| NewValue {
+        name: one.name.clone(),
+        value: one.value,
+        interval: one.interval.map(|it| (it.lower, it.upper)),
+        confidence: found.confidence,
+    });
+    let (text, mut left) = model::written(&text, &values.collect::<Vec<_>>())?;
+    let mistakes: Vec<Diagnostic> =
+        model::read(&text).1.into_iter().filter(|one| one.severity == Severity::Error).collect();
+    if !mistakes.is_empty() {
+        return Err(mistakes);
+    }
+    left.extend(not.iter().cloned());
+    Ok((text, left))
+}
+
+/// A term as a law of a torque, and the parameters that it has.
+struct Written {
+    values: Vec<FileValue>,
+    parameters: String,
+    torque: String,
+}
+
+/// A name as an expression has it.
+fn in_expression(name: &str) -> String {
+    if name.contains('-') { format!("'{name}'") } else { name.to_string() }
+}
+
+fn word<'a>(instance: &'a Instance, key: &str) -> Option<&'a str> {
+    read_word(&instance.table, key)
+}
+
+impl Written {
+    /// Nothing where the element has no direction that a `torque` can have.
+    fn new(document: &Document, term: &FileTerm) -> Option<Self> {
+        let instance = document.elements.iter().find(|instance| instance.name == term.element)?;
+        let ends: Vec<&str> = match instance.kind.keyword {
+            "spring_damper" => ["shaft_1", "shaft_2"].into_iter().filter_map(|key| word(instance, key)).collect(),
+            _ => vec![&instance.name],
+        };
+        let straight =
+            |name: &str| document.elements.iter().any(|other| other.name == name && other.kind.keyword == "mass");
+        let is_straight = ends.iter().any(|name| straight(name));
+        let own: Vec<&str> = ends.iter().copied().filter(|name| *name != "ground").collect();
+        let motion = |of: &[names::Quantity; 2]| {
+            let one = |name: &&str| in_expression(&of[usize::from(straight(name))].of(name));
+            match own.as_slice() {
+                [one_end] => one(one_end),
+                [a, b] => format!("({} - {})", one(a), one(b)),
+                _ => String::new(),
+            }
+        };
+        let (angle, speed) = (
+            motion(&[names::Quantity::Angle, names::Quantity::Position]),
+            motion(&[names::Quantity::Speed, names::Quantity::Velocity]),
+        );
+        let taken = |name: &str| {
+            document.parameters.iter().any(|one| one.name == name)
+                || document.elements.iter().any(|one| one.name == name)
+                || document.signals.iter().any(|one| one.name == name)
+        };
+        let free = |name: &str| {
+            let plain = name.replace(|c: char| !c.is_ascii_alphanumeric(), "_");
+            let numbered = (2..).map(|k| format!("{plain}_{k}"));
+            std::iter::once(plain.clone()).chain(numbered).find(|name| !taken(name)).expect("numbers do not end")
+        };
+        let values: Vec<FileValue> =
+            term.coefficients.iter().map(|one| FileValue { name: free(&one.name), ..one.clone() }).collect();
+        let unit = match (&term.law, is_straight) {
+            (FileLaw::SenseDamping, false) => "N m s/rad",
+            (FileLaw::SenseDamping, true) => "N s/m",
+            (FileLaw::Quadratic, false) => "N m s^2/rad^2",
+            (FileLaw::Quadratic, true) => "N s^2/m^2",
+            (_, false) => "N m",
+            (_, true) => "N",
+        };
+        let [a, b] = [0, 1].map(|k| values.get(k).map_or("", |one| one.name.as_str()));
+        let law = match &term.law {
+            FileLaw::Sense => format!("-{a}"),
+            FileLaw::SenseDamping => format!("-{a} * abs({speed})"),
+            FileLaw::Quadratic => format!("-{a} * {speed} * abs({speed})"),
+            FileLaw::Cogging(order) => format!("-{a} * cos({order} * {angle}) - {b} * sin({order} * {angle})"),
+        };
+        let on = match ends.as_slice() {
+            [a] => format!("shaft = \"{a}\"\n"),
+            ["ground", b] => return Some(Self::reversed(values, unit, b, &law, term, &free)),
+            [a, "ground"] => format!("shaft = \"{a}\"\n"),
+            [a, b] => format!("shaft = \"{a}\"\nreaction = \"{b}\"\n"),
+            _ => return None,
+        };
+        Some(Self::of(values, unit, &on, &law, &free(&format!("{} law", term.term))))
+    }
+
+    /// Along the second body alone, the other way round.
+    fn reversed(
+        values: Vec<FileValue>,
+        unit: &str,
+        body: &str,
+        law: &str,
+        term: &FileTerm,
+        free: &dyn Fn(&str) -> String,
+    ) -> Self {
+        let on = format!("coefficients = {{ {body} = -1 }}\n");
+        Self::of(values, unit, &on, law, &free(&format!("{} law", term.term)))
+    }
+
+    fn of(values: Vec<FileValue>, unit: &str, on: &str, law: &str, name: &str) -> Self {
+        let parameters = values.iter().map(|one| format!("{} = \"{:?} {unit}\"\n", one.name, one.value)).collect();
+        Self { parameters, torque: format!("[torque.{name}]\n{on}law = \"{law}\"\n"), values }
+    }
+
+    /// The text of a model file with it, in place of its term.
+    fn put(&self, text: &str, document: &Document, term: &FileTerm) -> String {
+        let names: Vec<String> = self.values.iter().map(|one| one.name.clone()).collect();
+        let mut own: Vec<String> = vec![term.term.clone()];
+        own.extend(term.coefficients.iter().map(|one| one.name.clone()));
+        let mut out = with_names(text, document, &own, &names);
+        // Places in the text behind the names are others now.
+        let (document, _) = model::read(&out);
+        if let Some(entry) = entry(&document, term) {
+            let begin = out[..entry].rfind('\n').map_or(0, |at| at + 1);
+            let end = out[entry..].match_indices("\n[").next().map_or(out.len(), |(at, _)| entry + at + 1);
+            out.replace_range(begin..end, "");
+        }
+        if !out.is_empty() && !out.ends_with('\n') {
+            out.push('\n');
+        }
+        let header = out.match_indices("[parameters]").find(|(at, _)| *at == 0 || out.as_bytes()[at - 1] == b'\n');
+        match header.map(|(at, _)| out[at..].find('\n').map_or(out.len(), |end| at + end + 1)) {
+            Some(place) => out.insert_str(place, &self.parameters),
+            None => out += &format!("\n[parameters]\n{}", self.parameters),
+        }
+        out + "\n" + &self.torque
+    }
+}
+
+/// Where the header of the entry of a term begins.
+fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
+    let Some(Value::Tables(tables)) = document.identification.values.get("extra").map(|given| &given.value) else {
+        return None;
+    };
+    let order = |table: &Table| match &term.law {
+        FileLaw::Cogging(order) => crate::study::read::read_scalar(table, "order").is_some_and(
+            |scalar| matches!(&scalar.value, crate::schema::Scalar::Literal(value, _) if value.to_f64() == *order),
+        ),
+        _ => true,
+    };
+    let kind = match term.law {
+        FileLaw::Sense => "sense",
+        FileLaw::SenseDamping => "sense_damping",
+        FileLaw::Quadratic => "quadratic",
+        FileLaw::Cogging(_) => "cogging",
+    };
+    let own = |table: &&Table| {
+        read_word(table, "kind") == Some(kind) && read_word(table, "friction") == Some(&term.element) && order(table)
+    };
+    tables.iter().find(own).map(|table| table.place.span().start)
+}
+
+/// The text with some of the names of what is sought in place of others, where the file names what is sought; new ones come last.
+fn with_names(text: &str, document: &Document, old: &[String], new: &[String]) -> String {
+    let table = &document.identification;
+    let Some(given) = table.values.get("parameters") else { return text.to_string() };
+    let mut kept: Vec<String> = read_words(table, "parameters").iter().map(|word| word.value.clone()).collect();
+    let asked = kept.iter().any(|name| old.contains(name)) || old.is_empty();
+    kept.retain(|name| !old.contains(name));
+    if asked {
+        kept.extend(new.iter().filter(|name| !kept.contains(name)).cloned().collect::<Vec<_>>());
+    }
+    let quoted: Vec<String> = kept.iter().map(|name| format!("\"{name}\"")).collect();
+    let mut out = text.to_string();
+    out.replace_range(given.place.span(), &format!("[{}]", quoted.join(", ")));
+    out
+}

@@ -1,0 +1,197 @@
+//! Torques of expressions, teeth that rub and plays, found back in logs that runs of the same models made; and what `--write` makes of terms.
+
+use kardan::diagnostics::plain;
+use kardan::results::{Identification, IdentifiedParameter, Outcome};
+use kardan::study::{self, IdentifySettings, LogFile, Silent, identify};
+use kardan::tables::read::in_memory;
+
+use crate::common::runs_only;
+
+/// The run of a model as a log.
+fn log(source: &str) -> String {
+    let study = study::run(source, &runs_only(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+    assert_eq!(study.runs[0].outcome, Outcome::Completed, "{source}");
+    String::from_utf8(kardan::export::csv(&study.runs[0])).unwrap()
+}
+
+fn tried(source: &str, log: &str, settings: IdentifySettings) -> Result<Identification, String> {
+    let files = vec![LogFile { name: "log.csv".into(), bytes: in_memory(log.as_bytes().to_vec()) }];
+    identify(source, files, &settings, &Silent).map_err(|wrong| plain(source, &wrong))
+}
+
+fn found(source: &str, log: &str, parameters: &[&str]) -> Identification {
+    let parameters = parameters.iter().map(ToString::to_string).collect();
+    let settings = IdentifySettings { parameters, method: Some("dynamic".into()), ..IdentifySettings::default() };
+    tried(source, log, settings).unwrap_or_else(|wrong| panic!("{wrong}"))
+}
+
+fn one<'a>(all: &'a [IdentifiedParameter], name: &str) -> &'a IdentifiedParameter {
+    all.iter().find(|one| one.name == name).unwrap_or_else(|| panic!("no {name} in {all:?}"))
+}
+
+/// Runs have no noise: what is left is the filter's, of second order in its width.
+fn near(found: &Identification, name: &str, truth: f64, part: f64) {
+    let value = one(&found.parameters, name).value.unwrap();
+    assert!((value / truth - 1.0).abs() < part, "{name}: {value} instead of {truth}");
+}
+
+/// An arm with gravity, driven so that it swings and turns over.
+fn pendulum(ml: &str, more: &str) -> String {
+    format!(
+        "[parameters]\nml = \"{ml}\"\n[shaft.arm]\ninertia = \"0.2 kg m^2\"\ndamping = \"0.3 N m s/rad\"\n[motor.m]\nshaft = \"arm\"\n\
+         [torque.gravity]\nshaft = \"arm\"\nlaw = \"-ml * 9.81 m/s^2 * sin(arm.phi)\"\n{more}\
+         [scenario]\nduration = \"20 s\"\noutput_step = \"1 ms\"\n\
+         signals = {{ \"m.tau\" = \"4 N m * sin(2 * t / 1 s) + 3 N m * sin(0.7 * t / 1 s)\" }}\n"
+    )
+}
+
+#[test]
+fn mass_times_length_of_an_arm_with_gravity() {
+    let log = log(&pendulum("0.6 kg m", ""));
+    // The file knows it badly; what it says does not matter, as the law is linear in it.
+    for guess in ["0.1 kg m", "0 kg m"] {
+        let found = found(&pendulum(guess, ""), &log, &["arm.inertia", "arm.damping", "ml"]);
+        near(&found, "ml", 0.6, 1e-3);
+        near(&found, "arm.inertia", 0.2, 2e-3);
+        near(&found, "arm.damping", 0.3, 2e-3);
+        assert_eq!(one(&found.parameters, "ml").unit, "kg m");
+        assert!(one(&found.parameters, "ml").interval.is_some());
+    }
+    // A law that is not asked for is known.
+    let found = found(&pendulum("0.6 kg m", ""), &log, &["arm.inertia", "arm.damping"]);
+    near(&found, "arm.inertia", 0.2, 2e-3);
+    near(&found, "arm.damping", 0.3, 2e-3);
+}
+
+/// Drag with the square of the speed, beside a law of the time, a signal and a table that are known.
+#[test]
+fn the_drag_of_a_fan() {
+    let fan = |k: &str| {
+        format!(
+            "[parameters]\nk = \"{k}\"\n[shaft.s]\ninertia = \"0.01 kg m^2\"\n[motor.m]\nshaft = \"s\"\n[signal.wind]\nkind = \"sine\"\n\
+             amplitude = \"0.4 N m\"\nfrequency = \"0.3 Hz\"\n[table.hump]\npoints = {{ x = [\"-50 rad/s\", \"50 rad/s\"], value = [\"-0.2 N m\", \"0.2 N m\"] }}\n\
+             [torque.drag]\nshaft = \"s\"\nlaw = \"-k * s.w * abs(s.w) + wind - hump(s.w) + 0.3 N m * sin(3 * t / 1 s)\"\n\
+             [scenario]\nduration = \"20 s\"\noutput_step = \"1 ms\"\nsignals = {{ \"m.tau\" = \"1.5 N m * sin(0.9 * t / 1 s) + 0.6 N m * sin(2.3 * t / 1 s)\" }}\n"
+        )
+    };
+    let log = log(&fan("4e-3 N m s^2/rad^2"));
+    let found = found(&fan("1e-3 N m s^2/rad^2"), &log, &["k", "s.inertia"]);
+    near(&found, "k", 4e-3, 1e-3);
+    near(&found, "s.inertia", 0.01, 1e-3);
+    assert_eq!(one(&found.parameters, "k").unit, "kg m^2/rad^2");
+}
+
+/// What is not linear, or stands elsewhere too, is refused by name with what to do.
+#[test]
+fn what_is_not_linear_is_refused() {
+    let log = log(&pendulum("0.6 kg m", ""));
+    let refused = |source: &str, name: &str| {
+        let settings =
+            IdentifySettings { parameters: vec![name.into(), "arm.damping".into()], ..IdentifySettings::default() };
+        tried(source, &log, settings).unwrap_err()
+    };
+    let more = |law: &str| {
+        pendulum("0.6 kg m", &format!("[torque.more]\nshaft = \"arm\"\nlaw = \"{law}\"\n"))
+            .replace("[parameters]\n", "[parameters]\nshift = \"0.1 rad\"\nlimit = \"1 rad/s\"\npull = \"0.5 N m\"\n")
+    };
+    let told = refused(&more("pull * sin(arm.phi + shift)"), "shift");
+    assert!(told.contains("`more` is not linear in `shift`") && told.contains("a factor of its own"), "{told}");
+    let told = refused(&more("if(arm.w > limit, pull, 0 N m)"), "limit");
+    assert!(told.contains("not linear in `limit`: where it bends or jumps"), "{told}");
+    let told = refused(
+        &more("-pull * arm.w / limit").replace("damping = \"0.3", "friction = \"pull\"\ndamping = \"0.3"),
+        "pull",
+    );
+    assert!(told.contains("`pull` stands in the law of `more` and in `arm.friction` too"), "{told}");
+    // Linear together with others: `pull` alone is.
+    let fine = found(&more("pull * sin(arm.phi + shift)"), &log, &["pull", "ml"]);
+    assert!(one(&fine.parameters, "pull").value.unwrap().abs() < 5e-3, "{:?}", fine.parameters);
+}
+
+/// A motor, a gear 5:1 that rubs, and a load; power goes both ways.
+fn lossy(teeth: &str, more: &str) -> String {
+    format!(
+        "[shaft.a]\ninertia = \"0.01 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\ndamping = \"0.5 N m s/rad\"\n\
+         [gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 5\n{teeth}[motor.m]\nshaft = \"a\"\n{more}\
+         [scenario]\nduration = \"20 s\"\noutput_step = \"1 ms\"\n\
+         signals = {{ \"m.tau\" = \"2 N m * sin(1.3 * t / 1 s) + 1 N m * sin(3.1 * t / 1 s)\" }}\n"
+    )
+}
+
+#[test]
+fn what_teeth_lose() {
+    let log = log(&lossy("efficiency = 0.8\nefficiency_back = 0.7\n", ""));
+    let extra = "[[identification.extra]]\nkind = \"teeth\"\nteeth = \"g\"\n";
+    // Cut where nothing is sought: on the side of the motor, or of the load.
+    for (sought, truth) in [("b.damping", 0.5), ("a.inertia", 0.01)] {
+        let found = found(&lossy("", extra), &log, &[sought, "g.tooth_loss"]);
+        near(&found, sought, truth, 5e-3);
+        near(&found, "g.efficiency", 0.8, 5e-3);
+        near(&found, "g.efficiency_back", 0.7, 1e-2);
+        let [lost, back] =
+            ["g.tooth_loss", "g.tooth_loss_back"].map(|name| one(&found.parameters, name).value.unwrap());
+        // Of the torque of the motor 1 − η, of that of the load the inverse less one.
+        let expected = if sought == "b.damping" { [0.2, 3.0 / 7.0] } else { [0.25, 0.3] };
+        assert!((lost - expected[0]).abs() < 5e-3 && (back - expected[1]).abs() < 1e-2, "{lost} {back} {expected:?}");
+        assert!(found.notes.iter().all(|note| !note.contains("first order")), "{:?}", found.notes);
+    }
+    // What the file says is known.
+    let known = lossy("efficiency = 0.8\nefficiency_back = 0.7\n", "");
+    let found = self::found(&known, &log, &["b.damping", "a.inertia"]);
+    near(&found, "b.damping", 0.5, 1e-2);
+    near(&found, "a.inertia", 0.01, 1e-1);
+    assert!(found.notes.iter().any(|note| note.contains("first order")), "{:?}", found.notes);
+}
+
+#[test]
+fn a_loss_that_would_explain_itself_is_refused() {
+    let log = log(&lossy("efficiency = 0.8\n", ""));
+    let extra = "[[identification.extra]]\nkind = \"teeth\"\nteeth = \"g\"\n";
+    let parameters = ["b.damping", "b.inertia", "g.tooth_loss"].map(String::from).to_vec();
+    let settings = IdentifySettings { parameters, ..IdentifySettings::default() };
+    let told = tried(&lossy("", extra), &log, settings).unwrap_err();
+    assert!(told.contains("cannot be told from what the rest takes") && told.contains("g.tooth_loss"), "{told}");
+}
+
+/// Teeth with play between two shafts whose angles are measured.
+#[test]
+fn the_width_of_a_play() {
+    let model = |backlash: &str, offset: &str| {
+        format!(
+            "[shaft.a]\ninertia = \"0.01 kg m^2\"\n[shaft.b]\ninertia = \"0.1 kg m^2\"\ndamping = \"0.5 N m s/rad\"\n\
+             [gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 3\nbacklash = \"{backlash}\"\noffset = \"{offset}\"\n[motor.m]\nshaft = \"a\"\n\
+             [scenario]\nduration = \"10 s\"\noutput_step = \"1 ms\"\nsignals = {{ \"m.tau\" = \"2 N m * sin(3 * t / 1 s)\" }}\n"
+        )
+    };
+    let log = log(&model("20 mrad", "5 mrad"));
+    let found = found(&model("1 mrad", "0 mrad"), &log, &["b.damping", "g.backlash"]);
+    near(&found, "g.backlash", 0.02, 1e-3);
+    near(&found, "g.offset", 0.005, 1e-3);
+    near(&found, "b.damping", 0.5, 2e-2);
+    assert_eq!(one(&found.parameters, "g.backlash").before, Some(0.001));
+    assert_eq!(found.eliminated, ["g"]);
+    let (text, left) = study::written(&model("1 mrad", "0 mrad"), &found).unwrap();
+    assert!(left.is_empty() && text.contains("backlash = \"0.0"), "{left:?}\n{text}");
+}
+
+/// Teeth that rub are suggested where the load is known, and `--write` makes efficiencies of them, with which the file predicts the same.
+#[test]
+fn losses_of_teeth_are_suggested() {
+    let log = log(&lossy("efficiency = 0.8\nefficiency_back = 0.7\n", ""));
+    let settings = IdentifySettings {
+        parameters: vec!["a.inertia".into()],
+        method: Some("dynamic".into()),
+        suggest: true,
+        ..IdentifySettings::default()
+    };
+    let source = lossy("", "");
+    let found = tried(&source, &log, settings).unwrap();
+    let suggestions = found.suggestions.as_ref().unwrap();
+    assert_eq!(suggestions.taken.first().map(String::as_str), Some("g.tooth_loss"), "{suggestions:?}");
+    let (text, _) = study::written(&source, &found).unwrap();
+    assert!(text.contains("efficiency = \"0.") && text.contains("efficiency_back = \"0."), "{text}");
+    let again = self::found(&text, &log, &["a.inertia"]);
+    near(&again, "a.inertia", 0.01, 5e-3);
+    let unseen = [&suggestions.validation, &again.validation].map(|all| all[0].unseen.unwrap() / all[0].torque);
+    assert!(unseen.iter().all(|part| *part < 0.02), "{unseen:?}");
+}
