@@ -9,8 +9,8 @@ use super::machine::Prospect;
 use super::outputs::Outputs;
 use super::stiffness::is_stiff;
 use super::{FaultKind, Machine, Scenario, Setup};
-use crate::diagnostics::quoted;
 use crate::equations::Domain;
+use crate::names::quoted;
 use crate::num::Keeper;
 use crate::reduce::Reduced;
 use crate::results::{Effort, Energy, Event, MotorStrain, Outcome, Physical, Series};
@@ -305,17 +305,7 @@ impl RunningLoop {
         let mut outputs = Outputs::new(reduced, scenario);
         let mut machine = Machine::with(setup, |motion, found| outputs.compile(motion, reduced, found));
         let (r, size) = (machine.degrees_of_freedom(), machine.size());
-        let mut absolute = vec![tolerance.absolute; size];
-        absolute[size - 2..].fill(ENERGY * tolerance.relative);
-        for (k, &coordinate) in reduced.coordinates.iter().enumerate() {
-            if reduced.equations.domain(coordinate) == Domain::Charge {
-                absolute[k] *= SMALL;
-                absolute[r + k] *= SMALL;
-            }
-        }
-        if reduced.equations.domains.iter().all(|domain| *domain == Domain::Charge) {
-            absolute[size - 2..].fill(SMALL * ENERGY * tolerance.relative);
-        }
+        let absolute = absolute_tolerances(reduced, tolerance, size);
         let mut state = vec![0.0; size];
         state[..2 * r].copy_from_slice(&reduced.state(&scenario.position, &scenario.speed));
         machine.start_laws(&mut state);
@@ -1301,6 +1291,23 @@ fn state_names(reduced: &Reduced) -> impl Iterator<Item = String> {
         reduced.coordinates.iter().map(move |&k| equations.domain(k).motion()[rate].of(&equations.coordinates[k]))
     };
     named(0).chain(named(1))
+}
+
+/// What each state may be off by, whatever its size.
+fn absolute_tolerances(reduced: &Reduced, tolerance: Tolerance, size: usize) -> Vec<f64> {
+    let r = reduced.degrees_of_freedom();
+    let mut absolute = vec![tolerance.absolute; size];
+    absolute[size - 2..].fill(ENERGY * tolerance.relative);
+    for (k, &coordinate) in reduced.coordinates.iter().enumerate() {
+        if reduced.equations.domain(coordinate) == Domain::Charge {
+            absolute[k] *= SMALL;
+            absolute[r + k] *= SMALL;
+        }
+    }
+    if reduced.equations.domains.iter().all(|domain| *domain == Domain::Charge) {
+        absolute[size - 2..].fill(SMALL * ENERGY * tolerance.relative);
+    }
+    absolute
 }
 
 fn failed(time: f64, cause: String) -> Outcome {

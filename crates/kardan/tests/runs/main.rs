@@ -14,6 +14,7 @@ mod figures;
 mod friction;
 mod golden;
 mod jenkins;
+mod kept_holds;
 mod laws;
 mod limits;
 mod linear;

@@ -1,9 +1,10 @@
 //! How a machine is put together.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::Machine;
-use super::expressions::{Found, Parts, extend};
+use super::expressions::{Found, Parts, Places, extend};
 use super::hold_kinds::Holds;
 use super::meshes::Meshes;
 use super::response::Response;
@@ -13,7 +14,7 @@ use super::wired::{Computer, Setup, Wired};
 use crate::assemble::Along;
 use crate::equations::InputKind;
 use crate::num::{Cholesky, Matrix};
-use crate::reduce::{Dynamics, Motion, Reduced};
+use crate::reduce::{Dynamics, Motion, Reduced, Work};
 use crate::simulate::clocked::Clocked;
 use crate::simulate::drive::Drive;
 use crate::simulate::friction::{BoxProblem, Mode};
@@ -131,6 +132,40 @@ fn sliders(reduced: &Reduced) -> Vec<usize> {
     reduced.relaxation.iter().flat_map(|one| &one.slips).map(|slip| slip.friction).collect()
 }
 
+/// The expressions of a loop, compiled, and where what is given and found stands among them.
+struct Compiled {
+    dynamics: Dynamics,
+    work: Work,
+    places: Places,
+    timed: Timed,
+    meshes: Meshes,
+    moving: Vec<bool>,
+}
+
+impl Compiled {
+    fn new(
+        reduced: &Reduced,
+        scenario: &Scenario,
+        (parts, states): (Parts<'_>, Range<usize>),
+        also: impl FnOnce(&mut Motion, &Found),
+    ) -> Self {
+        let (mut places, mut timed, mut meshes) = Default::default();
+        let mut moving = vec![false; reduced.equations.set_valued().count() + reduced.equations.kept.len()];
+        let (dynamics, work) = Dynamics::extended(reduced, |motion| {
+            let (extension, found, sources) = extend(motion, reduced, parts, states);
+            timed = Timed::new(motion, scenario, (&extension, &found), &sources);
+            meshes = Meshes::new(motion, reduced, &extension.inputs);
+            if reduced.equations.prescribes() {
+                moving = motion.prescribed_directions(reduced);
+            }
+            also(motion, &Found::new(&extension, &found, sources));
+            places = found;
+            extension
+        });
+        Self { dynamics, work, places, timed, meshes, moving }
+    }
+}
+
 impl Machine {
     /// Wires plant, laws and scenario.
     ///
@@ -151,20 +186,9 @@ impl Machine {
         let drives = drives(&reduced.equations.inputs, &mut size);
         let laws: Vec<Wired> = setup.laws.iter().map(|law| wired(law, &setup, &drives, &mut size)).collect();
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
-        let (mut places, mut timed, mut meshes) = Default::default();
-        let mut moving = vec![false; kept.end];
-        let (dynamics, work) = Dynamics::extended(reduced, |motion| {
-            let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals };
-            let (extension, found, sources) = extend(motion, reduced, parts, 2 * r..size);
-            timed = Timed::new(motion, scenario, (&extension, &found), &sources);
-            meshes = Meshes::new(motion, reduced, &extension.inputs);
-            if reduced.equations.prescribes() {
-                moving = motion.prescribed_directions(reduced);
-            }
-            also(motion, &Found::new(&extension, &found, sources));
-            places = found;
-            extension
-        });
+        let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals };
+        let Compiled { dynamics, work, places, timed, meshes, moving } =
+            Compiled::new(reduced, scenario, (parts, 2 * r..size), also);
         let sliders = sliders(reduced);
         let holds = Holds::new(&reduced.equations);
         let bounds = holds.bounds(dynamics.breakaway_torques(), kept.len());
