@@ -115,7 +115,7 @@ fn cell(cell: &Cell) -> String {
 /// A name, of a parameter or a signal: nobody can type it in from two lines.
 fn is_name(word: &str) -> bool {
     let inner = word.trim_matches(|c: char| !c.is_alphanumeric());
-    inner.contains(['.', '_', '-']) && !inner.contains('/')
+    inner.starts_with(char::is_alphabetic) && inner.contains(['.', '_', '-']) && !inner.contains('/')
 }
 
 /// A table as wide as its contents, at most `width`: first the titles above numbers give way, then texts between
@@ -136,14 +136,23 @@ fn table(out: &mut String, table: &Table, width: usize) {
     let names = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| name(cell)).max().unwrap_or(0);
     let least = |k: usize| if number(k) { word(&titles[k]).max(widest(k)) } else { LEAST.max(names(k).min(width / 2)) };
     let least: Vec<usize> = (0..titles.len()).map(least).collect();
-    while 2 * widths.len() + widths.iter().sum::<usize>() > width {
-        let narrower = (0..widths.len()).filter(|&k| widths[k] > least[k]);
-        match narrower.max_by_key(|&k| (number(k), widths[k] > words[k], widths[k], std::cmp::Reverse(k))) {
-            Some(k) => widths[k] -= 1,
-            None => break,
+    let too_wide = |widths: &[usize]| 2 * widths.len() + widths.iter().sum::<usize>() > width;
+    let narrow = |widths: &mut [usize], least: &dyn Fn(usize) -> usize| {
+        while too_wide(widths) {
+            let narrower = (0..widths.len()).filter(|&k| widths[k] > least(k));
+            match narrower.max_by_key(|&k| (number(k), widths[k] > words[k], widths[k], std::cmp::Reverse(k))) {
+                Some(k) => widths[k] -= 1,
+                None => break,
+            }
         }
+    };
+    narrow(&mut widths, &|k| least[k]);
+    let named = titles.first().is_some_and(|_| !number(0));
+    if width >= WIDTH && !named {
+        // Rows that nothing names stay rows, if need be with names in two lines.
+        narrow(&mut widths, &|k| if number(k) { least[k] } else { LEAST });
     }
-    if width < WIDTH && 2 * widths.len() + widths.iter().sum::<usize>() > width {
+    if (width < WIDTH || named) && too_wide(&widths) {
         shown.iter().for_each(|row| record(out, &titles, row, width));
         more(out, table.rows.len(), table.brief);
         return;
