@@ -314,6 +314,12 @@ impl Motion {
         for (kind, (element, row)) in frictions.map(|one| ("friction", one)).chain(inputs.map(|one| ("input", one))) {
             outputs.extend(row.iter().map(|(i, expr)| (format!("{kind}[{element},{}]", names[*i]), *expr)));
         }
+        let first = equations.set_valued().count();
+        for (k, kept) in equations.kept.iter().enumerate() {
+            let row = self.frictions[first + k].iter();
+            outputs.extend(row.map(|(i, expr)| (format!("kept[{},{}]", kept.element, names[*i]), *expr)));
+            outputs.push((format!("kept[{}]", kept.element), self.friction_bias[first + k]));
+        }
         outputs
     }
 

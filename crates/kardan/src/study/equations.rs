@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use super::kept_equations::{add, kept_lines};
 use super::prepare::is_error;
 use super::redundant::sharing_notes;
 use super::summary::matrix_words;
@@ -10,6 +11,7 @@ use super::{PreparedVariant, Project};
 use crate::assemble::Along;
 use crate::diagnostics::Diagnostic;
 use crate::equations::{Domain, Hold, InputKind};
+use crate::expr::Style;
 use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, rational_to_f64};
 use crate::plan;
@@ -47,7 +49,6 @@ impl Project {
         let (prepared, diagnostics) = (self.prepared(), self.mistakes().to_vec());
         let error = diagnostics.iter().any(is_error);
         let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
-        super::kept::refuse_equations(&variant.reduced)?;
         let model = linear_part(variant);
         let text = match form {
             EquationsForm::Text => text(variant, &model),
@@ -67,8 +68,8 @@ impl Project {
         let (latex, diagnostics) = self.equations(EquationsForm::Latex)?;
         let Some(variant) = self.prepared().variants.first() else { return Err(diagnostics) };
         let model = linear_part(variant);
-        let lines = lines(variant, &model, &text_mark).into_iter();
-        let constraints = constraints(variant, &|name| name.to_string()).into_iter();
+        let lines = lines(variant, &model, (Style::Text, &text_mark)).into_iter();
+        let constraints = constraints(variant, (Style::Text, &text_mark)).into_iter();
         let exact = [&model.inertia, &model.damping, &model.stiffness, &model.input];
         let matrices = matrices(variant, &model).into_iter().zip(["H", "D", "S", "F"]).zip(exact);
         let matrices = matrices.map(|(((title, unit, matrix, columns), name), exact)| ExactMatrix {
@@ -119,9 +120,10 @@ fn operations(variant: &PreparedVariant) -> String {
     let counts: Vec<String> =
         compiled.counts().iter().map(|(operator, count)| format!("{count} {}", plan::word(*operator))).collect();
     format!(
-        "# Equations of motion of {}: H q'' = force + forces of frictions and inputs along their directions; SI units.\n\
+        "# Equations of motion of {}: H q'' = force + forces of frictions and inputs along their directions{}; SI units.\n\
          # {} operations, {} floating-point operations: {}\n{compiled}",
         variant.model.name,
+        if motion.kept.is_empty() { "" } else { " and of multipliers along kept rows, where kept q'' + kept = 0" },
         compiled.operations(),
         compiled.flops(),
         counts.join(", "),
@@ -155,7 +157,7 @@ fn row(matrix: &Matrix<Rational>, i: usize, names: &[String]) -> Vec<(Rational, 
 fn lines(
     variant: &PreparedVariant,
     model: &LinearModel,
-    mark: &dyn Fn(&str, usize) -> String,
+    (style, mark): (Style, &dyn Fn(&str, usize) -> String),
 ) -> Vec<(String, String)> {
     let marked = |order: usize| model.coordinates.iter().map(|name| mark(name, order)).collect::<Vec<_>>();
     let input = |input: &Along<InputKind>| match input.value {
@@ -168,6 +170,7 @@ fn lines(
     };
     let inputs: Vec<String> = variant.reduced.equations.inputs.iter().map(input).collect();
     let bent = bent_laws(&variant.reduced);
+    let kept = kept_lines(variant, style, mark);
     (0..model.coordinates.len())
         .map(|i| {
             let left = [(&model.inertia, 2), (&model.damping, 1), (&model.stiffness, 0)]
@@ -202,13 +205,18 @@ fn lines(
             let laws = bent.iter().map(|law| &equations.laws[*law]);
             let laws = laws.map(|law| (share(&law.row), mark(&law.element, effort(equations.domain_of(law)))));
             let right = row(&model.input, i, &inputs).into_iter().chain(laws);
-            (sum(left.chain(friction).chain(holds)), sum(right))
+            let kept = kept.iter().filter_map(|line| line.shares[i].as_ref());
+            (sum(left.chain(friction).chain(holds)), add(&sum(right), kept))
         })
         .collect()
 }
 
-fn constraints(variant: &PreparedVariant, angle: &dyn Fn(&str) -> String) -> Vec<(String, String)> {
+fn constraints(
+    variant: &PreparedVariant,
+    (style, mark): (Style, &dyn Fn(&str, usize) -> String),
+) -> Vec<(String, String)> {
     let equations = &variant.reduced.equations;
+    let angle = |name: &str| mark(name, 0);
     let redundant = variant.reduced.redundant.iter().map(|row| &row.constraint);
     let linear = equations.constraints.iter().chain(redundant).map(|constraint| {
         let terms = constraint.row.iter().map(|(shaft, x)| (x.clone(), angle(&equations.coordinates[*shaft])));
@@ -218,7 +226,8 @@ fn constraints(variant: &PreparedVariant, angle: &dyn Fn(&str) -> String) -> Vec
         let (driven, driving) = (angle(&equations.coordinates[t.driven]), angle(&equations.coordinates[t.driving]));
         (t.element.clone(), format!("{driven} = γ({driving})"))
     });
-    linear.chain(curves).collect()
+    let kept = kept_lines(variant, style, mark).into_iter().map(|line| (line.element, line.equation));
+    linear.chain(curves).chain(kept).collect()
 }
 
 /// A name in the text: of a coordinate by the order of its derivative, of a motor's torque, friction, disturbance, voltage or force.
@@ -250,7 +259,7 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     let _ = writeln!(out, "Model {}: {kinds}, degrees of freedom {}", variant.model.name, model.coordinates.len());
     let _ = writeln!(out, "Coordinates: {} ({units})\n", model.coordinates.join(", "));
     out.push_str("Equations of motion\n");
-    for (left, right) in lines(variant, model, &text_mark) {
+    for (left, right) in lines(variant, model, (Style::Text, &text_mark)) {
         let _ = writeln!(out, "  {left} = {right}");
     }
     if !variant.reduced.equations.frictions.is_empty() {
@@ -274,6 +283,14 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     if !Kinematics::new(&variant.reduced).is_constant() {
         out.push_str("  The matrices depend on the position; these hold at the initial position, near rest.\n");
     }
+    if !variant.reduced.equations.kept.is_empty() {
+        let kept =
+            variant.reduced.equations.kept.iter().map(|kept| kept.element.as_str()).collect::<Vec<_>>().join(", ");
+        let _ = writeln!(
+            out,
+            "  {kept} hold with their multipliers, at every position: forces on the right, whose values follow from the constraints."
+        );
+    }
     if !variant.reduced.equations.moving.is_empty() {
         let moving = variant.reduced.equations.moving.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
         let _ = writeln!(
@@ -281,7 +298,7 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
             "  Offsets that depend on the time ({moving}) stand still here; --plan has them as they move."
         );
     }
-    let constraints = constraints(variant, &|name| name.to_string());
+    let constraints = constraints(variant, (Style::Text, &text_mark));
     if !constraints.is_empty() {
         out.push_str("\nConstraints\n");
         for (element, line) in constraints {
@@ -290,9 +307,12 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
         for note in sharing_notes(&variant.reduced) {
             let _ = writeln!(out, "  {note}");
         }
+    }
+    let dependents = variant.reduced.dependents();
+    if !dependents.is_empty() {
         let _ = writeln!(out, "\n{others} from coordinates (rates)");
         let rates: Vec<String> = model.coordinates.iter().map(|name| format!("{name}'")).collect();
-        for shaft in variant.reduced.dependents() {
+        for shaft in dependents {
             let _ = writeln!(
                 out,
                 "  {}' = {}",
@@ -398,10 +418,12 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
         out.push_str("% The matrices depend on the position; these hold at the initial position, near rest.\n");
     }
     out.push_str("\\begin{align}\n");
-    let mut rows: Vec<String> =
-        lines(variant, model, &mark).into_iter().map(|(left, right)| format!("  {left} &= {right}")).collect();
+    let mut rows: Vec<String> = lines(variant, model, (Style::Latex, &mark))
+        .into_iter()
+        .map(|(left, right)| format!("  {left} &= {right}"))
+        .collect();
     rows.extend(
-        constraints(variant, &|name| mark(name, 0))
+        constraints(variant, (Style::Latex, &mark))
             .into_iter()
             .map(|(_, line)| format!("  {}", line.replacen(" = ", " &= ", 1).replace('γ', r"\gamma"))),
     );

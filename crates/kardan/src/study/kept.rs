@@ -111,14 +111,14 @@ pub(super) fn begin_on_rows(
     }
 }
 
-/// Equations of motion are not written beside kept rows.
+/// Equations of motion are not written in symbols beside kept rows.
 pub(super) fn refuse_equations(reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {
     let Some(first) = reduced.equations.kept.first() else { return Ok(()) };
     let message = format!(
-        "`{}` is not solved for a coordinate, and equations with its multiplier are not written",
+        "`{}` is not solved for a coordinate, and equations with its multiplier are not written in symbols",
         first.element
     );
-    let help = "`kardan analyze` tells its class, `kardan run` its multiplier; equations are written without it";
+    let help = "without --symbolic they are written with the numbers of the model";
     Err(vec![Diagnostic::error("equations::kept", message).help(help)])
 }
 

@@ -21,6 +21,7 @@ mod held;
 mod identification;
 mod initial;
 mod kept;
+mod kept_equations;
 mod known;
 mod left_tables;
 mod linearise;

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use kardan::results::{Outcome, Run};
 use kardan::simulate::Method;
-use kardan::study::{self, Silent};
+use kardan::study::{self, EquationsForm, Project, Silent};
 
 use crate::common::{at, run_by, runs_only, signal, time_of};
 
@@ -180,4 +180,44 @@ fn what_cannot_both_hold_is_named() {
     );
     assert_eq!(told.series.time.len(), 51);
     assert!(told.energy.residual.abs() < 1e-9, "{:?}", told.energy);
+}
+
+/// Kept rows stand in the written equations with their multipliers, at every position, and in the plan with what their coefficients change by.
+#[test]
+fn equations_have_the_multipliers_of_kept_rows() {
+    let source = "[shaft.crank]\ninertia = \"0.02 kg m^2\"\n[mass.slide]\nmass = \"3 kg\"\nfriction = \"1 N\"\n\
+                  [constraint.yoke]\nexpression = \"slide.s - 0.5 m * sin(crank.phi)\"\n\
+                  [shaft.p]\ninertia = \"1 kg m^2\"\n[prescribed_motion.drive]\nshaft = \"p\"\nspeed = \"1 rad/s * sin(3 rad/s * t)\"\n\
+                  [spring_damper.s]\nshaft_1 = \"p\"\nshaft_2 = \"crank\"\nstiffness = \"3 N m/rad\"\n[scenario]\nduration = \"1 s\"\n";
+    let written =
+        |form: EquationsForm| Project::open(source).equations(form).unwrap_or_else(|told| panic!("{told:?}")).0;
+    let text = written(EquationsForm::Text);
+    for line in [
+        "  0.02 crank'' + 3 crank - 3 p = -1/2*cos(crank) yoke.f\n",
+        "  p'' - 3 crank + 3 p = drive.tau\n",
+        "  3 slide'' + sgn(slide') = yoke.f\n",
+        "  drive: p' = sin(3*t)\n",
+        "  yoke: slide - 1/2*sin(crank) = 0\n",
+    ] {
+        assert!(text.contains(line), "{line}{text}");
+    }
+    let latex = written(EquationsForm::Latex);
+    assert!(
+        latex.contains(r"&= -\frac{1}{2}\cos\left(\varphi_{\mathrm{crank}}\right) f_{\mathrm{yoke}} \\"),
+        "{latex}"
+    );
+    // Half of sin φ, times the square of the speed, is what the row of accelerations has besides.
+    let plan = kardan::plan::parse(&written(EquationsForm::Plan)).expect("a plan");
+    let mut memory = plan.memory();
+    let values = [("crank.phi", 0.7), ("crank.w", 3.0)];
+    for (k, name) in plan.inputs.iter().enumerate() {
+        memory[k] = values.iter().find(|(other, _)| other == name).map_or(0.0, |(_, value)| *value);
+    }
+    assert!(plan.block().evaluate(&mut memory));
+    let found = |name: &str| {
+        let k = plan.outputs.iter().position(|output| output == name).unwrap_or_else(|| panic!("no {name}"));
+        memory[plan.place(k)]
+    };
+    near(found("kept[yoke,crank]"), -0.5 * f64::cos(0.7), 1e-15, "row");
+    near(found("kept[yoke]"), 0.5 * f64::sin(0.7) * 9.0, 1e-15, "bias");
 }

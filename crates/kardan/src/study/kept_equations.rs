@@ -1,0 +1,105 @@
+//! Constraints that are kept with their multipliers, in the written equations.
+
+use std::collections::BTreeMap;
+
+use super::PreparedVariant;
+use crate::equations::{Domain, Kept};
+use crate::expr::{Expr, Style, printed};
+use crate::num::rational_to_f64;
+use crate::reduce::Motion;
+
+/// A kept row as it is written.
+pub(super) struct KeptLine {
+    pub(super) element: String,
+    /// What it does in the equation of each reduced coordinate, with its sign; nothing where it does nothing.
+    pub(super) shares: Vec<Option<Term>>,
+    /// The row itself: a relation of positions, speeds or accelerations.
+    pub(super) equation: String,
+}
+
+/// A product, and whether it is subtracted.
+#[derive(Debug, Clone)]
+pub(super) struct Term {
+    negative: bool,
+    text: String,
+}
+
+/// Adds terms to a sum that is written, which may be `0`.
+pub(super) fn add<'t>(sum: &str, terms: impl Iterator<Item = &'t Term>) -> String {
+    let mut out = if sum == "0" { String::new() } else { sum.to_string() };
+    for Term { negative, text } in terms {
+        out += match (out.is_empty(), negative) {
+            (true, false) => "",
+            (true, true) => "-",
+            (false, false) => " + ",
+            (false, true) => " - ",
+        };
+        out += text;
+    }
+    if out.is_empty() { "0".into() } else { out }
+}
+
+/// All kept rows of a variant at time zero; `mark` writes names as in the other equations.
+pub(super) fn kept_lines(
+    variant: &PreparedVariant,
+    style: Style,
+    mark: &dyn Fn(&str, usize) -> String,
+) -> Vec<KeptLine> {
+    let reduced = &variant.reduced;
+    let equations = &reduced.equations;
+    if equations.kept.is_empty() {
+        return Vec::new();
+    }
+    let motion = Motion::at_time_zero(reduced);
+    let (r, first) = (reduced.degrees_of_freedom(), equations.set_valued().count());
+    let place = motion.symbols.iter().zip(&reduced.coordinates);
+    let place: BTreeMap<&str, &str> =
+        place.map(|(symbol, shaft)| (motion.graph.name(*symbol).0, equations.coordinates[*shaft].as_str())).collect();
+    let written = |expr: Expr| {
+        printed(&motion.graph, expr, style, &|name| place.get(name).map_or_else(|| name.into(), |name| mark(name, 0)))
+    };
+    let term = |expr: Expr, of: &str| match motion.graph.number_of(expr).map(|number| rational_to_f64(&number)) {
+        Some(number) if number.abs() == 1.0 => Term { negative: number < 0.0, text: of.to_string() },
+        Some(number) => Term { negative: number < 0.0, text: format!("{} {of}", number.abs()) },
+        None => product(&written(expr), style, of),
+    };
+    let line = |(k, kept): (usize, &crate::assemble::KeptRow)| {
+        let effort = match equations.domain_of_kept(kept) {
+            Domain::Rotation => 3,
+            Domain::Charge => 6,
+            Domain::Translation => 7,
+        };
+        let multiplier = mark(&kept.element, effort);
+        let direction = &motion.frictions[first + k];
+        let shares = (0..r).map(|i| direction.get(&i).map(|entry| term(*entry, &multiplier))).collect();
+        let along = |order: usize| {
+            let row = motion.kept[k].row.iter();
+            let terms: Vec<Term> =
+                row.map(|(shaft, entry)| term(*entry, &mark(&equations.coordinates[*shaft], order))).collect();
+            add("0", terms.iter())
+        };
+        let equation = match (&kept.law, motion.kept[k].position) {
+            (Kept::Surface(_), Some(position)) => format!("{} = 0", written(position)),
+            (Kept::Speed(_, function), _) => format!("{} = {}", along(1), function.text()),
+            (Kept::Acceleration(_, function), _) => format!("{} = {}", along(2), function.text()),
+            _ => format!("{} = 0", along(1)),
+        };
+        KeptLine { element: kept.element.clone(), shares, equation }
+    };
+    equations.kept.iter().enumerate().map(line).collect()
+}
+
+/// A coefficient that is written, times something.
+fn product(coefficient: &str, style: Style, of: &str) -> Term {
+    let mut depth = 0i32;
+    let is_sum = coefficient.char_indices().any(|(at, c)| {
+        depth += i32::from("([{".contains(c)) - i32::from(")]}".contains(c));
+        depth == 0 && at > 0 && (coefficient[at..].starts_with(" + ") || coefficient[at..].starts_with(" - "))
+    });
+    match (is_sum, coefficient.strip_prefix('-'), style) {
+        (true, _, Style::Text) => Term { negative: false, text: format!("({coefficient}) {of}") },
+        (true, _, Style::Latex) => Term { negative: false, text: format!(r"\left({coefficient}\right) {of}") },
+        (false, Some(rest), _) => Term { negative: true, text: format!("{} {of}", rest.trim_start()) },
+        (false, None, _) => Term { negative: false, text: format!("{coefficient} {of}") },
+    }
+}
