@@ -87,8 +87,9 @@ fn peaks(peaks: &[TorquePeak]) -> Body {
 /// What runs of variants asked of motors with limits: variant, motor, length of the run in s. Empty if there are none.
 pub(super) fn strains<'a>(all: impl Iterator<Item = (String, &'a MotorStrain, f64)>) -> Body {
     let rows = all.map(|(variant, strain, length)| {
-        let limits = [(strain.torque_limit, "N m"), (strain.rate_limit, "N m/s")];
-        let limits = limits.into_iter().filter_map(|(limit, unit)| Some(format!("{} {unit}", number(limit?))));
+        let limits = [(strain.torque_limit, ""), (strain.rate_limit, "/s")];
+        let limits = limits.into_iter();
+        let limits = limits.filter_map(|(limit, per)| Some(format!("{} {}{per}", number(limit?), strain.unit)));
         let times = [
             (strain.torque_limit, strain.seconds_at_limit(0.0, length), ""),
             (strain.rate_limit, strain.seconds_at_rate_limit(0.0, length), " (rate)"),
@@ -100,7 +101,7 @@ pub(super) fn strains<'a>(all: impl Iterator<Item = (String, &'a MotorStrain, f6
         let times: Vec<String> = times.into_iter().filter(|(limit, ..)| limit.is_some()).map(time).collect();
         let (limits, times) = (limits.collect::<Vec<_>>().join(", "), times.join(", "));
         let times = if strain.strained() { Cell::Mark(false, times) } else { Cell::Text(times) };
-        row![&strain.motor, variant, format!("{} N m", number(strain.asked)), limits, times]
+        row![&strain.motor, variant, format!("{} {}", number(strain.asked), strain.unit), limits, times]
     });
-    Body::default().table(&["motor", "variant", "#largest torque asked", "#limit", "#time at the limit"], rows)
+    Body::default().table(&["motor", "variant", "#largest asked", "#limit", "#time at the limit"], rows)
 }

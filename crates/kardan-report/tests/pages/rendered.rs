@@ -40,6 +40,7 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
         notes: vec!["the split is not unique".into(), text],
         strains: vec![MotorStrain {
             motor: HOSTILE.into(),
+            unit: "N m",
             torque_limit: Some(1.3),
             asked: 24.5,
             at_torque_limit: vec![Span { from: 0.25, until: 0.75 }],

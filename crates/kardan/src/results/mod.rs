@@ -283,9 +283,11 @@ pub struct RequirementResult {
 pub struct MotorStrain {
     /// Name of the motor.
     pub motor: String,
+    /// Unit of its torque: `N m`, of a force `N`, of a voltage `V`.
+    pub unit: &'static str,
     /// The controller that commands it, if one does.
     pub controller: Option<String>,
-    /// Its torque limit, N m.
+    /// Its torque limit, N m; of a force or a voltage that limit.
     pub torque_limit: Option<f64>,
     /// Its rate limit, N m/s.
     pub rate_limit: Option<f64>,
@@ -329,6 +331,12 @@ impl MotorStrain {
     /// assert_eq!(MotorStrain::default().in_words(9.0), None);
     /// ```
     pub fn in_words(&self, duration: f64) -> Option<String> {
+        let unit = self.unit;
+        let what = match unit {
+            "N" => "force",
+            "V" => "voltage",
+            _ => "torque",
+        };
         let total = |spans: &[Span]| length(spans, 0.0, f64::INFINITY);
         let of = |spans: &[Span]| {
             let first = spans.first().map_or(0.0, |span| span.from);
@@ -336,16 +344,16 @@ impl MotorStrain {
         };
         let torque = self.torque_limit.filter(|_| !self.at_torque_limit.is_empty()).map(|limit| {
             let asked = if self.asked > limit * (1.0 + 1e-3) {
-                format!("; up to {} N m are asked of it", rounded(self.asked))
+                format!("; up to {} {unit} are asked of it", rounded(self.asked))
             } else {
                 String::new()
             };
-            format!("is at its torque limit of {limit} N m {}{asked}", of(&self.at_torque_limit))
+            format!("is at its {what} limit of {limit} {unit} {}{asked}", of(&self.at_torque_limit))
         });
         let rate = self
             .rate_limit
             .filter(|_| !self.at_rate_limit.is_empty())
-            .map(|limit| format!("moves at its rate limit of {limit} N m/s {}", of(&self.at_rate_limit)));
+            .map(|limit| format!("moves at its rate limit of {limit} {unit}/s {}", of(&self.at_rate_limit)));
         let said: Vec<String> = torque.into_iter().chain(rate).collect();
         (!said.is_empty()).then(|| format!("{} {}", self.motor, said.join("; it ")))
     }

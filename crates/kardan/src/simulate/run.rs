@@ -148,6 +148,7 @@ pub(super) struct RunningLoop {
     /// Elements of the kept rows.
     kept_names: Vec<String>,
     input_names: Vec<String>,
+    input_units: Vec<&'static str>,
     shafts: Vec<String>,
     /// Names of reduced coordinates and of their speeds, and what a tolerance is relative to where they are zero.
     state_names: Vec<(String, f64)>,
@@ -340,6 +341,7 @@ impl RunningLoop {
             names,
             kept_names: reduced.equations.kept.iter().map(|kept| kept.element.clone()).collect(),
             input_names,
+            input_units: input_units(reduced),
             shafts: reduced.equations.coordinates.clone(),
             state_names: state_names(reduced).zip(absolute.iter().map(|x| x / tolerance.relative)).collect(),
             time_grid: Vec::with_capacity(scenario.times.len()),
@@ -1255,7 +1257,7 @@ impl RunningLoop {
             Series { time: std::mem::take(&mut self.time_grid), signals: std::mem::take(&mut self.outputs.signals) };
         let rounding = self.rounding_limit(&series);
         self.notes.extend(rounding);
-        let strains = self.machine.strains(&self.input_names, end, |motor| {
+        let strains = self.machine.strains((&self.input_names, &self.input_units), end, |motor| {
             series.largest_torque_asked(motor).unwrap_or_default() // every input has a signal
         });
         self.notes.extend(strains.iter().filter_map(|strain| {
@@ -1291,6 +1293,12 @@ fn state_names(reduced: &Reduced) -> impl Iterator<Item = String> {
         reduced.coordinates.iter().map(move |&k| equations.domain(k).motion()[rate].of(&equations.coordinates[k]))
     };
     named(0).chain(named(1))
+}
+
+/// Units of what inputs do.
+fn input_units(reduced: &Reduced) -> Vec<&'static str> {
+    let unit = |input| reduced.equations.domain_of(input).effort().physical().unit();
+    reduced.equations.inputs.iter().map(unit).collect()
 }
 
 /// What each state may be off by, whatever its size.

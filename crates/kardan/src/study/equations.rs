@@ -68,8 +68,8 @@ impl Project {
         let (latex, diagnostics) = self.equations(EquationsForm::Latex)?;
         let Some(variant) = self.prepared().variants.first() else { return Err(diagnostics) };
         let model = linear_part(variant);
-        let lines = lines(variant, &model, (Style::Text, &text_mark)).into_iter();
-        let constraints = constraints(variant, (Style::Text, &text_mark)).into_iter();
+        let lines = lines(variant, &model, Style::Text, &text_mark).into_iter();
+        let constraints = constraints(variant, Style::Text, &text_mark).into_iter();
         let exact = [&model.inertia, &model.damping, &model.stiffness, &model.input];
         let matrices = matrices(variant, &model).into_iter().zip(["H", "D", "S", "F"]).zip(exact);
         let matrices = matrices.map(|(((title, unit, matrix, columns), name), exact)| ExactMatrix {
@@ -157,7 +157,8 @@ fn row(matrix: &Matrix<Rational>, i: usize, names: &[String]) -> Vec<(Rational, 
 fn lines(
     variant: &PreparedVariant,
     model: &LinearModel,
-    (style, mark): (Style, &dyn Fn(&str, usize) -> String),
+    style: Style,
+    mark: &dyn Fn(&str, usize) -> String,
 ) -> Vec<(String, String)> {
     let marked = |order: usize| model.coordinates.iter().map(|name| mark(name, order)).collect::<Vec<_>>();
     let input = |input: &Along<InputKind>| match input.value {
@@ -211,10 +212,7 @@ fn lines(
         .collect()
 }
 
-fn constraints(
-    variant: &PreparedVariant,
-    (style, mark): (Style, &dyn Fn(&str, usize) -> String),
-) -> Vec<(String, String)> {
+fn constraints(variant: &PreparedVariant, style: Style, mark: &dyn Fn(&str, usize) -> String) -> Vec<(String, String)> {
     let equations = &variant.reduced.equations;
     let angle = |name: &str| mark(name, 0);
     let redundant = variant.reduced.redundant.iter().map(|row| &row.constraint);
@@ -244,24 +242,8 @@ fn text_mark(name: &str, order: usize) -> String {
     }
 }
 
-fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
-    let mut out = String::new();
-    let kinds = kinds(variant);
-    let join = |words: Vec<String>| words.join(", ");
-    let others: Vec<&str> = kinds.iter().map(|kind| kind.plural).collect();
-    let others = match others.as_slice() {
-        [others @ .., last] if !others.is_empty() => format!("{} and {last}", others.join(", ")),
-        others => others.concat(),
-    };
-    let others = others[..1].to_uppercase() + &others[1..];
-    let units = join(kinds.iter().map(|kind| kind.units.to_string()).collect());
-    let kinds = join(kinds.iter().map(|kind| format!("{} {}", kind.plural, kind.count)).collect());
-    let _ = writeln!(out, "Model {}: {kinds}, degrees of freedom {}", variant.model.name, model.coordinates.len());
-    let _ = writeln!(out, "Coordinates: {} ({units})\n", model.coordinates.join(", "));
-    out.push_str("Equations of motion\n");
-    for (left, right) in lines(variant, model, (Style::Text, &text_mark)) {
-        let _ = writeln!(out, "  {left} = {right}");
-    }
+/// What the equations of motion leave to say.
+fn notes(variant: &PreparedVariant, out: &mut String) {
     if !variant.reduced.equations.frictions.is_empty() {
         out.push_str("  sgn is set-valued at rest: any value from -1 to 1.\n");
     }
@@ -298,7 +280,28 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
             "  Offsets that depend on the time ({moving}) stand still here; --plan has them as they move."
         );
     }
-    let constraints = constraints(variant, (Style::Text, &text_mark));
+}
+
+fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
+    let mut out = String::new();
+    let kinds = kinds(variant);
+    let join = |words: Vec<String>| words.join(", ");
+    let others: Vec<&str> = kinds.iter().map(|kind| kind.plural).collect();
+    let others = match others.as_slice() {
+        [others @ .., last] if !others.is_empty() => format!("{} and {last}", others.join(", ")),
+        others => others.concat(),
+    };
+    let others = others[..1].to_uppercase() + &others[1..];
+    let units = join(kinds.iter().map(|kind| kind.units.to_string()).collect());
+    let kinds = join(kinds.iter().map(|kind| format!("{} {}", kind.plural, kind.count)).collect());
+    let _ = writeln!(out, "Model {}: {kinds}, degrees of freedom {}", variant.model.name, model.coordinates.len());
+    let _ = writeln!(out, "Coordinates: {} ({units})\n", model.coordinates.join(", "));
+    out.push_str("Equations of motion\n");
+    for (left, right) in lines(variant, model, Style::Text, &text_mark) {
+        let _ = writeln!(out, "  {left} = {right}");
+    }
+    notes(variant, &mut out);
+    let constraints = constraints(variant, Style::Text, &text_mark);
     if !constraints.is_empty() {
         out.push_str("\nConstraints\n");
         for (element, line) in constraints {
@@ -418,12 +421,12 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
         out.push_str("% The matrices depend on the position; these hold at the initial position, near rest.\n");
     }
     out.push_str("\\begin{align}\n");
-    let mut rows: Vec<String> = lines(variant, model, (Style::Latex, &mark))
+    let mut rows: Vec<String> = lines(variant, model, Style::Latex, &mark)
         .into_iter()
         .map(|(left, right)| format!("  {left} &= {right}"))
         .collect();
     rows.extend(
-        constraints(variant, (Style::Latex, &mark))
+        constraints(variant, Style::Latex, &mark)
             .into_iter()
             .map(|(_, line)| format!("  {}", line.replacen(" = ", " &= ", 1).replace('γ', r"\gamma"))),
     );

@@ -58,7 +58,7 @@ pub(super) fn kept_lines(
     let written = |expr: Expr| {
         printed(&motion.graph, expr, style, &|name| place.get(name).map_or_else(|| name.into(), |name| mark(name, 0)))
     };
-    let term = |expr: Expr, of: &str| match motion.graph.number_of(expr).map(|number| rational_to_f64(&number)) {
+    let term = |expr: Expr, of: &str| match motion.graph.number_of(expr).map(rational_to_f64) {
         Some(number) if number.abs() == 1.0 => Term { negative: number < 0.0, text: of.to_string() },
         Some(number) => Term { negative: number < 0.0, text: format!("{} {of}", number.abs()) },
         None => product(&written(expr), style, of),

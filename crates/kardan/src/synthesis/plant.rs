@@ -107,6 +107,13 @@ impl Plant {
         }
     }
 
+    /// The names of angle and speed of each coordinate, of a mass those of position and speed, of a charge those of charge and current.
+    pub fn motion_names(&self) -> Vec<[String; 2]> {
+        let equations = &self.reduced.equations;
+        let names = |(k, name): (usize, &String)| equations.domain(k).motion().map(|quantity| quantity.of(name));
+        equations.coordinates.iter().enumerate().map(names).collect()
+    }
+
     /// Names of all shafts, sorted.
     pub fn coordinates(&self) -> &[String] {
         &self.reduced.equations.coordinates

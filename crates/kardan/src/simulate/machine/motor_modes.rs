@@ -93,7 +93,7 @@ impl Machine {
     /// What a run up to a time asked of the motors that have limits; `asked` gives the largest torque asked of one.
     pub(in crate::simulate) fn strains(
         &self,
-        names: &[String],
+        (names, units): (&[String], &[&'static str]),
         end: f64,
         asked: impl Fn(&str) -> f64,
     ) -> Vec<MotorStrain> {
@@ -102,6 +102,7 @@ impl Machine {
             let commands = |wired: &&Wired| wired.inputs.contains(&k);
             MotorStrain {
                 motor: name.clone(),
+                unit: units[k],
                 controller: self.laws.iter().find(commands).map(|wired| wired.law.describe().controller),
                 torque_limit: drive.limit,
                 rate_limit: drive.rate,

@@ -103,7 +103,7 @@ pub(super) fn errors(
     let model = &variant.design_models[number];
     let readings = survey.parts().and_then(|(parts, plant)| {
         let sensors = sensor_rows(model, &**law);
-        ControlLoop { plant: &plant, parts: &parts, number }.readings(&sensors, model.coordinates())
+        ControlLoop { plant: &plant, parts: &parts, number }.readings(&sensors, &model.motion_names())
     });
     if let Some(Readings { names, loops, .. }) = readings {
         let found = names.iter().enumerate().map(|(k, name)| (name, channel_margins(&loops.channel(k))));

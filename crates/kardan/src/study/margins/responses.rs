@@ -75,7 +75,9 @@ pub(in crate::study) fn responses(
     )?;
     let outputs = Outputs::of(model, law, design);
     let views = Views {
-        readings: view.readings(&sensor_rows(model, law), model.coordinates()).filter(|found| !found.names.is_empty()),
+        readings: view
+            .readings(&sensor_rows(model, law), &model.motion_names())
+            .filter(|found| !found.names.is_empty()),
         references: view.references(&outputs.rows).filter(|_| !outputs.rows.is_empty() && !law.references().is_empty()),
         motors,
     };

@@ -2,7 +2,6 @@
 
 use super::places::Places;
 use super::{LoopPlant, SampledLoop, SampledPart};
-use crate::names::Quantity;
 use crate::num::{Matrix, at_zero};
 use crate::synthesis::margins::Response;
 
@@ -58,23 +57,23 @@ impl ControlLoop<'_> {
     /// The same for errors of what the controller reads.
     ///
     /// A law with sensors reads these, `sensors` tells each one's row over `[q_r; q̇_r]`; another one reads the angles and speeds of
-    /// the `shafts` that it uses.
+    /// the coordinates that it uses; `motions` has the names of angle and speed of each.
     ///
     /// # Panics
-    /// If there is not one row for each sensor, and one name for each shaft.
-    pub fn readings(&self, sensors: &[(String, Vec<f64>)], shafts: &[String]) -> Option<Readings> {
+    /// If there is not one row for each sensor, and one pair of names for each coordinate.
+    pub fn readings(&self, sensors: &[(String, Vec<f64>)], motions: &[[String; 2]]) -> Option<Readings> {
         let period = self.period().ok()?;
         let mut parts = self.parts.to_vec();
         let part = &mut parts[self.number];
         if !part.slow.is_empty() || (period.is_some() && part.clock.is_none()) {
             return None;
         }
-        assert_eq!(shafts.len(), self.plant.basis.rows(), "one name for each shaft");
+        assert_eq!(motions.len(), self.plant.basis.rows(), "names for each coordinate");
         let read = if part.linear.on_errors.columns() > 0 {
             assert_eq!(part.linear.on_errors.columns(), sensors.len(), "one row for each sensor");
             sensors.to_vec()
         } else {
-            self.shafts_as_sensors(part, shafts)
+            self.motions_as_sensors(part, motions)
         };
         let (names, rows): (Vec<String>, Vec<Vec<f64>>) = read.into_iter().unzip();
         let (errors, inputs) = (names.len(), part.inputs.clone());
@@ -101,24 +100,23 @@ impl ControlLoop<'_> {
     }
 
     /// Gives a law without sensors errors of the angles and speeds that it uses: their names and their rows.
-    fn shafts_as_sensors(&self, part: &mut SampledPart, shafts: &[String]) -> Vec<(String, Vec<f64>)> {
+    fn motions_as_sensors(&self, part: &mut SampledPart, motions: &[[String; 2]]) -> Vec<(String, Vec<f64>)> {
         let (linear, r) = (&mut part.linear, self.plant.basis.columns());
         let used =
             |a: &Matrix<f64>, b: &Matrix<f64>, k: usize| [a, b].iter().any(|m| (0..m.rows()).any(|i| m[(i, k)] != 0.0));
-        let angles = (0..shafts.len()).filter(|k| used(&linear.angles, &linear.on_angles, *k));
+        let angles = (0..motions.len()).filter(|k| used(&linear.angles, &linear.on_angles, *k));
         let mut all: Vec<(bool, usize)> = angles.map(|k| (false, k)).collect();
-        all.extend((0..shafts.len()).filter(|k| used(&linear.speeds, &linear.on_speeds, *k)).map(|k| (true, k)));
+        all.extend((0..motions.len()).filter(|k| used(&linear.speeds, &linear.on_speeds, *k)).map(|k| (true, k)));
         let pick = |angles: &Matrix<f64>, speeds: &Matrix<f64>| {
             Matrix::from_fn(angles.rows(), all.len(), |i, j| if all[j].0 { speeds } else { angles }[(i, all[j].1)])
         };
         (linear.errors, linear.on_errors) =
             (pick(&linear.angles, &linear.speeds), pick(&linear.on_angles, &linear.on_speeds));
-        let quantity = |speed: bool| if speed { Quantity::Speed } else { Quantity::Angle };
         let row = |(speed, k): &(bool, usize)| {
             let own = |j: usize| if *speed { j >= r } else { j < r };
             (0..2 * r).map(|j| if own(j) { self.plant.basis[(*k, j % r)] } else { 0.0 }).collect()
         };
-        all.iter().map(|one| (quantity(one.0).of(&shafts[one.1]), row(one))).collect()
+        all.iter().map(|one| (motions[one.1][usize::from(one.0)].clone(), row(one))).collect()
     }
 
     /// From the controller's references to rows over `[q_r; q̇_r]`; of a sampled loop as they are just before it computes.
