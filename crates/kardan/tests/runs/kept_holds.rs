@@ -221,3 +221,31 @@ fn equations_have_the_multipliers_of_kept_rows() {
     near(found("kept[yoke,crank]"), -0.5 * f64::cos(0.7), 1e-15, "row");
     near(found("kept[yoke]"), 0.5 * f64::sin(0.7) * 9.0, 1e-15, "bias");
 }
+
+/// A wheel that heads along x carries nothing aside, so a friction aside rests there though the wheel rolls; as it turns, it slips, and takes its
+/// force times the way. The same for a slide at its dead centre, from which a crank sets out.
+#[test]
+fn rows_turn_away_from_what_they_carried() {
+    let wheel = "[mass.x]\nmass = \"1 kg\"\n[mass.y]\nmass = \"1 kg\"\nfriction = \"1 N\"\n[shaft.h]\ninertia = \"0.1 kg m^2\"\n[motor.m]\nshaft = \"h\"\n\
+                 [constraint.rolls]\nrates = { x = \"-sin(h.phi)\", y = \"cos(h.phi)\" }\n\
+                 [scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\ninitial = { \"x.v\" = \"1 m/s\" }\n\
+                 [[scenario.event]]\nat = \"0 s\"\nsignal = \"m.tau\"\nto = \"0.3 N m\"\n";
+    let crank = "[shaft.crank]\ninertia = \"0.02 kg m^2\"\n[mass.slide]\nmass = \"3 kg\"\nfriction = \"1 N\"\n[motor.m]\nshaft = \"crank\"\n\
+                 [constraint.yoke]\nexpression = \"slide.s - 0.1 m * cos(crank.phi)\"\n\
+                 [scenario]\nduration = \"0.3 s\"\noutput_step = \"10 ms\"\ninitial = { \"slide.s\" = \"0.1 m\" }\n\
+                 [[scenario.event]]\nat = \"0 s\"\nsignal = \"m.tau\"\nto = \"0.3 N m\"\n";
+    for method in METHODS {
+        let (run, what) = (by(wheel, method), format!("{method:?}"));
+        let last = |name: &str| *signal(&run, name).last().expect("rows");
+        near(last("h.phi"), 1.5, 1e-9, &what);
+        near(last("y.v"), last("x.v") * f64::tan(1.5), 1e-9, &what);
+        near(run.energy.dissipated, last("y.s"), 1e-9, &what);
+        assert!(last("y.s") > 0.3, "{what}");
+
+        let run = by(crank, method);
+        let last = |name: &str| *signal(&run, name).last().expect("rows");
+        assert!((0.5..PI).contains(&last("crank.phi")), "{what}: {}", last("crank.phi"));
+        near(last("slide.s"), 0.1 * last("crank.phi").cos(), 1e-10, &what);
+        near(run.energy.dissipated, 0.1 - last("slide.s"), 1e-9, &what);
+    }
+}

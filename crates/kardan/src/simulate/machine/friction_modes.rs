@@ -81,7 +81,8 @@ impl Machine {
             standing.retain(|&k| !self.moving[k]);
             let span = self.span(&standing);
             for (&k, mode) in resting.iter().zip(&mut modes) {
-                if *mode != Mode::Stick && !self.moving[k] && span.left(self.metric_row(k)) <= OUTSIDE {
+                let depends = || span.left(self.metric_row(k)) <= OUTSIDE && !self.is_carried(k);
+                if *mode != Mode::Stick && !self.moving[k] && depends() {
                     *mode = Mode::Stick;
                 }
             }
@@ -332,7 +333,8 @@ impl Machine {
     pub fn reversed(&mut self, time: f64, state: &[f64], out: &mut Vec<usize>) {
         out.clear();
         let r = self.degrees_of_freedom;
-        if self.holds.is_empty() && !self.modes.iter().any(|mode| *mode != Mode::Stick) {
+        let turns = self.may_turn();
+        if self.holds.is_empty() && !turns && !self.modes.iter().any(|mode| *mode != Mode::Stick) {
             return;
         }
         self.give_prescribed(time, state);
@@ -343,13 +345,36 @@ impl Machine {
             -slips * this.dynamics.friction_speed(k, &this.work)
         };
         out.extend((0..self.modes.len()).filter(|&k| against(self, k) > 0.0 || self.hold_turns(k)));
-        if out.is_empty() {
+        if out.is_empty() && !turns {
             return;
         }
         // What cancels in the speeds depends on the directions there.
         self.update(state);
         let noise = |k: usize| NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work);
         out.retain(|&k| against(self, k) > noise(k) || self.hold_turns(k));
+        if turns {
+            out.extend(self.carried_along());
+        }
+    }
+
+    /// Whether kept rows may turn away from directions that follow from them.
+    pub(super) fn may_turn(&self) -> bool {
+        !self.kept.is_empty() && !self.following.is_empty() && !self.stands
+    }
+
+    /// Directions that followed from those that hold until kept rows turned, and now have a speed beyond rounding at the point last evaluated.
+    fn carried_along(&self) -> Vec<usize> {
+        let r = self.degrees_of_freedom;
+        let sizes = &self.step_speeds;
+        let along = |row: &[f64]| row.iter().zip(sizes).map(|(x, size)| x.abs() * size).sum::<f64>();
+        let momenta = self.work.inertia.chunks_exact(r.max(1)).map(along);
+        // |g v| ≤ |g| |v| in the metric of the inertia.
+        let size = momenta.zip(sizes).map(|(momentum, size)| momentum * size).sum::<f64>().sqrt();
+        let moves = |k: &usize| {
+            let row = self.metric_row(*k);
+            self.dynamics.friction_speed(*k, &self.work).abs() > NOISE * size * dot(&row, &row).sqrt()
+        };
+        self.following.iter().copied().filter(|k| !self.moving[*k]).filter(moves).collect()
     }
 
     /// Decides all modes anew at a point, with the sources of the segment that begins there.
@@ -630,8 +655,10 @@ impl Machine {
         if self.stands {
             self.still.extend(0..r);
         } else {
-            // Every sticking direction is at rest, whether it holds or follows.
-            for &k in sticking.iter().filter(|k| !self.moving[**k] && !self.kept.contains(k)) {
+            // Every sticking direction is at rest, whether it holds or follows; beside kept rows, which may turn, what holds.
+            let rests = |k: &&usize| !self.moving[**k] && !self.kept.contains(k);
+            let stays = |k: &&usize| self.kept.is_empty() || self.holding.contains(k);
+            for &k in sticking.iter().filter(rests).filter(stays) {
                 self.still.extend(self.dynamics.only_entry(k, &self.work));
             }
         }

@@ -87,6 +87,9 @@ impl Machine {
     /// Whether within a step of that length from the last expansion, whose highest order was `order`, a direction leaves its mode or a motor
     /// comes to a limit or leaves it: decided by the Bernstein coefficients of the series, with more room than what the series leave out.
     pub fn prospect(&mut self, length: f64, order: usize) -> Prospect {
+        if self.may_turn() {
+            return Prospect::Unknown;
+        }
         let Some(mut expansion) = self.expansion.take() else { return Prospect::Unknown };
         let r = self.degrees_of_freedom;
         let speeds = &self.work.values()[r..2 * r];
