@@ -98,7 +98,7 @@ pub(super) fn not_settable(
     let is_kind = |keyword: &str| document.elements.iter().any(|e| e.name == head && e.kind.keyword == keyword);
     let commanded = match quantity {
         Some(Quantity::Torque | Quantity::Force) if is_kind("motor") => Some("motor"),
-        Some(Quantity::Voltage) if is_kind("voltage_source") => Some("voltage source"),
+        Some(Quantity::Voltage | Quantity::Velocity) if is_kind("voltage_source") => Some("voltage source"),
         _ => None,
     };
     if let Some(kind) = commanded {

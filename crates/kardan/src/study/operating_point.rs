@@ -5,7 +5,7 @@ use super::equilibrium::in_words;
 use super::places::place_of_value;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::entries::Place;
-use crate::equations::InputKind;
+use crate::equations::{Domain, InputKind};
 use crate::model::{ControlSpec, Document, Setting, TableReader};
 use crate::names::SignalName;
 use crate::reduce::{Held, OperatingPoint, Reduced, held, is_linear_law, law_slopes, laws_are_linear};
@@ -173,7 +173,16 @@ fn are(names: &[&str]) -> String {
 fn left_in_words(reduced: &Reduced, found: &Held) -> String {
     let Some((k, torque)) = found.left else { return "a torque is left".into() };
     let (name, domain) = (&reduced.coordinate_names()[k], reduced.equations.domain(reduced.coordinates[k]));
-    format!("along `{name}` {:.6} {} are left that no motor of its controllers holds", torque, domain.effort().unit())
+    let equations = &reduced.equations;
+    let besides = match () {
+        () if !equations.holds.is_empty() => "; what stops, plays, clutches and locks carry is not looked for",
+        () if equations.domains.contains(&Domain::Charge) => "; rest with a current that flows is not looked for",
+        () => "",
+    };
+    format!(
+        "along `{name}` {torque:.6} {} are left that no motor of its controllers holds{besides}",
+        domain.effort().unit()
+    )
 }
 
 /// Mistakes of laws of torque that have no derivative at the operating point of a controller.

@@ -246,7 +246,8 @@ fn prepare_variant(
         .map(|control| design_model(document, &reduced, (settings, asked.as_ref()?), control, out))
         .collect();
     let mut scenario = scenario(document, &model, (&reduced.equations, Some(&reduced)), settings, out);
-    let mut start_notes = start_at_rest(document, (&reduced, &point), &mut scenario, out);
+    let held = (!controls.is_empty()).then_some(&point);
+    let mut start_notes = start_at_rest(document, (&reduced, held), &mut scenario, out);
     start_notes.extend(begin_on_rows(document, &reduced, &mut scenario, out));
     if !is_finite_at(&reduced, &scenario.position) {
         out.push(
@@ -323,15 +324,20 @@ fn standing(
 /// Puts the start of a run at an equilibrium, where that is asked for; tells which it is.
 fn start_at_rest(
     document: &Document,
-    (reduced, point): (&Reduced, &OperatingPoint),
+    (reduced, point): (&Reduced, Option<&OperatingPoint>),
     scenario: &mut Scenario,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<String> {
     let asked = document.scenario.values.get("start");
     if asked.is_some_and(|found| found.value == Value::Word("operating_point".into())) {
+        let Some(point) = point else {
+            return vec!["without controllers there is no operating point: the run begins at `initial`".into()];
+        };
+        let given = scenario.position.iter().any(|angle| *angle != 0.0);
+        let instead = if given { ", in place of the angles of `initial`" } else { "" };
         scenario.position.clone_from(&point.position);
         return vec![format!(
-            "the run begins at the operating point of its controllers: {}",
+            "the run begins at the operating point of its controllers{instead}: {}",
             in_words(reduced, &point.position)
         )];
     }

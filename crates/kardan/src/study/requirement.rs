@@ -85,7 +85,14 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -
     let name = match measure {
         Measure::MaxAbs => format!("max |{signal}|"),
         Measure::Events if signal == "t" => "events".to_string(),
-        Measure::TimeAtLimit => format!("time of {} at its torque limit", motor_of(signal).unwrap_or(signal)),
+        Measure::TimeAtLimit => {
+            let what = match SignalName::new(signal).quantity() {
+                Some(Quantity::Voltage | Quantity::Velocity) => "voltage",
+                Some(Quantity::Force) => "force",
+                _ => "torque",
+            };
+            format!("time of {} at its {what} limit", motor_of(signal).unwrap_or(signal))
+        }
         _ => format!("{} {signal}", measure.word()),
     };
     let window = if *from > 0.0 || until.is_finite() {
@@ -130,7 +137,8 @@ fn written(bound: f64, unit: &DisplayUnit) -> f64 {
 
 /// The motor of which a signal is the torque, or the source of a voltage.
 pub(super) fn motor_of(signal: &str) -> Option<&str> {
-    use Quantity::{Command, Force, Torque, Voltage};
+    use Quantity::{Command, Force, Torque, Velocity, Voltage};
     let name = SignalName::new(signal);
-    name.alone().filter(|_| matches!(name.quantity(), Some(Torque | Force | Command | Voltage)))
+    // `.v` is a speed of a mass, and a voltage of a source.
+    name.alone().filter(|_| matches!(name.quantity(), Some(Torque | Force | Command | Velocity | Voltage)))
 }

@@ -173,11 +173,12 @@ impl Plant {
         self.reduced.coordinates.iter().map(signal).collect()
     }
 
-    /// The torque of a motor, or its force.
-    pub fn effort_of(&self, input: &str) -> String {
+    /// The torque of a motor, or its force or voltage, with its unit.
+    pub fn effort_of(&self, input: &str) -> ReadSignal {
         let equations = &self.reduced.equations;
         let found = equations.inputs.iter().find(|other| other.element == input);
-        found.map_or(Quantity::Torque, |found| equations.domain_of(found).effort()).of(input)
+        let effort = found.map_or(Quantity::Torque, |found| equations.domain_of(found).effort());
+        ReadSignal::new(effort.of(input), effort.unit())
     }
 
     /// The unit of an output: of a sensor, or of a coordinate's motion.

@@ -600,7 +600,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
     if !straight {
         return Ok(out);
     }
-    let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| plant.effort_of(input));
+    let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| plant.effort_of(input).signal);
     let all: Vec<String> = out.states.iter().cloned().chain(lagged).chain(names).collect();
     let mut sentences = distinguishable_torques(plant, &system)?;
     sentences
@@ -877,7 +877,7 @@ fn describe(
         .iter()
         .zip(&problem.lags)
         .filter(|(_, lag)| **lag > 0.0)
-        .map(|(i, _)| request.plant.effort_of(i))
+        .map(|(i, _)| request.plant.effort_of(i).signal)
         .collect();
     let disturbed: Vec<String> = observed.disturbances.iter().map(|shaft| Quantity::Disturbance.of(shaft)).collect();
     let reference_names: Vec<String> = references.iter().map(|r| r.name.clone()).collect();

@@ -128,10 +128,7 @@ impl Observed {
     }
 
     fn observer_data(&self, plant: &Plant, inputs: &[String]) -> ControllerData {
-        let torques = inputs.iter().map(|input| plant.effort_of(input)).map(|effort| {
-            let unit = SignalName::new(&effort).unit();
-            ReadSignal::new(effort, unit)
-        });
+        let torques = inputs.iter().map(|input| plant.effort_of(input));
         let sensors = self.result.sensors.iter().map(|name| ReadSignal::new(name, SignalName::new(name).unit()));
         let (n, signals) = (self.a.rows(), self.b.columns());
         let matrices = [
@@ -179,17 +176,17 @@ impl Observed {
                         .zip(&self.view.offsets)
                         .map(|(name, x)| DataNumber::new(format!("{name} offset"), *x)),
                 )
-                .chain(self.data_at_rest(inputs))
+                .chain(self.data_at_rest(plant, inputs))
                 .collect(),
         }
     }
 
     /// States and torques at the operating point, for a file.
-    fn data_at_rest(&self, inputs: &[String]) -> Vec<DataNumber> {
+    fn data_at_rest(&self, plant: &Plant, inputs: &[String]) -> Vec<DataNumber> {
         let Model::Linear(linear) = &self.model else { return Vec::new() };
         let named = |rest: &RestOfModel| -> Vec<DataNumber> {
             let states = self.result.states.iter().cloned().zip(rest.states.iter().copied());
-            let torques = inputs.iter().map(|input| Quantity::Torque.of(input)).zip(rest.torques.iter().copied());
+            let torques = inputs.iter().map(|input| plant.effort_of(input).signal).zip(rest.torques.iter().copied());
             states.chain(torques).map(|(name, rest)| DataNumber::new(format!("{name} at rest"), rest)).collect()
         };
         linear.rest().map(named).unwrap_or_default()
