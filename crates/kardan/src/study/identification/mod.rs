@@ -23,6 +23,7 @@ mod settings;
 mod stream;
 mod suggest;
 mod summary;
+mod taken_out;
 mod wanted;
 mod ways;
 mod written;
