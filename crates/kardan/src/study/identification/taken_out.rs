@@ -11,7 +11,7 @@ pub(super) fn without(text: &str, [table, key]: [&str; 2], start: usize) -> Opti
     let list = listed(&before, [table, key])?;
     let number = list.iter().position(|entry| entry.place.start() == start)?;
     let spans = match text[start..].starts_with("[[") {
-        true => vec![of_header(text, &list[number])?],
+        true => alone(of_header(text, &list[number])?),
         false => of_line(text, list, number)?,
     };
     let mut out = text.to_string();
@@ -49,27 +49,33 @@ fn of_header(text: &str, entry: &Entry) -> Option<Range<usize>> {
 }
 
 /// An item of a list in brackets, and its comma: that behind it, or of the last one that before it.
-fn of_line(text: &str, list: &[Entry], number: usize) -> Option<Vec<Range<usize>>> {
+fn of_line(text: &str, list: &[Entry], number: usize) -> Option<[Range<usize>; 2]> {
     let own = list[number].place.span();
     let Some(comma) = comma(text, own.end) else {
         let before = number.checked_sub(1).map(|k| comma(text, list[k].place.span().end));
         return match before {
-            None => Some(vec![own]),
+            None => Some(alone(own)),
             Some(None) => None,
-            Some(Some(at)) if text[at + 1..own.start].trim().is_empty() => Some(vec![at..own.end]),
-            Some(Some(at)) => Some(vec![at..at + 1, own]),
+            Some(Some(at)) if text[at + 1..own.start].trim().is_empty() => Some(alone(at..own.end)),
+            Some(Some(at)) => Some([at..at + 1, own]),
         };
     };
     if !text[own.end..comma].trim().is_empty() {
-        return Some(vec![own, comma..comma + 1]);
+        return Some([own, comma..comma + 1]);
     }
     let blanks = text[comma + 1..].len() - text[comma + 1..].trim_start_matches([' ', '\t']).len();
     let (begin, end) = (line_start(text, own.start), comma + 1 + blanks);
     let ends = ["\n", "\r\n"].into_iter().find(|it| text[end..].starts_with(it));
     match ends.filter(|_| text[begin..own.start].trim().is_empty()) {
-        Some(line) => Some(vec![begin..end + line.len()]),
-        None => Some(vec![own.start..end]),
+        Some(line) => Some(alone(begin..end + line.len())),
+        None => Some(alone(own.start..end)),
     }
+}
+
+/// A span with nothing behind it.
+fn alone(span: Range<usize>) -> [Range<usize>; 2] {
+    let end = span.end;
+    [span, end..end]
 }
 
 fn line_start(text: &str, at: usize) -> usize {
