@@ -243,14 +243,48 @@ impl Regressor {
         self
     }
 
-    /// The angle of a play (rad) and the torque along it (N m) at the motion of the last [`Self::fill`]; `None` where the sign of a friction
-    /// that enters it is not known.
+    /// The angle of a play (rad) and the torque along it (N m) at the motion of the last [`Self::fill`], without what the columns add to that
+    /// torque, which stands in `parts`: for each column by its value. `None` where the sign of a friction that enters it is not known.
     ///
     /// # Panics
-    /// If there is no such play.
-    pub fn play(&self, play: usize, torques: &[f64]) -> Option<[f64; 2]> {
+    /// If there is no such play, or not a part for each column.
+    pub fn play(&self, play: usize, torques: &[f64], parts: &mut [f64]) -> Option<[f64; 2]> {
+        assert!(parts.len() == self.columns(), "a part for each column");
         let own = &self.plays[play];
-        Some([own.along(&self.kinematics.angles), self.cut(own, torques)?])
+        let along = |row: &[(usize, f64)]| row.iter().map(|(shaft, x)| x * own.cut[*shaft]).sum::<f64>();
+        let mut known = self.cut(own, torques)?;
+        parts.fill(0.0);
+        let (of_terms, of_extras) = parts.split_at_mut(self.wanted.len());
+        for (part, (kind, terms)) in of_terms.iter_mut().zip(&self.wanted) {
+            for &term in terms {
+                let lever = self.terms[*kind][term].along(&own.cut);
+                if lever != 0.0 {
+                    let share = lever * self.signal(*kind, term)?;
+                    *part += share;
+                    known -= self.nominal[*kind][term] * share;
+                }
+            }
+        }
+        for (part, extra) in of_extras.iter_mut().zip(&self.extras) {
+            let lever = match extra.along() {
+                Along::Friction(k) => self.terms[Kind::Friction as usize][k].along(&own.cut),
+                Along::Spring(k) => self.terms[Kind::Stiffness as usize][k].along(&own.cut),
+                Along::Input(k) => along(&self.inputs[k]),
+                Along::Teeth(k) => along(&self.teeth[k].row),
+                Along::Laws => 0.0,
+            };
+            if lever != 0.0 {
+                *part = lever * self.extra_signal(extra, torques)?;
+            }
+            if let Extra::Law { parameter } = *extra {
+                for (law, row) in self.laws.iter().enumerate() {
+                    let share = -along(row) * self.law_torques.share(law, parameter);
+                    *part += share;
+                    known -= self.law_values[parameter] * share;
+                }
+            }
+        }
+        Some([own.along(&self.kinematics.angles), known])
     }
 
     /// The same with a speed of its own for each friction of the equations below which its sign is not known, rad/s.

@@ -174,6 +174,43 @@ fn the_width_of_a_play() {
     assert!(left.is_empty() && text.contains("backlash = \"0.0"), "{left:?}\n{text}");
 }
 
+/// Which way the teeth are pressed follows from what was found, not from what the file says of it.
+#[test]
+fn the_width_of_a_play_with_what_is_sought() {
+    let model = |damping: &str, friction: &str| {
+        let turns: String = [-0.3, 0.4, -0.5, 0.6, -0.7, 0.3, -0.4, 0.5]
+            .iter()
+            .enumerate()
+            .map(|(k, torque)| {
+                format!("[[scenario.event]]\nat = \"{k}.2 s\"\nsignal = \"m.tau\"\nto = \"{torque} N m\"\nover = \"0.5 s\"\n")
+            })
+            .collect();
+        format!(
+            "[shaft.a]\ninertia = \"1e-3 kg m^2\"\ndamping = \"1e-3 N m s/rad\"\nfriction = \"0.01 N m\"\n\
+             [shaft.b]\ninertia = \"1e-2 kg m^2\"\ndamping = \"{damping} N m s/rad\"\nfriction = \"{friction} N m\"\n\
+             [gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = -5\nbacklash = \"10 deg\"\noffset = \"3 deg\"\n\
+             [motor.m]\nshaft = \"a\"\n[scenario]\nduration = \"8 s\"\noutput_step = \"1 ms\"\n{turns}"
+        )
+    };
+    let log = log(&model("0.05", "0.02"));
+    let (width, offset) = (10.0_f64.to_radians(), 3.0_f64.to_radians());
+    let width_of = |damping: &str, friction: &str, sought: &[&str]| {
+        let found = found(&model(damping, friction), &log, &[sought, &["g.backlash"]].concat());
+        let [width_found, offset_found] =
+            ["g.backlash", "g.offset"].map(|name| one(&found.parameters, name).value.unwrap());
+        assert!((width_found - width).abs() < 1e-3, "{damping} {friction}: {width_found} instead of {width}");
+        assert!((offset_found - offset).abs() < 1e-3, "{damping} {friction}: {offset_found} instead of {offset}");
+        width_found
+    };
+    // What the file says of what is sought does not matter at all.
+    let known = width_of("0.05", "0.02", &["a.damping", "b.damping"]);
+    for wrong in ["0.005", "0.5", "0"] {
+        let other = width_of(wrong, "0.02", &["a.damping", "b.damping"]);
+        assert!((other - known).abs() < 1e-9, "{wrong}: {other} instead of {known}");
+    }
+    width_of("0.005", "0.2", &["a.damping", "b.damping", "b.friction"]);
+}
+
 /// Teeth that rub are suggested where the load is known, and `--write` makes efficiencies of them, with which the file predicts the same.
 #[test]
 fn losses_of_teeth_are_suggested() {

@@ -441,6 +441,53 @@ fn written_terms_are_read_again() {
     }
 }
 
+/// `--write` takes the entry of a term out of the file, and no other line: not the keys behind a list in one line, not the next entry, no comment.
+#[test]
+fn the_rest_of_the_file_stays() {
+    let torque = |at: &At| plain_torque(at) + 0.05 + 0.0004 * at.speed * at.speed.abs();
+    let logs = [log(43, torque)];
+    let names = |last: &str| format!("\"s.inertia\", \"s.damping\", \"s.friction\", \"s.friction_sense\", \"{last}\"");
+    let rest = "# the run\n[scenario]\nduration = \"1 s\"\nsignals = { \"m.tau\" = \"1 N m\" }\n";
+    let table = |kind: &str, by: &str| {
+        format!("{by}[[identification.extra]] # a term\n{by}kind = \"{kind}\"\n{by}friction = \"s\" # of it\n\n")
+    };
+    let line = |kind: &str| format!("{{ kind = \"{kind}\", friction = \"s\" }}");
+    let [quadratic, drift] = ["s.quadratic_damping", "s.friction_drift"];
+    let [sense, second, other] = ["sense", "quadratic", "drift"].map(line);
+    let keys = "method = \"dynamic\"\nconfidence = 0.9\n\n";
+    let cases = [
+        (quadratic, format!("extra = [{sense}, {second}]\n{keys}"), format!("extra = []\n{keys}")),
+        (drift, format!("extra = [{sense}, {other}]\n{keys}"), format!("extra = [{other}]\n{keys}")),
+        (drift, format!("extra = [{other} , {sense}]\n{keys}"), format!("extra = [{other} ]\n{keys}")),
+        (
+            drift,
+            format!("extra = [\n  # why\n  {sense},\n  {other}, # that\n]\n{keys}"),
+            format!("extra = [\n  # why\n  {other}, # that\n]\n{keys}"),
+        ),
+        (
+            drift,
+            format!("extra = [{other} # one\n, {sense} # two\n]\n{keys}"),
+            format!("extra = [{other} # one\n # two\n]\n{keys}"),
+        ),
+        (quadratic, format!("{keys}{}{}", table("sense", ""), table("quadratic", "")), keys.to_string()),
+        (
+            drift,
+            format!("{keys}{}{}", table("sense", "  "), table("drift", "  ")),
+            format!("{keys}{}", table("drift", "  ")),
+        ),
+    ];
+    for (last, given, kept) in cases {
+        let source = format!("{SHAFT}[identification]\nparameters = [{}]\n{given}{rest}", names(last));
+        let before = found(&source, &logs, false);
+        let (text, left) = study::written(&source, &before).unwrap_or_else(|told| panic!("{}", plain(&source, &told)));
+        assert!(left.iter().all(|note| last == drift && note.starts_with(drift)), "{left:?}");
+        assert!(text.contains(&format!("]\n{kept}{rest}")), "{given}: {text}");
+        let laws = if last == drift { 1 } else { 2 };
+        assert_eq!(text.matches("[torque.").count(), laws, "{text}");
+        found(&text, &logs, false);
+    }
+}
+
 /// What `--suggest` takes, `--write` puts into the file: a file that is read again predicts the same.
 #[test]
 fn suggested_terms_are_written() {

@@ -106,8 +106,8 @@ impl Balance<'_> {
         Ok(Cut { teeth, as_given, explains_itself: !self.has_reference(&motion) })
     }
 
-    /// How a play is cut, whose torque is that of an input that nobody measured.
-    fn cut_of_play(&self, input: usize) -> Option<Teeth> {
+    /// How a play is cut, whose torque is that of an input that nobody measured; and what of that which is sought enters its torque.
+    fn cut_of_play(&self, input: usize) -> Option<(Teeth, Vec<String>)> {
         let equations = &self.reduced.equations;
         let zero = |row: &[(usize, Rational)]| (row.to_vec(), Rational::ZERO);
         let row = &equations.inputs[input].row;
@@ -117,20 +117,24 @@ impl Balance<'_> {
         conditions.extend(others.map(|&k| zero(&equations.inputs[k].row)));
         let n = equations.coordinates.len();
         let mut motion = solution(&conditions, n).filter(|_| Kinematics::new(self.reduced).is_constant())?;
-        for row in self.unknown().iter().flat_map(|(_, rows)| rows) {
+        let unknown = self.unknown();
+        for row in unknown.iter().flat_map(|(_, rows)| rows) {
             conditions.push(zero(row));
             match solution(&conditions, n) {
                 Some(found) => motion = found,
                 None => drop(conditions.pop()),
             }
         }
-        Some(Teeth {
+        let enters = |rows: &[Row]| rows.iter().any(|row| !along(row, &motion).is_zero());
+        let entering = unknown.iter().filter(|(_, rows)| enters(rows)).map(|(name, _)| name.clone()).collect();
+        let teeth = Teeth {
             row: equations.inputs[input].row_f64(),
             cut: motion.iter().map(rational_to_f64).collect(),
             known: [0.0; 2],
             loss: None,
             rest_speed: 0.0,
-        })
+        };
+        Some((teeth, entering))
     }
 
     /// Names and directions of what is sought.
@@ -208,7 +212,7 @@ fn solution(conditions: &[Condition], n: usize) -> Option<Vec<Rational>> {
 }
 
 /// How the play is cut whose torque is that of an input.
-pub(super) fn cut_of_play(balance: &Balance<'_>, input: usize) -> Option<Teeth> {
+pub(super) fn cut_of_play(balance: &Balance<'_>, input: usize) -> Option<(Teeth, Vec<String>)> {
     balance.cut_of_play(input)
 }
 

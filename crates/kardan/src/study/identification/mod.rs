@@ -23,6 +23,7 @@ mod settings;
 mod stream;
 mod suggest;
 mod summary;
+mod taken_out;
 mod wanted;
 mod ways;
 mod written;
@@ -36,6 +37,7 @@ use fitting::{choose, fit_options, unseen};
 use laws::with_harmonics_of_laws;
 use open_logs::OpenLogs;
 use plant::plant;
+use plays::Play;
 use rows::Material;
 pub use settings::{IdentifySettings, LogFile};
 use suggest::{suggest, with_all_harmonics};
@@ -184,7 +186,7 @@ impl Fitting<'_> {
         }
         if asked.suggest && !ends() {
             keep(&|| Identification { unfinished: missing("suggestions are missing"), ..out.clone() });
-            out.suggestions = suggest(&self.whole, &self.material, &self.options, progress);
+            out.suggestions = suggest(&self.whole, &self.material, &self.options, &self.plays(), progress);
         }
         if ends() {
             out.unfinished = missing("what was left to validate and to compare is missing");
@@ -193,9 +195,18 @@ impl Fitting<'_> {
         Ok(out)
     }
 
+    /// What the teeth of plays did, by the values that were found.
+    fn plays(&self) -> Vec<Play> {
+        let Whole { asked, chosen, .. } = self.whole;
+        let kept = chosen.columns.kept.iter().map(|(k, _)| chosen.columns.asked[*k].name.clone());
+        let names: Vec<String> = kept.chain(asked.extras.iter().map(|extra| extra.name.clone())).collect();
+        chosen.built.plays.iter().map(|play| play.fitted(&self.fit, &names)).collect()
+    }
+
     /// What was found, with the predictions of fits that have not seen what they predict, if there are any.
     fn summary(&self, unseen: Option<&[f64]>) -> Identification {
         let Whole { asked, plant, chosen, .. } = self.whole;
+        let plays = self.plays();
         let mut out = summary(&Fitted {
             plant,
             asked,
@@ -206,7 +217,7 @@ impl Fitting<'_> {
             method: chosen.method.word(),
             window: self.material.window,
             noise: &chosen.built.noise,
-            plays: &chosen.built.plays,
+            plays: &plays,
         });
         out.logs = self.material.logs();
         out.windows = chosen.windows();

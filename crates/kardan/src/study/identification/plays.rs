@@ -1,14 +1,17 @@
 //! Play between two angles that are measured: its width, where the sense of what the teeth carry is known.
 
 use crate::assemble::{Along, Equations};
+use crate::diagnostics::quoted;
 use crate::equations::{Hold, InputKind};
-use crate::identify::student_quantile;
+use crate::identify::{Fit, student_quantile};
 use crate::model::Document;
-use crate::num::Rational;
+use crate::num::{Rational, dot};
 use crate::results::{IdentifiedParameter, Interval};
 
 /// Part of the largest torque from which teeth are pressed together for certain.
 const PRESSED: f64 = 0.05;
+/// Standard errors from which the sense of a torque is certain.
+const CERTAIN: f64 = 3.0;
 /// Fewest windows on either side.
 const FEWEST: usize = 5;
 
@@ -18,8 +21,15 @@ pub(super) struct Play {
     pub element: String,
     /// Whether it is one between masses.
     pub straight: bool,
-    /// Angle of the first body against the others (rad), and the torque that the teeth put on it (N m), by log, section and time.
+    /// Angle of the first body against the others (rad), and the torque that the teeth put on it (N m), by log, section and time; until
+    /// [`Self::fitted`] without what the columns add.
     pub windows: Vec<(usize, usize, f64, [f64; 2])>,
+    /// What each column adds to the torque by its value, window by window.
+    pub parts: Vec<f64>,
+    /// Errors of the torque from those of the values, window by window, N m.
+    pub errors: Vec<f64>,
+    /// What enters the torque and is not known.
+    pub untold: Vec<String>,
 }
 
 /// Elements with a play, and its direction over the shafts.
@@ -46,12 +56,31 @@ pub(super) fn open_plays(document: &Document, equations: &mut Equations) -> Vec<
 }
 
 impl Play {
+    /// The same with the torques that follow from the values of a fit with these columns.
+    pub fn fitted(&self, fit: &Fit, names: &[String]) -> Self {
+        let mut out = Self { parts: Vec::new(), ..self.clone() };
+        let columns = self.parts.len().checked_div(self.windows.len()).unwrap_or(0);
+        let rows: Vec<&[f64]> = if columns == 0 { Vec::new() } else { self.parts.chunks(columns).collect() };
+        let open =
+            (0..columns).filter(|&k| fit.standard_errors[k].is_infinite() && rows.iter().any(|row| row[k] != 0.0));
+        out.untold.extend(open.map(|k| names[k].clone()));
+        for (window, row) in out.windows.iter_mut().zip(&rows) {
+            window.3[1] += dot(row, &fit.values[..columns]);
+            let covariance = |i: usize| (0..columns).map(|j| fit.covariance[(i, j)] * row[j]).sum::<f64>();
+            // No number where a value is at its bound: then the torque alone tells.
+            let variance: f64 = (0..columns).filter(|&i| row[i] != 0.0).map(|i| row[i] * covariance(i)).sum();
+            out.errors.push(variance.max(0.0).sqrt());
+        }
+        out
+    }
+
     /// Angles with the side on which the teeth are pressed: windows in a row that agree.
     fn pressed(&self) -> Vec<(f64, f64)> {
         let largest = self.windows.iter().map(|(.., [_, torque])| torque.abs()).fold(0.0, f64::max);
         let side = |k: usize| {
             let torque = self.windows[k].3[1];
-            (torque.abs() > PRESSED * largest).then(|| -torque.signum())
+            let error = self.errors.get(k).copied().unwrap_or(0.0);
+            (torque.abs() > (PRESSED * largest).max(CERTAIN * error)).then(|| -torque.signum())
         };
         let near =
             |a: usize, b: usize| (self.windows[a].0, self.windows[a].1) == (self.windows[b].0, self.windows[b].1);
@@ -75,6 +104,15 @@ impl Play {
         };
         if upper.len().min(lower.len()) < FEWEST {
             let remark = "in these logs its teeth are hardly ever pressed on both sides".to_string();
+            return vec![IdentifiedParameter {
+                standard_error: Some(f64::INFINITY),
+                remark,
+                ..named("backlash", before[0])
+            }];
+        }
+        if !self.untold.is_empty() {
+            let names = quoted(self.untold.iter().map(String::as_str));
+            let remark = format!("which way its teeth are pressed needs {names}, which these data do not tell alone");
             return vec![IdentifiedParameter {
                 standard_error: Some(f64::INFINITY),
                 remark,

@@ -84,7 +84,7 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
     };
     let (rest, of_teeth) = rest.split_at(reduced.equations.frictions.len());
     teeth.iter_mut().zip(of_teeth).for_each(|(one, speed)| one.rest_speed = *speed);
-    let (mut plays, cuts): (Vec<Play>, Vec<_>) = cut_plays(plant, &columns.asked, asked).into_iter().unzip();
+    let (mut plays, cuts): (Vec<Play>, Vec<_>) = cut_plays(plant, columns, asked).into_iter().unzip();
     let (torques, values, waves) =
         law_torques(&reduced, &asked.extras, &plant.harmonics).expect("the plant was checked for more of them");
     let mut regressor = Regressor::new(&reduced, &wanted, &plant.unmeasured, 0.0)
@@ -97,6 +97,7 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
         .with_rest_speeds(rest);
     let samples = Samples::new(regressor.rows(), regressor.columns(), columns.extras.len(), r, m);
     let noise_of = [vec![0.0_f64; r], vec![0.0_f64; r], vec![0.0_f64; r]];
+    let mut parts = vec![0.0; regressor.columns()];
     let mut built = Built { samples, count: WindowCount::default(), noise: noise_of, plays: Vec::new() };
     for (log, recording) in material.recorded.iter().enumerate() {
         for ((section, number), row) in &recording.windows {
@@ -115,8 +116,10 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
                 asked.lenient,
             );
             for (k, play) in plays.iter_mut().enumerate() {
-                let now = regressor.play(k, &motion.torques);
-                play.windows.extend(now.map(|now| (log, *section, time, now)));
+                if let Some(now) = regressor.play(k, &motion.torques, &mut parts) {
+                    play.windows.push((log, *section, time, now));
+                    play.parts.extend_from_slice(&parts);
+                }
             }
         }
     }
@@ -125,7 +128,11 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
 }
 
 /// The play of an element and where it is cut, if both angles are measured and the torque follows from what is.
-fn cut_plays(plant: &Plant, sought: &[Coefficient], asked: &Asked) -> Vec<(Play, Teeth)> {
+fn cut_plays(plant: &Plant, columns: &Columns, asked: &Asked) -> Vec<(Play, Teeth)> {
+    let free = |name: &String| {
+        let number = columns.asked.iter().position(|one| one.name == *name);
+        number.is_some_and(|number| columns.kept.iter().all(|(k, with)| *k != number || !with.is_empty()))
+    };
     let equations = &plant.reduced.equations;
     // Within soft ones the angle goes on with the torque.
     let rigid = |element: &str| {
@@ -134,11 +141,21 @@ fn cut_plays(plant: &Plant, sought: &[Coefficient], asked: &Asked) -> Vec<(Play,
     let measured = plant.sensors.iter().all(|(angle, _)| angle.is_some());
     let own = plant.plays.iter().filter(|element| measured && rigid(element)).filter_map(|element| {
         let number = equations.inputs.iter().position(|input| input.element == *element)?;
-        let cut = cut_of_play(&plant.balance(&plant.reduced, sought, asked), number)?;
+        let (cut, mut untold) = cut_of_play(&plant.balance(&plant.reduced, &columns.asked, asked), number)?;
+        untold.retain(free);
+        // How large they are at a speed, the fit alone knows.
+        let curved = asked.extras.iter().filter(|extra| extra.shape().is_some() && enters(plant, &extra.element, &cut));
+        untold.extend(curved.map(|extra| extra.name.clone()));
         let straight = equations.domain_of(&equations.inputs[number]) == Domain::Translation;
-        Some((Play { element: element.clone(), straight, windows: Vec::new() }, cut))
+        Some((Play { element: element.clone(), straight, untold, ..Play::default() }, cut))
     });
     own.collect()
+}
+
+/// Whether the friction of an element enters what is cut.
+fn enters(plant: &Plant, element: &str, cut: &Teeth) -> bool {
+    let mut own = plant.reduced.equations.frictions.iter().filter(|term| term.element == element);
+    own.any(|term| term.row_f64().iter().map(|(shaft, x)| x * cut.cut[*shaft]).sum::<f64>() != 0.0)
 }
 
 impl Built {

@@ -11,6 +11,7 @@ use super::fitted::Fitted;
 use super::fitting::unseen;
 use super::parameters::is_in_file;
 use super::plant::{Columns, columns, in_coordinates};
+use super::plays::Play;
 use super::rows::{Material, rows, settled};
 use super::summary::{UNLIKELY, summary, test_name};
 use crate::assemble::Along;
@@ -463,6 +464,7 @@ pub(super) fn suggest(
     whole: &Whole<'_>,
     material: &Material<'_>,
     options: &FitOptions,
+    plays: &[Play],
     progress: &dyn Progress,
 ) -> Option<Suggestions> {
     let search = Search::new(whole, material, options);
@@ -489,7 +491,7 @@ pub(super) fn suggest(
         method: whole.chosen.method.word(),
         window: material.window,
         noise: &whole.chosen.built.noise,
-        plays: &whole.chosen.built.plays,
+        plays,
     });
     out.taken = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();
     out.text = search.text(&terms);

@@ -1,11 +1,17 @@
 //! What was found, in the text of the model file: values in place, terms as laws of torques.
 
-use crate::diagnostics::{Diagnostic, Severity};
+use crate::diagnostics::Diagnostic;
+use crate::file::syntax;
 use crate::model::{self, Document, Instance, NewValue};
 use crate::names;
 use crate::results::{FileLaw, FileTerm, FileValue, Identification};
 use crate::schema::{Table, Value};
+use crate::study::prepare::is_error;
 use crate::study::read::{read_word, read_words};
+
+use super::asked::asked;
+use super::settings::IdentifySettings;
+use super::taken_out::without;
 
 /// The text of the model file with what was found in place, and what it cannot hold, with the reason. Terms that were suggested and taken are
 /// in it too: those that a law of a torque can say as `[torque.NAME]` with parameters of their own, others as `[[identification.extra]]`.
@@ -20,11 +26,14 @@ pub fn written(source: &str, found: &Identification) -> Result<(String, Vec<Stri
     };
     let mut text = source.to_string();
     let mut new: Vec<FileValue> = values.clone();
+    let mut kept: Vec<String> = Vec::new();
     for term in terms {
         let (document, _) = model::read(&text);
         let Some(law) = Written::new(&document, term) else { continue };
         new.extend(law.values.iter().cloned());
-        text = law.put(&text, &document, term);
+        let still_there;
+        (text, still_there) = law.put(&text, &document, term);
+        kept.extend(still_there);
     }
     for (term, entry) in entries {
         let (document, _) = model::read(&text);
@@ -37,13 +46,36 @@ pub fn written(source: &str, found: &Identification) -> Result<(String, Vec<Stri
         confidence: found.confidence,
     });
     let (text, mut left) = model::written(&text, &values.collect::<Vec<_>>())?;
-    let mistakes: Vec<Diagnostic> =
-        model::read(&text).1.into_iter().filter(|one| one.severity == Severity::Error).collect();
-    if !mistakes.is_empty() {
-        return Err(mistakes);
+    let known = mistakes(source);
+    let new: Vec<Diagnostic> =
+        mistakes(&text).into_iter().filter(|one| known.iter().all(|other| other.message != one.message)).collect();
+    if !new.is_empty() {
+        let refused = |mut one: Diagnostic| {
+            one.message = format!("with what was found the file would have a mistake: {}", one.message);
+            // Its places are those of a text that nobody has.
+            Diagnostic { labels: Vec::new(), ..one }
+        };
+        return Err(new.into_iter().map(refused).collect());
     }
+    left.extend(kept);
     left.extend(not.iter().cloned());
     Ok((text, left))
+}
+
+/// Mistakes of a file that is read to identify: of the model, and of the names of what is sought.
+fn mistakes(text: &str) -> Vec<Diagnostic> {
+    let (document, mut out) = model::read(text);
+    out.retain(is_error);
+    if !out.is_empty() {
+        return out;
+    }
+    let set = document.variant_settings().into_iter().next().map(|one| one.settings).unwrap_or_default();
+    let (model, mistakes) = document.model_with(&set, Some(&[]));
+    out.extend(mistakes);
+    asked(&document, &model, &set, &IdentifySettings::default(), &mut out);
+    // A file need not seek anything.
+    out.retain(|one| is_error(one) && one.code != "identify::nothing");
+    out
 }
 
 /// A term as a law of a torque, and the parameters that it has.
@@ -141,29 +173,44 @@ impl Written {
         Self { parameters, torque: format!("[torque.{name}]\n{on}law = \"{law}\"\n"), values }
     }
 
-    /// The text of a model file with it, in place of its term.
-    fn put(&self, text: &str, document: &Document, term: &FileTerm) -> String {
+    /// The text of a model file with it, in place of its term; and what is to be said where that is still there.
+    fn put(&self, text: &str, document: &Document, term: &FileTerm) -> (String, Option<String>) {
         let names: Vec<String> = self.values.iter().map(|one| one.name.clone()).collect();
         let mut own: Vec<String> = vec![term.term.clone()];
         own.extend(term.coefficients.iter().map(|one| one.name.clone()));
         let mut out = with_names(text, document, &own, &names);
+        let mut kept = None;
         // Places in the text behind the names are others now.
         let (document, _) = model::read(&out);
         if let Some(entry) = entry(&document, term) {
-            let begin = out[..entry].rfind('\n').map_or(0, |at| at + 1);
-            let end = out[entry..].match_indices("\n[").next().map_or(out.len(), |(at, _)| entry + at + 1);
-            out.replace_range(begin..end, "");
+            match without(&out, ["identification", "extra"], entry) {
+                Some(text) => out = text,
+                None => {
+                    kept = Some(format!(
+                        "{}: it is a law of a torque now, and its entry of `extra` in `[identification]` cannot be told from what stands \
+                         beside it: remove it before you identify again",
+                        term.term
+                    ));
+                }
+            }
         }
         if !out.is_empty() && !out.ends_with('\n') {
             out.push('\n');
         }
-        let header = out.match_indices("[parameters]").find(|(at, _)| *at == 0 || out.as_bytes()[at - 1] == b'\n');
-        match header.map(|(at, _)| out[at..].find('\n').map_or(out.len(), |end| at + end + 1)) {
+        match parameters(&out) {
             Some(place) => out.insert_str(place, &self.parameters),
             None => out += &format!("\n[parameters]\n{}", self.parameters),
         }
-        out + "\n" + &self.torque
+        (out + "\n" + &self.torque, kept)
     }
+}
+
+/// The start of the line below `[parameters]`.
+fn parameters(text: &str) -> Option<usize> {
+    let (entries, _) = syntax(text);
+    let place = entries.keyed("parameters")?.entry.place.span();
+    let header = text[place.clone()].starts_with('[');
+    header.then(|| text[place.end..].find('\n').map_or(text.len(), |end| place.end + end + 1))
 }
 
 /// Where the header of the entry of a term begins.
