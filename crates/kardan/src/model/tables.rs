@@ -4,8 +4,22 @@ use crate::schema::{Sign, choice, keys};
 use crate::units::Dimension;
 
 /// The elements that can hold, by Coulomb friction or otherwise; a test keeps them equal to the registry.
-pub(super) const HOLDING: &[&str] =
-    &["shaft", "mass", "gear", "spring_damper", "clutch", "brake", "one_way_clutch", "lock", "end_stop"];
+pub(super) const HOLDING: &[&str] = &[
+    "shaft",
+    "mass",
+    "harmonic_drive",
+    "gear",
+    "rack_and_pinion",
+    "screw",
+    "pulley",
+    "spring_damper",
+    "universal_joint",
+    "clutch",
+    "brake",
+    "one_way_clutch",
+    "lock",
+    "end_stop",
+];
 
 keys! {
     /// `[model]`.

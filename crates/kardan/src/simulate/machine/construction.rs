@@ -213,6 +213,7 @@ impl Machine {
             modes: vec![Mode::Stick; m],
             holding: if kept.is_empty() { Vec::with_capacity(r) } else { kept.clone().collect() },
             following: Vec::with_capacity(m),
+            turning: Vec::new(),
             moves: moving.contains(&true),
             moving,
             still: Vec::with_capacity(r),

@@ -357,12 +357,12 @@ impl Machine {
         }
     }
 
-    /// Whether kept rows may turn away from directions that follow from them.
+    /// Whether kept rows may turn away from directions that follow from them alone.
     pub(super) fn may_turn(&self) -> bool {
-        !self.kept.is_empty() && !self.following.is_empty() && !self.stands
+        !self.turning.is_empty()
     }
 
-    /// Directions that followed from those that hold until kept rows turned, and now have a speed beyond rounding at the point last evaluated.
+    /// Directions that kept rows alone carried until they turned, and that now have a speed beyond rounding at the point last evaluated.
     fn carried_along(&self) -> Vec<usize> {
         let r = self.degrees_of_freedom;
         let sizes = &self.step_speeds;
@@ -374,7 +374,7 @@ impl Machine {
             let row = self.metric_row(*k);
             self.dynamics.friction_speed(*k, &self.work).abs() > NOISE * size * dot(&row, &row).sqrt()
         };
-        self.following.iter().copied().filter(|k| !self.moving[*k]).filter(moves).collect()
+        self.turning.iter().copied().filter(moves).collect()
     }
 
     /// Decides all modes anew at a point, with the sources of the segment that begins there.
@@ -661,6 +661,11 @@ impl Machine {
             for &k in sticking.iter().filter(rests).filter(stays) {
                 self.still.extend(self.dynamics.only_entry(k, &self.work));
             }
+        }
+        self.turning.clear();
+        if !self.kept.is_empty() && !self.stands {
+            let may = |k: &&usize| !self.moving[**k] && self.is_carried(**k);
+            self.turning = self.following.iter().filter(may).copied().collect();
         }
         self.factor_holding();
     }

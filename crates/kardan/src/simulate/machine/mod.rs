@@ -82,6 +82,8 @@ pub struct Machine {
     holding: Vec<usize>,
     /// Directions that stick but follow from the holding ones.
     following: Vec<usize>,
+    /// Those among them that kept rows alone carry where the motion has come.
+    turning: Vec<usize>,
     /// Of each direction whether constraints prescribe a speed along it, in whole or in part; and whether there is such a one.
     moving: Vec<bool>,
     moves: bool,
@@ -139,7 +141,7 @@ impl Machine {
             keeper.count(&mut number);
             *mode = [Mode::Stick, Mode::Forward, Mode::Backward][number.min(2)];
         }
-        for list in [&mut self.holding, &mut self.following, &mut self.still] {
+        for list in [&mut self.holding, &mut self.following, &mut self.turning, &mut self.still] {
             keeper.counts(list);
         }
         keeper.flag(&mut self.stands);
