@@ -350,7 +350,10 @@ impl Machine {
         }
         // What cancels in the speeds depends on the directions there.
         self.update(state);
-        let noise = |k: usize| NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work);
+        let noise = |k: usize| {
+            let own = NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work);
+            if self.kept.is_empty() { own } else { own.max(self.noise_of_rows(k)) }
+        };
         out.retain(|&k| against(self, k) > noise(k) || self.hold_turns(k));
         if turns {
             out.extend(self.carried_along());
@@ -364,17 +367,20 @@ impl Machine {
 
     /// Directions that kept rows alone carried until they turned, and that now have a speed beyond rounding at the point last evaluated.
     fn carried_along(&self) -> Vec<usize> {
+        let moves = |k: &usize| self.dynamics.friction_speed(*k, &self.work).abs() > self.noise_of_rows(*k);
+        self.turning.iter().copied().filter(moves).collect()
+    }
+
+    /// What rounding makes of the speed along a direction where kept rows carry it with others: in the metric of the inertia, of all speeds.
+    fn noise_of_rows(&self, k: usize) -> f64 {
         let r = self.degrees_of_freedom;
         let sizes = &self.step_speeds;
         let along = |row: &[f64]| row.iter().zip(sizes).map(|(x, size)| x.abs() * size).sum::<f64>();
         let momenta = self.work.inertia.chunks_exact(r.max(1)).map(along);
         // |g v| ≤ |g| |v| in the metric of the inertia.
         let size = momenta.zip(sizes).map(|(momentum, size)| momentum * size).sum::<f64>().sqrt();
-        let moves = |k: &usize| {
-            let row = self.metric_row(*k);
-            self.dynamics.friction_speed(*k, &self.work).abs() > NOISE * size * dot(&row, &row).sqrt()
-        };
-        self.turning.iter().copied().filter(moves).collect()
+        let row = self.metric_row(k);
+        NOISE * size * dot(&row, &row).sqrt()
     }
 
     /// Decides all modes anew at a point, with the sources of the segment that begins there.
