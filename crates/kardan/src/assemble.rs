@@ -125,6 +125,15 @@ pub struct KeptRow {
     pub law: Kept<usize>,
 }
 
+/// A torque along a direction around a position at rest: `τ = τ₀ + gᵀ Δq`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RestTorque {
+    /// τ₀, N m.
+    pub value: f64,
+    /// g, N m/rad.
+    pub on_positions: Vec<(usize, Rational)>,
+}
+
 /// All terms of a model, by kind, over shafts numbered in the order of their names.
 ///
 /// The order of the file never shows: shafts are sorted by name, terms by the shafts that they act on and by element name.
@@ -163,6 +172,8 @@ pub struct Equations {
     pub inputs: Vec<Along<InputKind>>,
     /// Torques that expressions give.
     pub laws: Vec<Along<Arc<Formula>>>,
+    /// What multipliers carry along coordinates where rows that turn stand still for an analysis; of a run nothing.
+    pub carried: Vec<Along<RestTorque>>,
     /// Sensors by element name.
     pub sensors: Vec<(String, Sensor)>,
 }

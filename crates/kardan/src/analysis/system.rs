@@ -100,7 +100,7 @@ impl ConstrainedSystem {
             let GeometricStiffness { element, row, stiffness } = one;
             Along { element, row, value: stiffness }
         }));
-        out.loads = loads(reduced, slopes);
+        out.loads = loads(slopes);
         out.drop_dependent_constraints();
         out
     }
@@ -193,11 +193,10 @@ fn sum(terms: &[Along<Rational>], shafts: usize) -> Matrix<Rational> {
 }
 
 /// What laws make of small motions.
-fn loads(reduced: &Reduced, slopes: Vec<LawSlopes>) -> Vec<Along<LoadSlopes>> {
-    let load = |slopes: LawSlopes| {
-        let law = &reduced.equations.laws[slopes.law];
-        let value = LoadSlopes { on_positions: slopes.on_positions, on_rates: slopes.on_rates };
-        Along { element: law.element.clone(), row: law.row.clone(), value }
+fn loads(slopes: Vec<LawSlopes>) -> Vec<Along<LoadSlopes>> {
+    let load = |LawSlopes { element, row, on_positions, on_rates, .. }: LawSlopes| {
+        let value = LoadSlopes { on_positions, on_rates };
+        Along { element, row, value }
     };
     slopes.into_iter().map(load).collect()
 }

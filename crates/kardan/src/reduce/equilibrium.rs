@@ -5,8 +5,9 @@ use faer::{Mat, linalg::solvers::Qr};
 use kardan_rt::Operator;
 
 use super::{Motion, Reduced};
+use crate::equations::Kept;
 use crate::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Rationals, Symbol, lower};
-use crate::num::{Random, Scalar, rational_from_f64, rational_to_f64};
+use crate::num::{Random, Rational, Scalar, rational_from_f64, rational_to_f64};
 use crate::units::Dimension;
 
 /// Newton steps that are made at most, and halvings of one.
@@ -23,6 +24,8 @@ const SEED: u64 = 0x6571_7569_6c69_6272;
 pub struct Equilibrium {
     /// The reduced position, rad or m.
     pub position: Vec<f64>,
+    /// The multiplier of each kept row, N m.
+    pub multipliers: Vec<f64>,
     /// The radius around it within which there is exactly one, proven; `None`: found to rounding only.
     pub radius: Option<f64>,
     /// The largest torque that is left, N m.
@@ -49,6 +52,8 @@ pub struct Held {
     pub position: Vec<f64>,
     /// The torque of each of the inputs that may hold it, N m.
     pub torques: Vec<f64>,
+    /// The multiplier of each kept row, N m.
+    pub multipliers: Vec<f64>,
     /// Whether nothing is left but what rounding makes.
     pub at_rest: bool,
     /// The radius within which there is exactly one such position, proven, zero where this is one exactly; `None`: found to rounding only.
@@ -57,13 +62,16 @@ pub struct Held {
     pub left: Option<(usize, f64)>,
 }
 
-/// The static torques as expressions of the coordinates, and of the torques of inputs that hold them.
+/// The static torques as expressions of the coordinates, and of the torques of inputs and multipliers that hold them.
 struct Statics {
     graph: Graph,
-    /// The unknowns: coordinates, and behind them torques of inputs.
+    /// The unknowns: coordinates, behind them torques of inputs, and multipliers of kept rows.
     symbols: Vec<Symbol>,
-    /// Torques along coordinates, without those that are always zero, with the numbers of their coordinates.
+    /// What is to vanish. First torques along coordinates, without those that are always zero, with the numbers of their coordinates; behind
+    /// them, with larger numbers, what kept rows say of positions.
     torques: Vec<(usize, Expr)>,
+    /// How many coordinates there are.
+    coordinates: usize,
     /// Unknowns that they depend on.
     active: Vec<usize>,
     /// Which of these are to be found, as places in `active`.
@@ -73,9 +81,10 @@ struct Statics {
 }
 
 impl Statics {
-    /// The torques with these inputs; of the coordinates those in `fixed` are given.
-    fn new(reduced: &Reduced, inputs: &[usize], fixed: &[usize]) -> Self {
-        let (motion, r) = (Motion::at_time_zero(reduced), reduced.degrees_of_freedom());
+    /// The torques with these inputs; of the coordinates those in `fixed` are given, and what is prescribed stays where it starts.
+    fn new(reduced: &Reduced, (inputs, fixed): (&[usize], &[usize]), start: &[f64]) -> Self {
+        let (mut motion, r) = (Motion::at_time_zero(reduced), reduced.degrees_of_freedom());
+        let rows = rows_of_positions(reduced, &mut motion, start);
         let mut graph = Graph::default();
         let mut symbols = Vec::with_capacity(r);
         let mut values = Vec::with_capacity(2 * r);
@@ -96,6 +105,17 @@ impl Statics {
                 torques[*k] = graph.add(torques[*k], part);
             }
         }
+        let first = motion.frictions.len() - motion.kept.len();
+        for (kept, direction) in reduced.equations.kept.iter().zip(&motion.frictions[first..]) {
+            let held = graph.new_symbol(kept.element.clone(), Dimension::TORQUE);
+            symbols.extend(graph.symbol_of(held));
+            for (k, entry) in direction {
+                let along = graph.copied(&motion.graph, *entry, &values);
+                let part = graph.multiply(along, held);
+                torques[*k] = graph.add(torques[*k], part);
+            }
+        }
+        torques.extend(rows.iter().map(|row| graph.copied(&motion.graph, *row, &values)));
         let torques: Vec<(usize, Expr)> =
             torques.into_iter().enumerate().filter(|(_, torque)| !graph.is_zero(*torque)).collect();
         let exprs: Vec<Expr> = torques.iter().map(|(_, torque)| *torque).collect();
@@ -104,7 +124,7 @@ impl Statics {
         let free = (0..active.len()).filter(|j| !fixed.contains(&active[*j])).collect();
         let columns: Vec<Vec<Expr>> = active.iter().map(|k| graph.derivatives(&exprs, symbols[*k])).collect();
         let slopes = (0..exprs.len()).flat_map(|i| columns.iter().map(move |column| column[i])).collect();
-        Self { graph, symbols, torques, active, free, slopes }
+        Self { graph, symbols, torques, coordinates: r, active, free, slopes }
     }
 
     fn at<D: Domain>(&self, domain: &mut D, exprs: &[Expr], place: impl Fn(usize) -> D::Value) -> Vec<D::Value> {
@@ -115,6 +135,12 @@ impl Statics {
     fn residual(&self, position: &[f64]) -> Vec<f64> {
         let exprs: Vec<Expr> = self.torques.iter().map(|(_, torque)| *torque).collect();
         self.at(&mut Floating::<f64>::default(), &exprs, |k| position[k])
+    }
+
+    /// The torques that are left at a position, along coordinates.
+    fn left(&self, position: &[f64]) -> Vec<(usize, f64)> {
+        let all = self.torques.iter().zip(self.residual(position));
+        all.map(|((k, _), torque)| (*k, torque)).filter(|(k, _)| *k < self.coordinates).collect()
     }
 
     /// Newton's method with least squares; the position it ends at and the largest torque there.
@@ -154,18 +180,36 @@ impl Statics {
                 break;
             }
         }
-        (position, size(&residual))
+        let left = self.left(&position).iter().fold(0.0_f64, |most, (_, torque)| most.max(torque.abs()));
+        (position, left)
     }
 
-    /// The torque that rounding alone makes at a position, N m.
-    fn rounding(&self, position: &[f64]) -> f64 {
+    /// Whether what is left at a position is no more than rounding makes: of torques of the largest of them, of each row of positions of its own.
+    fn is_settled(&self, position: &[f64]) -> bool {
         let slopes = self.at(&mut Floating::<f64>::default(), &self.slopes, |k| position[k]);
         let width = self.active.len().max(1);
         let row = |slopes: &[f64]| {
             let moved = self.active.iter().zip(slopes).map(|(k, slope)| (slope * position[*k].abs().max(1.0)).abs());
-            moved.sum::<f64>()
+            64.0 * f64::EPSILON * moved.sum::<f64>()
         };
-        64.0 * f64::EPSILON * slopes.chunks(width).map(row).fold(0.0, f64::max)
+        let rounding: Vec<f64> = slopes.chunks(width).map(row).collect();
+        let of_torques = self.torques.iter().zip(&rounding).filter(|((k, _), _)| *k < self.coordinates);
+        let most = of_torques.fold(0.0, |most, (_, own)| f64::max(most, *own));
+        let all = self.torques.iter().zip(self.residual(position)).zip(&rounding);
+        all.fold(true, |settled, (((k, _), left), own)| {
+            settled && left.abs() <= if *k < self.coordinates { most } else { *own }
+        })
+    }
+
+    /// The unknowns with multipliers at zero that carry nothing but rounding.
+    fn without_rounding(&self, mut found: Vec<f64>, inputs: usize) -> Vec<f64> {
+        for k in self.coordinates + inputs..found.len() {
+            let carries = std::mem::take(&mut found[k]);
+            if carries != 0.0 && !self.is_settled(&found) {
+                found[k] = carries;
+            }
+        }
+        found
     }
 
     /// Whether no torque at all is left, exactly.
@@ -244,24 +288,49 @@ impl Statics {
     }
 }
 
+/// What kept rows say of positions, as expressions that vanish: surfaces, and prescribed motions that stay where they start.
+fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> Vec<Expr> {
+    let mut out = Vec::new();
+    for (kept, row) in reduced.equations.kept.iter().zip(motion.kept.clone()) {
+        match kept.law {
+            Kept::Rates(_) => {}
+            Kept::Surface(_) => out.extend(row.position),
+            Kept::Speed(..) | Kept::Acceleration(..) => {
+                let terms =
+                    row.row.iter().map(|(shaft, a)| (motion.graph.multiply(*a, motion.angles[*shaft]), Rational::ONE));
+                let terms: Vec<_> = terms.collect();
+                let here = motion.graph.sum(Rational::ZERO, &terms);
+                let at = |symbol| motion.symbols.iter().position(|own| *own == symbol);
+                let begins = lower(&motion.graph, &[here], &mut Floating::<f64>::default(), |symbol| {
+                    at(symbol).and_then(|k| start.get(k)).copied().unwrap_or(0.0)
+                });
+                let begins = motion.graph.number(rational_from_f64(begins[0]).unwrap_or(Rational::ZERO));
+                out.push(motion.graph.subtract(here, begins));
+            }
+        }
+    }
+    out
+}
+
 /// The position near `start` (rad or m) that constant torques of these inputs hold; the coordinates in `fixed` stay where they are.
 ///
 /// # Panics
 /// If `start` has not one entry per coordinate, or there is no such input.
 pub fn held(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize]) -> Held {
-    let (statics, r) = (Statics::new(reduced, inputs, fixed), reduced.degrees_of_freedom());
+    let (statics, r) = (Statics::new(reduced, (inputs, fixed), start), reduced.degrees_of_freedom());
     let mut from = start.to_vec();
-    from.resize(r + inputs.len(), 0.0);
-    let (found, residual) = statics.newton(&from);
+    from.resize(statics.symbols.len(), 0.0);
+    let found = statics.without_rounding(statics.newton(&from).0, inputs.len());
     let radius = if statics.is_exact(&found) { Some(0.0) } else { statics.proven(&found) };
-    let torques = statics.residual(&found);
-    let sizes = statics.torques.iter().zip(&torques).map(|((k, _), torque)| (*k, *torque));
+    let (position, rest) = found.split_at(r);
+    let (torques, multipliers) = rest.split_at(inputs.len());
     Held {
-        at_rest: radius.is_some() || residual <= statics.rounding(&found),
+        at_rest: radius.is_some() || statics.is_settled(&found),
         radius,
-        left: sizes.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())),
-        position: found[..r].to_vec(),
-        torques: found[r..].to_vec(),
+        left: statics.left(&found).into_iter().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())),
+        position: position.to_vec(),
+        torques: torques.to_vec(),
+        multipliers: multipliers.to_vec(),
     }
 }
 
@@ -270,10 +339,11 @@ pub fn held(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize])
 /// # Panics
 /// If `start` has not one entry per coordinate.
 pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
-    let (statics, r) = (Statics::new(reduced, &[], &[]), reduced.degrees_of_freedom());
+    let (statics, r) = (Statics::new(reduced, (&[], &[]), start), reduced.degrees_of_freedom());
     let free: Vec<usize> = (0..r).filter(|k| !statics.active.contains(k)).collect();
     let mut out = Equilibria { found: Vec::new(), free, constant: None, best: None };
-    let constant = statics.torques.iter().find_map(|(k, torque)| Some((*k, statics.graph.number_of(*torque)?)));
+    let along = statics.torques.iter().filter(|(k, _)| *k < r);
+    let constant = along.into_iter().find_map(|(k, torque)| Some((*k, statics.graph.number_of(*torque)?)));
     if let Some((k, torque)) = constant {
         out.constant = Some((k, rational_to_f64(torque)));
         return out;
@@ -281,17 +351,24 @@ pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
     let mut random = Random::new(SEED);
     for attempt in 0..=STARTS {
         let mut from = start.to_vec();
+        from.resize(statics.symbols.len(), 0.0);
         if attempt > 0 {
-            statics.active.iter().for_each(|k| from[*k] += std::f64::consts::TAU * (random.unit() - 0.5));
+            statics
+                .active
+                .iter()
+                .filter(|k| **k < r)
+                .for_each(|k| from[*k] += std::f64::consts::TAU * (random.unit() - 0.5));
         }
-        let (position, residual) = statics.newton(&from);
+        let (found, residual) = statics.newton(&from);
+        let found = statics.without_rounding(found, 0);
+        let (position, multipliers) = (found[..r].to_vec(), found[r..].to_vec());
         let near = |a: &f64, b: &f64| (a - b).abs() <= SAME * a.abs().max(1.0);
         let known = out.found.iter().any(|other| other.position.iter().zip(&position).all(|(a, b)| near(a, b)));
         if known {
             continue;
         }
-        let radius = statics.proven(&position);
-        if !(residual <= statics.rounding(&position)) && radius.is_none() {
+        let radius = statics.proven(&found);
+        if !statics.is_settled(&found) && radius.is_none() {
             if out.best.as_ref().is_none_or(|(_, best)| residual < *best) {
                 out.best = Some((position, residual));
             }
@@ -301,7 +378,7 @@ pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
         let turn = std::f64::consts::TAU;
         let is_near = || position.iter().zip(start).all(|(a, b)| (a - b).abs() <= turn);
         if out.found.is_empty() || (radius.is_some() && is_near()) {
-            out.found.push(Equilibrium { position, radius, residual });
+            out.found.push(Equilibrium { position, multipliers, radius, residual });
         }
         if statics.torques.is_empty() {
             break;

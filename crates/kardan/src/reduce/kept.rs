@@ -169,6 +169,19 @@ const LEFT: f64 = 1e-12;
 /// # Errors
 /// [`NoStart`]
 pub fn start_on_rows(reduced: &Reduced, position: &[f64], speed: &[f64]) -> Result<StartOnRows, NoStart> {
+    start_on_rows_with(reduced, &[], position, speed)
+}
+
+/// The same where these coordinates stay as they are given.
+///
+/// # Errors
+/// [`NoStart`]
+pub fn start_on_rows_with(
+    reduced: &Reduced,
+    fixed: &[usize],
+    position: &[f64],
+    speed: &[f64],
+) -> Result<StartOnRows, NoStart> {
     let (r, count) = (reduced.degrees_of_freedom(), reduced.equations.kept.len());
     let motion = Motion::new(reduced);
     let first = reduced.equations.set_valued().count();
@@ -176,7 +189,8 @@ pub fn start_on_rows(reduced: &Reduced, position: &[f64], speed: &[f64]) -> Resu
     let zero = motion.graph.of_symbol(motion.symbols[0]);
     let mut wanted = vec![None; count * (r + 2)];
     for (k, row) in motion.frictions[first..].iter().enumerate() {
-        row.iter().for_each(|(i, entry)| wanted[k * r + i] = Some(*entry));
+        let free = row.iter().filter(|(i, _)| !fixed.contains(i));
+        free.for_each(|(i, entry)| wanted[k * r + i] = Some(*entry));
         (wanted[count * r + k], wanted[count * (r + 1) + k]) = (motion.kept[k].position, motion.kept[k].speed);
     }
     for (k, expr) in wanted.iter().enumerate() {
@@ -241,19 +255,22 @@ fn least_change(rows: &[f64], r: usize, defects: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// A model whose kept rows are linear ones: their coefficients at a position (of the reduced coordinates, rad), from there on exact. Small
-/// motions around a rest on them are the same.
+/// motions around a rest on them are the same: where multipliers (N m) carry torques there, rows that turn turn these with them, which adds
+/// `−λ ∂a/∂q` to the stiffness. Of a row that is no surface it is not symmetric.
 ///
 /// # Errors
 /// As of [`reduce`](super::reduce).
-pub fn frozen(reduced: &Reduced, position: &[f64]) -> Result<Reduced, super::ReduceError> {
-    let motion = Motion::at_time_zero(reduced);
-    let outputs: Vec<(String, Expr)> = motion
-        .kept
-        .iter()
-        .flat_map(|row| &row.row)
-        .enumerate()
-        .map(|(k, (_, entry))| (k.to_string(), *entry))
-        .collect();
+///
+/// # Panics
+/// If there is not a multiplier for each kept row.
+pub fn frozen(reduced: &Reduced, position: &[f64], multipliers: &[f64]) -> Result<Reduced, super::ReduceError> {
+    assert_eq!(multipliers.len(), reduced.equations.kept.len(), "a multiplier for each kept row");
+    let mut motion = Motion::at_time_zero(reduced);
+    let entries: Vec<Expr> = motion.kept.iter().flat_map(|row| &row.row).map(|(_, entry)| *entry).collect();
+    let angles = motion.symbols[..reduced.degrees_of_freedom()].to_vec();
+    let slopes: Vec<Expr> = angles.iter().flat_map(|angle| motion.graph.derivatives(&entries, *angle)).collect();
+    let outputs: Vec<(String, Expr)> =
+        entries.iter().chain(&slopes).enumerate().map(|(k, expr)| (k.to_string(), *expr)).collect();
     let plan = motion.compile(&outputs);
     let mut memory = plan.memory();
     memory.iter_mut().zip(position).for_each(|(place, value)| *place = *value);
@@ -264,10 +281,24 @@ pub fn frozen(reduced: &Reduced, position: &[f64]) -> Result<Reduced, super::Red
     numeric.update(position, &vec![0.0; r]);
     let mut equations = reduced.equations.clone();
     let mut entry = 0;
-    for (kept, rate) in std::mem::take(&mut equations.kept).into_iter().zip(&motion.kept) {
+    let exact = |output: usize| rational_from_f64(memory[plan.place(output)]).unwrap_or(Rational::ZERO);
+    let kept = std::mem::take(&mut equations.kept);
+    for ((kept, rate), multiplier) in kept.into_iter().zip(&motion.kept).zip(multipliers) {
+        let carries = rational_from_f64(*multiplier).unwrap_or(Rational::ZERO);
         let (mut row, mut offset) = (Vec::new(), Rational::ZERO);
         for (shaft, _) in &rate.row {
-            let value = rational_from_f64(memory[plan.place(entry)]).unwrap_or(Rational::ZERO);
+            let value = exact(entry);
+            let slope = |j: usize| &carries * exact(entries.len() * (j + 1) + entry);
+            let slopes = (0..r).map(|j| (reduced.coordinates[j], slope(j))).filter(|(_, slope)| !slope.is_zero());
+            let torque = crate::assemble::RestTorque {
+                value: multiplier * memory[plan.place(entry)],
+                on_positions: slopes.collect(),
+            };
+            let bends = !torque.on_positions.is_empty() || !equations.transmissions.is_empty();
+            if !carries.is_zero() && bends {
+                let row = vec![(*shaft, Rational::ONE)];
+                equations.carried.push(crate::assemble::Along { element: kept.element.clone(), row, value: torque });
+            }
             let angle = rational_from_f64(numeric.angles[*shaft]).unwrap_or(Rational::ZERO);
             entry += 1;
             if !value.is_zero() {

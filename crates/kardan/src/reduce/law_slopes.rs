@@ -5,11 +5,14 @@ use crate::assemble::Equations;
 use crate::expr::{Expr, Floating, Rationals, Style, Symbol, lower, printed};
 use crate::num::{Rational, SparseRow, rational_from_f64, rational_to_f64};
 
-/// A torque that an expression gives, around a position at rest and at time zero: `τ = τ₀ + gᵀ Δq + hᵀ q̇` over all coordinates.
+/// A torque that an expression gives, or the multiplier of a row that turns, around a position at rest and at time zero:
+/// `τ = τ₀ + gᵀ Δq + hᵀ q̇` over all coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LawSlopes {
-    /// Its number among [`Equations::laws`](crate::assemble::Equations::laws).
-    pub law: usize,
+    /// The element.
+    pub element: String,
+    /// The direction along which it acts.
+    pub row: SparseRow,
     /// τ₀, N m.
     pub value: f64,
     /// g, N m/rad.
@@ -62,7 +65,7 @@ impl OperatingPoint {
 /// If the position has not one entry per coordinate.
 pub fn geometric_stiffness(reduced: &Reduced, point: &OperatingPoint, laws: &[LawSlopes]) -> Vec<GeometricStiffness> {
     let (equations, position) = (&reduced.equations, &point.position);
-    if equations.transmissions.is_empty() || equations.laws.is_empty() && point.torques.is_none() {
+    if equations.transmissions.is_empty() || laws.is_empty() && point.torques.is_none() {
         return Vec::new();
     }
     let mut numeric = Kinematics::new(reduced);
@@ -70,7 +73,7 @@ pub fn geometric_stiffness(reduced: &Reduced, point: &OperatingPoint, laws: &[La
     let mut forces = vec![0.0; equations.coordinates.len()];
     let mut act = |row: &[(usize, f64)], torque: f64| row.iter().for_each(|(k, x)| forces[*k] += x * torque);
     for slopes in laws {
-        act(&equations.laws[slopes.law].row_f64(), slopes.value);
+        slopes.row.iter().for_each(|(k, x)| act(&[(*k, rational_to_f64(x))], slopes.value));
     }
     for (input, torque) in equations.inputs.iter().zip(point.torques.iter().flatten()) {
         act(&input.row_f64(), *torque);
@@ -167,14 +170,23 @@ fn kinks_at(motion: &mut Motion, torque: Expr, used: &[Symbol], at: &Values<'_>)
     vanishing.iter().map(text).collect()
 }
 
-/// The torques of all laws around a reduced position (rad).
+/// The torques of all laws around a reduced position (rad), and behind them what multipliers carry there.
 ///
 /// # Panics
 /// If `position` has not one entry per coordinate.
 pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
     let equations = &reduced.equations;
+    let carried = equations.carried.iter().map(|along| LawSlopes {
+        element: along.element.clone(),
+        row: along.row.clone(),
+        value: along.value.value,
+        on_positions: along.value.on_positions.clone(),
+        on_rates: SparseRow::new(),
+        rounded: false,
+        kinks: Vec::new(),
+    });
     if equations.laws.is_empty() {
-        return Vec::new();
+        return carried.collect();
     }
     let (n, free) = (equations.coordinates.len(), unconstrained(reduced));
     let mut motion = Motion::free(&free);
@@ -194,7 +206,7 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
         )
     };
     let mut out = Vec::new();
-    for (law, term) in equations.laws.iter().enumerate() {
+    for term in &equations.laws {
         let torque = motion.formula(&free, &term.value);
         let (_, value) = at(&motion, &[torque]);
         let used: Vec<Symbol> = motion.graph.symbols(&[torque]);
@@ -214,7 +226,9 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
                 k => on_rates.push((k - n, slope)),
             }
         }
-        out.push(LawSlopes { law, value: value[0], on_positions, on_rates, rounded, kinks });
+        let (element, row, value) = (term.element.clone(), term.row.clone(), value[0]);
+        out.push(LawSlopes { element, row, value, on_positions, on_rates, rounded, kinks });
     }
+    out.extend(carried);
     out
 }

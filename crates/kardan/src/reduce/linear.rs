@@ -103,7 +103,7 @@ fn sparse_model_at(reduced: &Reduced, point: &OperatingPoint) -> SparseModel {
     let laws: Vec<_> = slopes
         .iter()
         .map(|slopes| {
-            let row = along(&equations.laws[slopes.law].row);
+            let row = along(&slopes.row);
             (row, along(&slopes.on_positions), along(&slopes.on_rates))
         })
         .collect();

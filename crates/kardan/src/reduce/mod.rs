@@ -31,7 +31,7 @@ pub use equilibrium_rows::{NoEquilibrium, equilibrium_rows};
 pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;
 pub use initial::{GivenStart, StartConflict, start_position, start_speed};
-pub use kept::{NoStart, StartOnRows, frozen, start_on_rows};
+pub use kept::{NoStart, StartOnRows, frozen, start_on_rows, start_on_rows_with};
 pub use kinematics::{Kinematics, Slope, slopes};
 pub use law_slopes::{
     GeometricStiffness, LawSlopes, OperatingPoint, geometric_stiffness, is_linear_law, law_slopes, laws_are_linear,

@@ -75,12 +75,15 @@ pub struct BoxProblem {
     response: Vec<f64>,
     /// Variables that drove each other without end in the last problem, which then has no solution.
     unbounded: Vec<usize>,
+    /// Variables that nothing bounds against each other, and that contradict them by no more than rounding: they are left as they are.
+    left: Vec<usize>,
 }
 
 impl BoxProblem {
     /// Memory for up to `m` directions; it grows if there are more.
     pub fn new(m: usize) -> Self {
-        Self { free: Vec::with_capacity(m), lower: vec![0.0; m * m], response: vec![0.0; m], unbounded: Vec::new() }
+        let free = Vec::with_capacity(m);
+        Self { free, lower: vec![0.0; m * m], response: vec![0.0; m], unbounded: Vec::new(), left: Vec::new() }
     }
 
     /// The variables that nothing bounds against each other, if the last problem had no solution for them.
@@ -105,10 +108,11 @@ impl BoxProblem {
         }
         self.free.clear();
         self.unbounded.clear();
+        self.left.clear();
         lambda.fill(0.0);
         for _ in 0..50 * (m + 1) {
             let mut worst = (SETTLED, None);
-            for i in (0..m).filter(|i| !self.free.contains(i)) {
+            for i in (0..m).filter(|i| !self.free.contains(i) && !self.left.contains(i)) {
                 let (rest, size) = residual(w, r, lambda, i);
                 if c.of(i, rest) - rest.signum() * lambda[i] <= 0.0 {
                     continue;
@@ -119,17 +123,27 @@ impl BoxProblem {
             }
             let Some(enter) = worst.1 else { return true };
             if !self.drive(enter, w, r, c, lambda) {
-                if worst.0 > CONTRADICTS {
-                    let own = w[enter * m + enter];
-                    let parts = self.free.iter().zip(&self.response);
-                    let parts = parts.filter(|(i, x)| **x * **x * w[**i * m + **i] > UNMOVED * own).map(|(i, _)| *i);
-                    self.unbounded = std::iter::once(enter).chain(parts).collect();
+                let (rest, size) = residual(w, r, lambda, enter);
+                if rest.abs() <= CONTRADICTS * size.max(self.noise(w, r, lambda, enter)) {
+                    self.left.push(enter);
+                    continue;
                 }
+                let own = w[enter * m + enter];
+                let parts = self.free.iter().zip(&self.response);
+                let parts = parts.filter(|(i, x)| **x * **x * w[**i * m + **i] > UNMOVED * own).map(|(i, _)| *i);
+                self.unbounded = std::iter::once(enter).chain(parts).collect();
                 return false;
             }
             self.polish(w, r, c, lambda);
         }
         false
+    }
+
+    /// The size of what the free variables do to another one if each is off by what cancels in its own equation.
+    fn noise(&self, w: &[f64], r: &[f64], lambda: &[f64], i: usize) -> f64 {
+        let m = r.len();
+        let off = |&j: &usize| w[i * m + j].abs() * residual(w, r, lambda, j).1 / w[j * m + j];
+        self.free.iter().map(off).sum()
     }
 
     /// Moves one variable in the sense of its residual until that vanishes or the variable meets its bound; false if nothing bounds it.

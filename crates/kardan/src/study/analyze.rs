@@ -90,7 +90,7 @@ fn class_of(variant: &PreparedVariant, position: &[f64], stuck: &BTreeSet<String
     if let Some(assumption) = found.assumptions.iter_mut().find(|one| one.statement.starts_with("the constraints are"))
     {
         assumption.breaches.retain(|breach| !is_kept(&breach.element));
-        let why = "it is not linear with constant coefficients: what follows is about small motions around the start, with its row as it is there";
+        let why = "it is not linear with constant coefficients: what follows is about small motions around the operating point, with its row as it is there";
         assumption.breaches.extend(kept.iter().map(|class| Breach { element: class.element.clone(), why: why.into() }));
         assumption.holds = assumption.breaches.is_empty();
     }

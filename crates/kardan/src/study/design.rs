@@ -185,6 +185,7 @@ fn tried(
     let rest = ["frequency and step responses", "the scenario"];
     keep(progress, &design, if settings.simulate { &rest } else { &rest[..1] });
     if progress.stop().is_none() {
+        let variant = variant.in_loop();
         match responses(variant, number, &design) {
             Ok(found) => design.responses = Some(LoopResponses { along: margins_along(variant, number), ..found }),
             Err(why) => design.notes.push(format!("{NO_RESPONSES}{why}")),
@@ -310,6 +311,7 @@ pub(super) fn designed(
     settings: &DesignSettings,
     progress: &dyn Progress,
 ) -> Design {
+    let (whole, variant) = (variant, variant.in_loop());
     let mut design = described(description, variant, number);
     add_poles(variant, number, &mut design);
     judge(&mut design);
@@ -318,7 +320,7 @@ pub(super) fn designed(
     rest.extend(settings.tolerance.map(|_| "the box of plants"));
     rest.extend(settings.simulate.then_some("the scenario"));
     keep(progress, &design, &rest);
-    add_margins(variant, number, settings.simulate, &mut design, progress);
+    add_margins((variant, settings.simulate.then_some(whole)), number, &mut design, progress);
     keep(progress, &design, &rest[2..]);
     match passage(variant, number, &variant.running, true) {
         Some(Ok(found)) => {
@@ -364,8 +366,10 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
         design.design_model = plant.linear_where().into();
     }
     design.notes.extend(plant.told.iter().map(|told| format!("operating point: {told}")));
-    let why =
-        plant.not_held.iter().map(|why| format!("operating point: zero angles, where the model does not rest: {why}"));
+    let why = plant
+        .not_held
+        .iter()
+        .map(|why| format!("operating point: {}, where the model does not rest: {why}", plant.default_point()));
     design.notes.extend(why);
     let values: Vec<String> = control.design.iter().map(|set| format!("{} = {}", set.name, set.text)).collect();
     if !values.is_empty() {
@@ -409,16 +413,15 @@ fn add_poles(variant: &PreparedVariant, number: usize, design: &mut Design) {
 
 /// How far the loop is from instability; simulated, also what each reference does to the other outputs and asks of the motors.
 fn add_margins(
-    variant: &PreparedVariant,
+    (variant, simulated): (&PreparedVariant, Option<&PreparedVariant>),
     number: usize,
-    simulated: bool,
     design: &mut Design,
     progress: &dyn Progress,
 ) {
     let laws = &variant.designed;
     let mut margins = survey(variant, number, laws, design);
-    if simulated {
-        let coupling = cross_coupling(variant, laws[number].references(), design, decay(variant, &margins), progress);
+    if let Some(whole) = simulated {
+        let coupling = cross_coupling(whole, laws[number].references(), design, decay(variant, &margins), progress);
         design.cross_coupling = coupling.outputs;
         margins.peaks = coupling.peaks;
         design.warnings.extend(coupling.warnings);

@@ -53,7 +53,8 @@ pub fn expected_effort(variant: &PreparedVariant) -> Effort {
     let laws = &variant.running;
     let clocks: Vec<_> = laws.iter().filter_map(|law| law.clock()).collect();
     if !laws.is_empty() && clocks.is_empty() {
-        let linear = linearise(&variant.reduced, &variant.scenario.position);
+        let at = variant.in_loop();
+        let linear = linearise(&at.reduced, &at.scenario.position);
         let poles = closed_loop_poles(&linear, laws).unwrap_or_default();
         let largest = poles.iter().map(|pole| pole.abs()).fold(0.0, f64::max);
         if largest > 1.5 * found.rate {

@@ -11,6 +11,8 @@ const MOST_OTHERS: usize = 6;
 pub(super) struct Rest {
     /// The reduced position, rad or m.
     pub position: Vec<f64>,
+    /// The multiplier of each kept row, N m.
+    pub multipliers: Vec<f64>,
     /// Where it is, and what of it is proven.
     pub found: String,
     /// What else there is to tell: sentences in which `CHOICE` stands for the key that chooses another one.
@@ -70,6 +72,6 @@ impl Rest {
         if !others.is_empty() {
             more.push(format!("other equilibria: {}; CHOICE chooses one", others.join("; ")));
         }
-        Ok(Self { position: first.position.clone(), found, more })
+        Ok(Self { position: first.position.clone(), multipliers: first.multipliers.clone(), found, more })
     }
 }

@@ -3,16 +3,21 @@
 
 use std::sync::Arc;
 
+use super::equilibrium::{Rest, in_words};
 use super::places::{at_each, place_of};
-use super::{Prepared, PreparedVariant};
+use super::{AnalysisSpec, Prepared, PreparedVariant};
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::model::{Document, Model, TableReader};
-use crate::reduce::{NoStart, OperatingPoint, Reduced, StartOnRows, frozen, start_on_rows};
-use crate::schema::Value;
+use crate::equations::InputKind;
+use crate::model::{ControlSpec, Document, TableReader};
+use crate::reduce::{
+    Kinematics, NoStart, OperatingPoint, ReduceError, Reduced, StartOnRows, frozen, held, start_on_rows,
+    start_on_rows_with,
+};
 use crate::simulate::Scenario;
+use crate::synthesis::Plant;
 
 /// What does not go with kept rows; true if nothing of it is there.
-pub(super) fn check_kept(document: &Document, model: &Model, reduced: &Reduced, out: &mut Vec<Diagnostic>) -> bool {
+pub(super) fn check_kept(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) -> bool {
     let equations = &reduced.equations;
     let Some(first) = equations.kept.first() else { return true };
     let names = quoted(equations.kept.iter().map(|kept| kept.element.as_str()));
@@ -22,25 +27,12 @@ pub(super) fn check_kept(document: &Document, model: &Model, reduced: &Reduced, 
             Diagnostic::error("constraint::kept", message).at(place_of(document, &first.element), "this constraint");
         out.push(mistake.at(place, label).help(help));
     };
-    if let Some(control) = model.controls.first() {
-        let message = format!("laws are not designed beside a constraint that is not solved for a coordinate: {names}");
-        refuse(message, control.place.clone(), "this controller", "write the law as a `torque`, or take it out");
-    }
     if !document.bench.values.is_empty() || !document.identification.values.is_empty() {
         let place =
             if document.bench.values.is_empty() { &document.identification.place } else { &document.bench.place };
         let message =
             format!("bench and identification do not know constraints that are not solved for a coordinate: {names}");
         refuse(message, place.clone(), "this table", "take it out");
-    }
-    if document.scenario.values.get("start").is_some_and(|found| found.value == Value::Word("equilibrium".into())) {
-        let message = format!("no equilibrium is looked for on {names}");
-        refuse(
-            message,
-            TableReader::place(&document.scenario, "start"),
-            "no equilibrium",
-            "give the angles to begin with by `initial`",
-        );
     }
     if equations.kept.len() >= reduced.degrees_of_freedom() {
         let message = format!(
@@ -54,6 +46,13 @@ pub(super) fn check_kept(document: &Document, model: &Model, reduced: &Reduced, 
         out.push(at_each(document, elements, "a constraint", mistake));
     }
     out.len() == before
+}
+
+/// Where a run begins: near `initial`, on the kept rows; there itself where none are, or there is no such place.
+pub(super) fn on_rows(reduced: &Reduced, scenario: &Scenario) -> Vec<f64> {
+    let Scenario { position, speed, .. } = scenario;
+    let found = (!reduced.equations.kept.is_empty()).then(|| start_on_rows(reduced, position, speed));
+    found.and_then(Result::ok).map_or_else(|| position.clone(), |start| start.position)
 }
 
 /// Puts the start of a run on the kept rows; tells what changed.
@@ -135,44 +134,168 @@ pub(super) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Diagnostic> 
     })
 }
 
-/// The same of one variant.
+/// The model of a variant with its kept rows as they are at the start of its run, or at an equilibrium near it where laws of torque act.
 ///
 /// # Errors
 /// Why its kept rows have no linear ones in their place.
 pub(super) fn frozen_variant(variant: &PreparedVariant) -> Result<PreparedVariant, Diagnostic> {
-    let own = &variant.reduced;
-    let names = quoted(own.equations.kept.iter().map(|kept| kept.element.as_str()));
-    let refused = |message: String, help: &str| Diagnostic::error("analysis::kept", message).help(help);
-    if !own.equations.laws.is_empty() {
-        let message =
-            format!("{names} may carry torques at rest, against torques of laws, and no linear model is made of that");
-        return Err(refused(message, "take the laws out, or put springs in their place"));
+    let at = if variant.analysis.at.is_empty() { "`initial` of `[scenario]`" } else { "`at` of `[analysis]`" };
+    let refused = |message: String, help: String| Diagnostic::error("analysis::kept", message).help(help);
+    let rest = Standing::of(variant).map_err(|message| {
+        refused(message, format!("give other angles by {at}, or the model what holds it: a spring, or a motor"))
+    })?;
+    let found =
+        rest.freeze(variant).map_err(|error| refused(error.to_string(), format!("give other angles by {at}")))?;
+    Ok(found)
+}
+
+/// Where rows that turn are looked at: a place at rest on them.
+struct Standing {
+    /// With constant torques where they hold it.
+    point: OperatingPoint,
+    multipliers: Vec<f64>,
+    /// What there is to tell of it.
+    told: Vec<String>,
+}
+
+impl Standing {
+    /// Where the analysis of a variant stands.
+    fn of(variant: &PreparedVariant) -> Result<Self, String> {
+        let (own, spec) = (&variant.reduced, &variant.analysis);
+        let names = own.coordinate_names();
+        let still = vec![0.0; names.len()];
+        let count = own.equations.kept.len();
+        let asked = spec.position(&names, &variant.scenario.position);
+        let is_named = |k: &usize| spec.at.iter().any(|(shaft, _)| *shaft == names[*k]);
+        let fixed: Vec<usize> = (0..names.len()).filter(is_named).collect();
+        let start = start_on_rows_with(own, &fixed, &asked, &still)
+            .map_err(|_| "no place was found on the constraints near these angles".to_string())?
+            .position;
+        let mut told = Vec::new();
+        if start != asked || !fixed.is_empty() {
+            told.push(format!("operating point: on the constraints, {}", in_words(own, &start)));
+        }
+        if own.equations.laws.is_empty() {
+            return Ok(Self { point: OperatingPoint::relaxed(&start), multipliers: vec![0.0; count], told });
+        }
+        if spec.at.is_empty() {
+            let Rest { position, multipliers, found, more } = Rest::near(own, &start)?;
+            told = vec![format!("operating point: {found}")];
+            told.extend(more.into_iter().map(|more| more.replace("CHOICE", "`at` of `[analysis]`")));
+            return Ok(Self { point: OperatingPoint::relaxed(&position), multipliers, told });
+        }
+        let all: Vec<usize> = (0..names.len()).collect();
+        let equations = &own.equations;
+        let is_motor = |k: &usize| matches!(equations.inputs[*k].value, InputKind::Motor(_));
+        let motors: Vec<usize> = (0..equations.inputs.len()).filter(is_motor).collect();
+        for inputs in [&[][..], &motors] {
+            let found = held(own, &start, &all, inputs);
+            if !found.at_rest {
+                continue;
+            }
+            let mut torques = vec![0.0; equations.inputs.len()];
+            inputs.iter().zip(&found.torques).for_each(|(input, torque)| torques[*input] = *torque);
+            let holding = inputs.iter().map(|k| format!("{} = {:.6}", equations.inputs[*k].element, torques[*k]));
+            let holding: Vec<String> = holding.collect();
+            if !holding.is_empty() {
+                told.push(format!("the operating point is held by constant torques: {} (SI)", holding.join(", ")));
+            }
+            let point = OperatingPoint { position: start, torques: Some(torques) };
+            return Ok(Self { point, multipliers: found.multipliers, told });
+        }
+        Err(format!("{} is no position at rest: neither constraints nor motors hold it", in_words(own, &start)))
     }
-    if !variant.analysis.at.is_empty() {
-        let message = format!("with {names} the operating point is the start of the run");
-        return Err(refused(message, "take `at` of `[analysis]` out, and give `initial` of `[scenario]`"));
+
+    /// The variant with its rows as they are there.
+    fn freeze(self, variant: &PreparedVariant) -> Result<PreparedVariant, ReduceError> {
+        let Self { point, multipliers, told: mut start_notes } = self;
+        if multipliers.iter().any(|torque| *torque != 0.0) {
+            let own = &variant.reduced.equations;
+            let carried = own.kept.iter().zip(&multipliers).filter(|(_, torque)| **torque != 0.0);
+            let carried: Vec<String> = carried.map(|(kept, torque)| format!("{} {torque:.6}", kept.element)).collect();
+            let text = "what the constraints carry there turns with their rows and is part of the stiffness; multipliers (SI, rounded to 16 digits)";
+            start_notes.push(format!("{text}: {}", carried.join(", ")));
+        }
+        let (reduced, point) = frozen_point(&variant.reduced, &point, &multipliers)?;
+        let position = point.position.clone();
+        let speed = vec![0.0; position.len()];
+        Ok(PreparedVariant {
+            point,
+            name: variant.name.clone(),
+            model: variant.model.clone(),
+            reduced,
+            design_models: variant.design_models.clone(),
+            designed: variant.designed.clone(),
+            running: variant.running.clone(),
+            scenario: Scenario { position, speed, ..variant.scenario.clone() },
+            computed: variant.computed.clone(),
+            analysis: AnalysisSpec { at: Vec::new(), ..variant.analysis.clone() },
+            massless: Vec::new(),
+            unfrozen: Some(Box::new(variant.reduced.clone())),
+            looped: None,
+            start_notes,
+        })
     }
-    let reduced = frozen(own, &variant.scenario.position)
-        .map_err(|error| refused(error.to_string(), "give other angles by `initial` of `[scenario]`"))?;
-    let start = |shaft: &usize| {
-        let place = own.coordinates.iter().position(|other| other == shaft);
-        place.map_or(0.0, |place| variant.scenario.position[place])
-    };
-    let position: Vec<f64> = reduced.coordinates.iter().map(start).collect();
-    let speed = vec![0.0; position.len()];
-    Ok(PreparedVariant {
-        point: OperatingPoint::zero(&reduced),
-        name: variant.name.clone(),
-        model: variant.model.clone(),
-        reduced,
-        design_models: Vec::new(),
-        designed: Vec::new(),
-        running: Vec::new(),
-        scenario: Scenario { position, speed, ..variant.scenario.clone() },
-        computed: variant.computed.clone(),
-        analysis: variant.analysis.clone(),
-        massless: Vec::new(),
-        unfrozen: Some(Box::new(own.clone())),
-        start_notes: Vec::new(),
-    })
+}
+
+/// A model with its kept rows as they are at an operating point, and that point in its coordinates.
+fn frozen_point(
+    own: &Reduced,
+    point: &OperatingPoint,
+    multipliers: &[f64],
+) -> Result<(Reduced, OperatingPoint), ReduceError> {
+    let reduced = frozen(own, &point.position, multipliers)?;
+    let angles = angles_at(own, &point.position);
+    let position = reduced.coordinates.iter().map(|shaft| angles[*shaft]).collect();
+    Ok((reduced, OperatingPoint { position, torques: point.torques.clone() }))
+}
+
+/// The angles of all shafts at a reduced position, rad.
+fn angles_at(reduced: &Reduced, position: &[f64]) -> Vec<f64> {
+    let mut kinematics = Kinematics::new(reduced);
+    kinematics.update(position, &vec![0.0; position.len()]);
+    kinematics.angles
+}
+
+/// The plant of a law beside kept rows: with these as they are at its operating point.
+///
+/// # Errors
+/// As of [`frozen`].
+pub(super) fn on_frozen_rows(own: &Reduced, point: &OperatingPoint, multipliers: &[f64]) -> Result<Plant, ReduceError> {
+    let (reduced, there) = frozen_point(own, point, multipliers)?;
+    let mut plant = Plant::at(reduced, there);
+    plant.frozen = Some(angles_at(own, &point.position));
+    Ok(plant)
+}
+
+/// A variant whose loop is looked at with its kept rows as they are at the operating point.
+pub(super) fn with_loop(mut variant: PreparedVariant, multipliers: &[f64]) -> PreparedVariant {
+    if !variant.reduced.equations.kept.is_empty() {
+        let (point, multipliers) = (variant.point.clone(), multipliers.to_vec());
+        let looped = Standing { point, multipliers, told: Vec::new() }.freeze(&variant);
+        // Of what is not there its plants have told.
+        variant.looped = looped.ok().map(Box::new);
+    }
+    variant
+}
+
+/// The mistake that a law needs the full model.
+pub(super) fn not_on_rows(control: &ControlSpec, reduced: &Reduced) -> Diagnostic {
+    let names = quoted(reduced.equations.kept.iter().map(|kept| kept.element.as_str()));
+    let message = format!(
+        "control `{}`: a law on the full nonlinear model does not know constraints that are not solved for a coordinate: {names}",
+        control.name
+    );
+    Diagnostic::error("constraint::kept", message)
+        .at(control.place.clone(), "this controller")
+        .help("take a law that is designed at an operating point: `lqr`, `pole_placement` or `decoupling`")
+}
+
+/// The mistake that rows have no linear ones in their place.
+pub(super) fn rows_refused(control: &ControlSpec, reduced: &Reduced, error: &ReduceError) -> Diagnostic {
+    let names = quoted(reduced.equations.kept.iter().map(|kept| kept.element.as_str()));
+    let message = format!("control `{}`: at its operating point {names} cannot be kept: {error}", control.name);
+    Diagnostic::error("constraint::kept", message)
+        .at(control.place.clone(), "this controller")
+        .help("give other angles by `initial` of `[scenario]`, or by `at` of the controller")
 }

@@ -16,11 +16,15 @@ pub(super) struct Asked {
     named: Vec<(usize, f64, Place)>,
     /// Numbers of the inputs that the controllers command.
     inputs: Vec<usize>,
+    /// Where coordinates are that are not named: zero, or on the kept rows, where the run begins.
+    start: Vec<f64>,
 }
 
 /// An operating point, and what there is to tell of it.
 pub(super) struct Found {
     pub point: OperatingPoint,
+    /// The multiplier of each kept row there, N m.
+    pub multipliers: Vec<f64>,
     /// Where it is, and what of it is proven; nothing where there is nothing to say.
     pub told: Option<String>,
     /// Why the motors do not hold it, where it was not named.
@@ -31,7 +35,7 @@ impl Asked {
     /// What `at` of the controllers says; mistakes are told.
     pub fn of(
         document: &Document,
-        reduced: &Reduced,
+        (reduced, start): (&Reduced, &[f64]),
         controls: &[ControlSpec],
         settings: &[Setting],
         out: &mut Vec<Diagnostic>,
@@ -62,7 +66,11 @@ impl Asked {
         }
         let inputs = controls.iter().flat_map(|control| (control.law.inputs)(&control.values));
         let number = |name: String| reduced.equations.inputs.iter().position(|input| input.element == name);
-        let asked = Self { named, inputs: inputs.filter_map(number).collect() };
+        let start = match reduced.equations.kept.is_empty() {
+            true => vec![0.0; start.len()],
+            false => start.to_vec(),
+        };
+        let asked = Self { named, inputs: inputs.filter_map(number).collect(), start };
         (out.len() == before).then_some(asked)
     }
 
@@ -88,17 +96,21 @@ impl Asked {
     /// # Errors
     /// Why the motors do not hold the model where it is named.
     pub fn find(&self, reduced: &Reduced) -> Result<Found, String> {
-        let nothing = |told, not_held| Found { point: OperatingPoint::zero(reduced), told, not_held };
+        let kept = &reduced.equations.kept;
+        let default = OperatingPoint::relaxed(&self.start);
+        let nothing =
+            |told, not_held| Found { point: default.clone(), multipliers: vec![0.0; kept.len()], told, not_held };
         let laws = &reduced.equations.laws;
         let plain = reduced.equations.transmissions.is_empty() && laws_are_linear(reduced);
-        if self.named.is_empty() && (laws.is_empty() || plain) {
-            return Ok(nothing(None, None));
+        if self.named.is_empty() && (laws.is_empty() || plain && kept.is_empty()) {
+            let begins = || format!("where the run begins: {}", in_words(reduced, &self.start));
+            return Ok(nothing((!kept.is_empty()).then(begins), None));
         }
-        if !reduced.equations.kept.is_empty() || reduced.is_settled() {
-            let why = "beside constraints that are kept with their multipliers and motions without inertia no operating point is looked for";
+        if reduced.is_settled() {
+            let why = "beside motions without inertia no operating point is looked for";
             return if self.named.is_empty() { Ok(nothing(None, None)) } else { Err(why.into()) };
         }
-        let mut start = vec![0.0; reduced.degrees_of_freedom()];
+        let mut start = self.start.clone();
         self.named.iter().for_each(|(k, angle, _)| start[*k] = *angle);
         let fixed: Vec<usize> = match self.named.is_empty() {
             true => (0..start.len()).collect(),
@@ -113,12 +125,13 @@ impl Asked {
             return if self.named.is_empty() { Ok(nothing(None, Some(why))) } else { Err(why) };
         }
         let told = Some(self.told(reduced, &found));
-        if found.position.iter().chain(&found.torques).all(|x| *x == 0.0) {
+        if found.position.iter().chain(&found.torques).chain(&found.multipliers).all(|x| *x == 0.0) {
             return Ok(nothing(told, None));
         }
         let mut torques = vec![0.0; reduced.equations.inputs.len()];
         self.inputs.iter().zip(&found.torques).for_each(|(input, torque)| torques[*input] = *torque);
-        Ok(Found { point: OperatingPoint { position: found.position, torques: Some(torques) }, told, not_held: None })
+        let point = OperatingPoint { position: found.position, torques: Some(torques) };
+        Ok(Found { point, multipliers: found.multipliers, told, not_held: None })
     }
 
     fn beyond_limits(&self, reduced: &Reduced, found: &Held) -> Option<String> {
@@ -194,7 +207,7 @@ pub(super) fn check_smooth(
 ) -> bool {
     let before = out.len();
     for slopes in law_slopes(reduced, &point.position).iter().filter(|slopes| !slopes.kinks.is_empty()) {
-        let element = &reduced.equations.laws[slopes.law].element;
+        let element = &slopes.element;
         let at: Vec<String> = slopes.kinks.iter().map(|kink| format!("`{kink}` = 0")).collect();
         let message = format!(
             "control `{}`: `{element}` bends or jumps at the operating point, where {}, so the model has no linear one there",
@@ -215,9 +228,8 @@ pub(super) fn check_smooth(
 }
 
 /// The warning that nothing holds the default point.
-pub(super) fn not_held(control: &ControlSpec, why: &str) -> Diagnostic {
-    let message =
-        format!("control `{}` is designed at zero angles, where the model does not rest: {why}", control.name);
+pub(super) fn not_held(control: &ControlSpec, at: &str, why: &str) -> Diagnostic {
+    let message = format!("control `{}` is designed at {at}, where the model does not rest: {why}", control.name);
     Diagnostic::warning("control::point", message)
         .at(control.place.clone(), "this controller")
         .help("name the operating point with `at`; as it is, the torque that is left disturbs the loop")

@@ -10,7 +10,7 @@ use super::computed::Computed;
 use super::effort::check_effort;
 use super::equilibrium::{Rest, in_words};
 use super::held::{check_start, without_massless};
-use super::kept::{begin_on_rows, check_kept};
+use super::kept::{begin_on_rows, check_kept, not_on_rows, on_frozen_rows, on_rows, rows_refused, with_loop};
 use super::known::Known;
 use super::margins::{check_margins, check_sampled};
 use super::operating_point::{Asked, check_smooth, not_held};
@@ -29,7 +29,7 @@ use crate::names::SignalName;
 use crate::num::{Definiteness, Scalar, definiteness_of_rows};
 use crate::reduce::{OperatingPoint, Reduced, reduce, sparse_model};
 use crate::schema::Value;
-use crate::simulate::{Scenario, signal_names};
+use crate::simulate::{Scenario, SignalEvent, signal_names};
 use crate::synthesis::{Law, Plant, design_law, running};
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashSet};
@@ -239,13 +239,14 @@ fn prepare_variant(
     check_redundant(document, &reduced, out);
     // Laws are designed for the accelerations that torques cause.
     let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
-    let asked = Asked::of(document, &reduced, controls, settings, out);
-    let point = standing(document, &reduced, controls, asked.as_ref(), out);
+    let mut scenario = scenario(document, &model, (&reduced.equations, Some(&reduced)), settings, out);
+    let start = on_rows(&reduced, &scenario);
+    let asked = Asked::of(document, (&reduced, &start), controls, settings, out);
+    let (point, multipliers) = standing(document, &reduced, controls, asked.as_ref(), out);
     let plants: Vec<Option<Plant>> = controls
         .iter()
         .map(|control| design_model(document, &reduced, (settings, asked.as_ref()?), control, out))
         .collect();
-    let mut scenario = scenario(document, &model, (&reduced.equations, Some(&reduced)), settings, out);
     let held = (!controls.is_empty()).then_some(&point);
     let mut start_notes = start_at_rest(document, (&reduced, held), &mut scenario, out);
     start_notes.extend(begin_on_rows(document, &reduced, &mut scenario, out));
@@ -272,7 +273,8 @@ fn prepare_variant(
         designed.push(law);
         running.push(as_it_runs);
     }
-    let complete = designed.len() == controls.len();
+    start_notes.extend(references_at_rest(document, &running, &mut scenario));
+    let (complete, is_loop) = (designed.len() == controls.len(), !controls.is_empty());
     let computed = Computed::of(document, settings, &signal_names(&reduced, &scenario));
     let variant = PreparedVariant {
         name,
@@ -287,33 +289,38 @@ fn prepare_variant(
         point,
         massless,
         unfrozen: None,
+        looped: None,
         start_notes,
     };
+    let variant = match complete && is_loop {
+        true => with_loop(variant, &multipliers),
+        false => variant,
+    };
     if complete && purpose == Purpose::Run {
-        check_sampled(&variant, out);
+        check_sampled(variant.in_loop(), out);
         heard.step();
         if !out.iter().any(is_error) {
-            check_margins(&variant, out);
+            check_margins(variant.in_loop(), out);
             check_effort(document, &variant, out);
         }
         heard.step();
-        check_passage(&variant, out);
+        check_passage(variant.in_loop(), out);
     }
     complete.then_some(variant)
 }
 
-/// Where the loop of a variant stands, with its own parameters.
+/// Where the loop of a variant stands, with its own parameters, and the multipliers of its kept rows there.
 fn standing(
     document: &Document,
     reduced: &Reduced,
     controls: &[ControlSpec],
     asked: Option<&Asked>,
     out: &mut Vec<Diagnostic>,
-) -> OperatingPoint {
-    let zero = OperatingPoint::zero(reduced);
+) -> (OperatingPoint, Vec<f64>) {
+    let zero = (OperatingPoint::zero(reduced), vec![0.0; reduced.equations.kept.len()]);
     let (Some(asked), false) = (asked, controls.is_empty()) else { return zero };
     match asked.find(reduced) {
-        Ok(found) => found.point,
+        Ok(found) => (found.point, found.multipliers),
         Err(why) => {
             out.push(asked.refusal(document, controls, &why));
             zero
@@ -349,7 +356,7 @@ fn start_at_rest(
         false => Rest::near(reduced, &scenario.position),
     };
     match rest {
-        Ok(Rest { position, found, more }) => {
+        Ok(Rest { position, found, more, .. }) => {
             scenario.position = position;
             let more = more.into_iter().map(|more| more.replace("CHOICE", "`initial` of `[scenario]`"));
             std::iter::once(format!("the run begins at {found}")).chain(more).collect()
@@ -363,6 +370,26 @@ fn start_at_rest(
             Vec::new()
         }
     }
+}
+
+/// In a run that begins at the operating point, references begin where they rest, unless the scenario sets them then; tells which.
+fn references_at_rest(document: &Document, running: &[Arc<dyn Law>], scenario: &mut Scenario) -> Option<String> {
+    document.scenario.values.get("start").filter(|found| found.value == Value::Word("operating_point".into()))?;
+    let mut begin = Vec::new();
+    for law in running {
+        for (reference, rest) in law.references().iter().zip(law.references_at_rest()) {
+            let Some(source) = scenario.sources.iter().position(|source| source.name == reference.name) else {
+                continue;
+            };
+            let is_set = scenario.events.iter().any(|event| event.source == source && event.at <= 0.0)
+                || scenario.signals.iter().any(|signal| signal.source == source);
+            if rest != 0.0 && !is_set {
+                scenario.events.insert(0, SignalEvent { source, at: 0.0, to: rest, over: 0.0 });
+                begin.push(format!("`{}` at {rest:.6} {}", reference.name, reference.physical.unit()));
+            }
+        }
+    }
+    (!begin.is_empty()).then(|| format!("references begin where they rest: {}", begin.join(", ")))
 }
 
 /// The equations in explicit form, and motions without inertia as mistakes; nothing if these, or others, stand in the way.
@@ -388,7 +415,7 @@ fn reduced_model(
             return None;
         }
     };
-    let follows = check_kept(document, model, &reduced, out);
+    let follows = check_kept(document, &reduced, out);
     if !check_matrices(document, &reduced, out, &mut massless) || !follows {
         return None;
     }
@@ -436,10 +463,14 @@ fn designed_law(
         );
         return None;
     }
+    if law.as_ref().is_ok_and(|law| law.on_full_model()) && !reduced.equations.kept.is_empty() {
+        out.push(not_on_rows(control, reduced));
+        return None;
+    }
     match law.and_then(|law| Ok((Arc::clone(&law), running(law, &control.values)?))) {
         Ok((law, running)) if running.linear().fits_single() => {
             let why = plant.not_held.as_ref().filter(|_| !law.on_full_model());
-            out.extend(why.map(|why| not_held(control, why)));
+            out.extend(why.map(|why| not_held(control, plant.default_point(), why)));
             Some((law, running))
         }
         Ok(_) => {
@@ -468,11 +499,23 @@ fn plant_at(
     out: &mut Vec<Diagnostic>,
 ) -> Option<Plant> {
     match asked.find(&reduced) {
-        Ok(found) => check_smooth(document, control, (&reduced, &found.point), out).then(|| {
-            let mut plant = Plant::at(reduced, found.point);
+        Ok(found) => {
+            if !check_smooth(document, control, (&reduced, &found.point), out) {
+                return None;
+            }
+            let mut plant = match reduced.equations.kept.is_empty() {
+                true => Plant::at(reduced, found.point),
+                false => match on_frozen_rows(&reduced, &found.point, &found.multipliers) {
+                    Ok(plant) => plant,
+                    Err(error) => {
+                        out.push(rows_refused(control, &reduced, &error));
+                        return None;
+                    }
+                },
+            };
             (plant.told, plant.not_held) = (found.told, found.not_held);
-            plant
-        }),
+            Some(plant)
+        }
         // Told of the variant; with the design values it is another mistake.
         Err(why) => {
             add_new(out, vec![asked.refusal(document, std::slice::from_ref(control), &why)], None);

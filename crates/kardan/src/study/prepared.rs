@@ -76,11 +76,18 @@ pub struct PreparedVariant {
     pub(super) massless: Vec<Diagnostic>,
     /// The model whose kept rows an analysis sees as linear ones.
     pub(super) unfrozen: Option<Box<Reduced>>,
+    /// The same with its kept rows as they are at the operating point of its laws, where it has both.
+    pub(super) looped: Option<Box<PreparedVariant>>,
     /// What is told of where its run begins.
     pub(super) start_notes: Vec<String>,
 }
 
 impl PreparedVariant {
+    /// What is looked at where small motions of the loop are meant.
+    pub(super) fn in_loop(&self) -> &Self {
+        self.looped.as_deref().unwrap_or(self)
+    }
+
     /// The linear model at the operating point.
     pub(super) fn linear_model(&self) -> LinearModel {
         linearise_at(&self.reduced, &self.point)

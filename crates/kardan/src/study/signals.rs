@@ -55,7 +55,10 @@ impl WorkingPoint {
         let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
         let position = working_position(variant, position, notes)?;
         let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
-        let system = ConstrainedSystem::at(reduced, &position, &stuck, &inputs);
+        let system = match variant.unfrozen {
+            Some(_) => ConstrainedSystem::held(reduced, &variant.point, &stuck, &inputs),
+            None => ConstrainedSystem::at(reduced, &position, &stuck, &inputs),
+        };
         notes.extend(ratios(reduced, &position));
         notes.extend(variant.model.rounded_in_words());
         Ok(Self { position, stuck, inputs, outputs, system })
@@ -69,6 +72,7 @@ fn working_position(
     notes: &mut Vec<String>,
 ) -> Result<Vec<f64>, Vec<Diagnostic>> {
     let reduced = &variant.reduced;
+    notes.extend(variant.unfrozen.iter().flat_map(|_| variant.start_notes.iter().cloned()));
     if !reduced.equations.moving.is_empty() {
         let moving = quoted(reduced.equations.moving.keys().map(String::as_str));
         notes.push(format!("{moving}: an offset that depends on the time stands still at its value at time zero"));
@@ -81,7 +85,7 @@ fn working_position(
     if !of_time.is_empty() {
         notes.push(format!("{}: a torque that depends on the time is taken as at time zero", quoted(of_time)));
     }
-    let position = if variant.analysis.at.is_empty() {
+    let position = if variant.analysis.at.is_empty() && variant.unfrozen.is_none() {
         let rest = Rest::near(reduced, &position).map_err(|message| {
             let help = "name the operating point by `at` of `[analysis]`, or give the model what holds it: a spring, or a friction, stop, clutch or lock in `stuck`";
             vec![Diagnostic::error("analysis::equilibrium", message).help(help)]
@@ -93,7 +97,7 @@ fn working_position(
         position
     };
     for slopes in law_slopes(reduced, &position) {
-        let name = &laws[slopes.law].element;
+        let name = &slopes.element;
         if !slopes.kinks.is_empty() {
             let message = format!(
                 "`{name}` bends or jumps at the operating point, where {} = 0, so the model has no linear one there",

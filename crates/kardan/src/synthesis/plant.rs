@@ -25,6 +25,8 @@ pub struct Plant {
     pub not_held: Option<String>,
     /// Linear there.
     pub linear: LinearModel,
+    /// The angles of all shafts there, rad, where rows that turn stand still in it as they are there: what a law is told is measured from them.
+    pub frozen: Option<Vec<f64>>,
     /// Kind and name of each element, for messages.
     pub elements: Vec<(String, String)>,
     /// What a law that follows its joints was designed to be at other positions.
@@ -46,12 +48,26 @@ impl Plant {
     /// As [`Self::new`].
     pub fn at(reduced: Reduced, point: OperatingPoint) -> Self {
         let linear = linearise_at(&reduced, &point);
-        Self { reduced, point, told: None, not_held: None, linear, elements: Vec::new(), turned: Turned::default() }
+        Self {
+            reduced,
+            point,
+            told: None,
+            not_held: None,
+            linear,
+            frozen: None,
+            elements: Vec::new(),
+            turned: Turned::default(),
+        }
     }
 
     /// Whether its law is one around an operating point other than zero, or with torques that hold it there.
     pub fn is_moved(&self) -> bool {
-        self.point.torques.is_some()
+        self.point.torques.is_some() || self.frozen.iter().flatten().any(|angle| *angle != 0.0)
+    }
+
+    /// Where it is designed unless it is told otherwise, in words.
+    pub fn default_point(&self) -> &'static str {
+        if self.frozen.is_some() { "the start of the run" } else { "zero angles" }
     }
 
     /// Where it is linear, in words.
@@ -71,8 +87,11 @@ impl Plant {
         self.torque_limit(input).map(|limit| limit - held)
     }
 
-    /// The angles of all shafts at the operating point, less those at zero coordinates, rad.
+    /// The angles of all shafts at the operating point, rad; less those at zero coordinates where no rows stand still.
     pub fn angles_at_rest(&self) -> Vec<f64> {
+        if let Some(angles) = &self.frozen {
+            return angles.clone();
+        }
         let mut kinematics = Kinematics::new(&self.reduced);
         let zero = vec![0.0; self.reduced.degrees_of_freedom()];
         kinematics.update(&zero, &zero);
@@ -91,7 +110,8 @@ impl Plant {
                 let springs = self.reduced.equations.springs.iter().filter(|spring| spring.element == *element);
                 let torque = |spring: &Along<SpringLaw>| {
                     let twist: f64 = spring.row_f64().iter().map(|(shaft, x)| x * angles[*shaft]).sum();
-                    spring.value.stiffness.to_f64() * twist
+                    let rest = self.frozen.as_ref().map_or(0.0, |_| spring.value.rest.to_f64());
+                    spring.value.stiffness.to_f64() * (twist - rest)
                 };
                 Some(springs.map(torque).sum())
             }

@@ -118,11 +118,13 @@ fn beside_kept_rows(seed: u64) -> String {
 /// Which random models are drawn; `KARDAN_MODELS` asks for others, `10000` or `1300..2000`, and `--nocapture` then shows how far it is.
 fn models() -> impl Iterator<Item = u64> {
     let asked = std::env::var("KARDAN_MODELS").ok();
+    // Beside the first ones those that once failed among the first 10 000: redundant rows parted by rounding.
+    let found: &[u64] = if asked.is_some() { &[] } else { &[3090, 4104] };
     let (first, end) = match asked.as_deref().map(|text| text.split_once("..").unwrap_or(("0", text))) {
         Some((first, end)) => (first.parse().expect("a first number"), end.parse().expect("a number of models")),
         None => (0, 120),
     };
-    (first..end).inspect(move |seed| {
+    (first..end).chain(found.iter().copied()).inspect(move |seed| {
         if asked.is_some() {
             eprintln!("model {seed}");
         }

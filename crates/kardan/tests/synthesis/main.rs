@@ -6,6 +6,7 @@ mod common;
 mod decoupling;
 mod design;
 mod inversion;
+mod kept_rows;
 mod margins;
 mod margins_golden;
 mod observers;

@@ -1,0 +1,227 @@
+//! Laws and linear models beside constraints that are kept with their multipliers: what these carry at rest turns with their rows. Against closed forms
+//! of a crank that lifts a weight, and of a blade across a slope.
+
+use kardan::diagnostics::Diagnostic;
+use kardan::results::{Outcome, Run};
+use kardan::study::{AnalyzeSettings, DesignSettings, Project, Settings, Silent};
+
+#[track_caller]
+fn close(value: f64, expected: f64, tolerance: f64) {
+    crate::common::close(value, expected, tolerance, "the closed form");
+}
+
+/// Weight, N, crank and rod, m, mass, kg, inertia, kg m².
+const WEIGHT: f64 = 2.0 * 9.81;
+const CRANK: f64 = 0.1;
+const ROD: f64 = 0.3;
+const MASS: f64 = 2.0;
+const INERTIA: f64 = 0.02;
+const DAMPING: f64 = 0.05;
+
+const LIFT: &str = "[model]\nname = \"lift\"\n[shaft.crank]\ninertia = \"0.02 kg m^2\"\ndamping = \"0.05 N m s/rad\"\n\
+                    [mass.slide]\nmass = \"2 kg\"\n[constraint.rod]\n\
+                    expression = \"slide.s - 0.1 m * sin(crank.phi) - sqrt((0.3 m)^2 - (0.1 m * cos(crank.phi))^2)\"\n\
+                    [torque.weight]\nmass = \"slide\"\nlaw = \"-2 kg * 9.81 m/s^2\"\n[motor.m]\nshaft = \"crank\"\n";
+const HOLD: &str = "[control.hold]\nlaw = \"pole_placement\"\ninputs = [\"m\"]\npoles = [-10, -12]\n\
+                    at = { \"crank.phi\" = \"30 deg\" }\n";
+const CHANNEL: &str = "[[control.hold.channels]]\noutput = \"crank.phi\"\nreference = \"ref\"\n";
+
+/// First and second derivative of the position of the weight by the angle.
+fn slopes(angle: f64) -> [f64; 2] {
+    let (sin, cos) = angle.sin_cos();
+    let root = (ROD * ROD - CRANK * CRANK * cos * cos).sqrt();
+    let inner = CRANK * CRANK * sin * cos;
+    let square = CRANK * CRANK * (cos * cos - sin * sin);
+    [CRANK * cos + inner / root, -CRANK * sin + square / root - inner * inner / root.powi(3)]
+}
+
+fn run(source: &str) -> Run {
+    let mut study = Project::open(source).run(&Settings::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+    let run = study.runs.remove(0);
+    assert_eq!(run.outcome, Outcome::Completed, "{source}");
+    run
+}
+
+fn values<'a>(run: &'a Run, name: &str) -> &'a [f64] {
+    crate::common::signal(run, name)
+}
+
+/// The torque of the motor is the weight over the slope, and the multiplier of the rod makes the stiffness, weight times second derivative.
+#[test]
+fn a_law_is_designed_where_a_rod_carries_a_weight() {
+    let source = format!("{LIFT}{HOLD}{CHANNEL}");
+    let project = Project::open(&source);
+    let plant = &project.prepared().variants[0].design_models[0];
+    let [slope, bend] = slopes((30.0_f64).to_radians());
+    close(plant.held_torque("m"), WEIGHT * slope, 1e-12);
+    close(plant.linear.inertia.to_f64()[(0, 0)], INERTIA + MASS * slope * slope, 1e-12);
+    close(plant.linear.stiffness.to_f64()[(0, 0)], WEIGHT * bend, 1e-12);
+    let design =
+        project.design(&DesignSettings { simulate: true, ..DesignSettings::default() }, &Silent).expect("a design");
+    let poles: Vec<f64> = design.closed_loop_poles.iter().map(|pole| pole.re).collect();
+    close(poles[0], -10.0, 1e-9);
+    close(poles[1], -12.0, 1e-9);
+    assert_eq!(design.design_model, "linear, at the operating point");
+    let told = design.notes.iter().find(|note| note.starts_with("operating point: ")).expect("a note");
+    assert!(told.contains("crank.phi = 30.000000 deg") && told.contains("proven"), "{told}");
+}
+
+/// The run of the model itself stands there to rounding, references too, and small steps go as the linear loop says: with a sample time and an observer.
+#[test]
+fn a_run_holds_on_its_rod() {
+    let clock = "sample_time = \"1 ms\"\n";
+    let observer = "[control.hold.observer]\nsensors = [\"crank.phi\"]\npoles = [-60, -70]\ndisturbances = []\n";
+    let keys = [String::new(), clock.into(), observer.into(), format!("{clock}{observer}")];
+    let scenario = "[scenario]\nduration = \"2 s\"\noutput_step = \"10 ms\"\nstart = \"operating_point\"\n";
+    let step = "[[scenario.event]]\nat = \"1 s\"\nsignal = \"ref\"\nto = \"30.01 deg\"\n";
+    let point = (30.0_f64).to_radians();
+    for keys in keys {
+        let source = format!("{LIFT}{HOLD}{keys}{CHANNEL}{scenario}");
+        let rests = run(&source);
+        assert!(values(&rests, "crank.phi").iter().all(|angle| (angle - point).abs() < 1e-12), "{source}");
+        let moves = run(&format!("{source}{step}"));
+        let end = *values(&moves, "crank.phi").last().expect("rows");
+        // What bends is of second order in 0.01 deg.
+        let to = (30.01_f64).to_radians();
+        close(end - point, to - point, if keys.contains("sample_time") { 2e-3 } else { 1e-3 });
+        if keys.is_empty() {
+            // 1 − 6 e^{−10 t} + 5 e^{−12 t}
+            for t in [0.05_f64, 0.1, 0.2] {
+                let linear = 1.0 - 6.0 * (-10.0 * t).exp() + 5.0 * (-12.0 * t).exp();
+                let found = crate::common::at(&moves, "crank.phi", 1.0 + t) - point;
+                assert!((found / (to - point) - linear).abs() < 1e-3, "{t}: {found}");
+            }
+        }
+    }
+}
+
+/// Without a law: at the equilibrium below, found from the start on the rod, an oscillation whose stiffness is that of the multiplier.
+#[test]
+fn an_analysis_stands_at_an_equilibrium_on_the_rod() {
+    let source = format!("{LIFT}[scenario]\nduration = \"1 s\"\n");
+    let found = Project::open(&source).analyze(&AnalyzeSettings::default(), &Silent).expect("an analysis");
+    let [_, bend] = slopes(-std::f64::consts::FRAC_PI_2);
+    let (rate, square) = (DAMPING / INERTIA / 2.0, WEIGHT * bend / INERTIA);
+    close(found.modes[0].eigenvalue.re, -rate, 1e-12);
+    close(found.modes[0].eigenvalue.im.abs(), (square - rate * rate).sqrt(), 1e-12);
+    let all = found.notes.join("\n");
+    assert!(all.contains("proven: there is exactly one") && all.contains("rod 19.62"), "{all}");
+    // A run begins there if asked to, and stays.
+    let rests = run(&format!("{source}start = \"equilibrium\"\n"));
+    let [first, last] = [0, values(&rests, "crank.phi").len() - 1].map(|row| values(&rests, "crank.phi")[row]);
+    close(first.rem_euclid(std::f64::consts::TAU), 1.5 * std::f64::consts::PI, 1e-9);
+    close(last, first, 1e-9);
+    // Named, it stands elsewhere, held by the motor.
+    let named = format!("{source}[analysis]\nat = {{ \"crank.phi\" = \"30 deg\" }}\n");
+    let found = Project::open(&named).analyze(&AnalyzeSettings::default(), &Silent).expect("an analysis");
+    let [slope, bend] = slopes((30.0_f64).to_radians());
+    let inertia = INERTIA + MASS * slope * slope;
+    // J s² + d s + W s″ = 0, with s″ < 0 there.
+    let root = (DAMPING * DAMPING / 4.0 - inertia * WEIGHT * bend).sqrt();
+    let mut wanted = [(-DAMPING / 2.0 - root) / inertia, (-DAMPING / 2.0 + root) / inertia];
+    let mut poles: Vec<f64> = found.modes.iter().map(|mode| mode.eigenvalue.re).collect();
+    wanted.sort_by(f64::total_cmp);
+    poles.sort_by(f64::total_cmp);
+    close(poles[0], wanted[0], 1e-9);
+    close(poles[1], wanted[1], 1e-9);
+    assert!(found.notes.iter().any(|note| note.contains("held by constant torques: m = ")), "{:?}", found.notes);
+}
+
+const BLADE: &str = "[model]\nname = \"blade\"\n[mass.x]\nmass = \"2 kg\"\n[mass.y]\nmass = \"2 kg\"\n[shaft.th]\ninertia = \"0.5 kg m^2\"\n\
+                     [spring_damper.k]\nshaft_1 = \"th\"\nshaft_2 = \"ground\"\nstiffness = \"8 N m/rad\"\n\
+                     [constraint.blade]\nrates = { x = \"sin(th.phi)\", y = \"-cos(th.phi)\" }\n\
+                     [torque.slope]\nmass = \"y\"\nlaw = \"-6 N\"\n[motor.m]\nshaft = \"th\"\n";
+const STEER: &str = "[control.steer]\nlaw = \"pole_placement\"\ninputs = [\"m\"]\npoles = [-2, -2.5, -3, -3.5]\n\
+                     [[control.steer.channels]]\noutput = \"x.s\"\nreference = \"ref\"\n";
+
+/// A nonholonomic row: its stiffness is not symmetric. Turned by θ, the blade pushes along with 6 N θ, so that one motor reaches all.
+#[test]
+fn what_a_blade_carries_turns_with_it() {
+    let source = format!("{BLADE}[analysis]\noutputs = [\"x.s\"]\n[scenario]\nduration = \"1 s\"\n");
+    let found = Project::open(&source).analyze(&AnalyzeSettings::default(), &Silent).expect("an analysis");
+    assert!(found.structure.controllable() && found.structure.observable());
+    assert_eq!(found.structure.relative_degrees, [[Some(4)]]);
+    assert!(found.notes.join("\n").contains("blade -6.000000"));
+    // Without the slope it carries nothing.
+    let level = source.replace("-6 N", "0 N");
+    let found = Project::open(&level).analyze(&AnalyzeSettings::default(), &Silent).expect("an analysis");
+    assert!(!found.structure.controllable());
+    let project = Project::open(&format!("{BLADE}{STEER}"));
+    let plant = &project.prepared().variants[0].design_models[0];
+    let place = |name: &str| plant.linear.coordinates.iter().position(|own| own == name).expect("a coordinate");
+    let stiffness = plant.linear.stiffness.to_f64();
+    let (x, th) = (place("x"), place("th"));
+    assert_eq!(
+        [stiffness[(x, th)].abs(), stiffness[(th, x)], stiffness[(th, th)], stiffness[(x, x)]],
+        [6.0, 0.0, 8.0, 0.0]
+    );
+    // x'' = −6 θ/2: down the slope the force is to the other side of the blade.
+    assert!(stiffness[(x, th)] > 0.0);
+}
+
+/// The run of the blade itself follows a small step as the four poles say.
+#[test]
+fn a_blade_is_steered_across_its_slope() {
+    let step = "[scenario]\nduration = \"5 s\"\noutput_step = \"50 ms\"\n[[scenario.event]]\nat = \"0 s\"\nsignal = \"ref\"\nto = \"1 mm\"\n";
+    let found = run(&format!("{BLADE}{STEER}{step}"));
+    let poles = [-2.0, -2.5, -3.0, -3.5];
+    let linear = |t: f64| {
+        let product: f64 = poles.iter().product();
+        let part = |k: usize| {
+            let others: f64 = (0..4).filter(|j| *j != k).map(|j| poles[k] - poles[j]).product();
+            product / (poles[k] * others) * (poles[k] * t).exp()
+        };
+        1.0 + (0..4).map(part).sum::<f64>()
+    };
+    for (t, x) in found.series.time.iter().zip(values(&found, "x.s")) {
+        assert!((x / 1e-3 - linear(*t)).abs() < 1e-6, "{t}: {x}");
+    }
+}
+
+/// A prescribed speed stands still for the law, as if the shaft were the housing.
+#[test]
+fn a_prescribed_shaft_is_held_in_a_design() {
+    let chain = |first: &str, spring: &str| {
+        format!(
+            "[model]\nname = \"chain\"\n{first}[shaft.a]\ninertia = \"0.01 kg m^2\"\n[shaft.b]\ninertia = \"0.03 kg m^2\"\n\
+             [spring_damper.wa]\nshaft_1 = \"{spring}\"\nshaft_2 = \"a\"\nstiffness = \"40 N m/rad\"\ndamping = \"0.1 N m s/rad\"\n\
+             [spring_damper.ab]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"90 N m/rad\"\n[motor.m]\nshaft = \"a\"\n\
+             [control.follow]\nlaw = \"lqr\"\ninputs = [\"m\"]\nlargest = {{ \"b.phi\" = \"1 deg\", m = \"5 N m\" }}\n\
+             [[control.follow.channels]]\noutput = \"b.phi\"\nreference = \"ref\"\n[scenario]\nduration = \"1 s\"\n"
+        )
+    };
+    let hand = "[shaft.w]\ninertia = \"0.02 kg m^2\"\n[prescribed_motion.hand]\nshaft = \"w\"\nspeed = \"0.3 rad/s * sin(3 rad/s * t)\"\n";
+    let gains = |source: &str| {
+        let design = Project::open(source).design(&DesignSettings::default(), &Silent).expect("a design");
+        design.gains.iter().find(|gain| gain.name == "K").expect("a state gain").values[0].clone()
+    };
+    let prescribed = chain(hand, "w");
+    let (held, housing) = (gains(&prescribed), gains(&chain("", "ground")));
+    held.iter().zip(&housing).for_each(|(a, b)| close(*a, *b, 1e-12));
+    let found = run(&prescribed);
+    // ∫ 0.3 sin 3t dt
+    close(*values(&found, "w.phi").last().expect("rows"), 0.1 * (1.0 - (3.0_f64).cos()), 1e-9);
+    assert!(found.energy.residual.abs() < 1e-9 * found.energy.input.abs());
+}
+
+fn refused(source: &str) -> Vec<Diagnostic> {
+    let (_, mistakes) = kardan::study::prepare(source);
+    assert!(!mistakes.is_empty());
+    mistakes
+}
+
+#[test]
+fn what_has_no_linear_model_there_is_told() {
+    let full = format!("{LIFT}[control.c]\nlaw = \"computed_torque\"\n")
+        + "[[control.c.channels]]\noutput = \"crank.phi\"\ninput = \"m\"\nreference = \"ref\"\npoles = [-5, -6]\n";
+    let told = refused(&full);
+    assert!(
+        told.iter()
+            .any(|one| one.message.contains("does not know constraints that are not solved for a coordinate: `rod`")),
+        "{told:?}"
+    );
+    // A crank of 10 cm with a rod of 30 cm ends at 40 cm.
+    let far = format!("{LIFT}{HOLD}{CHANNEL}").replace("\"crank.phi\" = \"30 deg\"", "\"slide.s\" = \"1 m\"");
+    let told = refused(&far);
+    assert!(told.iter().any(|one| one.code == "control::point"), "{told:?}");
+}
