@@ -2,7 +2,7 @@
 
 use super::{Kinematics, Motion, Reduced, Step, kinematics};
 use crate::assemble::Equations;
-use crate::expr::{Expr, Floating, Rationals, Style, Symbol, lower, printed};
+use crate::expr::{Expr, Floating, Interval, Intervals, Rationals, Style, Symbol, lower, printed};
 use crate::num::{Rational, SparseRow, rational_from_f64, rational_to_f64};
 
 /// A torque that an expression gives, or the multiplier of a row that turns, around a position at rest and at time zero:
@@ -141,26 +141,35 @@ pub(super) fn all_free(equations: &Equations) -> Reduced {
     }
 }
 
-/// Values of expressions at a place, over the rationals where they are fractions, and rounded.
-type Values<'a> = dyn Fn(&Motion, &[Expr]) -> (Vec<Option<Rational>>, Vec<f64>) + 'a;
+/// What angles of a place may be rounded by, relative.
+const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
-/// What vanishes at a place where a torque bends or jumps. Where it has the same value and derivatives on all sides, as `w·|w|` has at
-/// rest, it does neither.
+/// Values of expressions at a place, over the rationals where they are fractions, and between which numbers they are if its angles are
+/// rounded.
+type Values<'a> = dyn Fn(&Motion, &[Expr]) -> (Vec<Option<Rational>>, Vec<Interval>) + 'a;
+
+/// What vanishes at a place, or so near to it that the angles are rounded by as much, where a torque bends or jumps. Where it has the same value
+/// and derivatives on all sides, as `w·|w|` has at rest, it does neither.
 fn kinks_at(motion: &mut Motion, torque: Expr, used: &[Symbol], at: &Values<'_>) -> Vec<String> {
     let kinks = motion.graph.kinks(torque);
     let (known, near) = at(motion, &kinks);
-    let vanishes = |k: &usize| known[*k].as_ref().map_or(near[*k] == 0.0, Rational::is_zero);
-    let vanishing: Vec<Expr> = (0..kinks.len()).filter(vanishes).map(|k| kinks[k]).collect();
+    let exactly = |k: &usize| known[*k].as_ref().is_some_and(Rational::is_zero);
+    let vanishing: Vec<usize> = (0..kinks.len()).filter(|k| exactly(k) || near[*k].contains(0.0)).collect();
     if vanishing.is_empty() {
         return Vec::new();
     }
+    let exact = vanishing.iter().all(exactly);
+    let vanishing: Vec<Expr> = vanishing.into_iter().map(|k| kinks[k]).collect();
     if let Some(sides) = motion.graph.sides(torque, &|part| vanishing.contains(&part)) {
         let mut all = sides.clone();
         used.iter().for_each(|symbol| all.extend(motion.graph.derivatives(&sides, *symbol)));
         let (known, near) = at(motion, &all);
         let same = |k: usize| match (&known[k], &known[k - k % sides.len()]) {
-            (Some(one), Some(other)) => one == other,
-            _ => near[k] == near[k - k % sides.len()],
+            (Some(one), Some(other)) if exact => one == other,
+            _ => {
+                let [one, other] = [near[k], near[k - k % sides.len()]];
+                one.low <= other.high && other.low <= one.high
+            }
         };
         if (0..all.len()).all(same) {
             return Vec::new();
@@ -205,12 +214,21 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
             lower(&motion.graph, exprs, &mut Floating::<f64>::default(), rounded),
         )
     };
+    let between = |motion: &Motion, exprs: &[Expr]| {
+        // The angles of the place were rounded, and what follows from them again.
+        let around = |symbol| {
+            let angle = numeric.angles.get(place(motion, symbol)).copied().unwrap_or(0.0);
+            let few = ROUNDED * angle.abs();
+            Interval { low: angle - few, high: angle + few }
+        };
+        (at(motion, exprs).0, lower(&motion.graph, exprs, &mut Intervals, around))
+    };
     let mut out = Vec::new();
     for term in &equations.laws {
         let torque = motion.formula(&free, &term.value);
         let (_, value) = at(&motion, &[torque]);
         let used: Vec<Symbol> = motion.graph.symbols(&[torque]);
-        let kinks = kinks_at(&mut motion, torque, &used, &at);
+        let kinks = kinks_at(&mut motion, torque, &used, &between);
         let slopes: Vec<Expr> = used.iter().map(|symbol| motion.graph.derivative(torque, *symbol)).collect();
         let (known, near) = at(&motion, &slopes);
         let (mut on_positions, mut on_rates, mut rounded) = (SparseRow::new(), SparseRow::new(), false);

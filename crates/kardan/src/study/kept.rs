@@ -270,7 +270,7 @@ pub(super) fn on_frozen_rows(own: &Reduced, point: &OperatingPoint, multipliers:
 
 /// A variant whose loop is looked at with its kept rows as they are at the operating point.
 pub(super) fn with_loop(mut variant: PreparedVariant, multipliers: &[f64]) -> PreparedVariant {
-    if !variant.reduced.equations.kept.is_empty() {
+    if !variant.reduced.equations.kept.is_empty() && !variant.designed.is_empty() {
         let (point, multipliers) = (variant.point.clone(), multipliers.to_vec());
         let looped = Standing { point, multipliers, told: Vec::new() }.freeze(&variant);
         // Of what is not there its plants have told.

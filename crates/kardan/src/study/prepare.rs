@@ -274,7 +274,7 @@ fn prepare_variant(
         running.push(as_it_runs);
     }
     start_notes.extend(references_at_rest(document, &running, &mut scenario));
-    let (complete, is_loop) = (designed.len() == controls.len(), !controls.is_empty());
+    let complete = designed.len() == controls.len();
     let computed = Computed::of(document, settings, &signal_names(&reduced, &scenario));
     let variant = PreparedVariant {
         name,
@@ -292,10 +292,7 @@ fn prepare_variant(
         looped: None,
         start_notes,
     };
-    let variant = match complete && is_loop {
-        true => with_loop(variant, &multipliers),
-        false => variant,
-    };
+    let variant = with_loop(variant, &multipliers);
     if complete && purpose == Purpose::Run {
         check_sampled(variant.in_loop(), out);
         heard.step();
