@@ -10,6 +10,7 @@ mod around;
 mod channels;
 mod clock;
 mod closed_loop;
+mod counters;
 pub mod decoupling;
 mod design;
 mod designed;

@@ -206,7 +206,8 @@ impl Plant {
     pub fn system(&self, inputs: &[String], outputs: &[OutputSignal]) -> LinearSystem {
         let system = self.constrained(inputs);
         let pencil = linear_system(&system, &self.reduced.coordinates, &self.linear.basis, outputs);
-        pencil.explicit().expect("reduced inertia is positive definite")
+        let explicit = pencil.explicit().expect("reduced inertia is positive definite");
+        LinearSystem { states: self.states(), ..explicit }
     }
 }
 
