@@ -121,10 +121,16 @@ pub(super) fn check_rounding(floating: &[Pole], design: &mut Design) {
 }
 
 /// All poles of the linear loop with this controller alone: those of the loop, what the outputs do not show, and the error
-/// of the observer, whose poles no gain moves.
+/// of the observer, whose poles no gain moves; without those of charges that only count.
 pub(super) fn exact_poles(exact: &ExactLoop, design: &Design) -> Vec<Pole> {
     let mut poles = roots(&characteristic_polynomial(&exact.closed.a));
-    poles.extend(&design.hidden);
+    // No output shows such a charge.
+    let mut hidden = design.hidden.clone();
+    for _ in &design.counters {
+        let at_zero = hidden.iter().position(|pole| *pole == Pole::default());
+        at_zero.map(|place| hidden.remove(place));
+    }
+    poles.extend(hidden);
     poles.extend(design.observer.iter().flat_map(|observer| &observer.poles));
     poles.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(a.re.total_cmp(&b.re)).then(b.im.total_cmp(&a.im)));
     poles

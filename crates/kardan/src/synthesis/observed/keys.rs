@@ -10,9 +10,9 @@ keys! {
     table Observer {
         required {
             sensors: Outputs,
-                "What is measured: angles, speeds, torques of torsion bars; `<sensor>.phi` and so on reads the sensor \
-                 of that name with its resolution, if the controller has a sample time. In continuous time they are \
-                 ideal.";
+                "What is measured: angles, speeds, torques of torsion bars, currents of branches (`<branch>.i`, ideal); \
+                 `<sensor>.phi` and so on reads the sensor of that name with its resolution, if the controller has a sample \
+                 time. In continuous time they are ideal.";
         }
         optional {
             disturbances: Words,
@@ -46,11 +46,11 @@ keys! {
 /// If a name is no shaft or stands twice.
 pub(in crate::synthesis) fn disturbances(values: &Values, plant: &Plant) -> Result<Vec<usize>, SynthesisError> {
     let Some(observer) = values.table("observer") else { return Ok(Vec::new()) };
+    let moves = |k: &usize| plant.reduced.equations.domain(*k) != Domain::Charge;
     let Some(names) = observer.words("disturbances") else {
-        let moves = |k: &usize| plant.reduced.equations.domain(*k) != Domain::Charge;
         return Ok(plant.reduced.coordinates.iter().copied().filter(moves).collect());
     };
-    let shaft =
-        |name: &String| plant.reduced.coordinate(name).ok_or_else(|| SynthesisError::NoShaft { name: name.clone() });
+    let found = |name: &String| plant.reduced.coordinate(name).filter(moves);
+    let shaft = |name: &String| found(name).ok_or_else(|| SynthesisError::NoShaft { name: name.clone() });
     names.iter().map(shaft).collect()
 }

@@ -14,7 +14,7 @@ pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
 
 use std::sync::Arc;
 
-use super::counters::{over_states, rows_of, without_counters};
+use super::counters::{acts_by, over_states, rows_of, without_counters};
 use super::observer::extend;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, SynthesisError};
 use crate::analysis::{LinearSystem, OutputSignal};
@@ -294,14 +294,9 @@ impl Observed {
 
 /// Places among the states of the plant of all that the observer needs: charges that only count are left out, unless the law acts by them.
 fn needed(law: &dyn Law, plant: &Plant, system: &LinearSystem) -> Vec<usize> {
-    let linear = law.linear();
-    let basis = plant.linear.basis.to_f64();
-    let on_angles = [linear.on_angles.multiply(&basis), linear.angles.multiply(&basis)];
-    let acts = |k: &usize| {
-        *k < basis.columns() && on_angles.iter().any(|part| (0..part.rows()).any(|i| part[(i, *k)] != 0.0))
-    };
+    let acts = acts_by(law, &plant.linear.basis.to_f64());
     let kept = without_counters(plant, system);
-    (0..system.states.len()).filter(|k| kept.contains(k) || acts(k)).collect()
+    (0..system.states.len()).filter(|k| kept.contains(k) || acts.get(*k) == Some(&true)).collect()
 }
 
 /// A gain over states and disturbances, with rows of zeros for the states that are left out.
