@@ -182,9 +182,11 @@ pub struct TorquePeak {
     pub step: f64,
     /// Its unit.
     pub step_unit: String,
-    /// The motor.
+    /// The motor or source.
     pub input: String,
-    /// Largest torque asked of it, N m.
+    /// Unit of what it gives: `N m`, of a force `N`, of a voltage `V`.
+    pub unit: String,
+    /// Largest torque asked of it, N m; of a force or a voltage that.
     #[serde(rename = "peak_n_m")]
     pub peak: f64,
     /// Its torque limit, N m.
