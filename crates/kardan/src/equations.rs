@@ -52,6 +52,15 @@ impl Domain {
         }
     }
 
+    /// What moves it, as a word.
+    pub fn effort_word(self) -> &'static str {
+        match self {
+            Self::Rotation => "torque",
+            Self::Translation => "force",
+            Self::Charge => "voltage",
+        }
+    }
+
     /// SI units of inertia, damping and stiffness.
     pub fn units(self) -> [&'static str; 3] {
         match self {

@@ -215,7 +215,24 @@ fn poles(design: &Design) -> Body {
         .hint("Linear loop with all controllers, at the design point.")
         .table_of(POLES, &headers, words::joined(&design.closed_loop_poles).iter().map(row))
         .hint(if design.exact_poles { "" } else { FLOATING })
+        .hint(&counters(&design.counters))
         .pictures(pictures::plane(design))
+}
+
+/// What charges that only count are to the loop; nothing where there are none.
+fn counters(charges: &[String]) -> String {
+    let of = list(charges, NAMES);
+    match charges.len() {
+        0 => String::new(),
+        1 => format!(
+            "The charge {of} only counts what has flowed: nothing depends on it and no law holds it. Its pole is exactly at zero; it \
+             is not listed."
+        ),
+        _ => format!(
+            "The charges {of} only count what has flowed: nothing depends on them and no law holds them. Their poles are exactly at \
+             zero; they are not listed."
+        ),
+    }
 }
 
 fn zero_dynamics(design: &Design) -> Body {

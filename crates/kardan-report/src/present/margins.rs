@@ -74,14 +74,15 @@ fn channels(margins: &Margins) -> Body {
 
 fn peaks(peaks: &[TorquePeak]) -> Body {
     let rows = peaks.iter().map(|peak| {
-        let limit = peak.limit.map_or("unlimited".into(), |limit| format!("{} N m", number(limit)));
+        let unit = &peak.unit;
+        let limit = peak.limit.map_or("unlimited".into(), |limit| format!("{} {unit}", number(limit)));
         let step = format!("{} by {} {}", peak.reference, number(peak.step), peak.step_unit);
-        let asked = format!("{} N m", number(peak.peak));
+        let asked = format!("{} {unit}", number(peak.peak));
         let too_much = peak.limit.is_some_and(|limit| peak.peak > limit * (1.0 + 1e-9));
         let asked = if too_much { Cell::Mark(false, asked) } else { Cell::Text(asked) };
         row![step, &peak.input, asked, limit]
     });
-    Body::default().table(&["step of", "motor", "#asked of it", "#torque limit"], rows)
+    Body::default().table(&["step of", "motor", "#asked of it", "#limit"], rows)
 }
 
 /// What runs of variants asked of motors with limits: variant, motor, length of the run in s. Empty if there are none.

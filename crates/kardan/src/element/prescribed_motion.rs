@@ -17,12 +17,14 @@ keys! {
         }
         optional {
             angle: OfTime(Dimension::ANGLE),
-                "Its angle, of a mass its position: a smooth function of the time `t`, parameters, signals `[signal.NAME]` and tables. The \
-                 function and its rate must not jump.";
-            speed: OfTime(Dimension::ANGULAR_VELOCITY), "In place of `angle`: its speed, which must not jump; the angle begins at `initial`.";
+                "The angle of a shaft: a smooth function of the time `t`, parameters, signals `[signal.NAME]` and tables. The function and \
+                 its rate must not jump.";
+            position: OfTime(Dimension::LENGTH), "The position of a mass, as `angle` is that of a shaft.";
+            speed: OfTime(Dimension::ANGULAR_VELOCITY),
+                "In place of `angle` or `position`: its speed, which must not jump; angle or position begin at `initial`.";
             acceleration: OfTime(Dimension::ANGULAR_ACCELERATION),
-                "In place of `angle`: its acceleration, which may jump; angle and speed begin at `initial`.";
-            reference: Body, "The shaft or mass that the angle is measured from; left out: the housing.";
+                "In place of `angle` or `position`: its acceleration, which may jump; angle or position and speed begin at `initial`.";
+            reference: Body, "The shaft or mass that it is measured from; left out: the housing.";
         }
     }
 }
@@ -46,13 +48,28 @@ angle = \"30 deg * sin(2 pi t / 1 s)\"
     terms,
 };
 
-const MOTIONS: [&str; 3] = ["angle", "speed", "acceleration"];
+const MOTIONS: [&str; 4] = ["angle", "position", "speed", "acceleration"];
+
+/// The key of where it is, and that of what moves the other way.
+fn places(values: &Values) -> [&'static str; 2] {
+    if values.along_masses { ["position", "angle"] } else { ["angle", "position"] }
+}
 
 fn check(values: &Values) -> Vec<Mistake> {
     let mut out = check_moves(values, &["shaft"]);
+    let [own, other] = places(values);
+    if values.has(other) {
+        let body = if values.along_masses { "mass" } else { "shaft" };
+        let article = if own == "angle" { "an" } else { "a" };
+        let message = format!("a {body} has {article} {own}, no {other}");
+        out.push(Mistake::new(other, message, format!("write `{own} = \"...\"`")));
+    }
     let given: Vec<&'static str> = MOTIONS.into_iter().filter(|key| values.has(key)).collect();
     match given[..] {
-        [] => out.push(Mistake::new("shaft", "nothing says how it moves", "add `angle`, `speed` or `acceleration`")),
+        [] => {
+            let help = format!("add `{own}`, `speed` or `acceleration`");
+            out.push(Mistake::new("shaft", "nothing says how it moves", help));
+        }
         [_] => {}
         [first, second, ..] => {
             let message = format!("`{first}` and `{second}` both say how it moves");
@@ -77,6 +94,6 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
         let kept = if key == "speed" { Kept::Speed } else { Kept::Acceleration }(along.entries, function);
         return measure.into_iter().chain([Term::Kept(kept)]).collect();
     }
-    let (offset, moving) = right_side(values, "angle");
+    let (offset, moving) = right_side(values, places(values)[0]);
     measure.into_iter().chain([Term::Constraint { along, offset }]).chain(moving).collect()
 }

@@ -449,11 +449,11 @@ impl<'a> TableReader<'a> {
                     out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an angle").help(help));
                 }
                 (Kind::Output, Some(Placed { value: Value::Word(signal), place })) => {
-                    self.check_output(signal, place, &format!("`{}` of {what}", field.name), out);
+                    self.check_output(signal, place, &format!("`{}` of {what}", field.name), false, out);
                 }
                 (Kind::Outputs, Some(Placed { value: Value::Words(signals), .. })) => {
                     for Placed { value, place } in signals {
-                        self.check_output(value, place, &format!("`{}` of {what}", field.name), out);
+                        self.check_output(value, place, &format!("`{}` of {what}", field.name), true, out);
                     }
                 }
                 (Kind::Table(inner), Some(Placed { value: Value::Tables(tables), .. })) => {
@@ -472,8 +472,8 @@ impl<'a> TableReader<'a> {
         }
     }
 
-    /// An output must be an angle or a speed of a shaft, or a sensor.
-    fn check_output(&self, signal: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
+    /// An output must be an angle or a speed of a shaft, or a sensor; what is measured may be the current of a branch too.
+    fn check_output(&self, signal: &str, place: &Place, label: &str, measured: bool, out: &mut Vec<Diagnostic>) {
         let name = SignalName::new(signal);
         let (head, quantity, alone) = (name.element, name.quantity(), name.on.is_none());
         let sensors = || self.document.elements.iter().filter(|e| e.kind.keyword == "sensor").map(|e| e.name.as_str());
@@ -482,10 +482,12 @@ impl<'a> TableReader<'a> {
             name.word.is_none() || is_motion || matches!(quantity, Some(Quantity::Torque | Quantity::Force));
         let of_shaft = self.motions().flatten().any(|motion| motion == signal);
         let of_sensor = alone && is_reading && sensors().any(|sensor| sensor == head);
-        if of_shaft || of_sensor || self.document.doubts.has(head) {
+        let charges = if measured { self.document.charges() } else { Vec::new() };
+        let currents: Vec<String> = charges.iter().map(|branch| Quantity::Current.of(branch)).collect();
+        if of_shaft || of_sensor || currents.iter().any(|current| current == signal) || self.document.doubts.has(head) {
             return;
         }
-        let all: Vec<String> = self.motions().flatten().chain(sensors().map(str::to_string)).collect();
+        let all: Vec<String> = self.motions().flatten().chain(currents).chain(sensors().map(str::to_string)).collect();
         let names = || all.iter().map(String::as_str);
         let help = did_you_mean(nearest(signal, names()), || match quantity {
             Some(Quantity::Torque | Quantity::Force) if alone => format!(
@@ -494,7 +496,9 @@ impl<'a> TableReader<'a> {
             ),
             _ => format!("there are {}", quoted(names())),
         });
-        let message = format!("{label}: `{}` is not an angle or speed of a shaft, nor a sensor", shortened(signal));
+        let current = if measured { ", no current" } else { "" };
+        let message =
+            format!("{label}: `{}` is not an angle or speed of a shaft{current}, nor a sensor", shortened(signal));
         out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an output").help(help));
     }
 

@@ -137,7 +137,7 @@ choice! {
         Rms = "rms",
         /// The same around its mean.
         Ripple = "ripple",
-        /// How long the motor of this torque is at its torque limit, s.
+        /// How long the motor of this torque or force, or the source of this voltage, is at its limit, s.
         TimeAtLimit = "time_at_limit",
         /// How far it goes beyond its target, as a part of its way there.
         Overshoot = "overshoot",
@@ -174,8 +174,8 @@ keys! {
             measure: Choice(Measure::WORDS),
                 "Largest, smallest, largest in size, or last value in the window; `rms`: root of the mean of its \
                  squares over the time; `ripple`: the same around its mean, what is left of a torque at rest without \
-                 what it holds; `time_at_limit`: how long in the window the motor of this torque is at its torque \
-                 limit, s. With x the signal, x0 its first value in the window, r the `target`: `overshoot`: the largest \
+                 what it holds; `time_at_limit`: how long in the window the motor of this torque or force, or \
+                 the source of this voltage, is at its limit, s. With x the signal, x0 its first value in the window, r the `target`: `overshoot`: the largest \
                  (x - r)/(r - x0), at least 0; `settling_time`: time from the begin of the window to where |x - r| <= `band` \
                  for good; `iae`: the integral of |x - r| over the time; `energy`: the integral of a power over the time; \
                  `events`: number of events of the element of this signal, of all of them for the signal `t`. Between rows \

@@ -86,6 +86,9 @@ pub struct Design {
     /// Whether these are roots of an exact polynomial with proven signs; else they are eigenvalues in floating point.
     #[serde(rename = "closed_loop_poles_exact")]
     pub exact_poles: bool,
+    /// Charges that only count what has flowed: nothing depends on them, no law holds them. Each is a pole exactly at zero that is not
+    /// listed.
+    pub counters: Vec<String>,
     /// What the outputs do not show of the decoupled loop.
     #[serde(serialize_with = "zero_dynamics")]
     #[schemars(with = "ZerosView")]

@@ -37,6 +37,8 @@ pub struct Margins {
     pub free_poles: usize,
     /// How it is known that they are at zero.
     pub free_known: FreeKnown,
+    /// Whether these motions are charges that only count what has flowed, exactly.
+    pub only_count: bool,
     /// Poles that are not at zero, and so close to it that 64 bits do not tell: of a loop that is decided over the rationals,
     /// 1/s, as far as rounding shows them. They are left out of all limits.
     #[serde(rename = "next_to_zero_1_s")]
@@ -180,9 +182,11 @@ pub struct TorquePeak {
     pub step: f64,
     /// Its unit.
     pub step_unit: String,
-    /// The motor.
+    /// The motor or source.
     pub input: String,
-    /// Largest torque asked of it, N m.
+    /// Unit of what it gives: `N m`, of a force `N`, of a voltage `V`.
+    pub unit: String,
+    /// Largest torque asked of it, N m; of a force or a voltage that.
     #[serde(rename = "peak_n_m")]
     pub peak: f64,
     /// Its torque limit, N m.

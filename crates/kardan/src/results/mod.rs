@@ -318,6 +318,15 @@ impl MotorStrain {
         length(&self.at_rate_limit, from, until)
     }
 
+    /// What it gives, as a word: a torque, a force or a voltage.
+    pub fn effort(&self) -> &'static str {
+        match self.unit {
+            "N" => "force",
+            "V" => "voltage",
+            _ => "torque",
+        }
+    }
+
     /// Whether it was at one of its limits at all.
     pub fn strained(&self) -> bool {
         !self.at_torque_limit.is_empty() || !self.at_rate_limit.is_empty()
@@ -331,12 +340,7 @@ impl MotorStrain {
     /// assert_eq!(MotorStrain::default().in_words(9.0), None);
     /// ```
     pub fn in_words(&self, duration: f64) -> Option<String> {
-        let unit = self.unit;
-        let what = match unit {
-            "N" => "force",
-            "V" => "voltage",
-            _ => "torque",
-        };
+        let (unit, what) = (self.unit, self.effort());
         let total = |spans: &[Span]| length(spans, 0.0, f64::INFINITY);
         let of = |spans: &[Span]| {
             let first = spans.first().map_or(0.0, |span| span.from);

@@ -1,6 +1,6 @@
 //! A motor in the loop: torque limit, then rate limit, then lag.
 
-use crate::equations::Motor;
+use crate::equations::{Domain, Motor};
 use crate::num::Keeper;
 use crate::results::Span;
 use crate::units::Exact;
@@ -28,6 +28,8 @@ pub(super) enum Limit {
 /// A motor in the loop: limit, then rate limit, then lag.
 #[derive(Debug, Clone)]
 pub(super) struct Drive {
+    /// What it gives, as a word: a torque, a force or a voltage.
+    pub(super) effort: &'static str,
     pub(super) limit: Option<f64>,
     pub(super) rate: Option<f64>,
     pub(super) lag: Option<f64>,
@@ -86,9 +88,10 @@ impl Spans {
 
 impl Drive {
     /// A motor whose rate limiter and lag have these places in the state, if it has them.
-    pub(super) fn new(motor: &Motor, rate_state: Option<usize>, lag_state: Option<usize>) -> Self {
+    pub(super) fn new(motor: &Motor, domain: Domain, rate_state: Option<usize>, lag_state: Option<usize>) -> Self {
         let number = |x: &Option<Exact>| x.as_ref().map(Exact::to_f64);
         Self {
+            effort: domain.effort_word(),
             limit: number(&motor.torque_limit),
             rate: number(&motor.rate_limit),
             lag: number(&motor.lag),

@@ -247,7 +247,7 @@ fn check_keys(table: &Table, document: &Document, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Tells of a requirement on the time at a torque limit that the signal is not the torque of a motor with such a limit.
+/// Tells of a requirement on the time at a limit that the signal is not what a motor or a source with a limit gives.
 fn check_limited(signal: &str, place: &Place, document: &Document, out: &mut Vec<Diagnostic>) {
     let limit = |keyword: &str| match keyword {
         "motor" => Some("torque_limit"),
@@ -260,8 +260,8 @@ fn check_limited(signal: &str, place: &Place, document: &Document, out: &mut Vec
     };
     let problem = match motor_of(signal).and_then(named) {
         None => (
-            format!("`{signal}` is not the torque of a motor, and a motor alone has a torque limit"),
-            "name the torque of a motor: `signal = \"MOTOR.tau\"`".to_string(),
+            format!("`{signal}` is not what a motor or a voltage source gives, and these alone have a limit"),
+            "name the torque of a motor, `signal = \"MOTOR.tau\"`, or the voltage of a source, `signal = \"SOURCE.v\"`".to_string(),
         ),
         Some((motor, limit)) if !motor.table.values.contains_key(limit) && !motor.table.unread.contains(&limit) => {
             let (kind, name) = (motor.kind.keyword, &motor.name);
@@ -277,7 +277,7 @@ fn check_limited(signal: &str, place: &Place, document: &Document, out: &mut Vec
         Some(_) => return,
     };
     let message = format!("`[[requirement]]`: {}", problem.0);
-    out.push(Diagnostic::error("requirement::limit", message).at(place.clone(), "no torque limit").help(problem.1));
+    out.push(Diagnostic::error("requirement::limit", message).at(place.clone(), "no limit").help(problem.1));
 }
 
 /// A unit for signals of a kind; `None` if it is the SI unit or one of something else.

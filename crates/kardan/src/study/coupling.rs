@@ -118,6 +118,7 @@ impl Coupling {
                 step: 1.0,
                 step_unit: unit.into(),
                 input: input.clone(),
+                unit: variant.design_models.first().map_or_else(|| "N m".into(), |plant| plant.effort_of(input).unit),
                 peak,
                 limit: torque_limit(variant, input),
             });

@@ -22,7 +22,7 @@ use crate::names::unknown_name;
 use crate::num::{Matrix, discretise};
 use crate::results::{ControllerData, DataMatrix, Design, LoopResponses, NO_RESPONSES};
 use crate::schema::{Field, Kind};
-use crate::synthesis::{REGISTRY, closed_loop_poles};
+use crate::synthesis::{REGISTRY, closed_loop_poles, counting_charges, poles_without};
 
 /// Which controller is designed and how.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -391,6 +391,9 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
 /// What is proven of the linear loop, and its poles.
 fn add_poles(variant: &PreparedVariant, number: usize, design: &mut Design) {
     let (laws, plant) = (&variant.designed, &variant.design_models[number]);
+    let counters = counting_charges(plant, laws);
+    let positions = plant.motions(0);
+    design.counters = counters.iter().map(|k| positions[*k].signal.clone()).collect();
     if let Some(exact) = laws[number].exact() {
         prove(&exact, plant, design);
         check_others(&exact, plant, laws, number, design);
@@ -404,7 +407,7 @@ fn add_poles(variant: &PreparedVariant, number: usize, design: &mut Design) {
     }
     // Of a law that is designed for its sample time the sampled loop tells.
     if design.closed_loop_poles.is_empty() && laws.iter().all(|law| law.clock().is_none()) {
-        match closed_loop_poles(&plant.linear, laws) {
+        match poles_without(&plant.linear, laws, &counters) {
             Some(poles) => design.closed_loop_poles = poles,
             None => design.notes.push("the eigenvalue iteration failed: no poles of the closed loop are listed".into()),
         }

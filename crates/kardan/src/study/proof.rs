@@ -6,7 +6,7 @@ use crate::analysis::{LinearSystem, exact_modes_of_pencil, mode_of_motion, struc
 use crate::num::{Matrix, Polynomial, Rational, Scalar, rational_from_f64};
 use crate::results::{
     Canonical, ChannelResult, Complex, Decouplability, Design, ElementShare, Feedback, Flatness, Integrators, Mode,
-    Pole, StoredShare, TransferEntry, ZeroDynamics, ZeroMode,
+    Pole, ReadSignal, StoredShare, TransferEntry, ZeroDynamics, ZeroMode,
 };
 use crate::synthesis::decoupling::{
     RationalFunction, canonical_form, characteristic_polynomial, coupled_entries, integrator_decoupled,
@@ -121,10 +121,16 @@ pub(super) fn check_rounding(floating: &[Pole], design: &mut Design) {
 }
 
 /// All poles of the linear loop with this controller alone: those of the loop, what the outputs do not show, and the error
-/// of the observer, whose poles no gain moves.
+/// of the observer, whose poles no gain moves; without those of charges that only count.
 pub(super) fn exact_poles(exact: &ExactLoop, design: &Design) -> Vec<Pole> {
     let mut poles = roots(&characteristic_polynomial(&exact.closed.a));
-    poles.extend(&design.hidden);
+    // No output shows such a charge.
+    let mut hidden = design.hidden.clone();
+    for _ in &design.counters {
+        let at_zero = hidden.iter().position(|pole| *pole == Pole::default());
+        at_zero.map(|place| hidden.remove(place));
+    }
+    poles.extend(hidden);
     poles.extend(design.observer.iter().flat_map(|observer| &observer.poles));
     poles.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(a.re.total_cmp(&b.re)).then(b.im.total_cmp(&a.im)));
     poles
@@ -211,14 +217,13 @@ fn zero_mode(system: &LinearSystem, plant: &Plant, basis: &Matrix<f64>, pole: Po
         };
         (part(|value| value.re), part(|value| value.im))
     };
-    let coordinates = &plant.linear.coordinates;
-    let all = |tail: &str| -> Vec<(f64, f64)> {
-        let place = |name: &String| system.states.iter().position(|state| *state == format!("{name}.{tail}"));
-        coordinates.iter().map(|name| place(name).map_or((0.0, 0.0), state)).collect()
+    let all = |rate: usize| -> Vec<(f64, f64)> {
+        let place = |read: &ReadSignal| system.states.iter().position(|state| *state == read.signal);
+        plant.motions(rate).iter().map(|read| place(read).map_or((0.0, 0.0), state)).collect()
     };
     let moves = |motion: &[(f64, f64)]| motion.iter().any(|(re, im)| *re != 0.0 || *im != 0.0);
-    let speeds = all("w");
-    let motion = if moves(&speeds) { speeds } else { all("phi") };
+    let speeds = all(1);
+    let motion = if moves(&speeds) { speeds } else { all(0) };
     let shafts: Vec<(f64, f64)> = (0..plant.coordinates().len())
         .map(|shaft| {
             let row = plant.linear.direction(shaft).to_f64();

@@ -86,11 +86,8 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -
         Measure::MaxAbs => format!("max |{signal}|"),
         Measure::Events if signal == "t" => "events".to_string(),
         Measure::TimeAtLimit => {
-            let what = match SignalName::new(signal).quantity() {
-                Some(Quantity::Voltage | Quantity::Velocity) => "voltage",
-                Some(Quantity::Force) => "force",
-                _ => "torque",
-            };
+            let own = ran.strains.iter().find(|strain| motor_of(signal) == Some(strain.motor.as_str()));
+            let what = own.map_or("torque", MotorStrain::effort);
             format!("time of {} at its {what} limit", motor_of(signal).unwrap_or(signal))
         }
         _ => format!("{} {signal}", measure.word()),

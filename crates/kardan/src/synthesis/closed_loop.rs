@@ -17,6 +17,17 @@ pub fn closed_loop_poles(model: &LinearModel, laws: &[Arc<dyn Law>]) -> Option<V
     eigenvalues(&closed_loop_matrix(model, laws)?).map(Pole::list)
 }
 
+/// The same without coordinates on which nothing depends, such as [`counting_charges`](super::counting_charges): their poles are exactly at
+/// zero.
+///
+/// # Panics
+/// As [`closed_loop_poles`].
+pub fn poles_without(model: &LinearModel, laws: &[Arc<dyn Law>], coordinates: &[usize]) -> Option<Vec<Pole>> {
+    let all = closed_loop_matrix(model, laws)?;
+    let kept: Vec<usize> = (0..all.rows()).filter(|k| !coordinates.contains(k)).collect();
+    eigenvalues(&Matrix::from_fn(kept.len(), kept.len(), |i, j| all[(kept[i], kept[j])])).map(Pole::list)
+}
+
 /// The state matrix whose eigenvalues are [`closed_loop_poles`].
 ///
 /// # Panics

@@ -438,7 +438,7 @@ impl SynthesisError {
                 match error {
                     regulator::PlacementError::NotSelfConjugate { .. } => "write pairs: `\"-14 ± 14.3j\"`",
                     regulator::PlacementError::WrongNumber { .. } => {
-                        "give as many poles as states: two for each reduced coordinate"
+                        "give as many poles as states: two for each reduced coordinate, one for a charge that only counts"
                     }
                     regulator::PlacementError::FixedModes { .. } => {
                         "add a motor that reaches them, or name them as poles"

@@ -10,6 +10,7 @@ mod around;
 mod channels;
 mod clock;
 mod closed_loop;
+mod counters;
 pub mod decoupling;
 mod design;
 mod designed;
@@ -38,7 +39,8 @@ mod zeros;
 
 pub use clock::Clock;
 use clock::is_single;
-pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
+pub use closed_loop::{closed_loop_matrix, closed_loop_poles, poles_without};
+pub use counters::counting_charges;
 pub use design::design_law;
 #[cfg(test)]
 pub(crate) use design::designs_of;

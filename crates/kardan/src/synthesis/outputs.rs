@@ -1,11 +1,11 @@
 //! What laws with inputs and output channels have in common: reading their keys, the model they are for, disturbances, data.
 
 use super::channels::{check_dynamics, compensation, once, reference};
+use super::counters::{over_states, rows_of, without_counters};
 use super::decoupling::Compensation;
 use super::{Plant, Reference, Request, SynthesisError};
 use crate::analysis::{LinearSystem, OutputSignal};
 use crate::element::Values;
-use crate::equations::Domain;
 use crate::names::SignalName;
 use crate::num::{Matrix, Rational, rational_from_f64};
 use crate::schema::{Field, Kind};
@@ -122,35 +122,9 @@ impl Task {
 
     /// Leaves out charges on which nothing depends, such as that through a source: they only count what has flowed, and no law holds them. Exact.
     pub fn leave_counters(&mut self, plant: &Plant) {
-        let LinearSystem { a, c, .. } = &self.system;
-        let is_charge = |k: &usize| {
-            let coordinate = plant.reduced.coordinates.get(*k);
-            coordinate.is_some_and(|coordinate| plant.reduced.equations.domain(*coordinate) == Domain::Charge)
-        };
-        let column = |m: &Matrix<Rational>, k: usize| (0..m.rows()).all(|i| m[(i, k)].is_zero());
-        self.kept.retain(|k| !(is_charge(k) && column(a, *k) && column(c, *k)));
-        let kept = &self.kept;
-        let part = |m: &Matrix<Rational>, rows: bool, columns: bool| {
-            let place = |k: usize, taken: bool| if taken { kept[k] } else { k };
-            let size = |count: usize, taken: bool| if taken { kept.len() } else { count };
-            Matrix::from_fn(size(m.rows(), rows), size(m.columns(), columns), |i, j| {
-                m[(place(i, rows), place(j, columns))].clone()
-            })
-        };
-        let LinearSystem { states, inputs, outputs, e, a, b, c, d, degrees_of_freedom } = &self.system;
-        let system = LinearSystem {
-            states: kept.iter().map(|k| states[*k].clone()).collect(),
-            inputs: inputs.clone(),
-            outputs: outputs.clone(),
-            e: part(e, true, true),
-            a: part(a, true, true),
-            b: part(b, true, false),
-            c: part(c, false, true),
-            d: d.clone(),
-            degrees_of_freedom: degrees_of_freedom.filter(|_| kept.len() == states.len()),
-        };
-        self.disturbance[0] = part(&self.disturbance[0], true, false);
-        self.system = system;
+        self.kept = without_counters(plant, &self.system);
+        self.disturbance[0] = rows_of(&self.disturbance[0], &self.kept);
+        self.system = over_states(&self.system, &self.kept);
     }
 
     /// A gain over the states that are left, over all states of the plant.

@@ -7,7 +7,7 @@ use super::sampled::Turned;
 use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use crate::assemble::{Along, SpringLaw};
 use crate::equations::{InputKind, Measured};
-use crate::names::{Quantity, SignalName};
+use crate::names::{Quantity, SignalName, carrier};
 use crate::num::{Matrix, Rational};
 use crate::reduce::{Dynamics, Kinematics, LinearModel, OperatingPoint, Reduced, laws_are_linear, linearise_at};
 use crate::results::ReadSignal;
@@ -226,7 +226,8 @@ impl Plant {
     pub fn system(&self, inputs: &[String], outputs: &[OutputSignal]) -> LinearSystem {
         let system = self.constrained(inputs);
         let pencil = linear_system(&system, &self.reduced.coordinates, &self.linear.basis, outputs);
-        pencil.explicit().expect("reduced inertia is positive definite")
+        let explicit = pencil.explicit().expect("reduced inertia is positive definite");
+        LinearSystem { states: self.states(), ..explicit }
     }
 }
 
@@ -242,8 +243,9 @@ impl Plant {
         let signal = SignalName::new(name);
         let head = signal.element;
         let equations = &self.reduced.equations;
-        if self.reduced.coordinate(head).is_some() {
-            let measured = if signal.is_rate() { Measured::Speed(head.into()) } else { Measured::Angle(head.into()) };
+        let moves = carrier(name);
+        if self.reduced.coordinate(moves).is_some() {
+            let measured = if signal.is_rate() { Measured::Speed(moves.into()) } else { Measured::Angle(moves.into()) };
             return Ok(OutputSignal { name: name.into(), measured });
         }
         let sensor = equations.sensors.iter().find(|(sensor, _)| sensor == head);

@@ -351,6 +351,38 @@ fn extra_terms_and_their_choice() {
     assert_eq!(two.parameters.len(), 2);
 }
 
+/// A Stribeck speed that is given is no parameter of the fit, whatever the method; and one whose torque stands at its bound, zero, is not
+/// determined.
+#[test]
+fn a_stribeck_speed_that_is_given() {
+    let stribeck = |w: f64| 0.3 + 0.25 * (-(w / 1.7) * (w / 1.7)).exp();
+    let log = shaft_log(14, |w, _| 0.02 * w + stribeck(w) * w.signum());
+    let plain = SHAFT.split("[[identification.extra]]").next().expect("text");
+    let term = "[[identification.extra]]\nkind = \"stribeck\"\nfriction = \"s\"\n";
+    let given = format!("{plain}{term}speed = \"1.7 rad/s\"\n");
+    let asked = |method: &str| IdentifySettings {
+        variant: None,
+        ..settings(&["s.damping", "s.friction", "s.stribeck"], method)
+    };
+    for method in ["steady", "dynamic"] {
+        let all = found(&given, vec![log.clone()], &asked(method));
+        for (name, truth) in [("s.damping", 0.02), ("s.friction", 0.3), ("s.stribeck", 0.25)] {
+            near(&all, name, truth, 4.0);
+            assert!(one(&all, name).interval.is_some(), "{method}: {:?}", one(&all, name));
+        }
+        let speed = one(&all, "s.stribeck_speed");
+        assert_eq!((speed.value, speed.standard_error, speed.remark.as_str()), (Some(1.7), None, "given"), "{method}");
+        assert!(all.for_file.iter().any(|one| one.name == "s.stribeck_speed" && one.value == 1.7), "{method}");
+    }
+    let none = shaft_log(15, |w, _| 0.02 * w + (0.3 - 0.2 * (-(w / 1.7) * (w / 1.7)).exp()) * w.signum());
+    let bounded = format!("[identification]\nnonnegative = [\"s.stribeck\"]\n{plain}{term}");
+    let known_friction = IdentifySettings { variant: None, ..settings(&["s.damping", "s.stribeck"], "dynamic") };
+    let all = found(&bounded, vec![none], &known_friction);
+    assert_eq!(one(&all, "s.stribeck").value, Some(0.0));
+    assert_eq!(one(&all, "s.stribeck_speed").standard_error, Some(f64::INFINITY));
+    assert!(all.for_file.iter().all(|one| one.name != "s.stribeck_speed"), "{:?}", all.for_file);
+}
+
 /// Candidates are compared on one scale and on the same windows, whatever the file guesses: an inertia that the log does not have, a
 /// breakaway torque, a clock that jumps back; a bound on a parameter concerns the models that have it.
 #[test]

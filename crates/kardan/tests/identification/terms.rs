@@ -488,6 +488,32 @@ fn the_rest_of_the_file_stays() {
     }
 }
 
+/// `--write` refuses values with which the file would have a mistake, and says which; what a key cannot hold is left out, with the reason.
+#[test]
+fn a_file_that_would_be_wrong_is_not_written() {
+    let logs = [log(44, plain_torque)];
+    let names = "[identification]\nparameters = [\"s.inertia\", \"s.damping\", \"s.friction\"]\n";
+    // It breaks away at less than it slides with.
+    let friction = "friction = \"0.1 N m\"\nbreakaway = \"0.2 N m\"\nstribeck_speed = \"10 mrad/s\"";
+    let source = format!("{}{names}", SHAFT.replace("friction = \"0.3 N m\"", friction));
+    let before = found(&source, &logs, false);
+    near(&before, "s.friction", 0.3);
+    let told = study::written(&source, &before).expect_err("more than it breaks away at");
+    let text = plain(&source, &told);
+    assert!(text.contains("with what was found the file would have a mistake: ") && text.contains("breakaway"), "{text}");
+    assert!(told.iter().all(|one| one.labels.is_empty() && one.help.is_some()), "{told:?}");
+    let source = format!("{SHAFT}{names}");
+    let before = found(&source, &[log(45, |at| 0.02 * at.speed - 0.05 * at.speed.signum())], false);
+    near(&before, "s.friction", -0.05);
+    let (text, left) = study::written(&source, &before).unwrap_or_else(|told| panic!("{}", plain(&source, &told)));
+    assert_eq!(left, ["s.friction: the value found is below zero, which the file cannot hold"]);
+    assert!(text.contains("friction = \"0.3 N m\""), "{text}");
+    // Mistakes that were there before are told at their places.
+    let wrong = format!("{source}[motor.other]\nshaft = \"t\"\n");
+    let told = study::written(&wrong, &before).expect_err("there is no such shaft");
+    assert!(told.iter().all(|one| one.message.contains("`t`") && !one.labels.is_empty()), "{told:?}");
+}
+
 /// What `--suggest` takes, `--write` puts into the file: a file that is read again predicts the same.
 #[test]
 fn suggested_terms_are_written() {

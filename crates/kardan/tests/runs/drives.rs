@@ -98,6 +98,14 @@ fn a_source_has_a_limit() {
     near(signal(&run, "V.v")[0], 3.0, 0.0, "at its limit");
     near(signal(&run, "V.command")[0], gains([250.0, 26_400.0, 820_000.0])[1], 1e-9, "asked for");
     near(at(&run, "rotor.phi", 0.2), 1.0, 1e-3, "it arrives");
+    // What it limits is a voltage, wherever that is told.
+    let left = "V leaves its voltage limit";
+    assert!(run.events.iter().any(|event| event.what == left), "{:?}", run.events);
+    let requirement = "[[requirement]]\nsignal = \"V.command\"\nmeasure = \"time_at_limit\"\nbelow = \"1 ms\"\n";
+    let run = by(&format!("{source}{requirement}"), Method::Automatic);
+    assert_eq!(run.requirements[0].text, "time of V at its voltage limit < 0.001 s");
+    let until = run.events.iter().find(|event| event.what == left).expect("it leaves").time;
+    near(run.requirements[0].measured.expect("measured"), until, 1e-12, "time at the limit");
 }
 
 /// Every law that takes inputs takes voltages: what of the loop is asked for holds.
@@ -165,4 +173,177 @@ fn events_set_a_current_source() {
     assert!(given.iter().any(|one| one.contains("the current of `I` is what its `current` says")), "{given:?}");
     let dimension = told(source.replace("\"2 A\"", "\"2 V\""));
     assert!(dimension.iter().any(|one| one.starts_with("unit::dimension")), "{dimension:?}");
+}
+
+/// `ẋ = A x + B` from x(0), by the exponential of `A t`: its series, halved until it is short, then squared.
+fn moved(a: &[Vec<f64>], b: &[f64], start: &[f64], t: f64) -> Vec<f64> {
+    let n = a.len() + 1;
+    let entry = |i: usize, j: usize| match (i + 1 < n, j + 1 < n) {
+        (true, true) => a[i][j],
+        (true, false) => b[i],
+        _ => 0.0,
+    };
+    let halved = 24;
+    let small = t / f64::from(1 << halved);
+    let product = |x: &[f64], y: &[f64]| -> Vec<f64> {
+        (0..n * n).map(|k| (0..n).map(|l| x[k / n * n + l] * y[l * n + k % n]).sum()).collect()
+    };
+    let step: Vec<f64> = (0..n * n).map(|k| small * entry(k / n, k % n)).collect();
+    // e^x − 1, so that the halves lose no digits: (e^x − 1)(e^x − 1) + 2 (e^x − 1).
+    let mut power = step.clone();
+    let mut all = step.clone();
+    for k in 2..8 {
+        power = product(&power, &step).iter().map(|x| x / f64::from(k)).collect();
+        all.iter_mut().zip(&power).for_each(|(sum, x)| *sum += x);
+    }
+    for _ in 0..halved {
+        let square = product(&all, &all);
+        all.iter_mut().zip(square).for_each(|(x, square)| *x = 2.0 * *x + square);
+    }
+    let from: Vec<f64> = start.iter().copied().chain([1.0]).collect();
+    (0..n - 1).map(|i| from[i] + (0..n).map(|j| all[i * n + j] * from[j]).sum::<f64>()).collect()
+}
+
+const OBSERVED: &str = "[control.servo.observer]\nsensors = [\"rotor.phi\"]\ndisturbances = []\npoles = [-300, \"-250 ± 100j\"]\n";
+
+/// An observer of a motor with inductance estimates speed and current from the angle: its gain gives (s + 300) (s² + 500 s + 72500), and
+/// the loop of plant and observer moves as its six equations say. What has flowed through the winding is no state of it.
+#[test]
+fn an_observer_estimates_the_current_of_a_motor() {
+    let (l, r, k, j, d) = (2e-3, 0.8, 0.05, 1e-4, 1e-5);
+    let (a, b, c, e) = (d / j, k / j, k / l, r / l);
+    let [c2, c1, c0] = [800.0, 222_500.0, 21_750_000.0];
+    let angle = c2 - a - e;
+    let speed = c1 - angle * (a + e) - (a * e + b * c);
+    let current = (c0 - angle * (a * e + b * c) - speed * e) / b;
+    let initial = "initial = { \"rotor.w\" = \"20 rad/s\" }\n";
+    let source = format!("{MOTOR}{PLACED}{OBSERVED}{}", STEP.replace("[[scenario", &format!("{initial}[[scenario")));
+    let design = Project::open(&source).design(&DesignSettings::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+    let observer = design.observer.as_ref().expect("an observer");
+    assert_eq!(observer.states.len(), 3, "{:?}", observer.states);
+    for (name, expected) in [("rotor.phi", angle), ("rotor.w", speed), ("M.i", current)] {
+        let own = |state: &String| state == name || name == "M.i" && state == "V.i";
+        let row = observer.states.iter().position(own).unwrap_or_else(|| panic!("{name} in {:?}", observer.states));
+        near(observer.gain.values[row][0], expected, 1e-9 * expected.abs(), name);
+    }
+    let mut poles: Vec<[f64; 2]> = observer.poles.iter().map(|pole| [pole.re, pole.im]).collect();
+    poles.sort_by(|a, b| a[1].total_cmp(&b[1]));
+    for ([re, im], expected) in poles.iter().zip([[-250.0, -100.0], [-300.0, 0.0], [-250.0, 100.0]]) {
+        near(*re, expected[0], 1e-9, "re");
+        near(*im, expected[1], 1e-9, "im");
+    }
+    // x = [φ, w, i], then estimates; u = −K_φ φ − K_w ŵ − K_i î + K_φ r.
+    let [of_current, of_angle, of_speed] = gains([250.0, 26_400.0, 820_000.0]);
+    let command = [-of_angle, 0.0, 0.0, 0.0, -of_speed, -of_current];
+    let mut whole = vec![vec![0.0; 6]; 6];
+    for first in [0, 3] {
+        whole[first][first + 1] = 1.0;
+        (whole[first + 1][first + 1], whole[first + 1][first + 2]) = (-a, b);
+        (whole[first + 2][first + 1], whole[first + 2][first + 2]) = (-c, -e);
+        (0..6).for_each(|column| whole[first + 2][column] += command[column] / l);
+    }
+    for (row, gain) in [angle, speed, current].into_iter().enumerate() {
+        whole[3 + row][0] += gain;
+        whole[3 + row][3] -= gain;
+    }
+    let drive = [0.0, 0.0, of_angle / l, 0.0, 0.0, of_angle / l];
+    for method in METHODS {
+        let run = by(&source, method);
+        for t in [0.002, 0.01, 0.03, 0.1, 0.2] {
+            let expected = moved(&whole, &drive, &[0.0, 20.0, 0.0, 0.0, 0.0, 0.0], t);
+            let what = format!("{method:?} at {t}");
+            near(at(&run, "rotor.phi", t), expected[0], 1e-8, &what);
+            near(at(&run, "M.i", t), expected[2], 1e-7, &what);
+        }
+    }
+}
+
+/// From rest an observer knows all, whatever its sensors: the loop moves as under the true state. A current is measured as it is.
+#[test]
+fn an_observer_that_starts_right_changes_nothing() {
+    let plain = by(&format!("{MOTOR}{PLACED}{STEP}"), Method::Automatic);
+    let with_current = OBSERVED.replace("\"rotor.phi\"", "\"rotor.phi\", \"M.i\"").replace("\"-250 ± 100j\"", "-400");
+    for observer in [OBSERVED, &with_current] {
+        for clock in ["", "sample_time = \"20 us\"\n"] {
+            let placed = PLACED.replace("poles", &format!("{clock}poles"));
+            let run = by(&format!("{MOTOR}{placed}{observer}{STEP}"), Method::Automatic);
+            // Sampled the command is 20 us late in the mean by half: 1e-5 s times the largest speed of the step, 10 rad/s.
+            let tolerance = if clock.is_empty() { 1e-8 } else { 3e-4 };
+            for t in [0.005, 0.02, 0.05, 0.2] {
+                near(at(&run, "rotor.phi", t), at(&plain, "rotor.phi", t), tolerance, &format!("{observer}{clock} at {t}"));
+            }
+        }
+    }
+}
+
+/// A load that nobody measured is estimated and cancelled: the angle comes back to what was asked for.
+#[test]
+fn an_observer_cancels_a_load_of_a_motor_with_inductance() {
+    let load = "[disturbance.load]\nshaft = \"rotor\"\n";
+    let event = "[[scenario.event]]\nat = \"0.3 s\"\nsignal = \"load\"\nto = \"0.05 N m\"\n";
+    let source = |observer: &str| {
+        format!("{MOTOR}{load}{PLACED}{observer}{}{event}", STEP.replace("0.2 s", "1 s"))
+    };
+    let poles = OBSERVED.replace("disturbances = []\n", "").replace("[-300, ", "[-300, -350, ");
+    let kalman = "[control.servo.observer]\nsensors = [\"rotor.phi\"]\nmethod = \"kalman\"\n";
+    for observer in [poles.as_str(), kalman] {
+        let run = by(&source(observer), Method::Automatic);
+        near(at(&run, "rotor.phi", 1.0), 1.0, 1e-6, observer);
+    }
+    // Without: τ R/k over the gain of the angle stays.
+    let plain = by(&source(""), Method::Automatic);
+    let [current, angle, _] = gains([250.0, 26_400.0, 820_000.0]);
+    near(at(&plain, "rotor.phi", 1.0), 1.0 + 0.05 * (0.8 + current) / (0.05 * angle), 1e-6, "without");
+}
+
+/// `flatness` plans angle, current and voltage of a motor with inductance: the angle is 216000/(s + 60)³ of its reference, and the voltage
+/// what the model takes for that.
+#[test]
+fn a_flat_trajectory_of_a_motor_with_inductance() {
+    let (l, r, k, j, d) = (2e-3, 0.8, 0.05, 1e-4, 1e-5);
+    let law = "[control.servo]\nlaw = \"flatness\"\ninputs = [\"V\"]\npoles = [-150, \"-200 ± 80j\"]\n[[control.servo.channels]]\n\
+               output = \"rotor.phi\"\nreference = \"wanted\"\ncrossover_frequency = \"60 rad/s\"\n";
+    let source = format!("{MOTOR}{law}{STEP}");
+    let volts = |t: f64| {
+        let decay = 216_000.0 * (-60.0 * t).exp();
+        let (speed, rate, jerk) =
+            (decay * t * t / 2.0, decay * (t - 30.0 * t * t), decay * (1.0 - 120.0 * t + 1800.0 * t * t));
+        let (current, change) = ((j * rate + d * speed) / k, (j * jerk + d * rate) / k);
+        l * change + r * current + k * speed
+    };
+    for method in METHODS {
+        let run = by(&source, method);
+        for t in [0.005, 0.02, 0.05, 0.2] {
+            let what = format!("{method:?} at {t}");
+            near(at(&run, "rotor.phi", t), 1.0 - (-60.0 * t).exp() * (1.0 + 60.0 * t + 1800.0 * t * t), 1e-8, &what);
+            near(at(&run, "V.v", t), volts(t), 1e-6, &what);
+        }
+    }
+    let design = Project::open(&source).design(&DesignSettings::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+    assert!(design.flatness.is_some_and(|found| found.flat));
+    assert_eq!((design.states.len(), design.counters.len()), (3, 1), "{:?}", design.states);
+}
+
+/// A charge that only counts is a pole exactly at zero which is told in words, whatever found the gains; a capacitor's charge is a state, and
+/// one that no sensor shows is named as a charge.
+#[test]
+fn charges_that_only_count_are_told() {
+    let channel = "[[control.servo.channels]]\noutput = \"rotor.phi\"\nreference = \"wanted\"\n";
+    for law in [
+        "law = \"lqr\"\ninputs = [\"V\"]\nlargest = { \"rotor.phi\" = \"0.1 rad\" }\n".to_string(),
+        format!("law = \"decoupling\"\ninputs = [\"V\"]\n{channel}"),
+    ] {
+        let source = format!("{MOTOR}[control.servo]\n{law}[scenario]\nduration = \"0.1 s\"\n");
+        let design = Project::open(&source).design(&DesignSettings::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+        assert!(matches!(design.counters.as_slice(), [one] if one.ends_with(".q")), "{law}: {:?}", design.counters);
+        assert!(design.closed_loop_poles.iter().all(|pole| pole.re < 0.0), "{law}: {:?}", design.closed_loop_poles);
+        let margins = design.margins.as_ref().expect("margins");
+        assert!(margins.only_count && margins.free_poles == 1, "{law}: {}", margins.verdict);
+    }
+    let beside = "[voltage_source.U]\nfrom = \"ground\"\nto = \"x\"\nvoltage = \"1 V\"\n[inductor.L]\nfrom = \"x\"\nto = \"y\"\ninductance = \"1 mH\"\n\
+                  [resistor.R]\nfrom = \"y\"\nto = \"z\"\nresistance = \"1 Ohm\"\n[capacitor.C]\nfrom = \"z\"\nto = \"ground\"\ncapacitance = \"1 mF\"\n";
+    let source = format!("{MOTOR}{beside}{}{OBSERVED}{STEP}", PLACED.replace("-50, ", "-50, -900, -950, "));
+    let told = Project::open(&source).design(&DesignSettings::default(), &Silent).expect_err("no sensor shows the capacitor");
+    let text = format!("{told:?}");
+    assert!(!text.contains(".phi : ") && !text.contains("C.phi") && !text.contains("M.phi"), "{text}");
 }

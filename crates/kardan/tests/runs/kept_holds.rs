@@ -38,7 +38,7 @@ fn a_block_comes_to_rest_on_a_moving_belt() {
     let omega = 2.0 * PI;
     let sticks = zero(|t| 3.0 * t - 0.05 * omega * (omega * t).cos(), 0.0, 0.25);
     let lost = 3.0 * (0.05 * (omega * sticks).sin() - 1.5 * sticks * sticks);
-    for moves in ["angle = \"50 mm * sin(2 pi t / 1 s)\"", "speed = \"50 mm * 2 pi / 1 s * cos(2 pi t / 1 s)\""] {
+    for moves in ["position = \"50 mm * sin(2 pi t / 1 s)\"", "speed = \"50 mm * 2 pi / 1 s * cos(2 pi t / 1 s)\""] {
         let source = format!(
             "[mass.block]\nmass = \"1 kg\"\n[mass.belt]\nmass = \"2 kg\"\n[prescribed_motion.drive]\nmass = \"belt\"\n{moves}\n\
              [spring_damper.rub]\nmass_1 = \"block\"\nmass_2 = \"belt\"\nfriction = \"3 N\"\n\
@@ -89,7 +89,7 @@ fn a_moving_wall_gives_a_blow() {
     let hits = zero(|t| 0.3 * t - wall(t) - 0.1, 0.3, 0.6);
     let speed = 0.1 * PI * (2.0 * PI * hits).cos();
     let after = speed - 0.5 * (0.3 - speed);
-    for moves in ["angle = \"50 mm * sin(2 pi t / 1 s)\"", "speed = \"50 mm * 2 pi / 1 s * cos(2 pi t / 1 s)\""] {
+    for moves in ["position = \"50 mm * sin(2 pi t / 1 s)\"", "speed = \"50 mm * 2 pi / 1 s * cos(2 pi t / 1 s)\""] {
         let source = source.replace("MOVES", moves);
         for method in METHODS {
             let (run, what) = (by(&source, method), format!("{method:?} {moves}"));

@@ -27,7 +27,7 @@ use whitened::{Whitened, factor};
 pub struct Fit {
     /// Values.
     pub values: Vec<f64>,
-    /// Standard errors: infinite of what is not determined, NaN at a bound.
+    /// Standard errors: infinite of what is not determined, NaN at a bound, zero of a Stribeck speed that is given.
     pub standard_errors: Vec<f64>,
     /// Correlations of the errors.
     pub correlation: Matrix<f64>,

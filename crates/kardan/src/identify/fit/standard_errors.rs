@@ -13,7 +13,7 @@ use crate::num::Matrix;
 
 /// Errors of the values of the columns, then of the Stribeck speeds.
 pub(super) struct StandardErrors {
-    /// Infinite of what is not determined, NaN at a bound.
+    /// Infinite of what is not determined, NaN at a bound, zero of a Stribeck speed that is given.
     pub each: Vec<f64>,
     pub correlation: Matrix<f64>,
     pub covariance: Matrix<f64>,
@@ -149,6 +149,9 @@ pub(super) fn standard_errors(
     };
     let lost = |k: usize| place(k).is_some_and(|at| linear.standard_errors.get(at).is_some_and(|e| e.is_infinite()));
     let error = |k: usize| match place(k) {
+        None if k >= p && known(shaped[k - p]) => 0.0,
+        // The speed of a torque that is zero.
+        None if k >= p => f64::INFINITY,
         None => f64::NAN,
         Some(_) if lost(k) => f64::INFINITY,
         Some(_) => entry(k, k).max(0.0).sqrt(),

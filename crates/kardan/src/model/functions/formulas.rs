@@ -27,6 +27,17 @@ impl Functions<'_, '_> {
         names.extend(own);
         let formula = Formula { expression: expression.clone(), names, dimension: wanted };
         match self.dimension_of(&formula) {
+            Ok(found) if wanted == Dimension::NONE && found != wanted => {
+                let message = format!("{what}: expected {}, found {}", wanted.noun(), found.noun());
+                let at = place.part(expression.text(), 0..expression.text().len());
+                let unit = found.si();
+                let help = format!(
+                    "divide it by what it is measured in, `(...) / (1 {unit})`, or compare it with a threshold: \
+                     `if(... > 1 {unit}, 1, 0)`"
+                );
+                out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
+                None
+            }
             Ok(found) if wanted.is_like(&found) => {
                 let rate = |name: &str| {
                     formula.names.iter().any(|(other, meaning)| other == name && matches!(meaning, Meaning::Rate(_)))

@@ -11,7 +11,7 @@ use super::response::Response;
 use super::sharing::Sharing;
 use super::timed::Timed;
 use super::wired::{Computer, Setup, Wired};
-use crate::assemble::Along;
+use crate::assemble::{Along, Equations};
 use crate::equations::InputKind;
 use crate::num::{Cholesky, Matrix};
 use crate::reduce::{Dynamics, Motion, Reduced, Work};
@@ -22,7 +22,7 @@ use crate::simulate::scenario::{Profile, Scenario};
 use crate::synthesis::{Law, LinearLaw, Running, Seen};
 
 /// What drives the inputs; `size` grows by their states.
-fn drives(inputs: &[Along<InputKind>], size: &mut usize) -> Vec<Drive> {
+fn drives(equations: &Equations, size: &mut usize) -> Vec<Drive> {
     let mut place = |needed: bool| {
         needed.then(|| {
             *size += 1;
@@ -34,9 +34,9 @@ fn drives(inputs: &[Along<InputKind>], size: &mut usize) -> Vec<Drive> {
             InputKind::Motor(motor) => motor.clone(),
             InputKind::Disturbance => Default::default(),
         };
-        Drive::new(&motor, place(motor.rate_limit.is_some()), place(motor.lag.is_some()))
+        Drive::new(&motor, equations.domain_of(input), place(motor.rate_limit.is_some()), place(motor.lag.is_some()))
     };
-    inputs.iter().map(drive).collect()
+    equations.inputs.iter().map(drive).collect()
 }
 
 /// Difference of a law from its linear part, relative to what cancels, that rounding may make.
@@ -183,7 +183,7 @@ impl Machine {
         let kept = m..m + reduced.equations.kept.len();
         let inputs = reduced.equations.inputs.len();
         let mut size = 2 * r;
-        let drives = drives(&reduced.equations.inputs, &mut size);
+        let drives = drives(&reduced.equations, &mut size);
         let laws: Vec<Wired> = setup.laws.iter().map(|law| wired(law, &setup, &drives, &mut size)).collect();
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
         let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals };

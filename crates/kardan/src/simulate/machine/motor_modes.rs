@@ -129,8 +129,8 @@ impl Machine {
             let mode = drive.limit_mode(command);
             if mode != drive.limit_mode {
                 events.push(match mode {
-                    Limit::Inside => format!("{} leaves its torque limit", names[k]),
-                    _ => format!("{} reaches its torque limit", names[k]),
+                    Limit::Inside => format!("{} leaves its {} limit", names[k], drive.effort),
+                    _ => format!("{} reaches its {} limit", names[k], drive.effort),
                 });
                 drive.limit_mode = mode;
             }

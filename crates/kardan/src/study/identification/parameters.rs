@@ -116,6 +116,7 @@ impl Fitted<'_> {
         if given.is_some() {
             found.remark = "given".into();
             found.interval = None;
+            found.standard_error = None;
         } else if self.fit.at_end.contains(&number) {
             found.remark = "at the end of the speeds measured: these data do not determine it".into();
             found.interval = None;

@@ -13,7 +13,7 @@ const PRESSED: f64 = 0.05;
 /// Standard errors from which the sense of a torque is certain.
 const CERTAIN: f64 = 3.0;
 /// Fewest windows on either side.
-const FEWEST: usize = 5;
+const FEWEST: f64 = 5.0;
 
 /// What the teeth of a play did, window by window.
 #[derive(Debug, Clone, Default)]
@@ -30,6 +30,54 @@ pub(super) struct Play {
     pub errors: Vec<f64>,
     /// What enters the torque and is not known.
     pub untold: Vec<String>,
+    /// How far the angle of one contact may be off by the steps and digits of the readings, whatever its length, rad.
+    pub grain: f64,
+}
+
+/// Windows in a row in which the teeth stay pressed on one side.
+#[derive(Debug, Clone, Copy, Default)]
+struct Contact {
+    windows: f64,
+    /// Mean of the angle, rad.
+    angle: f64,
+}
+
+/// The angle at which the teeth meet on one side, from all contacts there.
+struct Meeting {
+    angle: f64,
+    /// Variance of the mean, rad²; NaN of one contact alone.
+    variance: f64,
+    /// As how many independent contacts the variance is sure, less one.
+    freedom: f64,
+    windows: f64,
+    contacts: f64,
+}
+
+impl Meeting {
+    /// The mean over all windows. Contacts are independent of each other, windows within one need not be: the angle of each contact against
+    /// the mean tells the variance. It is what it should be if windows are independent too, and as sure as Satterthwaite says for those
+    /// \[Bell, McCaffrey 2002\].
+    fn of(contacts: &[Contact]) -> Self {
+        let windows: f64 = contacts.iter().map(|one| one.windows).sum();
+        let angle = contacts.iter().map(|one| one.windows * one.angle).sum::<f64>() / windows;
+        // Σ a (x − mean)², a = w²/(1 − w): the deviations have the covariance δ/n − 1/N.
+        let share = |one: &Contact| one.windows / windows;
+        let factor = |one: &Contact| share(one) * share(one) / (1.0 - share(one));
+        let variance = contacts.iter().map(|one| factor(one) * (one.angle - angle) * (one.angle - angle)).sum();
+        let own = |one: &Contact| 1.0 / one.windows - 1.0 / windows;
+        let mean: f64 = contacts.iter().map(|one| factor(one) * own(one)).sum();
+        let all: f64 = contacts.iter().map(factor).sum::<f64>() / windows;
+        let others = |one: &Contact| factor(one) * factor(one) * (own(one) * own(one) - 1.0 / (windows * windows));
+        let square = all * all + contacts.iter().map(others).sum::<f64>();
+        let alone = contacts.len() < 2;
+        Self {
+            angle,
+            variance: if alone { f64::NAN } else { variance },
+            freedom: if alone { 0.0 } else { mean * mean / square },
+            windows,
+            contacts: contacts.len() as f64,
+        }
+    }
 }
 
 /// Elements with a play, and its direction over the shafts.
@@ -74,8 +122,8 @@ impl Play {
         out
     }
 
-    /// Angles with the side on which the teeth are pressed: windows in a row that agree.
-    fn pressed(&self) -> Vec<(f64, f64)> {
+    /// Contacts with the side on which the teeth are pressed: windows in a row that agree, without the first and the last.
+    fn pressed(&self) -> Vec<(Contact, f64)> {
         let largest = self.windows.iter().map(|(.., [_, torque])| torque.abs()).fold(0.0, f64::max);
         let side = |k: usize| {
             let torque = self.windows[k].3[1];
@@ -86,57 +134,89 @@ impl Play {
             |a: usize, b: usize| (self.windows[a].0, self.windows[a].1) == (self.windows[b].0, self.windows[b].1);
         let inner = 1..self.windows.len().saturating_sub(1);
         let agree = |&k: &usize| near(k - 1, k) && near(k, k + 1) && side(k - 1) == side(k) && side(k) == side(k + 1);
-        inner.filter(agree).filter_map(|k| Some((self.windows[k].3[0], side(k)?))).collect()
+        let mut out: Vec<(Contact, f64)> = Vec::new();
+        let mut last = None;
+        for (k, own) in inner.filter(agree).filter_map(|k| Some((k, side(k)?))) {
+            if last.is_none_or(|last| last + 1 != k) {
+                out.push((Contact::default(), own));
+            }
+            last = Some(k);
+            if let Some((contact, _)) = out.last_mut() {
+                contact.windows += 1.0;
+                contact.angle += (self.windows[k].3[0] - contact.angle) / contact.windows;
+            }
+        }
+        out
+    }
+
+    /// The width and offset that are not told, and why.
+    fn untold(&self, remark: String, before: Option<f64>) -> Vec<IdentifiedParameter> {
+        let found = IdentifiedParameter { standard_error: Some(f64::INFINITY), remark, ..self.named("backlash", before) };
+        vec![found]
+    }
+
+    fn named(&self, word: &str, before: Option<f64>) -> IdentifiedParameter {
+        IdentifiedParameter {
+            name: format!("{}.{word}", self.element),
+            unit: if self.straight { "m" } else { "rad" }.into(),
+            before,
+            ..IdentifiedParameter::default()
+        }
     }
 
     /// Width and offset: `δ = rest + b/2` on the one side and `rest − b/2` on the other.
     pub fn parameters(&self, before: [Option<f64>; 2], confidence: f64) -> Vec<IdentifiedParameter> {
         let pressed = self.pressed();
-        let side =
-            |sign: f64| -> Vec<f64> { pressed.iter().filter(|(_, own)| *own == sign).map(|(x, _)| *x).collect() };
-        let [upper, lower] = [1.0, -1.0].map(side);
-        let unit = if self.straight { "m" } else { "rad" };
-        let named = |word: &str, before: Option<f64>| IdentifiedParameter {
-            name: format!("{}.{word}", self.element),
-            unit: unit.into(),
-            before,
-            ..IdentifiedParameter::default()
-        };
-        if upper.len().min(lower.len()) < FEWEST {
-            let remark = "in these logs its teeth are hardly ever pressed on both sides".to_string();
-            return vec![IdentifiedParameter {
-                standard_error: Some(f64::INFINITY),
-                remark,
-                ..named("backlash", before[0])
-            }];
+        let [upper, lower] = [1.0, -1.0].map(|side| -> Vec<Contact> {
+            pressed.iter().filter(|(_, own)| *own == side).map(|(contact, _)| *contact).collect()
+        });
+        let windows = |side: &[Contact]| side.iter().map(|one| one.windows).sum::<f64>();
+        if windows(&upper).min(windows(&lower)) < FEWEST {
+            return self.untold("in these logs its teeth are hardly ever pressed on both sides".into(), before[0]);
         }
         if !self.untold.is_empty() {
             let names = quoted(self.untold.iter().map(String::as_str));
             let remark = format!("which way its teeth are pressed needs {names}, which these data do not tell alone");
-            return vec![IdentifiedParameter {
-                standard_error: Some(f64::INFINITY),
-                remark,
-                ..named("backlash", before[0])
-            }];
+            return self.untold(remark, before[0]);
         }
-        let mean = |list: &[f64]| list.iter().sum::<f64>() / list.len() as f64;
-        let squares = |list: &[f64]| {
-            let middle = mean(list);
-            list.iter().map(|x| (x - middle) * (x - middle)).sum::<f64>()
-        };
-        let (n, m) = (upper.len() as f64, lower.len() as f64);
-        let variance = (squares(&upper) + squares(&lower)) / (n + m - 2.0);
-        let error = (variance * (1.0 / n + 1.0 / m)).sqrt();
-        let quantile = student_quantile(n + m - 2.0, confidence);
-        let found = |one: IdentifiedParameter, value: f64, error: f64| IdentifiedParameter {
-            value: Some(value),
-            standard_error: Some(error),
-            interval: Some(Interval { lower: value - quantile * error, upper: value + quantile * error }),
-            ..one
+        let [upper, lower] = both([Meeting::of(&upper), Meeting::of(&lower)]);
+        // Steps of the sensors are there in each contact anew.
+        let grain = self.grain * self.grain * (1.0 / upper.contacts + 1.0 / lower.contacts);
+        let scatter = upper.variance + lower.variance;
+        let error = if scatter < grain { grain } else { scatter }.sqrt();
+        let parts = [&upper, &lower].map(|one| (1.0 / one.windows, one.freedom));
+        let whole = parts.iter().map(|(part, _)| part).sum::<f64>();
+        let freedom = whole * whole / parts.iter().map(|(part, freedom)| part * part / freedom).sum::<f64>();
+        let quantile = student_quantile(if scatter < grain { f64::INFINITY } else { freedom }, confidence);
+        let found = |one: IdentifiedParameter, value: f64, error: f64| {
+            let half = quantile * error;
+            IdentifiedParameter {
+                value: Some(value),
+                standard_error: (!error.is_nan()).then_some(error),
+                interval: half.is_finite().then_some(Interval { lower: value - half, upper: value + half }),
+                remark: match half.is_finite() {
+                    true => String::new(),
+                    false => "no interval: its teeth are pressed once on each side, and nothing tells how far one contact differs from the \
+                              next"
+                        .into(),
+                },
+                ..one
+            }
         };
         vec![
-            found(named("backlash", before[0]), mean(&upper) - mean(&lower), error),
-            found(named("offset", before[1]), -(mean(&upper) + mean(&lower)) / 2.0, error / 2.0),
+            found(self.named("backlash", before[0]), upper.angle - lower.angle, error),
+            found(self.named("offset", before[1]), -(upper.angle + lower.angle) / 2.0, error / 2.0),
         ]
     }
+}
+
+/// Two sides, of which one may have one contact alone: then the variance of its windows is that of the other.
+fn both([upper, lower]: [Meeting; 2]) -> [Meeting; 2] {
+    let like = |one: &Meeting, other: &Meeting| match one.variance.is_nan() {
+        true => (other.variance * other.windows / one.windows, other.freedom),
+        false => (one.variance, one.freedom),
+    };
+    let (of_upper, of_lower) = (like(&upper, &lower), like(&lower, &upper));
+    let with = |one: Meeting, (variance, freedom)| Meeting { variance, freedom, ..one };
+    [with(upper, of_upper), with(lower, of_lower)]
 }

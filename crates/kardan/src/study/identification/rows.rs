@@ -14,7 +14,7 @@ use crate::equations::{Domain, Hold};
 use crate::identify::{
     Coefficient, Motion, Reading, Regressor, Samples, Steadiness, Teeth, Variances, Where, steady_segments,
 };
-use crate::num::dot;
+use crate::num::{Matrix, Rational, dot, rational_to_f64};
 use crate::results::{LogRead, WindowCount};
 
 /// Noise that any sensor has, as a part of its largest reading.
@@ -85,6 +85,7 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
     let (rest, of_teeth) = rest.split_at(reduced.equations.frictions.len());
     teeth.iter_mut().zip(of_teeth).for_each(|(one, speed)| one.rest_speed = *speed);
     let (mut plays, cuts): (Vec<Play>, Vec<_>) = cut_plays(plant, columns, asked).into_iter().unzip();
+    plays.iter_mut().zip(&cuts).for_each(|(play, cut)| play.grain = grain(plant, cut, &basis, material));
     let (torques, values, waves) =
         law_torques(&reduced, &asked.extras, &plant.harmonics).expect("the plant was checked for more of them");
     let mut regressor = Regressor::new(&reduced, &wanted, &plant.unmeasured, 0.0)
@@ -125,6 +126,22 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
     }
     built.plays = plays;
     built
+}
+
+/// What steps of the sensors, and the digits of the log, leave open of an angle along a direction, rad.
+fn grain(plant: &Plant, cut: &Teeth, basis: &Matrix<Rational>, material: &Material<'_>) -> f64 {
+    let along = |j: usize| cut.row.iter().map(|(shaft, a)| a * rational_to_f64(&basis[(*shaft, j)])).sum::<f64>();
+    let of = |(j, (angle, _)): (usize, &(Option<usize>, Option<usize>))| {
+        angle.map_or(0.0, |slot| along(j) * smallest(plant, material, slot))
+    };
+    plant.sensors.iter().enumerate().map(of).map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// What the step of a sensor and rounding leave open of a reading.
+fn smallest(plant: &Plant, material: &Material<'_>, slot: usize) -> f64 {
+    let readings = material.recorded.iter().flat_map(|one| one.windows.values()).map(|row| row[slot].value.abs());
+    let largest = readings.filter(|x| x.is_finite()).fold(0.0, f64::max);
+    (plant.steps[slot].unwrap_or(0.0) / 12.0_f64.sqrt()).max(FLOOR * largest)
 }
 
 /// The play of an element and where it is cut, if both angles are measured and the torque follows from what is.
@@ -194,9 +211,7 @@ fn slot_noise(plant: &Plant, material: &Material<'_>) -> Vec<f64> {
         if recorded.iter().any(|one| one.noise[slot].1) {
             return seen; // It was stated.
         }
-        let readings = recorded.iter().flat_map(|one| one.windows.values()).map(|row| row[slot].value.abs());
-        let largest = readings.filter(|x| x.is_finite()).fold(0.0, f64::max);
-        seen.max(plant.steps[slot].unwrap_or(0.0) / 12.0_f64.sqrt()).max(FLOOR * largest)
+        seen.max(smallest(plant, material, slot))
     };
     (0..material.slots.len()).map(noise).collect()
 }

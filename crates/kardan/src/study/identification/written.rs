@@ -45,17 +45,22 @@ pub fn written(source: &str, found: &Identification) -> Result<(String, Vec<Stri
         interval: one.interval.map(|it| (it.lower, it.upper)),
         confidence: found.confidence,
     });
-    let (text, mut left) = model::written(&text, &values.collect::<Vec<_>>())?;
     let known = mistakes(source);
-    let new: Vec<Diagnostic> =
-        mistakes(&text).into_iter().filter(|one| known.iter().all(|other| other.message != one.message)).collect();
-    if !new.is_empty() {
-        let refused = |mut one: Diagnostic| {
-            one.message = format!("with what was found the file would have a mistake: {}", one.message);
+    let refused = |new: Vec<Diagnostic>| -> Vec<Diagnostic> {
+        let refused = |one: Diagnostic| {
+            let message = format!("with what was found the file would have a mistake: {}", one.message);
             // Its places are those of a text that nobody has.
-            Diagnostic { labels: Vec::new(), ..one }
+            Diagnostic { message, labels: Vec::new(), ..one }
         };
-        return Err(new.into_iter().map(refused).collect());
+        new.into_iter().filter(|one| known.iter().all(|other| other.message != one.message)).map(refused).collect()
+    };
+    let (text, mut left) = model::written(&text, &values.collect::<Vec<_>>()).map_err(|told| {
+        let new = refused(told.clone());
+        if new.is_empty() { told } else { new }
+    })?;
+    let new = refused(mistakes(&text));
+    if !new.is_empty() {
+        return Err(new);
     }
     left.extend(kept);
     left.extend(not.iter().cloned());
@@ -250,4 +255,37 @@ fn with_names(text: &str, document: &Document, old: &[String], new: &[String]) -
     let mut out = text.to_string();
     out.replace_range(given.place.span(), &format!("[{}]", quoted.join(", ")));
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An entry that is not alone in its line stays, and that is said: the law of a torque has taken its place.
+    #[test]
+    fn an_entry_that_cannot_be_taken_out_is_kept() {
+        let source = |line: &str| {
+            format!(
+                "[shaft.s]\ninertia = \"1 kg m^2\"\n[identification]\nparameters = [\"s.friction_sense\"]\n\
+                 [[identification.extra]]\nkind = \"sense\"\nfriction = \"s\"\n{line}\n"
+            )
+        };
+        let coefficient = FileValue { name: "s.friction_sense".into(), value: 0.05, interval: None };
+        let term = FileTerm {
+            term: "s.friction_sense".into(),
+            element: "s".into(),
+            law: FileLaw::Sense,
+            coefficients: vec![coefficient],
+        };
+        let put = |text: &str| {
+            let (document, _) = model::read(text);
+            Written::new(&document, &term).expect("a law of a torque says it").put(text, &document, &term)
+        };
+        let (text, kept) = put(&source("# a comment"));
+        assert!(kept.is_none() && !text.contains("identification.extra"), "{kept:?} {text}");
+        let (text, kept) = put(&source("order = 1 of many"));
+        let kept = kept.expect("it stays");
+        assert!(kept.starts_with("s.friction_sense: ") && kept.contains("remove it before you identify again"), "{kept}");
+        assert!(text.contains("order = 1 of many") && text.contains("[torque.s_friction_sense_law]"), "{text}");
+    }
 }

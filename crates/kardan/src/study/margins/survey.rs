@@ -12,7 +12,8 @@ use crate::reduce::LinearModel;
 use crate::results::{Design, FreeKnown, LoopLimit, Margins, RateLimit};
 use crate::study::PreparedVariant;
 use crate::synthesis::{
-    ExactMotions, Law, Limit, LoopPlant, SampledLoop, SampledPart, Slowest, Stability, Survey, exact_motions,
+    ExactMotions, Law, Limit, LoopPlant, Plant, SampledLoop, SampledPart, Slowest, Stability, Survey, counting_charges,
+    exact_motions,
 };
 
 /// Relative distance of two frequencies that belong to one motion.
@@ -92,6 +93,7 @@ pub(in crate::study) fn survey(
         free,
         free_poles: known.as_ref().map_or(0, |known| known.zeros),
         free_known: known.as_ref().map(|known| known.how).unwrap_or_default(),
+        only_count: exact.as_ref().is_some_and(|exact| only_count(exact, &variant.design_models[number], laws)),
         next_to_zero: known.map(|known| known.next_to_zero).unwrap_or_default(),
         drift: as_it_is.as_ref().map_or(0.0, |found| found.drift),
         channels,
@@ -159,6 +161,13 @@ fn beside_zero(exact: &ExactMotions, plant: &LoopPlant, laws: &[Arc<dyn Law>], c
     let split = split_off(&SampledLoop::flow_of(plant, &parts), &exact.motions.to_f64());
     let poles = split.and_then(|split| eigenvalues(&split.rest)).unwrap_or_default();
     poles.iter().take(count).map(|(re, _)| *re).collect()
+}
+
+/// Whether all that is at zero are charges that only count.
+fn only_count(exact: &ExactMotions, plant: &Plant, laws: &[Arc<dyn Law>]) -> bool {
+    let counters = counting_charges(plant, laws);
+    let moves = |k: &usize| exact.motions.row(*k).iter().any(|x| !x.is_zero());
+    (0..exact.motions.rows()).filter(moves).all(|k| counters.contains(&k))
 }
 
 /// Shafts that move in some of these motions, exactly.

@@ -66,11 +66,15 @@ fn free_motions(margins: &Margins, out: &mut Vec<String>) {
             FreeKnown::Rounded => "exactly (over the rationals, with the gains as they are rounded)".into(),
             FreeKnown::Within(size) => format!("to the rounding of the loop (below {size:.0e} 1/s)"),
         };
+        let what = match margins.only_count {
+            true => format!("Charges that nothing depends on only count what has flowed, through {of}"),
+            false => format!("Nobody holds a motion of {of}"),
+        };
         out.push(format!(
-            "Nobody holds a motion of {of}: {} {poles} at zero, {how}, left out of all that is said here.",
+            "{what}: {} {poles} at zero, {how}, left out of all that is said here.",
             margins.free_poles
         ));
-        if margins.drift > 0.0 {
+        if margins.drift > 0.0 && !margins.only_count {
             out.push(format!(
                 "At this sample time it does not stay quite free: left alone it grows with {:.2e} 1/s.",
                 margins.drift

@@ -75,7 +75,8 @@ crossover_frequency = \"30 rad/s\"
 };
 
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
-    let task = Task::new(request)?;
+    let mut task = Task::new(request)?;
+    task.leave_counters(request.plant);
     let system = &task.system;
     let flat = flat_parametrisation(system).map_err(|error| match error {
         FlatnessError::Dependent(obstruction) => SynthesisError::Impossible {
@@ -96,7 +97,6 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let plan = planner(&flat, &filters)
         .map_err(|error| SynthesisError::Planner { outputs: task.names.clone(), error: Box::new(error) })?;
     let (k, how) = feedback(request, &task)?;
-    let n = system.states.len();
     let mut notes = vec![how];
     notes.push(if flat.is_flat() {
         "the outputs are flat: states and torques are functions of them and finitely many derivatives".into()
@@ -107,8 +107,8 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         notes.push("the planner does not feed estimated disturbances forward".into());
     }
     let k_exact = exact(&k).ok_or(SynthesisError::TooLarge)?;
-    let block = block(&plan, &k, n, task.disturbed.len());
-    let states = request.plant.states();
+    let block = block(&plan, &task, &k, 2 * request.plant.reduced.degrees_of_freedom());
+    let states = system.states.clone();
     let design = Design {
         controller: request.name.into(),
         law: FLATNESS.keyword.into(),
@@ -156,24 +156,26 @@ fn feedback(request: &Request<'_>, task: &Task) -> Result<(Matrix<f64>, String),
     ))
 }
 
-/// `ξ̇ = A ξ + B r`, `u = (C_u + K C_x) ξ + (D_u + K D_x) r − K x`.
-fn block(plan: &LinearSystem, k: &Matrix<f64>, n: usize, disturbances: usize) -> LinearBlock {
-    let (m, own, references) = (k.rows(), plan.states.len(), plan.inputs.len());
+/// `ξ̇ = A ξ + B r`, `u = (C_u + K C_x) ξ + (D_u + K D_x) r − K x`; `all`: how many states the plant has, with those that only count.
+fn block(plan: &LinearSystem, task: &Task, k: &Matrix<f64>, all: usize) -> LinearBlock {
+    let (m, n, own, references) = (k.rows(), k.columns(), plan.states.len(), plan.inputs.len());
+    let disturbances = task.disturbed.len();
     let (c, d) = (plan.c.to_f64(), plan.d.to_f64());
     let with_feedback = |of: &Matrix<f64>| {
         Matrix::from_fn(m, of.columns(), |i, j| of[(n + i, j)] + (0..n).map(|l| k[(i, l)] * of[(l, j)]).sum::<f64>())
     };
     let (on_states, on_references) = (with_feedback(&c), with_feedback(&d));
+    let k = task.over_all_states(k, all);
     let b = plan.b.to_f64();
-    let place = |j: usize| (n..n + references).contains(&j).then(|| j - n);
+    let place = |j: usize| (all..all + references).contains(&j).then(|| j - all);
     LinearBlock {
         states: plan.states.iter().map(|state| format!("planned {state}")).collect(),
         a: plan.a.to_f64(),
-        b: Matrix::from_fn(own, n + references + disturbances, |i, j| place(j).map_or(0.0, |j| b[(i, j)])),
+        b: Matrix::from_fn(own, all + references + disturbances, |i, j| place(j).map_or(0.0, |j| b[(i, j)])),
         c: on_states,
-        d: Matrix::from_fn(m, n + references + disturbances, |i, j| match place(j) {
+        d: Matrix::from_fn(m, all + references + disturbances, |i, j| match place(j) {
             Some(reference) => on_references[(i, reference)],
-            None if j < n => -k[(i, j)],
+            None if j < all => -k[(i, j)],
             None => 0.0,
         }),
     }

@@ -602,7 +602,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
     }
     let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| plant.effort_of(input).signal);
     let all: Vec<String> = out.states.iter().cloned().chain(lagged).chain(names).collect();
-    let mut sentences = distinguishable_torques(plant, &system)?;
+    let mut sentences = distinguishable_torques(plant, &system, &(0..system.states.len()).collect::<Vec<_>>())?;
     sentences
         .push(format!("the Riccati equation of the filter holds with the relative residual {:.1e}", found.residual));
     let title = ("observer_gain", "observer gain M of x <- x + M (y - C x)", "");

@@ -12,6 +12,8 @@ use crate::synthesis::{Plant, Seen};
 pub(super) struct EstimatedView {
     pub readings: Vec<Reading>,
     pub coordinates: Vec<usize>,
+    /// The states that are estimated, as places among `[q_r; q̇_r]`.
+    pub kept: Vec<usize>,
     pub compensation: f64,
     /// What the sensors read at the operating point, which the linear model does not know.
     pub offsets: Vec<f64>,
@@ -27,7 +29,7 @@ pub(super) struct EstimatedView {
 
 impl EstimatedView {
     /// At the start of a run; `disturbed`: how many torques are estimated.
-    pub fn new(readings: Vec<Reading>, plant: &Plant, compensation: f64, disturbed: usize) -> Self {
+    pub fn new(readings: Vec<Reading>, plant: &Plant, compensation: f64, kept: Vec<usize>, disturbed: usize) -> Self {
         let r = plant.linear.coordinates.len();
         let mut kinematics = Kinematics::new(&plant.reduced);
         kinematics.update(&plant.point.position, &vec![0.0; r]);
@@ -38,6 +40,7 @@ impl EstimatedView {
             held: 0,
             readings,
             coordinates: plant.reduced.coordinates.clone(),
+            kept,
             compensation,
             kinematics,
             position: vec![0.0; r],
@@ -48,7 +51,7 @@ impl EstimatedView {
 
     /// States of the observer: coordinates, speeds, disturbances.
     pub fn states(&self) -> usize {
-        2 * self.coordinates.len() + self.disturbances.len()
+        self.kept.len() + self.disturbances.len()
     }
 
     /// What a snapshot keeps of it.
@@ -74,8 +77,9 @@ impl EstimatedView {
         self.held = self.read(seen);
         let r = self.coordinates.len();
         let own = self.states();
-        self.position.copy_from_slice(&seen.states[..r]);
-        self.speed.copy_from_slice(&seen.states[r..2 * r]);
+        for (&k, state) in self.kept.iter().zip(seen.states) {
+            if k < r { self.position[k] = *state } else { self.speed[k - r] = *state }
+        }
         for (reading, value) in self.readings.iter().zip(&self.values) {
             let (of, shaft) = match reading {
                 Reading::Angle(shaft) => (&mut self.position, shaft),
@@ -87,7 +91,7 @@ impl EstimatedView {
             }
         }
         self.kinematics.update(&self.position, &self.speed);
-        for (disturbances, torque) in self.disturbances.iter_mut().zip(&seen.states[2 * r..]) {
+        for (disturbances, torque) in self.disturbances.iter_mut().zip(&seen.states[self.kept.len()..]) {
             *disturbances = self.compensation * torque;
         }
         Seen {

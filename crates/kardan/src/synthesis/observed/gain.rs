@@ -4,9 +4,11 @@ use kardan_rt::functions::powi;
 
 use crate::analysis::LinearSystem;
 use crate::element::Values;
+use crate::equations::Domain;
 use crate::names::SignalName;
 use crate::num::rational_to_f64;
 use crate::results::{ExactMatrix, Pole};
+use crate::synthesis::counters::{over_states, rows_of};
 use crate::synthesis::observer::{Noise, distinguishable, kalman, luenberger};
 use crate::synthesis::{Plant, SynthesisError, named, rounded};
 
@@ -51,14 +53,18 @@ pub(super) fn gain(
     Ok((named(title, &extended.states, &extended.outputs, &found.gain), found.poles, found.notes))
 }
 
-/// Which torques on any shafts the sensors could tell apart, \[diss. (6.41)-(6.43)\].
+/// Which torques on any shafts, and forces on masses, the sensors could tell apart, \[diss. (6.41)-(6.43)\]; `kept`: the states that are
+/// estimated.
 pub(in crate::synthesis) fn distinguishable_torques(
     plant: &Plant,
     system: &LinearSystem,
+    kept: &[usize],
 ) -> Result<Vec<String>, SynthesisError> {
-    let all: Vec<usize> = (0..plant.coordinates().len()).collect();
-    let (torques, _) = plant.torques(&all, &[]);
-    let names: Vec<String> = plant.coordinates().iter().map(|shaft| format!("T_{shaft}")).collect();
+    let moves = |k: &usize| plant.reduced.equations.domain(*k) != Domain::Charge;
+    let bodies: Vec<usize> = (0..plant.coordinates().len()).filter(moves).collect();
+    let (torques, _) = plant.torques(&bodies, &[]);
+    let names: Vec<String> = bodies.iter().map(|body| format!("T_{}", plant.coordinates()[*body])).collect();
     let failed = |error| SynthesisError::Observer { sensors: system.outputs.clone(), error: Box::new(error) };
-    Ok(distinguishable(system, &torques, &names).map_err(failed)?.sentences)
+    let found = distinguishable(&over_states(system, kept), &rows_of(&torques, kept), &names);
+    Ok(found.map_err(failed)?.sentences)
 }

@@ -1,6 +1,7 @@
 //! Keys of an observer.
 
 use crate::element::Values;
+use crate::equations::Domain;
 use crate::schema::{Sign, keys};
 use crate::synthesis::{Plant, SynthesisError};
 
@@ -9,14 +10,14 @@ keys! {
     table Observer {
         required {
             sensors: Outputs,
-                "What is measured: angles, speeds, torques of torsion bars; `<sensor>.phi` and so on reads the sensor \
-                 of that name with its resolution, if the controller has a sample time. In continuous time they are \
-                 ideal.";
+                "What is measured: angles, speeds, torques of torsion bars, currents of branches (`<branch>.i`, ideal); \
+                 `<sensor>.phi` and so on reads the sensor of that name with its resolution, if the controller has a sample \
+                 time. In continuous time they are ideal.";
         }
         optional {
             disturbances: Words,
-                "Shafts on which an unknown constant torque acts, which is estimated too; left out: all reduced \
-                 coordinates.";
+                "Shafts and masses on which an unknown constant torque or force acts, which is estimated too; left out: all \
+                 reduced coordinates that are shafts or masses.";
             plant: Choice(&["linear", "nonlinear"]),
                 "The model that it runs: `linear`: that at the operating point (`at`, else zero angles); `nonlinear`: the full one, joints and \
                  friction fed forward by the law included. Its gain is that at the operating point either way. Left out: \
@@ -45,8 +46,11 @@ keys! {
 /// If a name is no shaft or stands twice.
 pub(in crate::synthesis) fn disturbances(values: &Values, plant: &Plant) -> Result<Vec<usize>, SynthesisError> {
     let Some(observer) = values.table("observer") else { return Ok(Vec::new()) };
-    let Some(names) = observer.words("disturbances") else { return Ok(plant.reduced.coordinates.clone()) };
-    let shaft =
-        |name: &String| plant.reduced.coordinate(name).ok_or_else(|| SynthesisError::NoShaft { name: name.clone() });
+    let moves = |k: &usize| plant.reduced.equations.domain(*k) != Domain::Charge;
+    let Some(names) = observer.words("disturbances") else {
+        return Ok(plant.reduced.coordinates.iter().copied().filter(moves).collect());
+    };
+    let found = |name: &String| plant.reduced.coordinate(name).filter(moves);
+    let shaft = |name: &String| found(name).ok_or_else(|| SynthesisError::NoShaft { name: name.clone() });
     names.iter().map(shaft).collect()
 }

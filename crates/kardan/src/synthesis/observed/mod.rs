@@ -14,9 +14,10 @@ pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
 
 use std::sync::Arc;
 
+use super::counters::{acts_by, over_states, rows_of, without_counters};
 use super::observer::extend;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, SynthesisError};
-use crate::analysis::OutputSignal;
+use crate::analysis::{LinearSystem, OutputSignal};
 use crate::element::Values;
 use crate::names::{Quantity, SignalName};
 use crate::num::{Float, Matrix, discretise};
@@ -30,7 +31,7 @@ use model::{FullModel, LinearModelBlock, Model, RestOfModel};
 ///
 /// `x̂′ = A x̂ + B u + L (y − C x̂)` over reduced coordinates, their speeds and disturbance torques, \[diss. (6.45), (6.46)\], run
 /// by the block [`StateSpace`] with the signals `[u; y]`; or the nonlinear model in place of A, B and C, run by the block
-/// [`ModelObserver`].
+/// [`ModelObserver`]. Charges on which neither plant nor sensors nor law depend are left out; the nonlinear model counts them on.
 pub(super) struct Observed {
     law: Arc<dyn Law>,
     result: ObserverResult,
@@ -83,15 +84,21 @@ impl Observed {
         let (torques, _) = plant.torques(disturbed, &[]);
         let names: Vec<String> = disturbed.iter().map(|&k| plant.coordinates()[k].clone()).collect();
         let states: Vec<String> = names.iter().map(|name| Quantity::Disturbance.of(name)).collect();
-        let extended = extend(&system, &torques, &states);
-        let (gain, poles, notes) = gain(values, &extended)?;
+        let kept = needed(&*law, plant, &system);
+        let needed_alone = extend(&over_states(&system, &kept), &rows_of(&torques, &kept), &states);
+        let (gain, poles, notes) = gain(values, &needed_alone)?;
         let floating = Matrix::from_fn(gain.values.len(), sensors.len(), |i, j| gain.values[i][j]);
+        let all = system.states.len();
+        let (kept, extended, floating) = match nonlinear && kept.len() < all {
+            true => ((0..all).collect(), extend(&system, &torques, &states), over_all(&floating, &kept, all)),
+            false => (kept, needed_alone, floating),
+        };
         let (a, b, c) = (extended.a.to_f64(), extended.b.to_f64(), extended.c.to_f64());
         let correction = floating.multiply(&c);
         let a = Matrix::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)] - correction[(i, j)]);
         let (m, p) = (inputs.len(), sensors.len());
         let b = Matrix::from_fn(a.rows(), m + p, |i, j| if j < m { b[(i, j)] } else { floating[(i, j - m)] });
-        let mut sentences = distinguishable_torques(plant, &system)?;
+        let mut sentences = distinguishable_torques(plant, &system, &kept)?;
         sentences.extend(notes);
         let method = values.word("method").unwrap_or("poles").to_string();
         let result = ObserverResult {
@@ -104,11 +111,11 @@ impl Observed {
             distinguishable: sentences,
         };
         let rows = rows(&readings, plant.coordinates().len());
-        let view = EstimatedView::new(readings, plant, compensation, disturbed.len());
+        let view = EstimatedView::new(readings, plant, compensation, kept, disturbed.len());
         let model = if nonlinear {
             Model::Nonlinear(Box::new(FullModel::new(&*law, plant, &view.readings, disturbed, &floating)?))
         } else {
-            Model::Linear(LinearModelBlock::new(&a, &b, RestOfModel::of(plant, &inputs, a.rows()), false))
+            Model::Linear(LinearModelBlock::new(&a, &b, RestOfModel::of(plant, &inputs, &view.kept, a.rows()), false))
         };
         let mut out = Self {
             data: ControllerData::default(),
@@ -229,17 +236,17 @@ impl Observed {
                 for j in 0..r {
                     if true_angles[j] {
                         angles[(i, self.view.coordinates[j])] = over_q[(i, j)];
-                    } else {
-                        states[(i, j)] = over_q[(i, j)];
                     }
                     if true_speeds[j] {
                         speeds[(i, self.view.coordinates[j])] = over_w[(i, j)];
-                    } else {
-                        states[(i, r + j)] = over_w[(i, j)];
                     }
                 }
+                for (at, &k) in self.view.kept.iter().enumerate() {
+                    let (of, known, j) = if k < r { (&over_q, &true_angles, k) } else { (&over_w, &true_speeds, k - r) };
+                    states[(i, at)] = if known[j] { 0.0 } else { of[(i, j)] };
+                }
                 for j in 0..on_disturbances.columns().min(self.disturbances) {
-                    states[(i, 2 * r + j)] = self.view.compensation * on_disturbances[(i, j)];
+                    states[(i, self.view.kept.len() + j)] = self.view.compensation * on_disturbances[(i, j)];
                 }
             }
             (states, angles, speeds)
@@ -285,6 +292,23 @@ impl Observed {
     }
 }
 
+/// Places among the states of the plant of all that the observer needs: charges that only count are left out, unless the law acts by them.
+fn needed(law: &dyn Law, plant: &Plant, system: &LinearSystem) -> Vec<usize> {
+    let acts = acts_by(law, &plant.linear.basis.to_f64());
+    let kept = without_counters(plant, system);
+    (0..system.states.len()).filter(|k| kept.contains(k) || acts.get(*k) == Some(&true)).collect()
+}
+
+/// A gain over states and disturbances, with rows of zeros for the states that are left out.
+fn over_all(gain: &Matrix<f64>, kept: &[usize], all: usize) -> Matrix<f64> {
+    let mut out = Matrix::zeros(gain.rows() + all - kept.len(), gain.columns());
+    for i in 0..gain.rows() {
+        let place = kept.get(i).copied().unwrap_or(all + i - kept.len());
+        (0..gain.columns()).for_each(|j| out[(place, j)] = gain[(i, j)]);
+    }
+    out
+}
+
 impl Observed {
     /// The model at a sample time; `None` if a number overflows there.
     fn model_at<T: Float>(&self, clock: Clock) -> Option<Model<T>> {
@@ -318,8 +342,8 @@ impl Law for Observed {
     fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
         let (own, rest) = out.split_at_mut(self.own());
         own.fill(0.0);
-        for (state, &shaft) in own.iter_mut().zip(&self.view.coordinates) {
-            *state = angles[shaft];
+        for (state, &k) in own.iter_mut().zip(&self.view.kept) {
+            *state = self.view.coordinates.get(k).map_or(0.0, |&shaft| angles[shaft]);
         }
         self.law.start(angles, speeds, rest);
     }
