@@ -2,7 +2,9 @@ use std::collections::BTreeSet;
 
 use crate::assemble::Along;
 use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, sparse_echelon, sum_of_outer};
-use crate::reduce::{GeometricStiffness, LawSlopes, OperatingPoint, Reduced, geometric_stiffness, law_slopes, slopes};
+use crate::reduce::{
+    GeometricStiffness, LawSlopes, OperatingPoint, Reduced, geometric_stiffness, law_slopes_at, slopes,
+};
 
 /// A constant linear constrained mechanical system `Hq̈ + Dq̇ + Sq = Fτ + Cᵀλ`, `Cq = 0` \[diss. (4.31), (4.36)\], as terms
 /// along directions with exact coefficients. Without loads H, D and S are symmetric.
@@ -95,7 +97,7 @@ impl ConstrainedSystem {
                 })
                 .collect(),
         };
-        let slopes = law_slopes(reduced, position);
+        let slopes = law_slopes_at(reduced, point);
         out.springs.extend(geometric_stiffness(reduced, point, &slopes).into_iter().map(|one| {
             let GeometricStiffness { element, row, stiffness } = one;
             Along { element, row, value: stiffness }

@@ -24,6 +24,8 @@ const SEED: u64 = 0x6571_7569_6c69_6272;
 pub struct Equilibrium {
     /// The reduced position, rad or m.
     pub position: Vec<f64>,
+    /// Rates of the coordinates: currents that flow.
+    pub rates: Vec<f64>,
     /// The multiplier of each kept row, N m.
     pub multipliers: Vec<f64>,
     /// The radius around it within which there is exactly one, proven; `None`: found to rounding only.
@@ -50,6 +52,8 @@ pub struct Equilibria {
 pub struct Held {
     /// The reduced position, rad or m.
     pub position: Vec<f64>,
+    /// Rates of the coordinates: currents that flow.
+    pub rates: Vec<f64>,
     /// The torque of each of the inputs that may hold it, N m.
     pub torques: Vec<f64>,
     /// The multiplier of each kept row, N m.
@@ -65,8 +69,10 @@ pub struct Held {
 /// The static torques as expressions of the coordinates, and of the torques of inputs and multipliers that hold them.
 struct Statics {
     graph: Graph,
-    /// The unknowns: coordinates, behind them torques of inputs, and multipliers of kept rows.
+    /// The unknowns: coordinates, behind them currents, torques of inputs, and multipliers of kept rows.
     symbols: Vec<Symbol>,
+    /// The coordinates whose rates are currents that may flow at rest: charges that only count what has flowed.
+    counters: Vec<usize>,
     /// What is to vanish. First torques along coordinates, without those that are always zero, with the numbers of their coordinates; behind
     /// them, with larger numbers, what kept rows say of positions.
     torques: Vec<(usize, Expr)>,
@@ -85,12 +91,14 @@ impl Statics {
     fn new(reduced: &Reduced, (inputs, fixed): (&[usize], &[usize]), start: &[f64]) -> Self {
         let (mut motion, r) = (Motion::at_time_zero(reduced), reduced.degrees_of_freedom());
         let rows = rows_of_positions(reduced, &mut motion, start);
+        let counters = counters(reduced, &motion);
         let mut graph = Graph::default();
         let mut symbols = Vec::with_capacity(r);
         let mut values = Vec::with_capacity(2 * r);
         for (k, symbol) in motion.symbols.iter().enumerate() {
             let (name, dimension) = motion.graph.name(*symbol);
-            let value = if k < r { graph.new_symbol(name.to_string(), dimension) } else { graph.integer(0) };
+            let is_unknown = k < r || counters.iter().any(|counter| r + counter == k);
+            let value = if is_unknown { graph.new_symbol(name.to_string(), dimension) } else { graph.integer(0) };
             symbols.extend(graph.symbol_of(value));
             values.push((*symbol, value));
         }
@@ -124,7 +132,7 @@ impl Statics {
         let free = (0..active.len()).filter(|j| !fixed.contains(&active[*j])).collect();
         let columns: Vec<Vec<Expr>> = active.iter().map(|k| graph.derivatives(&exprs, symbols[*k])).collect();
         let slopes = (0..exprs.len()).flat_map(|i| columns.iter().map(move |column| column[i])).collect();
-        Self { graph, symbols, torques, coordinates: r, active, free, slopes }
+        Self { graph, symbols, torques, counters, coordinates: r, active, free, slopes }
     }
 
     fn at<D: Domain>(&self, domain: &mut D, exprs: &[Expr], place: impl Fn(usize) -> D::Value) -> Vec<D::Value> {
@@ -135,6 +143,13 @@ impl Statics {
     fn residual(&self, position: &[f64]) -> Vec<f64> {
         let exprs: Vec<Expr> = self.torques.iter().map(|(_, torque)| *torque).collect();
         self.at(&mut Floating::<f64>::default(), &exprs, |k| position[k])
+    }
+
+    /// Rates of all coordinates.
+    fn rates(&self, currents: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; self.coordinates];
+        self.counters.iter().zip(currents).for_each(|(k, current)| out[*k] = *current);
+        out
     }
 
     /// The torques that are left at a position, along coordinates.
@@ -203,7 +218,7 @@ impl Statics {
 
     /// The unknowns with multipliers at zero that carry nothing but rounding.
     fn without_rounding(&self, mut found: Vec<f64>, inputs: usize) -> Vec<f64> {
-        for k in self.coordinates + inputs..found.len() {
+        for k in self.coordinates + self.counters.len() + inputs..found.len() {
             let carries = std::mem::take(&mut found[k]);
             if carries != 0.0 && !self.is_settled(&found) {
                 found[k] = carries;
@@ -288,6 +303,16 @@ impl Statics {
     }
 }
 
+/// Charges on which no torque depends.
+fn counters(reduced: &Reduced, motion: &Motion) -> Vec<usize> {
+    let used = motion.graph.symbols(&motion.passive);
+    let counts = |k: &usize| {
+        let domain = reduced.equations.domain(reduced.coordinates[*k]);
+        domain == crate::equations::Domain::Charge && !used.contains(&motion.symbols[*k])
+    };
+    (0..reduced.degrees_of_freedom()).filter(counts).collect()
+}
+
 /// What kept rows say of positions, as expressions that vanish: surfaces, and prescribed motions that stay where they start.
 fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> Vec<Expr> {
     let mut out = Vec::new();
@@ -323,12 +348,14 @@ pub fn held(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize])
     let found = statics.without_rounding(statics.newton(&from).0, inputs.len());
     let radius = if statics.is_exact(&found) { Some(0.0) } else { statics.proven(&found) };
     let (position, rest) = found.split_at(r);
+    let (currents, rest) = rest.split_at(statics.counters.len());
     let (torques, multipliers) = rest.split_at(inputs.len());
     Held {
         at_rest: radius.is_some() || statics.is_settled(&found),
         radius,
         left: statics.left(&found).into_iter().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())),
         position: position.to_vec(),
+        rates: statics.rates(currents),
         torques: torques.to_vec(),
         multipliers: multipliers.to_vec(),
     }
@@ -361,7 +388,8 @@ pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
         }
         let (found, residual) = statics.newton(&from);
         let found = statics.without_rounding(found, 0);
-        let (position, multipliers) = (found[..r].to_vec(), found[r..].to_vec());
+        let (position, rest) = (found[..r].to_vec(), &found[r..]);
+        let (currents, multipliers) = rest.split_at(statics.counters.len());
         let near = |a: &f64, b: &f64| (a - b).abs() <= SAME * a.abs().max(1.0);
         let known = out.found.iter().any(|other| other.position.iter().zip(&position).all(|(a, b)| near(a, b)));
         if known {
@@ -378,7 +406,8 @@ pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
         let turn = std::f64::consts::TAU;
         let is_near = || position.iter().zip(start).all(|(a, b)| (a - b).abs() <= turn);
         if out.found.is_empty() || (radius.is_some() && is_near()) {
-            out.found.push(Equilibrium { position, multipliers, radius, residual });
+            let (rates, multipliers) = (statics.rates(currents), multipliers.to_vec());
+            out.found.push(Equilibrium { position, rates, multipliers, radius, residual });
         }
         if statics.torques.is_empty() {
             break;

@@ -41,6 +41,8 @@ pub struct GeometricStiffness {
 pub struct OperatingPoint {
     /// The reduced position, rad or m.
     pub position: Vec<f64>,
+    /// Rates of the reduced coordinates: zero, but for the currents of charges that only count what has flowed, A.
+    pub rates: Vec<f64>,
     /// The constant torque of each input that holds it there, N m; `None`: springs are taken as relaxed there.
     pub torques: Option<Vec<f64>>,
 }
@@ -48,12 +50,12 @@ pub struct OperatingPoint {
 impl OperatingPoint {
     /// A position with relaxed springs.
     pub fn relaxed(position: &[f64]) -> Self {
-        Self { position: position.to_vec(), torques: None }
+        Self { position: position.to_vec(), rates: vec![0.0; position.len()], torques: None }
     }
 
     /// All coordinates at zero, springs relaxed.
     pub fn zero(reduced: &Reduced) -> Self {
-        Self { position: vec![0.0; reduced.degrees_of_freedom()], torques: None }
+        Self::relaxed(&vec![0.0; reduced.degrees_of_freedom()])
     }
 }
 
@@ -179,11 +181,25 @@ fn kinks_at(motion: &mut Motion, torque: Expr, used: &[Symbol], at: &Values<'_>)
     vanishing.iter().map(text).collect()
 }
 
+/// An angle, behind all of them a speed, behind these the time, which is zero.
+fn value_at(numeric: &Kinematics, place: usize) -> f64 {
+    numeric.angles.iter().chain(&numeric.speeds).nth(place).copied().unwrap_or(0.0)
+}
+
 /// The torques of all laws around a reduced position (rad), and behind them what multipliers carry there.
 ///
 /// # Panics
 /// If `position` has not one entry per coordinate.
 pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
+    law_slopes_at(reduced, &OperatingPoint::relaxed(position))
+}
+
+/// The same at an operating point, where currents may flow.
+///
+/// # Panics
+/// As [`law_slopes`].
+pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes> {
+    let position = point.position.as_slice();
     let equations = &reduced.equations;
     let carried = equations.carried.iter().map(|along| LawSlopes {
         element: along.element.clone(),
@@ -200,15 +216,16 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
     let (n, free) = (equations.coordinates.len(), unconstrained(reduced));
     let mut motion = Motion::free(&free);
     let mut numeric = Kinematics::new(reduced);
-    numeric.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
+    numeric.update(position, &point.rates);
     let exact = kinematics::exact_angles(reduced, position);
     let place = |motion: &Motion, symbol: Symbol| motion.symbols.iter().position(|own| *own == symbol).unwrap_or(2 * n);
     let at = |motion: &Motion, exprs: &[Expr]| -> (Vec<Option<Rational>>, Vec<f64>) {
         let of = |symbol| match place(motion, symbol) {
             k if k < n => exact[k].clone(),
+            k if k < 2 * n && numeric.speeds[k - n] != 0.0 => None,
             _ => Some(Rational::ZERO),
         };
-        let rounded = |symbol| numeric.angles.get(place(motion, symbol)).copied().unwrap_or(0.0);
+        let rounded = |symbol| value_at(&numeric, place(motion, symbol));
         (
             lower(&motion.graph, exprs, &mut Rationals, of),
             lower(&motion.graph, exprs, &mut Floating::<f64>::default(), rounded),
@@ -217,9 +234,9 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
     let between = |motion: &Motion, exprs: &[Expr]| {
         // The angles of the place were rounded, and what follows from them again.
         let around = |symbol| {
-            let angle = numeric.angles.get(place(motion, symbol)).copied().unwrap_or(0.0);
-            let few = ROUNDED * angle.abs();
-            Interval { low: angle - few, high: angle + few }
+            let value = value_at(&numeric, place(motion, symbol));
+            let few = ROUNDED * value.abs();
+            Interval { low: value - few, high: value + few }
         };
         (at(motion, exprs).0, lower(&motion.graph, exprs, &mut Intervals, around))
     };

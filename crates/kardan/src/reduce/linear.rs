@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{OperatingPoint, Reduced, geometric_stiffness, kinematics, law_slopes};
+use super::{OperatingPoint, Reduced, geometric_stiffness, kinematics, law_slopes_at};
 use crate::num::{Matrix, Rational, SparseRow, dense_rows, project, sparse_sum_of_outer};
 
 /// The reduced matrices of a linear(ised) model \[diss. Theorem 4.1\], exact for the stored numbers.
@@ -99,7 +99,7 @@ fn sparse_model_at(reduced: &Reduced, point: &OperatingPoint) -> SparseModel {
     let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
     let along = |row: &SparseRow| project(row, &basis);
     let (inertias, dampers, springs) = (&equations.inertias, &equations.dampers, &equations.springs);
-    let slopes = law_slopes(reduced, position);
+    let slopes = law_slopes_at(reduced, point);
     let laws: Vec<_> = slopes
         .iter()
         .map(|slopes| {

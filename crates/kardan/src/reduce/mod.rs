@@ -34,7 +34,8 @@ pub use initial::{GivenStart, StartConflict, start_position, start_speed};
 pub use kept::{NoStart, StartOnRows, frozen, start_on_rows, start_on_rows_with};
 pub use kinematics::{Kinematics, Slope, slopes};
 pub use law_slopes::{
-    GeometricStiffness, LawSlopes, OperatingPoint, geometric_stiffness, is_linear_law, law_slopes, laws_are_linear,
+    GeometricStiffness, LawSlopes, OperatingPoint, geometric_stiffness, is_linear_law, law_slopes, law_slopes_at,
+    laws_are_linear,
 };
 pub use law_torques::{LawTorques, NotLinear, Wave, law_waves};
 pub use linear::{LinearModel, SparseModel, linearise, linearise_at, sparse_model};

@@ -180,7 +180,7 @@ fn step(variant: &PreparedVariant, reference: Option<&str>, window: f64) -> Scen
         signals: Vec::new(),
         faults: Vec::new(),
         position: variant.point.position.clone(),
-        speed: vec![0.0; scenario.speed.len()],
+        speed: variant.point.rates.clone(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::diagnostics::quoted;
 use crate::equations::Domain;
-use crate::reduce::{Reduced, equilibria};
+use crate::reduce::{Equilibrium, Reduced, equilibria};
 
 /// Other equilibria that are told.
 const MOST_OTHERS: usize = 6;
@@ -11,6 +11,8 @@ const MOST_OTHERS: usize = 6;
 pub(super) struct Rest {
     /// The reduced position, rad or m.
     pub position: Vec<f64>,
+    /// Rates of the coordinates: currents that flow.
+    pub rates: Vec<f64>,
     /// The multiplier of each kept row, N m.
     pub multipliers: Vec<f64>,
     /// Where it is, and what of it is proven.
@@ -32,6 +34,16 @@ pub(super) fn in_words(reduced: &Reduced, position: &[f64]) -> String {
         }
     };
     position.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// Currents that flow at rest: `l.i = 0.2 A`.
+pub(super) fn currents_in_words(reduced: &Reduced, rates: &[f64]) -> impl Iterator<Item = String> {
+    let names = reduced.coordinate_names();
+    let flowing = rates.iter().enumerate().filter(|(_, rate)| **rate != 0.0);
+    flowing.map(move |(k, rate)| {
+        let [_, quantity] = reduced.equations.domain(reduced.coordinates[k]).motion();
+        format!("{} = {rate:.6} {}", quantity.of(&names[k]), quantity.unit())
+    })
 }
 
 impl Rest {
@@ -72,6 +84,11 @@ impl Rest {
         if !others.is_empty() {
             more.push(format!("other equilibria: {}; CHOICE chooses one", others.join("; ")));
         }
-        Ok(Self { position: first.position.clone(), multipliers: first.multipliers.clone(), found, more })
+        let currents: Vec<String> = currents_in_words(reduced, &first.rates).collect();
+        if !currents.is_empty() {
+            more.push(format!("currents flow there: {}", currents.join(", ")));
+        }
+        let Equilibrium { position, rates, multipliers, .. } = first.clone();
+        Ok(Self { position, rates, multipliers, found, more })
     }
 }

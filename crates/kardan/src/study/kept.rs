@@ -179,10 +179,10 @@ impl Standing {
             return Ok(Self { point: OperatingPoint::relaxed(&start), multipliers: vec![0.0; count], told });
         }
         if spec.at.is_empty() {
-            let Rest { position, multipliers, found, more } = Rest::near(own, &start)?;
+            let Rest { position, rates, multipliers, found, more } = Rest::near(own, &start)?;
             told = vec![format!("operating point: {found}")];
             told.extend(more.into_iter().map(|more| more.replace("CHOICE", "`at` of `[analysis]`")));
-            return Ok(Self { point: OperatingPoint::relaxed(&position), multipliers, told });
+            return Ok(Self { point: OperatingPoint { position, rates, torques: None }, multipliers, told });
         }
         let all: Vec<usize> = (0..names.len()).collect();
         let equations = &own.equations;
@@ -200,7 +200,7 @@ impl Standing {
             if !holding.is_empty() {
                 told.push(format!("the operating point is held by constant torques: {} (SI)", holding.join(", ")));
             }
-            let point = OperatingPoint { position: start, torques: Some(torques) };
+            let point = OperatingPoint { position: start, rates: found.rates, torques: Some(torques) };
             return Ok(Self { point, multipliers: found.multipliers, told });
         }
         Err(format!("{} is no position at rest: neither constraints nor motors hold it", in_words(own, &start)))
@@ -245,16 +245,17 @@ fn frozen_point(
     multipliers: &[f64],
 ) -> Result<(Reduced, OperatingPoint), ReduceError> {
     let reduced = frozen(own, &point.position, multipliers)?;
-    let angles = angles_at(own, &point.position);
+    let (angles, speeds) = motion_at(own, point);
     let position = reduced.coordinates.iter().map(|shaft| angles[*shaft]).collect();
-    Ok((reduced, OperatingPoint { position, torques: point.torques.clone() }))
+    let rates = reduced.coordinates.iter().map(|shaft| speeds[*shaft]).collect();
+    Ok((reduced, OperatingPoint { position, rates, torques: point.torques.clone() }))
 }
 
-/// The angles of all shafts at a reduced position, rad.
-fn angles_at(reduced: &Reduced, position: &[f64]) -> Vec<f64> {
+/// The angles of all shafts at an operating point, rad, and their speeds.
+fn motion_at(reduced: &Reduced, point: &OperatingPoint) -> (Vec<f64>, Vec<f64>) {
     let mut kinematics = Kinematics::new(reduced);
-    kinematics.update(position, &vec![0.0; position.len()]);
-    kinematics.angles
+    kinematics.update(&point.position, &point.rates);
+    (kinematics.angles, kinematics.speeds)
 }
 
 /// The plant of a law beside kept rows: with these as they are at its operating point.
@@ -264,7 +265,7 @@ fn angles_at(reduced: &Reduced, position: &[f64]) -> Vec<f64> {
 pub(super) fn on_frozen_rows(own: &Reduced, point: &OperatingPoint, multipliers: &[f64]) -> Result<Plant, ReduceError> {
     let (reduced, there) = frozen_point(own, point, multipliers)?;
     let mut plant = Plant::at(reduced, there);
-    plant.frozen = Some(angles_at(own, &point.position));
+    plant.frozen = Some(motion_at(own, point).0);
     Ok(plant)
 }
 

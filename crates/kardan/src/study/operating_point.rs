@@ -1,14 +1,14 @@
 //! Where the loop of a variant stands: the operating point that its laws are designed at.
 
 use super::analysis::targets_of;
-use super::equilibrium::in_words;
+use super::equilibrium::{currents_in_words, in_words};
 use super::places::place_of_value;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::entries::Place;
-use crate::equations::{Domain, InputKind};
+use crate::equations::InputKind;
 use crate::model::{ControlSpec, Document, Setting, TableReader};
 use crate::names::SignalName;
-use crate::reduce::{Held, OperatingPoint, Reduced, held, is_linear_law, law_slopes, laws_are_linear};
+use crate::reduce::{Held, OperatingPoint, Reduced, held, is_linear_law, law_slopes_at, laws_are_linear};
 
 /// The operating point that the controllers of a variant name together.
 pub(super) struct Asked {
@@ -125,12 +125,13 @@ impl Asked {
             return if self.named.is_empty() { Ok(nothing(None, Some(why))) } else { Err(why) };
         }
         let told = Some(self.told(reduced, &found));
-        if found.position.iter().chain(&found.torques).chain(&found.multipliers).all(|x| *x == 0.0) {
+        if found.position.iter().chain(&found.rates).chain(&found.torques).chain(&found.multipliers).all(|x| *x == 0.0)
+        {
             return Ok(nothing(told, None));
         }
         let mut torques = vec![0.0; reduced.equations.inputs.len()];
         self.inputs.iter().zip(&found.torques).for_each(|(input, torque)| torques[*input] = *torque);
-        let point = OperatingPoint { position: found.position, torques: Some(torques) };
+        let point = OperatingPoint { position: found.position, rates: found.rates, torques: Some(torques) };
         Ok(Found { point, multipliers: found.multipliers, told, not_held: None })
     }
 
@@ -153,6 +154,7 @@ impl Asked {
                 format!("{} = {torque:.6} {}", input.element, reduced.equations.domain_of(input).effort().unit())
             });
         let holding: Vec<String> = holding.collect();
+        let holding: Vec<String> = holding.into_iter().chain(currents_in_words(reduced, &found.rates)).collect();
         let by = match holding.is_empty() {
             true => "at rest without torques of motors".to_string(),
             false => format!("held by {}", holding.join(", ")),
@@ -189,7 +191,6 @@ fn left_in_words(reduced: &Reduced, found: &Held) -> String {
     let equations = &reduced.equations;
     let besides = match () {
         () if !equations.holds.is_empty() => "; what stops, plays, clutches and locks carry is not looked for",
-        () if equations.domains.contains(&Domain::Charge) => "; rest with a current that flows is not looked for",
         () => "",
     };
     format!(
@@ -206,7 +207,7 @@ pub(super) fn check_smooth(
     out: &mut Vec<Diagnostic>,
 ) -> bool {
     let before = out.len();
-    for slopes in law_slopes(reduced, &point.position).iter().filter(|slopes| !slopes.kinks.is_empty()) {
+    for slopes in law_slopes_at(reduced, point).iter().filter(|slopes| !slopes.kinks.is_empty()) {
         let element = &slopes.element;
         let at: Vec<String> = slopes.kinks.iter().map(|kink| format!("`{kink}` = 0")).collect();
         let message = format!(

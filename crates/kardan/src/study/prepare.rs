@@ -325,6 +325,12 @@ fn standing(
     }
 }
 
+/// Currents that flow at rest flow from the first instant on; other speeds are those of `initial`.
+fn begin_currents(scenario: &mut Scenario, rates: &[f64]) {
+    let flowing = scenario.speed.iter_mut().zip(rates).filter(|(_, rate)| **rate != 0.0);
+    flowing.for_each(|(speed, rate)| *speed = *rate);
+}
+
 /// Puts the start of a run at an equilibrium, where that is asked for; tells which it is.
 fn start_at_rest(
     document: &Document,
@@ -340,6 +346,7 @@ fn start_at_rest(
         let given = scenario.position.iter().any(|angle| *angle != 0.0);
         let instead = if given { ", in place of the angles of `initial`" } else { "" };
         scenario.position.clone_from(&point.position);
+        begin_currents(scenario, &point.rates);
         return vec![format!(
             "the run begins at the operating point of its controllers{instead}: {}",
             in_words(reduced, &point.position)
@@ -353,8 +360,9 @@ fn start_at_rest(
         false => Rest::near(reduced, &scenario.position),
     };
     match rest {
-        Ok(Rest { position, found, more, .. }) => {
+        Ok(Rest { position, rates, found, more, .. }) => {
             scenario.position = position;
+            begin_currents(scenario, &rates);
             let more = more.into_iter().map(|more| more.replace("CHOICE", "`initial` of `[scenario]`"));
             std::iter::once(format!("the run begins at {found}")).chain(more).collect()
         }

@@ -7,7 +7,7 @@ use kardan_rt::Health;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, Seen, SynthesisError};
 use crate::analysis::OutputSignal;
 use crate::element::Values;
-use crate::names::SignalName;
+use crate::names::{SignalName, carrier};
 use crate::num::Keeper;
 use crate::results::{DataNumber, Design};
 
@@ -16,6 +16,8 @@ use crate::results::{DataNumber, Design};
 struct Rest {
     /// Of all shafts, less those at zero coordinates, rad.
     angles: Vec<f64>,
+    /// Of all shafts: currents that flow.
+    speeds: Vec<f64>,
     readings: Vec<f64>,
     references: Vec<f64>,
     /// Of the law's inputs, N m.
@@ -37,9 +39,13 @@ impl Around {
             let name = SignalName::new(signal).angle_of()?;
             Some(self.rest.angles[self.shafts.iter().position(|shaft| shaft == name)?])
         };
+        let speed = || {
+            let name = Some(carrier(signal)).filter(|_| SignalName::new(signal).is_rate())?;
+            Some(self.rest.speeds[self.shafts.iter().position(|shaft| shaft == name)?])
+        };
         let reference = || Some(self.rest.references[self.law.references().iter().position(|r| r.name == signal)?]);
         let reading = || Some(self.rest.readings[self.law.sensors().iter().position(|s| s.name == signal)?]);
-        reference().or_else(reading).or_else(angle).filter(|rest| *rest != 0.0)
+        reference().or_else(reading).or_else(angle).or_else(speed).filter(|rest| *rest != 0.0)
     }
 }
 
@@ -72,6 +78,7 @@ pub(super) fn around(law: Arc<dyn Law>, values: &Values, plant: &Plant) -> Resul
     };
     let rest = Rest {
         angles: plant.angles_at_rest(),
+        speeds: plant.speeds_at_rest(),
         readings: law.sensors().iter().map(read).collect::<Result<_, _>>()?,
         references: law.references().iter().map(followed).collect::<Result<_, _>>()?,
         torques: law.inputs().iter().map(|input| plant.held_torque(input)).collect(),
@@ -94,6 +101,7 @@ impl AroundBlock {
             out.extend(values.iter().zip(rest).map(|(value, rest)| value - rest));
         };
         less(seen.angles, &self.rest.angles, &mut self.told.angles);
+        less(seen.speeds, &self.rest.speeds, &mut self.told.speeds);
         less(seen.readings, &self.rest.readings, &mut self.told.readings);
         less(seen.references, &self.rest.references, &mut self.told.references);
     }
@@ -102,8 +110,8 @@ impl AroundBlock {
 impl Block for AroundBlock {
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
         self.tell(&seen);
-        let Rest { angles, readings, references, .. } = &self.told;
-        let found = self.block.command(Seen { angles, readings, references, ..seen }, out);
+        let Rest { angles, speeds, readings, references, .. } = &self.told;
+        let found = self.block.command(Seen { angles, speeds, readings, references, ..seen }, out);
         out.iter_mut().zip(&self.rest.torques).for_each(|(torque, rest)| *torque += rest);
         found
     }
@@ -112,8 +120,8 @@ impl Block for AroundBlock {
         self.tell(&seen);
         self.told.torques.clear();
         self.told.torques.extend(torques.iter().zip(&self.rest.torques).map(|(torque, rest)| torque - rest));
-        let Rest { angles, readings, references, torques } = &self.told;
-        self.block.states(Seen { angles, readings, references, ..seen }, torques, out)
+        let Rest { angles, speeds, readings, references, torques } = &self.told;
+        self.block.states(Seen { angles, speeds, readings, references, ..seen }, torques, out)
     }
 
     fn keep(&mut self, keeper: &mut Keeper<'_>) {
@@ -144,7 +152,8 @@ impl Law for Around {
 
     fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
         let angles: Vec<f64> = angles.iter().zip(&self.rest.angles).map(|(angle, rest)| angle - rest).collect();
-        self.law.start(&angles, speeds, out);
+        let speeds: Vec<f64> = speeds.iter().zip(&self.rest.speeds).map(|(speed, rest)| speed - rest).collect();
+        self.law.start(&angles, &speeds, out);
     }
 
     fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {

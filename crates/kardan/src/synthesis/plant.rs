@@ -39,7 +39,7 @@ impl Plant {
     /// # Panics
     /// If `position` has not one entry per coordinate or gives a slope that is not finite.
     pub fn new(reduced: Reduced, position: Vec<f64>) -> Self {
-        Self::at(reduced, OperatingPoint { position, torques: None })
+        Self::at(reduced, OperatingPoint::relaxed(&position))
     }
 
     /// The model at an operating point, under the torques that hold it there.
@@ -100,12 +100,20 @@ impl Plant {
         kinematics.angles.iter().zip(before).map(|(angle, before)| angle - before).collect()
     }
 
+    /// The speeds of all shafts at the operating point: currents that flow there.
+    pub fn speeds_at_rest(&self) -> Vec<f64> {
+        let mut kinematics = Kinematics::new(&self.reduced);
+        kinematics.update(&self.point.position, &self.point.rates);
+        kinematics.speeds
+    }
+
     /// What a reading is at the operating point, less that at zero coordinates; `None` where it depends on torques at once.
     pub fn at_rest(&self, measured: &Measured) -> Option<f64> {
         let angles = self.angles_at_rest();
         match measured {
             Measured::Angle(shaft) => self.reduced.coordinate(shaft).map(|shaft| angles[shaft]),
-            Measured::Speed(_) | Measured::NetTorque(_) => Some(0.0),
+            Measured::Speed(shaft) => self.reduced.coordinate(shaft).map(|shaft| self.speeds_at_rest()[shaft]),
+            Measured::NetTorque(_) => Some(0.0),
             Measured::SpringTorque(element) => {
                 let springs = self.reduced.equations.springs.iter().filter(|spring| spring.element == *element);
                 let torque = |spring: &Along<SpringLaw>| {

@@ -280,3 +280,46 @@ fn the_robot_joint_is_designed_where_it_hangs() {
     assert!(arm.iter().all(|angle| (angle - point).abs() < 0.02 / reference));
     assert!((arm[0] - point).abs() < 1e-15);
 }
+
+/// An arm behind a motor that takes a voltage: it is held by the current that the voltage drives through the resistance.
+const DRIVEN: &str = "[model]\nname = \"driven\"\n[shaft.arm]\ninertia = \"0.02 kg m^2\"\ndamping = \"0.01 N m s/rad\"\n\
+                      [torque.gravity]\nshaft = \"arm\"\nlaw = \"-0.5 N m * sin(arm.phi)\"\n[voltage_source.u]\nfrom = \"ground\"\nto = \"in\"\n\
+                      [dc_motor.m]\nfrom = \"in\"\nto = \"ground\"\nshaft = \"arm\"\ntorque_constant = \"0.2 N m/A\"\nresistance = \"1.5 Ohm\"\n\
+                      inductance = \"30 mH\"\n";
+
+#[test]
+fn a_voltage_holds_by_its_current() {
+    let law = "[control.hold]\nlaw = \"pole_placement\"\ninputs = [\"u\"]\nat = { \"arm.phi\" = \"60 deg\" }\npoles = [-10, -12, -50]\n";
+    let channel = "[[control.hold.channels]]\noutput = \"arm.phi\"\nreference = \"ref\"\n";
+    let point = (60.0_f64).to_radians();
+    let current = 0.5 * point.sin() / 0.2;
+    let project = study::Project::open(&format!("{DRIVEN}{law}{channel}"));
+    let plant = &project.prepared().variants[0].design_models[0];
+    close(plant.held_torque("u"), 1.5 * current, 1e-12);
+    let winding = plant.reduced.coordinate("m").expect("a charge");
+    close(plant.speeds_at_rest()[winding], current, 1e-12);
+    let design = project.design(&DesignSettings::default(), &Silent).expect("a design");
+    assert!(told(&design.notes, "m.i = 2.165064 A; proven"), "{:?}", design.notes);
+    let numbers = &design.controller_data.numbers;
+    let number = |name: &str| numbers.iter().find(|number| number.name == name).expect("a number").value;
+    close(number("m.i at rest"), current, 1e-12);
+    let poles: Vec<f64> = design.closed_loop_poles.iter().map(|pole| pole.re).collect();
+    for wanted in [-10.0, -12.0, -50.0] {
+        assert!(poles.iter().any(|pole| (pole - wanted).abs() < 1e-7), "{poles:?}");
+    }
+    let observer = "[control.hold.observer]\nsensors = [\"arm.phi\"]\npoles = [-100, -110, -120]\ndisturbances = []\n";
+    let scenario = "[scenario]\nduration = \"3 s\"\noutput_step = \"10 ms\"\nstart = \"operating_point\"\n";
+    let step = "[[scenario.event]]\nat = \"1 s\"\nsignal = \"ref\"\nto = \"60.5 deg\"\n";
+    for keys in ["", "sample_time = \"1 ms\"\n", observer, &format!("sample_time = \"1 ms\"\n{observer}")] {
+        let source = format!("{DRIVEN}{law}{keys}{channel}{scenario}");
+        for (step, to, tolerance) in [("", 60.0_f64, 1e-9), (step, 60.5, 3e-5)] {
+            let found = study::run(&format!("{source}{step}"), &Settings::default(), &Silent).expect("a run");
+            let run = &found.runs[0];
+            assert_eq!(run.outcome, Outcome::Completed);
+            let end = *run.series.signal("arm.phi").expect("an angle").values.last().expect("rows");
+            assert!((end - to.to_radians()).abs() < tolerance, "{source}{step}: {end}");
+            let first = run.series.signal("m.i").expect("a current").values[0];
+            close(first, current, 1e-9);
+        }
+    }
+}

@@ -32,7 +32,7 @@ impl EstimatedView {
     pub fn new(readings: Vec<Reading>, plant: &Plant, compensation: f64, kept: Vec<usize>, disturbed: usize) -> Self {
         let r = plant.linear.coordinates.len();
         let mut kinematics = Kinematics::new(&plant.reduced);
-        kinematics.update(&plant.point.position, &vec![0.0; r]);
+        kinematics.update(&plant.point.position, &plant.point.rates);
         let at_rest: Vec<f64> = readings.iter().map(|one| one.read(&kinematics.angles, &kinematics.speeds)).collect();
         Self {
             offsets: at_rest.clone(),

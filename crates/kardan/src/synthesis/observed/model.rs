@@ -198,7 +198,8 @@ pub(super) struct RestOfModel {
 impl RestOfModel {
     /// Those of a plant, for these inputs, with the states that are kept before the others; `None` at zero without torques.
     pub fn of(plant: &Plant, inputs: &[String], kept: &[usize], all: usize) -> Option<Self> {
-        let at_rest = |k: &usize| plant.point.position.get(*k).copied().unwrap_or(0.0);
+        let point = &plant.point;
+        let at_rest = |k: &usize| point.position.iter().chain(&point.rates).nth(*k).copied().unwrap_or(0.0);
         let mut states: Vec<f64> = kept.iter().map(at_rest).collect();
         states.resize(all, 0.0);
         let torques = inputs.iter().map(|input| plant.held_torque(input)).collect();
