@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::equations::{Formula, Hold, Meaning};
-use crate::expr::{Expr, Graph, Named};
+use crate::equations::{Formula, Hold, Meaning, Mesh};
+use crate::expr::{Expr, Graph, Named, OfTime};
 use crate::plan::compile;
 use crate::reduce::Reduced;
 use crate::results::Series;
@@ -37,7 +37,12 @@ pub(super) fn left_tables(reduced: &Reduced, series: &Series) -> Vec<String> {
     let laws = equations.laws.iter().map(|law| (&law.element, &law.value));
     let mut left: BTreeMap<String, Left> = BTreeMap::new();
     for (element, formula) in laws.chain(holds) {
-        look(reduced, element, formula, series, &mut left);
+        look(reduced, (element, &[]), formula, series, &mut left);
+    }
+    for hold in &equations.holds {
+        if let Hold::Mesh(Mesh { loss: Some(formula), .. }) = &hold.value {
+            look(reduced, (&hold.element, &hold.row_f64()), formula, series, &mut left);
+        }
     }
     let told = |(name, left): (String, Left)| {
         let Left { by, unit, above, end, time, first, element, .. } = left;
@@ -58,36 +63,58 @@ struct Argument {
     unit: String,
 }
 
+/// What a name in a formula stands for in the rows of a run.
+enum Given<'a> {
+    Time,
+    Signal(&'a OfTime),
+    /// A column.
+    Column,
+    /// The size of a sum of columns with factors.
+    Size(Vec<(String, f64)>),
+}
+
 /// The tables of a formula as expressions of columns.
 struct Calls<'a> {
     graph: Graph,
-    /// Columns by name, with what they stand for in the formula.
-    inputs: Vec<(String, &'a Meaning)>,
+    /// Names, those of columns among them, with what they are.
+    inputs: Vec<(String, Given<'a>)>,
     asked: Vec<Argument>,
 }
 
 impl<'a> Calls<'a> {
-    fn of(reduced: &Reduced, formula: &'a Formula) -> Option<Self> {
+    /// Those of a formula of an element, of losses along a direction.
+    fn of(reduced: &Reduced, (element, row): (&str, &[(usize, f64)]), formula: &'a Formula) -> Option<Self> {
         let equations = &reduced.equations;
-        let (mut graph, mut inputs) = (Graph::default(), Vec::<(String, &Meaning)>::new());
+        let (mut graph, mut inputs) = (Graph::default(), Vec::<(String, Given<'a>)>::new());
         let calls = graph.calls(&formula.expression, &mut |graph, name| {
             let (_, meaning) = formula.names.iter().find(|(other, _)| other == name)?;
             let motion = |body: &str, rate: usize| {
                 let domain = equations.domain(reduced.coordinate(body)?);
-                Some((domain.motion()[rate].of(body), domain.dimensions()[rate]))
+                Some((domain.motion()[rate].of(body), domain.dimensions()[rate], Given::Column))
             };
-            let (signal, dimension) = match meaning {
+            let (signal, dimension, given) = match meaning {
                 Meaning::Constant(value, dimension) => return Some(Named::Constant(value.clone(), *dimension)),
                 Meaning::Table(table) => return Some(Named::Table(Arc::clone(table))),
                 Meaning::Position(body) => motion(body, 0)?,
                 Meaning::Rate(body) => motion(body, 1)?,
-                Meaning::Time => ("t".to_string(), Dimension::TIME),
-                Meaning::Signal(function) => (name.to_string(), function.dimension()),
-                Meaning::Load(_) | Meaning::Slip(_) => return None,
+                Meaning::Time => ("t".to_string(), Dimension::TIME, Given::Time),
+                Meaning::Signal(function) => (name.to_string(), function.dimension(), Given::Signal(function)),
+                // The teeth put it on the first body of the direction.
+                Meaning::Load(dimension) => {
+                    let (first, _) = row.iter().find(|(_, x)| *x > 0.0)?;
+                    let body = &equations.coordinates[*first];
+                    let torque = equations.domain(*first).effort().of(&format!("{element}.{body}"));
+                    (name.to_string(), *dimension, Given::Size(vec![(torque, 1.0)]))
+                }
+                Meaning::Slip(dimension) => {
+                    let speed =
+                        |(k, x): &(usize, f64)| (equations.domain(*k).motion()[1].of(&equations.coordinates[*k]), *x);
+                    (name.to_string(), *dimension, Given::Size(row.iter().map(speed).collect()))
+                }
             };
             let symbol = graph.symbol(&signal, dimension);
             if inputs.iter().all(|(other, _)| *other != signal) {
-                inputs.push((signal, meaning));
+                inputs.push((signal, given));
             }
             Some(Named::Varying(symbol, dimension))
         });
@@ -107,21 +134,38 @@ impl<'a> Calls<'a> {
 }
 
 /// Looks at the tables of one formula.
-fn look(reduced: &Reduced, element: &str, formula: &Formula, series: &Series, left: &mut BTreeMap<String, Left>) {
-    let Some(Calls { mut graph, inputs, asked }) = Calls::of(reduced, formula) else { return };
+fn look(
+    reduced: &Reduced,
+    (element, row): (&str, &[(usize, f64)]),
+    formula: &Formula,
+    series: &Series,
+    left: &mut BTreeMap<String, Left>,
+) {
+    let Some(Calls { mut graph, inputs, asked }) = Calls::of(reduced, (element, row), formula) else { return };
     let symbols: Vec<Expr> = inputs.iter().map(|(name, _)| graph.symbol(name, Dimension::NONE)).collect();
     let symbols: Vec<_> = symbols.into_iter().filter_map(|symbol| graph.symbol_of(symbol)).collect();
     let wanted: Vec<_> = asked.iter().enumerate().map(|(k, one)| (format!("argument.{k}"), one.at)).collect();
     let Ok(plan) = compile(&graph, &symbols, &wanted) else { return };
-    let columns: Vec<Option<&[f64]>> =
-        inputs.iter().map(|(name, _)| series.signal(name).map(|signal| signal.values.as_slice())).collect();
+    let column = |name: &str| series.signal(name).map(|signal| signal.values.as_slice());
+    let parts = |(name, given): &(String, Given<'_>)| match given {
+        Given::Size(sum) => sum.iter().map(|(name, factor)| (column(name), *factor)).collect(),
+        _ => vec![(column(name), 1.0)],
+    };
+    let columns: Vec<Vec<(Option<&[f64]>, f64)>> = inputs.iter().map(parts).collect();
     let (block, mut memory) = (plan.block(), plan.memory());
     for (row, &time) in series.time.iter().enumerate() {
-        for ((place, (_, meaning)), column) in memory.iter_mut().zip(&inputs).zip(&columns) {
-            *place = match meaning {
-                Meaning::Time => time,
-                Meaning::Signal(function) => function.value(time),
-                _ => column.and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN),
+        for ((place, (_, given)), parts) in memory.iter_mut().zip(&inputs).zip(&columns) {
+            let sum = || -> f64 {
+                let value = |(column, factor): &(Option<&[f64]>, f64)| {
+                    factor * column.and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN)
+                };
+                parts.iter().map(value).sum()
+            };
+            *place = match given {
+                Given::Time => time,
+                Given::Signal(function) => function.value(time),
+                Given::Column => sum(),
+                Given::Size(_) => sum().abs(),
             };
         }
         // What is no number is not beyond anything.

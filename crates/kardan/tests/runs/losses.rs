@@ -120,6 +120,28 @@ fn a_loss_map_is_a_table() {
     );
 }
 
+/// A loss map that is left is told, with the size of the speed or of the load that it was asked.
+#[test]
+fn a_loss_map_that_is_left_is_told() {
+    let run = |argument: &str, unit: &str, last: f64| {
+        let map = format!(
+            "[table.map]\npoints = {{ x = [\"0 {unit}\", \"{last} {unit}\"], value = [\"0.1 N m\", \"0.1 N m\"] }}\n"
+        );
+        only(&format!("{map}{}", drive(&format!("loss = \"map({argument})\""), "-1 N m", "0 N m", "")))
+    };
+    let acceleration = (1.0 - 0.1) / (0.3 + 0.5 / 16.0);
+    let told = |run: &kardan::results::Run| run.notes.iter().find(|note| note.contains("table `map`")).cloned();
+    let by = "was left in `gear`, from";
+    for (argument, unit, last, largest) in
+        [("speed", "rad/s", 1.0, 2.0 * acceleration), ("load", "N m", 0.05, 0.5 / 16.0 * acceleration)]
+    {
+        let note = told(&run(argument, unit, last)).expect("a note");
+        let asked = format!("it was asked {:.6} {unit} above its last point at {last:.6} {unit}", largest - last);
+        assert!(note.contains(by) && note.contains(&asked), "{note}: {asked}");
+        assert_eq!(told(&run(argument, unit, 2.0 * largest)), None);
+    }
+}
+
 /// A loss that grows with the time and follows a signal: `J a = 1 − λ − (0.1 + 0.2 t)`, and twice as much from 1 s on.
 #[test]
 fn losses_may_depend_on_time_and_signals() {
