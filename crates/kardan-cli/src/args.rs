@@ -183,7 +183,7 @@ pub struct AnalyzeArgs {
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:\n  kardan design\n  kardan design my.toml --control column --report design.html \
                         --controller column.json\n  kardan design my.toml --law decoupling --inputs wg_motor,rk_motor \
-                        --outputs rk.phi,fs.phi\n  kardan design my.toml --json | jq '.gains.K.exact'\n  \
+                        --outputs rk.phi,fs.phi\n  kardan design robot-joint --law lqr --at arm.phi=\"60 deg\"\n  kardan design my.toml --json | jq '.gains.K.exact'\n  \
                         kardan design sia-steering-ecu --explore --tolerance 20% --report design.html")]
 pub struct DesignArgs {
     /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
@@ -203,6 +203,9 @@ pub struct DesignArgs {
     /// Outputs of that controller, separated by commas: signals such as `rack.phi`; those of `[analysis]` if not given.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "control")]
     pub outputs: Vec<String>,
+    /// Where that controller holds, `--at arm.phi="60 deg"` (may be given several times): its operating point, as by the key `at`.
+    #[arg(long, value_name = "SIGNAL=VALUE", conflicts_with = "control")]
+    pub at: Vec<String>,
     /// Which feedback may decouple; as the controller says, or static, if not given.
     #[arg(long, value_enum)]
     pub feedback: Option<FeedbackKind>,

@@ -68,12 +68,14 @@ fn tell(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result
 }
 
 fn settings(args: &DesignArgs) -> Result<DesignSettings, Failure> {
-    let given = !args.inputs.is_empty() || !args.outputs.is_empty();
+    let given = !args.inputs.is_empty() || !args.outputs.is_empty() || !args.at.is_empty();
+    let at = args.at.iter().map(|text| point(text)).collect::<Result<_, _>>()?;
     Ok(DesignSettings {
         control: args.control.clone(),
         law: args.law.clone().or_else(|| given.then(|| LAW.into())),
         inputs: args.inputs.clone(),
         outputs: args.outputs.clone(),
+        at,
         feedback: args.feedback.and_then(word),
         variant: args.variant.clone(),
         simulate: !args.no_simulation,
@@ -81,6 +83,19 @@ fn settings(args: &DesignArgs) -> Result<DesignSettings, Failure> {
         explore: args.explore,
         tolerance: args.tolerance.as_deref().map(tolerance).transpose()?,
     })
+}
+
+/// `arm.phi=60 deg`
+fn point(text: &str) -> Result<(String, String), Failure> {
+    let parts = text.split_once('=').map(|(signal, value)| (signal.trim(), value.trim()));
+    match parts.filter(|(signal, value)| !signal.is_empty() && !value.is_empty()) {
+        Some((signal, value)) => Ok((signal.into(), value.into())),
+        None => {
+            let message = format!("`--at {text}` is no signal with its value");
+            let mistake = Diagnostic::error("arguments::at", message).help("write `--at arm.phi=\"60 deg\"`");
+            Err(Failure { source: None, diagnostics: vec![mistake] })
+        }
+    }
 }
 
 /// `file`, or a percentage above 0 and below 100.

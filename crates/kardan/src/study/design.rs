@@ -35,6 +35,8 @@ pub struct DesignSettings {
     pub inputs: Vec<String>,
     /// Outputs of that controller; empty: those of `[analysis]`, else all sensors, else the angles of all coordinates.
     pub outputs: Vec<String>,
+    /// Operating point of that controller: coordinates with their values as the key `at` takes them (`arm.phi`, `60 deg`).
+    pub at: Vec<(String, String)>,
     /// `static`, `dynamic` or `block`; `None`: as the controller says.
     pub feedback: Option<String>,
     /// Variant to design for; `None`: the first.
@@ -80,7 +82,8 @@ impl Project {
         let prepared = without_mistakes(self, settings)?;
         let variant = variant_of(prepared, settings)?;
         let (model, asked) = (&variant.model, settings.control.as_deref());
-        let own = settings.law.is_some() || !settings.inputs.is_empty() || !settings.outputs.is_empty();
+        let given = [settings.inputs.is_empty(), settings.outputs.is_empty(), settings.at.is_empty()].contains(&false);
+        let own = settings.law.is_some() || given;
         if own || (model.controls.is_empty() && asked.is_none()) {
             return design_own(self, variant, settings, progress);
         }
@@ -150,7 +153,10 @@ fn design_own(
         .chain(model.controls.iter().chain(&model.idle).map(|control| control.name.as_str()))
         .collect();
     let own = free(OWN, &taken);
-    let keys = keys(keyword, &inputs, (&variant.reduced.equations, &outputs), &taken)?;
+    let mut keys = keys(keyword, &inputs, (&variant.reduced.equations, &outputs), &taken)?;
+    for (signal, value) in &settings.at {
+        keys.table_mut("at").set(signal, Written::Text(value.clone()));
+    }
     let mut changed = project.changed(|model| model.control_of(&own, keyword, keys).alone(&own));
     if let Some(feedback) = &settings.feedback {
         changed = with_feedback(&changed, &own, feedback)?;

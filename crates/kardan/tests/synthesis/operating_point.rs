@@ -323,3 +323,21 @@ fn a_voltage_holds_by_its_current() {
         }
     }
 }
+
+/// A controller that is not in the file is designed at a point too.
+#[test]
+fn a_law_from_outside_takes_a_point() {
+    let bare = pendulum(GRAVITY, "").split("[control.hold]").next().expect("a model").to_string();
+    let settings = |at: &[(&str, &str)]| DesignSettings {
+        law: Some("decoupling".into()),
+        at: at.iter().map(|(signal, value)| (signal.to_string(), value.to_string())).collect(),
+        ..DesignSettings::default()
+    };
+    let design = |at: &[(&str, &str)]| study::design(&bare, &settings(at), &Silent);
+    // s² + 2 ζ ω s + ω² with 20 rad/s and 0.7: k₁ = J ω² − m g l cos φ.
+    let there = design(&[("arm.phi", "60 deg")]).expect("a design");
+    close(gain(&there)[0], 400.0 * INERTIA - LOAD * 0.5, 1e-12);
+    close(gain(&design(&[]).expect("a design"))[0], 400.0 * INERTIA - LOAD, 1e-12);
+    let mistakes = design(&[("arn.phi", "60 deg")]).expect_err("no such shaft");
+    assert!(mistakes.iter().any(|one| one.to_string().contains("did you mean `arm.phi`")), "{mistakes:?}");
+}
