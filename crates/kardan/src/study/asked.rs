@@ -261,7 +261,8 @@ fn check_limited(signal: &str, place: &Place, document: &Document, out: &mut Vec
     let problem = match motor_of(signal).and_then(named) {
         None => (
             format!("`{signal}` is not what a motor or a voltage source gives, and these alone have a limit"),
-            "name the torque of a motor, `signal = \"MOTOR.tau\"`, or the voltage of a source, `signal = \"SOURCE.v\"`".to_string(),
+            "name the torque of a motor, `signal = \"MOTOR.tau\"`, or the voltage of a source, `signal = \"SOURCE.v\"`"
+                .to_string(),
         ),
         Some((motor, limit)) if !motor.table.values.contains_key(limit) && !motor.table.unread.contains(&limit) => {
             let (kind, name) = (motor.kind.keyword, &motor.name);

@@ -326,8 +326,8 @@ fn a_width_that_is_not_determined() {
     assert!((width.value.unwrap() - 0.02).abs() < 1e-4 && width.standard_error.is_none(), "{width:?}");
     // Friction in Stribeck's curve on either side: how large it is at a speed the fit alone knows.
     let rubs = |shaft: &str| format!("[[identification.extra]]\nkind = \"stribeck\"\nfriction = \"{shaft}\"\n");
-    let model = with_play("20 mrad", &(rubs("a") + &rubs("b")), TURNS)
-        .replace("inertia", "friction = \"0.01 N m\"\ninertia");
+    let model =
+        with_play("20 mrad", &(rubs("a") + &rubs("b")), TURNS).replace("inertia", "friction = \"0.01 N m\"\ninertia");
     let width = told(&model, &log(&model), &["b.damping", "a.stribeck", "b.stribeck", "g.backlash"]);
     let start = "which way its teeth are pressed needs `";
     assert!(width.remark.starts_with(start) && width.remark.contains(".stribeck`, which"), "{}", width.remark);

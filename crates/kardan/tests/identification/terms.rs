@@ -500,7 +500,10 @@ fn a_file_that_would_be_wrong_is_not_written() {
     near(&before, "s.friction", 0.3);
     let told = study::written(&source, &before).expect_err("more than it breaks away at");
     let text = plain(&source, &told);
-    assert!(text.contains("with what was found the file would have a mistake: ") && text.contains("breakaway"), "{text}");
+    assert!(
+        text.contains("with what was found the file would have a mistake: ") && text.contains("breakaway"),
+        "{text}"
+    );
     assert!(told.iter().all(|one| one.labels.is_empty() && one.help.is_some()), "{told:?}");
     let source = format!("{SHAFT}{names}");
     let before = found(&source, &[log(45, |at| 0.02 * at.speed - 0.05 * at.speed.signum())], false);

@@ -204,7 +204,8 @@ fn moved(a: &[Vec<f64>], b: &[f64], start: &[f64], t: f64) -> Vec<f64> {
     (0..n - 1).map(|i| from[i] + (0..n).map(|j| all[i * n + j] * from[j]).sum::<f64>()).collect()
 }
 
-const OBSERVED: &str = "[control.servo.observer]\nsensors = [\"rotor.phi\"]\ndisturbances = []\npoles = [-300, \"-250 ± 100j\"]\n";
+const OBSERVED: &str =
+    "[control.servo.observer]\nsensors = [\"rotor.phi\"]\ndisturbances = []\npoles = [-300, \"-250 ± 100j\"]\n";
 
 /// An observer of a motor with inductance estimates speed and current from the angle: its gain gives (s + 300) (s² + 500 s + 72500), and
 /// the loop of plant and observer moves as its six equations say. What has flowed through the winding is no state of it.
@@ -218,7 +219,8 @@ fn an_observer_estimates_the_current_of_a_motor() {
     let current = (c0 - angle * (a * e + b * c) - speed * e) / b;
     let initial = "initial = { \"rotor.w\" = \"20 rad/s\" }\n";
     let source = format!("{MOTOR}{PLACED}{OBSERVED}{}", STEP.replace("[[scenario", &format!("{initial}[[scenario")));
-    let design = Project::open(&source).design(&DesignSettings::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+    let design =
+        Project::open(&source).design(&DesignSettings::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
     let observer = design.observer.as_ref().expect("an observer");
     assert_eq!(observer.states.len(), 3, "{:?}", observer.states);
     for (name, expected) in [("rotor.phi", angle), ("rotor.w", speed), ("M.i", current)] {
@@ -270,7 +272,12 @@ fn an_observer_that_starts_right_changes_nothing() {
             // Sampled the command is 20 us late in the mean by half: 1e-5 s times the largest speed of the step, 10 rad/s.
             let tolerance = if clock.is_empty() { 1e-8 } else { 3e-4 };
             for t in [0.005, 0.02, 0.05, 0.2] {
-                near(at(&run, "rotor.phi", t), at(&plain, "rotor.phi", t), tolerance, &format!("{observer}{clock} at {t}"));
+                near(
+                    at(&run, "rotor.phi", t),
+                    at(&plain, "rotor.phi", t),
+                    tolerance,
+                    &format!("{observer}{clock} at {t}"),
+                );
             }
         }
     }
@@ -281,9 +288,7 @@ fn an_observer_that_starts_right_changes_nothing() {
 fn an_observer_cancels_a_load_of_a_motor_with_inductance() {
     let load = "[disturbance.load]\nshaft = \"rotor\"\n";
     let event = "[[scenario.event]]\nat = \"0.3 s\"\nsignal = \"load\"\nto = \"0.05 N m\"\n";
-    let source = |observer: &str| {
-        format!("{MOTOR}{load}{PLACED}{observer}{}{event}", STEP.replace("0.2 s", "1 s"))
-    };
+    let source = |observer: &str| format!("{MOTOR}{load}{PLACED}{observer}{}{event}", STEP.replace("0.2 s", "1 s"));
     let poles = OBSERVED.replace("disturbances = []\n", "").replace("[-300, ", "[-300, -350, ");
     let kalman = "[control.servo.observer]\nsensors = [\"rotor.phi\"]\nmethod = \"kalman\"\n";
     for observer in [poles.as_str(), kalman] {
@@ -319,7 +324,8 @@ fn a_flat_trajectory_of_a_motor_with_inductance() {
             near(at(&run, "V.v", t), volts(t), 1e-6, &what);
         }
     }
-    let design = Project::open(&source).design(&DesignSettings::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+    let design =
+        Project::open(&source).design(&DesignSettings::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
     assert!(design.flatness.is_some_and(|found| found.flat));
     assert_eq!((design.states.len(), design.counters.len()), (3, 1), "{:?}", design.states);
 }
@@ -334,7 +340,9 @@ fn charges_that_only_count_are_told() {
         format!("law = \"decoupling\"\ninputs = [\"V\"]\n{channel}"),
     ] {
         let source = format!("{MOTOR}[control.servo]\n{law}[scenario]\nduration = \"0.1 s\"\n");
-        let design = Project::open(&source).design(&DesignSettings::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+        let design = Project::open(&source)
+            .design(&DesignSettings::default(), &Silent)
+            .unwrap_or_else(|told| panic!("{told:?}"));
         assert!(matches!(design.counters.as_slice(), [one] if one.ends_with(".q")), "{law}: {:?}", design.counters);
         assert!(design.closed_loop_poles.iter().all(|pole| pole.re < 0.0), "{law}: {:?}", design.closed_loop_poles);
         let margins = design.margins.as_ref().expect("margins");
@@ -343,7 +351,8 @@ fn charges_that_only_count_are_told() {
     let beside = "[voltage_source.U]\nfrom = \"ground\"\nto = \"x\"\nvoltage = \"1 V\"\n[inductor.L]\nfrom = \"x\"\nto = \"y\"\ninductance = \"1 mH\"\n\
                   [resistor.R]\nfrom = \"y\"\nto = \"z\"\nresistance = \"1 Ohm\"\n[capacitor.C]\nfrom = \"z\"\nto = \"ground\"\ncapacitance = \"1 mF\"\n";
     let source = format!("{MOTOR}{beside}{}{OBSERVED}{STEP}", PLACED.replace("-50, ", "-50, -900, -950, "));
-    let told = Project::open(&source).design(&DesignSettings::default(), &Silent).expect_err("no sensor shows the capacitor");
+    let told =
+        Project::open(&source).design(&DesignSettings::default(), &Silent).expect_err("no sensor shows the capacitor");
     let text = format!("{told:?}");
     assert!(!text.contains(".phi : ") && !text.contains("C.phi") && !text.contains("M.phi"), "{text}");
 }

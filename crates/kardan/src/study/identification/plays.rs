@@ -151,7 +151,8 @@ impl Play {
 
     /// The width and offset that are not told, and why.
     fn untold(&self, remark: String, before: Option<f64>) -> Vec<IdentifiedParameter> {
-        let found = IdentifiedParameter { standard_error: Some(f64::INFINITY), remark, ..self.named("backlash", before) };
+        let found =
+            IdentifiedParameter { standard_error: Some(f64::INFINITY), remark, ..self.named("backlash", before) };
         vec![found]
     }
 

@@ -285,7 +285,10 @@ mod tests {
         assert!(kept.is_none() && !text.contains("identification.extra"), "{kept:?} {text}");
         let (text, kept) = put(&source("order = 1 of many"));
         let kept = kept.expect("it stays");
-        assert!(kept.starts_with("s.friction_sense: ") && kept.contains("remove it before you identify again"), "{kept}");
+        assert!(
+            kept.starts_with("s.friction_sense: ") && kept.contains("remove it before you identify again"),
+            "{kept}"
+        );
         assert!(text.contains("order = 1 of many") && text.contains("[torque.s_friction_sense_law]"), "{text}");
     }
 }

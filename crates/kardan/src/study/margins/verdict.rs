@@ -70,10 +70,7 @@ fn free_motions(margins: &Margins, out: &mut Vec<String>) {
             true => format!("Charges that nothing depends on only count what has flowed, through {of}"),
             false => format!("Nobody holds a motion of {of}"),
         };
-        out.push(format!(
-            "{what}: {} {poles} at zero, {how}, left out of all that is said here.",
-            margins.free_poles
-        ));
+        out.push(format!("{what}: {} {poles} at zero, {how}, left out of all that is said here.", margins.free_poles));
         if margins.drift > 0.0 && !margins.only_count {
             out.push(format!(
                 "At this sample time it does not stay quite free: left alone it grows with {:.2e} 1/s.",

@@ -242,7 +242,8 @@ impl Observed {
                     }
                 }
                 for (at, &k) in self.view.kept.iter().enumerate() {
-                    let (of, known, j) = if k < r { (&over_q, &true_angles, k) } else { (&over_w, &true_speeds, k - r) };
+                    let (of, known, j) =
+                        if k < r { (&over_q, &true_angles, k) } else { (&over_w, &true_speeds, k - r) };
                     states[(i, at)] = if known[j] { 0.0 } else { of[(i, j)] };
                 }
                 for j in 0..on_disturbances.columns().min(self.disturbances) {
