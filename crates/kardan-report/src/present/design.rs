@@ -215,7 +215,7 @@ fn poles(design: &Design) -> Body {
         .hint("Linear loop with all controllers, at the design point.")
         .table_of(POLES, &headers, words::joined(&design.closed_loop_poles).iter().map(row))
         .hint(if design.exact_poles { "" } else { FLOATING })
-        .hint(&counters(&design.counters))
+        .hint(counters(&design.counters))
         .pictures(pictures::plane(design))
 }
 

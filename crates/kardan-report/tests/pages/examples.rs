@@ -522,6 +522,7 @@ pub fn decoupled_steering() -> Design {
         canonical: None,
         channels: vec![channel("rk.phi", "ref_rk"), channel("fs.phi", "ref_fs")],
         exact_poles: true,
+        counters: Vec::new(),
         closed_loop_poles: [
             pair(-14.0, 14.282_856_857_085_7),
             pair(-14.0, 14.282_856_857_085_7),
@@ -609,6 +610,7 @@ pub fn observed_train() -> Design {
         denominator: texts(&["1000000/7", "3300000/11", "12345/7", "21", "1"]),
     };
     Design {
+        counters: vec!["V.q".into()],
         model: "train".into(),
         description: "A chain of eight shafts.\n\nIt has a universal joint and friction.".into(),
         variant: "train".into(),

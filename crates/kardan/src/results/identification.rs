@@ -101,6 +101,8 @@ pub struct NotDetermined {
 
 /// Probability below which a test of what is left over speaks.
 const UNLIKELY: f64 = 0.01;
+/// What is remarked of a parameter that the file gives beside those that are sought.
+pub(crate) const GIVEN: &str = "given";
 /// Residual over the noise of the sensors from which the two are told apart in words.
 const LOUD: f64 = 10.0;
 /// Logs that are named in the verdict.
@@ -122,9 +124,9 @@ impl Identification {
     /// ));
     /// ```
     pub fn verdict(&self) -> Verdict {
-        let all = self.parameters.len();
-        let determined =
-            self.parameters.iter().filter(|one| one.interval.is_some() && one.combination.is_empty()).count();
+        let sought = || self.parameters.iter().filter(|one| one.remark != GIVEN);
+        let all = sought().count();
+        let determined = sought().filter(|one| one.interval.is_some() && one.combination.is_empty()).count();
         let parameters = match (determined, all) {
             (1, 1) => "The parameter is determined".into(),
             (0, 1) => "The parameter is not determined".into(),

@@ -370,6 +370,7 @@ fn a_stribeck_speed_that_is_given() {
             near(&all, name, truth, 4.0);
             assert!(one(&all, name).interval.is_some(), "{method}: {:?}", one(&all, name));
         }
+        assert!(all.verdict().text.starts_with("All 3 parameters are determined"), "{}", all.verdict().text);
         let speed = one(&all, "s.stribeck_speed");
         assert_eq!((speed.value, speed.standard_error, speed.remark.as_str()), (Some(1.7), None, "given"), "{method}");
         assert!(all.for_file.iter().any(|one| one.name == "s.stribeck_speed" && one.value == 1.7), "{method}");

@@ -10,7 +10,7 @@ use crate::equations::Hold;
 use crate::identify::{Coefficient, Extra, Shape};
 use crate::num::{Definiteness, definiteness, rational_from_f64};
 use crate::reduce::linearise;
-use crate::results::{FileLaw, FileTerm, FileValue, IdentifiedDamping, IdentifiedParameter, Interval};
+use crate::results::{FileLaw, FileTerm, FileValue, GIVEN, IdentifiedDamping, IdentifiedParameter, Interval};
 use crate::units::Exact;
 
 /// Parameters by the file's order of what was asked for, then those of the extra terms.
@@ -114,7 +114,7 @@ impl Fitted<'_> {
     ) -> IdentifiedParameter {
         let mut found = self.column(format!("{}.stribeck_speed", extra.element), "rad/s", column, None);
         if given.is_some() {
-            found.remark = "given".into();
+            found.remark = GIVEN.into();
             found.interval = None;
             found.standard_error = None;
         } else if self.fit.at_end.contains(&number) {

@@ -267,7 +267,7 @@ mod tests {
         let source = |line: &str| {
             format!(
                 "[shaft.s]\ninertia = \"1 kg m^2\"\n[identification]\nparameters = [\"s.friction_sense\"]\n\
-                 [[identification.extra]]\nkind = \"sense\"\nfriction = \"s\"\n{line}\n"
+                 [[identification.extra]]\nkind = \"sense\"\nfriction = \"s\"{line}\n"
             )
         };
         let coefficient = FileValue { name: "s.friction_sense".into(), value: 0.05, interval: None };
@@ -281,14 +281,14 @@ mod tests {
             let (document, _) = model::read(text);
             Written::new(&document, &term).expect("a law of a torque says it").put(text, &document, &term)
         };
-        let (text, kept) = put(&source("# a comment"));
+        let (text, kept) = put(&source(" # a comment"));
         assert!(kept.is_none() && !text.contains("identification.extra"), "{kept:?} {text}");
-        let (text, kept) = put(&source("order = 1 of many"));
+        let (text, kept) = put(&source(" and more"));
         let kept = kept.expect("it stays");
         assert!(
             kept.starts_with("s.friction_sense: ") && kept.contains("remove it before you identify again"),
             "{kept}"
         );
-        assert!(text.contains("order = 1 of many") && text.contains("[torque.s_friction_sense_law]"), "{text}");
+        assert!(text.contains("and more") && text.contains("[torque.s_friction_sense_law]"), "{text}");
     }
 }

@@ -208,25 +208,24 @@ impl Observed {
         Some(discretise(&self.a, &Matrix::identity(self.own()), clock.period)?.b)
     }
 
+    /// For each coordinate whether its position or its speed is measured.
+    fn measured(&self, speed: bool) -> Vec<bool> {
+        let of = |reading: &Reading, shaft: usize| match reading {
+            Reading::Angle(s) => !speed && *s == shaft,
+            Reading::Speed(s) => speed && *s == shaft,
+            Reading::Twist(..) => false,
+        };
+        let any = |shaft: &usize| self.view.readings.iter().any(|reading| of(reading, *shaft));
+        self.view.coordinates.iter().map(any).collect()
+    }
+
     /// The linear part of an observer `x̂′ = A x̂ + B [u; y]`, or of its sampled form, around that of a law.
     /// `basis`: K of the model where it is linear.
     fn around(&self, a: &Matrix<f64>, b: &Matrix<f64>, law: &LinearLaw, basis: &Matrix<f64>) -> LinearLaw {
         let (n, k, shafts) = (a.rows(), law.states.rows(), basis.rows());
         let (r, m) = (self.view.coordinates.len(), law.on_angles.rows());
         // How angles and speeds that the law sees follow from estimates and from true ones: measured coordinates are true.
-        let measured = |speed: bool| -> Vec<bool> {
-            let of = |reading: &Reading, shaft: usize| match reading {
-                Reading::Angle(s) => !speed && *s == shaft,
-                Reading::Speed(s) => speed && *s == shaft,
-                Reading::Twist(..) => false,
-            };
-            self.view
-                .coordinates
-                .iter()
-                .map(|&shaft| self.view.readings.iter().any(|reading| of(reading, shaft)))
-                .collect()
-        };
-        let [true_angles, true_speeds] = [measured(false), measured(true)];
+        let [true_angles, true_speeds] = [self.measured(false), self.measured(true)];
         let split = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>, on_disturbances: &Matrix<f64>| {
             let rows = on_angles.rows();
             let (over_q, over_w) = (on_angles.multiply(basis), on_speeds.multiply(basis));
