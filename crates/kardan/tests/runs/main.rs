@@ -13,6 +13,7 @@ mod examples;
 mod figures;
 mod friction;
 mod golden;
+mod iwan;
 mod jenkins;
 mod kept_holds;
 mod laws;

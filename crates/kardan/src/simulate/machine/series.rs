@@ -15,10 +15,10 @@ impl Machine {
     pub fn prepare_series(&mut self, order: usize, shafts: &[Vec<usize>; 2]) -> bool {
         let (r, m) = (self.degrees_of_freedom, self.kept.end);
         let MotionPlan { plan, angles, speeds, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
-        let Places { held, limits, follows, limiter_rates, senses, follows_signal, .. } = &self.places;
+        let Places { held, limits, follows, limiter_rates, senses, couplings, follows_signal, .. } = &self.places;
         let steady = |input: usize| {
             let given = input.wrapping_sub(2 * r);
-            [held, limits, follows, limiter_rates, senses, follows_signal]
+            [held, limits, follows, limiter_rates, senses, couplings, follows_signal]
                 .into_iter()
                 .any(|places| places.contains(&given))
         };
@@ -58,7 +58,7 @@ impl Machine {
             commands: found(&self.places.commands),
             holds: found(&self.places.holds),
             power: prescribed.map(found),
-            sliders: self.sliders.iter().copied().zip(found(&self.places.slider_torques)).collect(),
+            sliders: self.sliders.directions.iter().copied().zip(found(&self.places.slider_torques)).collect(),
             scratch: vec![0.0; stride],
             rows_follow,
             friction_bias: vec![0.0; m],

@@ -1,10 +1,47 @@
-//! Frictions that hold a motion without inertia against springs alone (Jenkins elements): they stick or keep their torque.
+//! Frictions that hold a motion without inertia against springs alone (Jenkins and Iwan elements): they stick or keep their torque.
 //!
 //! No acceleration decides: while one sticks its torque is that of the springs, while it slips the springs keep their torque. It begins to slip where
-//! that torque reaches the friction and grows, and sticks where the motion that it follows turns round.
+//! that torque reaches the friction and grows, and sticks where the motion that it follows turns round. Springs without inertia between them
+//! couple their slips: with the torques τ of the springs, `τ̇ = r − S_y ẏ`, and of those at their limits each either slips onwards, `τ̇ = 0`, or
+//! sticks while its torque falls. That is the convex problem of friction with slip speeds for torques, `½ ẏᵀS_yẏ − rᵀẏ` least over the
+//! speeds that each may have; S_y is positive definite, so its solution is unique.
 
 use super::Machine;
-use crate::simulate::friction::Mode;
+use crate::num::{Cholesky, rational_to_f64};
+use crate::reduce::{Reduced, Relaxation};
+use crate::simulate::friction::{Bounds, Mode};
+
+/// Of the friction what rounding leaves of the torque of one that stands at its limit.
+const AT_LIMIT: f64 = 1e-12;
+
+/// What is known of them.
+pub(super) struct Sliders {
+    /// Their numbers among the directions.
+    pub directions: Vec<usize>,
+    /// S_y over them, row by row.
+    stiffness: Vec<f64>,
+    /// Pairs whose slips depend on each other, and what in the present modes the first has of the speed that the second would slip with alone.
+    pairs: Vec<(usize, usize)>,
+    pub couplings: Vec<f64>,
+}
+
+impl Sliders {
+    pub(super) fn new(reduced: &Reduced) -> Self {
+        let slips = reduced.relaxation.iter().flat_map(|one| &one.slips);
+        let stiffness = reduced.relaxation.iter().flat_map(|one| one.stiffness.as_slice());
+        let pairs: Vec<(usize, usize)> = reduced.relaxation.iter().flat_map(Relaxation::coupled_slips).collect();
+        Self {
+            directions: slips.map(|slip| slip.friction).collect(),
+            stiffness: stiffness.map(rational_to_f64).collect(),
+            couplings: vec![0.0; pairs.len()],
+            pairs,
+        }
+    }
+
+    fn stiffness(&self, i: usize, j: usize) -> f64 {
+        self.stiffness[i * self.directions.len() + j]
+    }
+}
 
 impl Machine {
     /// The torque that the springs of a slider ask of it at the point last evaluated, N m.
@@ -12,42 +49,100 @@ impl Machine {
         self.work.more(&self.dynamics, self.places.slider_torques.start + slider)
     }
 
-    /// Whether a slider that sticks leaves at the point last evaluated, and how.
-    fn slider_leaves(&self, slider: usize) -> Option<Mode> {
-        let direction = self.sliders[slider];
+    /// The speed that a slider would slip with if no other one did, at the point last evaluated, rad/s.
+    fn speed_alone(&self, slider: usize) -> f64 {
+        self.work.more(&self.dynamics, self.places.slider_speeds.start + slider)
+    }
+
+    /// What its torque grows by while it sticks, over its stiffness, at the point last evaluated, rad/s.
+    fn growth(&self, slider: usize) -> f64 {
+        let Sliders { directions, pairs, .. } = &self.sliders;
+        let others = pairs.iter().filter(|(i, j)| *i == slider && j != i).map(|(_, j)| *j);
+        let taken = others
+            .filter(|j| self.modes[directions[*j]] != Mode::Stick)
+            .map(|j| self.sliders.stiffness(slider, j) * self.dynamics.friction_speed(directions[j], &self.work));
+        self.speed_alone(slider) - taken.sum::<f64>() / self.sliders.stiffness(slider, slider)
+    }
+
+    /// Whether a slider that sticks leaves at the point last evaluated.
+    fn slider_leaves(&self, slider: usize) -> bool {
+        let direction = self.sliders.directions[slider];
         let torque = self.slider_torque(slider);
-        let speed = self.work.more(&self.dynamics, self.places.slider_speeds.start + slider);
-        let leaves = self.modes[direction] == Mode::Stick
+        self.modes[direction] == Mode::Stick
             && torque.abs() >= self.dynamics.friction_torques()[direction]
-            && torque * speed > 0.0;
-        leaves.then_some(if torque > 0.0 { Mode::Forward } else { Mode::Backward })
+            && torque * self.growth(slider) > 0.0
     }
 
     /// Whether one of them leaves at the point last evaluated.
     pub(super) fn a_slider_leaves(&self) -> bool {
-        (0..self.sliders.len()).any(|slider| self.slider_leaves(slider).is_some())
+        (0..self.sliders.directions.len()).any(|slider| self.slider_leaves(slider))
     }
 
     /// Decides their modes at the point last evaluated; `crossing` are directions whose motion has just turned round. Tells whether one changes.
     pub(super) fn settle_sliders(&mut self, crossing: &[usize], everything: bool) -> bool {
+        let count = self.sliders.directions.len();
+        if count == 0 {
+            return false;
+        }
+        let may_slip = |slider: usize| {
+            let direction = self.sliders.directions[slider];
+            let (torque, mode) = (self.slider_torque(slider), self.modes[direction]);
+            if mode != Mode::Stick && !everything {
+                return if crossing.contains(&direction) { 0.0 } else { mode.sign() };
+            }
+            let at_limit = torque.abs() >= self.dynamics.friction_torques()[direction] * (1.0 - AT_LIMIT);
+            if at_limit { torque.signum() } else { 0.0 }
+        };
+        let senses: Vec<f64> = (0..count).map(may_slip).collect();
+        let right: Vec<f64> = (0..count).map(|k| self.sliders.stiffness(k, k) * self.speed_alone(k)).collect();
+        let [forward, backward] = [1.0, -1.0].map(|sense| {
+            senses.iter().map(|own| if *own == sense { f64::INFINITY } else { 0.0 }).collect::<Vec<f64>>()
+        });
+        let mut speeds = vec![0.0; count];
+        let bounds = Bounds { forward: &forward, backward: &backward };
+        self.box_problem.solve(&self.sliders.stiffness, &right, bounds, &mut speeds);
         let mut changed = false;
-        for slider in 0..self.sliders.len() {
-            let direction = self.sliders[slider];
-            let before = self.modes[direction];
-            if everything || crossing.contains(&direction) {
-                self.modes[direction] = Mode::Stick;
-            }
-            if let Some(mode) = self.slider_leaves(slider).filter(|_| !crossing.contains(&direction)) {
-                self.modes[direction] = mode;
-            }
-            changed |= self.modes[direction] != before;
+        for (speed, &direction) in speeds.iter().zip(&self.sliders.directions) {
+            let mode = match speed {
+                speed if *speed > 0.0 => Mode::Forward,
+                speed if *speed < 0.0 => Mode::Backward,
+                _ => Mode::Stick,
+            };
+            changed |= self.modes[direction] != mode;
+            self.modes[direction] = mode;
+        }
+        if changed {
+            self.couple_sliders();
         }
         changed
     }
 
+    /// What the slips of coupled sliders have of each other in the present modes: `S_AA⁻¹ diag S_AA` over those that slip.
+    pub(super) fn couple_sliders(&mut self) {
+        let Sliders { directions, stiffness, pairs, couplings } = &mut self.sliders;
+        if pairs.is_empty() {
+            return;
+        }
+        let n = directions.len();
+        let slipping: Vec<usize> = (0..n).filter(|k| self.modes[directions[*k]] != Mode::Stick).collect();
+        let count = slipping.len();
+        let matrix: Vec<f64> =
+            (0..count * count).map(|k| stiffness[slipping[k / count] * n + slipping[k % count]]).collect();
+        let mut factor = Cholesky::new(count);
+        let regular = factor.factor(&matrix);
+        let mut columns = vec![vec![0.0; n]; n];
+        for (a, &j) in slipping.iter().enumerate() {
+            let mut column = vec![0.0; count];
+            column[a] = if regular { stiffness[j * n + j] } else { f64::NAN };
+            factor.solve(&mut column);
+            slipping.iter().zip(column).for_each(|(&i, x)| columns[j][i] = x);
+        }
+        pairs.iter().zip(couplings).for_each(|((i, j), coupling)| *coupling = columns[*j][*i]);
+    }
+
     /// What the sliders that stick have left of their friction, as a part of it, at the point last evaluated.
     pub(super) fn slider_rooms(&self) -> impl Iterator<Item = (usize, f64)> {
-        let sticking = self.sliders.iter().enumerate().filter(|(_, k)| self.modes[**k] == Mode::Stick);
+        let sticking = self.sliders.directions.iter().enumerate().filter(|(_, k)| self.modes[**k] == Mode::Stick);
         sticking.map(|(slider, &k)| (k, 1.0 - self.slider_torque(slider).abs() / self.dynamics.friction_torques()[k]))
     }
 }
