@@ -233,7 +233,12 @@ fn networks_satisfy_their_defining_equations() {
                         springs[k].iter().map(|(name, sign)| sign * signal(&run, &format!("{name}.tau"))[row]).sum();
                     close(friction + pulls, 0.0, 1e-9, &format!("balance of m{k}"));
                     if speed(row).abs() > 1e-12 {
-                        close(*friction, c * speed(row).signum(), 1e-9, &format!("{method:?} friction of m{k} at {} {}", run.series.time[row], speed(row)));
+                        close(
+                            *friction,
+                            c * speed(row).signum(),
+                            1e-9,
+                            &format!("{method:?} friction of m{k} at {} {}", run.series.time[row], speed(row)),
+                        );
                     }
                 }
             }

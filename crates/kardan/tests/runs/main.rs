@@ -21,6 +21,7 @@ mod limits;
 mod linear;
 mod losses;
 mod massless;
+mod massless_kept;
 mod modelica;
 mod motor_limits;
 mod noise;
