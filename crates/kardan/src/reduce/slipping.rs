@@ -6,6 +6,7 @@
 
 use super::motion::Motion;
 use super::{Kinematics, Reduced, Relaxation, Slip};
+use crate::assemble::{Along, SpringLaw};
 use crate::expr::Expr;
 use crate::num::{Matrix, Rational, Scalar, dot, echelon, rational_to_f64};
 
@@ -28,22 +29,50 @@ pub(super) fn slips(
 impl Reduced {
     /// What each slider holds where it sticks at reduced coordinates `position`, N m: its friction and `−T_yᵀ(S q − s₀)`.
     pub fn held_by_sliders(&self, position: &[f64]) -> Vec<(usize, f64)> {
-        let Some(relaxation) = &self.relaxation else { return Vec::new() };
         let mut kinematics = Kinematics::new(self);
         kinematics.update(position, &vec![0.0; position.len()]);
-        let transform = relaxation.transform.to_f64();
-        let torque = |slip: &Slip| {
-            let moved: Vec<f64> = (0..position.len()).map(|i| transform[(i, slip.place)]).collect();
-            let of = |spring: &crate::assemble::Along<crate::assemble::SpringLaw>| {
-                let row = || spring.row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x)));
-                let share: f64 = row().map(|(shaft, x)| x * dot(kinematics.row(shaft), &moved)).sum();
-                let twist =
-                    row().map(|(shaft, x)| x * kinematics.angles[shaft]).sum::<f64>() - spring.value.rest.to_f64();
-                share * spring.value.stiffness.to_f64() * twist
+        let slips = self.relaxation.iter().flat_map(|relaxation| &relaxation.slips);
+        let held = self.slider_shares(&kinematics).into_iter().map(|shares| {
+            let torque = |(spring, share): (usize, f64)| {
+                let spring = &self.equations.springs[spring];
+                let twist = spring.row.iter().map(|(shaft, x)| rational_to_f64(x) * kinematics.angles[*shaft]);
+                share * (twist.sum::<f64>() - spring.value.rest.to_f64())
             };
-            -self.equations.springs.iter().map(of).sum::<f64>()
+            -shares.into_iter().map(torque).sum::<f64>()
+        });
+        slips.map(|slip| slip.friction).zip(held).collect()
+    }
+
+    /// What the torque of each slider while it sticks grows by with the speeds of the shafts, `−T_yᵀ S`, N m/rad: a row with its shafts for each.
+    pub fn slider_rows(&self) -> Vec<Vec<(usize, f64)>> {
+        let mut kinematics = Kinematics::new(self);
+        let zero = vec![0.0; self.degrees_of_freedom()];
+        kinematics.update(&zero, &zero);
+        let row = |shares: Vec<(usize, f64)>| {
+            let mut row = vec![0.0; self.equations.coordinates.len()];
+            for (spring, share) in shares {
+                let along = &self.equations.springs[spring].row;
+                along.iter().for_each(|(shaft, x)| row[*shaft] -= share * rational_to_f64(x));
+            }
+            row.into_iter().enumerate().filter(|(_, x)| *x != 0.0).collect()
         };
-        relaxation.slips.iter().map(|slip| (slip.friction, torque(slip))).collect()
+        self.slider_shares(&kinematics).into_iter().map(row).collect()
+    }
+
+    /// Of each slider the springs that it twists, and what it has of their torque for one of the twist.
+    fn slider_shares(&self, kinematics: &Kinematics) -> Vec<Vec<(usize, f64)>> {
+        let Some(relaxation) = &self.relaxation else { return Vec::new() };
+        let transform = relaxation.transform.to_f64();
+        let shares = |slip: &Slip| {
+            let moved: Vec<f64> = (0..self.degrees_of_freedom()).map(|i| transform[(i, slip.place)]).collect();
+            let share = |spring: &Along<SpringLaw>| {
+                let along = |(shaft, x): &(usize, Rational)| rational_to_f64(x) * dot(kinematics.row(*shaft), &moved);
+                spring.row.iter().map(along).sum::<f64>() * spring.value.stiffness.to_f64()
+            };
+            let shares = self.equations.springs.iter().map(share).enumerate();
+            shares.filter(|(_, share)| *share != 0.0).collect()
+        };
+        relaxation.slips.iter().map(shares).collect()
     }
 }
 

@@ -13,6 +13,8 @@ use crate::simulate::friction::{Bounds, Mode};
 
 /// Of the friction what rounding leaves of the torque of one that stands at its limit.
 const AT_LIMIT: f64 = 1e-12;
+/// Growth of a torque, relative to the sizes of what cancels in it, that is rounding: it stays what it is.
+const ROUNDING: f64 = 1e-12;
 
 /// What is known of them.
 pub(super) struct Sliders {
@@ -20,6 +22,8 @@ pub(super) struct Sliders {
     pub directions: Vec<usize>,
     /// S_y over them, row by row.
     stiffness: Vec<f64>,
+    /// What the torque of each grows by with the speeds of shafts, N m/rad.
+    rows: Vec<Vec<(usize, f64)>>,
     /// Pairs whose slips depend on each other, and what in the present modes the first has of the speed that the second would slip with alone.
     pairs: Vec<(usize, usize)>,
     pub couplings: Vec<f64>,
@@ -33,13 +37,15 @@ impl Sliders {
         Self {
             directions: slips.map(|slip| slip.friction).collect(),
             stiffness: stiffness.map(rational_to_f64).collect(),
+            rows: reduced.slider_rows(),
             couplings: vec![0.0; pairs.len()],
             pairs,
         }
     }
 
-    fn stiffness(&self, i: usize, j: usize) -> f64 {
-        self.stiffness[i * self.directions.len() + j]
+    /// `T_yᵀ S T_y` of one of them, N m/rad.
+    fn stiffness(&self, slider: usize) -> f64 {
+        self.stiffness[slider * (self.directions.len() + 1)]
     }
 }
 
@@ -54,14 +60,11 @@ impl Machine {
         self.work.more(&self.dynamics, self.places.slider_speeds.start + slider)
     }
 
-    /// What its torque grows by while it sticks, over its stiffness, at the point last evaluated, rad/s.
+    /// What the torque of its springs grows by at the point last evaluated, N m/s.
     fn growth(&self, slider: usize) -> f64 {
-        let Sliders { directions, pairs, .. } = &self.sliders;
-        let others = pairs.iter().filter(|(i, j)| *i == slider && j != i).map(|(_, j)| *j);
-        let taken = others
-            .filter(|j| self.modes[directions[*j]] != Mode::Stick)
-            .map(|j| self.sliders.stiffness(slider, j) * self.dynamics.friction_speed(directions[j], &self.work));
-        self.speed_alone(slider) - taken.sum::<f64>() / self.sliders.stiffness(slider, slider)
+        let terms = || self.sliders.rows[slider].iter().map(|(shaft, x)| x * self.work.kinematics.speeds[*shaft]);
+        let growth: f64 = terms().sum();
+        if growth.abs() <= ROUNDING * terms().map(f64::abs).sum::<f64>() { 0.0 } else { growth }
     }
 
     /// Whether a slider that sticks leaves at the point last evaluated.
@@ -94,7 +97,7 @@ impl Machine {
             if at_limit { torque.signum() } else { 0.0 }
         };
         let senses: Vec<f64> = (0..count).map(may_slip).collect();
-        let right: Vec<f64> = (0..count).map(|k| self.sliders.stiffness(k, k) * self.speed_alone(k)).collect();
+        let right: Vec<f64> = (0..count).map(|k| self.sliders.stiffness(k) * self.speed_alone(k)).collect();
         let [forward, backward] = [1.0, -1.0].map(|sense| {
             senses.iter().map(|own| if *own == sense { f64::INFINITY } else { 0.0 }).collect::<Vec<f64>>()
         });
@@ -119,7 +122,7 @@ impl Machine {
 
     /// What the slips of coupled sliders have of each other in the present modes: `S_AA⁻¹ diag S_AA` over those that slip.
     pub(super) fn couple_sliders(&mut self) {
-        let Sliders { directions, stiffness, pairs, couplings } = &mut self.sliders;
+        let Sliders { directions, stiffness, pairs, couplings, .. } = &mut self.sliders;
         if pairs.is_empty() {
             return;
         }
