@@ -351,7 +351,8 @@ impl Machine {
         // What cancels in the speeds depends on the directions there.
         self.update(state);
         let noise = |k: usize| {
-            let own = NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work);
+            let of_terms = || NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work);
+            let own = self.noise_of_slip(k).unwrap_or_else(of_terms);
             if self.kept.is_empty() { own } else { own.max(self.noise_of_rows(k)) }
         };
         out.retain(|&k| against(self, k) > noise(k) || self.hold_turns(k));

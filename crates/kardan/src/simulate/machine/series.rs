@@ -93,7 +93,8 @@ impl Machine {
         let Some(mut expansion) = self.expansion.take() else { return Prospect::Unknown };
         let r = self.degrees_of_freedom;
         let speeds = &self.work.values()[r..2 * r];
-        let noise = |k: usize| NOISE * self.dynamics.friction_terms(k, speeds, &self.work);
+        let of_terms = |k: usize| NOISE * self.dynamics.friction_terms(k, speeds, &self.work);
+        let noise = |k: usize| self.noise_of_slip(k).unwrap_or_else(|| of_terms(k));
         let watch = Watch { modes: &self.modes, holding: &self.holding, holds: &self.holds, bounds: self.bounds() };
         let prospect = expansion.prospect(&watch, noise, &self.drives, (length, order));
         self.expansion = Some(expansion);

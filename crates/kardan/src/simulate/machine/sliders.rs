@@ -9,7 +9,7 @@
 use super::Machine;
 use crate::num::{Cholesky, rational_to_f64};
 use crate::reduce::{Reduced, Relaxation};
-use crate::simulate::friction::{Bounds, Mode};
+use crate::simulate::friction::{Bounds, Mode, NOISE};
 
 /// Of the friction what rounding leaves of the torque of one that stands at its limit.
 const AT_LIMIT: f64 = 1e-12;
@@ -24,6 +24,8 @@ pub(super) struct Sliders {
     stiffness: Vec<f64>,
     /// What the torque of each grows by with the speeds of shafts, N m/rad.
     rows: Vec<Vec<(usize, f64)>>,
+    /// Of each reduced coordinate whether a motion without inertia takes its place.
+    is_state: Vec<bool>,
     /// Pairs whose slips depend on each other, and what in the present modes the first has of the speed that the second would slip with alone.
     pairs: Vec<(usize, usize)>,
     pub couplings: Vec<f64>,
@@ -33,11 +35,13 @@ impl Sliders {
     pub(super) fn new(reduced: &Reduced) -> Self {
         let slips = reduced.relaxation.iter().flat_map(|one| &one.slips);
         let stiffness = reduced.relaxation.iter().flat_map(|one| one.stiffness.as_slice());
+        let states: Vec<usize> = reduced.relaxation.iter().flat_map(Relaxation::states).collect();
         let pairs: Vec<(usize, usize)> = reduced.relaxation.iter().flat_map(Relaxation::coupled_slips).collect();
         Self {
             directions: slips.map(|slip| slip.friction).collect(),
             stiffness: stiffness.map(rational_to_f64).collect(),
             rows: reduced.slider_rows(),
+            is_state: (0..reduced.degrees_of_freedom()).map(|place| states.contains(&place)).collect(),
             couplings: vec![0.0; pairs.len()],
             pairs,
         }
@@ -60,11 +64,39 @@ impl Machine {
         self.work.more(&self.dynamics, self.places.slider_speeds.start + slider)
     }
 
-    /// What the torque of its springs grows by at the point last evaluated, N m/s.
+    /// What the torque of its springs grows by at the point last evaluated, N m/s; nothing where rounding alone may have made it.
     fn growth(&self, slider: usize) -> f64 {
-        let terms = || self.sliders.rows[slider].iter().map(|(shaft, x)| x * self.work.kinematics.speeds[*shaft]);
-        let growth: f64 = terms().sum();
-        if growth.abs() <= ROUNDING * terms().map(f64::abs).sum::<f64>() { 0.0 } else { growth }
+        let terms = self.sliders.rows[slider].iter().map(|(shaft, x)| x * self.work.kinematics.speeds[*shaft]);
+        let growth: f64 = terms.sum();
+        if growth.abs() <= self.growth_noise(slider) { 0.0 } else { growth }
+    }
+
+    fn growth_noise(&self, slider: usize) -> f64 {
+        let [here, within] = self.growth_terms(slider);
+        ROUNDING * here + NOISE * within
+    }
+
+    /// What may cancel in the growth of a torque, N m/s: at the point last evaluated, and within the step.
+    fn growth_terms(&self, slider: usize) -> [f64; 2] {
+        let kinematics = &self.work.kinematics;
+        let mut sizes = [0.0; 2];
+        for (shaft, x) in &self.sliders.rows[slider] {
+            let moved = kinematics.row(*shaft).iter().zip(&self.step_speeds).zip(&self.sliders.is_state);
+            let moved = moved.filter(|(_, is_state)| !**is_state).map(|((entry, size), _)| (entry * size).abs());
+            sizes[0] += (x * kinematics.speeds[*shaft]).abs();
+            sizes[1] += x.abs() * moved.sum::<f64>();
+        }
+        sizes
+    }
+
+    /// What rounding makes of the speed that a direction slips with, rad/s, if it is that of a slider.
+    pub(super) fn noise_of_slip(&self, direction: usize) -> Option<f64> {
+        let Sliders { directions, pairs, couplings, .. } = &self.sliders;
+        let slider = directions.iter().position(|own| *own == direction)?;
+        let alone = |slider: usize| self.growth_terms(slider).iter().sum::<f64>() / self.sliders.stiffness(slider);
+        let coupled = pairs.iter().zip(couplings).filter(|((i, _), _)| *i == slider);
+        let terms: Vec<f64> = coupled.map(|((_, j), coupling)| (coupling * alone(*j)).abs()).collect();
+        Some(NOISE * if terms.is_empty() { alone(slider) } else { terms.iter().sum() })
     }
 
     /// Whether a slider that sticks leaves at the point last evaluated.
@@ -97,7 +129,12 @@ impl Machine {
             if at_limit { torque.signum() } else { 0.0 }
         };
         let senses: Vec<f64> = (0..count).map(may_slip).collect();
-        let right: Vec<f64> = (0..count).map(|k| self.sliders.stiffness(k) * self.speed_alone(k)).collect();
+        // What rounding alone makes grow slips nowhere.
+        let right = |slider: usize| {
+            let right = self.sliders.stiffness(slider) * self.speed_alone(slider);
+            if right.abs() <= self.growth_noise(slider) { 0.0 } else { right }
+        };
+        let right: Vec<f64> = (0..count).map(right).collect();
         let [forward, backward] = [1.0, -1.0].map(|sense| {
             senses.iter().map(|own| if *own == sense { f64::INFINITY } else { 0.0 }).collect::<Vec<f64>>()
         });
