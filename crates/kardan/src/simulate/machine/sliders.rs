@@ -72,8 +72,16 @@ impl Machine {
     }
 
     fn growth_noise(&self, slider: usize) -> f64 {
+        let Sliders { directions, stiffness, .. } = &self.sliders;
         let [here, within] = self.growth_terms(slider);
-        ROUNDING * here + NOISE * within
+        // What slips cancels too in the convex problem.
+        let slips = directions.iter().map(|&direction| match self.modes[direction] {
+            Mode::Stick => 0.0,
+            _ => self.dynamics.friction_speed(direction, &self.work),
+        });
+        let row = &stiffness[slider * directions.len()..][..directions.len()];
+        let taken: f64 = row.iter().zip(slips).map(|(s, speed)| (s * speed).abs()).sum();
+        ROUNDING * (here + taken) + NOISE * within
     }
 
     /// What may cancel in the growth of a torque, N m/s: at the point last evaluated, and within the step.
