@@ -300,12 +300,11 @@ impl Dynamics {
         let inputs = Directions::new(&equations.inputs, |_| 1.0, &kinematics);
         let rests: Vec<f64> = equations.springs.iter().map(|spring| spring.value.rest.to_f64()).collect();
         let mut motion = Motion::new(reduced);
-        let mut speeds = motion.speeds.clone();
+        let speeds = motion.speeds.clone();
         let extension = extend(&mut motion);
-        if reduced.relaxation.as_ref().is_some_and(|relaxation| !relaxation.coupled_slips().is_empty()) {
-            // Which of them slip is given.
-            speeds.clone_from(&motion.speeds);
-        }
+        // Which sliders that springs couple slip is given.
+        let couples = reduced.relaxation.as_ref().is_some_and(|relaxation| !relaxation.coupled_slips().is_empty());
+        let speeds = if couples { motion.speeds.clone() } else { speeds };
         let energy = motion.energy(reduced);
         let plan = MotionPlan::new(&motion, r, extension, (energy, &speeds));
         // What is constant is there from the begin.

@@ -9,7 +9,7 @@ use super::hold_kinds::Holds;
 use super::meshes::Meshes;
 use super::response::Response;
 use super::sharing::Sharing;
-use super::sliders::Sliders;
+use super::slider_springs::Sliders;
 use super::timed::Timed;
 use super::wired::{Computer, Setup, Wired};
 use crate::assemble::Along;

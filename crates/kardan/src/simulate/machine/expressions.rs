@@ -163,7 +163,7 @@ pub(super) fn extend(
     let equations = &reduced.equations;
     let mut all = Loop { motion, inputs: Vec::new(), outputs: Vec::new() };
     let mut places = Places::default();
-    let (states, sources, held, limits, follows, limiter_rates, senses);
+    let (states, sources, held, limits, follows, limiter_rates, senses, couplings);
     let of_inputs = |what: &'static str| equations.inputs.iter().map(move |input| format!("{}.{what}", input.element));
     let of_source = |(k, target): (usize, &SourceTarget)| match target {
         SourceTarget::Input(input) => equations.inputs[*input].element.clone(),
@@ -179,7 +179,6 @@ pub(super) fn extend(
     (places.senses, senses) =
         all.given(equations.set_valued().enumerate().map(|(k, (element, _))| format!("{element}.sense.{k}")));
     let coupled = reduced.relaxation.iter().flat_map(Relaxation::coupled_slips);
-    let couplings;
     (places.couplings, couplings) = all.given(coupled.map(|(i, j)| format!("coupling.{i}.{j}")));
     let sources = with_signals(&mut all, &mut places, sources, signals);
     let state = |place: usize| states[place - more_states.start];
@@ -219,14 +218,9 @@ pub(super) fn extend(
     let SetValued { torques: friction, mut speeds, holds } = set_valued(&mut all, reduced, &senses);
     let meshes = MeshTerms::new(all.motion, reduced, &applied, &friction);
     let mut forces = forces(&mut all, &applied, &friction);
-    all.motion.relax(reduced, &mut forces, (&senses, &couplings));
-    let [slider_torques, slider_speeds] = all.motion.sliders(reduced);
-    for slip in reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips) {
-        // Those of what slips in these modes.
-        speeds[slip.friction] = speed_along(&mut all, &equations.frictions[slip.friction].row);
-    }
+    let sliders = relax(&mut all, &mut places, reduced, &mut forces, (&senses, &couplings), &mut speeds);
     let mut powers = powers(&mut all, equations, &applied, (&friction, &speeds, &holds));
-    let held = held_frictions(&mut all, reduced, (&friction, &senses), &slider_torques);
+    let held = held_frictions(&mut all, reduced, (&friction, &senses), &sliders);
     find_kept(&mut all, &mut places, (reduced, &applied, &held), &mut powers[0]);
     places.commands = all.found("command", commands);
     places.torques = all.found("torque", torques);
@@ -237,8 +231,6 @@ pub(super) fn extend(
     find_holds(&mut all, &mut places, &holds);
     find_meshes(&mut all, &mut places, meshes);
     places.powers = all.found("power", powers.to_vec());
-    places.slider_torques = all.found("slider", slider_torques);
-    places.slider_speeds = all.found("slip", slider_speeds);
     all.give_time(&mut places);
     (Extension { inputs: all.inputs, outputs: all.outputs }, places, sources)
 }
@@ -432,6 +424,25 @@ fn powers(
     }
     loss.extend(holds.iter().map(|hold| hold.loss));
     [all.sum(&work), all.sum(&loss)]
+}
+
+/// Speeds with motions without inertia, also along the frictions of those that slip in these modes; gives the torques of sliders.
+fn relax(
+    all: &mut Loop<'_>,
+    places: &mut Places,
+    reduced: &Reduced,
+    forces: &mut [Expr],
+    slipping: (&[Expr], &[Expr]),
+    speeds: &mut [Expr],
+) -> Vec<Expr> {
+    all.motion.relax(reduced, forces, slipping);
+    for slip in reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips) {
+        speeds[slip.friction] = speed_along(all, &reduced.equations.frictions[slip.friction].row);
+    }
+    let [torques, alone] = all.motion.sliders(reduced);
+    places.slider_torques = all.found("slider", torques.clone());
+    places.slider_speeds = all.found("slip", alone);
+    torques
 }
 
 /// Torques of frictions where they do not hold, and those of sliders where they do too.

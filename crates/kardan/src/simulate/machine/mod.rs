@@ -20,6 +20,7 @@ mod motor_modes;
 mod response;
 mod series;
 mod sharing;
+mod slider_springs;
 mod sliders;
 mod timed;
 mod wired;
@@ -42,7 +43,7 @@ use jacobian::Jacobian;
 use meshes::Meshes;
 use response::Response;
 use sharing::Sharing;
-use sliders::Sliders;
+use slider_springs::Sliders;
 use timed::Timed;
 use wired::{Computer, Wired};
 

@@ -7,51 +7,14 @@
 //! speeds that each may have; S_y is positive definite, so its solution is unique.
 
 use super::Machine;
-use crate::num::{Cholesky, rational_to_f64};
-use crate::reduce::{Reduced, Relaxation};
+use super::slider_springs::Sliders;
+use crate::num::Cholesky;
 use crate::simulate::friction::{Bounds, Mode, NOISE};
 
 /// Of the friction what rounding leaves of the torque of one that stands at its limit.
 const AT_LIMIT: f64 = 1e-12;
 /// Growth of a torque, relative to the sizes of what cancels in it, that is rounding: it stays what it is.
 const ROUNDING: f64 = 1e-12;
-
-/// What is known of them.
-pub(super) struct Sliders {
-    /// Their numbers among the directions.
-    pub directions: Vec<usize>,
-    /// S_y over them, row by row.
-    stiffness: Vec<f64>,
-    /// What the torque of each grows by with the speeds of shafts, N m/rad.
-    rows: Vec<Vec<(usize, f64)>>,
-    /// Of each reduced coordinate whether a motion without inertia takes its place.
-    is_state: Vec<bool>,
-    /// Pairs whose slips depend on each other, and what in the present modes the first has of the speed that the second would slip with alone.
-    pairs: Vec<(usize, usize)>,
-    pub couplings: Vec<f64>,
-}
-
-impl Sliders {
-    pub(super) fn new(reduced: &Reduced) -> Self {
-        let slips = reduced.relaxation.iter().flat_map(|one| &one.slips);
-        let stiffness = reduced.relaxation.iter().flat_map(|one| one.stiffness.as_slice());
-        let states: Vec<usize> = reduced.relaxation.iter().flat_map(Relaxation::states).collect();
-        let pairs: Vec<(usize, usize)> = reduced.relaxation.iter().flat_map(Relaxation::coupled_slips).collect();
-        Self {
-            directions: slips.map(|slip| slip.friction).collect(),
-            stiffness: stiffness.map(rational_to_f64).collect(),
-            rows: reduced.slider_rows(),
-            is_state: (0..reduced.degrees_of_freedom()).map(|place| states.contains(&place)).collect(),
-            couplings: vec![0.0; pairs.len()],
-            pairs,
-        }
-    }
-
-    /// `T_yᵀ S T_y` of one of them, N m/rad.
-    fn stiffness(&self, slider: usize) -> f64 {
-        self.stiffness[slider * (self.directions.len() + 1)]
-    }
-}
 
 impl Machine {
     /// The torque that the springs of a slider ask of it at the point last evaluated, N m.
