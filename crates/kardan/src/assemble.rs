@@ -424,6 +424,16 @@ impl Equations {
         shafts
     }
 
+    /// The coordinates that a kept row depends on at all, by number.
+    pub fn coordinates_of_kept(&self, law: &Kept<usize>) -> Vec<usize> {
+        let mut found = self.shafts_of(law);
+        if let Kept::Rates(row) = law {
+            let names = row.iter().flat_map(|(_, formula)| formula.coordinates());
+            found.extend(names.filter_map(|name| self.coordinates.iter().position(|own| own == name)));
+        }
+        found
+    }
+
     /// The domain of what a kept row adds up to.
     pub fn domain_of_kept(&self, kept: &KeptRow) -> Domain {
         let own = || self.shafts_of(&kept.law).first().map(|shaft| self.domain(*shaft));

@@ -29,7 +29,7 @@ const POINTS: i64 = 3;
 
 /// The test for each kept row of a model, together with the others.
 pub(super) fn integrable(reduced: &Reduced) -> Vec<Integrable> {
-    let (first, r) = (reduced.equations.frictions.len(), reduced.degrees_of_freedom());
+    let (first, r) = (reduced.equations.set_valued().count(), reduced.degrees_of_freedom());
     let mut motion = Motion::at_time_zero(reduced);
     let rows = motion.frictions[first..].to_vec();
     let symbols = motion.symbols[..r].to_vec();

@@ -302,6 +302,9 @@ impl Dynamics {
         let mut motion = Motion::new(reduced);
         let speeds = motion.speeds.clone();
         let extension = extend(&mut motion);
+        // Which sliders that springs couple slip is given.
+        let couples = reduced.relaxation.as_ref().is_some_and(|relaxation| !relaxation.coupled_slips().is_empty());
+        let speeds = if couples { motion.speeds.clone() } else { speeds };
         let energy = motion.energy(reduced);
         let plan = MotionPlan::new(&motion, r, extension, (energy, &speeds));
         // What is constant is there from the begin.

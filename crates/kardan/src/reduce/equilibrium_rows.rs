@@ -1,6 +1,6 @@
 //! Motions without inertia along which springs alone act: equations of equilibrium, which are constraints.
 
-use crate::assemble::{Along, Equations};
+use crate::assemble::{Along, Equations, KeptRow};
 use crate::num::{Matrix, Rational, Scalar, echelon};
 use crate::units::Exact;
 
@@ -14,6 +14,13 @@ pub enum NoEquilibrium {
     Driven {
         /// Their elements.
         inputs: Vec<String>,
+        /// The shafts that move, with their shares.
+        direction: Vec<(usize, Rational)>,
+    },
+    /// A constraint that is kept with its multiplier depends on it.
+    Kept {
+        /// Its element.
+        element: String,
         /// The shafts that move, with their shares.
         direction: Vec<(usize, Rational)>,
     },
@@ -48,7 +55,7 @@ fn unseen<'a>(shafts: usize, rows: impl Iterator<Item = &'a Row>) -> (Matrix<Rat
 /// multiplier is zero, and eliminating it is exact. Motions through a transmission whose ratio changes are not looked for.
 ///
 /// # Errors
-/// [`NoEquilibrium`] where inputs act along such a motion or nothing does.
+/// [`NoEquilibrium`] where inputs or kept rows act along such a motion or nothing does.
 pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<Along<Exact>>, NoEquilibrium> {
     let n = equations.coordinates.len();
     let ends: Vec<Row> = equations
@@ -68,6 +75,11 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<Along<Exact>>, NoEq
     };
     let mut rows = Vec::new();
     for (column, &shaft) in named.iter().enumerate() {
+        let moves = |shaft: usize| !directions[(shaft, column)].is_zero();
+        let kept = |kept: &&KeptRow| equations.coordinates_of_kept(&kept.law).into_iter().any(moves);
+        if let Some(kept) = equations.kept.iter().find(kept) {
+            return Err(NoEquilibrium::Kept { element: kept.element.clone(), direction: direction(column) });
+        }
         let acts = |row: &Row| !along(row, &directions, column).is_zero();
         let inputs = equations.inputs.iter().filter(|input| acts(&input.row)).map(|input| input.element.clone());
         let laws = equations.laws.iter().filter(|law| acts(&law.row)).map(|law| law.element.clone());

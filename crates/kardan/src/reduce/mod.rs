@@ -23,6 +23,7 @@ mod prescribed;
 mod reduced;
 mod redundant;
 mod relaxation;
+mod slipping;
 
 pub use constraint_torques::Acting;
 pub use dynamics::{Dynamics, Extension, MotionPlan, Work};

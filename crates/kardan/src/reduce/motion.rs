@@ -125,6 +125,8 @@ pub(super) struct Relaxing {
     pub relaxation: Relaxation,
     /// Speeds of all shafts while y stands still.
     pub standing: Vec<Expr>,
+    /// Speed of each motion that slips if it alone did.
+    pub alone: Vec<Expr>,
 }
 
 impl Motion {

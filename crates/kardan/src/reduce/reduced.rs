@@ -101,6 +101,8 @@ pub struct Relaxation {
     pub places: Vec<usize>,
     /// Motions that slip.
     pub slips: Vec<Slip>,
+    /// `S_y = T_yᵀ S T_y` over these, positive definite.
+    pub stiffness: Matrix<Rational>,
     /// T, columns in the order of the reduced coordinates; exact.
     pub transform: Matrix<Rational>,
     /// `T⁻¹`
@@ -118,6 +120,4 @@ pub struct Slip {
     pub place: usize,
     /// Number of the friction.
     pub friction: usize,
-    /// `T_yᵀ S T_y`
-    pub stiffness: Rational,
 }

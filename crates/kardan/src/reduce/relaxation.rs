@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::motion::{Motion, Relaxing, SparseRow};
-use super::{Kinematics, LawSlopes, Reduced, Relaxation, Slip, is_linear_law, law_slopes, linearise};
+use super::slipping::slips;
+use super::{LawSlopes, Reduced, Relaxation, Slip, is_linear_law, law_slopes, linearise};
 use crate::expr::{Expr, Graph};
-use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, dot, echelon, rational_to_f64};
+use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, dot, echelon};
 use crate::units::Exact;
 
 /// Why motions without inertia are no states of first order.
@@ -15,8 +16,16 @@ pub enum NoRelaxation {
     Laws(Vec<String>),
     /// The ratio of a transmission changes with its angle.
     Bends,
-    /// Frictions act along them beside dampers or each other, or fall with the speed.
+    /// Frictions act along them beside dampers, or more of them than there are motions.
     Friction(Vec<String>),
+    /// Springs hold a motion that slips against one that relaxes: these frictions.
+    Coupled(Vec<String>),
+    /// Frictions along them hold more at rest than in motion.
+    Falls(Vec<String>),
+    /// Frictions slip along them without any spring.
+    Slides(Vec<String>),
+    /// A constraint that is kept with its multiplier depends on them: its element.
+    Kept(String),
     /// Something holds one way or at times in the model: these elements.
     Holds(Vec<String>),
     /// Frictions alone hold them against inputs.
@@ -68,6 +77,9 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     if slots.is_empty() {
         return Ok(None);
     }
+    if let Some(element) = kept_along(reduced, &model.basis.multiply(&directions)) {
+        return Err(NoRelaxation::Kept(element));
+    }
     if !reduced.equations.holds.is_empty() {
         return Err(NoRelaxation::Holds(reduced.equations.holds.iter().map(|hold| hold.element.clone()).collect()));
     }
@@ -83,6 +95,11 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     let sliders: Vec<usize> = (0..frictions.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero())).collect();
     check_laws(reduced, &model.basis, &directions, !sliders.is_empty())?;
     let names = || sliders.iter().map(|&k| frictions[k].element.clone()).collect::<Vec<_>>();
+    let falls = sliders.iter().map(|&k| &frictions[k]).filter(|friction| friction.value.stribeck.is_some());
+    let falls: Vec<String> = falls.map(|friction| friction.element.clone()).collect();
+    if !falls.is_empty() {
+        return Err(NoRelaxation::Falls(falls));
+    }
     let felt = Matrix::from_fn(sliders.len(), slots.len(), |i, j| felt[(sliders[i], j)].clone());
     let damped = directions.multiply(&kernel(&felt));
     let across = damped.transpose().multiply(&model.damping);
@@ -106,15 +123,8 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
         return Err(NoRelaxation::Driven { frictions: names(), inputs });
     }
     let stiffness = slips.transpose().multiply(&model.stiffness).multiply(&slips);
-    let apart = (0..stiffness.rows()).all(|i| {
-        (0..stiffness.rows())
-            .all(|j| if i == j { stiffness[(i, i)] > Rational::ZERO } else { stiffness[(i, j)].is_zero() })
-    });
     let coupled = slips.transpose().multiply(&model.stiffness).multiply(&damped);
-    let apart = apart && coupled.as_slice().iter().all(Scalar::is_zero);
-    if !apart || sliders.iter().any(|&k| frictions[k].value.stribeck.is_some()) {
-        return Err(NoRelaxation::Friction(names()));
-    }
+    check_slips(&stiffness, &coupled, names)?;
     let compliance = own.solve(&Matrix::identity(own.rows())).expect("a definite matrix is regular");
     let carried = damped.multiply(&compliance.multiply(&across));
     let slid = Matrix::from_fn(sliders.len(), r, |i, j| sliding[(sliders[i], j)].clone());
@@ -128,11 +138,11 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     let inverse = transform.solve(&Matrix::identity(r)).expect("columns of two complements");
     let reaction = transform.transpose().multiply(&model.damping).multiply(&damped);
     let (places, slipping) = slots.split_at(damped.columns());
-    let slip =
-        |(k, &place): (usize, &usize)| Slip { place, friction: sliders[k], stiffness: stiffness[(k, k)].clone() };
+    let slip = |(&place, &friction): (&usize, &usize)| Slip { place, friction };
     Ok(Some(Relaxation {
         places: places.to_vec(),
-        slips: slipping.iter().enumerate().map(slip).collect(),
+        slips: slipping.iter().zip(&sliders).map(slip).collect(),
+        stiffness,
         transform,
         inverse,
         compliance,
@@ -169,22 +179,6 @@ fn check_laws(
     if hindering.is_empty() { Ok(()) } else { Err(NoRelaxation::Laws(hindering)) }
 }
 
-/// Directions without inertia and damping along each of which one friction slips by one; `None` if there are not as many as frictions.
-fn slips(
-    damping: &Matrix<Rational>,
-    felt: &Matrix<Rational>,
-    directions: &Matrix<Rational>,
-    damped: usize,
-) -> Option<Matrix<Rational>> {
-    let free = kernel(damping);
-    let slipping = felt.multiply(&free);
-    if damped + free.columns() != directions.columns() || slipping.rows() != slipping.columns() {
-        return None;
-    }
-    let inverse = slipping.solve(&Matrix::identity(slipping.rows()))?;
-    Some(directions.multiply(&free.multiply(&inverse)))
-}
-
 impl Reduced {
     /// The states of a run at reduced coordinates `position` and speeds `speed`: these, or of motions without inertia y in the place of a speed. The
     /// place of y among the angles holds its integral, which nothing depends on.
@@ -196,26 +190,6 @@ impl Reduced {
             (state[place], state[r + place]) = (0.0, dot(inverse.row(place), position));
         }
         state
-    }
-
-    /// What each slider holds where it sticks at reduced coordinates `position`, N m: its friction and `−T_yᵀ(S q − s₀)`.
-    pub fn held_by_sliders(&self, position: &[f64]) -> Vec<(usize, f64)> {
-        let Some(relaxation) = &self.relaxation else { return Vec::new() };
-        let mut kinematics = Kinematics::new(self);
-        kinematics.update(position, &vec![0.0; position.len()]);
-        let transform = relaxation.transform.to_f64();
-        let torque = |slip: &Slip| {
-            let moved: Vec<f64> = (0..position.len()).map(|i| transform[(i, slip.place)]).collect();
-            let of = |spring: &crate::assemble::Along<crate::assemble::SpringLaw>| {
-                let row = || spring.row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x)));
-                let share: f64 = row().map(|(shaft, x)| x * dot(kinematics.row(shaft), &moved)).sum();
-                let twist =
-                    row().map(|(shaft, x)| x * kinematics.angles[shaft]).sum::<f64>() - spring.value.rest.to_f64();
-                share * spring.value.stiffness.to_f64() * twist
-            };
-            -self.equations.springs.iter().map(of).sum::<f64>()
-        };
-        relaxation.slips.iter().map(|slip| (slip.friction, torque(slip))).collect()
     }
 }
 
@@ -298,20 +272,23 @@ impl Motion {
             let one = self.graph.integer(1);
             self.inertia.insert((slip.place, slip.place), one);
         }
-        self.relaxing = Some(Box::new(Relaxing { relaxation: relaxation.clone(), standing: self.speeds.clone() }));
+        let relaxing = Relaxing { relaxation: relaxation.clone(), standing: self.speeds.clone(), alone: Vec::new() };
+        self.relaxing = Some(Box::new(relaxing));
         let one = self.graph.integer(1);
+        let couplings =
+            relaxation.all_slip().into_iter().map(|coupling| self.graph.number(coupling)).collect::<Vec<_>>();
         let mut forces = self.passive.clone();
-        self.relax(reduced, &mut forces, &vec![one; reduced.equations.frictions.len()]);
+        self.relax(reduced, &mut forces, (&vec![one; reduced.equations.frictions.len()], &couplings));
         let moves = (0..forces.len()).filter(|place| !relaxation.is_state(*place));
         moves.for_each(|place| self.passive[place] = forces[place]);
     }
 
     /// Speeds of all shafts with `ẏ = D_y⁻¹ f_y`, from the forces along the reduced coordinates, and of what slips, which is written among the
-    /// forces too: its springs keep their torque, `S_y ẏ = −T_yᵀ S q̇`. What ẏ does to x by way of laws is added to the forces. `senses` are those of the frictions' motions, zero where they stick. Without
-    /// motions that relax nothing changes.
-    pub fn relax(&mut self, reduced: &Reduced, forces: &mut [Expr], senses: &[Expr]) {
-        let Some(relaxing) = self.relaxing.take() else { return };
-        let Relaxing { relaxation, standing } = &*relaxing;
+    /// forces too. What ẏ does to x by way of laws is added to the forces. Senses are those of the frictions' motions, zero where they stick; behind
+    /// them what slips of sliders that springs couple ([`Relaxation::coupled_slips`]) have of each other. Without motions that relax nothing changes.
+    pub fn relax(&mut self, reduced: &Reduced, forces: &mut [Expr], slipping: (&[Expr], &[Expr])) {
+        let Some(mut relaxing) = self.relaxing.take() else { return };
+        let Relaxing { relaxation, standing, alone } = &mut *relaxing;
         let rate = |graph: &mut Graph, row: &[Rational]| {
             let terms = relaxation.places.iter().zip(row).map(|(&place, entry)| (forces[place], entry.clone()));
             let sum = graph.sum(Rational::ZERO, &terms.collect::<Vec<_>>());
@@ -331,22 +308,13 @@ impl Motion {
         }
         self.speeds.clone_from(standing);
         self.add_rates(rates);
-        let slipping: Vec<(usize, Expr)> = relaxation
-            .slips
-            .iter()
-            .map(|slip| {
-                let speed = self.slip_speed(reduced, slip);
-                (slip.place, self.graph.product(&[(senses[slip.friction], 2), (speed, 1)]))
-            })
-            .collect();
-        slipping.iter().for_each(|(place, speed)| forces[*place] = *speed);
-        self.add_rates(slipping);
+        *alone = self.slip(reduced, relaxation, forces, slipping);
         self.laws = reduced.equations.laws.iter().map(|law| self.formula(reduced, &law.value)).collect();
         self.relaxing = Some(relaxing);
     }
 
     /// Adds rates of states y to the speeds of the shafts.
-    fn add_rates(&mut self, rates: Vec<(usize, Expr)>) {
+    pub(super) fn add_rates(&mut self, rates: Vec<(usize, Expr)>) {
         for shaft in 0..self.speeds.len() {
             let mut terms = vec![(self.speeds[shaft], Rational::ONE)];
             for (place, rate) in &rates {
@@ -359,44 +327,26 @@ impl Motion {
             }
         }
     }
+}
 
-    /// `T_yᵀ S x` of a motion that slips, with what `of` gives of each spring; the springs along it, each with its share.
-    fn along_slip(&mut self, reduced: &Reduced, slip: &Slip, of: impl Fn(&mut Self, usize) -> Expr) -> Expr {
-        let mut terms = Vec::new();
-        for (k, spring) in reduced.equations.springs.iter().enumerate() {
-            let Some(share) = self.along(&spring.row).get(&slip.place).copied() else { continue };
-            let share = self.graph.number_of(share).cloned().expect("directions of states are constant");
-            terms.push((of(self, k), share));
-        }
-        self.graph.sum(Rational::ZERO, &terms)
-    }
+/// The element of a constraint kept with its multiplier that depends on motions, columns over all coordinates; the first one.
+fn kept_along(reduced: &Reduced, motions: &Matrix<Rational>) -> Option<String> {
+    let equations = &reduced.equations;
+    let moves = |shaft: usize| motions.row(shaft).iter().any(|x| !x.is_zero());
+    let found = equations.kept.iter().find(|kept| equations.coordinates_of_kept(&kept.law).into_iter().any(moves));
+    found.map(|kept| kept.element.clone())
+}
 
-    /// `−T_yᵀ S q̇/S_y`, the speed of a motion that slips.
-    fn slip_speed(&mut self, reduced: &Reduced, slip: &Slip) -> Expr {
-        let sum = self.along_slip(reduced, slip, |out, k| {
-            let spring = &reduced.equations.springs[k];
-            let twisting = out.sum(&spring.row, |out, shaft| out.speeds[shaft]);
-            out.resisting(twisting, &spring.value.stiffness)
-        });
-        let scale = Rational::from(-1).over(&slip.stiffness);
-        let speed = self.graph.scale(scale, sum);
-        self.graph.group(speed)
-    }
-
-    /// Of each motion that may slip the torque that its friction has while it sticks, `−T_yᵀ(S q − s₀)`, and the speed that it would slip with.
-    pub fn sliders(&mut self, reduced: &Reduced) -> [Vec<Expr>; 2] {
-        let Some(mut relaxing) = self.relaxing.take() else { return [Vec::new(), Vec::new()] };
-        let speeds = std::mem::replace(&mut self.speeds, std::mem::take(&mut relaxing.standing));
-        let slips = relaxing.relaxation.slips.clone();
-        let torque = |out: &mut Self, slip: &Slip| {
-            let sum = out.along_slip(reduced, slip, |out, k| out.spring_torque(reduced, k));
-            let torque = out.graph.negate(sum);
-            out.graph.group(torque)
-        };
-        let torques = slips.iter().map(|slip| torque(self, slip)).collect();
-        let rates = slips.iter().map(|slip| self.slip_speed(reduced, slip)).collect();
-        relaxing.standing = std::mem::replace(&mut self.speeds, speeds);
-        self.relaxing = Some(relaxing);
-        [torques, rates]
+/// Refuses sliders without springs, whose stiffness is given, and those that springs couple with motions that relax.
+fn check_slips(
+    stiffness: &Matrix<Rational>,
+    coupled: &Matrix<Rational>,
+    names: impl Fn() -> Vec<String>,
+) -> Result<(), NoRelaxation> {
+    match definiteness(stiffness) {
+        _ if stiffness.rows() == 0 => Ok(()),
+        Definiteness::Positive if coupled.as_slice().iter().all(Scalar::is_zero) => Ok(()),
+        Definiteness::Positive => Err(NoRelaxation::Coupled(names())),
+        _ => Err(NoRelaxation::Slides(names())),
     }
 }

@@ -180,7 +180,7 @@ impl Shared<'_> {
 
     /// What holds a kept row acts against it as friction would; its multiplier is the opposite.
     fn kept(&mut self, row: usize) -> Expr {
-        let held = self.frictions[self.reduced.equations.frictions.len() + row];
+        let held = self.frictions[self.reduced.equations.set_valued().count() + row];
         self.motion.graph.negate(held)
     }
 

@@ -2,7 +2,9 @@
 
 use super::checks::check_matrices;
 use super::circuit::massless_loop;
+use super::places::place_of;
 use crate::analysis::combination;
+use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::Domain;
 use crate::model::{Document, Model, TableReader};
@@ -13,12 +15,27 @@ use crate::reduce::{NoEquilibrium, NoRelaxation, Reduced, equilibrium_rows, redu
 struct Refusal {
     /// The branches of a loop, where it is one of a circuit.
     branches: Vec<String>,
+    /// The constraint that it moves.
+    kept: Option<String>,
     why: String,
     help: &'static str,
 }
 
 fn refusal(why: String, help: &'static str) -> Refusal {
-    Refusal { branches: Vec::new(), why, help }
+    Refusal { branches: Vec::new(), kept: None, why, help }
+}
+
+/// Why a motion that moves what a kept row constrains does not run.
+fn beside_kept(equations: &Equations, element: String) -> Refusal {
+    let kept = equations.kept.iter().find(|kept| kept.element == element);
+    let help = match kept.map(|kept| equations.domain_of_kept(kept)) {
+        Some(Domain::Charge) => {
+            "put an inductor into this loop, or write the current as a sum whose integral is known: powers of `t`, sines, cosines and \
+             exponentials of straight lines, cubic tables without their third power"
+        }
+        _ => "give one of these shafts an inertia, or let the constraint act on shafts that have one",
+    };
+    Refusal { kept: Some(element.clone()), ..refusal(format!("beside `{element}` it is not followed"), help) }
 }
 
 const GIVE_INERTIA: &str = "give one of these shafts an inertia";
@@ -34,10 +51,13 @@ pub(super) fn without_massless(
 ) -> Option<Reduced> {
     match settled(document, model, reduced).and_then(|settled| relaxing(model, settled)) {
         Ok(found) => Some(found),
-        Err(Refusal { branches, why, help }) => {
+        Err(Refusal { branches, kept, why, help }) => {
             let told = if branches.is_empty() { massless.to_vec() } else { vec![massless_loop(document, &branches)] };
             out.extend(told.into_iter().map(|mut mistake| {
                 mistake.message += &format!("; {why}");
+                let mistake = kept
+                    .iter()
+                    .fold(mistake, |mistake, element| mistake.at(place_of(document, element), "this constraint"));
                 mistake.help(help)
             }));
             None
@@ -54,8 +74,11 @@ fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Redu
         combination(&direction.iter().map(named).collect::<Vec<_>>())
     };
     let rows = equilibrium_rows(&reduced.equations).map_err(|error| {
-        let (NoEquilibrium::Driven { direction, .. } | NoEquilibrium::Free { direction }) = &error;
         let equations = &reduced.equations;
+        let direction = match &error {
+            NoEquilibrium::Kept { element, .. } => return beside_kept(equations, element.clone()),
+            NoEquilibrium::Driven { direction, .. } | NoEquilibrium::Free { direction } => direction,
+        };
         let is_circuit = direction.iter().all(|(k, _)| equations.domain(*k) == Domain::Charge);
         let branches =
             direction.iter().filter(|_| is_circuit).map(|(k, _)| equations.coordinates[*k].clone()).collect();
@@ -76,9 +99,9 @@ fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Redu
                 names(direction),
                 quoted(inputs.iter().map(String::as_str))
             ),
-            NoEquilibrium::Free { direction } => format!("nothing at all acts along {}", names(direction)),
+            _ => format!("nothing at all acts along {}", names(direction)),
         };
-        Refusal { branches, why, help }
+        Refusal { branches, ..refusal(why, help) }
     })?;
     if rows.is_empty() {
         return Ok(reduced.clone());
@@ -115,12 +138,34 @@ fn relaxing(model: &Model, mut reduced: Reduced) -> Result<Reduced, Refusal> {
             ),
             NoRelaxation::Friction(elements) => refusal(
                 format!(
-                    "the friction of {} acts along it, which runs only where each such motion has a friction without `breakaway` and springs \
-                     of its own and no damper",
+                    "the friction of {} acts along it, which runs only where each such motion has one friction of its own, and no damper",
                     list(&elements)
                 ),
                 "give one of these shafts an inertia, or let the friction act on one that has",
             ),
+            NoRelaxation::Coupled(elements) => refusal(
+                format!(
+                    "springs without inertia between tie what the friction of {} holds to what a damper holds, which runs only apart",
+                    list(&elements)
+                ),
+                "give one of the shafts between them an inertia",
+            ),
+            NoRelaxation::Falls(elements) => refusal(
+                format!(
+                    "the friction of {} falls once it moves (`breakaway`), and where no inertia and no damper resists, how far it jumps then is not \
+                     determined: a small inertia would carry it twice as far as a small damper",
+                    list(&elements)
+                ),
+                "give what slips an inertia, or take `breakaway` out",
+            ),
+            NoRelaxation::Slides(elements) => refusal(
+                format!(
+                    "the frictions of {} can slip against each other without a spring, so that which of them does is not determined",
+                    list(&elements)
+                ),
+                "put a spring beside one of these frictions, or give one of these shafts an inertia",
+            ),
+            NoRelaxation::Kept(element) => beside_kept(&reduced.equations, element),
             NoRelaxation::Driven { frictions, inputs } => refusal(
                 format!(
                     "along it the friction of {} and springs resist {}, so it would jump with them",
@@ -138,14 +183,6 @@ fn relaxing(model: &Model, mut reduced: Reduced) -> Result<Reduced, Refusal> {
             }
         }
     })?;
-    let slips = reduced.relaxation.as_ref().is_some_and(|relaxation| !relaxation.slips.is_empty());
-    if slips && reduced.equations.prescribes() {
-        let moving = quoted(reduced.equations.moving.keys().map(String::as_str));
-        let why = format!(
-            "beside {moving}, which is a function of time, a friction that alone holds such a motion is not followed"
-        );
-        return Err(refusal(why, GIVE_INERTIA));
-    }
     if reduced.relaxation.is_some() && !model.controls.is_empty() {
         return Err(refusal(
             "a controller is designed for accelerations, which this motion has not".into(),

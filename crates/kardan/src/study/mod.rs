@@ -36,7 +36,6 @@ mod placement;
 mod places;
 mod prepare;
 mod prepared;
-mod prescribed;
 mod progress;
 mod project;
 mod proof;

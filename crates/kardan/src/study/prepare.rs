@@ -16,7 +16,6 @@ use super::margins::{check_margins, check_sampled};
 use super::operating_point::{Asked, check_smooth, not_held};
 use super::passage::check_passage;
 use super::places::places_in_control;
-use super::prescribed::refuse_massless;
 use super::progress::Progress;
 use super::redundant::check_redundant;
 use super::scenario::scenario;
@@ -425,10 +424,6 @@ fn reduced_model(
         return None;
     }
     if purpose == Purpose::Run && !massless.is_empty() {
-        if refuse_massless(document, &reduced, &mut massless) {
-            out.append(&mut massless);
-            return None;
-        }
         return without_massless(document, model, &reduced, &massless, out).map(|reduced| (reduced, Vec::new()));
     }
     Some((reduced, massless))

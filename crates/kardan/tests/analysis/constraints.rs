@@ -38,6 +38,9 @@ fn frobenius_tells_rolling_from_what_has_an_integral() {
         let source = format!("{BODIES}[constraint.row]\nrates = {{ {rates} }}\n{initial}");
         let found = class(&source, "row");
         assert_eq!(words(&found), expected, "{rates}: {found:?}");
+        // What holds at times beside it is no part of the row.
+        let stop = "[end_stop.stop]\nshaft_1 = \"k\"\nupper = \"1 rad\"\n";
+        assert_eq!(words(&class(&(stop.to_string() + &source), "row")), expected, "{rates}");
         let reason = found.reason.unwrap();
         let witness = if expected[0] {
             "is zero, exactly, at 3 generic points"

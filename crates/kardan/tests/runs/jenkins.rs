@@ -165,7 +165,14 @@ fn what_jumps_is_refused() {
     refused("[motor.push]\nshaft = \"m1\"\n", &["`m1`", "`f1`", "`push`", "jump"]);
     refused(&scenario(1.0, 10, "\"a.phi\" = \"0.1 rad\""), &["2.000000", "`f1`", "holds 1.0"]);
     refused("[spring_damper.d]\nshaft_1 = \"m1\"\ndamping = \"1 N m s/rad\"\n", &["`m1`", "`f1`", "no damper"]);
-    let second = "[shaft.n]\n[spring_damper.t]\nshaft_1 = \"m1\"\nshaft_2 = \"n\"\nstiffness = \"1 N m/rad\"\n\
-        [spring_damper.g]\nshaft_1 = \"n\"\nfriction = \"1 N m\"\n";
-    refused(second, &["`f1`, `g`", "springs of its own"]);
+    let falls = "[shaft.n]\n[spring_damper.t]\nshaft_1 = \"a\"\nshaft_2 = \"n\"\nstiffness = \"1 N m/rad\"\n\
+        [spring_damper.g]\nshaft_1 = \"n\"\nfriction = \"1 N m\"\nbreakaway = \"2 N m\"\nstribeck_speed = \"1 rad/s\"\n";
+    refused(falls, &["the friction of `g` falls", "`breakaway`", "not determined"]);
+    // Two frictions in series, of which either may slip.
+    let series = "[shaft.n]\n[shaft.o]\n[spring_damper.t]\nshaft_1 = \"a\"\nshaft_2 = \"n\"\nstiffness = \"1 N m/rad\"\n\
+        [spring_damper.g]\nshaft_1 = \"n\"\nshaft_2 = \"o\"\nfriction = \"1 N m\"\n[spring_damper.h]\nshaft_1 = \"o\"\nfriction = \"2 N m\"\n";
+    refused(series, &["`g`, `h`", "slip against each other without a spring"]);
+    let relaxes = "[shaft.n]\n[spring_damper.t]\nshaft_1 = \"m1\"\nshaft_2 = \"n\"\nstiffness = \"1 N m/rad\"\n\
+        [spring_damper.d]\nshaft_1 = \"n\"\ndamping = \"1 N m s/rad\"\n";
+    refused(relaxes, &["`f1`", "to what a damper holds"]);
 }

@@ -9,6 +9,7 @@ use super::hold_kinds::Holds;
 use super::meshes::Meshes;
 use super::response::Response;
 use super::sharing::Sharing;
+use super::slider_springs::Sliders;
 use super::timed::Timed;
 use super::wired::{Computer, Setup, Wired};
 use crate::assemble::{Along, Equations};
@@ -127,11 +128,6 @@ fn profiles(scenario: &Scenario) -> Vec<Profile> {
     (0..scenario.sources.len()).map(profile).collect()
 }
 
-/// Friction directions of motions without inertia.
-fn sliders(reduced: &Reduced) -> Vec<usize> {
-    reduced.relaxation.iter().flat_map(|one| &one.slips).map(|slip| slip.friction).collect()
-}
-
 /// The expressions of a loop, compiled, and where what is given and found stands among them.
 struct Compiled {
     dynamics: Dynamics,
@@ -189,13 +185,13 @@ impl Machine {
         let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals };
         let Compiled { dynamics, work, places, timed, meshes, moving } =
             Compiled::new(reduced, scenario, (parts, 2 * r..size), also);
-        let sliders = sliders(reduced);
+        let sliders = Sliders::new(reduced);
         let holds = Holds::new(&reduced.equations);
         let bounds = holds.bounds(dynamics.breakaway_torques(), kept.len());
         let profiles = profiles(scenario);
         let mut out = Self {
             relaxes: reduced.relaxation.is_some(),
-            directions: (0..m).filter(|k| !sliders.contains(k) && !holds.only_presses(*k)).collect(),
+            directions: (0..m).filter(|k| !sliders.directions.contains(k) && !holds.only_presses(*k)).collect(),
             sliders,
             holds,
             meshes,

@@ -8,7 +8,7 @@ use super::wired::{Computer, Wired};
 use crate::assemble::{Equations, FrictionLaw};
 use crate::expr::{Expr, Function, Symbol};
 use crate::num::{Matrix, Rational, rational_from_f64};
-use crate::reduce::{Dynamics, Extension, KeptRate, Motion, Reduced, Work};
+use crate::reduce::{Dynamics, Extension, KeptRate, Motion, Reduced, Relaxation, Work};
 use crate::simulate::drive::Drive;
 use crate::simulate::scenario::{SourceSignal, SourceTarget};
 use crate::units::Dimension;
@@ -30,6 +30,8 @@ pub(super) struct Places {
     pub limiter_rates: Range<usize>,
     /// Given: the sense of each friction direction's motion.
     pub senses: Range<usize>,
+    /// Given: of sliders that springs couple what the slip of each has of another one's.
+    pub couplings: Range<usize>,
     /// Given of the time: of each source with a function of it whether it follows that (1) or is set from outside (0), parts of
     /// functions, the time itself.
     pub timed: Range<usize>,
@@ -61,7 +63,7 @@ pub(super) struct Places {
     /// Found: of each kept row what is to vanish of the angles and of the speeds.
     pub kept_positions: Range<usize>,
     pub kept_speeds: Range<usize>,
-    /// Found: of each slider the torque that it has while it sticks, and the speed that it would slip with.
+    /// Found: of each slider the torque that its springs ask of it, and the speed that it would slip with alone.
     pub slider_torques: Range<usize>,
     pub slider_speeds: Range<usize>,
 }
@@ -161,7 +163,7 @@ pub(super) fn extend(
     let equations = &reduced.equations;
     let mut all = Loop { motion, inputs: Vec::new(), outputs: Vec::new() };
     let mut places = Places::default();
-    let (states, sources, held, limits, follows, limiter_rates, senses);
+    let (states, sources, held, limits, follows, limiter_rates, senses, couplings);
     let of_inputs = |what: &'static str| equations.inputs.iter().map(move |input| format!("{}.{what}", input.element));
     let of_source = |(k, target): (usize, &SourceTarget)| match target {
         SourceTarget::Input(input) => equations.inputs[*input].element.clone(),
@@ -176,6 +178,8 @@ pub(super) fn extend(
     (places.limiter_rates, limiter_rates) = all.given(of_inputs("limiter_rate"));
     (places.senses, senses) =
         all.given(equations.set_valued().enumerate().map(|(k, (element, _))| format!("{element}.sense.{k}")));
+    let coupled = reduced.relaxation.iter().flat_map(Relaxation::coupled_slips);
+    (places.couplings, couplings) = all.given(coupled.map(|(i, j)| format!("coupling.{i}.{j}")));
     let sources = with_signals(&mut all, &mut places, sources, signals);
     let state = |place: usize| states[place - more_states.start];
     let commands = commands(&mut all, laws, targets, (&sources, &held, &states, more_states.start));
@@ -211,13 +215,13 @@ pub(super) fn extend(
         });
     }
     law_rates(&mut all, laws, (&torques, &sources, &states, more_states.start), &mut rates);
-    let SetValued { torques: friction, speeds, holds } = set_valued(&mut all, reduced, &senses);
+    let SetValued { torques: friction, mut speeds, holds } = set_valued(&mut all, reduced, &senses);
     let meshes = MeshTerms::new(all.motion, reduced, &applied, &friction);
     let mut forces = forces(&mut all, &applied, &friction);
-    all.motion.relax(reduced, &mut forces, &senses);
-    let [slider_torques, slider_speeds] = all.motion.sliders(reduced);
+    let sliders = relax(&mut all, &mut places, reduced, &mut forces, (&senses, &couplings), &mut speeds);
     let mut powers = powers(&mut all, equations, &applied, (&friction, &speeds, &holds));
-    find_kept(&mut all, &mut places, (reduced, &applied, &friction), &mut powers[0]);
+    let held = held_frictions(&mut all, reduced, (&friction, &senses), &sliders);
+    find_kept(&mut all, &mut places, (reduced, &applied, &held), &mut powers[0]);
     places.commands = all.found("command", commands);
     places.torques = all.found("torque", torques);
     places.applied = all.found("applied", applied);
@@ -227,8 +231,6 @@ pub(super) fn extend(
     find_holds(&mut all, &mut places, &holds);
     find_meshes(&mut all, &mut places, meshes);
     places.powers = all.found("power", powers.to_vec());
-    places.slider_torques = all.found("slider", slider_torques);
-    places.slider_speeds = all.found("slip", slider_speeds);
     all.give_time(&mut places);
     (Extension { inputs: all.inputs, outputs: all.outputs }, places, sources)
 }
@@ -357,12 +359,16 @@ fn find_meshes(all: &mut Loop<'_>, places: &mut Places, meshes: MeshTerms) {
     places.mesh_by_torque = all.found("carried_by_torque", meshes.by_torque);
 }
 
+fn speed_along(all: &mut Loop<'_>, row: &[(usize, Rational)]) -> Expr {
+    let speed = all.motion.sum(row, |motion, shaft| motion.speeds[shaft]);
+    all.motion.graph.group(speed)
+}
+
 /// Torques of slipping directions, in the sense of their directions' motion, and speeds along all of them.
 fn sliding(all: &mut Loop<'_>, equations: &Equations, senses: &[Expr]) -> (Vec<Expr>, Vec<Expr>) {
     let (mut torques, mut speeds) = (Vec::new(), Vec::new());
     for (term, sense) in equations.frictions.iter().zip(senses) {
-        let speed = all.motion.sum(&term.row, |motion, shaft| motion.speeds[shaft]);
-        let speed = all.motion.graph.group(speed);
+        let speed = speed_along(all, &term.row);
         let FrictionLaw { torque, stribeck } = &term.value;
         let mut size = all.motion.exact(torque);
         if let Some(stribeck) = stribeck {
@@ -401,13 +407,11 @@ fn powers(
 ) -> [Expr; 2] {
     let (mut work, mut loss) = (Vec::new(), Vec::new());
     for (input, torque) in equations.inputs.iter().zip(applied) {
-        let speed = all.motion.sum(&input.row, |motion, shaft| motion.speeds[shaft]);
-        let speed = all.motion.graph.group(speed);
+        let speed = speed_along(all, &input.row);
         work.push(all.motion.graph.multiply(*torque, speed));
     }
     for (law, torque) in equations.laws.iter().zip(all.motion.laws.clone()) {
-        let speed = all.motion.sum(&law.row, |motion, shaft| motion.speeds[shaft]);
-        let speed = all.motion.graph.group(speed);
+        let speed = speed_along(all, &law.row);
         work.push(all.motion.graph.multiply(torque, speed));
     }
     for damper in &equations.dampers {
@@ -420,6 +424,44 @@ fn powers(
     }
     loss.extend(holds.iter().map(|hold| hold.loss));
     [all.sum(&work), all.sum(&loss)]
+}
+
+/// Speeds with motions without inertia, also along the frictions of those that slip in these modes; gives the torques of sliders.
+fn relax(
+    all: &mut Loop<'_>,
+    places: &mut Places,
+    reduced: &Reduced,
+    forces: &mut [Expr],
+    slipping: (&[Expr], &[Expr]),
+    speeds: &mut [Expr],
+) -> Vec<Expr> {
+    all.motion.relax(reduced, forces, slipping);
+    for slip in reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips) {
+        speeds[slip.friction] = speed_along(all, &reduced.equations.frictions[slip.friction].row);
+    }
+    let [torques, alone] = all.motion.sliders(reduced);
+    places.slider_torques = all.found("slider", torques.clone());
+    places.slider_speeds = all.found("slip", alone);
+    torques
+}
+
+/// Torques of frictions where they do not hold, and those of sliders where they do too.
+fn held_frictions(
+    all: &mut Loop<'_>,
+    reduced: &Reduced,
+    (friction, senses): (&[Expr], &[Expr]),
+    slider_torques: &[Expr],
+) -> Vec<Expr> {
+    let mut held = friction.to_vec();
+    let slips = reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips);
+    for (slip, torque) in slips.zip(slider_torques) {
+        let graph = &mut all.motion.graph;
+        let slides = graph.product(&[(senses[slip.friction], 2)]);
+        let sticks = graph.sum(Rational::ONE, &[(slides, Rational::from(-1))]);
+        let torque = graph.multiply(sticks, *torque);
+        held[slip.friction] = graph.add(friction[slip.friction], torque);
+    }
+    held
 }
 
 /// What is found of constraints that prescribe speeds, and of kept rows; adds the power of the former to that of the inputs.

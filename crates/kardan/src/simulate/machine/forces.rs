@@ -78,6 +78,7 @@ impl Machine {
         work.give(dynamics, places.follows.start, self.drives.iter().map(Drive::follows));
         work.give(dynamics, places.limiter_rates.start, self.drives.iter().map(Drive::limiter_rate));
         work.give(dynamics, places.senses.start, self.modes.iter().map(|mode| mode.sign()));
+        work.give(dynamics, places.couplings.start, self.sliders.couplings.iter().copied());
     }
 
     /// What angles and speeds are given besides the reduced ones.
@@ -89,9 +90,9 @@ impl Machine {
         work.give(dynamics, places.states.start, state[2 * self.degrees_of_freedom..self.size - 2].iter().copied());
     }
 
-    /// The same where speeds along what holds are prescribed.
+    /// The same where speeds along what holds or slips are prescribed.
     pub(super) fn give_prescribed(&mut self, time: f64, state: &[f64]) {
-        if self.moves {
+        if self.moves || !self.sliders.directions.is_empty() {
             self.give_time(time, state);
         }
     }
@@ -261,7 +262,7 @@ impl Machine {
         for (k, torque) in self.meshes.losses() {
             self.friction_torques[k] = torque;
         }
-        for (slider, &k) in self.sliders.iter().enumerate().filter(|(_, k)| self.modes[**k] == Mode::Stick) {
+        for (slider, &k) in self.sliders.directions.iter().enumerate().filter(|(_, k)| self.modes[**k] == Mode::Stick) {
             self.friction_torques[k] = self.slider_torque(slider);
         }
         for a in 0..self.holding.len() {

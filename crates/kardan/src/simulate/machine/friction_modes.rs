@@ -155,7 +155,7 @@ impl Machine {
 
     /// Whether the sticking directions can no longer hold at this point.
     pub fn breaks_away(&mut self, time: f64, state: &[f64]) -> bool {
-        if self.holding.is_empty() && self.sliders.is_empty() && !self.holds.has_locks {
+        if self.holding.is_empty() && self.sliders.directions.is_empty() && !self.holds.has_locks {
             return false;
         }
         self.evaluate(time, state);
@@ -351,7 +351,8 @@ impl Machine {
         // What cancels in the speeds depends on the directions there.
         self.update(state);
         let noise = |k: usize| {
-            let own = NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work);
+            let of_terms = || NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work);
+            let own = self.noise_of_slip(k).unwrap_or_else(of_terms);
             if self.kept.is_empty() { own } else { own.max(self.noise_of_rows(k)) }
         };
         out.retain(|&k| against(self, k) > noise(k) || self.hold_turns(k));
@@ -430,7 +431,7 @@ impl Machine {
         if self.settle_sliders(&crossing, everything) {
             self.evaluate(time, state);
         }
-        let crossing: Vec<usize> = crossing.into_iter().filter(|k| !self.sliders.contains(k)).collect();
+        let crossing: Vec<usize> = crossing.into_iter().filter(|k| !self.sliders.directions.contains(k)).collect();
         if !everything && crossing.is_empty() && resting.is_none() {
             if let Some(modes) = self.leave_rest() {
                 self.stop_along_holding(state);

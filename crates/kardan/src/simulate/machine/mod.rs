@@ -20,6 +20,7 @@ mod motor_modes;
 mod response;
 mod series;
 mod sharing;
+mod slider_springs;
 mod sliders;
 mod timed;
 mod wired;
@@ -42,6 +43,7 @@ use jacobian::Jacobian;
 use meshes::Meshes;
 use response::Response;
 use sharing::Sharing;
+use slider_springs::Sliders;
 use timed::Timed;
 use wired::{Computer, Wired};
 
@@ -53,8 +55,8 @@ pub struct Machine {
     pub(super) work: Work,
     /// Whether motions without inertia are states of first order.
     relaxes: bool,
-    /// Friction directions of motions without inertia, and all others.
-    sliders: Vec<usize>,
+    /// Frictions of motions without inertia, and all other directions.
+    sliders: Sliders,
     directions: Vec<usize>,
     laws: Vec<Wired>,
     /// Whether any of them computes by itself at every instant.
@@ -147,6 +149,7 @@ impl Machine {
         keeper.flag(&mut self.stands);
         self.holds.keep(keeper);
         self.prepare_holding();
+        self.couple_sliders();
         keeper.number(&mut self.step_length);
         for list in [&mut self.step_speeds, &mut self.hold_torque, &mut self.sources, &mut self.commands] {
             keeper.numbers(list);

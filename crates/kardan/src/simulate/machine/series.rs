@@ -15,10 +15,10 @@ impl Machine {
     pub fn prepare_series(&mut self, order: usize, shafts: &[Vec<usize>; 2]) -> bool {
         let (r, m) = (self.degrees_of_freedom, self.kept.end);
         let MotionPlan { plan, angles, speeds, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
-        let Places { held, limits, follows, limiter_rates, senses, follows_signal, .. } = &self.places;
+        let Places { held, limits, follows, limiter_rates, senses, couplings, follows_signal, .. } = &self.places;
         let steady = |input: usize| {
             let given = input.wrapping_sub(2 * r);
-            [held, limits, follows, limiter_rates, senses, follows_signal]
+            [held, limits, follows, limiter_rates, senses, couplings, follows_signal]
                 .into_iter()
                 .any(|places| places.contains(&given))
         };
@@ -58,7 +58,7 @@ impl Machine {
             commands: found(&self.places.commands),
             holds: found(&self.places.holds),
             power: prescribed.map(found),
-            sliders: self.sliders.iter().copied().zip(found(&self.places.slider_torques)).collect(),
+            sliders: self.sliders.directions.iter().copied().zip(found(&self.places.slider_torques)).collect(),
             scratch: vec![0.0; stride],
             rows_follow,
             friction_bias: vec![0.0; m],
@@ -93,7 +93,8 @@ impl Machine {
         let Some(mut expansion) = self.expansion.take() else { return Prospect::Unknown };
         let r = self.degrees_of_freedom;
         let speeds = &self.work.values()[r..2 * r];
-        let noise = |k: usize| NOISE * self.dynamics.friction_terms(k, speeds, &self.work);
+        let of_terms = |k: usize| NOISE * self.dynamics.friction_terms(k, speeds, &self.work);
+        let noise = |k: usize| self.noise_of_slip(k).unwrap_or_else(|| of_terms(k));
         let watch = Watch { modes: &self.modes, holding: &self.holding, holds: &self.holds, bounds: self.bounds() };
         let prospect = expansion.prospect(&watch, noise, &self.drives, (length, order));
         self.expansion = Some(expansion);
