@@ -1,10 +1,10 @@
 //! The terms of a model over numbered coordinates, in the names of their values.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::elimination::Entry;
-use super::{Laurent, Letters};
-use crate::equations::{Direction, GROUND, NamedTerm, Stribeck, Term};
+use super::{Laurent, Letters, Symbol};
+use crate::equations::{Direction, Formula, GROUND, Hold, Kept, Meaning, NamedTerm, Stribeck, Term};
 use crate::num::{Rational, Scalar};
 use crate::units::Exact;
 
@@ -40,6 +40,19 @@ pub(super) struct Constraint {
     pub(super) offset: Laurent,
 }
 
+/// What a kept constraint says.
+#[derive(Debug, Clone)]
+pub(super) enum KeptLaw {
+    /// `Σ a_i q̇_i = 0`
+    Rates(Row),
+    /// φ = 0
+    Surface(Laurent),
+    /// `Σ a_i q̇_i` is prescribed.
+    Speed(Row),
+    /// `Σ a_i q̈_i` is prescribed.
+    Acceleration(Row),
+}
+
 /// All terms, by kind; constraints in the order of the assembled ones.
 #[derive(Debug, Default)]
 pub(super) struct Terms {
@@ -49,6 +62,10 @@ pub(super) struct Terms {
     pub(super) frictions: Vec<Along<Friction>>,
     pub(super) inputs: Vec<Along<()>>,
     pub(super) constraints: Vec<Constraint>,
+    /// By element.
+    pub(super) kept: Vec<(String, KeptLaw)>,
+    /// What holds by modes, each torque once: its row, and whether teeth rub.
+    pub(super) holds: Vec<Along<bool>>,
 }
 
 impl Terms {
@@ -56,6 +73,10 @@ impl Terms {
     pub(super) fn new(coordinates: &[String], terms: &[NamedTerm], letters: &mut Letters) -> Self {
         let mut sorted: Vec<&NamedTerm> = terms.iter().collect();
         sorted.sort_by(|a, b| a.element.cmp(&b.element));
+        let moving: BTreeSet<&str> = terms
+            .iter()
+            .filter_map(|one| matches!(one.term, Term::Moving(_)).then_some(one.element.as_str()))
+            .collect();
         let mut out = Self::default();
         let mut balances: BTreeMap<&str, BTreeMap<usize, Entry>> = BTreeMap::new();
         for NamedTerm { element, term } in sorted {
@@ -82,7 +103,11 @@ impl Terms {
                 }
                 Term::Constraint { along, offset } => {
                     let entries = numbered(letters, along);
-                    out.constraints.push(Constraint { entries, offset: letters.exact(offset) });
+                    let offset = match moving.contains(element.as_str()) {
+                        true => letters.of(Symbol::OfTime(element.clone(), 0)),
+                        false => letters.exact(offset),
+                    };
+                    out.constraints.push(Constraint { entries, offset });
                 }
                 Term::Compliance { along, offset, scale, stiffness, damping } => {
                     let turned = -&scale.recip().unwrap_or_else(Exact::one);
@@ -106,15 +131,24 @@ impl Terms {
                         *sum = Entry { symbol: sum.symbol.plus(&entry.symbol), number: sum.number.plus(&entry.number) };
                     }
                 }
+                Term::Kept(law) => out.kept.push((element.clone(), kept(coordinates, law, letters))),
+                Term::Hold { along, hold } => {
+                    let rubs = matches!(hold, Hold::Mesh(_));
+                    // Both sides of a stop are one torque.
+                    if out.holds.iter().all(|other| other.element != *element || other.value != rubs) {
+                        let sign = Rational::from(if hold.is_upper() { -1 } else { 1 });
+                        let mut row = row(numbered(letters, along));
+                        row.iter_mut().for_each(|(_, entry)| *entry = entry.scaled(&sign));
+                        out.holds.push(Along { element: element.clone(), row, value: rubs });
+                    }
+                }
                 Term::Balance { .. }
                 | Term::Transmission { .. }
-                | Term::Hold { .. }
                 | Term::Output(_)
                 | Term::Angle { .. }
                 | Term::Position { .. }
                 | Term::Measure(_)
                 | Term::Moving(_)
-                | Term::Kept(_)
                 | Term::Charge { .. } => {}
             }
         }
@@ -125,6 +159,34 @@ impl Terms {
             }
         }
         out
+    }
+}
+
+/// A kept constraint over numbered coordinates; what it calls tables in has no letters.
+fn kept(coordinates: &[String], law: &Kept<String>, letters: &mut Letters) -> KeptLaw {
+    let number = |name: &str| coordinates.iter().position(|other| other == name);
+    let mut formula = |formula: &Formula| {
+        let mut names: BTreeMap<&str, Laurent> = BTreeMap::new();
+        for (name, meaning) in &formula.names {
+            if let Meaning::Position(body) = meaning
+                && let Some(coordinate) = number(body)
+            {
+                names.insert(name, letters.of(Symbol::Position(coordinate)));
+            }
+        }
+        letters.read(&formula.expression.root, &names)
+    };
+    match law {
+        Kept::Surface(surface) => KeptLaw::Surface(formula(surface)),
+        Kept::Rates(row) => {
+            let row = row.iter().filter_map(|(name, a)| Some((number(name)?, formula(a))));
+            KeptLaw::Rates(row.filter(|(_, entry)| !entry.is_zero()).collect())
+        }
+        Kept::Speed(row, _) | Kept::Acceleration(row, _) => {
+            let along = Direction { entries: row.clone() };
+            let row = self::row(entries(coordinates, &along, letters));
+            if matches!(law, Kept::Speed(..)) { KeptLaw::Speed(row) } else { KeptLaw::Acceleration(row) }
+        }
     }
 }
 

@@ -45,6 +45,8 @@ pub(super) struct Names<'a> {
     pub(super) values: &'a BTreeMap<String, SymbolValue>,
     /// Of letters that stand for values and formulas.
     own: HashMap<Letter, SymbolicText>,
+    /// Of functions of time, by element.
+    functions: HashMap<String, SymbolicText>,
     /// Names of coordinates that are one word.
     pub(super) coordinates: Vec<String>,
 }
@@ -57,10 +59,16 @@ impl<'a> Names<'a> {
         equations: &'a Equations,
         values: &'a BTreeMap<String, SymbolValue>,
     ) -> Self {
-        let mut taken: HashSet<String> = ["pi", "t", "x"].map(String::from).into();
+        let mut taken: HashSet<String> = ["pi", "t"].map(String::from).into();
         let coordinates = equations.coordinates.iter().map(|name| alone(&word(name), &mut taken)).collect();
-        let mut own = HashMap::new();
+        let (mut own, mut functions) = (HashMap::new(), HashMap::new());
         for letter in used {
+            if let Symbol::OfTime(element, _) = letters.symbol(*letter)
+                && !functions.contains_key(element)
+            {
+                let text = alone(&format!("b_{}", word(element)), &mut taken);
+                functions.insert(element.clone(), SymbolicText { text, latex: format!("_{{{}}}", index(element)) });
+            }
             let (base, element) = match letters.symbol(*letter) {
                 Symbol::Value(name) => match name.split_once('.') {
                     Some((element, key)) => {
@@ -85,7 +93,7 @@ impl<'a> Names<'a> {
             };
             own.insert(*letter, SymbolicText { text, latex });
         }
-        Self { letters, equations, values, own, coordinates }
+        Self { letters, equations, values, own, functions, coordinates }
     }
 
     /// A sum of products.
@@ -125,6 +133,10 @@ impl<'a> Names<'a> {
                 format!("{name}{}", enclosed(&self.written(speed, form), latex))
             }
             Symbol::Input(k) => self.input(*k, latex),
+            Symbol::Time => "t".into(),
+            Symbol::OfTime(element, order) => self.of_time(element, *order, latex),
+            Symbol::Multiplier(k) => self.multiplier(*k, form),
+            Symbol::Held(element, rubs) => self.held(element, *rubs, form),
             Symbol::Value(name) | Symbol::Of(_, name) | Symbol::Sliding(name, _) => name.clone(),
         }
     }
@@ -147,6 +159,33 @@ impl<'a> Names<'a> {
         let letter =
             [letter.trim_start().to_string(), format!(r"\dot{letter}"), format!(r"\ddot{letter}")][order].clone();
         format!("{letter}_{{{}}}", index(&self.equations.coordinates[k]))
+    }
+
+    /// What an element prescribes, or a rate of it.
+    pub(super) fn of_time(&self, element: &str, order: usize, latex: bool) -> String {
+        let Some(name) = self.functions.get(element) else { return String::new() };
+        match latex {
+            false => format!("{}{}", name.text, "'".repeat(order)),
+            true => format!("{}{}", ["b", r"\dot b", r"\ddot b"][order.min(2)], name.latex),
+        }
+    }
+
+    /// The multiplier of a kept constraint.
+    pub(super) fn multiplier(&self, k: usize, form: Form) -> String {
+        let kept = &self.equations.kept[k];
+        effort(self.equations.domain_of_kept(kept), &kept.element, form)
+    }
+
+    /// What an element carries by its modes, or loses in its teeth.
+    pub(super) fn held(&self, element: &str, rubs: bool, form: Form) -> String {
+        match (rubs, form) {
+            (true, Form::Text) => Quantity::Friction.of(&word(element)),
+            (true, Form::Latex) => format!(r"\tau_{{{},\mathrm{{loss}}}}", index(element)),
+            (false, _) => {
+                let own = self.equations.holds.iter().find(|hold| hold.element == element);
+                effort(own.map(|hold| self.equations.domain_of_hold(hold)).unwrap_or_default(), element, form)
+            }
+        }
     }
 
     fn input(&self, k: usize, latex: bool) -> String {
@@ -193,6 +232,16 @@ impl<'a> Names<'a> {
             (_, _, true) => format!(r"\operatorname{{{function}}}\left({}\right)", parts.join(", ")),
         }
     }
+}
+
+/// A torque, force or voltage of an element.
+fn effort(domain: Domain, element: &str, form: Form) -> String {
+    let letter = match domain {
+        Domain::Rotation => "tau",
+        Domain::Translation => "f",
+        Domain::Charge => "u",
+    };
+    if form == Form::Latex { with_index(letter, element) } else { domain.effort().of(&word(element)) }
 }
 
 fn enclosed(text: &str, latex: bool) -> String {

@@ -5,11 +5,11 @@ use std::fmt::Write;
 use super::super::PreparedVariant;
 use super::super::equations::kinds;
 use super::names::{index, word};
-use crate::results::{SymbolicEquations, SymbolicFormula, SymbolicText};
+use crate::results::{SymbolicEquations, SymbolicFormula, SymbolicKeptConstraint, SymbolicMode, SymbolicText};
 
 /// Lists of formulas under their titles; what is empty is left out.
 fn sections<'e>(found: &'e SymbolicEquations, force: &str) -> Vec<(String, &'e [SymbolicFormula])> {
-    let sections: [(String, &[SymbolicFormula]); 9] = [
+    let sections: [(String, &[SymbolicFormula]); 11] = [
         ("Letters".into(), &found.letters),
         ("Coordinates that follow".into(), &found.dependents),
         ("Inertia H, symmetric".into(), &found.inertia),
@@ -17,10 +17,16 @@ fn sections<'e>(found: &'e SymbolicEquations, force: &str) -> Vec<(String, &'e [
         ("Damping D, symmetric".into(), &found.damping),
         (format!("Stiffness {force}"), &found.stiffness),
         (format!("Friction {force}; sgn is set-valued at rest: any value from -1 to 1"), &found.friction),
+        (format!("{} of what holds by modes", capital(force)), &found.held),
         ("Input map F u".into(), &found.input),
+        (format!("{} of kept constraints, A^T lambda", capital(force)), &found.kept_forces),
         ("Constraint torques (multipliers), from the motion of all coordinates".into(), &found.constraint_torques),
     ];
     sections.into_iter().filter(|(_, formulas)| !formulas.is_empty()).collect()
+}
+
+fn capital(word: &str) -> String {
+    word[..1].to_uppercase() + &word[1..]
 }
 
 /// What the equations assume, in sentences; `mark` writes a formula.
@@ -40,7 +46,34 @@ fn assumptions(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String
 }
 
 /// The form of all equations.
-const FORM: &str = "H q'' + velocity-dependent + D q' + stiffness + friction = F u";
+fn form(found: &SymbolicEquations) -> String {
+    let held = if found.held.is_empty() { "" } else { " + held" };
+    let kept = match found.kept.is_empty() {
+        true => "",
+        false => " + A^T lambda; lambda follows from A q'' = c",
+    };
+    format!("H q'' + velocity-dependent + D q' + stiffness + friction{held} = F u{kept}")
+}
+
+/// The equations of kept constraints, each with its sides: position, rates, accelerations.
+fn kept_lines(one: &SymbolicKeptConstraint) -> Vec<[SymbolicText; 2]> {
+    let zero = SymbolicText { text: "0".into(), latex: "0".into() };
+    let position = one.position.iter().map(|position| [position.clone(), zero.clone()]);
+    let sides = one.rates.iter().chain([&one.accelerations]);
+    position.chain(sides.map(|line| [line.symbol.clone(), line.formula.clone()])).collect()
+}
+
+/// What modes, functions of time and ripples are, in lines.
+fn in_words(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String) -> Vec<(String, Vec<String>)> {
+    let lines = |list: &[SymbolicMode]| list.iter().map(|one| format!("{}: {}", mark(&one.symbol), one.what)).collect();
+    let ripples = found.ripples.iter().map(|name| format!("the ripple of {name}, {name}.ripple, which acts beside it"));
+    let words = [
+        ("What holds by modes; names and numbers as in the model, SI units".to_string(), lines(&found.modes)),
+        ("Functions of time, as they are written".to_string(), lines(&found.prescribed)),
+        ("Not in the equations".to_string(), ripples.collect()),
+    ];
+    words.into_iter().filter(|(_, lines): &(_, Vec<String>)| !lines.is_empty()).collect()
+}
 
 pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> String {
     let mut out = String::new();
@@ -53,7 +86,7 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
     let shown: Vec<String> = shown.collect();
     let _ = writeln!(out, "Model {}: {}, degrees of freedom {}", variant.model.name, counts.join(", "), names.len());
     let _ = writeln!(out, "Coordinates q: {} ({}; numbers in SI units)", shown.join(", "), units.join(", "));
-    let _ = writeln!(out, "{FORM}");
+    let _ = writeln!(out, "{}", form(found));
     if !found.values.is_empty() {
         let widths = [0, 1].map(|k| {
             let width = found.values.iter().map(|value| if k == 0 { value.symbol.text.len() } else { value.of.len() });
@@ -81,6 +114,17 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
             let _ = writeln!(out, "  {:width$} = {}", symbol.text, formula.text);
         }
     }
+    if !found.kept.is_empty() {
+        out.push_str("\nConstraints kept with their multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
+        for one in &found.kept {
+            let _ = writeln!(out, "  {} with {}", one.of, one.multiplier.text);
+            kept_lines(one).iter().for_each(|[left, right]| out.push_str(&format!("    {} = {}\n", left.text, right.text)));
+        }
+    }
+    for (title, lines) in in_words(found, |one| one.text.clone()) {
+        let _ = writeln!(out, "\n{title}");
+        lines.iter().for_each(|line| out.push_str(&format!("  {line}\n")));
+    }
     if !found.laws.is_empty() {
         out.push_str("\nInputs that are laws, as they are written\n");
         found.laws.iter().for_each(|one| out.push_str(&format!("  {} = {}\n", one.of, one.law)));
@@ -100,7 +144,7 @@ pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> Str
     let mut out = String::new();
     let units: Vec<&str> = kinds(variant).iter().map(|kind| kind.units).collect();
     let _ = writeln!(out, "% Model {}: {}; numbers in SI units. Needs amsmath.", variant.model.name, units.join("; "));
-    let _ = writeln!(out, "% {FORM}");
+    let _ = writeln!(out, "% {}", form(found));
     for value in &found.values {
         let follows = value.follows.as_ref().map(|text| format!(", from {text}")).unwrap_or_default();
         let number = format!("{} {}", value.value, value.unit);
@@ -122,6 +166,16 @@ pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> Str
             formulas.iter().map(|one| format!("  {} &= {}", one.symbol.latex, one.formula.latex)).collect();
         out.push_str(&rows.join(" \\\\\n"));
         out.push_str("\n\\end{align}\n");
+    }
+    if !found.kept.is_empty() {
+        out.push_str("\n% Constraints kept with their multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
+        let lines = found.kept.iter().flat_map(kept_lines);
+        let rows: Vec<String> = lines.map(|[left, right]| format!("  {} &= {}", left.latex, right.latex)).collect();
+        let _ = writeln!(out, "\\begin{{align}}\n{}\n\\end{{align}}", rows.join(" \\\\\n"));
+    }
+    for (title, lines) in in_words(found, |one| one.latex.clone()) {
+        let _ = writeln!(out, "\n% {title}");
+        lines.iter().for_each(|line| out.push_str(&format!("% {line}\n")));
     }
     for law in &found.laws {
         let _ = writeln!(out, "% Input {}, as it is written: {}", law.of, law.law);

@@ -1,0 +1,475 @@
+//! Equations in symbols with constraints that are kept, prescribed motions and what holds by modes: what is printed, evaluated at random points,
+//! gives the accelerations and multipliers of the plan of a run.
+
+use std::collections::HashMap;
+
+use kardan::num::{Lu, Rational, rational_from_f64};
+use kardan::plan::compile;
+use kardan::project::Project;
+use kardan::reduce::{Acting, Motion, Reduced};
+use kardan::results::SymbolicEquations;
+use kardan::study::EquationsForm;
+
+use super::symbolic::{Point, Random, close, filled, letters, of, symbolic, value};
+
+/// What the plan of a run finds at one point, by name; `frictions`, `inputs` and `multipliers` act as given.
+struct Numeric {
+    found: HashMap<String, f64>,
+    constraint_torques: Vec<f64>,
+}
+
+struct Given {
+    time: f64,
+    position: Vec<f64>,
+    speed: Vec<f64>,
+    acceleration: Vec<f64>,
+    inputs: Vec<f64>,
+    /// Of frictions, then of what holds, then the opposite of each multiplier.
+    frictions: Vec<f64>,
+}
+
+fn numeric(reduced: &Reduced, given: &Given) -> Numeric {
+    let mut motion = Motion::new(reduced);
+    let mut numbers = |values: &[f64]| -> Vec<_> {
+        values.iter().map(|x| motion.graph.number(rational_from_f64(*x).unwrap_or(Rational::ZERO))).collect()
+    };
+    let [accelerations, inputs, frictions] =
+        [&given.acceleration, &given.inputs, &given.frictions].map(|values| numbers(values));
+    let acting = Acting { accelerations: &accelerations, inputs: &inputs, frictions: &frictions };
+    let torques = motion.multipliers(reduced, acting);
+    let mut outputs = motion.outputs(reduced);
+    let own = outputs.len();
+    outputs.extend(torques.iter().enumerate().map(|(k, torque)| (format!("constraint {k}"), *torque)));
+    let symbols = [motion.symbols.clone(), motion.timed.symbols(&motion.graph)].concat();
+    let plan = compile(&motion.graph, &symbols, &outputs).unwrap();
+    let mut memory = plan.memory();
+    let values = given.position.iter().chain(&given.speed).copied().chain(motion.timed.values(given.time));
+    memory.iter_mut().zip(values).for_each(|(place, value)| *place = value);
+    assert!(plan.block().evaluate(&mut memory));
+    let at = |k: usize| memory[plan.place(k)];
+    Numeric {
+        found: (0..own).map(|k| (outputs[k].0.clone(), at(k))).collect(),
+        constraint_torques: (own..outputs.len()).map(at).collect(),
+    }
+}
+
+/// Accelerations and multipliers from `H a − Aᵀλ = f`, `A a = c`.
+fn solved(inertia: &[f64], rows: &[f64], force: &[f64], right: &[f64]) -> Vec<f64> {
+    let (r, count) = (force.len(), right.len());
+    let n = r + count;
+    let mut matrix = vec![0.0; n * n];
+    for i in 0..r {
+        (0..r).for_each(|j| matrix[i * n + j] = inertia[i * r + j]);
+        for k in 0..count {
+            (matrix[i * n + r + k], matrix[(r + k) * n + i]) = (-rows[k * r + i], rows[k * r + i]);
+        }
+    }
+    let mut out: Vec<f64> = force.iter().chain(right).copied().collect();
+    let mut factor = Lu::new(n);
+    factor.factor(&matrix);
+    factor.solve(&mut out);
+    out
+}
+
+fn word(name: &str) -> String {
+    name.replace(['-', '.'], "_")
+}
+
+/// At random values, times, angles and speeds: matrices, forces, rows and multipliers of both, and what follows from them, to 1e-9 of one plus
+/// their size.
+fn compare(model: &str, points: usize) {
+    let mut random = Random(41);
+    let found = symbolic(&filled(model, &mut random).0);
+    for _ in 0..points {
+        let (text, numbers) = filled(model, &mut random);
+        let project = Project::open(text.as_str());
+        let prepared = project.prepared();
+        let reduced = &prepared.variants.first().unwrap_or_else(|| panic!("{:?}", project.mistakes())).reduced;
+        let equations = &reduced.equations;
+        let mut list = |count: usize| -> Vec<f64> { (0..count).map(|_| random.between(-2.0, 2.0)).collect() };
+        let r = reduced.degrees_of_freedom();
+        let set_valued = equations.set_valued().count();
+        let given = Given {
+            time: list(1)[0].abs(),
+            position: list(r),
+            speed: list(r),
+            acceleration: list(r),
+            inputs: list(equations.inputs.len()),
+            frictions: list(set_valued + equations.kept.len()),
+        };
+        let mut point = Point { values: HashMap::from([("t".to_string(), given.time)]), functions: &|_, _| None };
+        let (given, exact) = put(&found, reduced, &numbers, given, &mut point);
+        check(&found, reduced, &given, &exact, &point);
+    }
+}
+
+/// Gives the names in formulas their values; frictions are what they are in motion.
+fn put(
+    found: &SymbolicEquations,
+    reduced: &Reduced,
+    numbers: &HashMap<String, f64>,
+    mut given: Given,
+    point: &mut Point<'_>,
+) -> (Given, Numeric) {
+    let equations = &reduced.equations;
+    let exact = numeric(reduced, &given);
+    let mut speeds = vec![0.0; equations.coordinates.len()];
+    for (k, name) in equations.coordinates.iter().enumerate() {
+        let motion = equations.domain(k).motion();
+        let own = reduced.coordinates.iter().position(|other| *other == k);
+        let value = |order: usize| match own {
+            Some(own) => [&given.position, &given.speed][order][own],
+            None => exact.found[&motion[order].of(name)],
+        };
+        speeds[k] = value(1);
+        point.values.insert(word(name), value(0));
+        point.values.insert(format!("{}'", word(name)), speeds[k]);
+    }
+    for (k, own) in reduced.coordinates.iter().enumerate() {
+        point.values.insert(format!("{}''", word(&equations.coordinates[*own])), given.acceleration[k]);
+    }
+    let kept = equations.kept.iter().filter_map(|kept| match &kept.law {
+        kardan::equations::Kept::Speed(_, function) | kardan::equations::Kept::Acceleration(_, function) => {
+            Some((&kept.element, function))
+        }
+        _ => None,
+    });
+    let mut functions = Vec::new();
+    for (element, function) in equations.moving.iter().chain(kept) {
+        let rates = [(**function).clone(), function.rate(), function.rate().rate()];
+        for (order, rate) in rates.iter().enumerate() {
+            functions.push((format!("b_{}{}", word(element), "'".repeat(order)), rate.value(given.time)));
+        }
+    }
+    point.values.extend(functions.iter().cloned());
+    letters(found, numbers, point);
+    // Formulas of functions of time are the functions of a run.
+    for (name, expected) in functions {
+        close(point.values[&name], expected, expected.abs(), &name);
+    }
+    for (k, friction) in equations.frictions.iter().enumerate() {
+        let speed: f64 = friction.row_f64().iter().map(|(shaft, x)| x * speeds[*shaft]).sum();
+        given.frictions[k] = friction.value.torque.to_f64() * speed.signum();
+    }
+    for (k, input) in equations.inputs.iter().enumerate() {
+        for end in ["", ".tau", ".f", ".v"] {
+            point.values.insert(format!("{}{end}", word(&input.element)), given.inputs[k]);
+        }
+    }
+    let first = equations.frictions.len();
+    for (k, hold) in equations.holds.iter().enumerate() {
+        let rubs = matches!(hold.value, kardan::equations::Hold::Mesh(_));
+        let names = if rubs { &[".friction"][..] } else { &[".tau", ".f", ".v"][..] };
+        // Both sides of a stop are one torque: here all of it is on the first.
+        let again = equations.holds[..k].iter().any(|other| other.element == hold.element && !rubs);
+        if again {
+            given.frictions[first + k] = 0.0;
+            continue;
+        }
+        let sign = if hold.value.is_upper() { -1.0 } else { 1.0 };
+        for end in names {
+            point.values.insert(format!("{}{end}", word(&hold.element)), sign * given.frictions[first + k]);
+        }
+    }
+    let first = first + equations.holds.len();
+    for (k, kept) in found.kept.iter().enumerate() {
+        point.values.insert(kept.multiplier.text.clone(), -given.frictions[first + k]);
+    }
+    let exact = numeric(reduced, &given);
+    for one in &found.dependents {
+        let name = &one.symbol.text;
+        let formula = value(&one.formula.text, point);
+        if let Some(expected) = point.values.get(name) {
+            close(formula, *expected, expected.abs(), name);
+        }
+    }
+    (given, exact)
+}
+
+fn check(found: &SymbolicEquations, reduced: &Reduced, given: &Given, exact: &Numeric, point: &Point<'_>) {
+    let (equations, names) = (&reduced.equations, reduced.coordinate_names());
+    let (r, count) = (names.len(), equations.kept.len());
+    assert_eq!(found.kept.len(), count);
+    let number = |name: String| exact.found.get(&name).copied().unwrap_or(0.0);
+    let entry = |list, letter: &str, i: usize, j: usize| {
+        let symbol = format!("{letter}[{}, {}]", word(&names[i.max(j)]), word(&names[i.min(j)]));
+        of(list, &symbol, point)
+    };
+    let square = |of: &dyn Fn(usize, usize) -> f64| -> Vec<f64> { (0..r * r).map(|k| of(k / r, k % r)).collect() };
+    let inertia = [
+        square(&|i, j| entry(&found.inertia, "H", i, j)),
+        square(&|i, j| number(format!("H[{},{}]", names[i.max(j)], names[i.min(j)]))),
+    ];
+    let rows: [Vec<f64>; 2] = [
+        (0..count * r)
+            .map(|k| {
+                let kept = &found.kept[k / r];
+                of(&kept.row, &format!("A[{}, {}]", word(&kept.of), word(&names[k % r])), point)
+            })
+            .collect(),
+        (0..count * r).map(|k| number(format!("kept[{},{}]", equations.kept[k / r].element, names[k % r]))).collect(),
+    ];
+    let right: [Vec<f64>; 2] = [
+        found.kept.iter().map(|kept| value(&kept.accelerations.formula.text, point)).collect(),
+        equations.kept.iter().map(|kept| -number(format!("kept[{}]", kept.element))).collect(),
+    ];
+    for (k, kept) in found.kept.iter().enumerate() {
+        for (line, motion) in kept.rates.iter().map(|line| (line, &given.speed)).chain([(&kept.accelerations, &given.acceleration)]) {
+            let along: f64 = (0..r).map(|i| rows[1][k * r + i] * motion[i]).sum();
+            close(value(&line.symbol.text, point), along, along.abs(), &line.symbol.text);
+        }
+    }
+    let force = [symbolic_force(found, &names, given, point), numeric_force(reduced, &names, given, exact)];
+    for (kind, [own, expected]) in [("H", &inertia), ("A", &rows), ("c", &right), ("f", &force)] {
+        let size = expected.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        own.iter().zip(expected).for_each(|(own, expected)| close(*own, *expected, size, kind));
+    }
+    let [own, expected] = [0, 1].map(|k| solved(&inertia[k], &rows[k], &force[k], &right[k]));
+    let size = expected.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+    // Where the rows nearly depend on each other, or nearly vanish, both solutions are rounding.
+    if size < 1e4 {
+        own.iter().zip(&expected).for_each(|(own, expected)| close(*own, *expected, size, "q'' and lambda"));
+    }
+    assert_eq!(found.constraint_torques.len(), exact.constraint_torques.len());
+    for (one, expected) in found.constraint_torques.iter().zip(&exact.constraint_torques) {
+        let mut values = point.values.clone();
+        let accelerations = found.dependents.iter().filter(|one| one.symbol.text.ends_with("''"));
+        for one in accelerations {
+            values.insert(one.symbol.text.clone(), value(&one.formula.text, point));
+        }
+        // Without a line of its own an acceleration is the same sum as the speed.
+        for one in found.dependents.iter().filter(|one| one.symbol.text.ends_with('\'')) {
+            let name = format!("{}'", one.symbol.text);
+            let as_speeds = |k: usize| format!("{}'", word(&names[k]));
+            let mut turned = Point { values: point.values.clone(), functions: point.functions };
+            (0..r).for_each(|k| drop(turned.values.insert(as_speeds(k), given.acceleration[k])));
+            if !values.contains_key(&name) && !name.ends_with("'''") {
+                values.insert(name, value(&one.formula.text, &turned));
+            }
+        }
+        let own = value(&one.formula.text, &Point { values, functions: point.functions });
+        close(own, *expected, expected.abs() + 10.0, &one.symbol.text);
+    }
+}
+
+/// `F u − v − D q̇ − s − friction − held`
+fn symbolic_force(found: &SymbolicEquations, names: &[String], given: &Given, point: &Point<'_>) -> Vec<f64> {
+    let names: Vec<String> = names.iter().map(|name| word(name)).collect();
+    let row = |i: usize| {
+        let damping: f64 = (0..names.len())
+            .map(|j| {
+                let symbol = format!("D[{}, {}]", names[i.max(j)], names[i.min(j)]);
+                of(&found.damping, &symbol, point) * given.speed[j]
+            })
+            .sum();
+        let left = [&found.velocity, &found.stiffness, &found.friction, &found.held];
+        let left: f64 = left.map(|list| of(list, &names[i], point)).iter().sum();
+        of(&found.input, &names[i], point) - damping - left
+    };
+    (0..names.len()).map(row).collect()
+}
+
+fn numeric_force(reduced: &Reduced, names: &[String], given: &Given, exact: &Numeric) -> Vec<f64> {
+    let number = |name: String| exact.found.get(&name).copied().unwrap_or(0.0);
+    let equations = &reduced.equations;
+    let row = |name: &String| {
+        // Directions of one element have one name in a plan.
+        let frictions = equations.set_valued().zip(&given.frictions).map(|((element, _), torque)| {
+            -torque * number(format!("friction[{element},{name}]"))
+        });
+        let inputs = equations.inputs.iter().zip(&given.inputs);
+        let inputs = inputs.map(|(input, torque)| torque * number(format!("input[{},{name}]", input.element)));
+        number(format!("force[{name}]")) + frictions.chain(inputs).sum::<f64>()
+    };
+    names.iter().map(row).collect()
+}
+
+/// A wheel that rolls and is steered through a gear and a bent joint: rows that name what follows, with friction and damping.
+const ROLLING: &str = r#"
+[model]
+coordinates = ["x", "y", "axle", "column"]
+[parameters]
+r = "$r:0.1:0.5$ m"
+m = "$m$ kg"
+[mass.x]
+mass = "m"
+[mass.y]
+mass = "m"
+damping = "$y.damping$ N s/m"
+[shaft.roll]
+inertia = "1/2 * m * r^2"
+friction = "$roll.friction$ N m"
+[shaft.axle]
+inertia = "$axle.inertia$ kg m^2"
+damping = "$axle.damping$ N m s/rad"
+[universal_joint.cardan]
+shaft_1 = "axle"
+shaft_2 = "roll"
+angle = "$cardan.angle:0.1:1$ rad"
+[shaft.column]
+inertia = "$column.inertia$ kg m^2"
+[shaft.heading]
+[gear.steer]
+shaft_1 = "column"
+shaft_2 = "heading"
+ratio = $steer.ratio:2:5$
+[constraint.rolls-x]
+rates = { x = 1, roll = "-r * cos(heading.phi)" }
+[constraint.rolls-y]
+rates = { y = 1, roll = "-r * sin(heading.phi)" }
+[motor.drive]
+shaft = "axle"
+[motor.turn]
+shaft = "column"
+"#;
+
+/// Relations of positions with all functions that they may have, beside a spring and a gear.
+const LINKAGE: &str = r#"
+[parameters]
+a = "$a:0.2:0.6$ m"
+l = "$l:1:2$ m"
+k = $k:0.2:0.8$
+n = 1.5
+[shaft.crank]
+inertia = "$crank.inertia$ kg m^2"
+[shaft.rocker]
+inertia = "$rocker.inertia$ kg m^2"
+[shaft.far]
+inertia = "$far.inertia$ kg m^2"
+[mass.slide]
+mass = "$slide.mass$ kg"
+friction = "$slide.friction$ N"
+[gear.pair]
+shaft_1 = "rocker"
+shaft_2 = "far"
+ratio = $pair.ratio:2:5$
+[constraint.rod]
+expression = "slide.s - a * cos(crank.phi) - sqrt(l^2 - a^2 * sin(crank.phi)^2) + l + a"
+[constraint.rocks]
+expression = "far.phi - k * atan2(sin(crank.phi), 2 + k * cos(crank.phi)) * exp(-k * far.phi / 9) - (1 + k * sin(crank.phi)^2)^n + 1"
+[spring_damper.back]
+shaft_1 = "far"
+stiffness = "$back.stiffness$ N m/rad"
+damping = "$back.damping$ N m s/rad"
+[motor.drive]
+shaft = "crank"
+"#;
+
+/// Motions that are prescribed: angles through a bent joint, offsets, speeds and accelerations, of time alone and by signals; a current.
+const DRIVEN: &str = r#"
+[parameters]
+A = "$A$ rad"
+w = "$w:1:4$ rad/s"
+v = "$v$ m/s"
+[signal.wave]
+kind = "sine"
+amplitude = "0.3 rad"
+frequency = "1.5 Hz"
+[signal.push]
+kind = "pulses"
+high = "1 rad/s^2"
+period = "0.7 s"
+width = "0.2 s"
+start = "0.1 s"
+[shaft.a]
+inertia = "$a.inertia$ kg m^2"
+damping = "$a.damping$ N m s/rad"
+[shaft.b]
+inertia = "$b.inertia$ kg m^2"
+friction = "$b.friction$ N m"
+[universal_joint.cardan]
+shaft_1 = "a"
+shaft_2 = "b"
+angle = "$cardan.angle:0.1:1$ rad"
+[prescribed_motion.drive]
+shaft = "a"
+angle = "A * sin(w * t)^2 / (2 + cos(w * t))"
+[shaft.c]
+inertia = "$c.inertia$ kg m^2"
+[shaft.d]
+inertia = "$d.inertia$ kg m^2"
+damping = "$d.damping$ N m s/rad"
+[shaft.e]
+inertia = "$e.inertia$ kg m^2"
+[spring_damper.s]
+shaft_1 = "b"
+shaft_2 = "c"
+stiffness = "$s.stiffness$ N m/rad"
+damping = "$s.damping$ N m s/rad"
+[constraint.sum]
+coefficients = { c = 2, d = -3 }
+offset = "wave + A * t / (1 s)"
+[prescribed_motion.pushed]
+shaft = "e"
+reference = "c"
+acceleration = "push"
+[mass.belt]
+mass = "$belt.mass$ kg"
+[prescribed_motion.runs]
+shaft = "belt"
+speed = "v * (1 - exp(-t / (0.5 s)))"
+[mass.cart]
+mass = "$cart.mass$ kg"
+[prescribed_motion.steady]
+shaft = "cart"
+speed = "v"
+[spring_damper.hook]
+shaft_1 = "belt"
+shaft_2 = "cart"
+stiffness = "$hook.stiffness$ N/m"
+[motor.more]
+shaft = "c"
+"#;
+
+/// What holds by modes: beside a gear and a kept row.
+const HELD: &str = r#"
+[shaft.a]
+inertia = "$a.inertia$ kg m^2"
+[shaft.b]
+inertia = "$b.inertia$ kg m^2"
+[shaft.c]
+inertia = "$c.inertia$ kg m^2"
+[mass.m]
+mass = "$m.mass$ kg"
+[gear.g]
+shaft_1 = "a"
+shaft_2 = "b"
+ratio = $g.ratio:2:5$
+loss_factor = 0.1
+[clutch.c1]
+shaft_1 = "b"
+shaft_2 = "c"
+torque = "3 N m * (1 - exp(-t/(1 s)))"
+[freewheel.f]
+shaft_1 = "c"
+shaft_2 = "ground"
+[end_stop.wall]
+shaft_1 = "m"
+lower = "-1 m"
+upper = "0.5 m"
+restitution = 0.5
+[lock.l]
+shaft_1 = "a"
+shaft_2 = "ground"
+engaged = "t / (1 s)"
+[constraint.yoke]
+expression = "m.s - 0.3 m * sin(c.phi)"
+[motor.drive]
+shaft = "a"
+"#;
+
+#[test]
+fn kept_rows_in_symbols_are_those_of_a_run_at_random_points() {
+    compare(ROLLING, 1000);
+    compare(LINKAGE, 1000);
+}
+
+#[test]
+fn prescribed_motions_in_symbols_are_those_of_a_run_at_random_points() {
+    compare(DRIVEN, 1000);
+}
+
+#[test]
+fn what_holds_by_modes_stands_in_the_equations_in_symbols() {
+    compare(HELD, 200);
+}
