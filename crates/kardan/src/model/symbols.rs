@@ -123,7 +123,11 @@ impl NamedTerms {
             };
             let given = match (values.of_time(field.name), read) {
                 (Some(_), Some(read)) if closed(&read) => Given::Formula(read),
-                (Some(_), Some(read)) => Given::Words(read.text().to_string()),
+                (Some(_), Some(read)) => {
+                    let text = read.text();
+                    let alone = text.strip_prefix('\'').and_then(|rest| rest.strip_suffix('\''));
+                    Given::Words(alone.filter(|name| !name.contains('\'')).unwrap_or(text).to_string())
+                }
                 (Some(_), None) => Given::Words(EVENTS.to_string()),
                 (None, _) => match values.exact(field.name) {
                     Some(value) => Given::Exact(value.clone()),

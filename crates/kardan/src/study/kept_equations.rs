@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::PreparedVariant;
 use crate::equations::{Domain, Kept};
-use crate::expr::{Expr, Style, printed};
+use crate::expr::{Expr, Style, parenthesised, printed};
 use crate::num::rational_to_f64;
 use crate::reduce::Motion;
 
@@ -98,7 +98,7 @@ fn product(coefficient: &str, style: Style, of: &str) -> Term {
     });
     match (is_sum, coefficient.strip_prefix('-'), style) {
         (true, _, Style::Text) => Term { negative: false, text: format!("({coefficient}) {of}") },
-        (true, _, Style::Latex) => Term { negative: false, text: format!(r"\left({coefficient}\right) {of}") },
+        (true, _, Style::Latex) => Term { negative: false, text: format!("{} {of}", parenthesised(coefficient)) },
         (false, Some(rest), _) => Term { negative: true, text: format!("{} {of}", rest.trim_start()) },
         (false, None, _) => Term { negative: false, text: format!("{coefficient} {of}") },
     }

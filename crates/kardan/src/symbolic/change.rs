@@ -121,8 +121,20 @@ mod tests {
     #[test]
     fn changes_are_those_of_differences() {
         for text in [
-            "sqrt(2 + x^2)", "sin(3*x)*cos(x)", "tan(x/3)", "asin(x/2)", "acos(x/2)", "atan(2*x)", "atan2(x, 1 + x^2)",
-            "exp(-x)*x", "ln(1 + x^2)", "(2 + x)^1.5", "2^x", "1/(1 + x)^2", "if(a < 1, x^2, x)", "x/(2 + sin(x))",
+            "sqrt(2 + x^2)",
+            "sin(3*x)*cos(x)",
+            "tan(x/3)",
+            "asin(x/2)",
+            "acos(x/2)",
+            "atan(2*x)",
+            "atan2(x, 1 + x^2)",
+            "exp(-x)*x",
+            "ln(1 + x^2)",
+            "(2 + x)^1.5",
+            "2^x",
+            "1/(1 + x)^2",
+            "if(a < 1, x^2, x)",
+            "x/(2 + sin(x))",
             "(1 + x)^20",
         ] {
             let (mut letters, mut assumed) = (Letters::default(), Assumed::default());
@@ -156,7 +168,13 @@ mod tests {
                     ("exp", [x]) => x.exp(),
                     ("ln", [x]) => x.ln(),
                     ("^", [base, power]) => base.powf(*power),
-                    ("<", [a, b, yes, no]) => if a < b { *yes } else { *no },
+                    ("<", [a, b, yes, no]) => {
+                        if a < b {
+                            *yes
+                        } else {
+                            *no
+                        }
+                    }
                     other => panic!("{other:?}"),
                 }
             }

@@ -14,8 +14,8 @@ pub struct SymbolicKept {
     pub position: Option<Laurent>,
     /// A, by the number of the reduced coordinate; what is not zero.
     pub row: BTreeMap<usize, Laurent>,
-    /// `A q̇_r` and `A q̈_r`.
-    pub left: [Laurent; 2],
+    /// The terms of `A q̇_r` and of `A q̈_r`.
+    pub left: [Vec<Laurent>; 2],
     /// b, unless accelerations alone are prescribed.
     pub rate: Option<Laurent>,
     /// c = ḃ − Ȧ q̇_r
@@ -76,7 +76,7 @@ impl Walk<'_> {
         for (left, of) in out.left.iter_mut().zip([Symbol::Speed as fn(usize) -> Symbol, Symbol::Acceleration]) {
             for (column, entry) in &out.row {
                 let motion = self.letters.of(of(self.reduced.coordinates[*column]));
-                *left = left.plus(&entry.times(&motion));
+                left.push(entry.times(&motion));
             }
         }
         out.rate = rate.map(|rate| self.letters.cancelled(&rate));

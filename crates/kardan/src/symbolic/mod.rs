@@ -15,9 +15,9 @@ mod terms;
 mod times;
 
 pub use collected::{Base, Collected, collected};
+pub use kept::SymbolicKept;
 pub use laurent::{Laurent, Letter, Monomial};
 pub use letters::{Letters, Meaning, Symbol};
-pub use kept::SymbolicKept;
 pub use motion::{Definition, SymbolicMotion};
 pub use printed::{Form, printed};
 pub use times::{Given, TimeFunction};

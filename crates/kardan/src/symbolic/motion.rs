@@ -143,9 +143,18 @@ impl SymbolicMotion {
         let forces = [&self.velocity, &self.stiffness, &self.friction, &self.input, &self.multipliers, &self.divisors];
         let defined = self.definitions.iter().map(|one| &one.value);
         let kept = self.kept.iter().flat_map(|one| one.row.values().chain(&one.position).chain(&one.rate));
-        let kept = kept.chain(self.kept.iter().flat_map(|one| one.left.iter().chain([&one.acceleration]))).chain(&self.kept_forces).chain(&self.held);
+        let kept = kept
+            .chain(self.kept.iter().flat_map(|one| one.left.iter().flatten().chain([&one.acceleration])))
+            .chain(&self.kept_forces)
+            .chain(&self.held);
         let along = self.directions.iter().flat_map(|(_, _, along)| along);
-        defined.chain(kept).chain(along).chain(pairs).chain(entries).chain(forces.into_iter().flatten()).chain(&self.zeros)
+        defined
+            .chain(kept)
+            .chain(along)
+            .chain(pairs)
+            .chain(entries)
+            .chain(forces.into_iter().flatten())
+            .chain(&self.zeros)
     }
 }
 

@@ -56,7 +56,8 @@ impl Walk<'_> {
     pub(super) fn prescribed(&mut self, element: &str, order: usize) -> Laurent {
         let formula = self.times.get(element).and_then(|formulas| formulas.get(order).cloned().flatten());
         let time = self.letters.letter(Symbol::Time);
-        if let Some(steady) = formula.clone().filter(|value| !self.letters.within([value].into_iter()).contains(&time)) {
+        if let Some(steady) = formula.clone().filter(|value| !self.letters.within([value].into_iter()).contains(&time))
+        {
             return steady;
         }
         let letter = self.letters.letter(Symbol::OfTime(element.to_string(), order));

@@ -701,18 +701,55 @@ fn latex_is_balanced_and_escaped() {
     }
 }
 
-/// Every built-in model has equations in symbols, and no formula that nobody would read.
+/// Every built-in model has equations in symbols, and no formula that nobody would read; and its LaTeX, with numbers and with symbols, is some that
+/// a reader of its own takes, in lines that fit on a page.
 #[test]
 fn built_in_models_in_symbols() {
     for builtin in kardan::model::BUILTIN {
         let project = Project::open(builtin.source);
-        let Ok((found, _)) = project.symbolic_equations() else { continue };
+        let (found, _) = project.symbolic_equations().unwrap_or_else(|told| panic!("{}: {told:?}", builtin.name));
         let lists = [&found.inertia, &found.velocity, &found.damping, &found.stiffness, &found.friction, &found.input];
         for one in lists.into_iter().flatten() {
             assert!(one.formula.text.len() < 300, "{}: {} = {}", builtin.name, one.symbol.text, one.formula.text);
         }
         assert!(!found.inertia.is_empty(), "{}", builtin.name);
+        let (symbols, _) = project.symbolic_text(EquationsForm::Latex).unwrap();
+        let (numbers, _) = project.equations(EquationsForm::Latex).unwrap();
+        assert!(displays(&symbols) >= 2 && displays(&numbers) >= 5, "{}", builtin.name);
     }
+}
+
+/// Reads a document of formulas; how many there are. Outside of them are comments alone, and a counter for wide matrices.
+pub(super) fn displays(page: &str) -> usize {
+    let (mut block, mut found) = (String::new(), 0);
+    let mut most_columns = 10;
+    for line in page.lines() {
+        if block.is_empty() && (line.is_empty() || line.starts_with('%')) {
+            continue;
+        }
+        if let Some(rest) = line.strip_prefix(r"\setcounter{MaxMatrixCols}{") {
+            most_columns = rest.trim_end_matches('}').parse().unwrap();
+            continue;
+        }
+        assert!(!line.trim().is_empty(), "an empty line ends a formula: {block}");
+        block += line;
+        block += "\n";
+        if !line.ends_with(r"\]") && !line.starts_with(r"\end{align*}") {
+            continue;
+        }
+        let whole = std::mem::take(&mut block);
+        let formula = whole.trim().strip_prefix(r"\[").map_or(whole.trim(), |rest| rest.strip_suffix(r"\]").unwrap());
+        let storage = pulldown_latex::Storage::new();
+        for event in pulldown_latex::Parser::new(formula, &storage) {
+            assert!(event.is_ok(), "{}: {formula}", event.err().map(|error| error.to_string()).unwrap_or_default());
+        }
+        for row in formula.split(r"\\") {
+            assert!(row.matches('&').count() < most_columns, "too many columns: {row}");
+        }
+        found += 1;
+    }
+    assert!(block.is_empty(), "a formula does not end: {block}");
+    found
 }
 
 /// Twelve drives in a row would need thousands of terms: that is told, and nothing hangs.

@@ -3,16 +3,18 @@
 
 use std::collections::HashMap;
 
-use kardan::num::{Lu, Rational, rational_from_f64};
-use kardan::plan::compile;
+use kardan::expr::{Expr, Symbol};
+use kardan::num::Lu;
+use kardan::plan::{Plan, compile};
 use kardan::project::Project;
 use kardan::reduce::{Acting, Motion, Reduced};
 use kardan::results::SymbolicEquations;
 use kardan::study::EquationsForm;
+use kardan::units::Dimension;
 
-use super::symbolic::{Point, Random, close, filled, letters, of, symbolic, value};
+use super::symbolic::{Point, Random, close, displays, filled, letters, of, symbolic, value};
 
-/// What the plan of a run finds at one point, by name; `frictions`, `inputs` and `multipliers` act as given.
+/// What the plan of a run finds at one point, by name.
 struct Numeric {
     found: HashMap<String, f64>,
     constraint_torques: Vec<f64>,
@@ -28,28 +30,47 @@ struct Given {
     frictions: Vec<f64>,
 }
 
-fn numeric(reduced: &Reduced, given: &Given) -> Numeric {
-    let mut motion = Motion::new(reduced);
-    let mut numbers = |values: &[f64]| -> Vec<_> {
-        values.iter().map(|x| motion.graph.number(rational_from_f64(*x).unwrap_or(Rational::ZERO))).collect()
-    };
-    let [accelerations, inputs, frictions] =
-        [&given.acceleration, &given.inputs, &given.frictions].map(|values| numbers(values));
-    let acting = Acting { accelerations: &accelerations, inputs: &inputs, frictions: &frictions };
-    let torques = motion.multipliers(reduced, acting);
-    let mut outputs = motion.outputs(reduced);
-    let own = outputs.len();
-    outputs.extend(torques.iter().enumerate().map(|(k, torque)| (format!("constraint {k}"), *torque)));
-    let symbols = [motion.symbols.clone(), motion.timed.symbols(&motion.graph)].concat();
-    let plan = compile(&motion.graph, &symbols, &outputs).unwrap();
-    let mut memory = plan.memory();
-    let values = given.position.iter().chain(&given.speed).copied().chain(motion.timed.values(given.time));
-    memory.iter_mut().zip(values).for_each(|(place, value)| *place = value);
-    assert!(plan.block().evaluate(&mut memory));
-    let at = |k: usize| memory[plan.place(k)];
-    Numeric {
-        found: (0..own).map(|k| (outputs[k].0.clone(), at(k))).collect(),
-        constraint_torques: (own..outputs.len()).map(at).collect(),
+/// The equations of a run, and the multipliers that follow from accelerations and what acts, as one plan.
+struct Exact {
+    motion: Motion,
+    plan: Plan,
+    names: Vec<String>,
+    constraints: usize,
+}
+
+impl Exact {
+    fn new(reduced: &Reduced) -> Self {
+        let mut motion = Motion::new(reduced);
+        let equations = &reduced.equations;
+        let frictions = equations.set_valued().count() + equations.kept.len();
+        let counts = [reduced.degrees_of_freedom(), equations.inputs.len(), frictions];
+        let [accelerations, inputs, frictions] = counts.map(|count| -> Vec<Expr> {
+            (0..count).map(|_| motion.graph.new_symbol("given".into(), Dimension::NONE)).collect()
+        });
+        let acting = Acting { accelerations: &accelerations, inputs: &inputs, frictions: &frictions };
+        let torques = motion.multipliers(reduced, acting);
+        let mut outputs = motion.outputs(reduced);
+        let names: Vec<String> = outputs.iter().map(|(name, _)| name.clone()).collect();
+        outputs.extend(torques.iter().enumerate().map(|(k, torque)| (format!("constraint {k}"), *torque)));
+        let acting = [accelerations, inputs, frictions].concat();
+        let symbols: Vec<Symbol> = motion.symbols.iter().copied().chain(motion.timed.symbols(&motion.graph)).collect();
+        let acting = acting.into_iter().filter_map(|expr| motion.graph.symbol_of(expr));
+        let plan = compile(&motion.graph, &symbols.into_iter().chain(acting).collect::<Vec<_>>(), &outputs).unwrap();
+        Self { motion, plan, names, constraints: torques.len() }
+    }
+
+    fn at(&self, given: &Given) -> Numeric {
+        let mut memory = self.plan.memory();
+        let motion = given.position.iter().chain(&given.speed).copied().chain(self.motion.timed.values(given.time));
+        let acting = given.acceleration.iter().chain(&given.inputs).chain(&given.frictions).copied();
+        memory.iter_mut().zip(motion.chain(acting)).for_each(|(place, value)| *place = value);
+        assert!(self.plan.block().evaluate(&mut memory));
+        let at = |k: usize| memory[self.plan.place(k)];
+        let own = self.names.len();
+        Numeric {
+            found: self.names.iter().enumerate().map(|(k, name)| (name.clone(), at(k))).collect(),
+            constraint_torques: (own..own + self.constraints).map(at).collect(),
+        }
     }
 }
 
@@ -75,44 +96,52 @@ fn word(name: &str) -> String {
     name.replace(['-', '.'], "_")
 }
 
+/// Points for each set of values.
+const STATES: usize = 4;
+
 /// At random values, times, angles and speeds: matrices, forces, rows and multipliers of both, and what follows from them, to 1e-9 of one plus
 /// their size.
 fn compare(model: &str, points: usize) {
     let mut random = Random(41);
     let found = symbolic(&filled(model, &mut random).0);
-    for _ in 0..points {
+    let project = Project::open(filled(model, &mut random).0);
+    let (page, _) = project.symbolic_text(EquationsForm::Latex).unwrap();
+    assert!(displays(&page) >= 2);
+    for _ in 0..points / STATES {
         let (text, numbers) = filled(model, &mut random);
         let project = Project::open(text.as_str());
         let prepared = project.prepared();
         let reduced = &prepared.variants.first().unwrap_or_else(|| panic!("{:?}", project.mistakes())).reduced;
-        let equations = &reduced.equations;
-        let mut list = |count: usize| -> Vec<f64> { (0..count).map(|_| random.between(-2.0, 2.0)).collect() };
-        let r = reduced.degrees_of_freedom();
-        let set_valued = equations.set_valued().count();
-        let given = Given {
-            time: list(1)[0].abs(),
-            position: list(r),
-            speed: list(r),
-            acceleration: list(r),
-            inputs: list(equations.inputs.len()),
-            frictions: list(set_valued + equations.kept.len()),
-        };
-        let mut point = Point { values: HashMap::from([("t".to_string(), given.time)]), functions: &|_, _| None };
-        let (given, exact) = put(&found, reduced, &numbers, given, &mut point);
-        check(&found, reduced, &given, &exact, &point);
+        let (equations, exact) = (&reduced.equations, Exact::new(reduced));
+        for _ in 0..STATES {
+            let mut list = |count: usize| -> Vec<f64> { (0..count).map(|_| random.between(-2.0, 2.0)).collect() };
+            let r = reduced.degrees_of_freedom();
+            let set_valued = equations.set_valued().count();
+            let given = Given {
+                time: list(1)[0].abs(),
+                position: list(r),
+                speed: list(r),
+                acceleration: list(r),
+                inputs: list(equations.inputs.len()),
+                frictions: list(set_valued + equations.kept.len()),
+            };
+            let mut point = Point { values: HashMap::from([("t".to_string(), given.time)]), functions: &|_, _| None };
+            let (given, numeric) = put(&found, (reduced, &exact), &numbers, given, &mut point);
+            check(&found, reduced, &given, &numeric, &point);
+        }
     }
 }
 
 /// Gives the names in formulas their values; frictions are what they are in motion.
 fn put(
     found: &SymbolicEquations,
-    reduced: &Reduced,
+    (reduced, plan): (&Reduced, &Exact),
     numbers: &HashMap<String, f64>,
     mut given: Given,
     point: &mut Point<'_>,
 ) -> (Given, Numeric) {
     let equations = &reduced.equations;
-    let exact = numeric(reduced, &given);
+    let exact = plan.at(&given);
     let mut speeds = vec![0.0; equations.coordinates.len()];
     for (k, name) in equations.coordinates.iter().enumerate() {
         let motion = equations.domain(k).motion();
@@ -175,7 +204,7 @@ fn put(
     for (k, kept) in found.kept.iter().enumerate() {
         point.values.insert(kept.multiplier.text.clone(), -given.frictions[first + k]);
     }
-    let exact = numeric(reduced, &given);
+    let exact = plan.at(&given);
     for one in &found.dependents {
         let name = &one.symbol.text;
         let formula = value(&one.formula.text, point);
@@ -214,7 +243,9 @@ fn check(found: &SymbolicEquations, reduced: &Reduced, given: &Given, exact: &Nu
         equations.kept.iter().map(|kept| -number(format!("kept[{}]", kept.element))).collect(),
     ];
     for (k, kept) in found.kept.iter().enumerate() {
-        for (line, motion) in kept.rates.iter().map(|line| (line, &given.speed)).chain([(&kept.accelerations, &given.acceleration)]) {
+        for (line, motion) in
+            kept.rates.iter().map(|line| (line, &given.speed)).chain([(&kept.accelerations, &given.acceleration)])
+        {
             let along: f64 = (0..r).map(|i| rows[1][k * r + i] * motion[i]).sum();
             close(value(&line.symbol.text, point), along, along.abs(), &line.symbol.text);
         }
@@ -242,7 +273,7 @@ fn check(found: &SymbolicEquations, reduced: &Reduced, given: &Given, exact: &Nu
             let name = format!("{}'", one.symbol.text);
             let as_speeds = |k: usize| format!("{}'", word(&names[k]));
             let mut turned = Point { values: point.values.clone(), functions: point.functions };
-            (0..r).for_each(|k| drop(turned.values.insert(as_speeds(k), given.acceleration[k])));
+            turned.values.extend((0..r).map(|k| (as_speeds(k), given.acceleration[k])));
             if !values.contains_key(&name) && !name.ends_with("'''") {
                 values.insert(name, value(&one.formula.text, &turned));
             }
@@ -274,9 +305,10 @@ fn numeric_force(reduced: &Reduced, names: &[String], given: &Given, exact: &Num
     let equations = &reduced.equations;
     let row = |name: &String| {
         // Directions of one element have one name in a plan.
-        let frictions = equations.set_valued().zip(&given.frictions).map(|((element, _), torque)| {
-            -torque * number(format!("friction[{element},{name}]"))
-        });
+        let frictions = equations
+            .set_valued()
+            .zip(&given.frictions)
+            .map(|((element, _), torque)| -torque * number(format!("friction[{element},{name}]")));
         let inputs = equations.inputs.iter().zip(&given.inputs);
         let inputs = inputs.map(|(input, torque)| torque * number(format!("input[{},{name}]", input.element)));
         number(format!("force[{name}]")) + frictions.chain(inputs).sum::<f64>()
@@ -435,14 +467,14 @@ mass = "$m.mass$ kg"
 shaft_1 = "a"
 shaft_2 = "b"
 ratio = $g.ratio:2:5$
-loss_factor = 0.1
+efficiency = 0.9
+loss = "0.1 N m + 0.01 * load"
 [clutch.c1]
 shaft_1 = "b"
 shaft_2 = "c"
 torque = "3 N m * (1 - exp(-t/(1 s)))"
-[freewheel.f]
-shaft_1 = "c"
-shaft_2 = "ground"
+[one_way_clutch.f]
+driven = "c"
 [end_stop.wall]
 shaft_1 = "m"
 lower = "-1 m"
@@ -472,4 +504,84 @@ fn prescribed_motions_in_symbols_are_those_of_a_run_at_random_points() {
 #[test]
 fn what_holds_by_modes_stands_in_the_equations_in_symbols() {
     compare(HELD, 200);
+}
+
+/// The unicycle of (4.4), `y' cos(heading) = x' sin(heading)`, in closed form: with v = r roll' the wheel has the acceleration
+/// `v' = r (drive - gain roll') / (inertia + m r^2)` and the ground gives `m v'` along the path and `m v heading'` across it.
+#[test]
+fn eq_4_4_of_the_source_is_the_unicycle() {
+    let builtin = kardan::model::BUILTIN.iter().find(|one| one.name == "unicycle").unwrap();
+    let found = symbolic(builtin.source);
+    let line = |text: &str| {
+        found.kept.iter().any(|kept| {
+            let rates = kept.rates.as_ref().unwrap();
+            format!("{} = {}", rates.symbol.text, rates.formula.text) == text
+        })
+    };
+    assert!(line("x' - cos(heading)*r*roll' = 0") && line("y' - sin(heading)*r*roll' = 0"), "{:?}", found.kept);
+    let multipliers: Vec<&str> = found.kept.iter().map(|kept| kept.multiplier.text.as_str()).collect();
+    assert_eq!(multipliers, ["rolls_x.f", "rolls_y.f"]);
+    let (mut random, names) = (Random(4), ["heading", "roll", "x", "y"]);
+    for _ in 0..1000 {
+        let mut point = Point { values: HashMap::new(), functions: &|_, _| None };
+        let mut own = |name: &str, low: f64, high: f64| {
+            let number = random.between(low, high);
+            point.values.insert(name.to_string(), number);
+            number
+        };
+        let [m, r, inertia, gain] = ["m", "r", "inertia", "gain"].map(|name| own(name, 0.1, 3.0));
+        let [turned, steering] = ["J_heading", "steering_gain"].map(|name| own(name, 0.1, 3.0));
+        let [heading, drive, steer] = ["heading", "drive.tau", "steer.tau"].map(|name| own(name, -3.0, 3.0));
+        let [turning, rolling] = ["heading'", "roll'"].map(|name| own(name, -3.0, 3.0));
+        let (sine, cosine) = heading.sin_cos();
+        let speeds = [turning, rolling, r * rolling * cosine, r * rolling * sine];
+        // No motion aside: the nonholonomic constraint of the source.
+        assert!((speeds[3] * cosine - speeds[2] * sine).abs() < 1e-12);
+        point.values.extend(names.iter().zip(speeds).map(|(name, speed)| (format!("{name}'"), speed)));
+        point.values.extend(["rolls_x.f", "rolls_y.f"].map(|name| (name.to_string(), 0.0)));
+        let entry = |list, letter: &str, i: usize, j: usize| {
+            of(list, &format!("{letter}[{}, {}]", names[i.max(j)], names[i.min(j)]), &point)
+        };
+        let inertias: Vec<f64> = (0..16).map(|k| entry(&found.inertia, "H", k / 4, k % 4)).collect();
+        let rows: Vec<f64> = (0..8)
+            .map(|k| {
+                let kept = &found.kept[k / 4];
+                of(&kept.row, &format!("A[{}, {}]", kept.of, names[k % 4]), &point)
+            })
+            .collect();
+        let force: Vec<f64> = (0..4)
+            .map(|i| {
+                let damping: f64 = (0..4).map(|j| entry(&found.damping, "D", i, j) * speeds[j]).sum();
+                of(&found.input, names[i], &point) - damping - of(&found.velocity, names[i], &point)
+            })
+            .collect();
+        let right: Vec<f64> = found.kept.iter().map(|kept| value(&kept.accelerations.formula.text, &point)).collect();
+        for kept in &found.kept {
+            let line = kept.rates.as_ref().unwrap();
+            close(value(&line.symbol.text, &point), value(&line.formula.text, &point), 1.0, "A q' = b");
+        }
+        let own = solved(&inertias, &rows, &force, &right);
+        let along = (drive - gain * rolling) * r / (inertia + m * r * r);
+        let across = r * rolling * turning;
+        let path = [along * cosine - across * sine, along * sine + across * cosine];
+        let expected = [(steer - steering * turning) / turned, along / r, path[0], path[1], m * path[0], m * path[1]];
+        let size = expected.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        own.iter().zip(expected).for_each(|(own, expected)| close(*own, expected, size, "unicycle"));
+    }
+}
+
+/// What is not written is refused by name, and says what to do; what is written in words says so.
+#[test]
+fn tables_in_kept_rows_are_refused_and_words_are_told() {
+    let source = "[table.cam]\ncurve = { x = [\"0 rad\", \"1 rad\", \"2 rad\", \"3 rad\"], y = [\"0 m\", \"1 m\", \"3 m\", \"4 m\"] }\ninterpolation = \"cubic\"\n\
+                  [shaft.crank]\ninertia = \"1 kg m^2\"\n[mass.slide]\nmass = \"1 kg\"\n[constraint.follows]\nexpression = \"slide.s - cam(crank.phi)\"\n";
+    let told = Project::open(source).symbolic_equations().unwrap_err();
+    assert_eq!(told[0].code, "symbolic::table", "{told:?}");
+    assert!(told[0].message.starts_with("`follows` calls the table `cam`"), "{told:?}");
+    let text = Project::open(filled(DRIVEN, &mut Random(2)).0).symbolic_text(EquationsForm::Text).unwrap().0;
+    for line in
+        ["  b_pushed: push\n", "  b_sum: wave + A * t / (1 s)\n", "    e'' - c'' = b_pushed\n", "    cart'' = 0\n"]
+    {
+        assert!(text.contains(line), "{line}{text}");
+    }
 }

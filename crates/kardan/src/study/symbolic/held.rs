@@ -1,12 +1,14 @@
 //! Kept constraints, what holds by modes, and what is prescribed, as equations in symbols have them.
 
 use super::names::{Names, index, word};
+use crate::assemble::KeptRow;
 use crate::diagnostics::Diagnostic;
 use crate::equations::{Hold, InputKind, Meaning};
 use crate::model::NamedTerms;
+use crate::num::Rational;
 use crate::reduce::Reduced;
 use crate::results::{SymbolicFormula, SymbolicKeptConstraint, SymbolicMode, SymbolicText};
-use crate::symbolic::{Form, Given, Laurent, Letter, Symbol, SymbolicMotion};
+use crate::symbolic::{Form, Given, Laurent, Letter, Monomial, Symbol, SymbolicKept, SymbolicMotion};
 
 /// A table in a kept constraint has no derivative in letters.
 pub(super) fn refuse_tables(reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {
@@ -24,7 +26,7 @@ pub(super) fn refuse_tables(reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {
 
 /// The constraints that are kept with their multipliers.
 pub(super) fn kept(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotion) -> Vec<SymbolicKeptConstraint> {
-    let one = |(k, (kept, found)): (usize, (&crate::assemble::KeptRow, &crate::symbolic::SymbolicKept))| {
+    let one = |(k, (kept, found)): (usize, (&KeptRow, &SymbolicKept))| {
         let element = &kept.element;
         let entry = |(column, value): (&usize, &Laurent)| {
             let coordinate = reduced.coordinates[*column];
@@ -34,15 +36,16 @@ pub(super) fn kept(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotion
             };
             SymbolicFormula { symbol, formula: names.formula(value) }
         };
-        let [rates, accelerations] = found.left.each_ref().map(|left| names.formula(left));
+        let [rates, accelerations] = found.left.each_ref().map(|left| names.sum(left));
         let rate = |right| SymbolicFormula { symbol: rates, formula: names.formula(right) };
         SymbolicKeptConstraint {
             of: element.clone(),
-            multiplier: SymbolicText {
-                text: names.multiplier(k, Form::Text),
-                latex: names.multiplier(k, Form::Latex),
-            },
-            position: found.position.as_ref().map(|position| names.formula(position)),
+            multiplier: SymbolicText { text: names.multiplier(k, Form::Text), latex: names.multiplier(k, Form::Latex) },
+            position: found.position.as_ref().map(|position| {
+                let term =
+                    |(monomial, number): (&Monomial, &Rational)| Laurent::of([(monomial.clone(), number.clone())]);
+                names.sum(&position.terms().map(term).collect::<Vec<_>>())
+            }),
             row: found.row.iter().map(entry).collect(),
             rates: found.rate.as_ref().map(rate),
             accelerations: SymbolicFormula { symbol: accelerations, formula: names.formula(&found.acceleration) },
@@ -70,6 +73,9 @@ pub(super) fn modes(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotio
     };
     motion.directions.iter().map(mode).collect()
 }
+
+/// Shares are rounded to these parts in words.
+const DIGITS: f64 = 1e6;
 
 /// What holds, over the angle and the speed along its element.
 fn in_words(hold: &Hold, element: &str, angle: &str, speed: &str) -> String {
@@ -99,19 +105,21 @@ fn in_words(hold: &Hold, element: &str, angle: &str, speed: &str) -> String {
         Hold::Cushion { upper, offset, stiffness, damping } => {
             let (free, beyond) = side(*upper, offset.to_f64());
             let [s, d] = [stiffness, damping].map(|value| value.to_f64());
-            format!("zero while {free}; {beyond} that, a stiffness of {s} and a damping of {d} press back, and never pull")
+            format!(
+                "zero while {free}; {beyond} that, a stiffness of {s} and a damping of {d} press back, and never pull"
+            )
         }
         Hold::Lock { engaged } => {
             format!("what keeps {speed} at zero while {} > 0.5; else zero", engaged.expression.text())
         }
         Hold::Mesh(mesh) => {
-            let [forth, back] = [&mesh.forth, &mesh.back].map(|share| share.to_f64());
+            let [forth, back] = [&mesh.forth, &mesh.back].map(|share| (share.to_f64() * DIGITS).round() / DIGITS);
             let more = match &mesh.loss {
                 Some(loss) => format!(", and {}", loss.expression.text()),
                 None => String::new(),
             };
             format!(
-                "against {speed}, what the teeth of {element} lose of the torque that they carry: {forth} of it one way, {back} the other{more}"
+                "against {speed}, what the teeth of {element} lose: {forth} of what they carry while it drives, {back} while it is driven{more}"
             )
         }
     }
@@ -131,8 +139,7 @@ pub(super) fn prescribed(names: &Names<'_>, used: &[Letter], named: &NamedTerms)
             (_, true) => "the integral by the time, from zero, of its rate".to_string(),
             (_, false) => continue,
         };
-        let symbol =
-            SymbolicText { text: names.of_time(element, 0, false), latex: names.of_time(element, 0, true) };
+        let symbol = SymbolicText { text: names.of_time(element, 0, false), latex: names.of_time(element, 0, true) };
         out.push(SymbolicMode { symbol, of: element.clone(), what });
     }
     out.sort_by(|a, b| a.of.cmp(&b.of));
@@ -141,8 +148,10 @@ pub(super) fn prescribed(names: &Names<'_>, used: &[Letter], named: &NamedTerms)
 
 /// Motors with a ripple.
 pub(super) fn ripples(reduced: &Reduced) -> Vec<String> {
-    let rippled = reduced.equations.inputs.iter().filter(
-        |input| matches!(&input.value, InputKind::Motor(motor) if motor.ripple.is_some()),
-    );
+    let rippled = reduced
+        .equations
+        .inputs
+        .iter()
+        .filter(|input| matches!(&input.value, InputKind::Motor(motor) if motor.ripple.is_some()));
     rippled.map(|input| input.element.clone()).collect()
 }

@@ -4,7 +4,8 @@ mod held;
 mod names;
 mod page;
 
-use self::names::{Names, index};
+use self::names::Names;
+pub(super) use self::names::index;
 use super::equations::EquationsForm;
 use super::prepare::is_error;
 use super::{PreparedVariant, Project};
@@ -149,8 +150,8 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
         friction: forces(r"h^{\mathrm{c}}", &motion.friction),
         held: forces(r"h^{\mathrm{m}}", &motion.held),
         modes: held::modes(&names, reduced, motion),
-        input: forces(r"\left(F u\right)", &motion.input),
-        kept_forces: forces(r"\left(A^{\mathsf{T}} \lambda\right)", &motion.kept_forces),
+        input: forces("(F u)", &motion.input),
+        kept_forces: forces(r"(A^{\mathsf{T}} \lambda)", &motion.kept_forces),
         kept: held::kept(&names, reduced, motion),
         prescribed: held::prescribed(&names, &used, named),
         laws: named.laws.iter().map(|(of, law)| SymbolicLaw { of: of.clone(), law: law.clone() }).collect(),

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::assemble::Equations;
 use crate::equations::{Domain, InputKind};
+use crate::expr::parenthesised;
 use crate::model::SymbolValue;
 use crate::names::Quantity;
 use crate::results::SymbolicText;
@@ -86,8 +87,11 @@ impl<'a> Names<'a> {
             let again = text.strip_prefix(&wanted).unwrap_or_default();
             let latex = match element {
                 Some(element) => with_index(base, &format!("{element}{again}")),
+                // A letter before the first `_` has the rest as its index; of a word all is one name.
                 None => match base.split_once('_') {
-                    Some((base, index)) if !base.is_empty() => with_index(base, &format!("{index}{again}")),
+                    Some((letter, index)) if letter.len() == 1 || GREEK.contains(&letter) => {
+                        with_index(letter, &format!("{index}{again}"))
+                    }
                     _ => with_index(base, again),
                 },
             };
@@ -99,6 +103,22 @@ impl<'a> Names<'a> {
     /// A sum of products.
     pub(super) fn formula(&self, value: &Laurent) -> SymbolicText {
         SymbolicText { text: self.written(value, Form::Text), latex: self.written(value, Form::Latex) }
+    }
+
+    /// A sum whose members stay what they are, those with a minus last.
+    pub(super) fn sum(&self, members: &[Laurent]) -> SymbolicText {
+        let written = |form| {
+            let mut members: Vec<String> = members.iter().map(|member| self.written(member, form)).collect();
+            members.sort_by_key(|member| member.starts_with('-'));
+            let sign = |member: &String| match member.strip_prefix('-') {
+                Some(rest) => format!(" - {rest}"),
+                None => format!(" + {member}"),
+            };
+            let mut members = members.iter();
+            let first = members.next().cloned().unwrap_or_else(|| "0".into());
+            members.fold(first, |sum, member| sum + &sign(member))
+        };
+        SymbolicText { text: written(Form::Text), latex: written(Form::Latex) }
     }
 
     fn written(&self, value: &Laurent, form: Form) -> String {
@@ -210,7 +230,7 @@ impl<'a> Names<'a> {
         let parts: Vec<String> = parts.iter().map(|part| self.written(part, form)).collect();
         match (function, parts.as_slice(), latex) {
             ("^", [base, power], false) => format!("(({base})^({power}))"),
-            ("^", [base, power], true) => format!(r"\left({base}\right)^{{{power}}}"),
+            ("^", [base, power], true) => format!("{}^{{{power}}}", parenthesised(base)),
             (_, [a, b, yes, no], false) => format!("if({a} {function} {b}, {yes}, {no})"),
             (_, [a, b, yes, no], true) => {
                 let sign = match function {
@@ -225,11 +245,13 @@ impl<'a> Names<'a> {
             (_, _, false) => format!("{function}({})", parts.join(", ")),
             ("sqrt", [x], true) => format!(r"\sqrt{{{x}}}"),
             ("abs", [x], true) => format!(r"\left|{x}\right|"),
-            ("asin" | "acos" | "atan", _, true) => format!(r"\arc{}\left({}\right)", &function[1..], parts.join(", ")),
-            ("sin" | "cos" | "tan" | "exp" | "ln" | "min" | "max", _, true) => {
-                format!(r"\{function}\left({}\right)", parts.join(", "))
+            ("asin" | "acos" | "atan", _, true) => {
+                format!(r"\arc{}{}", &function[1..], parenthesised(&parts.join(", ")))
             }
-            (_, _, true) => format!(r"\operatorname{{{function}}}\left({}\right)", parts.join(", ")),
+            ("sin" | "cos" | "tan" | "exp" | "ln" | "min" | "max", _, true) => {
+                format!(r"\{function}{}", parenthesised(&parts.join(", ")))
+            }
+            (_, _, true) => format!(r"\operatorname{{{function}}}{}", parenthesised(&parts.join(", "))),
         }
     }
 }
@@ -245,7 +267,7 @@ fn effort(domain: Domain, element: &str, form: Form) -> String {
 }
 
 fn enclosed(text: &str, latex: bool) -> String {
-    if latex { format!(r"\left({text}\right)") } else { format!("({text})") }
+    if latex { parenthesised(text) } else { format!("({text})") }
 }
 
 /// A name without signs that mean something in a formula.
@@ -263,7 +285,7 @@ fn alone(wanted: &str, taken: &mut HashSet<String>) -> String {
 }
 
 /// A name as an index.
-pub(super) fn index(name: &str) -> String {
+pub(in crate::study) fn index(name: &str) -> String {
     format!(r"\mathrm{{{}}}", name.replace('_', r"\_").replace('-', r"\text{-}"))
 }
 
@@ -271,6 +293,7 @@ pub(super) fn index(name: &str) -> String {
 pub(super) fn with_index(base: &str, name: &str) -> String {
     let letters = base.trim_end_matches(|c: char| c.is_ascii_digit());
     let (letters, digits) = if letters.is_empty() { (base, "") } else { (letters, &base[letters.len()..]) };
+    let letters = if digits.is_empty() { letters } else { letters.trim_end_matches('_') };
     let letter = match letters {
         greek if GREEK.contains(&greek) => format!(r"\{greek}"),
         one if one.len() == 1 => one.to_string(),

@@ -4,29 +4,27 @@ use std::fmt::Write;
 
 use super::super::PreparedVariant;
 use super::super::equations::kinds;
+use super::super::latex_lines::{LINE, aligned, width};
 use super::names::{index, word};
 use crate::results::{SymbolicEquations, SymbolicFormula, SymbolicKeptConstraint, SymbolicMode, SymbolicText};
 
 /// Lists of formulas under their titles; what is empty is left out.
-fn sections<'e>(found: &'e SymbolicEquations, force: &str) -> Vec<(String, &'e [SymbolicFormula])> {
+fn sections<'e>(variant: &PreparedVariant, found: &'e SymbolicEquations) -> Vec<(String, &'e [SymbolicFormula])> {
+    let prescribed = if variant.reduced.equations.prescribes() { ", with those of prescribed motions" } else { "" };
     let sections: [(String, &[SymbolicFormula]); 11] = [
         ("Letters".into(), &found.letters),
         ("Coordinates that follow".into(), &found.dependents),
         ("Inertia H, symmetric".into(), &found.inertia),
-        (format!("Velocity-dependent {force}"), &found.velocity),
+        (format!("Velocity-dependent forces{prescribed}"), &found.velocity),
         ("Damping D, symmetric".into(), &found.damping),
-        (format!("Stiffness {force}"), &found.stiffness),
-        (format!("Friction {force}; sgn is set-valued at rest: any value from -1 to 1"), &found.friction),
-        (format!("{} of what holds by modes", capital(force)), &found.held),
+        ("Stiffness forces".into(), &found.stiffness),
+        ("Friction forces; sgn is set-valued at rest: any value from -1 to 1".into(), &found.friction),
+        ("Forces of what holds by modes".into(), &found.held),
         ("Input map F u".into(), &found.input),
-        (format!("{} of kept constraints, A^T lambda", capital(force)), &found.kept_forces),
+        ("Forces of kept constraints, A^T lambda".into(), &found.kept_forces),
         ("Constraint torques (multipliers), from the motion of all coordinates".into(), &found.constraint_torques),
     ];
     sections.into_iter().filter(|(_, formulas)| !formulas.is_empty()).collect()
-}
-
-fn capital(word: &str) -> String {
-    word[..1].to_uppercase() + &word[1..]
 }
 
 /// What the equations assume, in sentences; `mark` writes a formula.
@@ -107,7 +105,7 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
             function.symbol.text, function.of
         );
     }
-    for (title, formulas) in sections(found, "forces") {
+    for (title, formulas) in sections(variant, found) {
         let width = formulas.iter().map(|one| one.symbol.text.len()).max().unwrap_or(0);
         let _ = writeln!(out, "\n{title}");
         for SymbolicFormula { symbol, formula } in formulas {
@@ -118,7 +116,9 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
         out.push_str("\nConstraints kept with their multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
         for one in &found.kept {
             let _ = writeln!(out, "  {} with {}", one.of, one.multiplier.text);
-            kept_lines(one).iter().for_each(|[left, right]| out.push_str(&format!("    {} = {}\n", left.text, right.text)));
+            kept_lines(one)
+                .iter()
+                .for_each(|[left, right]| out.push_str(&format!("    {} = {}\n", left.text, right.text)));
         }
     }
     for (title, lines) in in_words(found, |one| one.text.clone()) {
@@ -154,24 +154,20 @@ pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> Str
         let _ = writeln!(out, "% {}: the curve of {}", function.symbol.latex, function.of);
     }
     let names = variant.reduced.coordinate_names();
-    for (title, formulas) in sections(found, "forces") {
+    for (title, formulas) in sections(variant, found) {
         let _ = writeln!(out, "\n% {title}");
         let square = title.starts_with("Inertia") || title.starts_with("Damping");
-        if square && names.len() <= MOST_COLUMNS {
-            out.push_str(&matrix(formulas, &names));
+        if let Some(matrix) = matrix(formulas, &names).filter(|_| square) {
+            out.push_str(&matrix);
             continue;
         }
-        out.push_str("\\begin{align}\n");
-        let rows: Vec<String> =
-            formulas.iter().map(|one| format!("  {} &= {}", one.symbol.latex, one.formula.latex)).collect();
-        out.push_str(&rows.join(" \\\\\n"));
-        out.push_str("\n\\end{align}\n");
+        let pair = |one: &SymbolicFormula| (one.symbol.latex.clone(), one.formula.latex.clone());
+        out.push_str(&aligned(&formulas.iter().map(pair).collect::<Vec<_>>()));
     }
     if !found.kept.is_empty() {
         out.push_str("\n% Constraints kept with their multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
         let lines = found.kept.iter().flat_map(kept_lines);
-        let rows: Vec<String> = lines.map(|[left, right]| format!("  {} &= {}", left.latex, right.latex)).collect();
-        let _ = writeln!(out, "\\begin{{align}}\n{}\n\\end{{align}}", rows.join(" \\\\\n"));
+        out.push_str(&aligned(&lines.map(|[left, right]| (left.latex, right.latex)).collect::<Vec<_>>()));
     }
     for (title, lines) in in_words(found, |one| one.latex.clone()) {
         let _ = writeln!(out, "\n% {title}");
@@ -189,10 +185,14 @@ pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> Str
     out
 }
 
-/// Matrices of more columns are listed by entries; amsmath sets no more either.
+/// Matrices of more columns are listed by entries.
 const MOST_COLUMNS: usize = 5;
 
-fn matrix(formulas: &[SymbolicFormula], names: &[String]) -> String {
+/// A symmetric matrix, if it fits on a page.
+fn matrix(formulas: &[SymbolicFormula], names: &[String]) -> Option<String> {
+    if names.len() > MOST_COLUMNS {
+        return None;
+    }
     let letter = &formulas[0].symbol.latex[..1];
     let at = |i: usize, j: usize| {
         let (low, high) = (i.min(j), i.max(j));
@@ -200,7 +200,13 @@ fn matrix(formulas: &[SymbolicFormula], names: &[String]) -> String {
         let found = formulas.iter().find(|one| one.symbol.latex == symbol);
         found.map_or("0", |one| one.formula.latex.as_str())
     };
+    let column = |j: usize| (0..names.len()).map(|i| width(at(i, j))).fold(2.0, f64::max);
+    if (0..names.len()).map(column).sum::<f64>() > LINE {
+        return None;
+    }
     let row = |i: usize| (0..names.len()).map(|j| at(i, j)).collect::<Vec<_>>().join(" & ");
     let rows: Vec<String> = (0..names.len()).map(|i| format!("  {}", row(i))).collect();
-    format!("\\[ {letter} = \\begin{{bmatrix}}\n{}\n\\end{{bmatrix}} \\]\n", rows.join(" \\\\\n"))
+    // Fractions above each other need some room.
+    let end = if rows.iter().any(|row| row.contains(r"\frac")) { " \\\\[4pt]\n" } else { " \\\\\n" };
+    Some(format!("\\[ {letter} = \\begin{{bmatrix}}\n{}\n\\end{{bmatrix}} \\]\n", rows.join(end)))
 }
