@@ -58,6 +58,18 @@ pub fn parenthesised(latex: &str) -> String {
 /// What has more letters may need more lines than one.
 const LONG: usize = 300;
 
+/// Without parentheses around all of it, which a bar of a fraction does not need.
+pub(crate) fn bare(latex: &str) -> &str {
+    let (open, close) = if latex.starts_with(r"\left(") { (r"\left(", r"\right)") } else { ("(", ")") };
+    let Some(inner) = latex.strip_prefix(open).and_then(|rest| rest.strip_suffix(close)) else { return latex };
+    let mut depth = 0i32;
+    let closes = inner.chars().any(|sign| {
+        depth += i32::from(sign == '(') - i32::from(sign == ')');
+        depth < 0
+    });
+    if closes { latex } else { inner }
+}
+
 /// A power in LaTeX: that of a sine stands before its angle.
 pub(crate) fn raised(latex: &str, power: u32) -> String {
     for function in [r"\sin", r"\cos", r"\tan"] {
@@ -182,6 +194,7 @@ impl Printer<'_> {
         let numerator = if above.is_empty() { "1".to_owned() } else { above.join(times) };
         match (below.len(), self.latex()) {
             (0, _) => (numerator, Strength::Product),
+            (1, true) => (format!(r"\frac{{{numerator}}}{{{}}}", bare(&below[0])), Strength::Product),
             (_, true) => (format!(r"\frac{{{numerator}}}{{{}}}", below.join(times)), Strength::Product),
             (1, false) => (format!("{numerator}/{}", below[0]), Strength::Product),
             (_, false) => (format!("{numerator}/({})", below.join(times)), Strength::Product),

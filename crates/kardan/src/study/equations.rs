@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use super::kept_equations::{add, kept_lines};
-use super::latex_lines::aligned;
+use super::kept_equations::{add, kept_lines, of_time};
+use super::latex_lines::{aligned, one_line};
 use super::prepare::is_error;
 use super::redundant::sharing_notes;
 use super::summary::matrix_words;
@@ -220,7 +220,11 @@ fn constraints(variant: &PreparedVariant, style: Style, mark: &dyn Fn(&str, usiz
     let redundant = variant.reduced.redundant.iter().map(|row| &row.constraint);
     let linear = equations.constraints.iter().chain(redundant).map(|constraint| {
         let terms = constraint.row.iter().map(|(shaft, x)| (x.clone(), angle(&equations.coordinates[*shaft])));
-        (constraint.element.clone(), format!("{} = {}", sum(terms), equations.offset_in_words(constraint)))
+        let offset = match equations.moving.get(&constraint.element) {
+            Some(function) => of_time(function, style),
+            None => equations.offset_in_words(constraint),
+        };
+        (constraint.element.clone(), format!("{} = {offset}", sum(terms)))
     });
     let curves = equations.transmissions.iter().map(|t| {
         let (driven, driving) = (angle(&equations.coordinates[t.driven]), angle(&equations.coordinates[t.driving]));
@@ -420,10 +424,10 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
     };
     let mut out = String::new();
     let units: Vec<&str> = kinds.iter().map(|kind| kind.units).collect();
-    let _ = writeln!(out, "% Model {}: {}. Needs amsmath.", variant.model.name, units.join("; "));
-    if !Kinematics::new(&variant.reduced).is_constant() {
-        out.push_str("% The matrices depend on the position; these hold at the initial position, near rest.\n");
-    }
+    let _ = writeln!(out, "% Model {}: {}. Needs amsmath.", one_line(&variant.model.name), units.join("; "));
+    let mut told = String::new();
+    notes(variant, &mut told);
+    told.lines().for_each(|line| out.push_str(&format!("% {}\n", line.trim())));
     let mut rows = lines(variant, model, Style::Latex, &mark);
     rows.extend(constraints(variant, Style::Latex, &mark).into_iter().map(|(_, line)| {
         let (left, right) = line.split_once(" = ").unwrap_or((&line, "0"));

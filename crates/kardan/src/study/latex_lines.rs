@@ -113,6 +113,11 @@ fn parts(latex: &str, line: f64) -> Vec<&str> {
     out
 }
 
+/// Words for a comment, which ends with its line.
+pub(super) fn one_line(words: &str) -> String {
+    words.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// A formula in lines of `align*`, where one does not hold it beside what is `before` it.
 pub(super) fn in_lines(latex: &str, before: f64) -> String {
     parts(latex, LINE - before).join(" \\\\\n  &\\quad {} ")

@@ -1,7 +1,7 @@
 //! Products as text and LaTeX.
 
 use super::{Base, Collected, Letter};
-use crate::expr::{parenthesised, raised};
+use crate::expr::{bare, parenthesised, raised};
 use crate::num::{Rational, rational_to_f64};
 
 /// How it is written.
@@ -117,18 +117,6 @@ impl Printer<'_> {
         }
         out
     }
-}
-
-/// Without parentheses around all of it, which a bar of a fraction does not need.
-fn bare(latex: &str) -> &str {
-    let (open, close) = if latex.starts_with(r"\left(") { (r"\left(", r"\right)") } else { ("(", ")") };
-    let Some(inner) = latex.strip_prefix(open).and_then(|rest| rest.strip_suffix(close)) else { return latex };
-    let mut depth = 0i32;
-    let closes = inner.chars().any(|sign| {
-        depth += i32::from(sign == '(') - i32::from(sign == ')');
-        depth < 0
-    });
-    if closes { latex } else { inner }
 }
 
 /// Numerator and denominator of a number above zero; a decimal where that is the shorter way.

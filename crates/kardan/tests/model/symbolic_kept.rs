@@ -68,7 +68,8 @@ impl Exact {
         let at = |k: usize| memory[self.plan.place(k)];
         let own = self.names.len();
         Numeric {
-            found: self.names.iter().enumerate().map(|(k, name)| (name.clone(), at(k))).collect(),
+            // Both sides of a stop have one name: the first one counts.
+            found: self.names.iter().enumerate().rev().map(|(k, name)| (name.clone(), at(k))).collect(),
             constraint_torques: (own..own + self.constraints).map(at).collect(),
         }
     }
@@ -105,8 +106,8 @@ fn compare(model: &str, points: usize) {
     let mut random = Random(41);
     let found = symbolic(&filled(model, &mut random).0);
     let project = Project::open(filled(model, &mut random).0);
-    let (page, _) = project.symbolic_text(EquationsForm::Latex).unwrap();
-    assert!(displays(&page) >= 2);
+    let pages = [project.symbolic_text(EquationsForm::Latex), project.equations(EquationsForm::Latex)];
+    pages.into_iter().for_each(|page| assert!(displays(&page.unwrap().0) >= 2));
     for _ in 0..points / STATES {
         let (text, numbers) = filled(model, &mut random);
         let project = Project::open(text.as_str());
@@ -304,7 +305,6 @@ fn numeric_force(reduced: &Reduced, names: &[String], given: &Given, exact: &Num
     let number = |name: String| exact.found.get(&name).copied().unwrap_or(0.0);
     let equations = &reduced.equations;
     let row = |name: &String| {
-        // Directions of one element have one name in a plan.
         let frictions = equations
             .set_valued()
             .zip(&given.frictions)
@@ -570,10 +570,30 @@ fn eq_4_4_of_the_source_is_the_unicycle() {
     }
 }
 
+/// Names and laws of several lines stay within the comments of a LaTeX page, and functions of time are LaTeX, too.
+#[test]
+fn comments_of_latex_end_with_their_lines() {
+    let source = "[model]\nname = \"a\\nb 100%\"\n[shaft.x]\ninertia = \"1 kg m^2\"\n[shaft.y]\n[gear.g]\nshaft_1 = \"x\"\nshaft_2 = \"y\"\nratio = 2\n\
+                  [prescribed_motion.p]\nshaft = \"y\"\nreference = \"z\"\nangle = \"\"\"sin(2 * t / (1 s))^2\n * 1 rad / (2 + t / (1 s))\"\"\"\n[shaft.z]\ninertia = \"1 kg m^2\"\n\
+                  [torque.w]\nshaft = \"x\"\nlaw = \"\"\"-2 N m *\nsin(x.phi)\"\"\"\n[motor.m]\nshaft = \"x\"\nripple = \"1 N m\"\nripple_order = 3\n";
+    let project = Project::open(source);
+    let numbers = project.equations(EquationsForm::Latex).unwrap_or_else(|told| panic!("{told:?}")).0;
+    assert!(numbers.contains(r"\frac{\sin^{2}(2t)}{2 + t}"), "{numbers}");
+    assert!(numbers.starts_with("% Model a b 100%: "), "{numbers}");
+    assert!(numbers.contains("% Offsets that depend on the time (p) stand still here"), "{numbers}");
+    let symbols = project.symbolic_text(EquationsForm::Latex).unwrap().0;
+    assert!(symbols.contains("% Input w, as it is written: -2 N m * sin(x.phi)\n"), "{symbols}");
+    assert!(
+        symbols.contains("% Not in the equations\n% the ripple of m, m.ripple, which acts beside it\n"),
+        "{symbols}"
+    );
+    assert!(displays(&numbers) >= 5 && displays(&symbols) >= 3);
+}
+
 /// What is not written is refused by name, and says what to do; what is written in words says so.
 #[test]
 fn tables_in_kept_rows_are_refused_and_words_are_told() {
-    let source = "[table.cam]\ncurve = { x = [\"0 rad\", \"1 rad\", \"2 rad\", \"3 rad\"], y = [\"0 m\", \"1 m\", \"3 m\", \"4 m\"] }\ninterpolation = \"cubic\"\n\
+    let source = "[table.cam]\npoints = { x = [\"0 rad\", \"1 rad\", \"2 rad\", \"3 rad\"], value = [\"0 m\", \"1 m\", \"3 m\", \"4 m\"] }\nbeyond = \"straight\"\ninterpolation = \"cubic\"\n\
                   [shaft.crank]\ninertia = \"1 kg m^2\"\n[mass.slide]\nmass = \"1 kg\"\n[constraint.follows]\nexpression = \"slide.s - cam(crank.phi)\"\n";
     let told = Project::open(source).symbolic_equations().unwrap_err();
     assert_eq!(told[0].code, "symbolic::table", "{told:?}");

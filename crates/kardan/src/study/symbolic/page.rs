@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::super::PreparedVariant;
 use super::super::equations::kinds;
-use super::super::latex_lines::{LINE, aligned, width};
+use super::super::latex_lines::{LINE, aligned, one_line, width};
 use super::names::{index, word};
 use crate::results::{SymbolicEquations, SymbolicFormula, SymbolicKeptConstraint, SymbolicMode, SymbolicText};
 
@@ -63,7 +63,9 @@ fn kept_lines(one: &SymbolicKeptConstraint) -> Vec<[SymbolicText; 2]> {
 
 /// What modes, functions of time and ripples are, in lines.
 fn in_words(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String) -> Vec<(String, Vec<String>)> {
-    let lines = |list: &[SymbolicMode]| list.iter().map(|one| format!("{}: {}", mark(&one.symbol), one.what)).collect();
+    let lines = |list: &[SymbolicMode]| {
+        list.iter().map(|one| format!("{}: {}", mark(&one.symbol), one_line(&one.what))).collect()
+    };
     let ripples = found.ripples.iter().map(|name| format!("the ripple of {name}, {name}.ripple, which acts beside it"));
     let words = [
         ("What holds by modes; names and numbers as in the model, SI units".to_string(), lines(&found.modes)),
@@ -92,7 +94,7 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
         });
         out.push_str("\nValues\n");
         for value in &found.values {
-            let follows = value.follows.as_ref().map(|text| format!(", from {text}")).unwrap_or_default();
+            let follows = value.follows.as_ref().map(|text| format!(", from {}", one_line(text))).unwrap_or_default();
             let number = format!("{} {}", value.value, value.unit);
             let [a, b] = widths;
             let _ = writeln!(out, "  {:a$}  {:b$}  {}{follows}", value.symbol.text, value.of, number.trim_end());
@@ -127,7 +129,7 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
     }
     if !found.laws.is_empty() {
         out.push_str("\nInputs that are laws, as they are written\n");
-        found.laws.iter().for_each(|one| out.push_str(&format!("  {} = {}\n", one.of, one.law)));
+        found.laws.iter().for_each(|one| out.push_str(&format!("  {} = {}\n", one.of, one_line(&one.law))));
     }
     let assumed = assumptions(found, |one| one.text.clone());
     if !assumed.is_empty() {
@@ -143,10 +145,15 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
 pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> String {
     let mut out = String::new();
     let units: Vec<&str> = kinds(variant).iter().map(|kind| kind.units).collect();
-    let _ = writeln!(out, "% Model {}: {}; numbers in SI units. Needs amsmath.", variant.model.name, units.join("; "));
+    let _ = writeln!(
+        out,
+        "% Model {}: {}; numbers in SI units. Needs amsmath.",
+        one_line(&variant.model.name),
+        units.join("; ")
+    );
     let _ = writeln!(out, "% {}", form(found));
     for value in &found.values {
-        let follows = value.follows.as_ref().map(|text| format!(", from {text}")).unwrap_or_default();
+        let follows = value.follows.as_ref().map(|text| format!(", from {}", one_line(text))).unwrap_or_default();
         let number = format!("{} {}", value.value, value.unit);
         let _ = writeln!(out, "% {}: {} = {}{follows}", value.symbol.latex, value.of, number.trim_end());
     }
@@ -174,7 +181,7 @@ pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> Str
         lines.iter().for_each(|line| out.push_str(&format!("% {line}\n")));
     }
     for law in &found.laws {
-        let _ = writeln!(out, "% Input {}, as it is written: {}", law.of, law.law);
+        let _ = writeln!(out, "% Input {}, as it is written: {}", law.of, one_line(&law.law));
     }
     for sentence in assumptions(found, |one| one.latex.clone()) {
         let _ = writeln!(out, "% {sentence}");
