@@ -2,25 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::motion::Walk;
 use super::terms::{KeptLaw, Row};
+use super::walk::{SymbolicKept, Walk};
 use super::{Laurent, Letter, Symbol};
 use crate::num::Rational;
-
-/// A kept constraint over the reduced coordinates.
-#[derive(Debug, Clone, Default)]
-pub struct SymbolicKept {
-    /// What is zero at all times, of a relation of positions.
-    pub position: Option<Laurent>,
-    /// A, by the number of the reduced coordinate; what is not zero.
-    pub row: BTreeMap<usize, Laurent>,
-    /// The terms of `A q̇_r` and of `A q̈_r`.
-    pub left: [Vec<Laurent>; 2],
-    /// b, unless accelerations alone are prescribed.
-    pub rate: Option<Laurent>,
-    /// c = ḃ − Ȧ q̇_r
-    pub acceleration: Laurent,
-}
 
 impl Walk<'_> {
     /// All kept constraints, and what their multipliers do.

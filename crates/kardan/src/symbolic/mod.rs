@@ -13,11 +13,10 @@ mod motion;
 mod printed;
 mod terms;
 mod times;
+mod walk;
 
 pub use collected::{Base, Collected, collected};
-pub use kept::SymbolicKept;
 pub use laurent::{Laurent, Letter, Monomial};
 pub use letters::{Letters, Meaning, Symbol};
-pub use motion::{Definition, SymbolicMotion};
 pub use printed::{Form, printed};
-pub use times::{Given, TimeFunction};
+pub use walk::{Definition, Given, SymbolicKept, SymbolicMotion, TimeFunction};

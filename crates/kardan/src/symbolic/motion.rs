@@ -4,91 +4,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::elimination::{Assumed, Entry, Line, eliminate, solved};
-use super::kept::SymbolicKept;
 use super::terms::{Along, Friction, Row, Spring, Terms, ratio};
-use super::times::{Formulas, TimeFunction};
-use super::{Laurent, Letter, Letters, Meaning, Symbol};
+use super::walk::{Definition, Known, SymbolicMotion, TimeFunction, Walk};
+use super::{Laurent, Letters, Meaning, Symbol};
 use crate::equations::{Curve, NamedTerm};
 use crate::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
 use crate::reduce::{Affine, Reduced, Step};
-
-/// A letter and what it is short for.
-#[derive(Debug, Clone)]
-pub struct Definition {
-    /// The letter.
-    pub letter: Letter,
-    /// What it is short for.
-    pub value: Laurent,
-}
-
-/// `H q̈_r + v(q, q̇) + D q̇_r + s(q) + friction + held = F u + Aᵀλ` \[diss. (4.18), (4.23), (6.114)\], each entry a sum of products of letters.
-#[derive(Debug)]
-pub struct SymbolicMotion {
-    /// What all letters stand for.
-    pub letters: Letters,
-    /// Letters of curves and of frictions, each behind those that it needs.
-    pub definitions: Vec<Definition>,
-    /// Angles of the coordinates that follow, by number, in the order in which they follow.
-    pub angles: Vec<(usize, Laurent)>,
-    /// Their rates over those of the reduced coordinates.
-    pub speeds: Vec<(usize, Laurent)>,
-    /// Their accelerations, where they are not the same sums of accelerations.
-    pub accelerations: Vec<(usize, Laurent)>,
-    /// H on and below the diagonal, what is not zero.
-    pub inertia: BTreeMap<(usize, usize), Laurent>,
-    /// v, quadratic in speeds; and what prescribed motions do by their speeds and accelerations.
-    pub velocity: Vec<Laurent>,
-    /// D on and below the diagonal, what is not zero.
-    pub damping: BTreeMap<(usize, usize), Laurent>,
-    /// s
-    pub stiffness: Vec<Laurent>,
-    /// Coulomb friction.
-    pub friction: Vec<Laurent>,
-    /// F u
-    pub input: Vec<Laurent>,
-    /// What is carried by modes.
-    pub held: Vec<Laurent>,
-    /// The constraints that are kept with their multipliers λ.
-    pub kept: Vec<SymbolicKept>,
-    /// Aᵀλ
-    pub kept_forces: Vec<Laurent>,
-    /// The speed along what holds by modes: its element, whether teeth rub, angle and speed.
-    pub directions: Vec<(String, bool, [Laurent; 2])>,
-    /// The multipliers of all other constraints, those of transmissions last.
-    pub multipliers: Vec<Laurent>,
-    /// What must not be zero.
-    pub divisors: Vec<Laurent>,
-    /// What is zero for the values of the model, and was taken as zero.
-    pub zeros: Vec<Laurent>,
-}
-
-/// What is known of a coordinate.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Known {
-    /// Over the reduced coordinates.
-    pub(super) basis: BTreeMap<usize, Laurent>,
-    /// The speed that is prescribed.
-    pub(super) drift: Laurent,
-    pub(super) bias: Laurent,
-    pub(super) angle: Laurent,
-}
-
-pub(super) struct Walk<'a> {
-    pub(super) reduced: &'a Reduced,
-    pub(super) terms: Terms,
-    pub(super) letters: Letters,
-    pub(super) assumed: Assumed,
-    pub(super) known: Vec<Known>,
-    /// Angles at the start.
-    numbers: Vec<f64>,
-    /// Of each transmission whether it was taken backwards, and its slope.
-    slopes: BTreeMap<usize, (bool, Entry)>,
-    /// What is prescribed, by element.
-    pub(super) times: BTreeMap<String, Formulas>,
-    /// Kept constraints over all coordinates.
-    pub(super) kept_rows: Vec<Row>,
-    pub(super) out: SymbolicMotion,
-}
 
 impl SymbolicMotion {
     /// Of terms whose values have names, and the explicit form of the same terms; `start` are the angles of the coordinates at which slopes

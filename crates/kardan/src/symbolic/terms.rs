@@ -73,10 +73,8 @@ impl Terms {
     pub(super) fn new(coordinates: &[String], terms: &[NamedTerm], letters: &mut Letters) -> Self {
         let mut sorted: Vec<&NamedTerm> = terms.iter().collect();
         sorted.sort_by(|a, b| a.element.cmp(&b.element));
-        let moving: BTreeSet<&str> = terms
-            .iter()
-            .filter_map(|one| matches!(one.term, Term::Moving(_)).then_some(one.element.as_str()))
-            .collect();
+        let moves = |one: &&NamedTerm| matches!(one.term, Term::Moving(_));
+        let moving: BTreeSet<&str> = terms.iter().filter(moves).map(|one| one.element.as_str()).collect();
         let mut out = Self::default();
         let mut balances: BTreeMap<&str, BTreeMap<usize, Entry>> = BTreeMap::new();
         for NamedTerm { element, term } in sorted {
@@ -113,13 +111,10 @@ impl Terms {
                     let turned = -&scale.recip().unwrap_or_else(Exact::one);
                     let shares = along.entries.iter().map(|(name, x)| (name.clone(), x * &turned)).collect();
                     let row = row(numbered(letters, &Direction { entries: shares }));
-                    let value =
-                        Spring { stiffness: letters.exact(stiffness), rest: letters.exact(&(offset * &turned)) };
-                    if !damping.is_zero() {
-                        let value = letters.exact(damping);
-                        out.dampers.push(Along { element: element.clone(), row: row.clone(), value });
-                    }
-                    out.springs.push(Along { element: element.clone(), row, value });
+                    let rest = letters.exact(&(offset * &turned));
+                    let spring = Spring { stiffness: letters.exact(stiffness), rest };
+                    let damping = (!damping.is_zero()).then(|| letters.exact(damping));
+                    out.comply(element, row, spring, damping);
                 }
                 Term::Input { along, .. } | Term::Torque { along, .. } => {
                     out.inputs.push(Along { element: element.clone(), row: row(numbered(letters, along)), value: () });
@@ -133,14 +128,8 @@ impl Terms {
                 }
                 Term::Kept(law) => out.kept.push((element.clone(), kept(coordinates, law, letters))),
                 Term::Hold { along, hold } => {
-                    let rubs = matches!(hold, Hold::Mesh(_));
-                    // Both sides of a stop are one torque.
-                    if out.holds.iter().all(|other| other.element != *element || other.value != rubs) {
-                        let sign = Rational::from(if hold.is_upper() { -1 } else { 1 });
-                        let mut row = row(numbered(letters, along));
-                        row.iter_mut().for_each(|(_, entry)| *entry = entry.scaled(&sign));
-                        out.holds.push(Along { element: element.clone(), row, value: rubs });
-                    }
+                    let row = row(numbered(letters, along));
+                    out.hold(element, row, hold);
                 }
                 Term::Balance { .. }
                 | Term::Transmission { .. }
@@ -159,6 +148,27 @@ impl Terms {
             }
         }
         out
+    }
+}
+
+impl Terms {
+    /// What holds by modes; both sides of a stop are one torque.
+    fn hold(&mut self, element: &str, mut row: Row, hold: &Hold) {
+        let rubs = matches!(hold, Hold::Mesh(_));
+        if self.holds.iter().all(|other| other.element != *element || other.value != rubs) {
+            let sign = Rational::from(if hold.is_upper() { -1 } else { 1 });
+            row.iter_mut().for_each(|(_, entry)| *entry = entry.scaled(&sign));
+            self.holds.push(Along { element: element.to_string(), row, value: rubs });
+        }
+    }
+
+    /// A spring, and a damper where it is one, in the place of a constraint.
+    fn comply(&mut self, element: &str, row: Row, spring: Spring, damping: Option<Laurent>) {
+        let element = element.to_string();
+        if let Some(value) = damping {
+            self.dampers.push(Along { element: element.clone(), row: row.clone(), value });
+        }
+        self.springs.push(Along { element, row, value: spring });
     }
 }
 

@@ -2,33 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::motion::{Definition, Walk};
+use super::walk::{Definition, Formulas, Given, TimeFunction, Walk};
 use super::{Laurent, Letter, Symbol};
 use crate::num::Rational;
-use crate::units::{Exact, Expression};
-
-/// How what a constraint prescribes is given.
-#[derive(Debug, Clone)]
-pub enum Given {
-    /// A number.
-    Exact(Exact),
-    /// An expression of the time `t` and of parameters.
-    Formula(Expression),
-    /// In words: it names signals or tables, or events set it.
-    Words(String),
-}
-
-/// What a constraint prescribes.
-#[derive(Debug, Clone)]
-pub struct TimeFunction {
-    /// How.
-    pub given: Given,
-    /// Whether that is the rate of what stands in the constraint.
-    pub rate: bool,
-}
-
-/// What a constraint prescribes, and its rates, where they have formulas.
-pub(super) type Formulas = [Option<Laurent>; 3];
 
 impl Walk<'_> {
     /// Formulas of functions of time, as far as they have some.

@@ -490,6 +490,41 @@ expression = "m.s - 0.3 m * sin(c.phi)"
 shaft = "a"
 "#;
 
+/// Currents that are prescribed: their charges are known, or they are kept.
+const CURRENTS: &str = r#"
+[parameters]
+I = "$I$ A"
+w = "$w:1:4$ rad/s"
+[current_source.one]
+from = "ground"
+to = "a"
+current = "I * sin(w * t)"
+[current_source.two]
+from = "ground"
+to = "b"
+current = "I * exp(-(w * t)^2)"
+[current_source.three]
+from = "ground"
+to = "b"
+current = "I"
+[resistor.R1]
+from = "a"
+to = "m"
+resistance = "$R1.resistance$ Ohm"
+[inductor.L2]
+from = "m"
+to = "b"
+inductance = "$L2.inductance$ H"
+[inductor.L1]
+from = "b"
+to = "ground"
+inductance = "$L1.inductance$ H"
+[capacitor.C1]
+from = "a"
+to = "ground"
+capacitance = "$C1.capacitance$ F"
+"#;
+
 #[test]
 fn kept_rows_in_symbols_are_those_of_a_run_at_random_points() {
     compare(ROLLING, 1000);
@@ -499,6 +534,7 @@ fn kept_rows_in_symbols_are_those_of_a_run_at_random_points() {
 #[test]
 fn prescribed_motions_in_symbols_are_those_of_a_run_at_random_points() {
     compare(DRIVEN, 1000);
+    compare(CURRENTS, 200);
 }
 
 #[test]

@@ -136,7 +136,7 @@ pub(super) fn prescribed(names: &Names<'_>, used: &[Letter], named: &NamedTerms)
         let what = match (&function.given, function.rate) {
             (Given::Words(words), false) => words.clone(),
             (Given::Words(words), true) => format!("the integral by the time, from zero, of {words}"),
-            (_, true) => "the integral by the time, from zero, of its rate".to_string(),
+            (_, true) => format!("the integral by the time, from zero, of {}'", word(element)),
             (_, false) => continue,
         };
         let symbol = SymbolicText { text: names.of_time(element, 0, false), latex: names.of_time(element, 0, true) };

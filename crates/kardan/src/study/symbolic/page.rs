@@ -110,7 +110,8 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
     for (title, formulas) in sections(variant, found) {
         let width = formulas.iter().map(|one| one.symbol.text.len()).max().unwrap_or(0);
         let _ = writeln!(out, "\n{title}");
-        for SymbolicFormula { symbol, formula } in formulas {
+        // Of rigid teeth with play the multiplier is what they carry by modes.
+        for SymbolicFormula { symbol, formula } in formulas.iter().filter(|one| one.symbol.text != one.formula.text) {
             let _ = writeln!(out, "  {:width$} = {}", symbol.text, formula.text);
         }
     }
