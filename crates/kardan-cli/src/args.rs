@@ -463,7 +463,7 @@ pub struct EquationsArgs {
     /// The list of operations by which a run evaluates them, with what it costs.
     #[arg(long, conflicts_with_all = ["latex", "json"])]
     pub plan: bool,
-    /// The names of parameters and values instead of their numbers: H, forces, input map and constraint torques as formulas.
+    /// The names of parameters and values instead of their numbers: H, forces, input map, constraints and their torques as formulas.
     #[arg(long, conflicts_with = "plan")]
     pub symbolic: bool,
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.

@@ -380,6 +380,17 @@ impl<Row> Kept<Row> {
     }
 }
 
+impl<Row> Kept<Row> {
+    /// The formulas in it.
+    pub fn formulas(&self) -> Vec<&Arc<Formula>> {
+        match self {
+            Self::Rates(row) => row.iter().map(|(_, formula)| formula).collect(),
+            Self::Surface(formula) => vec![formula],
+            Self::Speed(..) | Self::Acceleration(..) => Vec::new(),
+        }
+    }
+}
+
 impl Kept<String> {
     /// The coordinates in it.
     pub fn coordinates(&self) -> Vec<&str> {

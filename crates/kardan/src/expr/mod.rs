@@ -21,5 +21,6 @@ pub use interval::{Interval, Intervals};
 pub use lookup::{Beyond, Lookup};
 pub use lower::lower;
 pub use of_time::{OfTime, Part, Pieces, polynomial};
-pub use print::{Style, printed};
+pub use print::{Style, parenthesised, printed};
+pub(crate) use print::{bare, raised};
 pub use written::Named;

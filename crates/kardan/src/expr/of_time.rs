@@ -246,7 +246,12 @@ impl OfTime {
 
     /// As a person would write it; parts by their names.
     pub fn text(&self) -> String {
-        printed(&self.graph, self.value, Style::Text, &|name| name.into())
+        self.written(Style::Text, &|name| name.into())
+    }
+
+    /// The same in either style; `name` writes the names of parts and of the time.
+    pub fn written(&self, style: Style, name: &dyn Fn(&str) -> String) -> String {
+        printed(&self.graph, self.value, style, name)
     }
 
     /// Whether it may bend or jump where no part has a breakpoint.

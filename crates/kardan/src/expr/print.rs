@@ -33,10 +33,53 @@ enum Strength {
 /// let product = graph.multiply(sine, square);
 /// let all = graph.sum(1.into(), &[(product, (-3).into())]);
 /// assert_eq!(printed(&graph, all, Style::Text, &|name| name.into()), "1 - 3*sin(x)/x^2");
-/// assert_eq!(printed(&graph, all, Style::Latex, &|name| name.into()), r"1 - 3\frac{\sin\left(x\right)}{x^{2}}");
+/// assert_eq!(printed(&graph, all, Style::Latex, &|name| name.into()), r"1 - 3\frac{\sin(x)}{x^{2}}");
 /// ```
 pub fn printed(graph: &Graph, expr: Expr, style: Style, name: &dyn Fn(&str) -> String) -> String {
     Printer { graph, style, name }.written(expr).0
+}
+
+/// LaTeX within parentheses that are as high as it is; around long sums they have a fixed height, so that these can go on in another line.
+///
+/// ```
+/// use kardan::expr::parenthesised;
+/// assert_eq!(parenthesised("a + b"), "(a + b)");
+/// assert_eq!(parenthesised(r"\frac{a}{b}"), r"\left(\frac{a}{b}\right)");
+/// ```
+pub fn parenthesised(latex: &str) -> String {
+    let high = [r"\frac", r"\sqrt", r"\begin", r"\left", r"\biggl"].into_iter().any(|word| latex.contains(word));
+    match (high, latex.len() > LONG) {
+        (false, _) => format!("({latex})"),
+        (true, false) => format!(r"\left({latex}\right)"),
+        (true, true) => format!(r"\biggl({latex}\biggr)"),
+    }
+}
+
+/// What has more letters may need more lines than one.
+const LONG: usize = 300;
+
+/// Without parentheses around all of it, which a bar of a fraction does not need.
+pub(crate) fn bare(latex: &str) -> &str {
+    let (open, close) = if latex.starts_with(r"\left(") { (r"\left(", r"\right)") } else { ("(", ")") };
+    let Some(inner) = latex.strip_prefix(open).and_then(|rest| rest.strip_suffix(close)) else { return latex };
+    let mut depth = 0i32;
+    let closes = inner.chars().any(|sign| {
+        depth += i32::from(sign == '(') - i32::from(sign == ')');
+        depth < 0
+    });
+    if closes { latex } else { inner }
+}
+
+/// A power in LaTeX: that of a sine stands before its angle.
+pub(crate) fn raised(latex: &str, power: u32) -> String {
+    for function in [r"\sin", r"\cos", r"\tan"] {
+        if let Some(rest) = latex.strip_prefix(function) {
+            return format!("{function}^{{{power}}}{rest}");
+        }
+    }
+    // Marks of rates and functions are no powers.
+    let together = latex.starts_with('\\') && ![r"\left", r"\biggl"].into_iter().any(|open| latex.starts_with(open));
+    if together { format!("{{{latex}}}^{{{power}}}") } else { format!("{latex}^{{{power}}}") }
 }
 
 struct Printer<'a> {
@@ -59,7 +102,7 @@ impl Printer<'_> {
         match (needed, self.latex()) {
             (false, _) => text,
             (true, false) => format!("({text})"),
-            (true, true) => format!(r"\left({text}\right)"),
+            (true, true) => parenthesised(&text),
         }
     }
 
@@ -91,10 +134,10 @@ impl Printer<'_> {
                 let text = match function {
                     Function::Sqrt => format!(r"\sqrt{{{inner}}}"),
                     Function::Abs => format!(r"\left|{inner}\right|"),
-                    Function::Asin => format!(r"\arcsin\left({inner}\right)"),
-                    Function::Acos => format!(r"\arccos\left({inner}\right)"),
-                    Function::Atan => format!(r"\arctan\left({inner}\right)"),
-                    _ => format!(r"\{}\left({inner}\right)", function.name()),
+                    Function::Asin => format!(r"\arcsin{}", parenthesised(&inner)),
+                    Function::Acos => format!(r"\arccos{}", parenthesised(&inner)),
+                    Function::Atan => format!(r"\arctan{}", parenthesised(&inner)),
+                    _ => format!(r"\{}{}", function.name(), parenthesised(&inner)),
                 };
                 (text, Strength::Atom)
             }
@@ -151,6 +194,7 @@ impl Printer<'_> {
         let numerator = if above.is_empty() { "1".to_owned() } else { above.join(times) };
         match (below.len(), self.latex()) {
             (0, _) => (numerator, Strength::Product),
+            (1, true) => (format!(r"\frac{{{numerator}}}{{{}}}", bare(&below[0])), Strength::Product),
             (_, true) => (format!(r"\frac{{{numerator}}}{{{}}}", below.join(times)), Strength::Product),
             (1, false) => (format!("{numerator}/{}", below[0]), Strength::Product),
             (_, false) => (format!("{numerator}/({})", below.join(times)), Strength::Product),
@@ -161,7 +205,7 @@ impl Printer<'_> {
         match (power, self.latex()) {
             (1, _) => self.within(factor, Strength::Power),
             (_, false) => format!("{}^{power}", self.within(factor, Strength::Atom)),
-            (_, true) => format!("{}^{{{power}}}", self.within(factor, Strength::Atom)),
+            (_, true) => raised(&self.within(factor, Strength::Atom), power),
         }
     }
 }

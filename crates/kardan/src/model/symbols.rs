@@ -6,9 +6,10 @@ use super::document::{Document, Instance, Setting};
 use super::functions::Functions;
 use super::resolve::element_values;
 use super::table_reader::TableReader;
-use crate::equations::{GROUND, InputKind, NamedTerm, Term};
+use crate::element::Values;
+use crate::equations::{self, GROUND, InputKind, NamedTerm, Term};
 use crate::schema::{Kind, Scalar, Value};
-use crate::symbolic::Meaning;
+use crate::symbolic::{Given, Meaning, TimeFunction};
 use crate::units::{Dimension, Exact, Expression};
 
 /// A value that equations in symbols may name.
@@ -33,9 +34,14 @@ pub struct NamedTerms {
     pub values: BTreeMap<String, SymbolValue>,
     /// Torques that expressions give, by element: they are inputs among the terms.
     pub laws: Vec<(String, String)>,
+    /// What constraints prescribe, by element; and how it is written.
+    pub functions: BTreeMap<String, TimeFunction>,
     /// Parameters that the elements use.
     pub used: Vec<String>,
 }
+
+/// What stands for a function that no expression gives.
+const EVENTS: &str = "as the events of the run set it";
 
 impl Document {
     /// The terms of the model for the settings with the names of their values; of a model without mistakes.
@@ -60,6 +66,9 @@ impl Document {
             let mut own = (instance.kind.terms)(&instance.name, &values);
             if !ground {
                 own.iter_mut().for_each(Term::leave_ground);
+            }
+            if own.iter().any(|term| matches!(term, Term::Moving(_) | Term::Kept(_))) {
+                out.prescribed(instance, self, &values, &own);
             }
             for term in own {
                 let element = instance.name.clone();
@@ -92,6 +101,47 @@ impl Document {
 }
 
 impl NamedTerms {
+    /// What a constraint prescribes, with names; and the names in kept formulas.
+    fn prescribed(&mut self, instance: &Instance, document: &Document, values: &Values, terms: &[Term]) {
+        let formulas = terms.iter().filter_map(|term| match term {
+            Term::Kept(law) => Some(law.formulas()),
+            _ => None,
+        });
+        let names = formulas.flatten().flat_map(|formula| &formula.names);
+        let parameters = names.filter(|(_, meaning)| matches!(meaning, equations::Meaning::Constant(..)));
+        self.used.extend(parameters.map(|(name, _)| name.clone()));
+        let moving = terms.iter().any(|term| matches!(term, Term::Moving(_)));
+        for field in instance.kind.fields {
+            let Kind::OfTime(dimension) = field.kind.along(instance.table.along_masses) else { continue };
+            let read = instance.table.values.get(field.name).and_then(|given| match &given.value {
+                Value::Scalar(scalar) => document.function_of_time(scalar),
+                _ => None,
+            });
+            let closed = |read: &Expression| {
+                let is_signal = |name: &str| document.signals.iter().any(|signal| signal.name == name);
+                read.tables().is_empty() && !read.names().into_iter().any(is_signal)
+            };
+            let given = match (values.of_time(field.name), read) {
+                (Some(_), Some(read)) if closed(&read) => Given::Formula(read),
+                (Some(_), Some(read)) => {
+                    let text = read.text();
+                    let alone = text.strip_prefix('\'').and_then(|rest| rest.strip_suffix('\''));
+                    Given::Words(alone.filter(|name| !name.contains('\'')).unwrap_or(text).to_string())
+                }
+                (Some(_), None) => Given::Words(EVENTS.to_string()),
+                (None, _) => match values.exact(field.name) {
+                    Some(value) => Given::Exact(value.clone()),
+                    None => continue,
+                },
+            };
+            if let Given::Formula(read) = &given {
+                self.used.extend(read.names().into_iter().filter(|name| *name != "t").map(str::to_string));
+            }
+            let rate = dimension == Dimension::CURRENT && moving;
+            self.functions.insert(instance.name.clone(), TimeFunction { given, rate });
+        }
+    }
+
     /// What the values of an element are.
     fn read(&mut self, instance: &Instance, reader: &TableReader<'_>) {
         for (key, given) in &instance.table.values {

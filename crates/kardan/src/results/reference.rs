@@ -30,7 +30,7 @@ pub struct MotionEquations {
 }
 
 /// The reduced equations of motion in the names of their values,
-/// `H q'' + velocity + D q' + stiffness + friction = F u`; every formula as text and as LaTeX.
+/// `H q'' + velocity + D q' + stiffness + friction + held = F u + A^T lambda`; every formula as text and as LaTeX.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SymbolicEquations {
     /// Letters that stand for values of the model.
@@ -43,7 +43,8 @@ pub struct SymbolicEquations {
     pub dependents: Vec<SymbolicFormula>,
     /// Entries of H on and below the diagonal that are not zero.
     pub inertia: Vec<SymbolicFormula>,
-    /// Forces that are quadratic in speeds, by coordinate; those that are not zero, as in all lists below.
+    /// Forces that are quadratic in speeds, and those of prescribed speeds and accelerations, by coordinate; those that are not zero, as in all
+    /// lists below.
     pub velocity: Vec<SymbolicFormula>,
     /// Entries of D on and below the diagonal that are not zero.
     pub damping: Vec<SymbolicFormula>,
@@ -51,8 +52,23 @@ pub struct SymbolicEquations {
     pub stiffness: Vec<SymbolicFormula>,
     /// Coulomb friction by coordinate; `sgn` is set-valued at rest.
     pub friction: Vec<SymbolicFormula>,
+    /// What clutches, stops, locks and teeth carry, by coordinate.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub held: Vec<SymbolicFormula>,
+    /// On what that depends.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub modes: Vec<SymbolicMode>,
     /// F u by coordinate.
     pub input: Vec<SymbolicFormula>,
+    /// A^T lambda by coordinate: what kept constraints do.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub kept_forces: Vec<SymbolicFormula>,
+    /// The constraints that are kept with their multipliers.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub kept: Vec<SymbolicKeptConstraint>,
+    /// What constraints prescribe as functions of time, where no formula of the time and of parameters is one of the letters.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub prescribed: Vec<SymbolicMode>,
     /// Torques among the inputs that expressions give, as they are written.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub laws: Vec<SymbolicLaw>,
@@ -64,6 +80,39 @@ pub struct SymbolicEquations {
     pub zeros: Vec<SymbolicText>,
     /// Parameters that are not in the equations because their value is zero.
     pub left_out: Vec<String>,
+    /// Motors whose ripple acts beside their torque, and is not in the equations.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub ripples: Vec<String>,
+}
+
+/// A constraint that is kept with its multiplier.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
+pub struct SymbolicKeptConstraint {
+    /// The element.
+    pub of: String,
+    /// Its multiplier.
+    pub multiplier: SymbolicText,
+    /// What is zero at all times, of a relation of positions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<SymbolicText>,
+    /// Its row of A over the coordinates, what is not zero.
+    pub row: Vec<SymbolicFormula>,
+    /// `A q' = b`, left and right side; nothing where accelerations alone are prescribed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rates: Option<SymbolicFormula>,
+    /// `A q'' = b' - A' q'`
+    pub accelerations: SymbolicFormula,
+}
+
+/// What something is, in words.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
+pub struct SymbolicMode {
+    /// As it stands in the formulas.
+    pub symbol: SymbolicText,
+    /// The element.
+    pub of: String,
+    /// What it is.
+    pub what: String,
 }
 
 /// A torque that an expression gives.

@@ -3,10 +3,12 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use super::kept_equations::{add, kept_lines};
+use super::kept_equations::{add, kept_lines, of_time};
+use super::latex_lines::{aligned, one_line};
 use super::prepare::is_error;
 use super::redundant::sharing_notes;
 use super::summary::matrix_words;
+use super::symbolic::index;
 use super::{PreparedVariant, Project};
 use crate::assemble::Along;
 use crate::diagnostics::Diagnostic;
@@ -218,7 +220,11 @@ fn constraints(variant: &PreparedVariant, style: Style, mark: &dyn Fn(&str, usiz
     let redundant = variant.reduced.redundant.iter().map(|row| &row.constraint);
     let linear = equations.constraints.iter().chain(redundant).map(|constraint| {
         let terms = constraint.row.iter().map(|(shaft, x)| (x.clone(), angle(&equations.coordinates[*shaft])));
-        (constraint.element.clone(), format!("{} = {}", sum(terms), equations.offset_in_words(constraint)))
+        let offset = match equations.moving.get(&constraint.element) {
+            Some(function) => of_time(function, style),
+            None => equations.offset_in_words(constraint),
+        };
+        (constraint.element.clone(), format!("{} = {offset}", sum(terms)))
     });
     let curves = equations.transmissions.iter().map(|t| {
         let (driven, driving) = (angle(&equations.coordinates[t.driven]), angle(&equations.coordinates[t.driving]));
@@ -392,11 +398,13 @@ fn table(rows: &[String], columns: &[String], matrix: &Matrix<f64>, out: &mut St
     }
 }
 
+/// A matrix of more columns needs a larger counter of amsmath.
+const MOST_COLUMNS: usize = 10;
+
 fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
-    let escape = |name: &str| name.replace('_', r"\_");
     let kinds = kinds(variant);
     let mark = |name: &str, order: usize| {
-        let index = format!(r"\mathrm{{{}}}", escape(name));
+        let index = index(name);
         let letter = match domain_of(variant, name) {
             Domain::Charge => " q",
             Domain::Translation => " s",
@@ -416,26 +424,23 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
     };
     let mut out = String::new();
     let units: Vec<&str> = kinds.iter().map(|kind| kind.units).collect();
-    let _ = writeln!(out, "% Model {}: {}", variant.model.name, units.join("; "));
-    if !Kinematics::new(&variant.reduced).is_constant() {
-        out.push_str("% The matrices depend on the position; these hold at the initial position, near rest.\n");
-    }
-    out.push_str("\\begin{align}\n");
-    let mut rows: Vec<String> = lines(variant, model, Style::Latex, &mark)
-        .into_iter()
-        .map(|(left, right)| format!("  {left} &= {right}"))
-        .collect();
-    rows.extend(
-        constraints(variant, Style::Latex, &mark)
-            .into_iter()
-            .map(|(_, line)| format!("  {}", line.replacen(" = ", " &= ", 1).replace('γ', r"\gamma"))),
-    );
-    out.push_str(&rows.join(" \\\\\n"));
-    out.push_str("\n\\end{align}\n");
+    let _ = writeln!(out, "% Model {}: {}. Needs amsmath.", one_line(&variant.model.name), units.join("; "));
+    let mut told = String::new();
+    notes(variant, &mut told);
+    told.lines().for_each(|line| out.push_str(&format!("% {}\n", line.trim())));
+    let mut rows = lines(variant, model, Style::Latex, &mark);
+    rows.extend(constraints(variant, Style::Latex, &mark).into_iter().map(|(_, line)| {
+        let (left, right) = line.split_once(" = ").unwrap_or((&line, "0"));
+        (left.to_string(), right.replace('γ', r"\gamma"))
+    }));
+    out.push_str(&aligned(&rows));
     let names = ["H_r", "D_r", "S_r", "F_r"];
     for (name, (_, _, matrix, _)) in names.iter().zip(matrices(variant, model)) {
         let rows: Vec<String> =
             matrix.to_rows().iter().map(|row| row.iter().map(f64::to_string).collect::<Vec<_>>().join(" & ")).collect();
+        if matrix.columns() > MOST_COLUMNS {
+            let _ = writeln!(out, "\\setcounter{{MaxMatrixCols}}{{{}}}", matrix.columns());
+        }
         let _ = writeln!(out, "\\[ {name} = \\begin{{bmatrix}} {} \\end{{bmatrix}} \\]", rows.join(r" \\ "));
     }
     let motors: Vec<String> = variant
@@ -444,7 +449,7 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
         .inputs
         .iter()
         .filter(|input| matches!(input.value, InputKind::Motor(_)))
-        .map(|input| escape(&input.element))
+        .map(|input| input.element.clone())
         .collect();
     let circuit = kinds.iter().any(|kind| kind.plural == "charges");
     let kind = if circuit { "motors and voltage sources" } else { "motors" };

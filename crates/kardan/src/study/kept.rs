@@ -110,17 +110,6 @@ pub(super) fn begin_on_rows(
     }
 }
 
-/// Equations of motion are not written in symbols beside kept rows.
-pub(super) fn refuse_equations(reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {
-    let Some(first) = reduced.equations.kept.first() else { return Ok(()) };
-    let message = format!(
-        "`{}` is not solved for a coordinate, and equations with its multiplier are not written in symbols",
-        first.element
-    );
-    let help = "without --symbolic they are written with the numbers of the model";
-    Err(vec![Diagnostic::error("equations::kept", message).help(help)])
-}
-
 /// What an analysis sees: kept rows with their coefficients at the start.
 pub(super) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Diagnostic> {
     let one = |variant: &Arc<PreparedVariant>| frozen_variant(variant).map(Arc::new);

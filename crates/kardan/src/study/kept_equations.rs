@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::PreparedVariant;
+use super::symbolic::index;
 use crate::equations::{Domain, Kept};
-use crate::expr::{Expr, Style, printed};
+use crate::expr::{Expr, OfTime, Style, parenthesised, printed};
 use crate::num::rational_to_f64;
 use crate::reduce::Motion;
 
@@ -22,6 +23,15 @@ pub(super) struct KeptLine {
 pub(super) struct Term {
     negative: bool,
     text: String,
+}
+
+/// A function of time as it is written.
+pub(super) fn of_time(function: &OfTime, style: Style) -> String {
+    let name = |name: &str| match style {
+        Style::Latex if name != "t" => index(name),
+        _ => name.to_string(),
+    };
+    function.written(style, &name)
 }
 
 /// Adds terms to a sum that is written, which may be `0`.
@@ -80,8 +90,8 @@ pub(super) fn kept_lines(
         };
         let equation = match (&kept.law, motion.kept[k].position) {
             (Kept::Surface(_), Some(position)) => format!("{} = 0", written(position)),
-            (Kept::Speed(_, function), _) => format!("{} = {}", along(1), function.text()),
-            (Kept::Acceleration(_, function), _) => format!("{} = {}", along(2), function.text()),
+            (Kept::Speed(_, function), _) => format!("{} = {}", along(1), of_time(function, style)),
+            (Kept::Acceleration(_, function), _) => format!("{} = {}", along(2), of_time(function, style)),
             _ => format!("{} = 0", along(1)),
         };
         KeptLine { element: kept.element.clone(), shares, equation }
@@ -98,7 +108,7 @@ fn product(coefficient: &str, style: Style, of: &str) -> Term {
     });
     match (is_sum, coefficient.strip_prefix('-'), style) {
         (true, _, Style::Text) => Term { negative: false, text: format!("({coefficient}) {of}") },
-        (true, _, Style::Latex) => Term { negative: false, text: format!(r"\left({coefficient}\right) {of}") },
+        (true, _, Style::Latex) => Term { negative: false, text: format!("{} {of}", parenthesised(coefficient)) },
         (false, Some(rest), _) => Term { negative: true, text: format!("{} {of}", rest.trim_start()) },
         (false, None, _) => Term { negative: false, text: format!("{coefficient} {of}") },
     }

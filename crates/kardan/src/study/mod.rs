@@ -23,6 +23,7 @@ mod initial;
 mod kept;
 mod kept_equations;
 mod known;
+mod latex_lines;
 mod left_tables;
 mod linearise;
 mod margins;

@@ -71,6 +71,7 @@ impl Collector<'_> {
             Symbol::Position(_) | Symbol::Speed(_) | Symbol::Acceleration(_) | Symbol::Sign(_) | Symbol::Input(_) => {
                 Rank::Motion
             }
+            Symbol::Time | Symbol::OfTime(..) | Symbol::Multiplier(_) | Symbol::Held(..) => Rank::Motion,
         }
     }
 

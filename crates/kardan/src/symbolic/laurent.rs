@@ -179,6 +179,16 @@ impl Laurent {
         all
     }
 
+    /// Its derivative by one of its letters, where no other one depends on that.
+    #[must_use]
+    pub fn slope(&self, letter: Letter) -> Self {
+        let of = |(monomial, number): (&Monomial, &Rational)| {
+            let (_, power) = monomial.iter().find(|(other, _)| *other == letter)?;
+            Some((product(monomial, &vec![(letter, -1)]), number * Rational::from(*power)))
+        };
+        Self::of(self.terms.iter().filter_map(of))
+    }
+
     /// Its value for those of its letters.
     pub fn value<N: Scalar>(&self, of: &dyn Fn(Letter) -> N) -> N {
         self.terms.iter().fold(N::zero(), |sum, (monomial, number)| {

@@ -34,6 +34,14 @@ pub enum Symbol {
     Sliding(String, usize),
     /// An input, by number.
     Input(usize),
+    /// The time.
+    Time,
+    /// What the element prescribes as a function of time, or its first or second rate.
+    OfTime(String, usize),
+    /// The multiplier of a kept constraint, by number.
+    Multiplier(usize),
+    /// What an element carries by its modes, or (if so) loses in its teeth.
+    Held(String, bool),
 }
 
 /// What a name of a value means.
@@ -141,7 +149,7 @@ impl Letters {
         self.read(&read.root, names)
     }
 
-    fn read(&mut self, node: &Node, names: &BTreeMap<&str, Laurent>) -> Laurent {
+    pub(super) fn read(&mut self, node: &Node, names: &BTreeMap<&str, Laurent>) -> Laurent {
         match &node.kind {
             Kind::Literal(value, _) => self.number(value),
             Kind::Name(name) => match names.get(name.as_str()) {
@@ -154,7 +162,7 @@ impl Letters {
                 match operator {
                     '+' => a.plus(&b),
                     '-' => a.minus(&b),
-                    '*' => a.times(&b),
+                    '*' => self.bounded(a, b),
                     '/' => self.divide(&a, &b),
                     _ => self.power(a, b),
                 }
@@ -174,7 +182,12 @@ impl Letters {
     fn power(&mut self, base: Laurent, exponent: Laurent) -> Laurent {
         let whole =
             exponent.as_number().filter(Rational::is_int).and_then(|n| i32::try_from(n.numerator().clone()).ok());
+        let few = |n: i32| base.count().saturating_pow(n.unsigned_abs()) <= MOST_MULTIPLIED;
         match whole.filter(|n| n.abs() <= MOST_POWER) {
+            Some(n) if !few(n) => {
+                let letter = self.letter(Symbol::Sum(base));
+                Laurent::of([(vec![(letter, n)], Rational::ONE)])
+            }
             Some(n) => match base.power(n) {
                 Some(power) => power,
                 None => {
@@ -183,6 +196,19 @@ impl Letters {
                 }
             },
             None => self.of(Symbol::Call("^", vec![base, exponent])),
+        }
+    }
+
+    /// A product; a sum that would make it long stays a letter.
+    fn bounded(&mut self, a: Laurent, b: Laurent) -> Laurent {
+        if a.count().saturating_mul(b.count()) <= MOST_MULTIPLIED {
+            return a.times(&b);
+        }
+        let (long, short) = if a.count() > b.count() { (a, b) } else { (b, a) };
+        let letter = self.of(Symbol::Sum(long));
+        match short.count() > MOST_FACTOR {
+            true => letter.times(&self.of(Symbol::Sum(short))),
+            false => letter.times(&short),
         }
     }
 
@@ -230,6 +256,10 @@ impl Letters {
     }
 }
 
+/// Sums within formulas whose product has more terms are not multiplied out.
+const MOST_MULTIPLIED: usize = 256;
+/// Then a factor of more terms stays a sum, too.
+const MOST_FACTOR: usize = 64;
 /// Higher powers of sums are not multiplied out.
 const MOST_POWER: i32 = 8;
 

@@ -5,87 +5,26 @@ use std::sync::Arc;
 
 use super::elimination::{Assumed, Entry, Line, eliminate, solved};
 use super::terms::{Along, Friction, Row, Spring, Terms, ratio};
-use super::{Laurent, Letter, Letters, Meaning, Symbol};
+use super::walk::{Definition, Known, SymbolicMotion, TimeFunction, Walk};
+use super::{Laurent, Letters, Meaning, Symbol};
 use crate::equations::{Curve, NamedTerm};
 use crate::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
 use crate::reduce::{Affine, Reduced, Step};
 
-/// A letter and what it is short for.
-#[derive(Debug, Clone)]
-pub struct Definition {
-    /// The letter.
-    pub letter: Letter,
-    /// What it is short for.
-    pub value: Laurent,
-}
-
-/// `H q̈_r + v(q, q̇) + D q̇_r + s(q) + friction = F u` \[diss. (4.23), (6.114)\], each entry a sum of products of letters.
-#[derive(Debug)]
-pub struct SymbolicMotion {
-    /// What all letters stand for.
-    pub letters: Letters,
-    /// Letters of curves and of frictions, each behind those that it needs.
-    pub definitions: Vec<Definition>,
-    /// Angles of the coordinates that follow, by number, in the order in which they follow.
-    pub angles: Vec<(usize, Laurent)>,
-    /// Their rates over those of the reduced coordinates.
-    pub speeds: Vec<(usize, Laurent)>,
-    /// Their accelerations, where they are not the same sums of accelerations.
-    pub accelerations: Vec<(usize, Laurent)>,
-    /// H on and below the diagonal, what is not zero.
-    pub inertia: BTreeMap<(usize, usize), Laurent>,
-    /// v, quadratic in speeds.
-    pub velocity: Vec<Laurent>,
-    /// D on and below the diagonal, what is not zero.
-    pub damping: BTreeMap<(usize, usize), Laurent>,
-    /// s
-    pub stiffness: Vec<Laurent>,
-    /// Coulomb friction.
-    pub friction: Vec<Laurent>,
-    /// F u
-    pub input: Vec<Laurent>,
-    /// The multipliers of all constraints, those of transmissions last.
-    pub multipliers: Vec<Laurent>,
-    /// What must not be zero.
-    pub divisors: Vec<Laurent>,
-    /// What is zero for the values of the model, and was taken as zero.
-    pub zeros: Vec<Laurent>,
-}
-
-/// What is known of a coordinate.
-#[derive(Debug, Clone, Default)]
-struct Known {
-    /// Over the reduced coordinates.
-    basis: BTreeMap<usize, Laurent>,
-    bias: Laurent,
-    angle: Laurent,
-}
-
-struct Walk<'a> {
-    reduced: &'a Reduced,
-    terms: Terms,
-    letters: Letters,
-    assumed: Assumed,
-    known: Vec<Known>,
-    /// Angles at the start.
-    numbers: Vec<f64>,
-    /// Of each transmission whether it was taken backwards, and its slope.
-    slopes: BTreeMap<usize, (bool, Entry)>,
-    out: SymbolicMotion,
-}
-
 impl SymbolicMotion {
     /// Of terms whose values have names, and the explicit form of the same terms; `start` are the angles of the coordinates at which slopes
-    /// decide about pivots. None if a sum would have thousands of terms.
+    /// decide about pivots, `functions` what constraints prescribe, by element. None if a sum would have thousands of terms.
     pub fn new(
         terms: &[NamedTerm],
         meanings: BTreeMap<String, Meaning>,
+        functions: &BTreeMap<String, TimeFunction>,
         reduced: &Reduced,
         start: &[f64],
     ) -> Option<Self> {
         let n = reduced.equations.coordinates.len();
         let mut letters = Letters::new(meanings);
         let terms = Terms::new(&reduced.equations.coordinates, terms, &mut letters);
+        let none = || vec![Laurent::default(); reduced.degrees_of_freedom()];
         let out = Self {
             letters: Letters::default(),
             definitions: Vec::new(),
@@ -93,20 +32,27 @@ impl SymbolicMotion {
             speeds: Vec::new(),
             accelerations: Vec::new(),
             inertia: BTreeMap::new(),
-            velocity: vec![Laurent::default(); reduced.degrees_of_freedom()],
+            velocity: none(),
             damping: BTreeMap::new(),
-            stiffness: vec![Laurent::default(); reduced.degrees_of_freedom()],
-            friction: vec![Laurent::default(); reduced.degrees_of_freedom()],
-            input: vec![Laurent::default(); reduced.degrees_of_freedom()],
+            stiffness: none(),
+            friction: none(),
+            input: none(),
+            held: none(),
+            kept: Vec::new(),
+            kept_forces: none(),
+            directions: Vec::new(),
             multipliers: Vec::new(),
             divisors: Vec::new(),
             zeros: Vec::new(),
         };
         let (assumed, known, numbers, slopes) =
             (Assumed::default(), vec![Known::default(); n], vec![0.0; n], BTreeMap::new());
-        let mut walk = Walk { reduced, terms, letters, assumed, known, numbers, slopes, out };
+        let (times, kept_rows) = (BTreeMap::new(), Vec::new());
+        let mut walk = Walk { reduced, terms, letters, assumed, known, numbers, slopes, times, kept_rows, out };
+        walk.prescribe(functions);
         walk.explicit(start);
         walk.forces();
+        walk.keep();
         walk.out.multipliers = walk.multipliers();
         (!walk.assumed.too_large).then(|| walk.finish())
     }
@@ -117,17 +63,32 @@ impl SymbolicMotion {
         let entries = self.inertia.values().chain(self.damping.values());
         let forces = [&self.velocity, &self.stiffness, &self.friction, &self.input, &self.multipliers, &self.divisors];
         let defined = self.definitions.iter().map(|one| &one.value);
-        defined.chain(pairs).chain(entries).chain(forces.into_iter().flatten()).chain(&self.zeros)
+        let kept = self.kept.iter().flat_map(|one| one.row.values().chain(&one.position).chain(&one.rate));
+        let kept = kept
+            .chain(self.kept.iter().flat_map(|one| one.left.iter().flatten().chain([&one.acceleration])))
+            .chain(&self.kept_forces)
+            .chain(&self.held);
+        let along = self.directions.iter().flat_map(|(_, _, along)| along);
+        defined
+            .chain(kept)
+            .chain(along)
+            .chain(pairs)
+            .chain(entries)
+            .chain(forces.into_iter().flatten())
+            .chain(&self.zeros)
     }
 }
 
 impl Walk<'_> {
     /// Angles, basis and bias of all coordinates.
     fn explicit(&mut self, start: &[f64]) {
+        for element in self.reduced.equations.moving.keys() {
+            self.prescribed(element, 0);
+        }
         for (k, &coordinate) in self.reduced.coordinates.iter().enumerate() {
             let angle = self.letters.of(Symbol::Position(coordinate));
             let basis = BTreeMap::from([(k, Laurent::number(Rational::ONE))]);
-            self.known[coordinate] = Known { basis, bias: Laurent::default(), angle };
+            self.known[coordinate] = Known { basis, angle, ..Known::default() };
             self.numbers[coordinate] = start.get(k).copied().unwrap_or(0.0);
         }
         let (matrix, n) = (self.reduced.equations.constraint_matrix(), self.known.len());
@@ -205,9 +166,12 @@ impl Walk<'_> {
         let holds = |line: &&Line| line.entries.get(&target).is_some_and(|entry| !Scalar::is_zero(&entry.number));
         let Some(line) = lines.iter().find(holds) else { return Known::default() };
         let (constant, shares) = solved(line, target, &|k| known.contains(&k), &mut self.letters, &mut self.assumed);
-        let mut out = Known { angle: constant, ..Known::default() };
+        let drift = self.prescribed_rate(&constant);
+        let bias = self.prescribed_rate(&drift);
+        let mut out = Known { angle: constant, drift, bias, ..Known::default() };
         for (k, share) in shares {
             let of = self.known[k].clone();
+            out.drift = out.drift.plus(&self.assumed.product(&share, &of.drift));
             out.angle = out.angle.plus(&self.assumed.product(&share, &of.angle));
             out.bias = out.bias.plus(&self.assumed.product(&share, &of.bias));
             for (column, entry) in of.basis {
@@ -240,13 +204,14 @@ impl Walk<'_> {
                 [0, 1, 2].map(|order| self.letters.of(Symbol::Curve(element.clone(), order, argument.angle.clone())))
             }
         };
-        let speed = self.rate(&argument.basis, Symbol::Speed);
+        let speed = self.rate(&argument.basis, Symbol::Speed).plus(&argument.drift);
+        let drift = self.assumed.product(&slope, &argument.drift);
         let bent = self.assumed.product(&curvature, &speed);
         let carried = self.assumed.product(&slope, &argument.bias);
         let bias = self.assumed.product(&bent, &speed).plus(&carried);
         let basis = argument.basis.iter().map(|(k, entry)| (*k, self.assumed.product(&slope, entry))).collect();
         let angle = self.letters.of(Symbol::Position(shaft));
-        self.note(shaft, Known { basis, bias, angle });
+        self.note(shaft, Known { basis, drift, bias, angle });
         // Its angle stands by its name wherever it is needed.
         self.out.angles.last_mut().expect("noted just now").1 = value;
         slope
@@ -254,7 +219,7 @@ impl Walk<'_> {
 
     fn note(&mut self, shaft: usize, known: Known) {
         self.out.angles.push((shaft, known.angle.clone()));
-        let speed = self.rate(&known.basis, Symbol::Speed);
+        let speed = self.rate(&known.basis, Symbol::Speed).plus(&known.drift);
         self.out.speeds.push((shaft, speed));
         if !known.bias.is_zero() {
             let acceleration = self.rate(&known.basis, Symbol::Acceleration).plus(&known.bias);
@@ -300,7 +265,9 @@ impl Walk<'_> {
         }
         for Along { row, value, .. } in self.terms.dampers.clone() {
             let own = self.along(&row);
+            let drift = row.iter().fold(zero(), |sum, (k, c)| sum.plus(&c.times(&self.known[*k].drift)));
             add_square(&mut self.out.damping, &own, &value, &mut self.assumed);
+            add_force(&mut self.out.velocity, &own, &value.times(&drift), &mut self.assumed);
         }
         for Along { row, value: Spring { stiffness, rest }, .. } in self.terms.springs.clone() {
             let own = self.along(&row);
@@ -314,6 +281,12 @@ impl Walk<'_> {
         for k in 0..self.terms.inputs.len() {
             let (own, input) = (self.along(&self.terms.inputs[k].row), self.letters.of(Symbol::Input(k)));
             add_force(&mut self.out.input, &own, &input, &mut self.assumed);
+        }
+        for Along { element, row, value: rubs } in self.terms.holds.clone() {
+            let along = [Symbol::Position, Symbol::Speed].map(|symbol| self.over(&row, symbol));
+            let (own, held) = (self.along(&row), self.letters.of(Symbol::Held(element.clone(), rubs)));
+            add_force(&mut self.out.held, &own, &held, &mut self.assumed);
+            self.out.directions.push((element, rubs, along));
         }
     }
 
@@ -360,6 +333,14 @@ impl Walk<'_> {
             let input = self.letters.of(Symbol::Input(k)).scaled(&Rational::from(-1));
             add(&self.terms.inputs[k].row, &input);
         }
+        for Along { element, row, value: rubs } in self.terms.holds.clone() {
+            let held = self.letters.of(Symbol::Held(element, rubs));
+            add(&row, &held);
+        }
+        for (k, row) in self.kept_rows.clone().iter().enumerate() {
+            let multiplier = self.letters.of(Symbol::Multiplier(k)).scaled(&Rational::from(-1));
+            add(row, &multiplier);
+        }
         let equations = &self.reduced.equations;
         let linear = self.terms.constraints.len();
         let count = linear + equations.transmissions.len();
@@ -404,7 +385,8 @@ impl Walk<'_> {
     fn finish(self) -> SymbolicMotion {
         let Walk { letters, assumed, mut out, .. } = self;
         let each = |values: &mut Vec<Laurent>| values.iter_mut().for_each(|value| *value = letters.cancelled(value));
-        for values in [&mut out.velocity, &mut out.stiffness, &mut out.friction, &mut out.input] {
+        let forces = [&mut out.velocity, &mut out.stiffness, &mut out.friction, &mut out.input];
+        for values in forces.into_iter().chain([&mut out.held, &mut out.kept_forces]) {
             each(values);
         }
         for pairs in [&mut out.angles, &mut out.speeds, &mut out.accelerations] {

@@ -1,6 +1,7 @@
 //! Products as text and LaTeX.
 
 use super::{Base, Collected, Letter};
+use crate::expr::{bare, parenthesised, raised};
 use crate::num::{Rational, rational_to_f64};
 
 /// How it is written.
@@ -82,7 +83,8 @@ impl Printer<'_> {
         let above = top.join(times);
         match (bottom, self.latex()) {
             ([], _) => above,
-            (_, true) => format!(r"\frac{{{above}}}{{{}}}", bottom.join(times)),
+            ([one], true) => format!(r"\frac{{{}}}{{{}}}", bare(&above), bare(one)),
+            (_, true) => format!(r"\frac{{{}}}{{{}}}", bare(&above), bottom.join(times)),
             ([one], false) => format!("{above}/{one}"),
             (_, false) => format!("{above}/({})", bottom.join(times)),
         }
@@ -91,14 +93,12 @@ impl Printer<'_> {
     fn power(&self, base: &Base, power: u32) -> String {
         let text = match base {
             Base::Letter(letter) => (self.name)(*letter),
-            Base::Sum(members) if self.latex() => format!(r"\left({}\right)", self.sum(members)),
+            Base::Sum(members) if self.latex() => parenthesised(&self.sum(members)),
             Base::Sum(members) => format!("({})", self.sum(members)),
         };
         match (power, self.latex()) {
             (1, _) => text,
-            // Marks of rates and functions are no powers.
-            (_, true) if text.starts_with('\\') && !text.starts_with(r"\left") => format!("{{{text}}}^{{{power}}}"),
-            (_, true) => format!("{text}^{{{power}}}"),
+            (_, true) => raised(&text, power),
             (_, false) => format!("{text}^{power}"),
         }
     }

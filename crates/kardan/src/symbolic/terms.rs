@@ -1,10 +1,10 @@
 //! The terms of a model over numbered coordinates, in the names of their values.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::elimination::Entry;
-use super::{Laurent, Letters};
-use crate::equations::{Direction, GROUND, NamedTerm, Stribeck, Term};
+use super::{Laurent, Letters, Symbol};
+use crate::equations::{Direction, Formula, GROUND, Hold, Kept, Meaning, NamedTerm, Stribeck, Term};
 use crate::num::{Rational, Scalar};
 use crate::units::Exact;
 
@@ -40,6 +40,19 @@ pub(super) struct Constraint {
     pub(super) offset: Laurent,
 }
 
+/// What a kept constraint says.
+#[derive(Debug, Clone)]
+pub(super) enum KeptLaw {
+    /// `Σ a_i q̇_i = 0`
+    Rates(Row),
+    /// φ = 0
+    Surface(Laurent),
+    /// `Σ a_i q̇_i` is prescribed.
+    Speed(Row),
+    /// `Σ a_i q̈_i` is prescribed.
+    Acceleration(Row),
+}
+
 /// All terms, by kind; constraints in the order of the assembled ones.
 #[derive(Debug, Default)]
 pub(super) struct Terms {
@@ -49,6 +62,10 @@ pub(super) struct Terms {
     pub(super) frictions: Vec<Along<Friction>>,
     pub(super) inputs: Vec<Along<()>>,
     pub(super) constraints: Vec<Constraint>,
+    /// By element.
+    pub(super) kept: Vec<(String, KeptLaw)>,
+    /// What holds by modes, each torque once: its row, and whether teeth rub.
+    pub(super) holds: Vec<Along<bool>>,
 }
 
 impl Terms {
@@ -56,6 +73,8 @@ impl Terms {
     pub(super) fn new(coordinates: &[String], terms: &[NamedTerm], letters: &mut Letters) -> Self {
         let mut sorted: Vec<&NamedTerm> = terms.iter().collect();
         sorted.sort_by(|a, b| a.element.cmp(&b.element));
+        let moves = |one: &&NamedTerm| matches!(one.term, Term::Moving(_));
+        let moving: BTreeSet<&str> = terms.iter().filter(moves).map(|one| one.element.as_str()).collect();
         let mut out = Self::default();
         let mut balances: BTreeMap<&str, BTreeMap<usize, Entry>> = BTreeMap::new();
         for NamedTerm { element, term } in sorted {
@@ -82,19 +101,20 @@ impl Terms {
                 }
                 Term::Constraint { along, offset } => {
                     let entries = numbered(letters, along);
-                    out.constraints.push(Constraint { entries, offset: letters.exact(offset) });
+                    let offset = match moving.contains(element.as_str()) {
+                        true => letters.of(Symbol::OfTime(element.clone(), 0)),
+                        false => letters.exact(offset),
+                    };
+                    out.constraints.push(Constraint { entries, offset });
                 }
                 Term::Compliance { along, offset, scale, stiffness, damping } => {
                     let turned = -&scale.recip().unwrap_or_else(Exact::one);
                     let shares = along.entries.iter().map(|(name, x)| (name.clone(), x * &turned)).collect();
                     let row = row(numbered(letters, &Direction { entries: shares }));
-                    let value =
-                        Spring { stiffness: letters.exact(stiffness), rest: letters.exact(&(offset * &turned)) };
-                    if !damping.is_zero() {
-                        let value = letters.exact(damping);
-                        out.dampers.push(Along { element: element.clone(), row: row.clone(), value });
-                    }
-                    out.springs.push(Along { element: element.clone(), row, value });
+                    let rest = letters.exact(&(offset * &turned));
+                    let spring = Spring { stiffness: letters.exact(stiffness), rest };
+                    let damping = (!damping.is_zero()).then(|| letters.exact(damping));
+                    out.comply(element, row, spring, damping);
                 }
                 Term::Input { along, .. } | Term::Torque { along, .. } => {
                     out.inputs.push(Along { element: element.clone(), row: row(numbered(letters, along)), value: () });
@@ -106,15 +126,18 @@ impl Terms {
                         *sum = Entry { symbol: sum.symbol.plus(&entry.symbol), number: sum.number.plus(&entry.number) };
                     }
                 }
+                Term::Kept(law) => out.kept.push((element.clone(), kept(coordinates, law, letters))),
+                Term::Hold { along, hold } => {
+                    let row = row(numbered(letters, along));
+                    out.hold(element, row, hold);
+                }
                 Term::Balance { .. }
                 | Term::Transmission { .. }
-                | Term::Hold { .. }
                 | Term::Output(_)
                 | Term::Angle { .. }
                 | Term::Position { .. }
                 | Term::Measure(_)
                 | Term::Moving(_)
-                | Term::Kept(_)
                 | Term::Charge { .. } => {}
             }
         }
@@ -125,6 +148,55 @@ impl Terms {
             }
         }
         out
+    }
+}
+
+impl Terms {
+    /// What holds by modes; both sides of a stop are one torque.
+    fn hold(&mut self, element: &str, mut row: Row, hold: &Hold) {
+        let rubs = matches!(hold, Hold::Mesh(_));
+        if self.holds.iter().all(|other| other.element != *element || other.value != rubs) {
+            let sign = Rational::from(if hold.is_upper() { -1 } else { 1 });
+            row.iter_mut().for_each(|(_, entry)| *entry = entry.scaled(&sign));
+            self.holds.push(Along { element: element.to_string(), row, value: rubs });
+        }
+    }
+
+    /// A spring, and a damper where it is one, in the place of a constraint.
+    fn comply(&mut self, element: &str, row: Row, spring: Spring, damping: Option<Laurent>) {
+        let element = element.to_string();
+        if let Some(value) = damping {
+            self.dampers.push(Along { element: element.clone(), row: row.clone(), value });
+        }
+        self.springs.push(Along { element, row, value: spring });
+    }
+}
+
+/// A kept constraint over numbered coordinates; what it calls tables in has no letters.
+fn kept(coordinates: &[String], law: &Kept<String>, letters: &mut Letters) -> KeptLaw {
+    let number = |name: &str| coordinates.iter().position(|other| other == name);
+    let mut formula = |formula: &Formula| {
+        let mut names: BTreeMap<&str, Laurent> = BTreeMap::new();
+        for (name, meaning) in &formula.names {
+            if let Meaning::Position(body) = meaning
+                && let Some(coordinate) = number(body)
+            {
+                names.insert(name, letters.of(Symbol::Position(coordinate)));
+            }
+        }
+        letters.read(&formula.expression.root, &names)
+    };
+    match law {
+        Kept::Surface(surface) => KeptLaw::Surface(formula(surface)),
+        Kept::Rates(row) => {
+            let row = row.iter().filter_map(|(name, a)| Some((number(name)?, formula(a))));
+            KeptLaw::Rates(row.filter(|(_, entry)| !entry.is_zero()).collect())
+        }
+        Kept::Speed(row, _) | Kept::Acceleration(row, _) => {
+            let along = Direction { entries: row.clone() };
+            let row = self::row(entries(coordinates, &along, letters));
+            if matches!(law, Kept::Speed(..)) { KeptLaw::Speed(row) } else { KeptLaw::Acceleration(row) }
+        }
     }
 }
 

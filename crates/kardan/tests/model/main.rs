@@ -15,6 +15,7 @@ mod reduction;
 mod source_equations;
 mod state_space;
 mod symbolic;
+mod symbolic_kept;
 mod torque_laws;
 mod translation;
 mod values;

@@ -8,9 +8,9 @@ use kardan::results::{SymbolicEquations, SymbolicFormula};
 use kardan::study::EquationsForm;
 
 /// Values of names, and functions of one argument by name.
-struct Point<'a> {
-    values: HashMap<String, f64>,
-    functions: &'a dyn Fn(&str, f64) -> Option<f64>,
+pub(super) struct Point<'a> {
+    pub(super) values: HashMap<String, f64>,
+    pub(super) functions: &'a dyn Fn(&str, f64) -> Option<f64>,
 }
 
 /// A reader of printed formulas of its own: it knows `+ - * / ^`, parentheses, names with marks of rates, and functions.
@@ -97,7 +97,7 @@ impl Reader<'_> {
     }
 }
 
-fn value(text: &str, point: &Point<'_>) -> f64 {
+pub(super) fn value(text: &str, point: &Point<'_>) -> f64 {
     let mut reader = Reader { rest: text.as_bytes(), point };
     let found = reader.sum();
     assert_eq!(reader.next(), 0, "something is left of `{text}`");
@@ -105,22 +105,22 @@ fn value(text: &str, point: &Point<'_>) -> f64 {
 }
 
 /// The value of the formula for something; zero if there is none.
-fn of(list: &[SymbolicFormula], symbol: &str, point: &Point<'_>) -> f64 {
+pub(super) fn of(list: &[SymbolicFormula], symbol: &str, point: &Point<'_>) -> f64 {
     list.iter().find(|one| one.symbol.text == symbol).map_or(0.0, |one| value(&one.formula.text, point))
 }
 
 /// Numbers that look random, always the same.
-struct Random(u64);
+pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
     }
 }
 
 /// A model with numbers in place of `$name:low:high$`, and these by name.
-fn filled(model: &str, random: &mut Random) -> (String, HashMap<String, f64>) {
+pub(super) fn filled(model: &str, random: &mut Random) -> (String, HashMap<String, f64>) {
     let (mut text, mut values) = (String::new(), HashMap::new());
     for (k, part) in model.split('$').enumerate() {
         if k % 2 == 0 {
@@ -137,13 +137,13 @@ fn filled(model: &str, random: &mut Random) -> (String, HashMap<String, f64>) {
     (text, values)
 }
 
-fn symbolic(text: &str) -> SymbolicEquations {
+pub(super) fn symbolic(text: &str) -> SymbolicEquations {
     let project = Project::open(text);
     project.symbolic_equations().unwrap_or_else(|mistakes| panic!("{mistakes:?}")).0
 }
 
 /// Letters by the numbers of the values that they stand for, then those that stand for formulas.
-fn letters(found: &SymbolicEquations, numbers: &HashMap<String, f64>, point: &mut Point<'_>) {
+pub(super) fn letters(found: &SymbolicEquations, numbers: &HashMap<String, f64>, point: &mut Point<'_>) {
     for one in &found.values {
         let number = numbers.get(&one.of).copied().unwrap_or(one.value);
         point.values.insert(one.symbol.text.clone(), number);
@@ -154,7 +154,7 @@ fn letters(found: &SymbolicEquations, numbers: &HashMap<String, f64>, point: &mu
     }
 }
 
-fn close(found: f64, expected: f64, size: f64, what: &str) {
+pub(super) fn close(found: f64, expected: f64, size: f64, what: &str) {
     assert!((found - expected).abs() <= 1e-9 * (1.0 + size), "{what}: {found} instead of {expected}");
 }
 
@@ -701,18 +701,55 @@ fn latex_is_balanced_and_escaped() {
     }
 }
 
-/// Every built-in model has equations in symbols, and no formula that nobody would read.
+/// Every built-in model has equations in symbols, and no formula that nobody would read; and its LaTeX, with numbers and with symbols, is some that
+/// a reader of its own takes, in lines that fit on a page.
 #[test]
 fn built_in_models_in_symbols() {
     for builtin in kardan::model::BUILTIN {
         let project = Project::open(builtin.source);
-        let Ok((found, _)) = project.symbolic_equations() else { continue };
+        let (found, _) = project.symbolic_equations().unwrap_or_else(|told| panic!("{}: {told:?}", builtin.name));
         let lists = [&found.inertia, &found.velocity, &found.damping, &found.stiffness, &found.friction, &found.input];
         for one in lists.into_iter().flatten() {
             assert!(one.formula.text.len() < 300, "{}: {} = {}", builtin.name, one.symbol.text, one.formula.text);
         }
         assert!(!found.inertia.is_empty(), "{}", builtin.name);
+        let (symbols, _) = project.symbolic_text(EquationsForm::Latex).unwrap();
+        let (numbers, _) = project.equations(EquationsForm::Latex).unwrap();
+        assert!(displays(&symbols) >= 2 && displays(&numbers) >= 5, "{}", builtin.name);
     }
+}
+
+/// Reads a document of formulas; how many there are. Outside of them are comments alone, and a counter for wide matrices.
+pub(super) fn displays(page: &str) -> usize {
+    let (mut block, mut found) = (String::new(), 0);
+    let mut most_columns = 10;
+    for line in page.lines() {
+        if block.is_empty() && (line.is_empty() || line.starts_with('%')) {
+            continue;
+        }
+        if let Some(rest) = line.strip_prefix(r"\setcounter{MaxMatrixCols}{") {
+            most_columns = rest.trim_end_matches('}').parse().unwrap();
+            continue;
+        }
+        assert!(!line.trim().is_empty(), "an empty line ends a formula: {block}");
+        block += line;
+        block += "\n";
+        if !line.ends_with(r"\]") && !line.starts_with(r"\end{align*}") {
+            continue;
+        }
+        let whole = std::mem::take(&mut block);
+        let formula = whole.trim().strip_prefix(r"\[").map_or(whole.trim(), |rest| rest.strip_suffix(r"\]").unwrap());
+        let storage = pulldown_latex::Storage::new();
+        for event in pulldown_latex::Parser::new(formula, &storage) {
+            assert!(event.is_ok(), "{}: {formula}", event.err().map(|error| error.to_string()).unwrap_or_default());
+        }
+        for row in formula.split(r"\\") {
+            assert!(row.matches('&').count() < most_columns, "too many columns: {row}");
+        }
+        found += 1;
+    }
+    assert!(block.is_empty(), "a formula does not end: {block}");
+    found
 }
 
 /// Twelve drives in a row would need thousands of terms: that is told, and nothing hangs.

@@ -1,11 +1,11 @@
 //! The equations of motion in the names of their values.
 
+mod held;
 mod names;
 mod page;
 
-use std::collections::BTreeSet;
-
-use self::names::{Names, index};
+use self::names::Names;
+pub(super) use self::names::index;
 use super::equations::EquationsForm;
 use super::prepare::is_error;
 use super::{PreparedVariant, Project};
@@ -59,18 +59,13 @@ impl Project {
         let (prepared, diagnostics) = (self.prepared(), self.mistakes().to_vec());
         let error = diagnostics.iter().any(is_error);
         let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
-        crate::study::kept::refuse_equations(&variant.reduced)?;
         let own = &variant.reduced.equations;
         if (0..own.constraints.len()).any(|row| own.is_equilibrium(row)) {
             let message = "motions without inertia follow from springs alone here, which is not written in symbols";
             let help = "give them an inertia, or look at the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::massless", message).help(help)]);
         }
-        if let Some(moving) = own.moving.keys().next() {
-            let message = format!("the offset of `{moving}` is a function of time, which is not written in symbols");
-            let help = "give it an offset that is a number, or look at the equations without --symbolic";
-            return Err(vec![Diagnostic::error("symbolic::moving", message).help(help)]);
-        }
+        held::refuse_tables(&variant.reduced)?;
         let settings = self.document().variant_settings().into_iter().next().unwrap_or_default().settings;
         let named = self.document().named_terms(&settings);
         let coordinates = variant.reduced.coordinate_names();
@@ -89,15 +84,9 @@ impl Project {
             let help = "take one of them out, or look at the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::redundant", message).help(help)]);
         }
-        if !reduced.equations.holds.is_empty() {
-            let all: BTreeSet<&str> = reduced.equations.holds.iter().map(|hold| hold.element.as_str()).collect();
-            let all = quoted(all);
-            let message = format!("{all} hold one way or at times, which has no formula for all of it");
-            let help = "leave them out, or look at the equations without --symbolic";
-            return Err(vec![Diagnostic::error("symbolic::holds", message).help(help)]);
-        }
         let start = &variant.scenario.position;
-        let motion = SymbolicMotion::new(&named.terms, named.meanings.clone(), &reduced, start).ok_or_else(|| {
+        let (meanings, functions) = (named.meanings.clone(), &named.functions);
+        let motion = SymbolicMotion::new(&named.terms, meanings, functions, &reduced, start).ok_or_else(|| {
             let message = "written in symbols, one entry of the equations has thousands of terms";
             let help = "look at the numbers without --symbolic, or at a part of the model";
             vec![Diagnostic::error("symbolic::size", message).help(help)]
@@ -159,12 +148,18 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
         damping: motion.damping.iter().map(|one| entry("D", one)).collect(),
         stiffness: forces(r"h^{\mathrm{s}}", &motion.stiffness),
         friction: forces(r"h^{\mathrm{c}}", &motion.friction),
-        input: forces(r"\left(F u\right)", &motion.input),
+        held: forces(r"h^{\mathrm{m}}", &motion.held),
+        modes: held::modes(&names, reduced, motion),
+        input: forces("(F u)", &motion.input),
+        kept_forces: forces(r"(A^{\mathsf{T}} \lambda)", &motion.kept_forces),
+        kept: held::kept(&names, reduced, motion),
+        prescribed: held::prescribed(&names, &used, named),
         laws: named.laws.iter().map(|(of, law)| SymbolicLaw { of: of.clone(), law: law.clone() }).collect(),
         constraint_torques: constraint_torques(&names, reduced, motion),
         divisors: divisors(&names, motion),
         zeros: motion.zeros.iter().map(|value| names.formula(value)).collect(),
         left_out,
+        ripples: held::ripples(reduced),
         values,
         functions,
     }

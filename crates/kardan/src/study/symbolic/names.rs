@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::assemble::Equations;
 use crate::equations::{Domain, InputKind};
+use crate::expr::parenthesised;
 use crate::model::SymbolValue;
 use crate::names::Quantity;
 use crate::results::SymbolicText;
@@ -45,6 +46,8 @@ pub(super) struct Names<'a> {
     pub(super) values: &'a BTreeMap<String, SymbolValue>,
     /// Of letters that stand for values and formulas.
     own: HashMap<Letter, SymbolicText>,
+    /// Of functions of time, by element.
+    functions: HashMap<String, SymbolicText>,
     /// Names of coordinates that are one word.
     pub(super) coordinates: Vec<String>,
 }
@@ -57,10 +60,16 @@ impl<'a> Names<'a> {
         equations: &'a Equations,
         values: &'a BTreeMap<String, SymbolValue>,
     ) -> Self {
-        let mut taken: HashSet<String> = ["pi", "t", "x"].map(String::from).into();
+        let mut taken: HashSet<String> = ["pi", "t"].map(String::from).into();
         let coordinates = equations.coordinates.iter().map(|name| alone(&word(name), &mut taken)).collect();
-        let mut own = HashMap::new();
+        let (mut own, mut functions) = (HashMap::new(), HashMap::new());
         for letter in used {
+            if let Symbol::OfTime(element, _) = letters.symbol(*letter)
+                && !functions.contains_key(element)
+            {
+                let text = alone(&format!("b_{}", word(element)), &mut taken);
+                functions.insert(element.clone(), SymbolicText { text, latex: format!("_{{{}}}", index(element)) });
+            }
             let (base, element) = match letters.symbol(*letter) {
                 Symbol::Value(name) => match name.split_once('.') {
                     Some((element, key)) => {
@@ -78,19 +87,38 @@ impl<'a> Names<'a> {
             let again = text.strip_prefix(&wanted).unwrap_or_default();
             let latex = match element {
                 Some(element) => with_index(base, &format!("{element}{again}")),
+                // A letter before the first `_` has the rest as its index; of a word all is one name.
                 None => match base.split_once('_') {
-                    Some((base, index)) if !base.is_empty() => with_index(base, &format!("{index}{again}")),
+                    Some((letter, index)) if letter.len() == 1 || GREEK.contains(&letter) => {
+                        with_index(letter, &format!("{index}{again}"))
+                    }
                     _ => with_index(base, again),
                 },
             };
             own.insert(*letter, SymbolicText { text, latex });
         }
-        Self { letters, equations, values, own, coordinates }
+        Self { letters, equations, values, own, functions, coordinates }
     }
 
     /// A sum of products.
     pub(super) fn formula(&self, value: &Laurent) -> SymbolicText {
         SymbolicText { text: self.written(value, Form::Text), latex: self.written(value, Form::Latex) }
+    }
+
+    /// A sum whose members stay what they are, those with a minus last.
+    pub(super) fn sum(&self, members: &[Laurent]) -> SymbolicText {
+        let written = |form| {
+            let mut members: Vec<String> = members.iter().map(|member| self.written(member, form)).collect();
+            members.sort_by_key(|member| member.starts_with('-'));
+            let sign = |member: &String| match member.strip_prefix('-') {
+                Some(rest) => format!(" - {rest}"),
+                None => format!(" + {member}"),
+            };
+            let mut members = members.iter();
+            let first = members.next().cloned().unwrap_or_else(|| "0".into());
+            members.fold(first, |sum, member| sum + &sign(member))
+        };
+        SymbolicText { text: written(Form::Text), latex: written(Form::Latex) }
     }
 
     fn written(&self, value: &Laurent, form: Form) -> String {
@@ -125,6 +153,10 @@ impl<'a> Names<'a> {
                 format!("{name}{}", enclosed(&self.written(speed, form), latex))
             }
             Symbol::Input(k) => self.input(*k, latex),
+            Symbol::Time => "t".into(),
+            Symbol::OfTime(element, order) => self.of_time(element, *order, latex),
+            Symbol::Multiplier(k) => self.multiplier(*k, form),
+            Symbol::Held(element, rubs) => self.held(element, *rubs, form),
             Symbol::Value(name) | Symbol::Of(_, name) | Symbol::Sliding(name, _) => name.clone(),
         }
     }
@@ -149,6 +181,33 @@ impl<'a> Names<'a> {
         format!("{letter}_{{{}}}", index(&self.equations.coordinates[k]))
     }
 
+    /// What an element prescribes, or a rate of it.
+    pub(super) fn of_time(&self, element: &str, order: usize, latex: bool) -> String {
+        let Some(name) = self.functions.get(element) else { return String::new() };
+        match latex {
+            false => format!("{}{}", name.text, "'".repeat(order)),
+            true => format!("{}{}", ["b", r"\dot b", r"\ddot b"][order.min(2)], name.latex),
+        }
+    }
+
+    /// The multiplier of a kept constraint.
+    pub(super) fn multiplier(&self, k: usize, form: Form) -> String {
+        let kept = &self.equations.kept[k];
+        effort(self.equations.domain_of_kept(kept), &kept.element, form)
+    }
+
+    /// What an element carries by its modes, or loses in its teeth.
+    pub(super) fn held(&self, element: &str, rubs: bool, form: Form) -> String {
+        match (rubs, form) {
+            (true, Form::Text) => Quantity::Friction.of(&word(element)),
+            (true, Form::Latex) => format!(r"\tau_{{{},\mathrm{{loss}}}}", index(element)),
+            (false, _) => {
+                let own = self.equations.holds.iter().find(|hold| hold.element == element);
+                effort(own.map(|hold| self.equations.domain_of_hold(hold)).unwrap_or_default(), element, form)
+            }
+        }
+    }
+
     fn input(&self, k: usize, latex: bool) -> String {
         let input = &self.equations.inputs[k];
         let effort = self.equations.domain_of(input).effort();
@@ -171,7 +230,7 @@ impl<'a> Names<'a> {
         let parts: Vec<String> = parts.iter().map(|part| self.written(part, form)).collect();
         match (function, parts.as_slice(), latex) {
             ("^", [base, power], false) => format!("(({base})^({power}))"),
-            ("^", [base, power], true) => format!(r"\left({base}\right)^{{{power}}}"),
+            ("^", [base, power], true) => format!("{}^{{{power}}}", parenthesised(base)),
             (_, [a, b, yes, no], false) => format!("if({a} {function} {b}, {yes}, {no})"),
             (_, [a, b, yes, no], true) => {
                 let sign = match function {
@@ -186,17 +245,29 @@ impl<'a> Names<'a> {
             (_, _, false) => format!("{function}({})", parts.join(", ")),
             ("sqrt", [x], true) => format!(r"\sqrt{{{x}}}"),
             ("abs", [x], true) => format!(r"\left|{x}\right|"),
-            ("asin" | "acos" | "atan", _, true) => format!(r"\arc{}\left({}\right)", &function[1..], parts.join(", ")),
-            ("sin" | "cos" | "tan" | "exp" | "ln" | "min" | "max", _, true) => {
-                format!(r"\{function}\left({}\right)", parts.join(", "))
+            ("asin" | "acos" | "atan", _, true) => {
+                format!(r"\arc{}{}", &function[1..], parenthesised(&parts.join(", ")))
             }
-            (_, _, true) => format!(r"\operatorname{{{function}}}\left({}\right)", parts.join(", ")),
+            ("sin" | "cos" | "tan" | "exp" | "ln" | "min" | "max", _, true) => {
+                format!(r"\{function}{}", parenthesised(&parts.join(", ")))
+            }
+            (_, _, true) => format!(r"\operatorname{{{function}}}{}", parenthesised(&parts.join(", "))),
         }
     }
 }
 
+/// A torque, force or voltage of an element.
+fn effort(domain: Domain, element: &str, form: Form) -> String {
+    let letter = match domain {
+        Domain::Rotation => "tau",
+        Domain::Translation => "f",
+        Domain::Charge => "u",
+    };
+    if form == Form::Latex { with_index(letter, element) } else { domain.effort().of(&word(element)) }
+}
+
 fn enclosed(text: &str, latex: bool) -> String {
-    if latex { format!(r"\left({text}\right)") } else { format!("({text})") }
+    if latex { parenthesised(text) } else { format!("({text})") }
 }
 
 /// A name without signs that mean something in a formula.
@@ -214,7 +285,7 @@ fn alone(wanted: &str, taken: &mut HashSet<String>) -> String {
 }
 
 /// A name as an index.
-pub(super) fn index(name: &str) -> String {
+pub(in crate::study) fn index(name: &str) -> String {
     format!(r"\mathrm{{{}}}", name.replace('_', r"\_").replace('-', r"\text{-}"))
 }
 
@@ -222,6 +293,7 @@ pub(super) fn index(name: &str) -> String {
 pub(super) fn with_index(base: &str, name: &str) -> String {
     let letters = base.trim_end_matches(|c: char| c.is_ascii_digit());
     let (letters, digits) = if letters.is_empty() { (base, "") } else { (letters, &base[letters.len()..]) };
+    let letters = if digits.is_empty() { letters } else { letters.trim_end_matches('_') };
     let letter = match letters {
         greek if GREEK.contains(&greek) => format!(r"\{greek}"),
         one if one.len() == 1 => one.to_string(),

@@ -4,20 +4,24 @@ use std::fmt::Write;
 
 use super::super::PreparedVariant;
 use super::super::equations::kinds;
+use super::super::latex_lines::{LINE, aligned, one_line, width};
 use super::names::{index, word};
-use crate::results::{SymbolicEquations, SymbolicFormula, SymbolicText};
+use crate::results::{SymbolicEquations, SymbolicFormula, SymbolicKeptConstraint, SymbolicMode, SymbolicText};
 
 /// Lists of formulas under their titles; what is empty is left out.
-fn sections<'e>(found: &'e SymbolicEquations, force: &str) -> Vec<(String, &'e [SymbolicFormula])> {
-    let sections: [(String, &[SymbolicFormula]); 9] = [
+fn sections<'e>(variant: &PreparedVariant, found: &'e SymbolicEquations) -> Vec<(String, &'e [SymbolicFormula])> {
+    let prescribed = if variant.reduced.equations.prescribes() { ", with those of prescribed motions" } else { "" };
+    let sections: [(String, &[SymbolicFormula]); 11] = [
         ("Letters".into(), &found.letters),
         ("Coordinates that follow".into(), &found.dependents),
         ("Inertia H, symmetric".into(), &found.inertia),
-        (format!("Velocity-dependent {force}"), &found.velocity),
+        (format!("Velocity-dependent forces{prescribed}"), &found.velocity),
         ("Damping D, symmetric".into(), &found.damping),
-        (format!("Stiffness {force}"), &found.stiffness),
-        (format!("Friction {force}; sgn is set-valued at rest: any value from -1 to 1"), &found.friction),
+        ("Stiffness forces".into(), &found.stiffness),
+        ("Friction forces; sgn is set-valued at rest: any value from -1 to 1".into(), &found.friction),
+        ("Forces of what holds by modes".into(), &found.held),
         ("Input map F u".into(), &found.input),
+        ("Forces of kept constraints, A^T lambda".into(), &found.kept_forces),
         ("Constraint torques (multipliers), from the motion of all coordinates".into(), &found.constraint_torques),
     ];
     sections.into_iter().filter(|(_, formulas)| !formulas.is_empty()).collect()
@@ -40,7 +44,36 @@ fn assumptions(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String
 }
 
 /// The form of all equations.
-const FORM: &str = "H q'' + velocity-dependent + D q' + stiffness + friction = F u";
+fn form(found: &SymbolicEquations) -> String {
+    let held = if found.held.is_empty() { "" } else { " + held" };
+    let kept = match found.kept.is_empty() {
+        true => "",
+        false => " + A^T lambda; lambda follows from A q'' = c",
+    };
+    format!("H q'' + velocity-dependent + D q' + stiffness + friction{held} = F u{kept}")
+}
+
+/// The equations of kept constraints, each with its sides: position, rates, accelerations.
+fn kept_lines(one: &SymbolicKeptConstraint) -> Vec<[SymbolicText; 2]> {
+    let zero = SymbolicText { text: "0".into(), latex: "0".into() };
+    let position = one.position.iter().map(|position| [position.clone(), zero.clone()]);
+    let sides = one.rates.iter().chain([&one.accelerations]);
+    position.chain(sides.map(|line| [line.symbol.clone(), line.formula.clone()])).collect()
+}
+
+/// What modes, functions of time and ripples are, in lines.
+fn in_words(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String) -> Vec<(String, Vec<String>)> {
+    let lines = |list: &[SymbolicMode]| {
+        list.iter().map(|one| format!("{}: {}", mark(&one.symbol), one_line(&one.what))).collect()
+    };
+    let ripples = found.ripples.iter().map(|name| format!("the ripple of {name}, {name}.ripple, which acts beside it"));
+    let words = [
+        ("What holds by modes; names and numbers as in the model, SI units".to_string(), lines(&found.modes)),
+        ("Functions of time, as they are written".to_string(), lines(&found.prescribed)),
+        ("Not in the equations".to_string(), ripples.collect()),
+    ];
+    words.into_iter().filter(|(_, lines): &(_, Vec<String>)| !lines.is_empty()).collect()
+}
 
 pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> String {
     let mut out = String::new();
@@ -53,7 +86,7 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
     let shown: Vec<String> = shown.collect();
     let _ = writeln!(out, "Model {}: {}, degrees of freedom {}", variant.model.name, counts.join(", "), names.len());
     let _ = writeln!(out, "Coordinates q: {} ({}; numbers in SI units)", shown.join(", "), units.join(", "));
-    let _ = writeln!(out, "{FORM}");
+    let _ = writeln!(out, "{}", form(found));
     if !found.values.is_empty() {
         let widths = [0, 1].map(|k| {
             let width = found.values.iter().map(|value| if k == 0 { value.symbol.text.len() } else { value.of.len() });
@@ -61,7 +94,7 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
         });
         out.push_str("\nValues\n");
         for value in &found.values {
-            let follows = value.follows.as_ref().map(|text| format!(", from {text}")).unwrap_or_default();
+            let follows = value.follows.as_ref().map(|text| format!(", from {}", one_line(text))).unwrap_or_default();
             let number = format!("{} {}", value.value, value.unit);
             let [a, b] = widths;
             let _ = writeln!(out, "  {:a$}  {:b$}  {}{follows}", value.symbol.text, value.of, number.trim_end());
@@ -74,16 +107,30 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
             function.symbol.text, function.of
         );
     }
-    for (title, formulas) in sections(found, "forces") {
+    for (title, formulas) in sections(variant, found) {
         let width = formulas.iter().map(|one| one.symbol.text.len()).max().unwrap_or(0);
         let _ = writeln!(out, "\n{title}");
-        for SymbolicFormula { symbol, formula } in formulas {
+        // Of rigid teeth with play the multiplier is what they carry by modes.
+        for SymbolicFormula { symbol, formula } in formulas.iter().filter(|one| one.symbol.text != one.formula.text) {
             let _ = writeln!(out, "  {:width$} = {}", symbol.text, formula.text);
         }
     }
+    if !found.kept.is_empty() {
+        out.push_str("\nConstraints kept with their multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
+        for one in &found.kept {
+            let _ = writeln!(out, "  {} with {}", one.of, one.multiplier.text);
+            kept_lines(one)
+                .iter()
+                .for_each(|[left, right]| out.push_str(&format!("    {} = {}\n", left.text, right.text)));
+        }
+    }
+    for (title, lines) in in_words(found, |one| one.text.clone()) {
+        let _ = writeln!(out, "\n{title}");
+        lines.iter().for_each(|line| out.push_str(&format!("  {line}\n")));
+    }
     if !found.laws.is_empty() {
         out.push_str("\nInputs that are laws, as they are written\n");
-        found.laws.iter().for_each(|one| out.push_str(&format!("  {} = {}\n", one.of, one.law)));
+        found.laws.iter().for_each(|one| out.push_str(&format!("  {} = {}\n", one.of, one_line(&one.law))));
     }
     let assumed = assumptions(found, |one| one.text.clone());
     if !assumed.is_empty() {
@@ -99,10 +146,15 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
 pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> String {
     let mut out = String::new();
     let units: Vec<&str> = kinds(variant).iter().map(|kind| kind.units).collect();
-    let _ = writeln!(out, "% Model {}: {}; numbers in SI units. Needs amsmath.", variant.model.name, units.join("; "));
-    let _ = writeln!(out, "% {FORM}");
+    let _ = writeln!(
+        out,
+        "% Model {}: {}; numbers in SI units. Needs amsmath.",
+        one_line(&variant.model.name),
+        units.join("; ")
+    );
+    let _ = writeln!(out, "% {}", form(found));
     for value in &found.values {
-        let follows = value.follows.as_ref().map(|text| format!(", from {text}")).unwrap_or_default();
+        let follows = value.follows.as_ref().map(|text| format!(", from {}", one_line(text))).unwrap_or_default();
         let number = format!("{} {}", value.value, value.unit);
         let _ = writeln!(out, "% {}: {} = {}{follows}", value.symbol.latex, value.of, number.trim_end());
     }
@@ -110,21 +162,27 @@ pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> Str
         let _ = writeln!(out, "% {}: the curve of {}", function.symbol.latex, function.of);
     }
     let names = variant.reduced.coordinate_names();
-    for (title, formulas) in sections(found, "forces") {
+    for (title, formulas) in sections(variant, found) {
         let _ = writeln!(out, "\n% {title}");
         let square = title.starts_with("Inertia") || title.starts_with("Damping");
-        if square && names.len() <= MOST_COLUMNS {
-            out.push_str(&matrix(formulas, &names));
+        if let Some(matrix) = matrix(formulas, &names).filter(|_| square) {
+            out.push_str(&matrix);
             continue;
         }
-        out.push_str("\\begin{align}\n");
-        let rows: Vec<String> =
-            formulas.iter().map(|one| format!("  {} &= {}", one.symbol.latex, one.formula.latex)).collect();
-        out.push_str(&rows.join(" \\\\\n"));
-        out.push_str("\n\\end{align}\n");
+        let pair = |one: &SymbolicFormula| (one.symbol.latex.clone(), one.formula.latex.clone());
+        out.push_str(&aligned(&formulas.iter().map(pair).collect::<Vec<_>>()));
+    }
+    if !found.kept.is_empty() {
+        out.push_str("\n% Constraints kept with their multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
+        let lines = found.kept.iter().flat_map(kept_lines);
+        out.push_str(&aligned(&lines.map(|[left, right]| (left.latex, right.latex)).collect::<Vec<_>>()));
+    }
+    for (title, lines) in in_words(found, |one| one.latex.clone()) {
+        let _ = writeln!(out, "\n% {title}");
+        lines.iter().for_each(|line| out.push_str(&format!("% {line}\n")));
     }
     for law in &found.laws {
-        let _ = writeln!(out, "% Input {}, as it is written: {}", law.of, law.law);
+        let _ = writeln!(out, "% Input {}, as it is written: {}", law.of, one_line(&law.law));
     }
     for sentence in assumptions(found, |one| one.latex.clone()) {
         let _ = writeln!(out, "% {sentence}");
@@ -135,10 +193,14 @@ pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> Str
     out
 }
 
-/// Matrices of more columns are listed by entries; amsmath sets no more either.
+/// Matrices of more columns are listed by entries.
 const MOST_COLUMNS: usize = 5;
 
-fn matrix(formulas: &[SymbolicFormula], names: &[String]) -> String {
+/// A symmetric matrix, if it fits on a page.
+fn matrix(formulas: &[SymbolicFormula], names: &[String]) -> Option<String> {
+    if names.len() > MOST_COLUMNS {
+        return None;
+    }
     let letter = &formulas[0].symbol.latex[..1];
     let at = |i: usize, j: usize| {
         let (low, high) = (i.min(j), i.max(j));
@@ -146,7 +208,13 @@ fn matrix(formulas: &[SymbolicFormula], names: &[String]) -> String {
         let found = formulas.iter().find(|one| one.symbol.latex == symbol);
         found.map_or("0", |one| one.formula.latex.as_str())
     };
+    let column = |j: usize| (0..names.len()).map(|i| width(at(i, j))).fold(2.0, f64::max);
+    if (0..names.len()).map(column).sum::<f64>() > LINE {
+        return None;
+    }
     let row = |i: usize| (0..names.len()).map(|j| at(i, j)).collect::<Vec<_>>().join(" & ");
     let rows: Vec<String> = (0..names.len()).map(|i| format!("  {}", row(i))).collect();
-    format!("\\[ {letter} = \\begin{{bmatrix}}\n{}\n\\end{{bmatrix}} \\]\n", rows.join(" \\\\\n"))
+    // Fractions above each other need some room.
+    let end = if rows.iter().any(|row| row.contains(r"\frac")) { " \\\\[4pt]\n" } else { " \\\\\n" };
+    Some(format!("\\[ {letter} = \\begin{{bmatrix}}\n{}\n\\end{{bmatrix}} \\]\n", rows.join(end)))
 }
