@@ -1,5 +1,7 @@
 use kardan_rt::functions::{log2, powi};
 
+/// Halvings after which no number lies between two.
+const MOST: f64 = 2200.0;
 /// Most evaluations beyond those of halving.
 const SLACK: i32 = 1;
 /// How far the step of the secant is drawn to the middle, of the square of the bracket over its first length.
@@ -23,7 +25,8 @@ const DRAWN: f64 = 0.2;
 pub fn bracket([negative, positive]: [(f64, f64); 2], tolerance: f64, mut f: impl FnMut(f64) -> f64) -> [f64; 2] {
     let ((mut low, mut below), (mut high, mut above)) = (negative, positive);
     let length = (high - low).abs();
-    let most = log2(length / tolerance).ceil().max(0.0) as i32 + SLACK;
+    // A tolerance may be below the least number there is.
+    let most = log2(length / tolerance).ceil().clamp(0.0, MOST) as i32 + SLACK;
     for count in 0..=most {
         let middle = 0.5 * (low + high);
         if (high - low).abs() <= tolerance || middle == low || middle == high {
@@ -49,6 +52,16 @@ mod tests {
     use kardan_rt::functions::{cbrt, sin};
 
     use super::*;
+
+    /// Where the ends are as small as numbers get, and the tolerance vanishes.
+    #[test]
+    fn ends_may_be_as_small_as_numbers_are() {
+        for least in [f64::MIN_POSITIVE, 5e-324, 1e-310] {
+            let f = |x: f64| x - 0.7 * least;
+            let [low, high] = bracket([(0.0, f(0.0)), (least, f(least))], f64::EPSILON * least, f);
+            assert!(f(low) < 0.0 && f(high) >= 0.0 && 0.5 * (low + high) <= high, "{least:e}: {low:e} {high:e}");
+        }
+    }
 
     /// Steps, steep and flat functions, either way round: the sign changes between the two places, at the cost of halving at most.
     #[test]
