@@ -5,9 +5,9 @@ use faer::{Mat, linalg::solvers::Qr};
 use kardan_rt::Operator;
 
 use super::{Motion, Reduced};
-use crate::equations::Kept;
+use crate::equations::{Domain as Physical, Kept};
 use crate::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Rationals, Symbol, lower};
-use crate::num::{Random, Rational, Scalar, rational_from_f64, rational_to_f64};
+use crate::num::{Matrix, Random, Rational, Scalar, echelon, rational_from_f64, rational_to_f64};
 use crate::units::Dimension;
 
 /// Newton steps that are made at most, and halvings of one.
@@ -17,6 +17,8 @@ const HALVINGS: usize = 40;
 const STARTS: usize = 24;
 /// Two equilibria are one if they are closer, relative to their size or to a radian (or metre).
 const SAME: f64 = 1e-6;
+/// By how much a kept row may be off that counts as met, rad or m.
+const OFF: f64 = 1e-9;
 const SEED: u64 = 0x6571_7569_6c69_6272;
 
 /// A position at rest at which no torque is left, without inputs and friction, at time zero.
@@ -58,6 +60,8 @@ pub struct Held {
     pub torques: Vec<f64>,
     /// The multiplier of each kept row, N m.
     pub multipliers: Vec<f64>,
+    /// Kept rows that are not met there, with how far they are off, rad or m.
+    pub unmet: Vec<(usize, f64)>,
     /// Whether nothing is left but what rounding makes.
     pub at_rest: bool,
     /// The radius within which there is exactly one such position, proven, zero where this is one exactly; `None`: found to rounding only.
@@ -71,13 +75,15 @@ struct Statics {
     graph: Graph,
     /// The unknowns: coordinates, behind them currents, torques of inputs, and multipliers of kept rows.
     symbols: Vec<Symbol>,
-    /// The coordinates whose rates are currents that may flow at rest: charges that only count what has flowed.
-    counters: Vec<usize>,
+    /// Currents that may flow at rest, as directions over the coordinates: those along which charges only count what has flowed.
+    counters: Vec<Vec<(usize, Rational)>>,
     /// What is to vanish. First torques along coordinates, without those that are always zero, with the numbers of their coordinates; behind
     /// them, with larger numbers, what kept rows say of positions.
     torques: Vec<(usize, Expr)>,
     /// How many coordinates there are.
     coordinates: usize,
+    /// The numbers of the kept rows that say something of positions.
+    rows: Vec<usize>,
     /// Unknowns that they depend on.
     active: Vec<usize>,
     /// Which of these are to be found, as places in `active`.
@@ -90,17 +96,25 @@ impl Statics {
     /// The torques with these inputs; of the coordinates those in `fixed` are given, and what is prescribed stays where it starts.
     fn new(reduced: &Reduced, (inputs, fixed): (&[usize], &[usize]), start: &[f64]) -> Self {
         let (mut motion, r) = (Motion::at_time_zero(reduced), reduced.degrees_of_freedom());
-        let rows = rows_of_positions(reduced, &mut motion, start);
-        let counters = counters(reduced, &motion);
+        let (numbers, rows): (Vec<usize>, Vec<Expr>) =
+            rows_of_positions(reduced, &mut motion, start).into_iter().unzip();
+        let counters = counters(reduced, &mut motion);
         let mut graph = Graph::default();
         let mut symbols = Vec::with_capacity(r);
         let mut values = Vec::with_capacity(2 * r);
         for (k, symbol) in motion.symbols.iter().enumerate() {
             let (name, dimension) = motion.graph.name(*symbol);
-            let is_unknown = k < r || counters.iter().any(|counter| r + counter == k);
-            let value = if is_unknown { graph.new_symbol(name.to_string(), dimension) } else { graph.integer(0) };
+            let value = if k < r { graph.new_symbol(name.to_string(), dimension) } else { graph.integer(0) };
             symbols.extend(graph.symbol_of(value));
             values.push((*symbol, value));
+        }
+        for current in &counters {
+            let symbol = graph.new_symbol("current".into(), Dimension::NONE);
+            symbols.extend(graph.symbol_of(symbol));
+            for (k, share) in current {
+                let part = graph.sum(Rational::ZERO, &[(symbol, share.clone())]);
+                values[r + k].1 = graph.add(values[r + k].1, part);
+            }
         }
         let mut torques: Vec<Expr> =
             motion.passive.iter().map(|force| graph.copied(&motion.graph, *force, &values)).collect();
@@ -132,7 +146,7 @@ impl Statics {
         let free = (0..active.len()).filter(|j| !fixed.contains(&active[*j])).collect();
         let columns: Vec<Vec<Expr>> = active.iter().map(|k| graph.derivatives(&exprs, symbols[*k])).collect();
         let slopes = (0..exprs.len()).flat_map(|i| columns.iter().map(move |column| column[i])).collect();
-        Self { graph, symbols, torques, counters, coordinates: r, active, free, slopes }
+        Self { graph, symbols, torques, counters, coordinates: r, rows: numbers, active, free, slopes }
     }
 
     fn at<D: Domain>(&self, domain: &mut D, exprs: &[Expr], place: impl Fn(usize) -> D::Value) -> Vec<D::Value> {
@@ -148,7 +162,9 @@ impl Statics {
     /// Rates of all coordinates.
     fn rates(&self, currents: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; self.coordinates];
-        self.counters.iter().zip(currents).for_each(|(k, current)| out[*k] = *current);
+        for (direction, current) in self.counters.iter().zip(currents) {
+            direction.iter().for_each(|(k, share)| out[*k] += rational_to_f64(share) * current);
+        }
         out
     }
 
@@ -210,10 +226,16 @@ impl Statics {
         let rounding: Vec<f64> = slopes.chunks(width).map(row).collect();
         let of_torques = self.torques.iter().zip(&rounding).filter(|((k, _), _)| *k < self.coordinates);
         let most = of_torques.fold(0.0, |most, (_, own)| f64::max(most, *own));
-        let all = self.torques.iter().zip(self.residual(position)).zip(&rounding);
-        all.fold(true, |settled, (((k, _), left), own)| {
-            settled && left.abs() <= if *k < self.coordinates { most } else { *own }
-        })
+        let mut all = self.torques.iter().zip(self.residual(position)).zip(&rounding);
+        rounding.iter().all(|own| own.is_finite())
+            && all.all(|(((k, _), left), own)| left.abs() <= if *k < self.coordinates { most } else { *own })
+    }
+
+    /// Kept rows that are not met at a position, with how far they are off.
+    fn unmet(&self, position: &[f64]) -> Vec<(usize, f64)> {
+        let rows = self.torques.iter().zip(self.residual(position)).filter(|((k, _), _)| *k >= self.coordinates);
+        let off = rows.map(|((k, _), left)| (self.rows[*k - self.coordinates], left));
+        off.filter(|(_, left)| !(left.abs() <= OFF)).collect()
     }
 
     /// The unknowns with multipliers at zero that carry nothing but rounding.
@@ -303,23 +325,41 @@ impl Statics {
     }
 }
 
-/// Charges on which no torque depends.
-fn counters(reduced: &Reduced, motion: &Motion) -> Vec<usize> {
-    let used = motion.graph.symbols(&motion.passive);
-    let counts = |k: &usize| {
-        let domain = reduced.equations.domain(reduced.coordinates[*k]);
-        domain == crate::equations::Domain::Charge && !used.contains(&motion.symbols[*k])
+/// Directions of charges along which no torque changes, exactly: of a capacitor beside a winding their sum.
+fn counters(reduced: &Reduced, motion: &mut Motion) -> Vec<Vec<(usize, Rational)>> {
+    let is_charge = |k: &usize| reduced.equations.domain(reduced.coordinates[*k]) == Physical::Charge;
+    let charges: Vec<usize> = (0..reduced.degrees_of_freedom()).filter(is_charge).collect();
+    let passive = motion.passive.clone();
+    let mut rows: Vec<Vec<Rational>> = vec![Vec::new(); passive.len()];
+    // Where a torque depends on a charge otherwise than linearly, that charge is out.
+    let mut bent = Vec::new();
+    for (place, &k) in charges.iter().enumerate() {
+        let slopes = motion.graph.derivatives(&passive, motion.symbols[k]);
+        let numbers: Vec<Option<Rational>> =
+            slopes.iter().map(|slope| motion.graph.number_of(*slope).cloned()).collect();
+        if numbers.iter().any(Option::is_none) {
+            bent.push(place);
+        }
+        rows.iter_mut().zip(numbers).for_each(|(row, slope)| row.push(slope.unwrap_or_default()));
+    }
+    let unit = |at: usize| (0..charges.len()).map(|k| Rational::from(i64::from(k == at))).collect();
+    rows.extend(bent.into_iter().map(unit));
+    let matrix = Matrix::from_fn(rows.len(), charges.len(), |i, j| rows[i][j].clone());
+    let directions = echelon(&matrix, &(0..charges.len()).collect::<Vec<_>>()).kernel();
+    let column = |j: usize| {
+        let entries = charges.iter().enumerate().map(|(i, k)| (*k, directions[(i, j)].clone()));
+        entries.filter(|(_, x)| !Scalar::is_zero(x)).collect()
     };
-    (0..reduced.degrees_of_freedom()).filter(counts).collect()
+    (0..directions.columns()).map(column).collect()
 }
 
 /// What kept rows say of positions, as expressions that vanish: surfaces, and prescribed motions that stay where they start.
-fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> Vec<Expr> {
+fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> Vec<(usize, Expr)> {
     let mut out = Vec::new();
-    for (kept, row) in reduced.equations.kept.iter().zip(motion.kept.clone()) {
+    for (number, (kept, row)) in reduced.equations.kept.iter().zip(motion.kept.clone()).enumerate() {
         match kept.law {
             Kept::Rates(_) => {}
-            Kept::Surface(_) => out.extend(row.position),
+            Kept::Surface(_) => out.extend(row.position.map(|position| (number, position))),
             Kept::Speed(..) | Kept::Acceleration(..) => {
                 let terms =
                     row.row.iter().map(|(shaft, a)| (motion.graph.multiply(*a, motion.angles[*shaft]), Rational::ONE));
@@ -330,7 +370,7 @@ fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> V
                     at(symbol).and_then(|k| start.get(k)).copied().unwrap_or(0.0)
                 });
                 let begins = motion.graph.number(rational_from_f64(begins[0]).unwrap_or(Rational::ZERO));
-                out.push(motion.graph.subtract(here, begins));
+                out.push((number, motion.graph.subtract(here, begins)));
             }
         }
     }
@@ -353,6 +393,7 @@ pub fn held(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize])
     Held {
         at_rest: radius.is_some() || statics.is_settled(&found),
         radius,
+        unmet: statics.unmet(&found),
         left: statics.left(&found).into_iter().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())),
         position: position.to_vec(),
         rates: statics.rates(currents),

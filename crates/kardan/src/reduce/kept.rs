@@ -172,7 +172,7 @@ pub fn start_on_rows(reduced: &Reduced, position: &[f64], speed: &[f64]) -> Resu
     start_on_rows_with(reduced, &[], position, speed)
 }
 
-/// The same where these coordinates stay as they are given.
+/// The same of positions alone where these coordinates stay as they are given.
 ///
 /// # Errors
 /// [`NoStart`]
@@ -207,23 +207,40 @@ pub fn start_on_rows_with(
     };
     let mut found = StartOnRows { position: position.to_vec(), speed: speed.to_vec() };
     for (part, of_speeds) in [(count * r, false), (count * (r + 1), true)] {
+        // Rows that say nothing of positions, or of speeds, have no part in it.
+        let takes_part = |k: &usize| wanted[part + k].is_some() && (fixed.is_empty() || !of_speeds);
+        let own: Vec<usize> = (0..count).filter(takes_part).collect();
         for step in 0.. {
             let values = at(&found.position, &found.speed);
-            let (rows, defects) = (&values[..count * r], &values[part..part + count]);
-            let x = if of_speeds { &mut found.speed } else { &mut found.position };
-            let size = x.iter().fold(1.0f64, |size, x| size.max(x.abs()));
-            let change = least_change(rows, r, defects).ok_or(NoStart::Dependent)?;
-            if defects.iter().all(|defect| defect.abs() <= LEFT * size) {
+            let defects: Vec<f64> = own.iter().map(|k| values[part + k]).collect();
+            if defects.iter().all(|defect| *defect == 0.0) {
                 break;
             }
-            if step == MOST {
-                let open = (0..count).filter(|k| !(defects[*k].abs() <= LEFT * size)).collect();
-                return Err(NoStart::NotReached(open));
+            let x = if of_speeds { &mut found.speed } else { &mut found.position };
+            let size = x.iter().fold(1.0f64, |size, x| size.max(x.abs()));
+            let rows: Vec<f64> = own.iter().flat_map(|k| &values[k * r..(k + 1) * r]).copied().collect();
+            let is_there = defects.iter().all(|defect| defect.abs() <= LEFT * size);
+            let change = least_change(&rows, r, &defects);
+            if !is_there && step == MOST {
+                let open = own.iter().zip(&defects).filter(|(_, defect)| !(defect.abs() <= LEFT * size));
+                return Err(NoStart::NotReached(open.map(|(k, _)| *k).collect()));
             }
-            x.iter_mut().zip(change).for_each(|(x, change)| *x -= change);
+            match change {
+                Some(change) => x.iter_mut().zip(change).for_each(|(x, change)| *x -= change),
+                None if is_there => break,
+                None => return Err(NoStart::Dependent),
+            }
+            if is_there {
+                break;
+            }
         }
     }
-    Ok(found)
+    // What is fixed may leave a row nothing to move, which says nothing of the row.
+    let rows = &at(&found.position, &found.speed)[..count * r];
+    match fixed.is_empty() && least_change(rows, r, &vec![0.0; count]).is_none() {
+        true => Err(NoStart::Dependent),
+        false => Ok(found),
+    }
 }
 
 /// The smallest change that takes defects away, `Gᵀ (G Gᵀ)⁻¹ d`; none where rows depend on each other.

@@ -21,7 +21,8 @@ pub struct LawSlopes {
     pub on_rates: SparseRow,
     /// Whether an entry is no fraction, as far as is known, and was rounded once.
     pub rounded: bool,
-    /// What vanishes here where the expression bends or jumps, so that it has no derivative; the entries are then those of one side.
+    /// Why it has no derivative here, in words: what vanishes where the expression bends or jumps (the entries are then those of one side), or
+    /// that it or its slope is no number.
     pub kinks: Vec<String>,
 }
 
@@ -177,7 +178,7 @@ fn kinks_at(motion: &mut Motion, torque: Expr, used: &[Symbol], at: &Values<'_>)
             return Vec::new();
         }
     }
-    let text = |kink: &Expr| printed(&motion.graph, *kink, Style::Text, &|name| name.into());
+    let text = |kink: &Expr| format!("`{}` = 0", printed(&motion.graph, *kink, Style::Text, &|name| name.into()));
     vanishing.iter().map(text).collect()
 }
 
@@ -235,7 +236,8 @@ pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes
         // The angles of the place were rounded, and what follows from them again.
         let around = |symbol| {
             let value = value_at(&numeric, place(motion, symbol));
-            let few = ROUNDED * value.abs();
+            // Zero is exact; what a search found near it is not.
+            let few = if value == 0.0 { 0.0 } else { ROUNDED * value.abs().max(1.0) };
             Interval { low: value - few, high: value + few }
         };
         (at(motion, exprs).0, lower(&motion.graph, exprs, &mut Intervals, around))
@@ -245,13 +247,18 @@ pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes
         let torque = motion.formula(&free, &term.value);
         let (_, value) = at(&motion, &[torque]);
         let used: Vec<Symbol> = motion.graph.symbols(&[torque]);
-        let kinks = kinks_at(&mut motion, torque, &used, &between);
+        let mut kinks = kinks_at(&mut motion, torque, &used, &between);
         let slopes: Vec<Expr> = used.iter().map(|symbol| motion.graph.derivative(torque, *symbol)).collect();
         let (known, near) = at(&motion, &slopes);
         let (mut on_positions, mut on_rates, mut rounded) = (SparseRow::new(), SparseRow::new(), false);
         let mut entries: Vec<(usize, (Option<Rational>, f64))> =
             used.iter().map(|symbol| place(&motion, *symbol)).zip(known.into_iter().zip(near)).collect();
         entries.sort_by_key(|(place, _)| *place);
+        if !value[0].is_finite() {
+            kinks.push("its value is no number".into());
+        } else if entries.iter().any(|(_, (known, near))| known.is_none() && !near.is_finite()) {
+            kinks.push("its slope has no end".into());
+        }
         for (place, (known, near)) in entries {
             rounded |= known.is_none();
             let slope = known.or_else(|| rational_from_f64(near)).unwrap_or(Rational::ZERO);

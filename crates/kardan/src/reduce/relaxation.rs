@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use super::motion::{Motion, Relaxing, SparseRow};
 use super::slipping::slips;
 use super::{LawSlopes, Reduced, Relaxation, Slip, is_linear_law, law_slopes, linearise};
+use crate::assemble::Along;
+use crate::equations::Hold;
 use crate::expr::{Expr, Graph};
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, dot, echelon};
 use crate::units::Exact;
@@ -26,7 +28,7 @@ pub enum NoRelaxation {
     Slides(Vec<String>),
     /// A constraint that is kept with its multiplier depends on them: its element.
     Kept(String),
-    /// Something holds one way or at times in the model: these elements.
+    /// Something holds one way or at times along them or depends on them, or teeth rub: these elements.
     Holds(Vec<String>),
     /// Frictions alone hold them against inputs.
     Driven {
@@ -80,8 +82,9 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     if let Some(element) = kept_along(reduced, &model.basis.multiply(&directions)) {
         return Err(NoRelaxation::Kept(element));
     }
-    if !reduced.equations.holds.is_empty() {
-        return Err(NoRelaxation::Holds(reduced.equations.holds.iter().map(|hold| hold.element.clone()).collect()));
+    let holds = holds_along(reduced, &model.basis.multiply(&directions));
+    if !holds.is_empty() {
+        return Err(NoRelaxation::Holds(holds));
     }
     if !reduced.equations.transmissions.is_empty() {
         return Err(NoRelaxation::Bends);
@@ -148,6 +151,21 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
         compliance,
         reaction,
     }))
+}
+
+/// What holds one way or at times along such motions, or depends on them; and teeth that rub, whose load does.
+fn holds_along(reduced: &Reduced, moved: &Matrix<Rational>) -> Vec<String> {
+    let feels = |shaft: usize| moved.row(shaft).iter().any(|x| !x.is_zero());
+    let along = |row: &[(usize, Rational)], column: usize| {
+        row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&moved[(*k, column)])))
+    };
+    let hinders = |hold: &&Along<Hold>| {
+        let depends = || hold.value.formula().into_iter().flat_map(|formula| formula.coordinates());
+        matches!(hold.value, Hold::Mesh(_))
+            || (0..moved.columns()).any(|column| !along(&hold.row, column).is_zero())
+            || depends().filter_map(|name| reduced.coordinate(name)).any(feels)
+    };
+    reduced.equations.holds.iter().filter(hinders).map(|hold| hold.element.clone()).collect()
 }
 
 /// Refuses laws that act along motions without inertia, or depend on them, otherwise than linearly on speeds, or between themselves, or where

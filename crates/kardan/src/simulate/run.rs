@@ -566,14 +566,15 @@ impl RunningLoop {
             }
             None => self.state.copy_from_slice(self.solver.state()),
         }
+        // Where it ends is looked for within the step.
+        if self.has_diverged() {
+            return Err(self.diverged());
+        }
         if self.machine.stay_on_rows(self.time, &mut self.state) && !self.due.boundary {
             self.observe_until(self.time, None);
             let next = self.solver.next_step();
             self.restart(self.time);
             self.solver.set_step(next);
-        }
-        if self.has_diverged() {
-            return Err(self.diverged());
         }
         self.rub()?;
         self.mesh()?;

@@ -129,7 +129,10 @@ fn relaxing(model: &Model, mut reduced: Reduced) -> Result<Reduced, Refusal> {
                 GIVE_INERTIA,
             ),
             NoRelaxation::Holds(elements) => refusal(
-                format!("beside what holds one way or at times ({}) such motions do not run", list(&elements)),
+                format!(
+                    "what holds one way or at times acts along it or depends on it, or teeth with losses are there: {}",
+                    list(&elements)
+                ),
                 GIVE_INERTIA,
             ),
             NoRelaxation::Bends => refusal(

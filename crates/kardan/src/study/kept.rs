@@ -6,8 +6,9 @@ use std::sync::Arc;
 use super::equilibrium::{Rest, in_words};
 use super::places::{at_each, place_of};
 use super::{AnalysisSpec, Prepared, PreparedVariant};
+use crate::assemble::KeptRow;
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::InputKind;
+use crate::equations::{InputKind, Kept};
 use crate::model::{ControlSpec, Document, TableReader};
 use crate::reduce::{
     Kinematics, NoStart, OperatingPoint, ReduceError, Reduced, StartOnRows, frozen, held, start_on_rows,
@@ -55,6 +56,11 @@ pub(super) fn on_rows(reduced: &Reduced, scenario: &Scenario) -> Vec<f64> {
     found.and_then(Result::ok).map_or_else(|| position.clone(), |start| start.position)
 }
 
+/// Whether two values differ by more than rounding.
+fn moved(now: f64, then: f64) -> bool {
+    (now - then).abs() > 1e-9 * now.abs().max(then.abs()).max(1e-3)
+}
+
 /// Puts the start of a run on the kept rows; tells what changed.
 pub(super) fn begin_on_rows(
     document: &Document,
@@ -72,7 +78,8 @@ pub(super) fn begin_on_rows(
             let mut changed = Vec::new();
             let names = reduced.coordinate_names();
             for (rate, now, then) in [(0, &scenario.position, &position), (1, &scenario.speed, &speed)] {
-                for (k, (now, then)) in now.iter().zip(then).enumerate().filter(|(_, (now, then))| now != then) {
+                for (k, (now, then)) in now.iter().zip(then).enumerate().filter(|(_, (now, then))| moved(**now, **then))
+                {
                     let quantity = equations.domain(reduced.coordinates[k]).motion()[rate];
                     changed.push(format!(
                         "{} = {then} {} instead of {now}",
@@ -138,6 +145,19 @@ pub(super) fn frozen_variant(variant: &PreparedVariant) -> Result<PreparedVarian
     Ok(found)
 }
 
+/// Elements that prescribe a speed or an acceleration.
+pub(super) fn prescribed(reduced: &Reduced) -> impl Iterator<Item = &str> {
+    let prescribes = |kept: &&KeptRow| matches!(kept.law, Kept::Speed(..) | Kept::Acceleration(..));
+    reduced.equations.kept.iter().filter(prescribes).map(|kept| kept.element.as_str())
+}
+
+/// What is told of them where a model is looked at at rest.
+pub(super) fn stands_still(reduced: &Reduced) -> Option<String> {
+    let names: Vec<&str> = prescribed(reduced).collect();
+    (!names.is_empty())
+        .then(|| format!("{}: a motion that is prescribed stands still there, where it begins", quoted(names)))
+}
+
 /// Where rows that turn are looked at: a place at rest on them.
 struct Standing {
     /// With constant torques where they hold it.
@@ -161,7 +181,7 @@ impl Standing {
             .map_err(|_| "no place was found on the constraints near these angles".to_string())?
             .position;
         let mut told = Vec::new();
-        if start != asked || !fixed.is_empty() {
+        if start.iter().zip(&asked).any(|(now, then)| moved(*now, *then)) || !fixed.is_empty() {
             told.push(format!("operating point: on the constraints, {}", in_words(own, &start)));
         }
         if own.equations.laws.is_empty() {
@@ -205,6 +225,7 @@ impl Standing {
             let text = "what the constraints carry there turns with their rows and is part of the stiffness; multipliers (SI, rounded to 16 digits)";
             start_notes.push(format!("{text}: {}", carried.join(", ")));
         }
+        start_notes.extend(stands_still(&variant.reduced));
         let (reduced, point) = frozen_point(&variant.reduced, &point, &multipliers)?;
         let position = point.position.clone();
         let speed = vec![0.0; position.len()];

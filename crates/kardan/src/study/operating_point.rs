@@ -8,7 +8,9 @@ use crate::entries::Place;
 use crate::equations::InputKind;
 use crate::model::{ControlSpec, Document, Setting, TableReader};
 use crate::names::SignalName;
-use crate::reduce::{Held, OperatingPoint, Reduced, held, is_linear_law, law_slopes_at, laws_are_linear};
+use crate::reduce::{
+    Held, OperatingPoint, Reduced, held, is_linear_law, law_slopes_at, laws_are_linear, start_on_rows,
+};
 
 /// The operating point that the controllers of a variant name together.
 pub(super) struct Asked {
@@ -111,6 +113,11 @@ impl Asked {
             return if self.named.is_empty() { Ok(nothing(None, None)) } else { Err(why.into()) };
         }
         let mut start = self.start.clone();
+        if self.named.is_empty() && !kept.is_empty() {
+            // The design values may have rows of their own.
+            let still = vec![0.0; start.len()];
+            start = start_on_rows(reduced, &start, &still).map_or(start, |found| found.position);
+        }
         self.named.iter().for_each(|(k, angle, _)| start[*k] = *angle);
         let fixed: Vec<usize> = match self.named.is_empty() {
             true => (0..start.len()).collect(),
@@ -186,6 +193,11 @@ fn are(names: &[&str]) -> String {
 
 /// What torques are left, and where.
 fn left_in_words(reduced: &Reduced, found: &Held) -> String {
+    if let Some((row, off)) = found.unmet.first() {
+        let kept = &reduced.equations.kept[*row];
+        let unit = reduced.equations.domain_of_kept(kept).motion()[0].unit();
+        return format!("no position was found that `{}` allows: it is off by {off:.6} {unit} at best", kept.element);
+    }
     let Some((k, torque)) = found.left else { return "a torque is left".into() };
     let (name, domain) = (&reduced.coordinate_names()[k], reduced.equations.domain(reduced.coordinates[k]));
     let equations = &reduced.equations;
@@ -209,11 +221,10 @@ pub(super) fn check_smooth(
     let before = out.len();
     for slopes in law_slopes_at(reduced, point).iter().filter(|slopes| !slopes.kinks.is_empty()) {
         let element = &slopes.element;
-        let at: Vec<String> = slopes.kinks.iter().map(|kink| format!("`{kink}` = 0")).collect();
         let message = format!(
             "control `{}`: `{element}` bends or jumps at the operating point, where {}, so the model has no linear one there",
             control.name,
-            at.join(" and ")
+            slopes.kinks.join(" and ")
         );
         out.push(
             Diagnostic::error("control::kink", message)

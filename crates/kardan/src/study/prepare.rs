@@ -10,7 +10,9 @@ use super::computed::Computed;
 use super::effort::check_effort;
 use super::equilibrium::{Rest, in_words};
 use super::held::{check_start, without_massless};
-use super::kept::{begin_on_rows, check_kept, not_on_rows, on_frozen_rows, on_rows, rows_refused, with_loop};
+use super::kept::{
+    begin_on_rows, check_kept, not_on_rows, on_frozen_rows, on_rows, prescribed, rows_refused, stands_still, with_loop,
+};
 use super::known::Known;
 use super::margins::{check_margins, check_sampled};
 use super::operating_point::{Asked, check_smooth, not_held};
@@ -363,7 +365,7 @@ fn start_at_rest(
             scenario.position = position;
             begin_currents(scenario, &rates);
             let more = more.into_iter().map(|more| more.replace("CHOICE", "`initial` of `[scenario]`"));
-            std::iter::once(format!("the run begins at {found}")).chain(more).collect()
+            std::iter::once(format!("the run begins at {found}")).chain(more).chain(stands_still(reduced)).collect()
         }
         Err(message) => {
             out.push(
@@ -533,13 +535,14 @@ fn design_model(
     out: &mut Vec<Diagnostic>,
 ) -> Option<Plant> {
     let zero = vec![0.0; reduced.degrees_of_freedom()];
-    let moving: Vec<&str> = reduced.equations.moving.keys().map(String::as_str).collect();
+    let moving = reduced.equations.moving.keys().map(String::as_str);
+    let moving: Vec<&str> = moving.chain(prescribed(reduced)).collect();
     if !moving.is_empty() {
         let message = format!("control `{}` knows the motion of {} as if it stood still", control.name, quoted(moving));
         out.push(
             Diagnostic::warning("control::time", message)
                 .at(control.place.clone(), "this controller")
-                .help("for its design the offset is that at time zero, and the motion disturbs the loop"),
+                .help("for its design it is where it begins, at rest, and the motion disturbs the loop"),
         );
     }
     let of_time: Vec<&str> =

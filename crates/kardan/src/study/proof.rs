@@ -305,8 +305,12 @@ fn channels(exact: &ExactLoop, transfer: &[Vec<RationalFunction>]) -> Vec<Channe
             output: exact.system.outputs[i].clone(),
             reference: exact.closed.inputs[j].clone(),
             kind: match exact.units[j].as_str() {
-                "rad" => "position",
-                "rad/s" => "speed",
+                "rad" | "m" => "position",
+                "rad/s" | "m/s" => "speed",
+                "N" => "force",
+                "A" => "current",
+                "C" => "charge",
+                "V" => "voltage",
                 _ => "torque",
             }
             .into(),

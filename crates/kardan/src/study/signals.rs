@@ -100,8 +100,8 @@ fn working_position(
         let name = &slopes.element;
         if !slopes.kinks.is_empty() {
             let message = format!(
-                "`{name}` bends or jumps at the operating point, where {} = 0, so the model has no linear one there",
-                slopes.kinks.join(" = 0 and ")
+                "`{name}` bends or jumps at the operating point, where {}, so the model has no linear one there",
+                slopes.kinks.join(" and ")
             );
             let mistake = Diagnostic::error("analysis::kink", message)
                 .help("name another operating point by `at` of `[analysis]`, or make the expression smooth there");

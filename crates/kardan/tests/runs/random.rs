@@ -144,6 +144,37 @@ fn random_models_beside_kept_rows_balance_their_energy() {
     all_balance(beside_kept_rows);
 }
 
+/// The same beside motions without inertia: a spring in series with a damper, a coil's loop without inductance. Teeth have no losses then.
+#[test]
+fn random_models_beside_massless_motions_balance_their_energy() {
+    all_balance(beside_massless);
+}
+
+fn beside_massless(seed: u64) -> String {
+    let mut dice = Dice(seed.wrapping_add(0xd1ce));
+    let model = random_model(seed);
+    let kept = model.lines().filter(|line| !line.starts_with("efficiency") && !line.starts_with("loss"));
+    let kept: String = kept.map(|line| format!("{line}\n")).collect();
+    let more = match dice.below(3) {
+        0 => format!(
+            "[shaft.n]\ninertia = \"0 kg m^2\"\n[spring_damper.series]\nshaft_1 = \"s0\"\nshaft_2 = \"n\"\nstiffness = \"{} N m/rad\"\n\
+             [spring_damper.against]\nshaft_1 = \"n\"\nshaft_2 = \"{}\"\ndamping = \"0.4 N m s/rad\"\n",
+            [9, 70][dice.below(2)],
+            ["s1", "ground"][dice.below(2)]
+        ),
+        1 => "[dc_motor.brakes]\nfrom = \"ground\"\nto = \"x\"\nshaft = \"s0\"\ntorque_constant = \"0.2 N m/A\"\nresistance = \"0.5 Ohm\"\n\
+              [capacitor.stores]\nfrom = \"x\"\nto = \"ground\"\ncapacitance = \"20 mF\"\n"
+            .into(),
+        _ => format!(
+            "[shaft.n]\ninertia = \"0 kg m^2\"\n[spring_damper.series]\nshaft_1 = \"s1\"\nshaft_2 = \"n\"\nstiffness = \"{} N m/rad\"\n\
+             [spring_damper.slides]\nshaft_1 = \"n\"\nfriction = \"0.{} N m\"\n",
+            [9, 70][dice.below(2)],
+            dice.between(1, 9)
+        ),
+    };
+    kept.replace("[torque.drive]", &format!("{more}[torque.drive]"))
+}
+
 /// What is wrong is shown at once: a long run may be stopped.
 fn all_balance(model: impl Fn(u64) -> String) {
     let found = models().filter_map(|seed| wrong_with(seed, &model(seed)));

@@ -225,3 +225,78 @@ fn what_has_no_linear_model_there_is_told() {
     let told = refused(&far);
     assert!(told.iter().any(|one| one.code == "control::point"), "{told:?}");
 }
+
+/// The start of a run on the rod is the default point, wherever it is, and the weight is held there.
+#[test]
+fn the_start_of_the_run_is_the_point_where_none_is_named() {
+    for degrees in [10.0_f64, 20.0, 30.0, 35.0, 40.0, 50.0, 60.0, 70.0, 80.0] {
+        let law = HOLD.replace("at = { \"crank.phi\" = \"30 deg\" }\n", "");
+        let source = format!(
+            "{LIFT}{law}{CHANNEL}[scenario]\nduration = \"1 s\"\ninitial = {{ \"crank.phi\" = \"{degrees} deg\" }}\n"
+        );
+        let project = Project::open(&source);
+        let variant = &project.prepared().variants[0];
+        assert!(project.mistakes().is_empty(), "{degrees}: {:?}", project.mistakes());
+        let crank = variant.reduced.coordinate_names().iter().position(|name| name == "crank").expect("a coordinate");
+        let [slope, bend] = slopes(variant.scenario.position[crank]);
+        let plant = &variant.design_models[0];
+        close(plant.held_torque("m"), WEIGHT * slope, 1e-11);
+        close(plant.linear.stiffness.to_f64()[(0, 0)], WEIGHT * bend, 1e-10);
+    }
+}
+
+/// A ring with gravity: `at` of an analysis is on it and held by the motor wherever it is; with a coordinate of a rolling row all may be named.
+#[test]
+fn named_points_of_an_analysis_are_met() {
+    for x in [0.1, 0.3, 0.55, 0.7, 0.8, 0.9] {
+        let source = format!(
+            "[mass.x]\nmass = \"2 kg\"\n[mass.y]\nmass = \"2 kg\"\n[constraint.ring]\nexpression = \"y.s + sqrt((1 m)^2 - x.s^2)\"\n\
+             [torque.weight]\nmass = \"y\"\nlaw = \"-20 N\"\n[motor.f]\nshaft = \"x\"\n[scenario]\nduration = \"1 s\"\n\
+             [analysis]\nat = {{ \"x.s\" = \"{x} m\" }}\n"
+        );
+        let source = source.replace("[motor.f]\nshaft", "[motor.f]\nmass");
+        let found = Project::open(&source)
+            .analyze(&AnalyzeSettings::default(), &Silent)
+            .unwrap_or_else(|told| panic!("{told:?}"));
+        // y = −√(1 − x²): m (1 + y′²) and W y″.
+        let root = (1.0_f64 - x * x).sqrt();
+        let (slope, bend) = (x / root, 1.0 / root.powi(3));
+        let rate = (20.0 * bend / (2.0 * (1.0 + slope * slope))).sqrt();
+        close(found.modes[0].eigenvalue.im.abs(), rate, 1e-9);
+        assert!(found.notes.iter().any(|note| note.contains("held by constant torques: f = ")), "{:?}", found.notes);
+    }
+    let all = format!("{BLADE}[analysis]\nat = {{ \"th.phi\" = \"0 deg\", \"x.s\" = \"1 m\", \"y.s\" = \"2 m\" }}\n");
+    assert!(Project::open(&all).analyze(&AnalyzeSettings::default(), &Silent).is_ok());
+}
+
+/// What a prescribed speed does at the start is not in the design, and that is said; places that rows do not allow are told by the row.
+#[test]
+fn what_stands_still_and_what_is_not_met_is_told() {
+    let chain = "[shaft.w]\ninertia = \"0.02 kg m^2\"\n[shaft.a]\ninertia = \"0.01 kg m^2\"\n[prescribed_motion.hand]\nshaft = \"w\"\nspeed = \"5 rad/s\"\n\
+                 [spring_damper.wa]\nshaft_1 = \"w\"\nshaft_2 = \"a\"\ndamping = \"0.1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n\
+                 [spring_damper.g]\nshaft_1 = \"a\"\nshaft_2 = \"ground\"\nstiffness = \"3 N m/rad\"\n[scenario]\nduration = \"1 s\"\n";
+    let law = "[control.c]\nlaw = \"pole_placement\"\ninputs = [\"m\"]\npoles = [-5, -6]\n\
+               [[control.c.channels]]\noutput = \"a.phi\"\nreference = \"ref\"\n";
+    let (_, warnings) = kardan::study::prepare(&format!("{law}{chain}"));
+    assert!(
+        warnings.iter().any(|one| one.message.contains("knows the motion of `hand` as if it stood still")),
+        "{warnings:?}"
+    );
+    let found = Project::open(chain).analyze(&AnalyzeSettings::default(), &Silent).expect("an analysis");
+    assert!(found.notes.iter().any(|note| note.contains("`hand`: a motion that is prescribed stands still there")));
+    let far = format!("{LIFT}{HOLD}{CHANNEL}").replace("\"crank.phi\" = \"30 deg\"", "\"slide.s\" = \"0.5 m\"");
+    let told = refused(&far);
+    let text = told.iter().map(|one| one.message.clone()).collect::<Vec<_>>().join("\n");
+    assert!(text.contains("no position was found that `rod` allows: it is off by 0.1"), "{text}");
+}
+
+/// A loop that flies apart beside a kept row ends the run with words.
+#[test]
+fn a_loop_that_diverges_beside_a_row_is_told() {
+    let dead = format!("{LIFT}{HOLD}{CHANNEL}").replace("\"crank.phi\" = \"30 deg\"", "\"slide.s\" = \"0.4 m\"");
+    let dead = dead.replace("output = \"crank.phi\"", "output = \"slide.s\"")
+        + "[scenario]\nduration = \"2 s\"\nstart = \"operating_point\"\n[[scenario.event]]\nat = \"0.5 s\"\nsignal = \"ref\"\nto = \"0.35 m\"\n";
+    let study = Project::open(&dead).run(&Settings::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+    let Outcome::Failed { cause, .. } = &study.runs[0].outcome else { panic!("it stands at a dead centre") };
+    assert!(cause.contains("the loop diverges"), "{cause}");
+}

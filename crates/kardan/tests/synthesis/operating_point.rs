@@ -213,6 +213,12 @@ fn points_that_nothing_holds_and_kinks_are_told() {
         let smooth = format!("-40 N m * (arm.phi - {kink}) * abs(arm.phi - {kink})");
         close(gain(&designed(&pendulum(&smooth, at)).expect("both sides agree"))[0], 35.0 * INERTIA, 1e-12);
     }
+    // Where a slope has no end, or the law no value.
+    for (law, at) in [("sqrt(abs(arm.phi - 1))", "1 rad"), ("sqrt(1 - cos(arm.phi))", "0 rad")] {
+        let at = format!("at = {{ \"arm.phi\" = \"{at}\" }}\n");
+        refused(&pendulum(&format!("-4 N m * {law}"), &at), "control::kink", &["`gravity` bends or jumps"]);
+    }
+    refused(&pendulum("-4 N m / (arm.phi)", ""), "control::kink", &["its value is no number"]);
     // An analysis refuses it the same way.
     let settings = study::AnalyzeSettings::default();
     let analysed = |angle: &str| {
@@ -320,6 +326,8 @@ fn a_voltage_holds_by_its_current() {
             assert!((end - to.to_radians()).abs() < tolerance, "{source}{step}: {end}");
             let first = run.series.signal("m.i").expect("a current").values[0];
             close(first, current, 1e-9);
+            let arm = &run.series.signal("arm.phi").expect("an angle").values;
+            assert!(!step.is_empty() || arm.iter().all(|angle| (angle - point).abs() < 1e-9), "{source}");
         }
     }
 }

@@ -893,8 +893,9 @@ fn describe(
             output: output.clone(),
             reference: reference_names[k].clone(),
             kind: match references[k].physical {
-                Physical::Angle => "position",
-                Physical::Speed => "speed",
+                Physical::Angle | Physical::Position => "position",
+                Physical::Speed | Physical::Velocity => "speed",
+                Physical::Force => "force",
                 _ => "torque",
             }
             .into(),

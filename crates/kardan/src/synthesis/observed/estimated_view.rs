@@ -15,6 +15,8 @@ pub(super) struct EstimatedView {
     /// The states that are estimated, as places among `[q_r; q̇_r]`.
     pub kept: Vec<usize>,
     pub compensation: f64,
+    /// Rates of the coordinates at the operating point: currents that flow there.
+    rates: Vec<f64>,
     /// What the sensors read at the operating point, which the linear model does not know.
     pub offsets: Vec<f64>,
     pub kinematics: Kinematics,
@@ -35,6 +37,7 @@ impl EstimatedView {
         kinematics.update(&plant.point.position, &plant.point.rates);
         let at_rest: Vec<f64> = readings.iter().map(|one| one.read(&kinematics.angles, &kinematics.speeds)).collect();
         Self {
+            rates: plant.point.rates.clone(),
             offsets: at_rest.clone(),
             values: at_rest,
             held: 0,
@@ -47,6 +50,11 @@ impl EstimatedView {
             speed: vec![0.0; r],
             disturbances: vec![0.0; disturbed],
         }
+    }
+
+    /// What a run begins with of the rate at a place among `[q_r; q̇_r]`.
+    pub fn rate_at_rest(&self, place: usize) -> f64 {
+        place.checked_sub(self.rates.len()).and_then(|k| self.rates.get(k)).copied().unwrap_or(0.0)
     }
 
     /// States of the observer: coordinates, speeds, disturbances.

@@ -343,7 +343,7 @@ impl Law for Observed {
         let (own, rest) = out.split_at_mut(self.own());
         own.fill(0.0);
         for (state, &k) in own.iter_mut().zip(&self.view.kept) {
-            *state = self.view.coordinates.get(k).map_or(0.0, |&shaft| angles[shaft]);
+            *state = self.view.coordinates.get(k).map_or_else(|| self.view.rate_at_rest(k), |&shaft| angles[shaft]);
         }
         self.law.start(angles, speeds, rest);
     }
