@@ -326,13 +326,16 @@ impl Machine {
 
     /// The least speeds with which what leaves each stop rises above what rounding makes of its place, at the forces last evaluated; of other
     /// directions nothing.
-    fn least_rebounds(&self, rigid: &[usize]) -> Vec<f64> {
+    fn least_rebounds(&mut self, rigid: &[usize]) -> Vec<f64> {
         let mut free = self.force.clone();
         self.work.factor.solve(&mut free);
+        // What drives it may come through what holds: then it comes back as fast with that.
+        self.accelerate();
         let least = |&k: &usize| {
             let Some(Kind::Stop { offset, .. }) = self.hold_of(k) else { return 0.0 };
-            let acceleration = self.dynamics.along_friction(k, &free, &self.work) + self.work.friction_bias[k];
-            LEAST_REBOUND.max((2.0 * acceleration.abs() * self.gap_noise(k, offset)).sqrt())
+            let along = |x: &[f64]| (self.dynamics.along_friction(k, x, &self.work) + self.work.friction_bias[k]).abs();
+            let acceleration = along(&free).max(along(&self.acceleration));
+            LEAST_REBOUND.max((2.0 * acceleration * self.gap_noise(k, offset)).sqrt())
         };
         rigid.iter().map(least).collect()
     }

@@ -20,17 +20,24 @@ impl Machine {
         self.load_meshes();
         let mut found = at_rest.clone();
         let mut tried: Vec<Vec<Mode>> = Vec::new();
+        // Teeth that would lock themselves harder than their load pushes hold whatever they have to.
+        let mut locked: Vec<usize> = Vec::new();
         for _ in 0..MOST_ROUNDS {
             // Modes for what the teeth hold now; those that were tried in vain stay at rest as far as they would go back.
+            for bounds in &mut self.bounds {
+                locked.iter().for_each(|k| bounds[*k] = f64::INFINITY);
+            }
             let at = self.decide_with_bounds(resting);
             if tried.contains(&at) {
                 break;
             }
             found.clone_from(&at);
             let fits = self.try_modes(resting, &at);
-            if fits {
+            let locks = self.meshes.without_motion().filter(|k| resting.contains(k) && !locked.contains(k));
+            if fits && locks.is_none() {
                 break;
             }
+            locked.extend(locks);
             for (&k, mode) in resting.iter().zip(&mut found) {
                 if !self.goes(k) {
                     *mode = Mode::Stick;
