@@ -186,11 +186,15 @@ fn relaxing(model: &Model, mut reduced: Reduced) -> Result<Reduced, Refusal> {
             }
         }
     })?;
-    if reduced.relaxation.is_some() && !model.controls.is_empty() {
-        return Err(refusal(
-            "a controller is designed for accelerations, which this motion has not".into(),
-            "give one of these shafts an inertia, or leave the controllers out",
-        ));
+    if let Some(relaxation) = reduced.relaxation.as_ref().filter(|_| !model.controls.is_empty()) {
+        let domain = |k: &usize| reduced.equations.domain(reduced.coordinates[*k]);
+        let help = match relaxation.places.iter().all(|k| domain(k) == Domain::Charge) {
+            true => {
+                "give the loop an inductance (each winding has one: `inductance` of a `dc_motor`), or leave the controllers out"
+            }
+            false => "give one of these shafts an inertia, or leave the controllers out",
+        };
+        return Err(refusal("a controller is designed for accelerations, which this motion has not".into(), help));
     }
     Ok(reduced)
 }
