@@ -82,10 +82,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     if let Some(element) = kept_along(reduced, &model.basis.multiply(&directions)) {
         return Err(NoRelaxation::Kept(element));
     }
-    let holds = holds_along(reduced, &model.basis.multiply(&directions));
-    if !holds.is_empty() {
-        return Err(NoRelaxation::Holds(holds));
-    }
+    check_holds(reduced, &model.basis.multiply(&directions))?;
     if !reduced.equations.transmissions.is_empty() {
         return Err(NoRelaxation::Bends);
     }
@@ -153,8 +150,8 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     }))
 }
 
-/// What holds one way or at times along such motions, or depends on them; and teeth that rub, whose load does.
-fn holds_along(reduced: &Reduced, moved: &Matrix<Rational>) -> Vec<String> {
+/// Refuses what holds one way or at times along such motions, or depends on them; and teeth that rub, whose load does.
+fn check_holds(reduced: &Reduced, moved: &Matrix<Rational>) -> Result<(), NoRelaxation> {
     let feels = |shaft: usize| moved.row(shaft).iter().any(|x| !x.is_zero());
     let along = |row: &[(usize, Rational)], column: usize| {
         row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&moved[(*k, column)])))
@@ -165,7 +162,9 @@ fn holds_along(reduced: &Reduced, moved: &Matrix<Rational>) -> Vec<String> {
             || (0..moved.columns()).any(|column| !along(&hold.row, column).is_zero())
             || depends().filter_map(|name| reduced.coordinate(name)).any(feels)
     };
-    reduced.equations.holds.iter().filter(hinders).map(|hold| hold.element.clone()).collect()
+    let hindering = reduced.equations.holds.iter().filter(hinders).map(|hold| hold.element.clone());
+    let hindering: Vec<String> = hindering.collect();
+    if hindering.is_empty() { Ok(()) } else { Err(NoRelaxation::Holds(hindering)) }
 }
 
 /// Refuses laws that act along motions without inertia, or depend on them, otherwise than linearly on speeds, or between themselves, or where

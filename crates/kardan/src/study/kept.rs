@@ -146,9 +146,14 @@ pub(super) fn frozen_variant(variant: &PreparedVariant) -> Result<PreparedVarian
 }
 
 /// Elements that prescribe a speed or an acceleration.
-pub(super) fn prescribed(reduced: &Reduced) -> impl Iterator<Item = &str> {
+fn prescribed(reduced: &Reduced) -> impl Iterator<Item = &str> {
     let prescribes = |kept: &&KeptRow| matches!(kept.law, Kept::Speed(..) | Kept::Acceleration(..));
     reduced.equations.kept.iter().filter(prescribes).map(|kept| kept.element.as_str())
+}
+
+/// Elements whose offset, position, speed or acceleration is a function of time.
+pub(super) fn moves_by_itself(reduced: &Reduced) -> impl Iterator<Item = &str> {
+    reduced.equations.moving.keys().map(String::as_str).chain(prescribed(reduced))
 }
 
 /// What is told of them where a model is looked at at rest.

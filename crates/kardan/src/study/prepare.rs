@@ -11,7 +11,8 @@ use super::effort::check_effort;
 use super::equilibrium::{Rest, in_words};
 use super::held::{check_start, without_massless};
 use super::kept::{
-    begin_on_rows, check_kept, not_on_rows, on_frozen_rows, on_rows, prescribed, rows_refused, stands_still, with_loop,
+    begin_on_rows, check_kept, moves_by_itself, not_on_rows, on_frozen_rows, on_rows, rows_refused, stands_still,
+    with_loop,
 };
 use super::known::Known;
 use super::margins::{check_margins, check_sampled};
@@ -535,8 +536,7 @@ fn design_model(
     out: &mut Vec<Diagnostic>,
 ) -> Option<Plant> {
     let zero = vec![0.0; reduced.degrees_of_freedom()];
-    let moving = reduced.equations.moving.keys().map(String::as_str);
-    let moving: Vec<&str> = moving.chain(prescribed(reduced)).collect();
+    let moving: Vec<&str> = moves_by_itself(reduced).collect();
     if !moving.is_empty() {
         let message = format!("control `{}` knows the motion of {} as if it stood still", control.name, quoted(moving));
         out.push(
