@@ -63,6 +63,9 @@ struct Argument {
     unit: String,
 }
 
+/// Values of a column, if the run has it, and a factor.
+type Part<'a> = (Option<&'a [f64]>, f64);
+
 /// What a name in a formula stands for in the rows of a run.
 enum Given<'a> {
     Time,
@@ -151,12 +154,12 @@ fn look(
         Given::Size(sum) => sum.iter().map(|(name, factor)| (column(name), *factor)).collect(),
         _ => vec![(column(name), 1.0)],
     };
-    let columns: Vec<Vec<(Option<&[f64]>, f64)>> = inputs.iter().map(parts).collect();
+    let columns: Vec<Vec<Part<'_>>> = inputs.iter().map(parts).collect();
     let (block, mut memory) = (plan.block(), plan.memory());
     for (row, &time) in series.time.iter().enumerate() {
         for ((place, (_, given)), parts) in memory.iter_mut().zip(&inputs).zip(&columns) {
             let sum = || -> f64 {
-                let value = |(column, factor): &(Option<&[f64]>, f64)| {
+                let value = |(column, factor): &Part<'_>| {
                     factor * column.and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN)
                 };
                 parts.iter().map(value).sum()

@@ -179,9 +179,13 @@ fn beside_massless(seed: u64) -> String {
 fn all_balance(model: impl Fn(u64) -> String) {
     // One alone is asked for to be seen.
     let alone = std::env::var("KARDAN_MODELS").is_ok() && models().count() == 1;
-    let shown =
-        |seed: u64| Some(model(seed)).inspect(|source| alone.then(|| eprintln!("{source}")).unwrap_or_default());
-    let found = models().filter_map(|seed| wrong_with(seed, &shown(seed)?));
+    let found = models().filter_map(|seed| {
+        let source = model(seed);
+        if alone {
+            eprintln!("{source}");
+        }
+        wrong_with(seed, &source)
+    });
     let wrong: Vec<String> = found.inspect(|told| eprintln!("{told}")).collect();
     assert!(wrong.is_empty(), "{} models, such as\n{}", wrong.len(), wrong[..wrong.len().min(3)].join("\n"));
 }

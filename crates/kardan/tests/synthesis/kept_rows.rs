@@ -146,7 +146,7 @@ fn what_a_blade_carries_turns_with_it() {
     let level = source.replace("-6 N", "0 N");
     let found = Project::open(&level).analyze(&AnalyzeSettings::default(), &Silent).expect("an analysis");
     assert!(!found.structure.controllable());
-    let project = Project::open(&format!("{BLADE}{STEER}"));
+    let project = Project::open(format!("{BLADE}{STEER}"));
     let plant = &project.prepared().variants[0].design_models[0];
     let place = |name: &str| plant.linear.coordinates.iter().position(|own| own == name).expect("a coordinate");
     let stiffness = plant.linear.stiffness.to_f64();

@@ -299,7 +299,7 @@ fn a_voltage_holds_by_its_current() {
     let channel = "[[control.hold.channels]]\noutput = \"arm.phi\"\nreference = \"ref\"\n";
     let point = (60.0_f64).to_radians();
     let current = 0.5 * point.sin() / 0.2;
-    let project = study::Project::open(&format!("{DRIVEN}{law}{channel}"));
+    let project = study::Project::open(format!("{DRIVEN}{law}{channel}"));
     let plant = &project.prepared().variants[0].design_models[0];
     close(plant.held_torque("u"), 1.5 * current, 1e-12);
     let winding = plant.reduced.coordinate("m").expect("a charge");
