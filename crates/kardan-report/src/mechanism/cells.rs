@@ -406,6 +406,8 @@ fn short_end(part: &MechanismPart, end: usize) -> String {
     let Some(terminal) = part.terminals.get(end) else { return String::new() };
     match terminal.coefficient {
         Some(factor) => figure(factor, 4),
+        // Of a relation all ends are alike.
+        None if part.symbol == Symbol::Relation => String::new(),
         // `flexspline` is one word where `circular_spline` is two.
         None => {
             let words = terminal.key.replace("spline", "_spline");

@@ -106,3 +106,16 @@ fn values_in_the_drawing_have_their_units() {
     }
     assert!(seen > 100, "{seen}");
 }
+
+/// What a relation in an expression ties together are its ends, drawn with lines.
+#[test]
+fn relations_in_expressions_have_ends() {
+    let source = kardan::model::builtin("unicycle").expect("a model").source;
+    let mechanism = read(source).0.model(&[]).0.mechanism;
+    for (name, own) in [("rolls_x", "x"), ("rolls_y", "y")] {
+        let part = mechanism.parts.iter().find(|part| part.name == name).expect("a constraint");
+        let mut ends: Vec<&str> = part.terminals.iter().map(|end| end.name.as_str()).collect();
+        ends.sort_unstable();
+        assert_eq!(ends, ["heading", "roll", own]);
+    }
+}

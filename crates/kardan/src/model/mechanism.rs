@@ -23,8 +23,25 @@ pub(super) fn part(instance: &Instance, values: &Values, terms: &[Term], describ
         values: described.into(),
         laws,
         ratio: values.number("ratio"),
-        terminals: kind.fields.iter().flat_map(|field| ends(field, values, kind.symbol)).collect(),
+        terminals: terminals(instance, values, terms),
     }
+}
+
+/// The ends of an element: those that its keys declare, and what a relation in an expression ties together.
+fn terminals(instance: &Instance, values: &Values, terms: &[Term]) -> Vec<Terminal> {
+    let kind = instance.kind;
+    let mut out: Vec<Terminal> = kind.fields.iter().flat_map(|field| ends(field, values, kind.symbol)).collect();
+    if kind.symbol == Symbol::Relation {
+        let kept =
+            terms.iter().filter_map(|term| if let Term::Kept(row) = term { Some(row.coordinates()) } else { None });
+        for name in kept.flatten() {
+            if out.iter().all(|end| end.name != name) {
+                let key = "expression".to_string();
+                out.push(Terminal { key, kind: JoinKind::Shaft, name: name.into(), coefficient: None });
+            }
+        }
+    }
+    out
 }
 
 /// The ends that a key declares. A shaft that may be left out is the housing then, but for a sensor, and for a planetary gear that is
