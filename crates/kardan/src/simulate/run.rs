@@ -102,6 +102,8 @@ const GOLDEN: f64 = 0.618_033_988_749_894_8;
 const BEYOND: f64 = 1e-3;
 /// Located events within one step of the integrator that count as chatter: a smooth motion has a few for each direction.
 const CHATTER: usize = 2000;
+/// Events with nothing between them after which nothing rebounds any more until there is.
+const KNOCKS: usize = 100;
 /// Events that are nearer to each other, relative to the time, have nothing between them.
 const AT_ONCE: f64 = 64.0 * f64::EPSILON;
 /// Steps after which a run is given up, unless less is asked.
@@ -294,6 +296,8 @@ struct Chatter {
     longest: f64,
     /// When the last one was, s.
     last: f64,
+    /// How many of the last ones had nothing between them.
+    at_once: usize,
 }
 
 impl RunningLoop {
@@ -435,6 +439,7 @@ impl RunningLoop {
         keeper.count(&mut self.chatter.events);
         keeper.number(&mut self.chatter.longest);
         keeper.number(&mut self.chatter.last);
+        keeper.count(&mut self.chatter.at_once);
         keeper.numbers(&mut self.state);
         keeper.number(&mut self.initial_energy);
         keeper.counts(&mut self.reversed);
@@ -748,17 +753,20 @@ impl RunningLoop {
     /// What happens at the event that the last step ended at.
     fn happen(&mut self) -> Result<(), Outcome> {
         let at = self.time;
+        let at_once = at - self.chatter.last <= AT_ONCE * at;
+        // What would knock without an end is pressed.
+        self.chatter.at_once = if at_once { self.chatter.at_once + 1 } else { 0 };
+        self.machine.let_rebound(self.chatter.at_once < KNOCKS);
         let crossing = std::mem::take(&mut self.reversed);
         self.machine.remember_commands(at, &mut self.state);
         let settled = self.settle(at, &crossing);
         self.reversed = crossing;
         settled?;
-        let at_once = at - self.chatter.last <= AT_ONCE * at;
         if self.machine.was_struck() && !at_once {
             // Rebounds grow smaller, and end; what knocks without an end takes no time.
             self.chatter = Chatter { since: at, ..Chatter::default() };
         }
-        let Chatter { since, events, longest, last } = &mut self.chatter;
+        let Chatter { since, events, longest, last, .. } = &mut self.chatter;
         *last = at;
         *events += 1;
         if at - *since > *longest {

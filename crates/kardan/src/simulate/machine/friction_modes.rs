@@ -490,6 +490,9 @@ impl Machine {
             }
         }
         self.hold_those_that_stick();
+        // What rests because others do has lost its speed to rounding alone.
+        let r = self.degrees_of_freedom;
+        self.still.iter().for_each(|&i| state[r + i] = 0.0);
     }
 
     pub(super) fn hold_those_that_stick(&mut self) {
@@ -662,12 +665,18 @@ impl Machine {
         if self.stands {
             self.still.extend(0..r);
         } else {
-            // Every sticking direction is at rest, whether it holds or follows; beside kept rows, which may turn, what holds.
+            // Every sticking direction is at rest, whether it holds or follows; beside kept rows, which may turn, what holds and what follows from
+            // that alone.
             let rests = |k: &&usize| !self.moving[**k] && !self.kept.contains(k);
-            let stays = |k: &&usize| self.kept.is_empty() || self.holding.contains(k);
-            for &k in sticking.iter().filter(rests).filter(stays) {
-                self.still.extend(self.dynamics.only_entry(k, &self.work));
-            }
+            let fixed = |k: &&usize| rests(k) && !self.dynamics.friction_varies(**k);
+            let own: Vec<usize> = self.holding.iter().filter(fixed).copied().collect();
+            let span = (!self.kept.is_empty()).then(|| self.span(&own));
+            let follows = |span: &Span, k: usize| span.left(self.metric_row(k)) <= OUTSIDE;
+            let stays =
+                |k: &&usize| self.holding.contains(k) || span.as_ref().is_none_or(|span| fixed(k) && follows(span, **k));
+            let entries = sticking.iter().filter(rests).filter(stays);
+            let still: Vec<usize> = entries.filter_map(|k| self.dynamics.only_entry(*k, &self.work)).collect();
+            self.still.extend(still);
         }
         self.turning.clear();
         if !self.kept.is_empty() && !self.stands {

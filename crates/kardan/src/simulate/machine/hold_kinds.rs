@@ -41,6 +41,8 @@ pub(super) struct Holds {
     pub(super) has_locks: bool,
     /// Whether speeds have jumped at the last event.
     pub(super) struck: bool,
+    /// Whether what meets a stop comes back.
+    pub(super) rebounds: bool,
 }
 
 impl Holds {
@@ -73,6 +75,7 @@ impl Holds {
             has_locks: kinds.contains(&Kind::Lock),
             kinds,
             struck: false,
+            rebounds: true,
         }
     }
 

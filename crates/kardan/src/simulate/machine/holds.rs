@@ -349,9 +349,9 @@ impl Machine {
     fn blow(&mut self, rigid: &[usize]) -> Blow {
         let speed = |&k: &usize| if self.kept.contains(&k) { 0.0 } else { self.dynamics.friction_speed(k, &self.work) };
         let before: Vec<f64> = rigid.iter().map(speed).collect();
-        let least = self.least_rebounds(rigid);
+        let (least, rebounds) = (self.least_rebounds(rigid), self.holds.rebounds);
         let rebound = |((&k, &speed), &least): ((&usize, &f64), &f64)| match self.hold_of(k) {
-            Some(Kind::Stop { restitution, .. }) if -restitution * speed > least => restitution,
+            Some(Kind::Stop { restitution, .. }) if rebounds && -restitution * speed > least => restitution,
             _ => 0.0,
         };
         let mut rebounds: Vec<f64> = rigid.iter().zip(&before).zip(&least).map(rebound).collect();
@@ -413,6 +413,11 @@ impl Machine {
     /// all others.
     pub(in crate::simulate) fn contradiction(&self) -> &[usize] {
         &self.contradiction
+    }
+
+    /// Whether what meets a stop comes back, as its restitution says.
+    pub(in crate::simulate) fn let_rebound(&mut self, rebounds: bool) {
+        self.holds.rebounds = rebounds;
     }
 
     /// Whether speeds have jumped at the last event.
