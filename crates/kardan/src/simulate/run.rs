@@ -102,6 +102,10 @@ const GOLDEN: f64 = 0.618_033_988_749_894_8;
 const BEYOND: f64 = 1e-3;
 /// Located events within one step of the integrator that count as chatter: a smooth motion has a few for each direction.
 const CHATTER: usize = 2000;
+/// Events close behind each other after which a run is given up: what bounces lower has fewer.
+const FLURRY: usize = 200_000;
+/// How close that is, as a part of the duration or of a second.
+const CLOSE: f64 = 1e-7;
 /// Events with nothing between them after which nothing rebounds any more until there is.
 const KNOCKS: usize = 100;
 /// Events that are nearer to each other, relative to the time, have nothing between them.
@@ -167,6 +171,8 @@ pub(super) struct RunningLoop {
     breakpoint: f64,
     tick: f64,
     chatter: Chatter,
+    /// Events of which each is close behind the one before.
+    flurry: usize,
     state: Vec<f64>,
     looked: Vec<f64>,
     derivative: Vec<f64>,
@@ -358,6 +364,7 @@ impl RunningLoop {
             breakpoint: 0.0,
             tick: 0.0,
             chatter: Chatter::default(),
+            flurry: 0,
             looked: vec![0.0; size],
             derivative: vec![0.0; size],
             moved: vec![0.0; size],
@@ -440,6 +447,7 @@ impl RunningLoop {
         keeper.number(&mut self.chatter.longest);
         keeper.number(&mut self.chatter.last);
         keeper.count(&mut self.chatter.at_once);
+        keeper.count(&mut self.flurry);
         keeper.numbers(&mut self.state);
         keeper.number(&mut self.initial_energy);
         keeper.counts(&mut self.reversed);
@@ -754,6 +762,8 @@ impl RunningLoop {
     fn happen(&mut self) -> Result<(), Outcome> {
         let at = self.time;
         let at_once = at - self.chatter.last <= AT_ONCE * at;
+        self.flurry =
+            if at - self.chatter.last <= CLOSE * self.scenario.duration.min(1.0) { self.flurry + 1 } else { 0 };
         // What would knock without an end is pressed.
         self.chatter.at_once = if at_once { self.chatter.at_once + 1 } else { 0 };
         self.machine.let_rebound(self.chatter.at_once < KNOCKS);
@@ -774,20 +784,32 @@ impl RunningLoop {
         }
         if *events > CHATTER {
             let since = *since;
-            let what: Vec<&str> = self.events.iter().rev().take(6).map(|event| event.what.as_str()).collect();
             return Err(failed(
                 at,
                 format!(
                     "more than {CHATTER} events within {:.1e} s, less than a step of the smooth motion, the last ones: {}",
                     at - since,
-                    what.join("; ")
+                    self.last_events()
                 ),
             ));
+        }
+        if self.flurry > FLURRY {
+            let cause = format!(
+                "more than {FLURRY} events follow each other closely without an end, the last ones: {}",
+                self.last_events()
+            );
+            return Err(failed(at, cause));
         }
         if !self.due.boundary {
             self.restart(at);
         }
         Ok(())
+    }
+
+    /// What happened last, in words.
+    fn last_events(&self) -> String {
+        let what: Vec<&str> = self.events.iter().rev().take(6).map(|event| event.what.as_str()).collect();
+        what.join("; ")
     }
 
     /// Makes the last step anew so that it ends just after an event found in it: near the end of a step the dense output

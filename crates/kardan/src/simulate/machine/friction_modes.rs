@@ -672,8 +672,9 @@ impl Machine {
             let own: Vec<usize> = self.holding.iter().filter(fixed).copied().collect();
             let span = (!self.kept.is_empty()).then(|| self.span(&own));
             let follows = |span: &Span, k: usize| span.left(self.metric_row(k)) <= OUTSIDE;
-            let stays =
-                |k: &&usize| self.holding.contains(k) || span.as_ref().is_none_or(|span| fixed(k) && follows(span, **k));
+            let stays = |k: &&usize| {
+                self.holding.contains(k) || span.as_ref().is_none_or(|span| fixed(k) && follows(span, **k))
+            };
             let entries = sticking.iter().filter(rests).filter(stays);
             let still: Vec<usize> = entries.filter_map(|k| self.dynamics.only_entry(*k, &self.work)).collect();
             self.still.extend(still);
