@@ -78,7 +78,9 @@ impl Machine {
         work.give(dynamics, places.follows.start, self.drives.iter().map(Drive::follows));
         work.give(dynamics, places.limiter_rates.start, self.drives.iter().map(Drive::limiter_rate));
         work.give(dynamics, places.senses.start, self.modes.iter().map(|mode| mode.sign()));
-        work.give(dynamics, places.couplings.start, self.sliders.couplings.iter().copied());
+        if !places.couplings.is_empty() {
+            work.give(dynamics, places.couplings.start, self.sliders.couplings.iter().copied());
+        }
     }
 
     /// What angles and speeds are given besides the reduced ones.
