@@ -167,7 +167,8 @@ fn beside_zero(exact: &ExactMotions, plant: &LoopPlant, laws: &[Arc<dyn Law>], c
 fn only_count(exact: &ExactMotions, plant: &Plant, laws: &[Arc<dyn Law>]) -> bool {
     let counters = counting_charges(plant, laws);
     let moves = |k: &usize| exact.motions.row(*k).iter().any(|x| !x.is_zero());
-    (0..exact.motions.rows()).filter(moves).all(|k| counters.contains(&k))
+    // Where none was found exactly, those that rounding takes for zero are others.
+    exact.motions.columns() > 0 && (0..exact.motions.rows()).filter(moves).all(|k| counters.contains(&k))
 }
 
 /// Shafts that move in some of these motions, exactly.
