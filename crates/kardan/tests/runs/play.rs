@@ -306,6 +306,38 @@ fn soft_teeth_with_play_rub() {
     near(at(&run, "hd.tau", 3.0), -0.1 * 1e-3 / (1e-3 * 1.25 + 1e-3), 1e-5, "carried");
 }
 
+/// Teeth that lock themselves between two plays, with frictions on their load: where they come to rest no acceleration fits while they slide, and
+/// they hold whatever they have to. Bodies that they tie move together all the same, and what drives never gives back more than it got.
+#[test]
+fn teeth_that_lock_themselves_hold_beside_frictions() {
+    let shaft = |k: usize, inertia: f64, friction: f64| {
+        format!("[shaft.s{k}]\ninertia = \"{inertia} kg m^2\"\nfriction = \"{friction} N m\"\n")
+    };
+    let gear = |k: usize, ratio: u8, keys: &str| {
+        format!("[gear.e{k}]\nshaft_1 = \"s{k}\"\nshaft_2 = \"s{}\"\nratio = {ratio}\n{keys}\n", k + 1)
+    };
+    let torque = |k: usize, law: &str| format!("[torque.t{k}]\nshaft = \"s{k}\"\nlaw = \"{law}\"\n");
+    let source = "[shaft.s0]\ninertia = \"1e-2 kg m^2\"\n".to_string()
+        + &shaft(1, 0.22, 0.21)
+        + &shaft(2, 0.38, 0.02)
+        + &shaft(3, 0.81, 0.04)
+        + &gear(0, 3, "backlash = \"4e-2 rad\"\nloss = \"17e-2 N m + 0.1 * load\"")
+        + &gear(1, 1, "efficiency = 0.5\nefficiency_back = -0.5")
+        + &gear(2, 2, "backlash = \"17e-2 rad\"")
+        + &torque(0, "1.4 N m * sin(6 rad/s * t)")
+        + &torque(3, "3.2 N m * sin(10 rad/s * t)")
+        + &scenario("3 s", "");
+    let run = run_by(&source, Method::Automatic, Some(1e-10));
+    assert_eq!(run.outcome, Outcome::Completed);
+    let energy = &run.energy;
+    assert!(energy.residual.abs() <= 1e-9 * energy.dissipated, "{energy:?}");
+    let rows = signal(&run, "s1.w").iter().zip(signal(&run, "s2.w"));
+    rows.clone().for_each(|(a, b)| near(*a, *b, 1e-12, "one shaft for both"));
+    // Its load turns the other shaft: locked, it stands however hard that pushes.
+    let locked = rows.zip(signal(&run, "t3.tau")).filter(|((a, _), torque)| **a == 0.0 && torque.abs() > 1.0);
+    assert!(locked.count() > 20);
+}
+
 /// A drive of random gears, joints and harmonic drives with play, losses and frictions, shaken by two torques.
 fn random_model(seed: u64) -> String {
     let mut dice = Dice(seed + 7);
