@@ -15,6 +15,9 @@
 //! | [`Regulator`] | control designed for a sample time: observer, reference model, feedback, bounds, [`Governor`] |
 //! | [`ScheduledRegulator`] | the same for a plant that bends: numbers that follow an angle by a [`Schedule`] |
 //! | [`hold`] | keeps the last good readings where a sensor fails |
+//! | [`Pid`], [`TransferFunction`], [`Integrator`], [`Delay`] | a program of signals: controllers, filters, memories |
+//! | [`Saturation`], [`DeadZone`], [`RateLimit`], [`Hysteresis`] | its limits and switches |
+//! | [`Monitor`], [`StateMachine`] | what watches it, and what it does then |
 //! | [`Mechanism`] | the nonlinear model itself: angles, inertia, forces |
 //! | [`Plan`] | a model as a list of operations, for one evaluation or several side by side ([`Lanes`]) |
 //! | [`functions`] | sines, roots and logarithms with the same bits everywhere |
@@ -57,6 +60,7 @@ mod real;
 mod regulator;
 mod schedule;
 mod scheduled_regulator;
+mod signals;
 mod state_space;
 
 pub use bounds::Bounds;
@@ -67,11 +71,13 @@ pub use governor::Governor;
 pub use mechanism::{Evaluation, Mechanism};
 pub use model_observer::{ModelObserver, Row, Sensor};
 pub use noninteracting::{Measurement, Noninteracting};
-pub use number::{Lanes, Number};
+pub use number::{Arithmetic, Lanes, Number};
 pub use plan::{Operator, Plan, Run, Table};
 pub use position_loop::PositionLoop;
 pub use real::Real;
 pub use regulator::{Health, Regulator, RegulatorMemory, hold};
 pub use schedule::Schedule;
 pub use scheduled_regulator::ScheduledRegulator;
+pub use signals::{DeadZone, Delay, Hysteresis, Integrator, Manual, Monitor, Pid, RateLimit, Saturation};
+pub use signals::{StateMachine, TransferFunction, Transition};
 pub use state_space::StateSpace;

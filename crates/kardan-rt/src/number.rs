@@ -4,10 +4,25 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::Real;
 
-/// What a plan computes with: a number of the target, or several of them side by side ([`Lanes`]).
-pub trait Number:
+/// What a block of signals computes with: a [`Number`], or an expression that a program writes down, so that the lines of a block are
+/// also its formula.
+pub trait Arithmetic:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
+    /// A whole number.
+    fn whole(count: usize) -> Self;
+    /// `then` where `self < than`, else `otherwise`; each lane by itself.
+    #[must_use]
+    fn select(self, than: Self, then: Self, otherwise: Self) -> Self;
+    /// This where it is finite, else `other`; each lane by itself.
+    #[must_use]
+    fn finite_or(self, other: Self) -> Self;
+    /// Whether all lanes are finite.
+    fn all_finite(self) -> bool;
+}
+
+/// What a plan computes with: a number of the target, or several of them side by side ([`Lanes`]).
+pub trait Number: Arithmetic {
     /// The number of one lane.
     type One: Real;
     /// The same in all lanes.
@@ -18,11 +33,30 @@ pub trait Number:
     /// A function of each lane of both.
     #[must_use]
     fn zip(self, other: Self, function: impl Fn(Self::One, Self::One) -> Self::One) -> Self;
-    /// `then` in lanes where `self < than`, else `otherwise`.
-    #[must_use]
-    fn select(self, than: Self, then: Self, otherwise: Self) -> Self;
     /// Whether something holds in a lane.
     fn any(self, holds: impl Fn(Self::One) -> bool) -> bool;
+}
+
+impl<T: Real> Arithmetic for T {
+    #[inline]
+    fn whole(count: usize) -> Self {
+        T::count(count)
+    }
+
+    #[inline]
+    fn select(self, than: Self, then: Self, otherwise: Self) -> Self {
+        if self < than { then } else { otherwise }
+    }
+
+    #[inline]
+    fn finite_or(self, other: Self) -> Self {
+        if self.is_finite() { self } else { other }
+    }
+
+    #[inline]
+    fn all_finite(self) -> bool {
+        self.is_finite()
+    }
 }
 
 impl<T: Real> Number for T {
@@ -41,11 +75,6 @@ impl<T: Real> Number for T {
     #[inline]
     fn zip(self, other: Self, function: impl Fn(T, T) -> T) -> Self {
         function(self, other)
-    }
-
-    #[inline]
-    fn select(self, than: Self, then: Self, otherwise: Self) -> Self {
-        if self < than { then } else { otherwise }
     }
 
     #[inline]
@@ -115,6 +144,32 @@ impl<T: Real, const N: usize> Neg for Lanes<T, N> {
     }
 }
 
+impl<T: Real, const N: usize> Arithmetic for Lanes<T, N> {
+    #[inline(always)]
+    fn whole(count: usize) -> Self {
+        Self([T::count(count); N])
+    }
+
+    #[inline(always)]
+    fn select(self, than: Self, then: Self, otherwise: Self) -> Self {
+        let mut out = self;
+        for (((a, than), then), otherwise) in out.0.iter_mut().zip(than.0).zip(then.0).zip(otherwise.0) {
+            *a = if *a < than { then } else { otherwise };
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn finite_or(self, other: Self) -> Self {
+        self.both(other, Arithmetic::finite_or)
+    }
+
+    #[inline(always)]
+    fn all_finite(self) -> bool {
+        self.0.iter().all(|x| x.is_finite())
+    }
+}
+
 impl<T: Real, const N: usize> Number for Lanes<T, N> {
     type One = T;
 
@@ -135,15 +190,6 @@ impl<T: Real, const N: usize> Number for Lanes<T, N> {
     #[inline(always)]
     fn zip(self, other: Self, function: impl Fn(T, T) -> T) -> Self {
         self.both(other, function)
-    }
-
-    #[inline(always)]
-    fn select(self, than: Self, then: Self, otherwise: Self) -> Self {
-        let mut out = self;
-        for (((a, than), then), otherwise) in out.0.iter_mut().zip(than.0).zip(then.0).zip(otherwise.0) {
-            *a = if *a < than { then } else { otherwise };
-        }
-        out
     }
 
     #[inline(always)]

@@ -8,9 +8,10 @@
 use core::hint::black_box;
 
 use kardan_rt::{
-    Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Mechanism, ModelObserver, Noninteracting, Operator,
-    Plan, PositionLoop, Regulator, RegulatorMemory, Row, Run, Schedule, ScheduledRegulator, Sensor, Situation,
-    StateSpace, Table, Task, hold,
+    Bounds, Channel, ComputedTorque, DeadZone, Delay, Gain, Governor, Hysteresis, Integrator, Manual, Measurement,
+    Mechanism, ModelObserver, Monitor, Noninteracting, Operator, Pid, Plan, PositionLoop, RateLimit, Regulator,
+    RegulatorMemory, Row, Run, Saturation, Schedule, ScheduledRegulator, Sensor, Situation, StateMachine, StateSpace,
+    Table, Task, TransferFunction, Transition, hold,
 };
 
 // On a computer with an operating system the C library brings the entry point and `memcpy`.
@@ -208,6 +209,33 @@ macro_rules! blocks {
             };
             count(observer.rates(x, y, y, any_mut!(memory), any_mut!(out)));
             count(observer.step(any_mut!(out), y, y, any_mut!(memory)));
+            // Signals.
+            let mut two = black_box([0.0 as T; 2]);
+            let mut one = black_box([0.0 as T; 1]);
+            let input = black_box(0.3 as T);
+            count(Saturation { low: black_box(-1.0), high: 1.0 }.step(input, &mut one));
+            count(DeadZone { low: black_box(-1.0), high: 1.0 }.step(input, &mut one));
+            count(Hysteresis { upper: black_box(2.0), lower: 1.0, answers: [0.0, 1.0] }.step(input, &mut two));
+            count(RateLimit { rise: black_box(0.1), fall: 0.2 }.step(input, &mut two));
+            count(Delay.step(input, any_mut!(memory)));
+            let sum = Integrator { sample_time: black_box(0.001), low: -1.0, high: 1.0 };
+            count(sum.step(input, 0.0, 0.0, &mut two) && sum.step_trapezoidal(input, 0.0, 0.0, &mut two));
+            count(Monitor { threshold: black_box(1.0), debounce: 2.0, hold: 3.0 }.step(input, &mut two));
+            let pid = Pid {
+                proportional: black_box(2.0 as T),
+                integral: 3.0,
+                derivative: 0.1,
+                filter: 0.01,
+                weights: [1.0, 0.0],
+                bounds: [-1.0, 1.0],
+                tracking: 0.1,
+                sample_time: 0.001,
+            };
+            let mut five = black_box([0.0 as T; 5]);
+            count(pid.step(input, 0.1, Manual { on: input, value: 0.0 }, &mut five));
+            count(TransferFunction { numerator: x, denominator: y }.step(input, any_mut!(memory)));
+            let transitions = [Transition { from: 0, to: 1 }, Transition { from: 1, to: 0 }];
+            count(StateMachine { transitions: any!(transitions) }.step(x, &mut two));
             answers
         }
     };

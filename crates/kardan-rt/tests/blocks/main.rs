@@ -4,6 +4,7 @@ mod blocks;
 mod gains;
 mod model_observer;
 mod not_a_number;
+mod signals;
 mod solvers;
 mod state_space;
 

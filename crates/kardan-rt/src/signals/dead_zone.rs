@@ -1,0 +1,32 @@
+use super::{remember, zero};
+use crate::Arithmetic;
+
+/// A signal less what lies within a zone: zero there, straight outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DeadZone<N> {
+    /// Where it begins.
+    pub low: N,
+    /// Where it ends, not below its begin.
+    pub high: N,
+}
+
+impl<N: Arithmetic> DeadZone<N> {
+    /// Entries of its memory: the answer.
+    pub const MEMORY: usize = 1;
+
+    /// `u − high` above the zone, `u − low` below it, else 0. Returns false and keeps the answer where the input is no number.
+    ///
+    /// ```
+    /// let zone = kardan_rt::DeadZone { low: -1.0, high: 2.0 };
+    /// let mut answer = [0.0];
+    /// for (input, expected) in [(3.0, 1.0), (2.0, 0.0), (-0.5, 0.0), (-4.0, -3.0)] {
+    ///     assert!(zone.step(input, &mut answer) && answer == [expected]);
+    /// }
+    /// ```
+    #[must_use = "false tells that the answer is that of the sample before"]
+    pub fn step(&self, input: N, memory: &mut [N; 1]) -> bool {
+        let below = input.select(self.low, input - self.low, zero());
+        let answer = self.high.select(input, input - self.high, below);
+        remember(memory.iter_mut(), [answer].into_iter(), &[input])
+    }
+}

@@ -1,0 +1,27 @@
+use super::zero;
+use crate::Arithmetic;
+
+/// A signal some samples later: as many as its memory is long, less one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Delay;
+
+impl Delay {
+    /// One sample: the answer, which is the first entry of the memory, is the input as many samples ago as there are entries behind it, and
+    /// what these held at the start before. Where the input is no number, false is returned and the input before stands in its place.
+    ///
+    /// ```
+    /// let mut memory = [0.0; 3];
+    /// let answers = [1.0, 2.0, 3.0, 4.0].map(|input| kardan_rt::Delay.step(input, &mut memory).then_some(memory[0]));
+    /// assert_eq!(answers, [Some(0.0), Some(0.0), Some(1.0), Some(2.0)]);
+    /// ```
+    #[must_use = "false tells that the input before stands in the place of this one"]
+    pub fn step<N: Arithmetic>(&self, input: N, memory: &mut [N]) -> bool {
+        let last = memory.last().map_or(zero(), |last| *last);
+        let mut later = input.finite_or(last);
+        // The oldest entry becomes the answer, the others move up, the input comes in last.
+        for place in memory.iter_mut().rev() {
+            core::mem::swap(place, &mut later);
+        }
+        input.all_finite()
+    }
+}

@@ -1,0 +1,37 @@
+use super::{half, one, remember};
+use crate::Arithmetic;
+
+/// A switch with two thresholds (Schmitt trigger): on from the upper one on, off from the lower one on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hysteresis<N> {
+    /// It switches on where its input is not below.
+    pub upper: N,
+    /// It switches off where its input is not above; below the upper one.
+    pub lower: N,
+    /// Its answer while it is off, and while it is on.
+    pub answers: [N; 2],
+}
+
+impl<N: Arithmetic> Hysteresis<N> {
+    /// Entries of its memory: the answer, and whether it is on (1, else 0).
+    pub const MEMORY: usize = 2;
+
+    /// One sample. Returns false and keeps answer and switch where the input is no number.
+    ///
+    /// ```
+    /// let switch = kardan_rt::Hysteresis { upper: 3.0, lower: 1.0, answers: [0.0, 10.0] };
+    /// let mut memory = [0.0; 2];
+    /// for (input, expected) in [(2.0, 0.0), (3.0, 10.0), (2.0, 10.0), (1.0, 0.0), (2.0, 0.0)] {
+    ///     assert!(switch.step(input, &mut memory) && memory[0] == expected);
+    /// }
+    /// ```
+    #[must_use = "false tells that the answer is that of the sample before"]
+    pub fn step(&self, input: N, memory: &mut [N; 2]) -> bool {
+        let [_, on] = *memory;
+        let above = input.select(self.upper, on, one());
+        let on = self.lower.select(input, above, N::whole(0));
+        let [off_answer, on_answer] = self.answers;
+        let answer = half::<N>().select(on, on_answer, off_answer);
+        remember(memory.iter_mut(), [answer, on].into_iter(), &[input])
+    }
+}

@@ -1,0 +1,56 @@
+use super::{half, remember, within};
+use crate::Arithmetic;
+
+/// The integral of a signal over time, between two bounds: `y⁺ = y + h u` (forward), or `y = y⁻ + h (u + u⁻)/2` (trapezoidal).
+///
+/// What a forward integrator answers does not depend on the input of that sample, so it may close a loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Integrator<N> {
+    /// The sample time h, s.
+    pub sample_time: N,
+    /// The smallest answer.
+    pub low: N,
+    /// The largest answer, not below the smallest.
+    pub high: N,
+}
+
+impl<N: Arithmetic> Integrator<N> {
+    /// Entries of its memory: the answer, and the sum.
+    pub const MEMORY: usize = 2;
+
+    /// One sample; where `reset` is above a half, the answer is `reset_to`, and it goes on from there. Returns false and keeps all where an
+    /// input is no number.
+    ///
+    /// ```
+    /// let sum = kardan_rt::Integrator { sample_time: 0.5, low: -10.0, high: 1.2 };
+    /// let mut memory = [0.0; 2];
+    /// for (input, reset, expected) in [(1.0, 0.0, 0.0), (1.0, 0.0, 0.5), (1.0, 0.0, 1.0), (1.0, 0.0, 1.2), (1.0, 1.0, 0.25), (0.0, 0.0, 0.75)] {
+    ///     assert!(sum.step(input, reset, 0.25, &mut memory) && memory[0] == expected);
+    /// }
+    /// ```
+    #[must_use = "false tells that the answer is that of the sample before"]
+    pub fn step(&self, input: N, reset: N, reset_to: N, memory: &mut [N; 2]) -> bool {
+        let [_, sum] = *memory;
+        let answer = within(half::<N>().select(reset, reset_to, sum), self.low, self.high);
+        let next = within(answer + self.sample_time * input, self.low, self.high);
+        remember(memory.iter_mut(), [answer, next].into_iter(), &[input, reset, reset_to])
+    }
+
+    /// One sample by the trapezoidal rule, whose answer follows its input at once; its memory holds the input before as a part of the sum.
+    ///
+    /// ```
+    /// let sum = kardan_rt::Integrator { sample_time: 0.5, low: -10.0, high: 10.0 };
+    /// let mut memory = [0.0; 2];
+    /// // The integral of t over the time, sampled at 0.5 s: t²/2 exactly.
+    /// for (input, expected) in [(0.0, 0.0), (0.5, 0.125), (1.0, 0.5), (1.5, 1.125)] {
+    ///     assert!(sum.step_trapezoidal(input, 0.0, 0.0, &mut memory) && memory[0] == expected);
+    /// }
+    /// ```
+    #[must_use = "false tells that the answer is that of the sample before"]
+    pub fn step_trapezoidal(&self, input: N, reset: N, reset_to: N, memory: &mut [N; 2]) -> bool {
+        let [_, sum] = *memory;
+        let share = half::<N>() * self.sample_time * input;
+        let answer = within(half::<N>().select(reset, reset_to, sum + share), self.low, self.high);
+        remember(memory.iter_mut(), [answer, answer + share].into_iter(), &[input, reset, reset_to])
+    }
+}

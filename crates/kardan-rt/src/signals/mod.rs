@@ -1,0 +1,85 @@
+//! Blocks of signals: filters, limits, controllers and machines that a program of an ECU is made of.
+//!
+//! Each is written once over [`Arithmetic`](crate::Arithmetic): the same lines run in `f32` and `f64`, in lanes, and write themselves down as
+//! expressions, which is how the library `kardan` linearises them. So they select and never branch. The memory of a block belongs to the
+//! caller; its first entry is the last answer, and all zeros are a start.
+
+mod dead_zone;
+mod delay;
+mod hysteresis;
+mod integrator;
+mod monitor;
+mod pid;
+mod rate_limit;
+mod saturation;
+mod state_machine;
+mod transfer_function;
+
+pub use dead_zone::DeadZone;
+pub use delay::Delay;
+pub use hysteresis::Hysteresis;
+pub use integrator::Integrator;
+pub use monitor::Monitor;
+pub use pid::{Manual, Pid};
+pub use rate_limit::RateLimit;
+pub use saturation::Saturation;
+pub use state_machine::{StateMachine, Transition};
+pub use transfer_function::TransferFunction;
+
+use crate::Arithmetic;
+
+/// 0.
+fn zero<N: Arithmetic>() -> N {
+    N::whole(0)
+}
+
+/// 1.
+fn one<N: Arithmetic>() -> N {
+    N::whole(1)
+}
+
+/// The smaller one; the second where one is no number.
+fn smaller<N: Arithmetic>(a: N, b: N) -> N {
+    a.select(b, a, b)
+}
+
+/// The larger one; the first where one is no number.
+fn larger<N: Arithmetic>(a: N, b: N) -> N {
+    a.select(b, b, a)
+}
+
+/// Between two bounds.
+fn within<N: Arithmetic>(x: N, low: N, high: N) -> N {
+    smaller(larger(x, low), high)
+}
+
+/// Whether a switch is on: above a half. 1 or 0.
+fn is_on<N: Arithmetic>(switch: N) -> N {
+    half::<N>().select(switch, one(), zero())
+}
+
+/// 1/2.
+fn half<N: Arithmetic>() -> N {
+    one::<N>() / N::whole(2)
+}
+
+/// 0 where a number is finite, no number where it is not.
+#[allow(clippy::eq_op)] // infinity less itself is no number
+fn doubt<N: Arithmetic>(x: N) -> N {
+    x - x
+}
+
+/// New entries of a memory, for each lane all of them or none: where an input or an entry is no number, nothing happened. Whether all lanes
+/// are new.
+fn remember<'m, N: Arithmetic + 'm>(
+    memory: impl Iterator<Item = &'m mut N>,
+    new: impl Iterator<Item = N> + Clone,
+    inputs: &[N],
+) -> bool {
+    let doubts = inputs.iter().copied().chain(new.clone()).fold(zero(), |sum: N, x| sum + doubt(x));
+    let stays = doubts.finite_or(one());
+    for (old, new) in memory.zip(new) {
+        *old = half::<N>().select(stays, *old, new);
+    }
+    doubts.all_finite()
+}

@@ -1,0 +1,45 @@
+use super::{doubt, half, one, remember, smaller, zero};
+use crate::Arithmetic;
+
+/// Watches a residual: tells where it stays beyond its threshold, and stops telling where it stays within.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Monitor<N> {
+    /// The largest size of the residual that is no alarm.
+    pub threshold: N,
+    /// How many samples one after the other must be beyond it for an alarm; at least one.
+    pub debounce: N,
+    /// How many samples one after the other must be within it for an alarm to end; infinitely many keep it.
+    pub hold: N,
+}
+
+impl<N: Arithmetic> Monitor<N> {
+    /// Entries of its memory: whether there is an alarm (1, else 0), and how many samples in a row spoke against that.
+    pub const MEMORY: usize = 2;
+
+    /// One sample. A residual that is no number speaks for an alarm: false is returned, and it counts as one beyond the threshold.
+    ///
+    /// ```
+    /// let watch = kardan_rt::Monitor { threshold: 1.0, debounce: 2.0, hold: 3.0 };
+    /// let mut memory = [0.0; 2];
+    /// let residuals = [0.5, -2.0, 0.1, 2.0, 3.0, 0.0, 0.0, -5.0, 0.0, 0.0, 0.0];
+    /// let alarms = residuals.map(|residual| watch.step(residual, &mut memory).then_some(memory[0]).unwrap());
+    /// assert_eq!(alarms, [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0]);
+    /// ```
+    #[must_use = "false tells that the residual was no number"]
+    pub fn step(&self, residual: N, memory: &mut [N; 2]) -> bool {
+        let [alarm, count] = *memory;
+        // Not within the threshold: beyond it, or no number.
+        let size = residual.select(zero(), -residual, residual);
+        let within = self.threshold.select(size, zero(), one());
+        let within = doubt(residual).finite_or(one()).select(half(), within, zero());
+        let against = half::<N>().select(alarm, within, one::<N>() - within);
+        let wanted = half::<N>().select(alarm, self.hold, self.debounce);
+        let count = half::<N>().select(against, count + one(), zero());
+        let changes = count.select(wanted, zero(), one());
+        let changes = half::<N>().select(against, changes, zero());
+        let alarm = half::<N>().select(changes, one::<N>() - alarm, alarm);
+        // A count that goes on for ever stops where numbers are no longer exact.
+        let count = smaller(half::<N>().select(changes, zero(), count), N::whole(1 << 24));
+        remember(memory.iter_mut(), [alarm, count].into_iter(), &[]) & residual.all_finite()
+    }
+}

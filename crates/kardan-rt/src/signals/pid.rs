@@ -1,0 +1,81 @@
+use super::{half, is_on, one, remember, within, zero};
+use crate::Arithmetic;
+
+/// A controller of proportional, integral and filtered derivative parts: setpoint weights, bounds, and anti-windup by back-calculation
+/// (Åström and Hägglund, Advanced PID Control, chapters 3 and 13).
+///
+/// ```text
+/// v = K (b r − y) + I + D,  u = v within bounds
+/// I⁺ = I + h (Ki (r − y) + (u − v)/Tt)
+/// D = (Tf D⁻ + Kd (e − e⁻))/(Tf + h),  e = c r − y
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pid<N> {
+    /// K.
+    pub proportional: N,
+    /// Ki, 1/s times the unit of K.
+    pub integral: N,
+    /// Kd, s times the unit of K.
+    pub derivative: N,
+    /// Tf, s: the time constant of the filter of the derivative, not negative.
+    pub filter: N,
+    /// b and c: shares of the reference in the proportional and in the derivative part.
+    pub weights: [N; 2],
+    /// The smallest and the largest answer.
+    pub bounds: [N; 2],
+    /// Tt, s: how fast the integral follows where a bound holds the answer.
+    pub tracking: N,
+    /// h, s.
+    pub sample_time: N,
+}
+
+/// What commands instead of a [`Pid`] while it is not on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Manual<N> {
+    /// Whether the controller is on: above a half.
+    pub on: N,
+    /// The answer while it is not.
+    pub value: N,
+}
+
+impl<N: Arithmetic> Pid<N> {
+    /// Entries of its memory: the answer, I, D, e of the sample before, and whether there was one (1, else 0).
+    pub const MEMORY: usize = 5;
+
+    /// One sample with a reference r and a measurement y. Returns false and keeps all where an input is no number.
+    ///
+    /// The answer goes on without a jump where the controller is switched on: while it is off, I is what makes it answer the manual value.
+    ///
+    /// ```
+    /// use kardan_rt::{Manual, Pid};
+    /// let pid = Pid {
+    ///     proportional: 2.0, integral: 10.0, derivative: 0.0, filter: 0.0, weights: [1.0, 0.0], bounds: [-5.0, 5.0], tracking: 0.1, sample_time: 0.01,
+    /// };
+    /// let mut memory = [0.0_f64; 5];
+    /// assert!(pid.step(1.0, 0.5, Manual { on: 0.0, value: 3.0 }, &mut memory) && memory[0] == 3.0);
+    /// // Switched on it answers what was commanded by hand, and goes on from there.
+    /// assert!(pid.step(1.0, 0.5, Manual { on: 1.0, value: 0.0 }, &mut memory) && memory[0] == 3.0);
+    /// assert!(pid.step(1.0, 0.5, Manual { on: 1.0, value: 0.0 }, &mut memory) && (memory[0] - 3.05).abs() < 1e-15);
+    /// ```
+    #[must_use = "false tells that the answer is that of the sample before"]
+    pub fn step(&self, reference: N, measured: N, manual: Manual<N>, memory: &mut [N; 5]) -> bool {
+        let [_, integral, slope, before, begun] = *memory;
+        let [of_reference, of_rate] = self.weights;
+        let [low, high] = self.bounds;
+        let on = is_on(manual.on);
+        let weighted = of_rate * reference - measured;
+        // The first sample has none before it.
+        let step = half::<N>().select(begun, weighted - before, zero());
+        let (filter, time) = (self.filter, self.sample_time);
+        let slope = (filter * slope + self.derivative * step) / (filter + time);
+        let direct = self.proportional * (of_reference * reference - measured) + slope;
+        let free = direct + integral;
+        let bounded = within(free, low, high);
+        let answer = half::<N>().select(on, bounded, manual.value);
+        let error = self.integral * (reference - measured);
+        let next = integral + time * (error + (bounded - free) / self.tracking);
+        let next = half::<N>().select(on, next, manual.value - direct);
+        let new = [answer, next, slope, weighted, one()];
+        remember(memory.iter_mut(), new.into_iter(), &[reference, measured, manual.on, manual.value])
+    }
+}

@@ -1,0 +1,33 @@
+use super::{half, one, remember, within};
+use crate::Arithmetic;
+
+/// A signal that changes no faster than it may; it begins where its input is at the first sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RateLimit<N> {
+    /// Largest rise from one sample to the next.
+    pub rise: N,
+    /// Largest fall from one sample to the next, not negative.
+    pub fall: N,
+}
+
+impl<N: Arithmetic> RateLimit<N> {
+    /// Entries of its memory: the answer, and whether there was a sample (1, else 0).
+    pub const MEMORY: usize = 2;
+
+    /// One sample. Returns false and keeps the answer where the input is no number.
+    ///
+    /// ```
+    /// let slow = kardan_rt::RateLimit { rise: 0.5, fall: 2.0 };
+    /// let mut memory = [0.0; 2];
+    /// for (input, expected) in [(1.0, 1.0), (3.0, 1.5), (3.0, 2.0), (-1.0, 0.0), (-1.0, -1.0)] {
+    ///     assert!(slow.step(input, &mut memory) && memory[0] == expected);
+    /// }
+    /// ```
+    #[must_use = "false tells that the answer is that of the sample before"]
+    pub fn step(&self, input: N, memory: &mut [N; 2]) -> bool {
+        let [before, begun] = *memory;
+        let limited = within(input, before - self.fall, before + self.rise);
+        let answer = half::<N>().select(begun, limited, input);
+        remember(memory.iter_mut(), [answer, one()].into_iter(), &[input])
+    }
+}

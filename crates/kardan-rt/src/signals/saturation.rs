@@ -1,0 +1,29 @@
+use super::{remember, within};
+use crate::Arithmetic;
+
+/// A signal between two bounds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Saturation<N> {
+    /// The smallest answer.
+    pub low: N,
+    /// The largest answer, not below the smallest.
+    pub high: N,
+}
+
+impl<N: Arithmetic> Saturation<N> {
+    /// Entries of its memory: the answer.
+    pub const MEMORY: usize = 1;
+
+    /// The nearest number between the bounds. Returns false and keeps the answer where the input is no number.
+    ///
+    /// ```
+    /// let limit = kardan_rt::Saturation { low: -2.0, high: 3.0 };
+    /// let mut answer = [0.0];
+    /// assert!(limit.step(5.0, &mut answer) && answer == [3.0]);
+    /// assert!(!limit.step(f64::NAN, &mut answer) && answer == [3.0]);
+    /// ```
+    #[must_use = "false tells that the answer is that of the sample before"]
+    pub fn step(&self, input: N, memory: &mut [N; 1]) -> bool {
+        remember(memory.iter_mut(), [within(input, self.low, self.high)].into_iter(), &[input])
+    }
+}

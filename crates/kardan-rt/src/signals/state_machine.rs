@@ -1,0 +1,54 @@
+use super::{half, is_on, one, smaller, zero};
+use crate::Arithmetic;
+
+/// A way from one state of a [`StateMachine`] to another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Transition {
+    /// Number of the state that it leaves.
+    pub from: usize,
+    /// Number of the state that it leads to.
+    pub to: usize,
+}
+
+/// A machine that is in one of its states, numbered from 0, and goes over where a guard holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StateMachine<'a> {
+    /// Its transitions; of two that could be taken, the first is.
+    pub transitions: &'a [Transition],
+}
+
+impl StateMachine<'_> {
+    /// Entries of its memory: the number of its state, and samples since it came there.
+    pub const MEMORY: usize = 2;
+
+    /// One sample: takes the first transition from the present state whose guard is above a half. A guard that is no number does not hold,
+    /// and false is returned.
+    ///
+    /// ```
+    /// use kardan_rt::{StateMachine, Transition};
+    /// let machine = StateMachine { transitions: &[Transition { from: 0, to: 1 }, Transition { from: 1, to: 2 }, Transition { from: 1, to: 0 }] };
+    /// let mut memory = [0.0; 2];
+    /// for (guards, expected) in [([0.0, 1.0, 1.0], [0.0, 1.0]), ([1.0, 1.0, 0.0], [1.0, 0.0]), ([0.0, 1.0, 1.0], [2.0, 0.0]), ([1.0, 1.0, 1.0], [2.0, 1.0])] {
+    ///     assert!(machine.step(&guards, &mut memory) && memory == expected);
+    /// }
+    /// ```
+    #[must_use = "false tells that a guard was no number, and was taken as one that does not hold"]
+    pub fn step<N: Arithmetic>(&self, guards: &[N], memory: &mut [N; 2]) -> bool {
+        let [state, since] = *memory;
+        // Samples that are counted for ever stop where numbers are no longer exact.
+        let (mut next, mut time) = (state, smaller(since + one(), N::whole(1 << 24)));
+        let mut good = true;
+        for (Transition { from, to }, guard) in self.transitions.iter().zip(guards).rev() {
+            good &= guard.all_finite();
+            // |state − from| < 1/2
+            let away = state - N::whole(*from);
+            let away = away.select(zero(), -away, away);
+            let here = away.select(half(), one(), zero());
+            let taken = here * is_on(guard.finite_or(zero()));
+            next = half::<N>().select(taken, N::whole(*to), next);
+            time = half::<N>().select(taken, zero(), time);
+        }
+        *memory = [next, time];
+        good
+    }
+}

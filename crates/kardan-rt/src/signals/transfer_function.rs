@@ -1,0 +1,51 @@
+use super::{doubt, half, one, zero};
+use crate::Arithmetic;
+
+/// A sampled transfer function `(b₀ + b₁ z⁻¹ + …)/(1 + a₁ z⁻¹ + …)`: filters, leads and lags (direct form II, transposed).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TransferFunction<'a, N> {
+    /// b₀, b₁, …; what is missing is zero.
+    pub numerator: &'a [N],
+    /// a₁, a₂, …; what is missing is zero.
+    pub denominator: &'a [N],
+}
+
+impl<N: Arithmetic> TransferFunction<'_, N> {
+    /// One sample. The memory holds the answer and as many states as it has entries behind that: as many as the longer one of the lists asks
+    /// for. Returns false and keeps all where the input or what follows from it is no number.
+    ///
+    /// ```
+    /// // A low pass with 1/e after ten samples.
+    /// let decay = (-0.1_f64).exp();
+    /// let filter = kardan_rt::TransferFunction { numerator: &[0.0, 1.0 - decay], denominator: &[-decay] };
+    /// let mut memory = [0.0; 2];
+    /// for _ in 0..=10 {
+    ///     assert!(filter.step(1.0, &mut memory));
+    /// }
+    /// assert!((memory[0] - (1.0 - (-1.0_f64).exp())).abs() < 1e-15);
+    /// ```
+    #[must_use = "false tells that the answer is that of the sample before"]
+    pub fn step(&self, input: N, memory: &mut [N]) -> bool {
+        let coefficient = |list: &[N], k: usize| list.get(k).map_or(zero(), |x| *x);
+        let Some((answer, states)) = memory.split_first_mut() else { return input.all_finite() };
+        let first = states.first().map_or(zero(), |x| *x);
+        let now = coefficient(self.numerator, 0) * input + first;
+        let new = |k: usize, later: Option<&N>| {
+            let (b, a) = (coefficient(self.numerator, k.saturating_add(1)), coefficient(self.denominator, k));
+            b * input - a * now + later.map_or(zero(), |x| *x)
+        };
+        let all = || states.iter().skip(1).map(Some).chain(core::iter::once(None)).enumerate().take(states.len());
+        let doubts = all().fold(doubt(input) + doubt(now), |sum: N, (k, later)| sum + doubt(new(k, later)));
+        let stays = doubts.finite_or(one());
+        // States move up: each is overwritten only after the one before has read it.
+        let mut k = 0usize;
+        let mut rest: &mut [N] = states;
+        while let Some((own, later)) = rest.split_first_mut() {
+            *own = half::<N>().select(stays, *own, new(k, later.first()));
+            k = k.saturating_add(1);
+            rest = later;
+        }
+        *answer = half::<N>().select(stays, *answer, now);
+        doubts.all_finite()
+    }
+}

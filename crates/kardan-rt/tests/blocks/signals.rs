@@ -1,0 +1,162 @@
+//! Blocks of signals against their equations.
+
+use kardan_rt::{
+    Arithmetic, DeadZone, Delay, Hysteresis, Integrator, Lanes, Manual, Monitor, Pid, RateLimit, Saturation,
+    StateMachine, TransferFunction, Transition,
+};
+
+/// Numbers in ±1, the same in every run.
+fn numbers(seed: u64, length: usize) -> Vec<f64> {
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    (0..length).map(|_| next()).collect()
+}
+
+fn pid() -> Pid<f64> {
+    Pid {
+        proportional: 2.0,
+        integral: 5.0,
+        derivative: 0.3,
+        filter: 0.02,
+        weights: [0.7, 0.2],
+        bounds: [-1e9, 1e9],
+        tracking: 0.25,
+        sample_time: 0.01,
+    }
+}
+
+const ON: Manual<f64> = Manual { on: 1.0, value: 0.0 };
+
+/// `y_k = Σ b_i u_{k−i} − Σ a_i y_{k−i}`, whatever the order of the two lists.
+#[test]
+fn a_transfer_function_is_its_difference_equation() {
+    for (zeros, poles) in [(1, 0), (3, 2), (2, 4), (5, 5), (0, 2)] {
+        let b = numbers(1, zeros);
+        let a: Vec<f64> = numbers(2, poles).iter().map(|a| 0.2 * a).collect();
+        let block = TransferFunction { numerator: &b, denominator: &a };
+        let inputs = numbers(3, 60);
+        let mut memory = vec![0.0; 1 + poles.max(zeros.saturating_sub(1))];
+        let mut answers: Vec<f64> = Vec::new();
+        for k in 0..inputs.len() {
+            assert!(block.step(inputs[k], &mut memory));
+            let past = |list: &[f64], values: &[f64], lag: usize| -> f64 {
+                let terms = list.iter().enumerate().filter(|(i, _)| *i + lag <= k);
+                terms.map(|(i, c)| c * values[k - i - lag]).sum()
+            };
+            let expected = past(&b, &inputs, 0) - past(&a, &answers, 1);
+            assert!((memory[0] - expected).abs() < 1e-14, "{zeros}, {poles}: {} for {expected} at {k}", memory[0]);
+            answers.push(memory[0]);
+        }
+    }
+}
+
+/// Its three parts, each by a sum written out here.
+#[test]
+fn a_pid_is_the_sum_of_its_parts() {
+    let Pid { proportional, integral, derivative, filter, weights: [b, c], sample_time: h, .. } = pid();
+    let (references, measured) = (numbers(4, 50), numbers(5, 50));
+    let mut memory = [0.0; 5];
+    for k in 0..references.len() {
+        assert!(pid().step(references[k], measured[k], ON, &mut memory));
+        let p = proportional * (b * references[k] - measured[k]);
+        let i: f64 = (0..k).map(|j| h * integral * (references[j] - measured[j])).sum();
+        let e = |j: usize| c * references[j] - measured[j];
+        // What the filter keeps of each step of the derivative after so many samples.
+        let kept = |j: usize| (filter / (filter + h)).powi((k - j) as i32) * derivative / (filter + h);
+        let d: f64 = (1..=k).map(|j| kept(j) * (e(j) - e(j - 1))).sum();
+        assert!((memory[0] - (p + i + d)).abs() < 1e-12, "{} for {} at {k}", memory[0], p + i + d);
+    }
+}
+
+/// At a bound the integral comes to rest where the back-calculation takes as much as the error brings: `(v − u)/Tt = Ki e`.
+#[test]
+fn a_pid_does_not_wind_up() {
+    let pid = Pid { bounds: [-1.0, 3.0], derivative: 0.0, ..pid() };
+    let mut memory = [0.0; 5];
+    for _ in 0..2000 {
+        assert!(pid.step(2.0, 0.0, ON, &mut memory));
+    }
+    let v = memory[1] + pid.proportional * pid.weights[0] * 2.0;
+    assert_eq!(memory[0], 3.0);
+    assert!(((v - 3.0) / pid.tracking - pid.integral * 2.0).abs() < 1e-9, "{v}");
+    // Without it the integral would be at 2000 samples · 0.01 s · 5/s · 2 = 200 and hold the bound for as long again.
+    let samples = (1..).find(|_| pid.step(-1.0, 0.0, ON, &mut memory) && memory[0] < 3.0);
+    assert!(samples < Some(60), "{samples:?}");
+}
+
+/// Switched on at any time, it answers what was commanded before.
+#[test]
+fn a_pid_takes_over_without_a_jump() {
+    let mut memory = [0.0; 5];
+    let (mut by_hand, signals) = (0.0, numbers(6, 40));
+    for signal in &signals[..30] {
+        by_hand = 4.0 * signal;
+        assert!(pid().step(*signal, 0.3, Manual { on: 0.0, value: by_hand }, &mut memory));
+        assert_eq!(memory[0], by_hand);
+    }
+    assert!(pid().step(signals[29], 0.3, ON, &mut memory));
+    let filtered = 0.02 / (0.02 + 0.01);
+    // The derivative part alone went on fading within that sample.
+    let faded = (1.0 - filtered) * memory[2] / filtered;
+    assert!((memory[0] - (by_hand - faded)).abs() < 1e-12, "{} for {by_hand} less {faded}", memory[0]);
+}
+
+/// All blocks at once, answers one after the other.
+fn all<N: Arithmetic>(of: impl Fn(f64) -> N, inputs: impl Iterator<Item = [N; 2]>) -> Vec<N> {
+    let pid = Pid {
+        proportional: of(2.0),
+        integral: of(5.0),
+        derivative: of(0.3),
+        filter: of(0.02),
+        weights: [of(0.7), of(0.2)],
+        bounds: [of(-1.0), of(1.5)],
+        tracking: of(0.25),
+        sample_time: of(0.01),
+    };
+    let (numerator, denominator) = ([of(0.3), of(-0.2), of(0.1)], [of(-0.4), of(0.05)]);
+    let filter = TransferFunction { numerator: &numerator, denominator: &denominator };
+    let sum = Integrator { sample_time: of(0.1), low: of(-0.2), high: of(0.3) };
+    let transitions = [Transition { from: 0, to: 2 }, Transition { from: 2, to: 1 }, Transition { from: 1, to: 0 }];
+    let (mut a, mut b, mut c, mut d) = ([of(0.0); 1], [of(0.0); 1], [of(0.0); 2], [of(0.0); 2]);
+    let (mut e, mut f, mut g, mut h) = ([of(0.0); 4], [of(0.0); 2], [of(0.0); 2], [of(0.0); 5]);
+    let (mut i, mut j, mut k) = ([of(0.0); 3], [of(0.0); 2], [of(0.0); 2]);
+    let mut answers = Vec::new();
+    for [x, y] in inputs {
+        let _ = Saturation { low: of(-0.4), high: of(0.6) }.step(x, &mut a);
+        let _ = DeadZone { low: of(-0.4), high: of(0.6) }.step(x, &mut b);
+        let _ = Hysteresis { upper: of(0.3), lower: of(-0.2), answers: [of(1.0), of(4.0)] }.step(x, &mut c);
+        let _ = RateLimit { rise: of(0.2), fall: of(0.1) }.step(x, &mut d);
+        let _ = Delay.step(x, &mut e);
+        let _ = sum.step(x, y, of(0.05), &mut f);
+        let _ = Monitor { threshold: of(0.4), debounce: of(2.0), hold: of(3.0) }.step(x, &mut g);
+        let _ = pid.step(x, y, Manual { on: y, value: x }, &mut h);
+        let _ = filter.step(x, &mut i);
+        let _ = StateMachine { transitions: &transitions }.step(&[x, y, x], &mut j);
+        let _ = sum.step_trapezoidal(y, x, of(0.0), &mut k);
+        answers.extend([a[0], b[0], c[0], d[0], e[0], f[0], g[0], h[0], i[0], j[0], k[0]]);
+    }
+    answers
+}
+
+/// Lanes have the bits of one after the other, and what is no number in one of them is that lane's matter alone.
+#[test]
+fn lanes_do_not_disturb_each_other() {
+    let inputs = |lane: u64| -> Vec<[f64; 2]> {
+        let (x, y) = (numbers(10 + lane, 200), numbers(20 + lane, 200));
+        let bad = |k: usize| lane == 2 && k % 7 == 3;
+        x.iter().zip(&y).enumerate().map(|(k, (x, y))| [if bad(k) { f64::NAN } else { 2.0 * x }, *y]).collect()
+    };
+    let side_by_side = (0..200).map(|k| {
+        let of = |input: usize| Lanes([0, 1, 2, 3].map(|lane| inputs(lane)[k][input]));
+        [of(0), of(1)]
+    });
+    let together = all(|x| Lanes([x; 4]), side_by_side);
+    for lane in 0..4 {
+        let alone = all(|x| x, inputs(lane).into_iter());
+        let same = alone.iter().zip(&together).all(|(a, b)| a.to_bits() == b.0[lane as usize].to_bits());
+        assert!(same && alone.len() == 2200 && alone.iter().all(|x| x.is_finite()), "lane {lane}");
+    }
+}
