@@ -213,12 +213,12 @@ macro_rules! blocks {
             let mut two = black_box([0.0 as T; 2]);
             let mut one = black_box([0.0 as T; 1]);
             let input = black_box(0.3 as T);
-            count(Saturation { low: black_box(-1.0), high: 1.0 }.step(input, &mut one));
+            count(Saturation { low: black_box(Some(-1.0)), high: Some(1.0) }.step(input, &mut one));
             count(DeadZone { low: black_box(-1.0), high: 1.0 }.step(input, &mut one));
             count(Hysteresis { upper: black_box(2.0), lower: 1.0, answers: [0.0, 1.0] }.step(input, &mut two));
             count(RateLimit { rise: black_box(0.1), fall: 0.2 }.step(input, &mut two));
             count(Delay.step(input, any_mut!(memory)));
-            let sum = Integrator { sample_time: black_box(0.001), low: -1.0, high: 1.0 };
+            let sum = Integrator { sample_time: black_box(0.001), low: Some(-1.0), high: black_box(None) };
             count(sum.step(input, 0.0, 0.0, &mut two) && sum.step_trapezoidal(input, 0.0, 0.0, &mut two));
             count(Monitor { threshold: black_box(1.0), debounce: 2.0, hold: 3.0 }.step(input, &mut two));
             let pid = Pid {
@@ -227,7 +227,7 @@ macro_rules! blocks {
                 derivative: 0.1,
                 filter: 0.01,
                 weights: [1.0, 0.0],
-                bounds: [-1.0, 1.0],
+                bounds: black_box([Some(-1.0), None]),
                 tracking: 0.1,
                 sample_time: 0.001,
             };

@@ -1,17 +1,17 @@
 use super::{half, remember, within};
 use crate::Arithmetic;
 
-/// The integral of a signal over time, between two bounds: `y⁺ = y + h u` (forward), or `y = y⁻ + h (u + u⁻)/2` (trapezoidal).
+/// The integral of a signal over time, between bounds if it has any: `y⁺ = y + h u` (forward), or `y = y⁻ + h (u + u⁻)/2` (trapezoidal).
 ///
 /// What a forward integrator answers does not depend on the input of that sample, so it may close a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Integrator<N> {
     /// The sample time h, s.
     pub sample_time: N,
-    /// The smallest answer.
-    pub low: N,
-    /// The largest answer, not below the smallest.
-    pub high: N,
+    /// The smallest answer, if there is a bound.
+    pub low: Option<N>,
+    /// The largest answer, not below the smallest, if there is a bound.
+    pub high: Option<N>,
 }
 
 impl<N: Arithmetic> Integrator<N> {
@@ -22,7 +22,7 @@ impl<N: Arithmetic> Integrator<N> {
     /// input is no number.
     ///
     /// ```
-    /// let sum = kardan_rt::Integrator { sample_time: 0.5, low: -10.0, high: 1.2 };
+    /// let sum = kardan_rt::Integrator { sample_time: 0.5, low: None, high: Some(1.2) };
     /// let mut memory = [0.0; 2];
     /// for (input, reset, expected) in [(1.0, 0.0, 0.0), (1.0, 0.0, 0.5), (1.0, 0.0, 1.0), (1.0, 0.0, 1.2), (1.0, 1.0, 0.25), (0.0, 0.0, 0.75)] {
     ///     assert!(sum.step(input, reset, 0.25, &mut memory) && memory[0] == expected);
@@ -39,7 +39,7 @@ impl<N: Arithmetic> Integrator<N> {
     /// One sample by the trapezoidal rule, whose answer follows its input at once; its memory holds the input before as a part of the sum.
     ///
     /// ```
-    /// let sum = kardan_rt::Integrator { sample_time: 0.5, low: -10.0, high: 10.0 };
+    /// let sum = kardan_rt::Integrator { sample_time: 0.5, low: None, high: None };
     /// let mut memory = [0.0; 2];
     /// // The integral of t over the time, sampled at 0.5 s: t²/2 exactly.
     /// for (input, expected) in [(0.0, 0.0), (0.5, 0.125), (1.0, 0.5), (1.5, 1.125)] {

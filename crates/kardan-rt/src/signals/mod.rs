@@ -48,9 +48,10 @@ fn larger<N: Arithmetic>(a: N, b: N) -> N {
     a.select(b, b, a)
 }
 
-/// Between two bounds.
-fn within<N: Arithmetic>(x: N, low: N, high: N) -> N {
-    smaller(larger(x, low), high)
+/// Between two bounds, as far as there are any.
+fn within<N: Arithmetic>(x: N, low: Option<N>, high: Option<N>) -> N {
+    let x = low.map_or(x, |low| larger(x, low));
+    high.map_or(x, |high| smaller(x, high))
 }
 
 /// Whether a switch is on: above a half. 1 or 0.

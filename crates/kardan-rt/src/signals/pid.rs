@@ -21,8 +21,8 @@ pub struct Pid<N> {
     pub filter: N,
     /// b and c: shares of the reference in the proportional and in the derivative part.
     pub weights: [N; 2],
-    /// The smallest and the largest answer.
-    pub bounds: [N; 2],
+    /// The smallest and the largest answer, if there are bounds.
+    pub bounds: [Option<N>; 2],
     /// Tt, s: how fast the integral follows where a bound holds the answer.
     pub tracking: N,
     /// h, s.
@@ -49,7 +49,7 @@ impl<N: Arithmetic> Pid<N> {
     /// ```
     /// use kardan_rt::{Manual, Pid};
     /// let pid = Pid {
-    ///     proportional: 2.0, integral: 10.0, derivative: 0.0, filter: 0.0, weights: [1.0, 0.0], bounds: [-5.0, 5.0], tracking: 0.1, sample_time: 0.01,
+    ///     proportional: 2.0, integral: 10.0, derivative: 0.0, filter: 0.0, weights: [1.0, 0.0], bounds: [None, Some(5.0)], tracking: 0.1, sample_time: 0.01,
     /// };
     /// let mut memory = [0.0_f64; 5];
     /// assert!(pid.step(1.0, 0.5, Manual { on: 0.0, value: 3.0 }, &mut memory) && memory[0] == 3.0);

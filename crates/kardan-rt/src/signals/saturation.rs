@@ -4,10 +4,10 @@ use crate::Arithmetic;
 /// A signal between two bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Saturation<N> {
-    /// The smallest answer.
-    pub low: N,
-    /// The largest answer, not below the smallest.
-    pub high: N,
+    /// The smallest answer, if there is a bound.
+    pub low: Option<N>,
+    /// The largest answer, not below the smallest, if there is a bound.
+    pub high: Option<N>,
 }
 
 impl<N: Arithmetic> Saturation<N> {
@@ -17,7 +17,7 @@ impl<N: Arithmetic> Saturation<N> {
     /// The nearest number between the bounds. Returns false and keeps the answer where the input is no number.
     ///
     /// ```
-    /// let limit = kardan_rt::Saturation { low: -2.0, high: 3.0 };
+    /// let limit = kardan_rt::Saturation { low: None, high: Some(3.0) };
     /// let mut answer = [0.0];
     /// assert!(limit.step(5.0, &mut answer) && answer == [3.0]);
     /// assert!(!limit.step(f64::NAN, &mut answer) && answer == [3.0]);

@@ -533,7 +533,9 @@ fn signal_blocks<T: Number>() -> Vec<Case<T>> {
         answer(
             "Saturation::step",
             1,
-            block(1, move |x, memory| Saturation { low: of(-0.1), high: of(0.2) }.step(x[0], fixed(memory))),
+            block(1, move |x, memory| {
+                Saturation { low: Some(of(-0.1)), high: Some(of(0.2)) }.step(x[0], fixed(memory))
+            }),
         ),
         answer(
             "DeadZone::step",
@@ -558,14 +560,19 @@ fn signal_blocks<T: Number>() -> Vec<Case<T>> {
             "Integrator::step",
             3,
             block(2, move |x, memory| {
-                Integrator { sample_time: of(0.5), low: of(-4.0), high: of(4.0) }.step(x[0], x[1], x[2], fixed(memory))
+                Integrator { sample_time: of(0.5), low: Some(of(-4.0)), high: Some(of(4.0)) }.step(
+                    x[0],
+                    x[1],
+                    x[2],
+                    fixed(memory),
+                )
             }),
         ),
         answer(
             "Integrator::step_trapezoidal",
             3,
             block(2, move |x, memory| {
-                let sum = Integrator { sample_time: of(0.5), low: of(-4.0), high: of(4.0) };
+                let sum = Integrator { sample_time: of(0.5), low: Some(of(-4.0)), high: Some(of(4.0)) };
                 sum.step_trapezoidal(x[0], x[1], x[2], fixed(memory))
             }),
         ),
@@ -587,7 +594,7 @@ fn signal_blocks<T: Number>() -> Vec<Case<T>> {
                     derivative: of(0.5),
                     filter: of(0.1),
                     weights: [of(0.8), of(0.1)],
-                    bounds: [of(-3.0), of(3.0)],
+                    bounds: [Some(of(-3.0)), Some(of(3.0))],
                     tracking: of(0.2),
                     sample_time: of(0.1),
                 };

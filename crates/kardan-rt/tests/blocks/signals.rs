@@ -22,7 +22,7 @@ fn pid() -> Pid<f64> {
         derivative: 0.3,
         filter: 0.02,
         weights: [0.7, 0.2],
-        bounds: [-1e9, 1e9],
+        bounds: [None; 2],
         tracking: 0.25,
         sample_time: 0.01,
     }
@@ -74,7 +74,7 @@ fn a_pid_is_the_sum_of_its_parts() {
 /// At a bound the integral comes to rest where the back-calculation takes as much as the error brings: `(v − u)/Tt = Ki e`.
 #[test]
 fn a_pid_does_not_wind_up() {
-    let pid = Pid { bounds: [-1.0, 3.0], derivative: 0.0, ..pid() };
+    let pid = Pid { bounds: [Some(-1.0), Some(3.0)], derivative: 0.0, ..pid() };
     let mut memory = [0.0; 5];
     for _ in 0..2000 {
         assert!(pid.step(2.0, 0.0, ON, &mut memory));
@@ -112,20 +112,20 @@ fn all<N: Arithmetic>(of: impl Fn(f64) -> N, inputs: impl Iterator<Item = [N; 2]
         derivative: of(0.3),
         filter: of(0.02),
         weights: [of(0.7), of(0.2)],
-        bounds: [of(-1.0), of(1.5)],
+        bounds: [Some(of(-1.0)), Some(of(1.5))],
         tracking: of(0.25),
         sample_time: of(0.01),
     };
     let (numerator, denominator) = ([of(0.3), of(-0.2), of(0.1)], [of(-0.4), of(0.05)]);
     let filter = TransferFunction { numerator: &numerator, denominator: &denominator };
-    let sum = Integrator { sample_time: of(0.1), low: of(-0.2), high: of(0.3) };
+    let sum = Integrator { sample_time: of(0.1), low: Some(of(-0.2)), high: Some(of(0.3)) };
     let transitions = [Transition { from: 0, to: 2 }, Transition { from: 2, to: 1 }, Transition { from: 1, to: 0 }];
     let (mut a, mut b, mut c, mut d) = ([of(0.0); 1], [of(0.0); 1], [of(0.0); 2], [of(0.0); 2]);
     let (mut e, mut f, mut g, mut h) = ([of(0.0); 4], [of(0.0); 2], [of(0.0); 2], [of(0.0); 5]);
     let (mut i, mut j, mut k) = ([of(0.0); 3], [of(0.0); 2], [of(0.0); 2]);
     let mut answers = Vec::new();
     for [x, y] in inputs {
-        let _ = Saturation { low: of(-0.4), high: of(0.6) }.step(x, &mut a);
+        let _ = Saturation { low: Some(of(-0.4)), high: Some(of(0.6)) }.step(x, &mut a);
         let _ = DeadZone { low: of(-0.4), high: of(0.6) }.step(x, &mut b);
         let _ = Hysteresis { upper: of(0.3), lower: of(-0.2), answers: [of(1.0), of(4.0)] }.step(x, &mut c);
         let _ = RateLimit { rise: of(0.2), fall: of(0.1) }.step(x, &mut d);

@@ -13,6 +13,7 @@ mod lookup;
 mod lower;
 mod of_time;
 mod print;
+mod traced;
 mod written;
 
 pub use domains::{Domain, Floating, Rationals};
@@ -23,4 +24,5 @@ pub use lower::lower;
 pub use of_time::{OfTime, Part, Pieces, polynomial};
 pub use print::{Style, parenthesised, printed};
 pub(crate) use print::{bare, raised};
+pub use traced::Traced;
 pub use written::Named;

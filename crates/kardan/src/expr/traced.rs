@@ -1,0 +1,178 @@
+//! Expressions as numbers: a block of `kardan-rt` that computes with them writes its formula down.
+
+use std::cell::RefCell;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use kardan_rt::Arithmetic;
+
+use super::{Expr, Graph};
+use crate::num::Rational;
+
+/// An expression of a graph that is in the making, or a small fraction.
+#[derive(Debug, Clone, Copy)]
+pub enum Traced<'g> {
+    /// Numerator and denominator: what a block brings along.
+    Fraction(i64, i64),
+    /// An expression.
+    Of(&'g RefCell<Graph>, Expr),
+}
+
+impl<'g> Traced<'g> {
+    /// An expression of a graph.
+    pub fn new(graph: &'g RefCell<Graph>, expr: Expr) -> Self {
+        Self::Of(graph, expr)
+    }
+
+    /// Its expression in a graph.
+    pub fn expr(self, graph: &'g RefCell<Graph>) -> Expr {
+        match self {
+            Self::Of(_, expr) => expr,
+            Self::Fraction(numerator, denominator) => {
+                graph.borrow_mut().number(Rational::from(numerator) / Rational::from(denominator))
+            }
+        }
+    }
+
+    /// The operation on expressions, in the graph that one of them stands in; `None` if both are fractions.
+    fn written<const N: usize>(parts: [Self; N], operation: impl FnOnce(&mut Graph, [Expr; N]) -> Expr) -> Option<Self> {
+        let graph = parts.iter().find_map(|part| match part {
+            Self::Of(graph, _) => Some(*graph),
+            Self::Fraction(..) => None,
+        })?;
+        let exprs = parts.map(|part| part.expr(graph));
+        let expr = operation(&mut graph.borrow_mut(), exprs);
+        Some(Self::Of(graph, expr))
+    }
+
+    fn fraction(self) -> (i64, i64) {
+        match self {
+            Self::Fraction(numerator, denominator) => (numerator, denominator),
+            Self::Of(..) => unreachable!("asked of fractions alone"),
+        }
+    }
+}
+
+impl Add for Traced<'_> {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self::written([self, other], |graph, [a, b]| graph.add(a, b)).unwrap_or_else(|| {
+            let ((a, b), (c, d)) = (self.fraction(), other.fraction());
+            Self::Fraction(a * d + c * b, b * d)
+        })
+    }
+}
+
+impl Sub for Traced<'_> {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}
+
+impl Mul for Traced<'_> {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        Self::written([self, other], |graph, [a, b]| graph.multiply(a, b)).unwrap_or_else(|| {
+            let ((a, b), (c, d)) = (self.fraction(), other.fraction());
+            Self::Fraction(a * c, b * d)
+        })
+    }
+}
+
+impl Div for Traced<'_> {
+    type Output = Self;
+
+    fn div(self, other: Self) -> Self {
+        Self::written([self, other], |graph, [a, b]| graph.divide(a, b)).unwrap_or_else(|| {
+            let ((a, b), (c, d)) = (self.fraction(), other.fraction());
+            Self::Fraction(a * d, b * c)
+        })
+    }
+}
+
+impl Neg for Traced<'_> {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        Self::written([self], |graph, [a]| graph.negate(a)).unwrap_or_else(|| {
+            let (a, b) = self.fraction();
+            Self::Fraction(-a, b)
+        })
+    }
+}
+
+/// Expressions are taken as finite: whether they are is known where they are evaluated.
+impl Arithmetic for Traced<'_> {
+    fn whole(count: usize) -> Self {
+        Self::Fraction(i64::try_from(count).unwrap_or(i64::MAX), 1)
+    }
+
+    fn select(self, than: Self, then: Self, otherwise: Self) -> Self {
+        if let (Self::Fraction(a, b), Self::Fraction(c, d)) = (self, than) {
+            return if (a * d < c * b) == (b * d > 0) { then } else { otherwise };
+        }
+        let written = Self::written([self, than, then, otherwise], |graph, [a, b, c, d]| graph.select(a, b, c, d));
+        written.unwrap_or(otherwise)
+    }
+
+    fn finite_or(self, _: Self) -> Self {
+        self
+    }
+
+    fn all_finite(self) -> bool {
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use kardan_rt::{Integrator, Pid, TransferFunction};
+
+    use super::*;
+    use crate::expr::{Style, printed};
+    use crate::units::Dimension;
+
+    fn text(graph: &RefCell<Graph>, traced: Traced<'_>) -> String {
+        let expr = traced.expr(graph);
+        printed(&graph.borrow(), expr, Style::Text, &|name| name.into())
+    }
+
+    /// What a block of `kardan-rt` does with expressions is its formula, with nothing left of what it asks about numbers.
+    #[test]
+    fn blocks_write_themselves_down() {
+        let graph = RefCell::new(Graph::default());
+        let symbol = |name: &str| {
+            let expr = graph.borrow_mut().symbol(name, Dimension::NONE);
+            Traced::new(&graph, expr)
+        };
+        let [u, x, y, h] = ["u", "x", "y", "h"].map(symbol);
+        let mut memory = [y, x];
+        let zero = Traced::Fraction(0, 1);
+        let (numerator, denominator) = ([Traced::Fraction(1, 2), Traced::Fraction(1, 3)], [Traced::Fraction(-1, 4)]);
+        assert!(TransferFunction { numerator: &numerator, denominator: &denominator }.step(u, &mut memory));
+        // x⁺ = u/3 + (u/2 + x)/4
+        assert_eq!([text(&graph, memory[0]), text(&graph, memory[1])], ["1/2*u + x", "11/24*u + 1/4*x"]);
+        let mut memory = [y, x];
+        let high = Some(symbol("high"));
+        assert!(Integrator { sample_time: h, low: None, high }.step(u, zero, zero, &mut memory));
+        assert!(text(&graph, memory[0]).contains("x") && !text(&graph, memory[0]).contains('u'));
+        let pid = Pid {
+            proportional: Traced::Fraction(2, 1),
+            integral: zero,
+            derivative: zero,
+            filter: zero,
+            weights: [Traced::Fraction(1, 1), zero],
+            bounds: [None, high],
+            tracking: h,
+            sample_time: h,
+        };
+        let mut memory = [y, zero, zero, zero, Traced::Fraction(1, 1)];
+        let manual = kardan_rt::Manual { on: Traced::Fraction(1, 1), value: zero };
+        assert!(pid.step(u, x, manual, &mut memory));
+        let answer = text(&graph, memory[0]);
+        assert!(answer.contains("2*u - 2*x") && !answer.contains("0*"), "{answer}");
+    }
+}
