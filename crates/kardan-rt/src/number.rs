@@ -17,6 +17,9 @@ pub trait Arithmetic:
     /// This where it is finite, else `other`; each lane by itself.
     #[must_use]
     fn finite_or(self, other: Self) -> Self;
+    /// 1 where this is a number, else 0; each lane by itself. An expression says so as long as the number is below 2⁵³.
+    #[must_use]
+    fn is_number(self) -> Self;
     /// Whether all lanes are finite.
     fn all_finite(self) -> bool;
 }
@@ -51,6 +54,11 @@ impl<T: Real> Arithmetic for T {
     #[inline]
     fn finite_or(self, other: Self) -> Self {
         if self.is_finite() { self } else { other }
+    }
+
+    #[inline]
+    fn is_number(self) -> Self {
+        if self.is_finite() { T::ONE } else { T::ZERO }
     }
 
     #[inline]
@@ -162,6 +170,11 @@ impl<T: Real, const N: usize> Arithmetic for Lanes<T, N> {
     #[inline(always)]
     fn finite_or(self, other: Self) -> Self {
         self.both(other, Arithmetic::finite_or)
+    }
+
+    #[inline(always)]
+    fn is_number(self) -> Self {
+        self.map(Arithmetic::is_number)
     }
 
     #[inline(always)]

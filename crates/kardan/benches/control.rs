@@ -196,6 +196,7 @@ fn sia_sample(bencher: Bencher, number: usize, single: bool) {
     bencher.bench_local(|| {
         sign = -sign;
         let seen = Seen {
+            time: 0.0,
             angles: &[],
             speeds: &[],
             disturbances: &[],

@@ -44,6 +44,8 @@
 pub mod analysis;
 #[doc(hidden)]
 pub mod assemble;
+#[doc(hidden)]
+pub mod block;
 pub mod diagnostics;
 pub mod element;
 pub mod entries;
@@ -64,6 +66,8 @@ pub mod names;
 pub mod num;
 #[doc(hidden)]
 pub mod plan;
+#[doc(hidden)]
+pub mod program;
 pub mod project;
 #[doc(hidden)]
 pub mod reduce;

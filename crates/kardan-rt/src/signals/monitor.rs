@@ -1,4 +1,4 @@
-use super::{doubt, half, one, remember, smaller, zero};
+use super::{half, one, remember, smaller, zero};
 use crate::Arithmetic;
 
 /// Watches a residual: tells where it stays beyond its threshold, and stops telling where it stays within.
@@ -31,7 +31,7 @@ impl<N: Arithmetic> Monitor<N> {
         // Not within the threshold: beyond it, or no number.
         let size = residual.select(zero(), -residual, residual);
         let within = self.threshold.select(size, zero(), one());
-        let within = doubt(residual).finite_or(one()).select(half(), within, zero());
+        let within = within * residual.is_number();
         let against = half::<N>().select(alarm, within, one::<N>() - within);
         let wanted = half::<N>().select(alarm, self.hold, self.debounce);
         let count = half::<N>().select(against, count + one(), zero());

@@ -213,6 +213,11 @@ impl Graph {
         expr
     }
 
+    /// Whether it is the same, node by node.
+    pub(crate) fn has_nodes_of(&self, other: &Self) -> bool {
+        (&self.nodes, &self.symbols, &self.tables) == (&other.nodes, &other.symbols, &other.tables)
+    }
+
     /// How many nodes there are.
     pub fn len(&self) -> usize {
         self.nodes.len()

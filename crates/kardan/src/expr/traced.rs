@@ -34,7 +34,10 @@ impl<'g> Traced<'g> {
     }
 
     /// The operation on expressions, in the graph that one of them stands in; `None` if both are fractions.
-    fn written<const N: usize>(parts: [Self; N], operation: impl FnOnce(&mut Graph, [Expr; N]) -> Expr) -> Option<Self> {
+    fn written<const N: usize>(
+        parts: [Self; N],
+        operation: impl FnOnce(&mut Graph, [Expr; N]) -> Expr,
+    ) -> Option<Self> {
         let graph = parts.iter().find_map(|part| match part {
             Self::Of(graph, _) => Some(*graph),
             Self::Fraction(..) => None,
@@ -120,6 +123,14 @@ impl Arithmetic for Traced<'_> {
 
     fn finite_or(self, _: Self) -> Self {
         self
+    }
+
+    /// Of what is no number no comparison holds.
+    fn is_number(self) -> Self {
+        match self {
+            Self::Fraction(..) => Self::Fraction(1, 1),
+            Self::Of(..) => (self - Self::Fraction(1, 1)).select(self, Self::Fraction(1, 1), Self::Fraction(0, 1)),
+        }
     }
 
     fn all_finite(self) -> bool {

@@ -3,9 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use crate::block::BlockKind;
 use crate::element::Element;
 use crate::entries::Place;
 use crate::equations::Domain;
+use crate::names::SignalName;
 use crate::schema::{Field, Placed, Scalar, Table, Value};
 use crate::signal::SignalKind;
 use crate::synthesis::LawKind;
@@ -127,6 +129,19 @@ pub struct SignalTable {
     pub table: Table,
 }
 
+/// A block's table.
+#[derive(Debug, Clone)]
+pub struct BlockTable {
+    /// Its kind.
+    pub kind: &'static BlockKind,
+    /// Its name.
+    pub name: String,
+    /// Place of the header.
+    pub place: Place,
+    /// Its keys.
+    pub table: Table,
+}
+
 /// What is in a file that a model names; why it could not be read, else.
 pub type FileBytes = Result<Arc<[u8]>, String>;
 
@@ -153,6 +168,8 @@ pub struct Document {
     pub scenario: Table,
     /// `[signal.<name>]`
     pub signals: Vec<SignalTable>,
+    /// `[block.<name>]`
+    pub blocks: Vec<BlockTable>,
     /// `[table.<name>]`: names and tables.
     pub tables: Vec<(String, Table)>,
     /// Files that the model names, by their names, as far as they were handed over.
@@ -215,6 +232,39 @@ impl Document {
             Scalar::Parameter(name) if is_signal(name) => Expression::parse_law(&format!("'{name}'")).ok(),
             _ => None,
         }
+    }
+
+    /// The expression of a signal that names what moves, what is measured, or a block; none of a function of time.
+    pub(crate) fn program_of(&self, signal: &SignalTable) -> Option<Placed<Expression>> {
+        self.program_beside(signal, &mut Vec::new())
+    }
+
+    fn program_beside<'a>(&'a self, signal: &'a SignalTable, seen: &mut Vec<&'a str>) -> Option<Placed<Expression>> {
+        let Placed { value: Value::Word(text), place } = signal.table.values.get("value")? else { return None };
+        let read = Expression::parse_law(text).ok()?;
+        seen.push(&signal.name);
+        let moves = |name: &str| {
+            let head = SignalName::new(name).element;
+            let is_element = head != name && self.elements.iter().any(|element| element.name == head);
+            let is_sensor = self.elements.iter().any(|one| one.name == name && one.kind.keyword == "sensor");
+            is_element || is_sensor || self.blocks.iter().any(|block| block.name == head) || self.is_reference(name)
+        };
+        let names = read.names();
+        let other = |name: &&str| self.signals.iter().find(|other| other.name == **name && !seen.contains(&other.name.as_str()));
+        let others: Vec<&SignalTable> = names.iter().filter_map(other).collect();
+        let is_program = names.iter().any(|name| moves(name)) || others.into_iter().any(|other| self.program_beside(other, seen).is_some());
+        is_program.then(|| Placed { value: read, place: place.clone() })
+    }
+
+    /// Whether a controller introduces a reference of that name.
+    fn is_reference(&self, name: &str) -> bool {
+        let is = |table: &Table, key: &str| matches!(table.values.get(key), Some(Placed { value: Value::Word(word), .. }) if word == name);
+        let introduces = |table: &Table| is(table, "reference") || is(table, "load");
+        let channels = |table: &Table| match table.values.get("channels") {
+            Some(Placed { value: Value::Tables(tables), .. }) => tables.iter().any(introduces),
+            _ => false,
+        };
+        self.controls.iter().any(|control| introduces(&control.table) || channels(&control.table))
     }
 
     /// Whether a parameter differs between the variants.

@@ -146,7 +146,9 @@ fn value(kind: &Kind) -> Value {
             table
         }
         Kind::Overrides => by_name(scalar()),
-        Kind::Formula(_) | Kind::OfTime(_) | Kind::Surface => json!({ "anyOf": [{ "type": "number" }, text()] }),
+        Kind::Formula(_) | Kind::OfTime(_) | Kind::Surface | Kind::Expression => {
+            json!({ "anyOf": [{ "type": "number" }, text()] })
+        }
         Kind::Functions => by_name(text()),
         Kind::Formulas => by_name(json!({ "anyOf": [{ "type": "number" }, text()] })),
         Kind::Lists => by_name(json!({ "anyOf": [scalar(), { "type": "array", "items": scalar() }] })),

@@ -14,6 +14,7 @@ mod manual;
 mod mechanism;
 mod parameters;
 pub mod parse;
+pub mod programs;
 mod reading;
 mod resolve;
 mod state_space;
@@ -27,7 +28,7 @@ mod write;
 pub(crate) use assignment::assign;
 pub use builder::Builder;
 pub use document::{
-    Control, Document, Doubts, FileBytes, Instance, NamedVariant, Parameter, Setting, SignalTable, VariantSettings,
+    BlockTable, Control, Document, Doubts, FileBytes, Instance, NamedVariant, Parameter, Setting, SignalTable, VariantSettings,
     Variants,
 };
 pub(crate) use functions::Functions;

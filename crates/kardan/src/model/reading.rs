@@ -3,22 +3,23 @@
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
-use super::document::{Control, Document, Doubts, Instance, SignalTable};
+use super::document::{BlockTable, Control, Document, Doubts, Instance, SignalTable};
 use super::examples::example_of;
 use super::keys::named_keys;
 use super::parameters::{REMOVE_TOLERANCE, follow, implicit_parameters, read_parameters, refuse_tolerances};
 use super::parse::{Node, check_name, table, value};
 use super::tables;
 use super::variants::{check_named_controls, read_named_variants, read_variants};
+use crate::block;
 use crate::diagnostics::{Diagnostic, Severity, shortened};
 use crate::element;
 use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
 use crate::file::syntax;
 use crate::names::{SignalName, how_to_hold, nearest_or_alike, stands_still};
-use crate::schema::{Field, Keys, Kind, Table};
+use crate::schema::{Field, Keys, Kind, Sign, Table};
 use crate::signal;
 use crate::synthesis;
-use crate::units::Expression;
+use crate::units::{Dimension, Expression};
 
 /// What tells the law of a `[control.<name>]`; the other keys are those of the law.
 pub const CONTROL: &[Field] = &[Field::required("law", Kind::Choice(LAWS), "Which control law.")];
@@ -28,6 +29,40 @@ pub const SIGNAL: &[Field] = &[Field::required("kind", Kind::Choice(SIGNALS), "W
 
 /// The keywords of [`signal::REGISTRY`]; a test keeps them equal.
 const SIGNALS: &[&str] = &["sine", "chirp", "pulses", "ramp", "multisine", "noise", "table", "expression"];
+
+/// What tells the kind of a `[block.<name>]`, and what all kinds have; the other keys are those of the kind.
+pub const BLOCK: &[Field] = &[
+    Field::required("kind", Kind::Choice(BLOCKS), "Which kind of block."),
+    Field::optional(
+        "sample_time",
+        Kind::Quantity(Dimension::TIME, Sign::Positive),
+        "When it computes, as on a control unit; its answer holds until the next sample. Left out: at every instant.",
+    ),
+    Field::optional(
+        "unit",
+        Kind::Text,
+        "Unit of its answer, `N m`; needed where it follows from itself by way of other blocks, else it follows from what it reads.",
+    ),
+];
+
+/// The keywords of [`block::REGISTRY`]; a test keeps them equal.
+const BLOCKS: &[&str] = &[
+    "gain",
+    "table",
+    "transfer_function",
+    "low_pass",
+    "lead_lag",
+    "pid",
+    "integrator",
+    "rate_limit",
+    "saturation",
+    "dead_zone",
+    "hysteresis",
+    "delay",
+    "hold",
+    "monitor",
+    "state_machine",
+];
 
 /// The keywords of [`synthesis::REGISTRY`]; a test keeps them equal.
 const LAWS: &[&str] = &[
@@ -96,6 +131,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     read_controls(&root, &mut document, &mut out);
     read_logs(&root, &mut document, &mut study);
     read_signals(&root, &mut document, &mut study);
+    read_blocks(&root, &mut document, &mut study);
     read_tables(&root, &mut document, &mut out);
     check_unique(&document, &mut out);
     check_named_controls(&document, &mut study);
@@ -336,7 +372,42 @@ fn read_signals(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnost
     }
 }
 
-/// Why a signal cannot have that name.
+fn read_blocks(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    for node in named_tables(root, "block", BLOCK, &mut Doubts::default(), out) {
+        let what = format!("block `{}`", shortened(node.name));
+        let word = node.table.keyed("kind").map(|found| &found.entry);
+        let known = |entry: &Entry| match &entry.value {
+            Written::Text(word) => block::REGISTRY.iter().position(|kind| kind.keyword == word),
+            _ => None,
+        };
+        let Some(number) = word.and_then(known) else {
+            match word {
+                Some(given) => drop(value(&BLOCK[0].kind, &format!("`kind` of {what}"), given, out)),
+                None => drop(table(&BLOCK[..1], &Node { table: &Entries::default(), ..node.clone() }, &what, out)),
+            }
+            document.doubts.names.insert(node.name.to_string());
+            continue;
+        };
+        let kind = &block::REGISTRY[number];
+        let before = out.len();
+        let mut table = table(&BLOCK_FIELDS[number], &node.clone().like(kind.example), &what, out);
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        if out.len() > before {
+            document.doubts.names.insert(node.name.to_string());
+            continue;
+        }
+        let (name, place) = (node.name.to_string(), node.name_place.clone());
+        let of_signal = document.signals.iter().any(|signal| signal.name == name).then_some("a signal has it");
+        if let Some(reason) = of_signal.or_else(|| reserved(&name, document)) {
+            let message = format!("`{name}` cannot be the name of a block: {reason}");
+            let help = format!("choose another name, such as `{name}_1`");
+            out.push(Diagnostic::error("name::reserved", message).at(place.clone(), "this name").help(help));
+        }
+        document.blocks.push(BlockTable { kind, name, place, table });
+    }
+}
+
+/// Why a signal or a block cannot have that name.
 fn reserved(name: &str, document: &Document) -> Option<&'static str> {
     match name {
         "t" => Some("it means the time"),
@@ -351,7 +422,7 @@ const STUDY: [&str; 8] = ["scenario", "signal", "requirement", "plot", "analysis
 
 /// Reports tables that a model file does not have.
 fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>, study: &mut Vec<Diagnostic>) {
-    let mut known = vec!["model", "parameters", "variants", "variant", "control", "table"];
+    let mut known = vec!["model", "parameters", "variants", "variant", "control", "block", "table"];
     known.extend(STUDY);
     known.extend(element::REGISTRY.iter().map(|kind| kind.keyword));
     for found in root.table.iter() {
@@ -456,7 +527,8 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
     let mut seen: Vec<(&str, &str, &Place)> = Vec::new();
     let elements = document.elements.iter().map(|e| (e.name.as_str(), e.kind.keyword, &e.place));
     let controls = document.controls.iter().map(|c| (c.name.as_str(), "control", &c.place));
-    for (name, kind, place) in elements.chain(controls) {
+    let blocks = document.blocks.iter().map(|b| (b.name.as_str(), "block", &b.place));
+    for (name, kind, place) in elements.chain(controls).chain(blocks) {
         match seen.iter().find(|(other, _, _)| *other == name) {
             Some((_, other_kind, other_span)) => out.push(
                 Diagnostic::error(
@@ -465,7 +537,7 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
                 )
                 .at(place.clone(), "again here")
                 .at((*other_span).clone(), "first here")
-                .help("give each element and each controller a name of its own"),
+                .help("give each element, controller and block a name of its own"),
             ),
             None => seen.push((name, kind, place)),
         }
@@ -479,6 +551,10 @@ static CONTROL_FIELDS: LazyLock<Vec<Vec<Field>>> =
 /// All keys of a signal table, by kind.
 static SIGNAL_FIELDS: LazyLock<Vec<Vec<Field>>> =
     LazyLock::new(|| signal::REGISTRY.iter().map(|kind| [SIGNAL, kind.fields].concat()).collect());
+
+/// All keys of a block's table, by kind.
+static BLOCK_FIELDS: LazyLock<Vec<Vec<Field>>> =
+    LazyLock::new(|| block::REGISTRY.iter().map(|kind| [BLOCK, kind.fields].concat()).collect());
 
 #[cfg(test)]
 mod tests {
@@ -494,6 +570,19 @@ mod tests {
             let mistakes: Vec<_> = mistakes.into_iter().filter(|d| d.code != "model::no-shaft").collect();
             assert_eq!(mistakes, [], "{}", kind.keyword);
             assert_eq!(document.signals.len(), 1, "{}", kind.keyword);
+        }
+    }
+
+    #[test]
+    fn every_kind_of_block_can_be_chosen() {
+        let keywords: Vec<&str> = block::REGISTRY.iter().map(|kind| kind.keyword).collect();
+        assert!(!keywords.is_empty());
+        assert_eq!(keywords, BLOCKS);
+        for kind in block::REGISTRY {
+            let (document, mistakes) = read(kind.example);
+            let mistakes: Vec<_> = mistakes.into_iter().filter(|d| d.code != "model::no-shaft").collect();
+            assert_eq!(mistakes, [], "{}", kind.keyword);
+            assert!(document.blocks.iter().any(|block| block.kind.keyword == kind.keyword), "{}", kind.keyword);
         }
     }
 

@@ -91,6 +91,11 @@ macro_rules! keys {
             const KEYWORD: &'static str = $keyword;
         }
     };
+    (@mark block $name:ident $keyword:literal) => {
+        impl $crate::schema::BlockKeys for $name {
+            const KEYWORD: &'static str = $keyword;
+        }
+    };
     (@mark law $name:ident $keyword:literal) => {
         impl $crate::schema::LawKeys for $name {
             const KEYWORD: &'static str = $keyword;
@@ -121,6 +126,7 @@ macro_rules! keys {
     (@type Coefficients) => { $crate::schema::Named };
     (@type Overrides) => { $crate::schema::Named };
     (@type Formula $($args:tt)*) => { $crate::schema::Quantity };
+    (@type Expression) => { $crate::schema::Quantity };
     (@type OfTime $($args:tt)*) => { $crate::schema::Quantity };
     (@type Surface) => { $crate::schema::Quantity };
     (@type Formulas) => { $crate::schema::Named };

@@ -67,6 +67,8 @@ pub enum Kind {
     Functions,
     /// An expression of what moves, the time, parameters, signals and tables, of a quantity; along masses of that of masses.
     Formula(Dimension),
+    /// An expression of measurements, signals, blocks, parameters and the time; what it is of follows from what reads it.
+    Expression,
     /// A quantity, or a function of time of that dimension; along masses of that of masses.
     OfTime(Dimension),
     /// A table from names of shafts and masses to expressions of angles and positions.

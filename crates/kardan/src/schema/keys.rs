@@ -30,6 +30,12 @@ pub trait SignalKeys: Keys {
     const KEYWORD: &'static str;
 }
 
+/// A block: `[block.NAME]` with `kind = "keyword"`.
+pub trait BlockKeys: Keys {
+    /// The word in the file.
+    const KEYWORD: &'static str;
+}
+
 /// A control law: `[control.NAME]` with `law = "keyword"`.
 pub trait LawKeys: Keys {
     /// The word in the file.

@@ -8,7 +8,7 @@ mod keys;
 
 pub use field::{ExactPole, Field, Kind, Placed, Scalar, Sign, Table, Value};
 pub use given::{Given, Lists, Named, Quantities, Quantity, Words};
-pub use keys::{ElementKeys, Keys, LawKeys, SignalKeys};
+pub use keys::{BlockKeys, ElementKeys, Keys, LawKeys, SignalKeys};
 
 pub(crate) use choice::choice;
 pub(crate) use declare::keys;

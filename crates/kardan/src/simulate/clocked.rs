@@ -212,6 +212,7 @@ impl Clocked {
         let Self { readings, states, .. } = self;
         let (readings, states) = (std::mem::take(readings), std::mem::take(states));
         let seen = Seen {
+            time,
             angles: &work.kinematics.angles,
             speeds: &work.kinematics.speeds,
             disturbances: &[],

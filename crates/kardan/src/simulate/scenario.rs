@@ -1,8 +1,11 @@
 //! What happens during a run: steps and ramps of the signals that come from outside.
 
+use std::sync::Arc;
+
 use crate::expr::OfTime;
 use crate::names::SignalName;
 use crate::num::Keeper;
+use crate::program::Task;
 use crate::results::Physical;
 
 /// Where a signal of the scenario goes.
@@ -12,6 +15,8 @@ pub enum SourceTarget {
     Reference,
     /// It is a torque on that input (a disturbance, or the command of a motor without a law).
     Input(usize),
+    /// A block answers it, or reads it of the time: nothing else sets it.
+    Block,
 }
 
 /// A signal set by the scenario.
@@ -102,6 +107,8 @@ pub struct Scenario {
     pub events: Vec<SignalEvent>,
     /// Functions of time that are added, at most one for each source.
     pub signals: Vec<SourceSignal>,
+    /// What blocks compute at samples, the shortest sample time first.
+    pub tasks: Vec<Arc<Task>>,
     /// Sensors that fail.
     pub faults: Vec<SensorFault>,
     /// Seed of the noise of sensors.

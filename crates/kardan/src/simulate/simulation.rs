@@ -5,7 +5,7 @@ use std::hash::{Hash, Hasher};
 use thiserror::Error;
 
 use super::run::RunningLoop;
-use super::{Scenario, Setup, Tolerance};
+use super::{Scenario, Setup, SourceTarget, Tolerance};
 use crate::names::unknown_name;
 use crate::num::Keeper;
 use crate::results::{Event, Outcome, Physical};
@@ -213,6 +213,7 @@ impl Simulation {
     /// All signals that can be set, with their kinds.
     pub fn inputs(&self) -> impl Iterator<Item = (InputId, &str, Physical)> + Clone {
         let all = self.running.scenario.sources.iter().enumerate();
+        let all = all.filter(|(_, source)| source.target != SourceTarget::Block);
         all.map(|(k, source)| (InputId(k), source.name.as_str(), source.physical))
     }
 

@@ -2,7 +2,7 @@
 
 use super::known::Known;
 use super::places::places_in_control;
-use super::read::{physical_dimension, quantity, read_word};
+use super::read::{physical_dimension, physical_of, quantity, read_word};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::InputKind;
@@ -10,6 +10,7 @@ use crate::model::{ControlSpec, Document, Instance, Model, TableReader};
 use crate::names::{Quantity, SignalName};
 use crate::results::Physical;
 use crate::schema::{Sign, Table, Value};
+use crate::synthesis::Reference;
 use crate::simulate::{SignalEvent, Source, SourceTarget};
 use crate::units::{Dimension, Exact};
 
@@ -22,10 +23,15 @@ pub(super) fn sources(
 ) -> Vec<Source> {
     let mut sources: Vec<Source> = Vec::new();
     let mut commanded: Vec<String> = Vec::new();
+    let blocks = of_programs(model, &mut sources);
     for control in &model.controls {
         commanded.extend((control.law.inputs)(&control.values));
         for reference in (control.law.references)(&control.values) {
             let element = document.elements.iter().find(|e| e.name == reference.name);
+            if let Some((_, answer)) = blocks.iter().find(|(name, _)| *name == reference.name) {
+                of_block(document, control, &reference, answer, out);
+                continue;
+            }
             let other = sources.iter().find(|s| s.name == reference.name);
             let taken = match (element, other) {
                 (Some(element), _) => Some(format!("of a {}", element.kind.keyword)),
@@ -54,7 +60,8 @@ pub(super) fn sources(
         }
     }
     for reference in model.idle.iter().flat_map(|control| (control.law.references)(&control.values)) {
-        if sources.iter().all(|source| source.name != reference.name) {
+        let is_block = blocks.iter().any(|(name, _)| *name == reference.name);
+        if !is_block && sources.iter().all(|source| source.name != reference.name) {
             sources.push(Source {
                 name: reference.name,
                 physical: reference.physical,
@@ -79,6 +86,40 @@ pub(super) fn sources(
     sources
 }
 
+/// What blocks answer and read of the time, as sources that nothing else sets; gives names and dimensions of the answers.
+fn of_programs(model: &Model, sources: &mut Vec<Source>) -> Vec<(String, Dimension)> {
+    let answers = || model.programs.tasks.iter().flat_map(|task| &task.answers);
+    let source = |name: &str, dimension, description: &str| Source {
+        name: name.into(),
+        physical: physical_of(dimension),
+        description: description.into(),
+        target: SourceTarget::Block,
+    };
+    sources.extend(answers().map(|answer| source(&answer.name, answer.dimension, &answer.description)));
+    let functions = model.programs.functions.iter();
+    sources.extend(functions.map(|(name, function)| source(name, function.dimension(), &format!("signal {name}"))));
+    answers().map(|answer| (answer.name.clone(), answer.dimension)).collect()
+}
+
+/// Refuses a reference that is what a block answers, in another unit.
+fn of_block(
+    document: &Document,
+    control: &ControlSpec,
+    reference: &Reference,
+    answer: &Dimension,
+    out: &mut Vec<Diagnostic>,
+) {
+    let wanted = physical_dimension(reference.physical);
+    if !wanted.is_like(answer) {
+        let name = &reference.name;
+        let message =
+            format!("control `{}`: `{name}` should be {}, and the block answers {}", control.name, wanted.noun(), answer.noun());
+        let places = places_in_control(document, control, name);
+        let mistake = Diagnostic::error("unit::dimension", message).at(places[places.len() - 1].clone(), "this reference");
+        out.push(mistake.help(format!("let the block answer in a unit such as {}", wanted.example())));
+    }
+}
+
 /// Why an event, or what else sets signals, cannot set one; nothing if the signal may be there when the mistakes told are put right.
 pub(super) fn not_settable(
     signal: &str,
@@ -87,9 +128,14 @@ pub(super) fn not_settable(
     [who, all]: [&str; 2],
 ) -> Option<(String, String)> {
     let shown = shortened(signal);
-    let names = || sources.iter().map(|source| source.name.as_str());
-    let listed = || match sources {
-        [] => "there is nothing to set: add a motor, a disturbance or a voltage_source".to_string(),
+    let settable = || sources.iter().filter(|source| source.target != SourceTarget::Block);
+    let names = || settable().map(|source| source.name.as_str());
+    if let Some(block) = sources.iter().find(|source| source.name == signal && source.target == SourceTarget::Block) {
+        let message = format!("`{shown}` is {}, so {who} cannot set it", block.description);
+        return Some((message, "set what it follows from, or give it another name".into()));
+    }
+    let listed = || match settable().next() {
+        None => "there is nothing to set: add a motor, a disturbance or a voltage_source".to_string(),
         _ => format!("{all} can set {}", quoted(names())),
     };
     let all = listed;
@@ -186,7 +232,7 @@ pub(super) fn events(
         let (at, over) = (time("at"), time("over"));
         check_late(table, "event", at.as_ref(), duration, out);
         let Some(signal) = read_word(table, "signal") else { continue };
-        let found = sources.iter().position(|source| source.name == signal);
+        let found = sources.iter().position(|source| source.name == signal && source.target != SourceTarget::Block);
         let found = found.map(|k| (k, sources[k].physical)).or_else(|| {
             let own = prescribed.iter().position(|name| name == signal);
             own.map(|k| (sources.len() + k, Physical::Current))

@@ -23,6 +23,14 @@ pub(super) fn physical_dimension(physical: Physical) -> Dimension {
     }
 }
 
+/// What is of a dimension.
+pub(super) fn physical_of(dimension: Dimension) -> Physical {
+    use Physical::{Angle, Charge, Current, Force, Position, Speed, Torque, Velocity, Voltage};
+    let known = [Angle, Speed, Torque, Position, Velocity, Force, Charge, Current, Voltage];
+    let found = known.into_iter().find(|physical| physical_dimension(*physical) == dimension);
+    found.unwrap_or_else(|| Physical::other(&dimension.si()))
+}
+
 pub(super) fn read_scalar(table: &Table, key: &str) -> Option<Placed<Written>> {
     match table.values.get(key) {
         Some(Placed { value: Value::Scalar(scalar), place }) => {

@@ -11,7 +11,7 @@ use crate::model::{Document, Model, Setting, TableReader};
 use crate::num::{Rational, rational_to_f64};
 use crate::reduce::Reduced;
 use crate::schema::{Sign, Table};
-use crate::simulate::Scenario;
+use crate::simulate::{Scenario, SourceSignal};
 use crate::units::{Dimension, Exact};
 
 /// Rows that one run may have.
@@ -46,8 +46,14 @@ pub(super) fn scenario(
     check_noise(&reader, document, out);
     let seed = whole(&reader, table, "seed", "`[scenario]`", out).unwrap_or_default();
     let events = given.iter().filter_map(|event| event.event(sources.len())).collect();
-    let signals = source_signals(&reader, (document, model), &sources, (duration, seed), out);
-    Scenario { duration, times, sources, events, signals, faults, seed, recorded: None, position, speed }
+    let mut signals = source_signals(&reader, (document, model), &sources, (duration, seed), out);
+    signals.extend(model.programs.functions.iter().filter_map(|(name, function)| {
+        let source = sources.iter().position(|source| source.name == *name)?;
+        Some(SourceSignal { source, function: (**function).clone() })
+    }));
+    signals.sort_by_key(|signal| signal.source);
+    let tasks = model.programs.tasks.clone();
+    Scenario { duration, times, sources, events, signals, tasks, faults, seed, recorded: None, position, speed }
 }
 
 /// A whole number of a table; `None` if it is left out or wrong, which is reported.

@@ -5,7 +5,7 @@ use super::read::physical_dimension;
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::{Document, Functions, Model, TableReader};
 use crate::schema::{Scalar, Value};
-use crate::simulate::{Source, SourceSignal};
+use crate::simulate::{Source, SourceSignal, SourceTarget};
 
 /// What `signals` of `[scenario]` adds to sources; every signal is checked, also one that nothing names.
 pub(super) fn source_signals(
@@ -23,13 +23,13 @@ pub(super) fn source_signals(
         return Vec::new();
     }
     let mut making = Functions::new(reader, document, (duration, seed));
-    for signal in &document.signals {
+    for signal in document.signals.iter().filter(|signal| document.program_of(signal).is_none()) {
         making.signal(&signal.name, out);
     }
     let mut found: Vec<SourceSignal> = Vec::new();
     for (name, scalar) in given {
         let what = format!("`{}` in `signals` of `[scenario]`", shortened(&name.value));
-        let Some(source) = sources.iter().position(|source| source.name == name.value) else {
+        let Some(source) = sources.iter().position(|source| source.name == name.value && source.target != SourceTarget::Block) else {
             let words = ["a function of time", "functions of time"];
             if let Some((message, help)) = not_settable(&name.value, sources, (document, model), words) {
                 let message = format!("`signals` of `[scenario]`: {message}");

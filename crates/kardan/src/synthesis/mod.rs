@@ -34,6 +34,7 @@ mod sample_time;
 mod sampled;
 mod stability;
 mod state_feedback;
+mod task_law;
 mod words;
 mod zeros;
 
@@ -62,5 +63,6 @@ pub use sampled::{
     SlowSensor, Slowest, Survey, VariedPlant, Wire, reading_variance, sampled,
 };
 pub use stability::{Stability, stability};
+pub use task_law::TaskLaw;
 pub use words::in_words;
 pub use zeros::roots;

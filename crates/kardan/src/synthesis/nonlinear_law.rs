@@ -294,7 +294,7 @@ impl Law for Nonlinear {
                 seen[which][k] = value;
                 let [angles, speeds, disturbances, references] = seen.each_ref().map(|list| list.as_slice());
                 let mut torques = vec![0.0; m];
-                let now = Seen { angles, speeds, disturbances, references, readings: &[], states: &[] };
+                let now = Seen { time: 0.0, angles, speeds, disturbances, references, readings: &[], states: &[] };
                 block.command(now, &mut torques).then_some(torques)
             };
             let (above, below) = (at(middle + step)?, at(middle - step)?);

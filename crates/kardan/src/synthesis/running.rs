@@ -97,6 +97,8 @@ impl Running {
 /// What a law sees at one instant.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen<'a> {
+    /// The time, s.
+    pub time: f64,
     /// Angles of all shafts, sorted by name, rad.
     pub angles: &'a [f64],
     /// Their speeds, rad/s.
@@ -130,7 +132,7 @@ mod tests {
     }
 
     fn seen<'a>(reference: &'a [f64], states: &'a [f64]) -> Seen<'a> {
-        Seen { angles: &[], speeds: &[], disturbances: &[], references: reference, readings: &[], states }
+        Seen { time: 0.0, angles: &[], speeds: &[], disturbances: &[], references: reference, readings: &[], states }
     }
 
     #[test]

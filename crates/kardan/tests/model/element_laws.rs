@@ -292,6 +292,7 @@ fn every_law_is_what_its_gains_say() {
         let mut base = vec![0.0; m];
         let rest = vec![0.0; n];
         let nothing = Seen {
+            time: 0.0,
             angles: &rest,
             speeds: &rest,
             references: &references,

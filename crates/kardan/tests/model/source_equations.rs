@@ -1351,7 +1351,7 @@ fn shafts_at(sia: &Sia, position: [f64; 3], speed: [f64; 3]) -> (Vec<f64>, Vec<f
 
 /// What a law without states sees.
 fn seen<'a>(angles: &'a [f64], speeds: &'a [f64], references: &'a [f64]) -> Seen<'a> {
-    Seen { angles, speeds, references, disturbances: &[], readings: &[], states: &[] }
+    Seen { time: 0.0, angles, speeds, references, disturbances: &[], readings: &[], states: &[] }
 }
 
 /// (6.137) in (6.124): the rack motor's torque from reference, state and load estimate.

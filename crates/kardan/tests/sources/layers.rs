@@ -23,9 +23,11 @@ const LAYERS: &[&str] = &[
     "file",        // the syntax of a file
     "schema",      // the keys of a table
     "equations",   // terms, data only
+    "program",     // what blocks compute, data only
     "results",     // what a study gives, data only
     "element",     // named handfuls of terms, one registry
     "signal",      // functions of time by name, one registry
+    "block",       // what a program of signals is made of, one registry
     "assemble",    // terms to matrices
     "reduce",      // constraints out of the equations
     "symbolic",    // the same in the names of values
@@ -41,11 +43,11 @@ const LAYERS: &[&str] = &[
 
 /// Additional borders: what a layer does not know although it stands above it.
 const UNKNOWN: &[(&str, &[&str])] = &[
-    ("simulate", &["element", "schema", "diagnostics", "signal", "analysis"]),
+    ("simulate", &["element", "schema", "diagnostics", "signal", "block", "analysis"]),
     ("identify", &["element", "schema", "diagnostics", "analysis", "synthesis", "simulate"]),
-    ("reduce", &["element", "schema", "diagnostics", "signal"]),
+    ("reduce", &["element", "schema", "diagnostics", "signal", "block"]),
     ("assemble", &["element", "schema", "diagnostics"]),
-    ("symbolic", &["element", "schema", "diagnostics", "signal"]),
+    ("symbolic", &["element", "schema", "diagnostics", "signal", "block"]),
     ("export", &["model", "study", "simulate", "synthesis", "analysis", "reduce", "assemble", "element"]),
 ];
 

@@ -1330,6 +1330,7 @@ fn check_block(text: &str, variant: &str, control: &str) {
         let torques = numbers.list(law.inputs().len(), 5.0);
         let disturbances = [];
         let seen = Seen {
+            time: 0.0,
             angles: &angles,
             speeds: &speeds,
             disturbances: &disturbances,

@@ -173,6 +173,17 @@ impl<'a, 'd> Functions<'a, 'd> {
         Diagnostic { help: error.help, ..diagnostic }
     }
 
+    /// The function of time of a signal of that name, which there is; nothing if it has a mistake, which was told.
+    pub(crate) fn of_time_named(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<OfTime> {
+        let (value, dimension) = self.signal(name, out)?;
+        OfTime::new(self.graph.clone(), self.time, self.parts.clone(), value, dimension)
+    }
+
+    /// A table of that name; nothing if there is none, or it has a mistake, which was told.
+    pub(crate) fn table_of(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<Arc<Lookup>> {
+        self.table(name, out).flatten()
+    }
+
     /// A signal of that name, which there is; nothing if it has a mistake, which was told.
     pub(crate) fn signal(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<(Expr, Dimension)> {
         let document = self.document;

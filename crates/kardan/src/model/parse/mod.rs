@@ -193,7 +193,9 @@ fn value_near(
         (Kind::Overrides | Kind::Lists, Written::Table(entries)) => reader.map(&Kind::AnyQuantity, entries, out),
         (Kind::OfTime(_), Written::Text(text)) if is_of_time(text) => reader.formula(text, out),
         (Kind::OfTime(_), literal) => reader.scalar(literal, out).map(Value::Scalar),
-        (Kind::Formula(_) | Kind::Surface, Written::Text(text) | Written::Number(text)) => reader.formula(text, out),
+        (Kind::Formula(_) | Kind::Surface | Kind::Expression, Written::Text(text) | Written::Number(text)) => {
+            reader.formula(text, out)
+        }
         (Kind::Formulas, Written::Table(entries)) => Some(reader.functions(entries, out)),
         (Kind::Functions, Written::Table(entries)) => Some(reader.functions(entries, out)),
         (Kind::Tables(fields), Written::List(list)) => {

@@ -20,7 +20,8 @@ use crate::simulate::clocked::Clocked;
 use crate::simulate::drive::Drive;
 use crate::simulate::friction::{BoxProblem, Mode};
 use crate::simulate::scenario::{Profile, Scenario};
-use crate::synthesis::{Law, LinearLaw, Running, Seen};
+use crate::program::Task;
+use crate::synthesis::{Law, LinearLaw, Running, Seen, TaskLaw};
 
 /// What drives the inputs; `size` grows by their states.
 fn drives(equations: &Equations, size: &mut usize) -> Vec<Drive> {
@@ -52,6 +53,7 @@ fn is_linear(law: &mut Running, part: &LinearLaw, references: usize) -> bool {
     let (angles, speeds) = (numbers(shafts, 1), numbers(shafts, 2));
     let (references, own, torques) = (numbers(references, 3), numbers(states, 4), numbers(part.torques.columns(), 5));
     let seen = Seen {
+        time: 0.0,
         angles: &angles,
         speeds: &speeds,
         disturbances: &[],
@@ -117,8 +119,31 @@ fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usi
         states: first..*size,
         limits,
         inputs,
+        answers: Vec::new(),
         references,
         law: Arc::clone(law),
+    }
+}
+
+/// A task of blocks: its answers are sources.
+fn task(task: &Arc<Task>, setup: &Setup<'_>) -> Wired {
+    let law: Arc<dyn Law> = Arc::new(TaskLaw::new(task, setup.reduced));
+    let sources = &setup.scenario.sources;
+    let source = |name: &str| sources.iter().position(|s| s.name == name).expect("what blocks read and answer is a source");
+    let clock = law.clock().expect("a task has a clock");
+    let answers: Vec<usize> = law.inputs().iter().map(|name| source(name)).collect();
+    let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
+    Wired {
+        computer: Computer::Clocked(Box::new(Clocked::new(&*law, clock, setup.reduced, setup.scenario))),
+        reference_values: vec![0.0; references.len()],
+        commands: vec![0.0; answers.len()],
+        torques: Vec::new(),
+        states: 0..0,
+        limits: vec![None; answers.len()],
+        inputs: Vec::new(),
+        answers,
+        references,
+        law,
     }
 }
 
@@ -180,7 +205,9 @@ impl Machine {
         let inputs = reduced.equations.inputs.len();
         let mut size = 2 * r;
         let drives = drives(&reduced.equations, &mut size);
-        let laws: Vec<Wired> = setup.laws.iter().map(|law| wired(law, &setup, &drives, &mut size)).collect();
+        // Blocks compute before the laws that read them.
+        let mut laws: Vec<Wired> = scenario.tasks.iter().map(|one| task(one, &setup)).collect();
+        laws.extend(setup.laws.iter().map(|law| wired(law, &setup, &drives, &mut size)));
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
         let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals };
         let Compiled { dynamics, work, places, timed, meshes, moving } =

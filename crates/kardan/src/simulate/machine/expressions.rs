@@ -167,7 +167,7 @@ pub(super) fn extend(
     let of_inputs = |what: &'static str| equations.inputs.iter().map(move |input| format!("{}.{what}", input.element));
     let of_source = |(k, target): (usize, &SourceTarget)| match target {
         SourceTarget::Input(input) => equations.inputs[*input].element.clone(),
-        SourceTarget::Reference => format!("reference.{k}"),
+        SourceTarget::Reference | SourceTarget::Block => format!("reference.{k}"),
     };
     let limits_of = |name: String| [format!("{name}_factor"), name];
     (places.states, states) = all.given(more_states.clone().map(|k| format!("state.{k}")));

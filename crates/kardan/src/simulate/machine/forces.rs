@@ -41,7 +41,7 @@ impl Machine {
                     for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
                         *value = self.timed.values[source];
                     }
-                    let seen = seen(&self.work.kinematics, &wired.reference_values, &state[wired.states.clone()]);
+                    let seen = seen(time, &self.work.kinematics, &wired.reference_values, &state[wired.states.clone()]);
                     law.command(seen, &mut wired.commands);
                 }
             }
@@ -212,7 +212,7 @@ impl Machine {
             for (torque, &input) in wired.torques.iter_mut().zip(&wired.inputs) {
                 *torque = self.torques[input];
             }
-            let seen = seen(&self.work.kinematics, &wired.reference_values, &state[wired.states.clone()]);
+            let seen = seen(time, &self.work.kinematics, &wired.reference_values, &state[wired.states.clone()]);
             if let Computer::Continuous(law) = &mut wired.computer {
                 law.rates(seen, &wired.torques, &mut out[wired.states.clone()]);
             }

@@ -94,6 +94,15 @@ impl Machine {
             }
             let model = (&self.dynamics, &self.work);
             clocked.advance(time, &wired.reference_values, model, &wired.limits);
+            if wired.answers.is_empty() {
+                continue;
+            }
+            for (&source, value) in wired.answers.iter().zip(&clocked.held) {
+                self.lines[source] = (*value, 0.0, time);
+                self.profiles[source].hold(time, *value);
+                self.sources[source] = *value;
+            }
+            self.timed.find_sources(&self.sources, time);
         }
     }
 }

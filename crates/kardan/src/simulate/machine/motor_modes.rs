@@ -66,7 +66,7 @@ impl Machine {
     pub(super) fn command_rests(&self, input: usize) -> bool {
         let steady = |(target, line): (&SourceTarget, &(f64, f64, f64))| match target {
             SourceTarget::Input(other) => *other != input || line.1 == 0.0,
-            SourceTarget::Reference => true,
+            SourceTarget::Reference | SourceTarget::Block => true,
         };
         self.laws.iter().all(|wired| wired.clocked().is_some() || !wired.inputs.contains(&input))
             && self.targets.iter().zip(&self.lines).all(steady)

@@ -15,6 +15,8 @@ pub(super) struct Wired {
     pub inputs: Vec<usize>,
     /// Torque limits of its inputs, N m.
     pub limits: Vec<Option<f64>>,
+    /// Sources that its commands are, of a task of blocks.
+    pub answers: Vec<usize>,
     pub references: Vec<usize>,
     pub reference_values: Vec<f64>,
     pub commands: Vec<f64>,
@@ -48,9 +50,9 @@ impl Wired {
 }
 
 /// What a law sees: the true angles and speeds, of disturbances nothing.
-pub(super) fn seen<'a>(kinematics: &'a Kinematics, references: &'a [f64], states: &'a [f64]) -> Seen<'a> {
+pub(super) fn seen<'a>(time: f64, kinematics: &'a Kinematics, references: &'a [f64], states: &'a [f64]) -> Seen<'a> {
     let Kinematics { angles, speeds, .. } = kinematics;
-    Seen { angles, speeds, disturbances: &[], references, readings: &[], states }
+    Seen { time, angles, speeds, disturbances: &[], references, readings: &[], states }
 }
 
 /// What a machine is made of.

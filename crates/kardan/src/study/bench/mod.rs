@@ -502,6 +502,7 @@ impl PreparedBench {
                     sources: Vec::new(),
                     events: Vec::new(),
                     signals: Vec::new(),
+                    tasks: Vec::new(),
                     faults: Vec::new(),
                     seed: spec.seed,
                     recorded: None,

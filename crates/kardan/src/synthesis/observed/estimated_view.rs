@@ -103,6 +103,7 @@ impl EstimatedView {
             *disturbances = self.compensation * torque;
         }
         Seen {
+            time: seen.time,
             angles: &self.kinematics.angles,
             speeds: &self.kinematics.speeds,
             disturbances: &self.disturbances,

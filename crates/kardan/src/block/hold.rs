@@ -1,0 +1,43 @@
+use super::wiring::{BlockKind, Wiring};
+use crate::element::Mistake;
+use crate::schema::{BlockKeys, Keys, keys};
+
+keys! {
+    /// A signal of another sample time as it stands.
+    block Hold("hold") {
+        required {
+            input: Expression, "What it reads, of any sample times.";
+        }
+        optional {
+        }
+    }
+}
+
+pub(super) const HOLD: BlockKind = BlockKind {
+    keyword: Hold::KEYWORD,
+    summary: "The way from one sample time to another: a signal as it stands at a sample.",
+    formula: "The input, read at its samples. Blocks of shorter sample times compute first: a faster one is read as it is now, a slower one as it\n\
+              was before this instant.",
+    fields: Hold::FIELDS,
+    example: "\
+[block.slow]
+kind = \"low_pass\"
+input = \"encoder.phi\"
+time_constant = \"50 ms\"
+sample_time = \"10 ms\"
+
+[block.slow_at_1_ms]
+kind = \"hold\"
+input = \"slow\"
+sample_time = \"1 ms\"
+",
+    crosses: true,
+    write,
+};
+
+fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
+    let (input, dimension) = wiring.input("input")?;
+    wiring.period("it reads at samples")?;
+    wiring.answer(input, dimension);
+    Ok(())
+}

@@ -1,0 +1,49 @@
+use super::wiring::{BlockKind, Wiring};
+use crate::element::Mistake;
+use crate::schema::{BlockKeys, Keys, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// A switch with two thresholds.
+    block Hysteresis("hysteresis") {
+        required {
+            input: Expression, "What it reads.";
+            upper: Expression, "It switches on where its input is not below.";
+            lower: Expression, "It switches off where its input is not above; below the upper one.";
+        }
+        optional {
+            on: Expression, "Its answer while it is on; left out: 1.";
+            off: Expression, "Its answer while it is off; left out: 0.";
+        }
+    }
+}
+
+pub(super) const HYSTERESIS: BlockKind = BlockKind {
+    keyword: Hysteresis::KEYWORD,
+    summary: "A switch with two thresholds (Schmitt trigger); it needs a sample time.",
+    formula: "Off at the start; on from the upper threshold on, off again from the lower one on.",
+    fields: Hysteresis::FIELDS,
+    example: "\
+[block.hands_on]
+kind = \"hysteresis\"
+input = \"abs(torque_sensor.tau)\"
+upper = \"0.5 N m\"
+lower = \"0.2 N m\"
+sample_time = \"10 ms\"
+",
+    crosses: false,
+    write,
+};
+
+fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
+    let (input, of) = wiring.input("input")?;
+    wiring.period("it switches at samples")?;
+    let (upper, lower) = (wiring.needed("upper", of)?, wiring.needed("lower", of)?);
+    wiring.in_order(["lower", "upper"], [lower, upper])?;
+    let (on, dimension) = wiring.given.get("on").copied().unwrap_or((Wiring::one(), Dimension::NONE));
+    let off = wiring.of("off", dimension)?.unwrap_or(Wiring::zero());
+    let switch = kardan_rt::Hysteresis { upper, lower, answers: [off, on] };
+    let answer = wiring.step(|memory| switch.step(input, memory), [Wiring::zero(); 2]);
+    wiring.answer(answer, dimension);
+    Ok(())
+}

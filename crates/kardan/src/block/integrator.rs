@@ -1,0 +1,77 @@
+use super::wiring::{BlockKind, Wiring, mistake};
+use crate::element::Mistake;
+use crate::schema::{BlockKeys, Keys, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// The integral of a signal over time.
+    block Integrator("integrator") {
+        required {
+            input: Expression, "What it reads.";
+        }
+        optional {
+            initial: Expression, "Its answer at the start; left out: 0.";
+            low: Expression, "The smallest answer; left out: that below zero which `high` is above, if there is one.";
+            high: Expression, "The largest answer; left out: no bound.";
+            reset: Expression, "Where it is above 0.5 the answer is `reset_to`; left out: never. It needs a sample time.";
+            reset_to: Expression, "What it begins with again; left out: 0.";
+            rule: Choice(&["forward", "trapezoidal"]) = "forward",
+                "At a sample time: the rule of the sum. What a forward one answers does not depend on its input at once, so it may close a loop.";
+        }
+    }
+}
+
+pub(super) const INTEGRATOR: BlockKind = BlockKind {
+    keyword: Integrator::KEYWORD,
+    summary: "The integral of a signal over time, with bounds and reset.",
+    formula: "rate of the answer = input within the bounds; at a sample time h: y + h input at the next sample, or y- + h (input + input-)/2.",
+    fields: Integrator::FIELDS,
+    example: "\
+[block.angle_of_rate]
+kind = \"integrator\"
+input = \"column.w\"
+high = \"2 rad\"
+sample_time = \"1 ms\"
+",
+    crosses: false,
+    write,
+};
+
+fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
+    let (input, of) = wiring.input("input")?;
+    let dimension = wiring.over("input", of, Dimension::TIME, 1)?;
+    let zero = Wiring::zero();
+    let start = wiring.of("initial", dimension)?.unwrap_or(zero);
+    let [low, high] = wiring.bounds(dimension)?;
+    let (reset, reset_to) = (wiring.of("reset", Dimension::NONE)?, wiring.of("reset_to", dimension)?);
+    if reset.is_none() && reset_to.is_some() {
+        return Err(mistake("reset_to", "`reset_to` is for a `reset`, which is not given", "add `reset`"));
+    }
+    let answer = match wiring.sample_time.clone() {
+        Some(time) => {
+            let sum = kardan_rt::Integrator { sample_time: wiring.exact(&time), low, high };
+            let (reset, reset_to) = (reset.unwrap_or(zero), reset_to.unwrap_or(zero));
+            let trapezoidal = wiring.values.word_or_default("rule") == "trapezoidal";
+            wiring.step(
+                |memory| match trapezoidal {
+                    true => sum.step_trapezoidal(input, reset, reset_to, memory),
+                    false => sum.step(input, reset, reset_to, memory),
+                },
+                [zero, start],
+            )
+        }
+        None if reset.is_some() => {
+            return Err(mistake("reset", "a reset needs a `sample_time`", "write `sample_time = \"1 ms\"`"));
+        }
+        None => {
+            let first = wiring.memory.len();
+            let sum = wiring.remember(start);
+            // At a bound it waits until its input leads away from there.
+            let rate = wiring.away_from(sum, [low, high], input);
+            wiring.next(first, &[rate]);
+            wiring.within(sum, [low, high])
+        }
+    };
+    wiring.answer(answer, dimension);
+    Ok(())
+}

@@ -1,0 +1,64 @@
+use super::wiring::{BlockKind, Wiring};
+use crate::element::Mistake;
+use crate::expr::Traced;
+use crate::schema::{BlockKeys, Keys, Sign, keys};
+use crate::units::{Dimension, Exact};
+
+keys! {
+    /// Watches a residual.
+    block Monitor("monitor") {
+        required {
+            residual: Expression, "What is to be near zero.";
+            threshold: Expression, "The largest size of it that is no alarm.";
+        }
+        optional {
+            debounce: Quantity(Dimension::TIME, Sign::NonNegative), "How long it must be beyond that for an alarm; left out: one sample.";
+            hold: Quantity(Dimension::TIME, Sign::NonNegative), "How long it must be within it for the alarm to end; left out: it never ends.";
+        }
+    }
+}
+
+pub(super) const MONITOR: BlockKind = BlockKind {
+    keyword: Monitor::KEYWORD,
+    summary: "Watches a residual: 1 where it stays beyond its threshold, until it stays within; it needs a sample time.",
+    formula: "An alarm after as many samples beyond the threshold, one after the other, as fill `debounce`; its end after as many within it as\n\
+              fill `hold`. A residual that is no number counts as beyond.",
+    fields: Monitor::FIELDS,
+    example: "\
+[block.encoder_lost]
+kind = \"monitor\"
+residual = \"encoder.phi - column.phi\"
+threshold = \"0.5 deg\"
+debounce = \"5 ms\"
+sample_time = \"1 ms\"
+",
+    crosses: false,
+    write,
+};
+
+/// More samples than are ever counted.
+const NEVER: usize = 1 << 25;
+
+fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
+    let (residual, of) = wiring.input("residual")?;
+    wiring.period("it counts in samples")?;
+    let threshold = wiring.needed("threshold", of)?;
+    // As many samples as fill the time, the first at its begin.
+    let count = |key, left_out: usize| -> Traced<'_> {
+        let samples = |time: &Exact, period: &Exact| (time.to_rational() / period.to_rational()).ceil();
+        let found = match (wiring.values.exact(key), &wiring.sample_time) {
+            (Some(time), Some(period)) => usize::try_from(samples(time, period)).unwrap_or(NEVER),
+            _ => left_out,
+        };
+        Traced::Fraction(found.clamp(1, NEVER) as i64, 1)
+    };
+    let watch = kardan_rt::Monitor { threshold, debounce: count("debounce", 1), hold: count("hold", NEVER) };
+    // Whether there is an alarm is remembered, and is the answer.
+    let first = wiring.memory.len();
+    let [alarm, counted] = wiring.zeros();
+    let mut memory = [alarm, counted];
+    let _ = watch.step(residual, &mut memory);
+    wiring.next(first, &memory);
+    wiring.answer(memory[0], Dimension::NONE);
+    Ok(())
+}

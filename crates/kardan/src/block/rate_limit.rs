@@ -1,0 +1,55 @@
+use super::wiring::{BlockKind, Wiring};
+use crate::element::Mistake;
+use crate::schema::{BlockKeys, Keys, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// A signal that changes no faster than it may.
+    block RateLimit("rate_limit") {
+        required {
+            input: Expression, "What it follows.";
+            rise: Expression, "The fastest rise, above zero: the unit of the input by a time.";
+        }
+        optional {
+            fall: Expression, "The fastest fall, above zero; left out: as fast as it rises.";
+        }
+    }
+}
+
+pub(super) const RATE_LIMIT: BlockKind = BlockKind {
+    keyword: RateLimit::KEYWORD,
+    summary: "A signal that changes no faster than it may; it needs a sample time.",
+    formula: "The nearest number to the input between y- - fall h and y- + rise h; the first sample is that of the input.",
+    fields: RateLimit::FIELDS,
+    example: "\
+[block.gentle]
+kind = \"rate_limit\"
+input = \"wish\"
+rise = \"30 N m/s\"
+sample_time = \"1 ms\"
+
+[signal.wish]
+kind = \"sine\"
+amplitude = \"2 N m\"
+frequency = \"1 Hz\"
+",
+    crosses: false,
+    write,
+};
+
+fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
+    let (input, dimension) = wiring.input("input")?;
+    let h = wiring.period("how far it may go from one sample to the next follows from that")?;
+    let rate = wiring.over("rise", dimension, Dimension::TIME, -1)?;
+    let rise = wiring.needed("rise", rate)?;
+    let fall = wiring.of("fall", rate)?.unwrap_or(rise);
+    let limit = kardan_rt::RateLimit { rise: rise * h, fall: fall * h };
+    // The answer is remembered, unlike those of other blocks.
+    let first = wiring.memory.len();
+    let [before, begun] = wiring.zeros();
+    let mut memory = [before, begun];
+    let _ = limit.step(input, &mut memory);
+    wiring.next(first, &memory);
+    wiring.answer(memory[0], dimension);
+    Ok(())
+}

@@ -1,0 +1,117 @@
+use kardan_rt::{Arithmetic, Transition};
+
+use super::wiring::{BlockKind, Wiring, mistake};
+use crate::element::Mistake;
+use crate::expr::Traced;
+use crate::schema::{BlockKeys, Keys, keys};
+use crate::units::{Dimension, Exact};
+
+keys! {
+    /// A way from one state to another.
+    table StateMachineTransition {
+        required {
+            from: Text, "The state that it leaves.";
+            to: Text, "The state that it leads to.";
+            when: Expression, "It may be taken where this is above 0.5: a monitor, or `if(mode.since > 0.2 s, 1, 0)`.";
+        }
+        optional {
+        }
+    }
+}
+
+keys! {
+    /// A machine that is in one of its states.
+    block StateMachine("state_machine") {
+        required {
+            states: Words, "Names of its states; it starts in the first.";
+            transitions: Tables(StateMachineTransition), "The ways between them; of two that may be taken, the first in this list is.";
+        }
+        optional {
+            outputs: Lists, "What it answers in each state, in the order of `states`: `{ fade = [1, 0.5, 0] }` is read as `NAME.fade`.";
+        }
+    }
+}
+
+pub(super) const STATE_MACHINE: BlockKind = BlockKind {
+    keyword: StateMachine::KEYWORD,
+    summary: "A machine of states, guards and outputs; it needs a sample time.",
+    formula: "At each sample the first transition from its state whose guard is above 0.5 is taken. `NAME` is the number of the state, from 0;\n\
+              `NAME.<state>` is 1 there, else 0; `NAME.since` how long it was in it when the sample began; `NAME.<output>` what is listed for it.",
+    fields: StateMachine::FIELDS,
+    example: "\
+[block.mode]
+kind = \"state_machine\"
+states = [\"normal\", \"fading\", \"off\"]
+transitions = [
+  { from = \"normal\", to = \"fading\", when = \"encoder_lost\" },
+  { from = \"fading\", to = \"off\", when = \"if(mode.since > 0.2 s, 1, 0)\" },
+]
+outputs = { gain = [1, 0.5, 0] }
+sample_time = \"1 ms\"
+
+[block.encoder_lost]
+kind = \"monitor\"
+residual = \"encoder.phi - column.phi\"
+threshold = \"0.5 deg\"
+sample_time = \"1 ms\"
+",
+    crosses: false,
+    write,
+};
+
+/// The answer that is the time in the state.
+const SINCE: &str = "since";
+
+fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
+    let h = wiring.period("it changes its state at samples")?;
+    let states = wiring.values.words("states").unwrap_or_default().to_vec();
+    let outputs = std::mem::take(&mut wiring.lists);
+    for (name, values) in &outputs {
+        if name == SINCE || states.contains(name) {
+            let message = format!("`outputs`: `{name}` is the name of a state, or of the time in it");
+            return Err(mistake("outputs", message, "choose another name"));
+        }
+        if values.len() != states.len() {
+            let message = format!("`outputs`: `{name}` has {} values for {} states", values.len(), states.len());
+            return Err(mistake("outputs", message, "write one for each state, in their order"));
+        }
+        if let Some((_, other)) = values.iter().find(|(_, found)| !values[0].1.is_like(found)) {
+            let message =
+                format!("`outputs`: `{name}` is {} in one state and {} in another", values[0].1.noun(), other.noun());
+            return Err(mistake("outputs", message, "write them in units of one kind"));
+        }
+    }
+    let (transitions, guards): (Vec<Transition>, Vec<Traced<'_>>) =
+        wiring.guards.iter().map(|guard| (guard.transition, guard.when)).unzip();
+    let first = wiring.memory.len();
+    let state = wiring.remember(Wiring::zero());
+    // None at the first sample.
+    let since = wiring.remember(-Wiring::one());
+    let mut memory = [state, since];
+    let _ = kardan_rt::StateMachine { transitions: &transitions }.step(&guards, &mut memory);
+    wiring.next(first, &memory);
+    let [now, _] = memory;
+    wiring.answer(now, Dimension::NONE);
+    // When a sample begins: guards may read it.
+    wiring.answer_as(SINCE, (since + Wiring::one()) * h, Dimension::TIME);
+    let half = Wiring::one() / Traced::whole(2);
+    // Of each state 1, else 0: |state − k| < 1/2.
+    let is = |k: usize| {
+        let away = now - Traced::whole(k);
+        let away = away.select(Wiring::zero(), -away, away);
+        away.select(half, Wiring::one(), Wiring::zero())
+    };
+    for (k, name) in states.iter().enumerate() {
+        wiring.answer_as(name, is(k), Dimension::NONE);
+    }
+    for (name, values) in &outputs {
+        let value = |(value, _): &(Exact, Dimension)| wiring.exact(value);
+        let chosen = values
+            .iter()
+            .enumerate()
+            .skip(1)
+            .fold(value(&values[0]), |so_far, (k, other)| half.select(is(k), value(other), so_far));
+        wiring.answer_as(name, chosen, values[0].1);
+    }
+    Ok(())
+}

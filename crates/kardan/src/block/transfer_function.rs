@@ -1,0 +1,98 @@
+use super::rational::{filtered, product};
+use super::wiring::{BlockKind, Wiring, mistake, rational};
+use crate::element::Mistake;
+use crate::expr::Traced;
+use crate::schema::{BlockKeys, ExactPole, Keys, keys};
+use crate::units::{Dimension, Exact};
+
+keys! {
+    /// A rational transfer function by its zeros, poles and gain.
+    block TransferFunction("transfer_function") {
+        required {
+            input: Expression, "What it reads.";
+            poles: Poles, "Its poles, 1/s; a pole at 0 integrates.";
+        }
+        optional {
+            zeros: Poles, "Its zeros, 1/s, no more than poles; left out: none.";
+            gain: Expression, "Its gain at rest, with poles and zeros at 0 taken out; left out: 1.";
+            initial: Expression, "Its answer at the start, where it is at rest; left out: 0.";
+        }
+    }
+}
+
+pub(super) const TRANSFER_FUNCTION: BlockKind = BlockKind {
+    keyword: TransferFunction::KEYWORD,
+    summary: "A rational transfer function by its zeros, poles and gain at rest.",
+    formula: "gain * product(1 - s/zero) / product(1 - s/pole); s for a zero or 1/s for a pole at 0. At a sample time h by the bilinear rule,\n\
+              s = (2/h)(z - 1)/(z + 1).",
+    fields: TransferFunction::FIELDS,
+    example: "\
+[block.notch]
+kind = \"transfer_function\"
+input = \"torque_sensor.tau\"
+zeros = [\"-2 ± 60j\"]
+poles = [\"-40 ± 45j\"]
+sample_time = \"1 ms\"
+",
+    crosses: false,
+    write,
+};
+
+/// The polynomial `Π (1 − s/r)`, `s` for a root at 0, constant first; none if a root stands without its conjugate.
+fn polynomial<'g>(wiring: &Wiring<'g>, roots: &[ExactPole]) -> Option<Vec<Traced<'g>>> {
+    let (graph, one, zero) = (wiring.graph, Wiring::one(), Wiring::zero());
+    let number = |x: &Exact| rational(graph, x.to_rational());
+    let mut out = vec![one];
+    let mut open: Vec<&ExactPole> = roots.iter().collect();
+    while let Some(root) = open.pop() {
+        let (real, imaginary) = root;
+        let factor = if imaginary.is_zero() {
+            match real.is_zero() {
+                true => vec![zero, one],
+                false => vec![one, -(one / number(real))],
+            }
+        } else {
+            let conjugate = open.iter().position(|(re, im)| re == real && *im == -imaginary)?;
+            open.remove(conjugate);
+            // 1 − 2 Re(r)/|r|² s + s²/|r|²
+            let (re, im) = (number(real), number(imaginary));
+            let size = re * re + im * im;
+            vec![one, -((re + re) / size), one / size]
+        };
+        out = product(&out, &factor);
+    }
+    Some(out)
+}
+
+fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
+    let (input, of) = wiring.input("input")?;
+    let (gain, by) = wiring.given.get("gain").copied().unwrap_or((Wiring::one(), Dimension::NONE));
+    let (zeros, poles) =
+        (wiring.values.poles("zeros").unwrap_or_default(), wiring.values.poles("poles").unwrap_or_default());
+    if zeros.len() > poles.len() {
+        let message =
+            format!("there are {} zeros and {} poles: what it answers would depend on rates", zeros.len(), poles.len());
+        return Err(mistake("zeros", message, "add fast poles, as many as are missing"));
+    }
+    let of_roots = |key, roots| {
+        let alone = || {
+            mistake(key, format!("`{key}`: a complex one stands without its conjugate"), "write a pair, `-14 ± 14.3j`")
+        };
+        polynomial(wiring, roots).ok_or_else(alone)
+    };
+    let (numerator, denominator) = (of_roots("zeros", zeros)?, of_roots("poles", poles)?);
+    let numerator = product(&numerator, &[gain]);
+    let at_zero = |roots: &[ExactPole]| roots.iter().filter(|(re, im)| re.is_zero() && im.is_zero()).count() as i32;
+    let power = at_zero(poles) - at_zero(zeros);
+    let dimension = wiring.over("gain", of, by, 1)?;
+    let dimension =
+        (0..power.abs()).try_fold(dimension, |all, _| wiring.over("poles", all, Dimension::TIME, power.signum()))?;
+    let start = wiring.of("initial", dimension)?;
+    if start.is_some() && power != 0 {
+        let message = "`initial`: with a pole or a zero at 0 it is at rest at no one answer";
+        return Err(mistake("initial", message, "take it out"));
+    }
+    let answer = filtered(wiring, (&numerator, &denominator), input, start.unwrap_or(Wiring::zero()))?;
+    wiring.answer(answer, dimension);
+    Ok(())
+}

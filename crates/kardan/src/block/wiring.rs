@@ -1,0 +1,282 @@
+//! What a kind of block is, and what it writes itself into.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use kardan_rt::Arithmetic;
+
+use crate::element::{Mistake, Values};
+use crate::expr::{Function, Graph, Lookup, Traced};
+use crate::num::Rational;
+use crate::schema::Field;
+use crate::units::{Dimension, Exact};
+
+/// The description of a kind of block.
+#[derive(Debug, Clone, Copy)]
+pub struct BlockKind {
+    /// The word after `kind =`, and the name of the file here.
+    pub keyword: &'static str,
+    /// What it is, in one sentence.
+    pub summary: &'static str,
+    /// Its formula.
+    pub formula: &'static str,
+    /// Its keys besides `kind`, `sample_time` and `unit`.
+    pub fields: &'static [Field],
+    /// An example, valid TOML.
+    pub example: &'static str,
+    /// Whether it reads blocks of another sample time as they stand.
+    pub crosses: bool,
+    /// What it answers and remembers.
+    pub write: fn(&mut Wiring<'_>) -> Result<(), Mistake>,
+}
+
+/// What a block remembers.
+#[derive(Debug, Clone, Copy)]
+pub struct Remembered<'g> {
+    /// What stands for it.
+    pub symbol: Traced<'g>,
+    /// What it is at the start: no more than parameters stand in it.
+    pub start: Traced<'g>,
+    /// With a sample time what it is at the next sample, else its rate, 1/s.
+    pub next: Traced<'g>,
+}
+
+/// What a block answers.
+#[derive(Debug, Clone)]
+pub struct Answer<'g> {
+    /// What stands behind the name of the block and a point; empty: the name alone.
+    pub name: String,
+    /// The answer.
+    pub value: Traced<'g>,
+    /// What it is of.
+    pub dimension: Dimension,
+}
+
+/// A transition of a machine: numbers of states, and what it depends on.
+#[derive(Debug, Clone, Copy)]
+pub struct Guard<'g> {
+    /// The states.
+    pub transition: kardan_rt::Transition,
+    /// Above a half where it may be taken.
+    pub when: Traced<'g>,
+}
+
+/// What a block is written into: its keys as expressions, and what it answers and remembers.
+pub struct Wiring<'g> {
+    /// The graph.
+    pub graph: &'g RefCell<Graph>,
+    /// Keys that are expressions.
+    pub given: BTreeMap<&'static str, (Traced<'g>, Dimension)>,
+    /// All other keys.
+    pub values: &'g Values,
+    /// Lists by name.
+    pub lists: Vec<(String, Vec<(Exact, Dimension)>)>,
+    /// Transitions.
+    pub guards: Vec<Guard<'g>>,
+    /// The table that it names.
+    pub table: Option<Arc<Lookup>>,
+    /// Its sample time, s; none: it runs at every instant.
+    pub sample_time: Option<Exact>,
+    /// What it remembers.
+    pub memory: Vec<Remembered<'g>>,
+    /// What it answers.
+    pub answers: Vec<Answer<'g>>,
+}
+
+pub(super) fn mistake(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Mistake {
+    Mistake { key, message: message.into(), help: help.into() }
+}
+
+impl<'g> Wiring<'g> {
+    /// An expression of a key that must be there.
+    pub fn input(&self, key: &'static str) -> Result<(Traced<'g>, Dimension), Mistake> {
+        let missing = || mistake(key, format!("`{key}` is missing"), "write an expression, or the name of a signal");
+        self.given.get(key).copied().ok_or_else(missing)
+    }
+
+    /// The expression of a key, of a dimension; none if it is left out.
+    pub fn of(&self, key: &'static str, wanted: Dimension) -> Result<Option<Traced<'g>>, Mistake> {
+        let Some((value, found)) = self.given.get(key).copied() else { return Ok(None) };
+        if wanted.is_like(&found) {
+            return Ok(Some(value));
+        }
+        let message = format!("`{key}`: expected {}, found {}", wanted.noun(), found.noun());
+        Err(mistake(key, message, format!("it should come out in a unit such as {}", wanted.example())))
+    }
+
+    /// The same of a key that must be there.
+    pub fn needed(&self, key: &'static str, wanted: Dimension) -> Result<Traced<'g>, Mistake> {
+        self.input(key)?;
+        Ok(self.of(key, wanted)?.unwrap_or(Self::zero()))
+    }
+
+    /// 0.
+    pub fn zero() -> Traced<'g> {
+        Traced::whole(0)
+    }
+
+    /// 1.
+    pub fn one() -> Traced<'g> {
+        Traced::whole(1)
+    }
+
+    /// An exact number.
+    pub fn exact(&self, value: &Exact) -> Traced<'g> {
+        let expr = self.graph.borrow_mut().exact(value);
+        Traced::new(self.graph, expr)
+    }
+
+    /// The sample time, s, of a kind that needs one.
+    pub fn period(&self, why: &str) -> Result<Traced<'g>, Mistake> {
+        match &self.sample_time {
+            Some(time) => Ok(self.exact(time)),
+            None => Err(mistake("kind", format!("it needs a `sample_time`: {why}"), "write `sample_time = \"1 ms\"`")),
+        }
+    }
+
+    /// e^x
+    pub fn exp(&self, x: Traced<'g>) -> Traced<'g> {
+        let x = x.expr(self.graph);
+        let expr = self.graph.borrow_mut().apply(Function::Exp, x);
+        Traced::new(self.graph, expr)
+    }
+
+    /// The value of a constant, SI; none if something varies in it.
+    pub fn constant(&self, value: Traced<'g>) -> Option<f64> {
+        let expr = value.expr(self.graph);
+        let graph = self.graph.borrow();
+        let known = graph.symbols(&[expr]).is_empty();
+        known
+            .then(|| crate::expr::lower(&graph, &[expr], &mut crate::expr::Floating::<f64>::default(), |_| f64::NAN)[0])
+    }
+
+    /// A new entry of the memory, with what it is at the start; its next value is to be set.
+    pub fn remember(&mut self, start: Traced<'g>) -> Traced<'g> {
+        let expr = self.graph.borrow_mut().new_symbol(format!("memory.{}", self.memory.len()), Dimension::NONE);
+        let symbol = Traced::new(self.graph, expr);
+        self.memory.push(Remembered { symbol, start, next: symbol });
+        symbol
+    }
+
+    /// So many entries that start at zero.
+    pub fn zeros<const N: usize>(&mut self) -> [Traced<'g>; N] {
+        [(); N].map(|()| self.remember(Self::zero()))
+    }
+
+    /// What the entries are next, from one on.
+    pub fn next(&mut self, first: usize, values: &[Traced<'g>]) {
+        for (entry, next) in self.memory.iter_mut().skip(first).zip(values) {
+            entry.next = *next;
+        }
+    }
+
+    /// What it answers.
+    pub fn answer(&mut self, value: Traced<'g>, dimension: Dimension) {
+        self.answer_as("", value, dimension);
+    }
+
+    /// What it answers besides.
+    pub fn answer_as(&mut self, name: &str, value: Traced<'g>, dimension: Dimension) {
+        self.answers.push(Answer { name: name.into(), value, dimension });
+    }
+
+    /// The block of `kardan-rt`: its memory is the answer and the entries that were made before.
+    pub fn step<const N: usize>(
+        &mut self,
+        step: impl FnOnce(&mut [Traced<'g>; N]) -> bool,
+        starts: [Traced<'g>; N],
+    ) -> Traced<'g> {
+        let first = self.memory.len();
+        let mut memory = starts;
+        // The answer is no memory but where a number is lost; nothing that is finite depends on it.
+        for (place, start) in memory.iter_mut().zip(starts).skip(1) {
+            *place = self.remember(start);
+        }
+        step(&mut memory);
+        self.next(first, &memory[1..]);
+        memory[0]
+    }
+
+    /// A dimension by another one.
+    pub fn over(&self, key: &'static str, a: Dimension, b: Dimension, power: i32) -> Result<Dimension, Mistake> {
+        a.times(&b, power)
+            .ok_or_else(|| mistake(key, format!("`{key}`: its unit has too high powers"), "check the units"))
+    }
+
+    /// A whole number of samples that a time is, at least so many.
+    pub fn samples(&self, key: &'static str, time: &Exact, period: &Exact) -> Result<usize, Mistake> {
+        let ratio = time.to_rational() / period.to_rational();
+        let whole: Option<usize> =
+            ratio.denominator().is_one().then(|| ratio.numerator().clone().try_into().ok()).flatten();
+        match whole {
+            Some(count) if count <= MOST_SAMPLES => Ok(count),
+            Some(count) => Err(mistake(
+                key,
+                format!("`{key}` has {count} samples, more than {MOST_SAMPLES}"),
+                "make it shorter, or the sample time longer",
+            )),
+            None => {
+                let nearest = crate::num::rational_to_f64(&ratio).round() * period.to_f64();
+                Err(mistake(
+                    key,
+                    format!("`{key}` is no multiple of the sample time"),
+                    format!("the nearest one is {nearest} s"),
+                ))
+            }
+        }
+    }
+}
+
+/// Samples that a block may remember.
+pub const MOST_SAMPLES: usize = 10_000;
+
+/// A rational as an expression.
+pub(super) fn rational<'g>(graph: &'g RefCell<Graph>, value: Rational) -> Traced<'g> {
+    let expr = graph.borrow_mut().number(value);
+    Traced::new(graph, expr)
+}
+
+impl<'g> Wiring<'g> {
+    /// Whether an expression is exactly zero.
+    pub fn is_zero(&self, value: Traced<'g>) -> bool {
+        let expr = value.expr(self.graph);
+        self.graph.borrow().is_zero(expr)
+    }
+
+    /// The bounds `low` and `high`, as far as there are any: one that is left out is as far on the other side.
+    pub fn bounds(&self, dimension: Dimension) -> Result<[Option<Traced<'g>>; 2], Mistake> {
+        let high = self.of("high", dimension)?;
+        let low = self.of("low", dimension)?.or(high.map(|high| -high));
+        if let [Some(low), Some(high)] = [low, high] {
+            self.in_order(["low", "high"], [low, high])?;
+        }
+        Ok([low, high])
+    }
+
+    /// Refuses two constants that are not in the order that they should be in.
+    pub fn in_order(&self, keys: [&'static str; 2], [low, high]: [Traced<'g>; 2]) -> Result<(), Mistake> {
+        match [self.constant(low), self.constant(high)] {
+            [Some(a), Some(b)] if a > b => {
+                let message = format!("`{}` is above `{}`: {a} and {b} in SI units", keys[0], keys[1]);
+                Err(mistake(keys[0], message, "exchange them, or check a sign"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// A signal within bounds.
+    pub fn within(&self, x: Traced<'g>, [low, high]: [Option<Traced<'g>>; 2]) -> Traced<'g> {
+        let x = low.map_or(x, |low| x.select(low, low, x));
+        high.map_or(x, |high| x.select(high, x, high))
+    }
+
+    /// A rate, zero where it would lead a number that is beyond a bound further away.
+    pub fn away_from(&self, x: Traced<'g>, [low, high]: [Option<Traced<'g>>; 2], rate: Traced<'g>) -> Traced<'g> {
+        let zero = Self::zero();
+        let rising = |rate: Traced<'g>| zero.select(rate, rate, zero);
+        let falling = |rate: Traced<'g>| rate.select(zero, rate, zero);
+        let rate = low.map_or(rate, |low| low.select(x, rate, rising(rate)));
+        high.map_or(rate, |high| x.select(high, rate, falling(rate)))
+    }
+}

@@ -1,0 +1,647 @@
+//! Blocks and what they read, put together to tasks: names looked up, units checked, in the order in which they compute.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use super::document::{BlockTable, Document};
+use super::functions::Functions;
+use super::table_reader::TableReader;
+use crate::block::{BlockKind, Guard, Wiring};
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::element::{Mistake, Values};
+use crate::entries::Place;
+use crate::expr::{Expr, Floating, Graph, Lookup, Named, OfTime, Symbol, Traced, lower};
+use crate::names::SignalName;
+use crate::program::{Entry, Read, Step, Task, TaskAnswer};
+use crate::schema::{Kind, Placed, Scalar, Table, Value};
+use crate::units::{Dimension, Exact, Expression, UnitError, shown_quantity};
+
+/// The blocks of a model as tasks, with what comes from outside.
+#[derive(Debug, Clone, Default)]
+pub struct Programs {
+    /// One task for each sample time, the shortest first.
+    pub tasks: Vec<Arc<Task>>,
+    /// Functions of time that tasks read, by name.
+    pub functions: Vec<(String, Arc<OfTime>)>,
+}
+
+/// Something outside of the blocks that they may read by its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outside {
+    /// The name.
+    pub name: String,
+    /// What it is.
+    pub read: Read,
+    /// What it is of.
+    pub dimension: Dimension,
+}
+
+/// A block that was written.
+#[derive(Debug, Clone)]
+struct Made {
+    period: Option<Exact>,
+    /// Names behind that of the block, with what stands for them outside, values and dimensions.
+    answers: Vec<(String, Expr, Dimension)>,
+    /// Symbol, start, next.
+    memory: Vec<(Expr, Expr, Expr)>,
+    /// Names in its expressions, signals written out.
+    reads: BTreeSet<String>,
+}
+
+/// The blocks of a document in the making.
+pub(crate) struct Blocks<'a, 'd, 'f> {
+    reader: &'a TableReader<'d>,
+    document: &'a Document,
+    functions: &'f mut Functions<'a, 'd>,
+    graph: RefCell<Graph>,
+    outside: Vec<Outside>,
+    /// What was read of it, with what stands for it.
+    read: BTreeMap<String, (Expr, Dimension)>,
+    /// What stands for the answers of blocks.
+    answers: BTreeMap<String, (Expr, Dimension)>,
+    made: BTreeMap<&'a str, Option<Made>>,
+    /// Blocks and signals that wait for others.
+    open: Vec<&'a str>,
+    used_functions: Vec<(String, Arc<OfTime>)>,
+}
+
+/// The name of an answer outside.
+fn outside_name(block: &str, answer: &str) -> String {
+    if answer.is_empty() { block.to_string() } else { format!("{block}.{answer}") }
+}
+
+/// The symbols of an answer: `.since` of a machine and others whose units are known before anything is written.
+fn foretold(kind: &BlockKind, values: &Values, lists: &[(String, Vec<(Exact, Dimension)>)]) -> Vec<(String, Dimension)> {
+    match kind.keyword {
+        "state_machine" => {
+            let states = values.words("states").unwrap_or_default().iter();
+            let outputs = lists.iter().filter_map(|(name, list)| Some((name.clone(), list.first()?.1)));
+            let own = [(String::new(), Dimension::NONE), ("since".to_string(), Dimension::TIME)];
+            own.into_iter().chain(states.map(|name| (name.clone(), Dimension::NONE))).chain(outputs).collect()
+        }
+        "monitor" => vec![(String::new(), Dimension::NONE)],
+        _ => Vec::new(),
+    }
+}
+
+impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
+    pub(crate) fn new(
+        (reader, document): (&'a TableReader<'d>, &'a Document),
+        functions: &'f mut Functions<'a, 'd>,
+        outside: Vec<Outside>,
+    ) -> Self {
+        Self {
+            reader,
+            document,
+            functions,
+            graph: RefCell::default(),
+            outside,
+            read: BTreeMap::new(),
+            answers: BTreeMap::new(),
+            made: BTreeMap::new(),
+            open: Vec::new(),
+            used_functions: Vec::new(),
+        }
+    }
+
+    /// All blocks as tasks; what is wrong is told.
+    pub(crate) fn tasks(mut self, out: &mut Vec<Diagnostic>) -> Programs {
+        let before = out.len();
+        for block in &self.document.blocks {
+            self.block(block, out);
+        }
+        if out.len() > before {
+            return Programs::default();
+        }
+        self.check_rates(out);
+        let Some(order) = self.order(out) else { return Programs::default() };
+        if out.len() > before {
+            return Programs::default();
+        }
+        let mut periods: Vec<Option<Exact>> = self.made.values().flatten().map(|made| made.period.clone()).collect();
+        periods.sort_by(|a, b| {
+            let time = |period: &Option<Exact>| period.as_ref().map(Exact::to_rational);
+            time(a).cmp(&time(b))
+        });
+        periods.dedup();
+        let tasks = periods.into_iter().map(|period| Arc::new(self.task(period, &order))).collect();
+        Programs { tasks, functions: std::mem::take(&mut self.used_functions) }
+    }
+
+    fn symbol(&self, name: &str, dimension: Dimension) -> Expr {
+        self.graph.borrow_mut().new_symbol(name.to_string(), dimension)
+    }
+
+    /// What stands for an answer, of a dimension.
+    fn answer_symbol(&mut self, name: String, dimension: Dimension) -> (Expr, Dimension) {
+        if let Some(known) = self.answers.get(&name) {
+            return *known;
+        }
+        let found = (self.symbol(&name, dimension), dimension);
+        self.answers.insert(name, found);
+        found
+    }
+
+    /// Writes a block; nothing if it has a mistake, which was told.
+    fn block(&mut self, block: &'a BlockTable, out: &mut Vec<Diagnostic>) -> Option<Made> {
+        if let Some(made) = self.made.get(block.name.as_str()) {
+            return made.clone();
+        }
+        self.open.push(&block.name);
+        let made = self.written(block, out);
+        self.open.pop();
+        self.made.insert(&block.name, made.clone());
+        made
+    }
+
+    fn written(&mut self, block: &'a BlockTable, out: &mut Vec<Diagnostic>) -> Option<Made> {
+        let BlockTable { kind, name, place, table } = block;
+        let what = format!("block `{}`", shortened(name));
+        let before = out.len();
+        let values = self.reader.values(table.fields, table, &what, out);
+        let unit = self.unit(table, &what, out);
+        if out.len() > before {
+            return None;
+        }
+        let lists = self.lists(table, out);
+        // What is known of it already may be read by what it reads.
+        for (answer, dimension) in foretold(kind, &values, &lists) {
+            self.answer_symbol(outside_name(name, &answer), dimension);
+        }
+        if let Some(dimension) = unit {
+            self.answer_symbol(name.clone(), dimension);
+        }
+        let mut reads = BTreeSet::new();
+        let mut given = Vec::new();
+        for field in table.fields.iter().filter(|field| field.kind == Kind::Expression) {
+            let Some(Placed { value: Value::Scalar(Scalar::Expression(read)), place }) = table.values.get(field.name) else {
+                continue;
+            };
+            let label = format!("`{}` of {what}", field.name);
+            given.push((field.name, self.expression(read, (place, &label), &mut reads, out)?));
+        }
+        let guards = self.guards(table, &values, &what, &mut reads, out)?;
+        let called = match values.word("table").filter(|_| kind.keyword == "table") {
+            Some(name) => self.functions.table_of(name, out),
+            None => None,
+        };
+        let period = values.exact("sample_time").cloned();
+        let found = self.wire(kind, (&values, period.clone(), called, lists), (given, guards));
+        match found {
+            Ok((answers, memory)) => self.finished(block, (answers, memory, period, reads), unit, out),
+            Err(mistake) => {
+                let at = table.values.get(mistake.key).map_or(place, |value| &value.place);
+                let told = Diagnostic::error("block::key", format!("{what}: {}", mistake.message));
+                out.push(told.at(at.clone(), "").help(mistake.help));
+                None
+            }
+        }
+    }
+
+    /// Lets a kind write itself.
+    #[allow(clippy::type_complexity)]
+    fn wire(
+        &self,
+        kind: &BlockKind,
+        (values, sample_time, table, lists): (
+            &Values,
+            Option<Exact>,
+            Option<Arc<Lookup>>,
+            Vec<(String, Vec<(Exact, Dimension)>)>,
+        ),
+        (given, guards): (Vec<(&'static str, (Expr, Dimension))>, Vec<(kardan_rt::Transition, Expr)>),
+    ) -> Result<(Vec<(String, Expr, Dimension)>, Vec<(Expr, Expr, Expr)>), Mistake> {
+        let graph = &self.graph;
+        let traced = |expr: Expr| Traced::new(graph, expr);
+        let mut wiring = Wiring {
+            graph,
+            given: given.into_iter().map(|(key, (expr, dimension))| (key, (traced(expr), dimension))).collect(),
+            values,
+            lists,
+            guards: guards.into_iter().map(|(transition, when)| Guard { transition, when: traced(when) }).collect(),
+            table,
+            sample_time,
+            memory: Vec::new(),
+            answers: Vec::new(),
+        };
+        (kind.write)(&mut wiring)?;
+        let answers = wiring.answers.iter().map(|answer| (answer.name.clone(), answer.value.expr(graph), answer.dimension));
+        let memory =
+            wiring.memory.iter().map(|entry| (entry.symbol.expr(graph), entry.start.expr(graph), entry.next.expr(graph)));
+        Ok((answers.collect(), memory.collect()))
+    }
+
+    /// Checks what a block came out as, and gives its answers to who reads it.
+    #[allow(clippy::type_complexity)]
+    fn finished(
+        &mut self,
+        block: &'a BlockTable,
+        (answers, memory, period, reads): (
+            Vec<(String, Expr, Dimension)>,
+            Vec<(Expr, Expr, Expr)>,
+            Option<Exact>,
+            BTreeSet<String>,
+        ),
+        unit: Option<Dimension>,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Made> {
+        let what = format!("block `{}`", shortened(&block.name));
+        if let (Some(unit), Some((_, _, found))) = (unit, answers.first())
+            && !unit.is_like(found)
+        {
+            let message = format!("{what} answers {}, not {}", found.noun(), unit.noun());
+            let at = TableReader::place(&block.table, "unit");
+            let mistake = Diagnostic::error("unit::dimension", message).at(at, "another unit");
+            out.push(mistake.help(format!("write a unit such as {}, or leave `unit` out", found.example())));
+            return None;
+        }
+        let varies = |expr: Expr| !self.graph.borrow().symbols(&[expr]).is_empty();
+        if memory.iter().any(|(_, start, _)| varies(*start)) {
+            let at = TableReader::place(&block.table, "initial");
+            let mistake = Diagnostic::error("block::start", format!("{what}: what it starts with may vary")).at(at, "varies");
+            out.push(mistake.help("write it with numbers and parameters alone"));
+            return None;
+        }
+        for (answer, _, dimension) in &answers {
+            self.answer_symbol(outside_name(&block.name, answer), *dimension);
+        }
+        Some(Made { period, answers, memory, reads })
+    }
+
+    /// The unit that is stated for an answer.
+    fn unit(&self, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Dimension> {
+        let Some(Placed { value: Value::Word(text), place }) = table.values.get("unit") else { return None };
+        match crate::units::parse_quantity(&format!("1 {text}")) {
+            Ok((_, dimension)) => Some(dimension),
+            Err(error) => {
+                let message = format!("`unit` of {what}: {}", error.message);
+                let mistake = Diagnostic::error(error.code, message).at(place.clone(), "no unit");
+                out.push(mistake.help("write a unit such as \"N m\""));
+                None
+            }
+        }
+    }
+
+    /// Lists of quantities by name.
+    fn lists(&self, table: &Table, out: &mut Vec<Diagnostic>) -> Vec<(String, Vec<(Exact, Dimension)>)> {
+        let mut lists: Vec<(String, Vec<(Exact, Dimension)>)> = Vec::new();
+        for field in table.fields.iter().filter(|field| field.kind == Kind::Lists) {
+            let Some(Placed { value: Value::Map(entries), .. }) = table.values.get(field.name) else { continue };
+            for (name, scalar) in entries {
+                let label = format!("`{}` in `{}`", name.value, field.name);
+                let Some(found) = self.reader.scalar(scalar, None, &label, out) else { continue };
+                match lists.iter_mut().find(|(other, _)| *other == name.value) {
+                    Some((_, list)) => list.push(found),
+                    None => lists.push((name.value.clone(), vec![found])),
+                }
+            }
+        }
+        lists
+    }
+
+    /// The transitions of a machine; none of a kind that has none. Nothing if one of them has a mistake, which was told.
+    fn guards(
+        &mut self,
+        table: &Table,
+        values: &Values,
+        what: &str,
+        reads: &mut BTreeSet<String>,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Vec<(kardan_rt::Transition, Expr)>> {
+        let Some(Placed { value: Value::Tables(tables), .. }) = table.values.get("transitions") else {
+            return Some(Vec::new());
+        };
+        let states = values.words("states").unwrap_or_default();
+        let mut found = Vec::new();
+        for (k, transition) in tables.iter().enumerate() {
+            let label = format!("`when` of transition {} of {what}", k + 1);
+            let number = |key: &'static str, out: &mut Vec<Diagnostic>| {
+                let Some(Placed { value: Value::Word(name), place }) = transition.values.get(key) else { return None };
+                let place_of = states.iter().position(|state| state == name);
+                if place_of.is_none() {
+                    let message = format!("`{key}` of transition {} of {what}: there is no state `{}`", k + 1, shortened(name));
+                    let help = match nearest(name, states.iter().map(String::as_str)) {
+                        Some(near) => format!("did you mean `{near}`?"),
+                        None => format!("its states are {}", quoted(states.iter().map(String::as_str))),
+                    };
+                    out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "unknown state").help(help));
+                }
+                place_of
+            };
+            let ends = [number("from", out), number("to", out)];
+            let Some(Placed { value: Value::Scalar(Scalar::Expression(read)), place }) = transition.values.get("when") else {
+                continue;
+            };
+            let (when, dimension) = self.expression(read, (place, &label), reads, out)?;
+            if dimension != Dimension::NONE {
+                let message = format!("{label}: expected a number, found {}", dimension.noun());
+                let help = format!("compare it with a threshold: `if(... > 1 {}, 1, 0)`", dimension.si());
+                out.push(Diagnostic::error("unit::dimension", message).at(place.clone(), dimension.noun()).help(help));
+                return None;
+            }
+            let [Some(from), Some(to)] = ends else { return None };
+            found.push((kardan_rt::Transition { from, to }, when));
+        }
+        Some(found)
+    }
+
+    /// An expression in the graph of all blocks; nothing if it has a mistake, which was told.
+    fn expression(
+        &mut self,
+        read: &Expression,
+        (place, what): (&Place, &str),
+        reads: &mut BTreeSet<String>,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<(Expr, Dimension)> {
+        let mut names: Vec<(String, Named)> = Vec::new();
+        for name in read.names() {
+            if let Some(named) = self.named(name, (read, place, what), reads, out)? {
+                names.push((name.to_string(), named));
+            }
+        }
+        for name in read.tables() {
+            if self.document.tables.iter().any(|(other, _)| other == name) {
+                names.push((name.to_string(), Named::Table(self.functions.table_of(name, out)?)));
+            }
+        }
+        let mut known = |_: &mut Graph, name: &str| {
+            let found = names.iter().find(|(other, _)| other == name);
+            found.map(|(_, named)| named.clone())
+        };
+        let written = self.graph.borrow_mut().written(read, &mut known);
+        match written {
+            Ok(found) => Some(found),
+            Err(error) => {
+                out.push(self.mistake(error, read.text(), (place, what)));
+                None
+            }
+        }
+    }
+
+    /// What a name stands for; nothing in the first place if it has a mistake, which was told, and in the second if it is not known.
+    fn named(
+        &mut self,
+        name: &str,
+        (read, place, what): (&Expression, &Place, &str),
+        reads: &mut BTreeSet<String>,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Option<Named>> {
+        let document = self.document;
+        let varying = |(expr, dimension): (Expr, Dimension)| Some(Some(Named::Varying(expr, dimension)));
+        let head = SignalName::new(name).element;
+        if let Some(block) = document.blocks.iter().find(|block| block.name == name || block.name == head) {
+            reads.insert(name.to_string());
+            if let Some(known) = self.answers.get(name) {
+                return varying(*known);
+            }
+            if self.open.contains(&block.name.as_str()) && block.name == name {
+                let message = format!("{what}: `{name}` follows from itself, so its unit is not known");
+                let at = place.part(read.text(), 0..read.text().len());
+                let mistake = Diagnostic::error("block::unit", message).at(at, "in a circle");
+                out.push(mistake.help(format!("state the unit of its answer: `unit = \"rad\"` in `[block.{name}]`")));
+                return None;
+            }
+            self.block(block, out)?;
+            return match self.answers.get(name) {
+                Some(known) => varying(*known),
+                None => Some(None),
+            };
+        }
+        if let Some(signal) = document.signals.iter().find(|signal| signal.name == name) {
+            if let Some(written) = document.program_of(signal) {
+                return self.signal(&signal.name, (written, read, place, what), reads, out);
+            }
+            reads.insert(name.to_string());
+            if let Some(known) = self.read.get(name) {
+                return varying(*known);
+            }
+            let function = Arc::new(self.functions.of_time_named(name, out)?);
+            let dimension = function.dimension();
+            self.used_functions.push((name.to_string(), function));
+            return varying(self.from_outside(Outside { name: name.into(), read: Read::Source(name.into()), dimension }));
+        }
+        if let Some(outside) = self.outside.iter().find(|outside| outside.name == name).cloned() {
+            reads.insert(name.to_string());
+            return varying(self.from_outside(outside));
+        }
+        if let Some(value) = self.reader.value_of(name, out) {
+            let (value, dimension) = value?;
+            return Some(Some(Named::Constant(value, dimension)));
+        }
+        if document.doubts.has(name) || document.doubts.has(head) { None } else { Some(None) }
+    }
+
+    fn from_outside(&mut self, outside: Outside) -> (Expr, Dimension) {
+        if let Some(known) = self.read.get(&outside.name) {
+            return *known;
+        }
+        let found = (self.symbol(&outside.name, outside.dimension), outside.dimension);
+        self.read.insert(outside.name.clone(), found);
+        if !self.outside.contains(&outside) {
+            self.outside.push(outside);
+        }
+        found
+    }
+
+    /// A signal that names what moves, written out.
+    fn signal(
+        &mut self,
+        name: &'a str,
+        (written, read, place, what): (Placed<Expression>, &Expression, &Place, &str),
+        reads: &mut BTreeSet<String>,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Option<Named>> {
+        if let Some(first) = self.open.iter().position(|open| *open == name) {
+            let circle: Vec<&str> = self.open[first..].iter().copied().chain([name]).collect();
+            let message = format!("{what}: `{name}` follows from itself: {}", circle.join(" from "));
+            let at = place.part(read.text(), 0..read.text().len());
+            out.push(Diagnostic::error("signal::circle", message).at(at, "in a circle").help(BREAK_CIRCLE));
+            return None;
+        }
+        self.open.push(name);
+        let label = format!("signal `{}`", shortened(name));
+        let found = self.expression(&written.value, (&written.place, &label), reads, out);
+        self.open.pop();
+        let (expr, dimension) = found?;
+        Some(Some(Named::Varying(expr, dimension)))
+    }
+
+    fn mistake(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
+        let at = place.part(text, error.span.clone());
+        let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'').to_string();
+        if error.message.starts_with("there is no parameter") && !error.message.contains("behind a number") {
+            error.code = "name::unknown";
+            error.message = format!("there is no `{}` that a block can read", shortened(&name));
+            let document = self.document;
+            let known = || {
+                let signals = document.signals.iter().map(|signal| signal.name.as_str());
+                let blocks = document.blocks.iter().map(|block| block.name.as_str());
+                let parameters = document.parameters.iter().map(|parameter| parameter.name.as_str());
+                let answers = self.answers.keys().map(String::as_str);
+                let outside = self.outside.iter().map(|outside| outside.name.as_str());
+                outside.chain(signals).chain(blocks).chain(answers).chain(parameters)
+            };
+            error.help = Some(match nearest(&name, known()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => "a block reads angles and speeds (`rack.s`, `column.w`), sensors, references, signals, other blocks, parameters \
+                         and the time `t`"
+                    .into(),
+            });
+        }
+        let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
+        Diagnostic { help: error.help, ..diagnostic }
+    }
+}
+
+/// What breaks a circle.
+const BREAK_CIRCLE: &str = "put a `delay` or a forward `integrator` into it: what they answer does not follow from their input at once";
+
+impl<'a> Blocks<'a, '_, '_> {
+    /// The block that a name is an answer of.
+    fn of_name(&self, name: &str) -> Option<&str> {
+        let head = SignalName::new(name).element;
+        self.document.blocks.iter().map(|block| block.name.as_str()).find(|block| *block == name || *block == head)
+    }
+
+    /// Refuses blocks that read those of another sample time without saying so.
+    fn check_rates(&self, out: &mut Vec<Diagnostic>) {
+        let shown = |period: &Exact| format!("{} s", period.to_f64());
+        for block in self.document.blocks.iter().filter(|block| !block.kind.crosses) {
+            let Some(Some(made)) = self.made.get(block.name.as_str()) else { continue };
+            let Some(own) = &made.period else { continue };
+            let others = made.reads.iter().filter_map(|name| {
+                let other = self.made.get(self.of_name(name)?)?.as_ref()?;
+                Some((name, other.period.as_ref().filter(|period| *period != own)?))
+            });
+            for (name, period) in others {
+                let message = format!(
+                    "block `{}` computes every {} and reads `{name}`, which does every {}",
+                    shortened(&block.name),
+                    shown(own),
+                    shown(period)
+                );
+                let help = format!(
+                    "say how it is read: `[block.{}_held]` with kind = \"hold\", input = \"{name}\" and the sample time of the reader",
+                    SignalName::new(name).element
+                );
+                out.push(Diagnostic::error("block::rate", message).at(block.place.clone(), "another sample time").help(help));
+            }
+        }
+    }
+
+    /// Answers of other blocks, or others of the same, that an answer follows from at the same sample.
+    fn at_once(&self, expr: Expr) -> Vec<String> {
+        let graph = self.graph.borrow();
+        let symbols = graph.symbols(&[expr]);
+        let needed = |(_, (expr, _)): &(&String, &(Expr, Dimension))| {
+            graph.symbol_of(*expr).is_some_and(|symbol| symbols.contains(&symbol))
+        };
+        self.answers.iter().filter(needed).map(|(name, _)| name.clone()).collect()
+    }
+
+    /// All answers with their blocks, each behind those that it follows from at once. Circles are told.
+    fn order(&self, out: &mut Vec<Diagnostic>) -> Option<Vec<(&'a str, String)>> {
+        let mut all: Vec<(&'a str, String, Vec<String>)> = Vec::new();
+        for (block, made) in self.made.iter().filter_map(|(block, made)| Some((*block, made.as_ref()?))) {
+            for (answer, value, _) in &made.answers {
+                let mut needs = self.at_once(*value);
+                // What another task answers stands still.
+                needs.retain(|other| {
+                    let other = self.of_name(other).and_then(|other| self.made.get(other)?.as_ref());
+                    other.is_some_and(|other| other.period == made.period)
+                });
+                all.push((block, outside_name(block, answer), needs));
+            }
+        }
+        let mut order: Vec<usize> = Vec::new();
+        let mut open: Vec<(usize, Vec<String>)> = Vec::new();
+        for k in 0..all.len() {
+            open.push((k, all[k].2.clone()));
+            while let Some((k, rest)) = open.last_mut() {
+                let Some(next) = rest.pop() else {
+                    if !order.contains(k) {
+                        order.push(*k);
+                    }
+                    open.pop();
+                    continue;
+                };
+                let Some(next) = all.iter().position(|(_, name, _)| *name == next) else { continue };
+                if let Some(first) = open.iter().position(|(k, _)| *k == next) {
+                    let names = open[first..].iter().map(|(k, _)| all[*k].1.as_str());
+                    let circle: Vec<&str> = names.chain([all[next].1.as_str()]).collect();
+                    let message = format!("blocks follow from each other at the same sample: {}", circle.join(" from "));
+                    let found = self.document.blocks.iter().find(|block| block.name == all[next].0);
+                    let mistake = Diagnostic::error("block::circle", message);
+                    let mistake = found.into_iter().fold(mistake, |told, block| told.at(block.place.clone(), "in a circle"));
+                    out.push(mistake.help(BREAK_CIRCLE));
+                    return None;
+                }
+                if !order.contains(&next) {
+                    open.push((next, all[next].2.clone()));
+                }
+            }
+        }
+        Some(order.into_iter().map(|k| (all[k].0, all[k].1.clone())).collect())
+    }
+
+    /// The blocks of one sample time, those in order, with what they read of others as from outside.
+    fn task(&self, period: Option<Exact>, order: &[(&'a str, String)]) -> Task {
+        let mut graph = self.graph.borrow().clone();
+        let mut values: Vec<(Symbol, Expr)> = Vec::new();
+        let (mut answers, mut steps): (Vec<TaskAnswer>, Vec<Step>) = (Vec::new(), Vec::new());
+        let of_period = |block: &str| self.made.get(block)?.as_ref().filter(|made| made.period == period);
+        for (block, outside) in order {
+            let Some(made) = of_period(block) else { continue };
+            let Some((answer, value, dimension)) = made.answers.iter().find(|(name, ..)| outside_name(block, name) == *outside)
+            else {
+                continue;
+            };
+            let kind = self.document.blocks.iter().find(|other| other.name == *block).map_or("", |block| block.kind.keyword);
+            let at_once = self.at_once(*value);
+            let value = graph.substitute(&[*value], &values)[0];
+            let symbol = self.answers.get(outside).and_then(|(expr, _)| graph.symbol_of(*expr));
+            values.extend(symbol.map(|symbol| (symbol, value)));
+            let whose = kind.replace('_', " ");
+            let description = if answer.is_empty() { format!("{whose} {block}") } else { format!("{answer} of {whose} {block}") };
+            answers.push(TaskAnswer { name: outside.clone(), dimension: *dimension, description, value });
+            match steps.iter_mut().find(|step| step.block == *block) {
+                Some(step) => step.at_once.extend(at_once),
+                None => steps.push(Step { block: (*block).into(), kind, reads: made.reads.iter().cloned().collect(), at_once }),
+            }
+        }
+        let mut memory = Vec::new();
+        for Step { block, .. } in &steps {
+            for (symbol, start, next) in of_period(block).into_iter().flat_map(|made| &made.memory) {
+                let next = graph.substitute(&[*next], &values)[0];
+                let start = lower(&graph, &[*start], &mut Floating::<f64>::default(), |_| f64::NAN)[0];
+                let symbol = graph.symbol_of(*symbol).expect("an entry of a memory is a symbol");
+                memory.push(Entry { name: block.clone(), symbol, start, next });
+            }
+        }
+        let exprs: Vec<Expr> =
+            answers.iter().map(|answer| answer.value).chain(memory.iter().map(|entry| entry.next)).collect();
+        let reads = self.reads_of(&graph, &exprs);
+        let name = match &period {
+            Some(period) => format!("blocks at {}", shown_quantity(period, Dimension::TIME)),
+            None => "blocks at every instant".into(),
+        };
+        Task { name, period, graph, reads, memory, answers, order: steps }
+    }
+
+    /// What expressions read from outside of their task, sorted.
+    fn reads_of(&self, graph: &Graph, exprs: &[Expr]) -> Vec<(Symbol, Read)> {
+        let used = graph.symbols(exprs);
+        let outside = self.outside.iter().filter_map(|outside| {
+            let symbol = graph.symbol_of(self.read.get(&outside.name)?.0)?;
+            Some((symbol, outside.read.clone()))
+        });
+        let others = self.answers.iter().filter_map(|(name, (expr, _))| {
+            let symbol = graph.symbol_of(*expr)?;
+            Some((symbol, Read::Source(name.clone())))
+        });
+        let mut reads: Vec<_> = outside.chain(others).filter(|(symbol, _)| used.contains(symbol)).collect();
+        reads.sort_by(|a, b| a.1.cmp(&b.1));
+        reads
+    }
+}

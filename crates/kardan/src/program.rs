@@ -1,0 +1,85 @@
+//! Programs: what blocks compute at the samples of one clock, as expressions of what they read. Data only.
+
+use crate::expr::{Expr, Graph, Symbol};
+use crate::units::{Dimension, Exact};
+
+/// What a symbol of a task stands for.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Read {
+    /// A coordinate, by its name.
+    Position(String),
+    /// Its rate.
+    Rate(String),
+    /// A sensor, by its name: as it reads, not what is true.
+    Sensor(String),
+    /// What comes from outside of the task, by its name: a signal of the scenario, what another task answers.
+    Source(String),
+    /// The time, s.
+    Time,
+}
+
+/// What a task remembers from one sample to the next.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// What it is called: the name of its block.
+    pub name: String,
+    /// What stands for it.
+    pub symbol: Symbol,
+    /// What it is at the start.
+    pub start: f64,
+    /// What it is at the next sample.
+    pub next: Expr,
+}
+
+/// What a task answers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TaskAnswer {
+    /// Its name outside: that of a block, `block.answer`, or of an input that is commanded.
+    pub name: String,
+    /// What it is of.
+    pub dimension: Dimension,
+    /// One sentence.
+    pub description: String,
+    /// The value.
+    pub value: Expr,
+}
+
+impl PartialEq for Task {
+    fn eq(&self, other: &Self) -> bool {
+        self.graph.has_nodes_of(&other.graph)
+            && (&self.period, &self.reads, &self.memory, &self.answers)
+                == (&other.period, &other.reads, &other.memory, &other.answers)
+    }
+}
+
+/// What is computed together at the samples of one clock.
+#[derive(Debug, Clone)]
+pub struct Task {
+    /// What it is called in sentences.
+    pub name: String,
+    /// Sample time, s; none: at every instant.
+    pub period: Option<Exact>,
+    /// What its expressions stand in.
+    pub graph: Graph,
+    /// What it reads, sorted.
+    pub reads: Vec<(Symbol, Read)>,
+    /// What it remembers.
+    pub memory: Vec<Entry>,
+    /// What it answers.
+    pub answers: Vec<TaskAnswer>,
+    /// The order in which the blocks compute, for a reader: each with the names that it needs at once.
+    pub order: Vec<Step>,
+}
+
+/// A block in its place among those of a task.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Step {
+    /// The block.
+    pub block: String,
+    /// The word of its kind.
+    pub kind: &'static str,
+    /// What it reads.
+    pub reads: Vec<String>,
+    /// Those of it that its answer follows from at the same sample.
+    pub at_once: Vec<String>,
+}
