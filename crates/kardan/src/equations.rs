@@ -155,6 +155,8 @@ pub enum Meaning {
     Time,
     /// A function of time.
     Signal(Arc<OfTime>),
+    /// What a block answers, by its name: it stands still from sample to sample.
+    Block(String, Dimension),
     /// A table, which is called.
     Table(Arc<Lookup>),
     /// Of the loss of a mesh: the size of the torque that it carries.
@@ -200,7 +202,7 @@ impl Formula {
 
     /// Whether it is another one at another time, whatever moves.
     pub fn is_of_time(&self) -> bool {
-        self.names.iter().any(|(_, meaning)| matches!(meaning, Meaning::Time | Meaning::Signal(_)))
+        self.names.iter().any(|(_, meaning)| matches!(meaning, Meaning::Time | Meaning::Signal(_) | Meaning::Block(..)))
     }
 }
 

@@ -250,9 +250,12 @@ impl Document {
             is_element || is_sensor || self.blocks.iter().any(|block| block.name == head) || self.is_reference(name)
         };
         let names = read.names();
-        let other = |name: &&str| self.signals.iter().find(|other| other.name == **name && !seen.contains(&other.name.as_str()));
+        let other = |name: &&str| {
+            self.signals.iter().find(|other| other.name == **name && !seen.contains(&other.name.as_str()))
+        };
         let others: Vec<&SignalTable> = names.iter().filter_map(other).collect();
-        let is_program = names.iter().any(|name| moves(name)) || others.into_iter().any(|other| self.program_beside(other, seen).is_some());
+        let is_program = names.iter().any(|name| moves(name))
+            || others.into_iter().any(|other| self.program_beside(other, seen).is_some());
         is_program.then(|| Placed { value: read, place: place.clone() })
     }
 

@@ -12,6 +12,7 @@ mod json_schema;
 mod keys;
 mod manual;
 mod mechanism;
+mod outside;
 mod parameters;
 pub mod parse;
 pub mod programs;
@@ -28,8 +29,8 @@ mod write;
 pub(crate) use assignment::assign;
 pub use builder::Builder;
 pub use document::{
-    BlockTable, Control, Document, Doubts, FileBytes, Instance, NamedVariant, Parameter, Setting, SignalTable, VariantSettings,
-    Variants,
+    BlockTable, Control, Document, Doubts, FileBytes, Instance, NamedVariant, Parameter, Setting, SignalTable,
+    VariantSettings, Variants,
 };
 pub(crate) use functions::Functions;
 pub use json_schema::json_schema;

@@ -26,6 +26,13 @@ pub struct Programs {
     pub functions: Vec<(String, Arc<OfTime>)>,
 }
 
+impl Programs {
+    /// All answers.
+    pub fn answers(&self) -> impl Iterator<Item = &TaskAnswer> {
+        self.tasks.iter().flat_map(|task| &task.answers)
+    }
+}
+
 /// Something outside of the blocks that they may read by its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outside {
@@ -72,7 +79,11 @@ fn outside_name(block: &str, answer: &str) -> String {
 }
 
 /// The symbols of an answer: `.since` of a machine and others whose units are known before anything is written.
-fn foretold(kind: &BlockKind, values: &Values, lists: &[(String, Vec<(Exact, Dimension)>)]) -> Vec<(String, Dimension)> {
+fn foretold(
+    kind: &BlockKind,
+    values: &Values,
+    lists: &[(String, Vec<(Exact, Dimension)>)],
+) -> Vec<(String, Dimension)> {
     match kind.keyword {
         "state_machine" => {
             let states = values.words("states").unwrap_or_default().iter();
@@ -175,7 +186,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let mut reads = BTreeSet::new();
         let mut given = Vec::new();
         for field in table.fields.iter().filter(|field| field.kind == Kind::Expression) {
-            let Some(Placed { value: Value::Scalar(Scalar::Expression(read)), place }) = table.values.get(field.name) else {
+            let Some(Placed { value: Value::Scalar(Scalar::Expression(read)), place }) = table.values.get(field.name)
+            else {
                 continue;
             };
             let label = format!("`{}` of {what}", field.name);
@@ -226,9 +238,12 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             answers: Vec::new(),
         };
         (kind.write)(&mut wiring)?;
-        let answers = wiring.answers.iter().map(|answer| (answer.name.clone(), answer.value.expr(graph), answer.dimension));
-        let memory =
-            wiring.memory.iter().map(|entry| (entry.symbol.expr(graph), entry.start.expr(graph), entry.next.expr(graph)));
+        let answers =
+            wiring.answers.iter().map(|answer| (answer.name.clone(), answer.value.expr(graph), answer.dimension));
+        let memory = wiring
+            .memory
+            .iter()
+            .map(|entry| (entry.symbol.expr(graph), entry.start.expr(graph), entry.next.expr(graph)));
         Ok((answers.collect(), memory.collect()))
     }
 
@@ -259,7 +274,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let varies = |expr: Expr| !self.graph.borrow().symbols(&[expr]).is_empty();
         if memory.iter().any(|(_, start, _)| varies(*start)) {
             let at = TableReader::place(&block.table, "initial");
-            let mistake = Diagnostic::error("block::start", format!("{what}: what it starts with may vary")).at(at, "varies");
+            let mistake =
+                Diagnostic::error("block::start", format!("{what}: what it starts with may vary")).at(at, "varies");
             out.push(mistake.help("write it with numbers and parameters alone"));
             return None;
         }
@@ -320,7 +336,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 let Some(Placed { value: Value::Word(name), place }) = transition.values.get(key) else { return None };
                 let place_of = states.iter().position(|state| state == name);
                 if place_of.is_none() {
-                    let message = format!("`{key}` of transition {} of {what}: there is no state `{}`", k + 1, shortened(name));
+                    let message =
+                        format!("`{key}` of transition {} of {what}: there is no state `{}`", k + 1, shortened(name));
                     let help = match nearest(name, states.iter().map(String::as_str)) {
                         Some(near) => format!("did you mean `{near}`?"),
                         None => format!("its states are {}", quoted(states.iter().map(String::as_str))),
@@ -330,7 +347,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 place_of
             };
             let ends = [number("from", out), number("to", out)];
-            let Some(Placed { value: Value::Scalar(Scalar::Expression(read)), place }) = transition.values.get("when") else {
+            let Some(Placed { value: Value::Scalar(Scalar::Expression(read)), place }) = transition.values.get("when")
+            else {
                 continue;
             };
             let (when, dimension) = self.expression(read, (place, &label), reads, out)?;
@@ -419,7 +437,11 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             let function = Arc::new(self.functions.of_time_named(name, out)?);
             let dimension = function.dimension();
             self.used_functions.push((name.to_string(), function));
-            return varying(self.from_outside(Outside { name: name.into(), read: Read::Source(name.into()), dimension }));
+            return varying(self.from_outside(Outside {
+                name: name.into(),
+                read: Read::Source(name.into()),
+                dimension,
+            }));
         }
         if let Some(outside) = self.outside.iter().find(|outside| outside.name == name).cloned() {
             reads.insert(name.to_string());
@@ -495,7 +517,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
 }
 
 /// What breaks a circle.
-const BREAK_CIRCLE: &str = "put a `delay` or a forward `integrator` into it: what they answer does not follow from their input at once";
+const BREAK_CIRCLE: &str =
+    "put a `delay` or a forward `integrator` into it: what they answer does not follow from their input at once";
 
 impl<'a> Blocks<'a, '_, '_> {
     /// The block that a name is an answer of.
@@ -525,7 +548,9 @@ impl<'a> Blocks<'a, '_, '_> {
                     "say how it is read: `[block.{}_held]` with kind = \"hold\", input = \"{name}\" and the sample time of the reader",
                     SignalName::new(name).element
                 );
-                out.push(Diagnostic::error("block::rate", message).at(block.place.clone(), "another sample time").help(help));
+                out.push(
+                    Diagnostic::error("block::rate", message).at(block.place.clone(), "another sample time").help(help),
+                );
             }
         }
     }
@@ -570,10 +595,12 @@ impl<'a> Blocks<'a, '_, '_> {
                 if let Some(first) = open.iter().position(|(k, _)| *k == next) {
                     let names = open[first..].iter().map(|(k, _)| all[*k].1.as_str());
                     let circle: Vec<&str> = names.chain([all[next].1.as_str()]).collect();
-                    let message = format!("blocks follow from each other at the same sample: {}", circle.join(" from "));
+                    let message =
+                        format!("blocks follow from each other at the same sample: {}", circle.join(" from "));
                     let found = self.document.blocks.iter().find(|block| block.name == all[next].0);
                     let mistake = Diagnostic::error("block::circle", message);
-                    let mistake = found.into_iter().fold(mistake, |told, block| told.at(block.place.clone(), "in a circle"));
+                    let mistake =
+                        found.into_iter().fold(mistake, |told, block| told.at(block.place.clone(), "in a circle"));
                     out.push(mistake.help(BREAK_CIRCLE));
                     return None;
                 }
@@ -593,21 +620,29 @@ impl<'a> Blocks<'a, '_, '_> {
         let of_period = |block: &str| self.made.get(block)?.as_ref().filter(|made| made.period == period);
         for (block, outside) in order {
             let Some(made) = of_period(block) else { continue };
-            let Some((answer, value, dimension)) = made.answers.iter().find(|(name, ..)| outside_name(block, name) == *outside)
+            let Some((answer, value, dimension)) =
+                made.answers.iter().find(|(name, ..)| outside_name(block, name) == *outside)
             else {
                 continue;
             };
-            let kind = self.document.blocks.iter().find(|other| other.name == *block).map_or("", |block| block.kind.keyword);
+            let kind =
+                self.document.blocks.iter().find(|other| other.name == *block).map_or("", |block| block.kind.keyword);
             let at_once = self.at_once(*value);
             let value = graph.substitute(&[*value], &values)[0];
             let symbol = self.answers.get(outside).and_then(|(expr, _)| graph.symbol_of(*expr));
             values.extend(symbol.map(|symbol| (symbol, value)));
             let whose = kind.replace('_', " ");
-            let description = if answer.is_empty() { format!("{whose} {block}") } else { format!("{answer} of {whose} {block}") };
+            let description =
+                if answer.is_empty() { format!("{whose} {block}") } else { format!("{answer} of {whose} {block}") };
             answers.push(TaskAnswer { name: outside.clone(), dimension: *dimension, description, value });
             match steps.iter_mut().find(|step| step.block == *block) {
                 Some(step) => step.at_once.extend(at_once),
-                None => steps.push(Step { block: (*block).into(), kind, reads: made.reads.iter().cloned().collect(), at_once }),
+                None => steps.push(Step {
+                    block: (*block).into(),
+                    kind,
+                    reads: made.reads.iter().cloned().collect(),
+                    at_once,
+                }),
             }
         }
         let mut memory = Vec::new();

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::document::{Control, Document, Instance, Setting, keys_of};
 use super::functions::Functions;
 use super::mechanism::part;
-use super::programs::{Blocks, Outside, Programs};
+use super::programs::Programs;
 use super::table_reader::{Rounded, TableReader, words};
 use super::tables::Header;
 use super::tolerance::Tolerance;
@@ -14,8 +14,6 @@ use crate::diagnostics::{Diagnostic, quoted};
 use crate::element::{LOAD, LOSS, Resolved, SPEED, Values};
 use crate::entries::Place;
 use crate::equations::{Domain, GROUND, Meaning, Measured, NamedTerm, Term};
-use crate::names::{Quantity, SignalName};
-use crate::program::Read;
 use crate::results::{ElementSummary, Mechanism, ParameterValue};
 use crate::schema::{Keys, Kind, Scalar, Value};
 use crate::synthesis::LawKind;
@@ -84,6 +82,13 @@ impl Document {
         let (mut terms, mut elements, mut doubtful) = (Vec::new(), Vec::new(), BTreeSet::new());
         let mut mechanism = Mechanism::default();
         let mut functions = Functions::of_scenario(&reader, self);
+        let (active, idle): (Vec<&Control>, Vec<&Control>) =
+            self.controls.iter().partition(|control| active.is_none_or(|a| a.contains(&control.name)));
+        let controls = self.active_controls(&active, &reader, &mut out);
+        // What is wrong with an idle controller is told where it is active.
+        let idle: Vec<ControlSpec> =
+            idle.into_iter().map(|control| ControlSpec::read(control, &reader, &mut Vec::new())).collect();
+        let programs = self.programs(&reader, &mut functions, controls.iter().chain(&idle), &mut out);
         for instance in &self.elements {
             let (values, sound) = element_values(instance, (&reader, &mut functions), &mut out);
             if !sound {
@@ -106,8 +111,7 @@ impl Document {
         elements.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
         mechanism.parts.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
         self.check_sensors(&terms, &mut doubtful, &mut out);
-        let (active, idle): (Vec<&Control>, Vec<&Control>) =
-            self.controls.iter().partition(|control| active.is_none_or(|a| a.contains(&control.name)));
+        self.check_readings(&terms, &programs, &mut out);
         let mut all_coordinates: Vec<String> =
             self.elements.iter().filter(|e| e.body().is_some()).map(|e| e.name.clone()).collect();
         all_coordinates.extend(self.charges());
@@ -118,12 +122,6 @@ impl Document {
         all_coordinates.extend(terms.iter().filter_map(declared));
         all_coordinates.sort();
         all_coordinates.dedup();
-        let controls = self.active_controls(&active, &reader, &mut out);
-        // What is wrong with an idle controller is told where it is active.
-        let idle: Vec<ControlSpec> =
-            idle.into_iter().map(|control| ControlSpec::read(control, &reader, &mut Vec::new())).collect();
-        let outside = self.outside(&reader, &terms, controls.iter().chain(&idle));
-        let programs = Blocks::new((&reader, self), &mut functions, outside).tasks(&mut out);
         let model = Model {
             name: header.word_or_default("name").to_string(),
             description: header.word("description").unwrap_or_default().to_string(),
@@ -176,54 +174,6 @@ impl Document {
         }
         controls.sort_by(|a, b| a.name.cmp(&b.name));
         controls
-    }
-
-    /// What blocks may read by its name: what moves, sensors, references, disturbances, the time.
-    fn outside<'c>(
-        &self,
-        reader: &TableReader<'_>,
-        terms: &[NamedTerm],
-        controls: impl Iterator<Item = &'c ControlSpec>,
-    ) -> Vec<Outside> {
-        let mut out = vec![Outside { name: "t".into(), read: Read::Time, dimension: Dimension::TIME }];
-        let mut add = |name: String, read: Read, dimension: Dimension| out.push(Outside { name, read, dimension });
-        for [position, rate] in reader.all_motions() {
-            let body = SignalName::new(&position).element.to_string();
-            let [of_position, of_rate] = reader.domain_of(&body).dimensions();
-            add(position, Read::Position(body.clone()), of_position);
-            add(rate, Read::Rate(body), of_rate);
-        }
-        for named in terms {
-            let Term::Output(sensor) = &named.term else { continue };
-            let masses = |name: &str| self.elements.iter().any(|one| one.name == name && one.table.along_masses);
-            let (quantity, dimension) = match &sensor.measured {
-                Measured::Angle(body) => (reader.domain_of(body).motion()[0], reader.domain_of(body).dimensions()[0]),
-                Measured::Speed(body) => (reader.domain_of(body).motion()[1], reader.domain_of(body).dimensions()[1]),
-                Measured::SpringTorque(element) if masses(element) => (Quantity::Force, Dimension::FORCE),
-                Measured::ComplianceTorque(_, body) if reader.domain_of(body) == Domain::Translation => {
-                    (Quantity::Force, Dimension::FORCE)
-                }
-                Measured::SpringTorque(_) | Measured::ComplianceTorque(..) => (Quantity::Torque, Dimension::TORQUE),
-                Measured::ConstraintTorque(..) | Measured::NetTorque(_) => continue,
-            };
-            let read = || Read::Sensor(named.element.clone());
-            add(quantity.of(&named.element), read(), dimension);
-            add(named.element.clone(), read(), dimension);
-        }
-        for reference in controls.flat_map(|control| (control.law.references)(&control.values)) {
-            let dimension = crate::units::parse_quantity(&format!("1 {}", reference.physical.unit()));
-            let Ok((_, dimension)) = dimension else { continue };
-            let is_other = self.blocks.iter().any(|block| block.name == reference.name);
-            if !is_other {
-                add(reference.name.clone(), Read::Source(reference.name), dimension);
-            }
-        }
-        for disturbance in self.elements.iter().filter(|element| element.kind.keyword == "disturbance") {
-            let torque = Dimension::TORQUE;
-            let dimension = if disturbance.table.along_masses { torque.along_masses() } else { torque };
-            add(disturbance.name.clone(), Read::Source(disturbance.name.clone()), dimension);
-        }
-        out
     }
 
     /// Torque sensors: whether the element named has such a torque.

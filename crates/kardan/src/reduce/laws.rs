@@ -56,6 +56,7 @@ impl Motion {
                 }
                 Meaning::Time => Named::Varying(self.time(), Dimension::TIME),
                 Meaning::Signal(function) => Named::Varying(self.of_time(function), function.dimension()),
+                Meaning::Block(name, dimension) => Named::Varying(self.of_block(name, *dimension), *dimension),
                 Meaning::Table(table) => Named::Table(Arc::clone(table)),
                 Meaning::Load(dimension) => Named::Varying(load, *dimension),
                 Meaning::Slip(dimension) => Named::Varying(slip, *dimension),
@@ -96,8 +97,22 @@ impl Motion {
         value
     }
 
+    /// What a block answers, as a symbol; where the time stands still there are no blocks, and it is zero.
+    fn of_block(&mut self, name: &str, dimension: Dimension) -> Expr {
+        let (graph, timed) = (&mut self.graph, &mut self.timed);
+        if timed.begin {
+            return graph.integer(0);
+        }
+        if let Some((_, known)) = timed.blocks.iter().find(|(other, _)| other == name) {
+            return *known;
+        }
+        let symbol = graph.new_symbol(name.to_string(), dimension);
+        timed.blocks.push((name.to_string(), symbol));
+        symbol
+    }
+
     /// The time; where it stands still a number.
-    fn time(&mut self) -> Expr {
+    pub fn time(&mut self) -> Expr {
         let (graph, timed) = (&mut self.graph, &mut self.timed);
         if timed.begin {
             return graph.integer(0);

@@ -100,6 +100,8 @@ pub struct KeptRate {
 pub struct Timed {
     /// The time, s.
     pub time: Option<Expr>,
+    /// What blocks answer, each with its symbol.
+    pub blocks: Vec<(String, Expr)>,
     /// Parts, each with its symbol.
     pub parts: Vec<(Arc<Part>, Expr)>,
     /// Whether it stands still at zero: then there are no symbols.
@@ -107,15 +109,20 @@ pub struct Timed {
 }
 
 impl Timed {
-    /// What is given: the parts, then the time.
+    /// What is given: the parts, the time, then what blocks answer.
     pub fn symbols(&self, graph: &Graph) -> Vec<Symbol> {
-        let given = self.parts.iter().map(|(_, symbol)| *symbol).chain(self.time);
+        let blocks = self.blocks.iter().map(|(_, symbol)| *symbol);
+        let given = self.parts.iter().map(|(_, symbol)| *symbol).chain(self.time).chain(blocks);
         given.filter_map(|symbol| graph.symbol_of(symbol)).collect()
     }
 
-    /// Their values at a time.
+    /// Their values at a time, of blocks before their first sample.
     pub fn values(&self, time: f64) -> impl Iterator<Item = f64> {
-        self.parts.iter().map(move |(part, _)| part.pieces.value(time)).chain(self.time.map(|_| time))
+        self.parts
+            .iter()
+            .map(move |(part, _)| part.pieces.value(time))
+            .chain(self.time.map(|_| time))
+            .chain(self.blocks.iter().map(|_| 0.0))
     }
 }
 
@@ -327,7 +334,7 @@ impl Motion {
 
     /// A function of time as an expression. What it needs of the time becomes part of [`timed`](Self::timed), once for all functions.
     pub fn of_time(&mut self, function: &OfTime) -> Expr {
-        let Timed { time, parts, begin } = &mut self.timed;
+        let Timed { time, parts, begin, .. } = &mut self.timed;
         let begin = *begin;
         let mut time = |graph: &mut Graph| match begin {
             true => graph.integer(0),

@@ -109,6 +109,8 @@ pub struct Scenario {
     pub signals: Vec<SourceSignal>,
     /// What blocks compute at samples, the shortest sample time first.
     pub tasks: Vec<Arc<Task>>,
+    /// What blocks without a sample time compute at every instant.
+    pub flow: Option<Arc<Task>>,
     /// Sensors that fail.
     pub faults: Vec<SensorFault>,
     /// Seed of the noise of sensors.

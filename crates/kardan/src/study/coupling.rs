@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::progress::simulate_heard;
 use super::{PreparedVariant, Progress};
 use crate::results::{CrossCoupling, Design, Outcome, Physical, Series, TorquePeak};
-use crate::simulate::{RunResult, Scenario, Setup, SignalEvent, Tolerance, SourceTarget};
+use crate::simulate::{RunResult, Scenario, Setup, SignalEvent, SourceTarget, Tolerance};
 use crate::synthesis::Reference;
 
 /// Rows of a window.
@@ -177,8 +177,14 @@ fn step(variant: &PreparedVariant, reference: Option<&str>, window: f64) -> Scen
         times,
         sources: scenario.sources.clone(),
         events,
-        signals: scenario.signals.iter().filter(|one| scenario.sources[one.source].target == SourceTarget::Block).cloned().collect(),
+        signals: scenario
+            .signals
+            .iter()
+            .filter(|one| scenario.sources[one.source].target == SourceTarget::Block)
+            .cloned()
+            .collect(),
         tasks: scenario.tasks.clone(),
+        flow: scenario.flow.clone(),
         faults: Vec::new(),
         position: variant.point.position.clone(),
         speed: variant.point.rates.clone(),

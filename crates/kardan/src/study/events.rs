@@ -10,8 +10,8 @@ use crate::model::{ControlSpec, Document, Instance, Model, TableReader};
 use crate::names::{Quantity, SignalName};
 use crate::results::Physical;
 use crate::schema::{Sign, Table, Value};
-use crate::synthesis::Reference;
 use crate::simulate::{SignalEvent, Source, SourceTarget};
+use crate::synthesis::Reference;
 use crate::units::{Dimension, Exact};
 
 /// Signals that events may set: references of laws, disturbances, torques of motors without a law.
@@ -112,10 +112,15 @@ fn of_block(
     let wanted = physical_dimension(reference.physical);
     if !wanted.is_like(answer) {
         let name = &reference.name;
-        let message =
-            format!("control `{}`: `{name}` should be {}, and the block answers {}", control.name, wanted.noun(), answer.noun());
+        let message = format!(
+            "control `{}`: `{name}` should be {}, and the block answers {}",
+            control.name,
+            wanted.noun(),
+            answer.noun()
+        );
         let places = places_in_control(document, control, name);
-        let mistake = Diagnostic::error("unit::dimension", message).at(places[places.len() - 1].clone(), "this reference");
+        let mistake =
+            Diagnostic::error("unit::dimension", message).at(places[places.len() - 1].clone(), "this reference");
         out.push(mistake.help(format!("let the block answer in a unit such as {}", wanted.example())));
     }
 }

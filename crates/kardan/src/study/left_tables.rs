@@ -102,6 +102,7 @@ impl<'a> Calls<'a> {
                 Meaning::Rate(body) => motion(body, 1)?,
                 Meaning::Time => ("t".to_string(), Dimension::TIME, Given::Time),
                 Meaning::Signal(function) => (name.to_string(), function.dimension(), Given::Signal(function)),
+                Meaning::Block(_, dimension) => (name.to_string(), *dimension, Given::Column),
                 // The teeth put it on the first body of the direction.
                 Meaning::Load(dimension) => {
                     let (first, _) = row.iter().find(|(_, x)| *x > 0.0)?;

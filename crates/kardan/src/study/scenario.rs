@@ -52,8 +52,9 @@ pub(super) fn scenario(
         Some(SourceSignal { source, function: (**function).clone() })
     }));
     signals.sort_by_key(|signal| signal.source);
-    let tasks = model.programs.tasks.clone();
-    Scenario { duration, times, sources, events, signals, tasks, faults, seed, recorded: None, position, speed }
+    let (flow, tasks): (Vec<_>, Vec<_>) = model.programs.tasks.iter().cloned().partition(|task| task.period.is_none());
+    let flow = flow.into_iter().next();
+    Scenario { duration, times, sources, events, signals, tasks, flow, faults, seed, recorded: None, position, speed }
 }
 
 /// A whole number of a table; `None` if it is left out or wrong, which is reported.

@@ -29,7 +29,9 @@ pub(super) fn source_signals(
     let mut found: Vec<SourceSignal> = Vec::new();
     for (name, scalar) in given {
         let what = format!("`{}` in `signals` of `[scenario]`", shortened(&name.value));
-        let Some(source) = sources.iter().position(|source| source.name == name.value && source.target != SourceTarget::Block) else {
+        let Some(source) =
+            sources.iter().position(|source| source.name == name.value && source.target != SourceTarget::Block)
+        else {
             let words = ["a function of time", "functions of time"];
             if let Some((message, help)) = not_settable(&name.value, sources, (document, model), words) {
                 let message = format!("`signals` of `[scenario]`: {message}");

@@ -42,7 +42,8 @@ impl TaskLaw {
     /// # Panics
     /// If it names what the model does not have (the model layer checks that before), or has no clock.
     pub fn new(task: &Arc<Task>, reduced: &Reduced) -> Self {
-        let (mut references, mut sensors, mut from): (Vec<Reference>, Vec<OutputSignal>, Vec<From>) = Default::default();
+        let (mut references, mut sensors, mut from): (Vec<Reference>, Vec<OutputSignal>, Vec<From>) =
+            Default::default();
         let coordinate = |name: &String| reduced.coordinate(name).expect("a task reads coordinates of its model");
         for (symbol, read) in &task.reads {
             from.push(match read {
@@ -52,7 +53,11 @@ impl TaskLaw {
                 Read::Source(name) => {
                     let (_, dimension) = task.graph.name(*symbol);
                     let description = format!("read by {}", task.name);
-                    references.push(Reference { name: name.clone(), physical: Physical::other(&dimension.si()), description });
+                    references.push(Reference {
+                        name: name.clone(),
+                        physical: Physical::other(&dimension.si()),
+                        description,
+                    });
                     From::Reference(references.len() - 1)
                 }
                 Read::Sensor(name) => {

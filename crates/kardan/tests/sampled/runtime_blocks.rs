@@ -320,7 +320,8 @@ fn computed_torque_is_the_linear_law_where_that_is_exact() {
         let now = Situation { position: &position, speed: &speed, references: &references, disturbances: &[] };
         assert!(law.torques(now, &mut memory, &mut found));
         let (angles, speeds) = (&work.kinematics.angles, &work.kinematics.speeds);
-        let seen = Seen { time: 0.0, angles, speeds, disturbances: &[], references: &references, readings: &[], states: &[] };
+        let seen =
+            Seen { time: 0.0, angles, speeds, disturbances: &[], references: &references, readings: &[], states: &[] };
         linear.command(seen, &mut expected);
         agree(&found, &expected, 1e-11, "torques");
     }

@@ -119,7 +119,8 @@ fn sample(law: &dyn Law, single: bool, states: &[f64], readings: &[f64]) -> (Vec
     let mut block = law.block(Some(Clock { single, ..law.clock().expect("sampled") })).expect("finite");
     let (mut out, mut next) = (vec![0.0; 2], vec![0.0; states.len()]);
     let references = [0.3, 1.5];
-    let seen = Seen { time: 0.0, angles: &[], speeds: &[], disturbances: &[], references: &references, readings, states };
+    let seen =
+        Seen { time: 0.0, angles: &[], speeds: &[], disturbances: &[], references: &references, readings, states };
     assert!(block.command(seen, &mut out));
     assert!(block.states(seen, &[], &mut next));
     (out, next)

@@ -98,6 +98,8 @@ impl Functions<'_, '_> {
                 if rate == 0 { Meaning::Position(carrier) } else { Meaning::Rate(carrier) }
             } else if name == "t" {
                 Meaning::Time
+            } else if let Some(dimension) = self.blocks.get(name) {
+                Meaning::Block(name.to_string(), *dimension)
             } else if self.document.signals.iter().any(|signal| signal.name == name) {
                 let (value, dimension) = self.signal(name, out)?;
                 let function = OfTime::new(self.graph.clone(), self.time, self.parts.clone(), value, dimension)?;
@@ -138,6 +140,7 @@ impl Functions<'_, '_> {
                 Meaning::Rate(body) => self.reader.domain_of(body).dimensions()[1],
                 Meaning::Time => Dimension::TIME,
                 Meaning::Signal(function) => function.dimension(),
+                Meaning::Block(_, dimension) => *dimension,
                 Meaning::Load(dimension) | Meaning::Slip(dimension) => *dimension,
             };
             Some(Named::Varying(graph.symbol(name, dimension), dimension))

@@ -37,6 +37,8 @@ pub(crate) struct Functions<'a, 'd> {
     made: BTreeMap<&'a str, Option<(Expr, Dimension)>>,
     /// Signals that wait for others.
     open: Vec<&'a str>,
+    /// What blocks answer.
+    pub(in crate::model) blocks: BTreeMap<String, Dimension>,
     /// Tables that were made, nothing of one with a mistake.
     tables: BTreeMap<&'a str, Option<Arc<Lookup>>>,
 }
@@ -47,7 +49,20 @@ impl<'a, 'd> Functions<'a, 'd> {
         let mut graph = Graph::default();
         let time = graph.symbol("t", Dimension::TIME);
         let (parts, room, made, tables) = (Vec::new(), MOST_BREAKPOINTS, BTreeMap::new(), BTreeMap::new());
-        Self { reader, document, horizon, seed, graph, time, parts, room, made, open: Vec::new(), tables }
+        Self {
+            reader,
+            document,
+            horizon,
+            seed,
+            graph,
+            time,
+            parts,
+            room,
+            made,
+            open: Vec::new(),
+            blocks: BTreeMap::new(),
+            tables,
+        }
     }
 
     /// Over the time of the scenario, with its seed; a second where it has none.

@@ -100,7 +100,7 @@ impl Functions<'_, '_> {
                 "a speed",
                 "coefficients of a row of rates stand in `rates`, and depend on positions alone",
             )),
-            Meaning::Time | Meaning::Signal(_) => Some((
+            Meaning::Time | Meaning::Signal(_) | Meaning::Block(..) => Some((
                 name,
                 "a function of time",
                 "what moves with the time is the `offset` of a row of `coefficients`, or a prescribed_motion",

@@ -15,12 +15,12 @@ use super::wired::{Computer, Setup, Wired};
 use crate::assemble::{Along, Equations};
 use crate::equations::InputKind;
 use crate::num::{Cholesky, Matrix};
+use crate::program::{Read, Task};
 use crate::reduce::{Dynamics, Motion, Reduced, Work};
 use crate::simulate::clocked::Clocked;
 use crate::simulate::drive::Drive;
 use crate::simulate::friction::{BoxProblem, Mode};
 use crate::simulate::scenario::{Profile, Scenario};
-use crate::program::Task;
 use crate::synthesis::{Law, LinearLaw, Running, Seen, TaskLaw};
 
 /// What drives the inputs; `size` grows by their states.
@@ -129,7 +129,8 @@ fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usi
 fn task(task: &Arc<Task>, setup: &Setup<'_>) -> Wired {
     let law: Arc<dyn Law> = Arc::new(TaskLaw::new(task, setup.reduced));
     let sources = &setup.scenario.sources;
-    let source = |name: &str| sources.iter().position(|s| s.name == name).expect("what blocks read and answer is a source");
+    let source =
+        |name: &str| sources.iter().position(|s| s.name == name).expect("what blocks read and answer is a source");
     let clock = law.clock().expect("a task has a clock");
     let answers: Vec<usize> = law.inputs().iter().map(|name| source(name)).collect();
     let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
@@ -145,6 +146,18 @@ fn task(task: &Arc<Task>, setup: &Setup<'_>) -> Wired {
         references,
         law,
     }
+}
+
+/// Numbers of the sources that blocks read at every instant, then of those that they answer.
+fn flow_sources(scenario: &Scenario) -> Vec<usize> {
+    let number =
+        |name: &str| scenario.sources.iter().position(|source| source.name == name).expect("a source of the scenario");
+    let Some(flow) = &scenario.flow else { return Vec::new() };
+    let reads = flow.reads.iter().filter_map(|(_, read)| match read {
+        Read::Source(name) => Some(number(name)),
+        _ => None,
+    });
+    reads.chain(flow.answers.iter().map(|answer| number(&answer.name))).collect()
 }
 
 /// The steps and ramps of each source.
@@ -208,8 +221,12 @@ impl Machine {
         // Blocks compute before the laws that read them.
         let mut laws: Vec<Wired> = scenario.tasks.iter().map(|one| task(one, &setup)).collect();
         laws.extend(setup.laws.iter().map(|law| wired(law, &setup, &drives, &mut size)));
+        let flow_states = size..size + scenario.flow.as_ref().map_or(0, |flow| flow.memory.len());
+        size = flow_states.end;
+        let flow_sources = flow_sources(scenario);
+        let flow = scenario.flow.as_ref().map(|flow| (&**flow, flow_sources.as_slice(), flow_states.clone()));
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
-        let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals };
+        let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals, flow };
         let Compiled { dynamics, work, places, timed, meshes, moving } =
             Compiled::new(reduced, scenario, (parts, 2 * r..size), also);
         let sliders = Sliders::new(reduced);
@@ -232,6 +249,9 @@ impl Machine {
             sources: vec![0.0; profiles.len()],
             profiles,
             signals: scenario.signals.clone(),
+            flow: scenario.flow.clone(),
+            flow_sources,
+            flow_states,
             timed,
             modes: vec![Mode::Stick; m],
             holding: if kept.is_empty() { Vec::with_capacity(r) } else { kept.clone().collect() },

@@ -6,8 +6,10 @@ use super::hold_terms::HoldTerms;
 use super::mesh_terms::MeshTerms;
 use super::wired::{Computer, Wired};
 use crate::assemble::{Equations, FrictionLaw};
+use crate::equations::Measured;
 use crate::expr::{Expr, Function, Symbol};
 use crate::num::{Matrix, Rational, rational_from_f64};
+use crate::program::{Read, Task};
 use crate::reduce::{Dynamics, Extension, KeptRate, Motion, Reduced, Relaxation, Work};
 use crate::simulate::drive::Drive;
 use crate::simulate::scenario::{SourceSignal, SourceTarget};
@@ -151,13 +153,15 @@ pub(super) struct Parts<'a> {
     pub laws: &'a [Wired],
     pub targets: &'a [SourceTarget],
     pub signals: &'a [SourceSignal],
+    /// What blocks compute at every instant, the numbers of its sources (what it reads, then what it answers), and its states.
+    pub flow: Option<(&'a Task, &'a [usize], Range<usize>)>,
 }
 
 /// Everything between plant, motors, linear laws and scenario, written into the expressions of the motion; with the sources.
 pub(super) fn extend(
     motion: &mut Motion,
     reduced: &Reduced,
-    Parts { drives, laws, targets, signals }: Parts<'_>,
+    Parts { drives, laws, targets, signals, flow }: Parts<'_>,
     more_states: Range<usize>,
 ) -> (Extension, Places, Vec<Expr>) {
     let equations = &reduced.equations;
@@ -180,11 +184,18 @@ pub(super) fn extend(
         all.given(equations.set_valued().enumerate().map(|(k, (element, _))| format!("{element}.sense.{k}")));
     let coupled = reduced.relaxation.iter().flat_map(Relaxation::coupled_slips);
     (places.couplings, couplings) = all.given(coupled.map(|(i, j)| format!("coupling.{i}.{j}")));
-    let sources = with_signals(&mut all, &mut places, sources, signals);
+    let mut sources = with_signals(&mut all, &mut places, sources, signals);
     let state = |place: usize| states[place - more_states.start];
+    let flowing = flow.map(|(task, numbers, own)| {
+        let own = own.start - more_states.start..own.end - more_states.start;
+        (with_flow(&mut all, reduced, (task, numbers), &mut sources, &states[own.clone()]), own)
+    });
     let commands = commands(&mut all, laws, targets, (&sources, &held, &states, more_states.start));
     let zero = all.motion.graph.integer(0);
     let mut rates = vec![zero; more_states.len()];
+    if let Some((found, own)) = flowing {
+        rates[own].copy_from_slice(&found);
+    }
     let (mut torques, mut applied) = (Vec::new(), Vec::new());
     for (k, drive) in drives.iter().enumerate() {
         let graph = &mut all.motion.graph;
@@ -265,6 +276,58 @@ fn with_signals(
         sources[signal.source] = all.motion.graph.group(value);
     }
     sources
+}
+
+/// What blocks compute at every instant, as expressions of the loop: their answers become sources. Gives the rates of their states.
+fn with_flow(
+    all: &mut Loop<'_>,
+    reduced: &Reduced,
+    (task, numbers): (&Task, &[usize]),
+    sources: &mut [Expr],
+    states: &[Expr],
+) -> Vec<Expr> {
+    let (of_reads, of_answers) = numbers.split_at(numbers.len() - task.answers.len());
+    let mut of_reads = of_reads.iter();
+    let mut known: Vec<(Symbol, Expr)> = Vec::new();
+    let coordinate = |name: &String| reduced.coordinate(name).expect("a block reads coordinates of its model");
+    for (symbol, read) in &task.reads {
+        let value = match read {
+            Read::Position(name) => all.motion.angles[coordinate(name)],
+            Read::Rate(name) => all.motion.speeds[coordinate(name)],
+            Read::Time => all.motion.time(),
+            Read::Source(_) => sources[*of_reads.next().expect("a number for each")],
+            Read::Sensor(name) => measured(all, reduced, name),
+        };
+        known.push((*symbol, value));
+    }
+    known.extend(task.memory.iter().map(|entry| entry.symbol).zip(states.iter().copied()));
+    let mut written = |value: Expr| {
+        let value = all.motion.graph.copied(&task.graph, value, &known);
+        all.motion.graph.group(value)
+    };
+    let answers: Vec<Expr> = task.answers.iter().map(|answer| written(answer.value)).collect();
+    let rates = task.memory.iter().map(|entry| written(entry.next)).collect();
+    of_answers.iter().zip(answers).for_each(|(&source, answer)| sources[source] = answer);
+    rates
+}
+
+/// What an ideal sensor reads.
+///
+/// # Panics
+/// If it is not one of a motion or of a twist (the model layer checks that).
+fn measured(all: &mut Loop<'_>, reduced: &Reduced, name: &str) -> Expr {
+    let (_, sensor) = reduced.equations.sensors.iter().find(|(other, _)| other == name).expect("a sensor of the model");
+    let coordinate = |name: &String| reduced.coordinate(name).expect("a sensor names a coordinate");
+    match &sensor.measured {
+        Measured::Angle(body) => all.motion.angles[coordinate(body)],
+        Measured::Speed(body) => all.motion.speeds[coordinate(body)],
+        Measured::SpringTorque(element) => {
+            let springs = reduced.equations.springs.iter().enumerate().filter(|(_, spring)| spring.element == *element);
+            let terms: Vec<Expr> = springs.map(|(k, _)| all.motion.spring_torque(reduced, k)).collect();
+            all.sum(&terms)
+        }
+        other => unreachable!("no block reads {other:?} at every instant"),
+    }
 }
 
 /// Sources, linear laws, and what other laws command, added up for each input.

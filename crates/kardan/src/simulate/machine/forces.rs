@@ -29,7 +29,7 @@ impl Machine {
         self.set_sources(time);
         self.held.fill(0.0);
         if self.own_laws {
-            self.timed.find_sources(&self.sources, time);
+            self.timed.find_sources(&self.sources, time, state);
             self.give_time(time, state);
             self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         }

@@ -13,6 +13,7 @@ impl Machine {
         let linear =
             |wired: &Wired| wired.clocked().is_none() && !wired.law.bends() && wired.law.friction_width().is_none();
         self.dynamics.is_linear()
+            && self.flow.is_none()
             && self.modes.is_empty()
             && self.timed.affine
             && self.laws.iter().all(linear)
@@ -58,6 +59,12 @@ impl Machine {
 
     /// Sets the states of the laws at the start of a run.
     pub(in crate::simulate) fn start_laws(&mut self, state: &mut [f64]) {
+        if let Some(flow) = &self.flow {
+            state[self.flow_states.clone()]
+                .iter_mut()
+                .zip(&flow.memory)
+                .for_each(|(state, entry)| *state = entry.start);
+        }
         self.update(state);
         let kinematics = &self.work.kinematics;
         for wired in &mut self.laws {
@@ -86,7 +93,7 @@ impl Machine {
     pub(in crate::simulate) fn tick(&mut self, time: f64, state: &[f64]) {
         self.update(state);
         self.set_sources(time);
-        self.timed.find_sources(&self.sources, time);
+        self.timed.find_sources(&self.sources, time, state);
         for wired in &mut self.laws {
             let Computer::Clocked(clocked) = &mut wired.computer else { continue };
             for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
@@ -101,8 +108,9 @@ impl Machine {
                 self.lines[source] = (*value, 0.0, time);
                 self.profiles[source].hold(time, *value);
                 self.sources[source] = *value;
+                self.timed.answer(source, *value);
             }
-            self.timed.find_sources(&self.sources, time);
+            self.timed.find_sources(&self.sources, time, state);
         }
     }
 }

@@ -30,11 +30,13 @@ pub use expressions::Found;
 pub use wired::Setup;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::drive::Drive;
 use super::friction::{BoxProblem, Mode};
 use super::scenario::{Profile, SourceSignal, SourceTarget};
 use crate::num::{Cholesky, Keeper};
+use crate::program::Task;
 use crate::reduce::{Dynamics, Work};
 use expansion::Expansion;
 use expressions::Places;
@@ -68,6 +70,10 @@ pub struct Machine {
     drives: Vec<Drive>,
     profiles: Vec<Profile>,
     targets: Vec<SourceTarget>,
+    /// What blocks compute at every instant, the numbers of its sources, and where its states are.
+    flow: Option<Arc<Task>>,
+    flow_sources: Vec<usize>,
+    flow_states: Range<usize>,
     /// Functions of time that are added to sources.
     signals: Vec<SourceSignal>,
     /// `(value, slope, start)` of each source in the current segment.

@@ -21,9 +21,13 @@ pub(super) struct Timed {
     now: Vec<(f64, [f64; 4])>,
     /// Whether the time itself is given.
     time: bool,
+    /// What blocks answer: their sources, and the values of now.
+    blocks: Vec<(usize, f64)>,
     /// Sources with a function of time, and 1 where they follow it, 0 where they are set from outside.
     sources: Vec<usize>,
     follows: Vec<f64>,
+    /// Whether sources depend on states.
+    flows: bool,
     /// Whether all functions are straight lines between breakpoints.
     pub affine: bool,
     /// What is given: who follows, parts, the time.
@@ -44,12 +48,20 @@ impl Timed {
     ) -> Self {
         let parts: Vec<Arc<Part>> = motion.timed.parts.iter().map(|(part, _)| Arc::clone(part)).collect();
         let sources: Vec<usize> = scenario.signals.iter().map(|signal| signal.source).collect();
-        let plan = (!sources.is_empty()).then(|| {
+        let source = |name: &str| {
+            let found = scenario.sources.iter().position(|source| source.name == name);
+            found.expect("what blocks answer is a source")
+        };
+        let flows = scenario.flow.is_some();
+        let plan = (flows || !sources.is_empty()).then(|| {
             let inputs = places.sources.clone().chain(places.timed.clone());
-            let inputs: Vec<_> = inputs.map(|place| extension.inputs[place]).collect();
+            let mut inputs: Vec<_> = inputs.map(|place| extension.inputs[place]).collect();
+            if flows {
+                inputs.extend(motion.symbols.iter().chain(&extension.inputs[places.states.clone()]));
+            }
             let outputs: Vec<(String, Expr)> =
                 values.iter().enumerate().map(|(k, value)| (format!("source.{k}"), *value)).collect();
-            let plan = compile(&motion.graph, &inputs, &outputs).expect("sources depend on the time alone");
+            let plan = compile(&motion.graph, &inputs, &outputs).expect("sources depend on the time and on states");
             let memory = plan.memory();
             (plan, memory)
         });
@@ -57,8 +69,10 @@ impl Timed {
             now: vec![(0.0, [0.0; 4]); parts.len()],
             parts,
             time: motion.timed.time.is_some(),
+            blocks: motion.timed.blocks.iter().map(|(name, _)| (source(name), 0.0)).collect(),
             follows: vec![1.0; sources.len()],
             sources,
+            flows,
             affine: scenario.signals.iter().all(|signal| signal.function.is_affine()),
             given: vec![0.0; places.timed.len()],
             plan,
@@ -106,18 +120,27 @@ impl Timed {
         for (value, (start, coefficients)) in later.iter_mut().zip(&self.now) {
             *value = polynomial(coefficients, time - start);
         }
-        if let Some(last) = later.last_mut().filter(|_| self.time) {
-            *last = time;
+        let rest = &mut later[self.now.len()..];
+        if self.time {
+            rest[0] = time;
+        }
+        for (value, (_, answer)) in rest.iter_mut().skip(usize::from(self.time)).zip(&self.blocks) {
+            *value = *answer;
         }
         &self.given
     }
 
     /// Finds the values of the sources from those of their lines.
-    pub fn find_sources(&mut self, lines: &[f64], time: f64) {
+    pub fn find_sources(&mut self, lines: &[f64], time: f64, state: &[f64]) {
         self.at(time);
         let Some((plan, memory)) = &mut self.plan else { return self.values.copy_from_slice(lines) };
         memory[..lines.len()].copy_from_slice(lines);
         memory[lines.len()..][..self.given.len()].copy_from_slice(&self.given);
+        if self.flows {
+            let first = lines.len() + self.given.len();
+            // Behind the states stand work and loss.
+            memory[first..][..state.len() - 2].copy_from_slice(&state[..state.len() - 2]);
+        }
         // What is no number is seen where it is used.
         let _ = plan.block().evaluate(memory);
         self.values.iter_mut().enumerate().for_each(|(k, value)| *value = memory[plan.place(k)]);
@@ -135,7 +158,14 @@ impl Timed {
             [b + (2.0 * c + 3.0 * d * x) * x, c + 3.0 * d * x, *d]
         };
         let follows = self.follows.iter().map(|_| [0.0; 3]);
-        follows.chain(self.now.iter().map(of_part)).chain(self.time.then_some([1.0, 0.0, 0.0]))
+        let blocks = self.blocks.iter().map(|_| [0.0; 3]);
+        follows.chain(self.now.iter().map(of_part)).chain(self.time.then_some([1.0, 0.0, 0.0])).chain(blocks)
+    }
+
+    /// What the block of a source answers from now on.
+    pub fn answer(&mut self, source: usize, value: f64) {
+        let own = self.blocks.iter_mut().filter(|(own, _)| *own == source);
+        own.for_each(|(_, answer)| *answer = value);
     }
 
     /// A source is set from outside from now on.
@@ -146,6 +176,7 @@ impl Timed {
 
     pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
         keeper.numbers(&mut self.follows);
+        self.blocks.iter_mut().for_each(|(_, answer)| keeper.number(answer));
         for (start, coefficients) in &mut self.now {
             keeper.number(start);
             keeper.numbers(coefficients);

@@ -503,6 +503,7 @@ impl PreparedBench {
                     events: Vec::new(),
                     signals: Vec::new(),
                     tasks: Vec::new(),
+                    flow: None,
                     faults: Vec::new(),
                     seed: spec.seed,
                     recorded: None,

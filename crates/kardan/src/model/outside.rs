@@ -1,0 +1,111 @@
+//! What blocks read from outside: what moves, sensors, references, disturbances, the time.
+
+use super::document::{Document, Instance};
+use super::functions::Functions;
+use super::programs::{Blocks, Outside, Programs};
+use super::resolve::ControlSpec;
+use super::table_reader::TableReader;
+use crate::diagnostics::Diagnostic;
+use crate::equations::{Domain, Measured, NamedTerm, Term};
+use crate::names::SignalName;
+use crate::program::Read;
+use crate::schema::Value;
+use crate::units::{Dimension, parse_quantity};
+
+impl Document {
+    /// What the blocks of a model compute.
+    pub(super) fn programs<'a, 'd, 'c>(
+        &'a self,
+        reader: &'a TableReader<'d>,
+        functions: &mut Functions<'a, 'd>,
+        controls: impl Iterator<Item = &'c ControlSpec>,
+        out: &mut Vec<Diagnostic>,
+    ) -> Programs {
+        if self.blocks.is_empty() {
+            return Programs::default();
+        }
+        let outside = self.outside(reader, controls);
+        let programs = Blocks::new((reader, self), functions, outside).tasks(out);
+        functions.blocks = programs.answers().map(|answer| (answer.name.clone(), answer.dimension)).collect();
+        programs
+    }
+
+    fn outside<'c>(&self, reader: &TableReader<'_>, controls: impl Iterator<Item = &'c ControlSpec>) -> Vec<Outside> {
+        let mut out = vec![Outside { name: "t".into(), read: Read::Time, dimension: Dimension::TIME }];
+        let mut add = |name: String, read: Read, dimension: Dimension| out.push(Outside { name, read, dimension });
+        for [position, rate] in reader.all_motions() {
+            let body = SignalName::new(&position).element.to_string();
+            let [of_position, of_rate] = reader.domain_of(&body).dimensions();
+            add(position, Read::Position(body.clone()), of_position);
+            add(rate, Read::Rate(body), of_rate);
+        }
+        for sensor in self.elements.iter().filter(|element| element.kind.keyword == "sensor") {
+            let Some((name, dimension)) = self.reading(sensor, reader) else { continue };
+            let read = || Read::Sensor(sensor.name.clone());
+            add(name, read(), dimension);
+            add(sensor.name.clone(), read(), dimension);
+        }
+        for reference in controls.flat_map(|control| (control.law.references)(&control.values)) {
+            let Ok((_, dimension)) = parse_quantity(&format!("1 {}", reference.physical.unit())) else { continue };
+            if self.blocks.iter().all(|block| block.name != reference.name) {
+                add(reference.name.clone(), Read::Source(reference.name), dimension);
+            }
+        }
+        for disturbance in self.elements.iter().filter(|element| element.kind.keyword == "disturbance") {
+            let torque = Dimension::TORQUE;
+            let dimension = if disturbance.table.along_masses { torque.along_masses() } else { torque };
+            add(disturbance.name.clone(), Read::Source(disturbance.name.clone()), dimension);
+        }
+        out
+    }
+
+    /// The name of what a sensor reads, and what it is of.
+    fn reading(&self, sensor: &Instance, reader: &TableReader<'_>) -> Option<(String, Dimension)> {
+        let word = |key: &str| match &sensor.table.values.get(key)?.value {
+            Value::Word(word) => Some(word.as_str()),
+            _ => None,
+        };
+        let domain = match (word("shaft"), word("element")) {
+            (Some(body), _) => reader.domain_of(body),
+            (None, Some(element)) => {
+                let masses = self.elements.iter().any(|one| one.name == element && one.table.along_masses);
+                if masses { Domain::Translation } else { Domain::Rotation }
+            }
+            (None, None) => return None,
+        };
+        let ([position, rate], dimensions) = (domain.motion(), domain.dimensions());
+        Some(match word("measures")? {
+            "angle" => (position.of(&sensor.name), dimensions[0]),
+            "speed" => (rate.of(&sensor.name), dimensions[1]),
+            _ => {
+                let torque = Dimension::TORQUE;
+                let dimension = if domain == Domain::Translation { torque.along_masses() } else { torque };
+                (domain.effort().of(&sensor.name), dimension)
+            }
+        })
+    }
+
+    /// Refuses sensors whose readings follow from accelerations, which are not known when blocks compute.
+    pub(super) fn check_readings(&self, terms: &[NamedTerm], programs: &Programs, out: &mut Vec<Diagnostic>) {
+        let reads = programs.tasks.iter().flat_map(|task| task.reads.iter().map(|(_, read)| read));
+        let mut told: Vec<&str> = Vec::new();
+        for read in reads {
+            let Read::Sensor(name) = read else { continue };
+            let measured = terms.iter().find_map(|named| match &named.term {
+                Term::Output(sensor) if named.element == *name => Some(&sensor.measured),
+                _ => None,
+            });
+            let Some(Measured::ConstraintTorque(..) | Measured::NetTorque(_)) = measured else { continue };
+            let Some(sensor) = self.elements.iter().find(|element| element.name == *name) else { continue };
+            if told.contains(&name.as_str()) {
+                continue;
+            }
+            told.push(name);
+            let message = format!(
+                "no block reads the sensor `{name}`: a torque of a constraint and a net torque follow from accelerations"
+            );
+            let help = "measure the twist of a spring_damper, or give the gear a stiffness";
+            out.push(Diagnostic::error("block::sensor", message).at(sensor.place.clone(), "this sensor").help(help));
+        }
+    }
+}
