@@ -324,6 +324,14 @@ impl Dynamics {
         if let Some(relaxation) = &reduced.relaxation {
             kinematics.transform(&relaxation.transform);
         }
+        // Also speeds that are prescribed and do not change.
+        for (own, exprs) in [(&mut kinematics.speeds, &motion.speeds), (&mut kinematics.bias, &motion.bias)] {
+            for ((own, expr), known) in own.iter_mut().zip(exprs).zip(constants(exprs)) {
+                if !varying(*expr) {
+                    *own = known;
+                }
+            }
+        }
         let passive = constants(&motion.passive);
         let rows = motion.basis.iter().chain(&motion.frictions).chain(&motion.inputs).flat_map(|row| row.values());
         let mut fixed = rows.chain(motion.inertia.values()).chain(&motion.bias).chain(&motion.friction_bias);

@@ -299,3 +299,47 @@ initial = { \"slider.s\" = \"0.41 m\", \"crank.w\" = \"10 rad/s\" }
         assert!(phi[phi.len() - 1] > 900.0, "{method:?}: it turned {} rad", phi[phi.len() - 1]);
     }
 }
+
+/// A body that a belt of constant speed drags: a block on a spring sticks until the spring holds the static friction, and slips to where
+/// its swing brings it, `x = μ/k + √((x₀ − μ/k)² + (v/ω)²)`; the position of the belt is a straight line in time, so its speed never changes.
+#[test]
+fn what_rubs_holds_and_strikes_sees_a_prescribed_speed_that_is_constant() {
+    let scenario = "[scenario]\nduration = \"2 s\"\noutput_step = \"1 ms\"\n";
+    let belt = format!(
+        "[mass.block]\nmass = \"1 kg\"\n[mass.belt]\n[prescribed_motion.drive]\nmass = \"belt\"\nposition = \"0.1 m/s * t\"\n\
+         [spring_damper.k]\nmass_1 = \"block\"\nmass_2 = \"ground\"\nstiffness = \"100 N/m\"\n[clutch.rub]\nshaft_1 = \"belt\"\nshaft_2 = \"block\"\n\
+         torque = \"5 N\"\nstatic_factor = 1.5\n{scenario}"
+    );
+    let run = by(&belt, Method::Automatic, 1e-11);
+    let most = signal(&run, "k.f").iter().fold(0.0f64, |most, x| most.max(*x));
+    let expected = 100.0 * (0.05 + f64::hypot(0.075 - 0.05, 0.1 / 10.0));
+    assert!((most - expected).abs() < 1e-4 * expected, "{most} N for {expected} N");
+    balances(&run, 1e-10, "belt");
+    // A clutch of 10 N m turns 1 kg m² up to 10 rad/s within 1 s, and loses as much as it gives: ½ J ω².
+    let clutch = format!(
+        "[shaft.rotor]\n[shaft.disc]\ninertia = \"1 kg m^2\"\n[prescribed_motion.drive]\nshaft = \"rotor\"\nangle = \"10 rad/s * t\"\n\
+         [clutch.c]\nshaft_1 = \"rotor\"\nshaft_2 = \"disc\"\ntorque = \"10 N m\"\n{scenario}"
+    );
+    let run = by(&clutch, Method::Automatic, 1e-11);
+    assert!((run.energy.dissipated - 50.0).abs() < 1e-9 && (run.energy.input - 100.0).abs() < 1e-9, "{:?}", run.energy);
+    assert!((crate::common::at(&run, "disc.w", 0.5) - 5.0).abs() < 1e-9);
+    // A wall that walks strikes a ball at rest: it leaves with (1 + e) times the speed of the wall.
+    let wall = format!(
+        "[mass.ball]\nmass = \"2 kg\"\n[mass.wall]\n[prescribed_motion.drive]\nmass = \"wall\"\nposition = \"0.1 m/s * t\"\n\
+         [end_stop.stop]\nshaft_1 = \"wall\"\nshaft_2 = \"ball\"\nupper = \"-0.05 m\"\nrestitution = 0.5\n{scenario}\
+         initial = {{ \"ball.s\" = \"0.1 m\" }}\n"
+    );
+    let run = by(&wall, Method::Automatic, 1e-11);
+    assert_eq!(signal(&run, "ball.v").last(), Some(&(1.5 * 0.1)));
+    assert!((crate::common::at(&run, "ball.s", 2.0) - (0.1 + 0.15 * 1.5)).abs() < 1e-12);
+    // The blow takes what the ball has, and what it loses: (1 + e) m v · v.
+    assert!((run.energy.input - 0.03).abs() < 1e-14 && (run.energy.stored - 0.0225).abs() < 1e-14, "{:?}", run.energy);
+    // Friction behind a gear rubs from the first instant on.
+    let gear = format!(
+        "[shaft.in]\n[shaft.out]\ninertia = \"1 kg m^2\"\n[shaft.mid]\nfriction = \"3 N m\"\ninertia = \"0.1 kg m^2\"\n[gear.g]\nshaft_1 = \"in\"\nshaft_2 = \"mid\"\nratio = 2\n\
+         [prescribed_motion.drive]\nshaft = \"in\"\nangle = \"30 rad/s * t\"\n{scenario}"
+    );
+    let run = by(&gear, Method::Automatic, 1e-11);
+    // 3 N m at 15 rad/s for 2 s.
+    assert!((run.energy.dissipated - 90.0).abs() < 1e-9, "{:?}", run.energy);
+}
