@@ -150,7 +150,7 @@ fn value(kind: &Kind) -> Value {
             json!({ "anyOf": [{ "type": "number" }, text()] })
         }
         Kind::Functions => by_name(text()),
-        Kind::Formulas => by_name(json!({ "anyOf": [{ "type": "number" }, text()] })),
+        Kind::Formulas | Kind::Expressions => by_name(json!({ "anyOf": [{ "type": "number" }, text()] })),
         Kind::Lists => by_name(json!({ "anyOf": [scalar(), { "type": "array", "items": scalar() }] })),
         Kind::Tables(fields) => several(table(fields, "")),
         Kind::Table(fields) => table(fields, ""),

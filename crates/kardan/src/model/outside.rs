@@ -1,11 +1,14 @@
 //! What blocks read from outside: what moves, sensors, references, disturbances, the time.
 
+use std::sync::Arc;
+
 use super::document::{Document, Instance};
 use super::functions::Functions;
-use super::programs::{Blocks, Outside, Programs};
+use super::programs::{Blocks, Commands, Outside, Programs};
 use super::resolve::ControlSpec;
 use super::table_reader::TableReader;
 use crate::diagnostics::Diagnostic;
+use crate::element::Resolved;
 use crate::equations::{Domain, Measured, NamedTerm, Term};
 use crate::names::SignalName;
 use crate::program::Read;
@@ -13,19 +16,35 @@ use crate::schema::Value;
 use crate::units::{Dimension, parse_quantity};
 
 impl Document {
-    /// What the blocks of a model compute.
-    pub(super) fn programs<'a, 'd, 'c>(
+    /// What the blocks of a model compute; controllers that are programs get what they command.
+    pub(super) fn programs<'a, 'd>(
         &'a self,
         reader: &'a TableReader<'d>,
         functions: &mut Functions<'a, 'd>,
-        controls: impl Iterator<Item = &'c ControlSpec>,
+        (controls, idle): (&mut [ControlSpec], &[ControlSpec]),
         out: &mut Vec<Diagnostic>,
     ) -> Programs {
-        if self.blocks.is_empty() {
+        let written = |name: &str| {
+            let control = self.controls.iter().find(|control| control.name == name)?;
+            let Value::Map(commands) = &control.table.values.get("commands")?.value else { return None };
+            Some(commands)
+        };
+        let laws: Vec<Commands<'a>> = controls
+            .iter()
+            .filter_map(|control| {
+                let period = control.values.exact("sample_time").cloned();
+                Some(Commands { control: control.name.clone(), period, written: written(&control.name)? })
+            })
+            .collect();
+        if self.blocks.is_empty() && laws.is_empty() {
             return Programs::default();
         }
-        let outside = self.outside(reader, controls);
-        let programs = Blocks::new((reader, self), functions, outside).tasks(out);
+        let outside = self.outside(reader, controls.iter().chain(idle));
+        let (programs, tasks) = Blocks::new((reader, self), functions, outside).tasks(&laws, out);
+        for (name, task) in tasks {
+            let own = controls.iter_mut().filter(|control| control.name == name);
+            own.for_each(|control| control.values.insert("commands", Resolved::Task(Arc::clone(&task))));
+        }
         functions.blocks = programs.answers().map(|answer| (answer.name.clone(), answer.dimension)).collect();
         programs
     }

@@ -44,6 +44,22 @@ pub struct Outside {
     pub dimension: Dimension,
 }
 
+/// A law that is a program: its name, its sample time, what it commands as it is written.
+pub(crate) struct Commands<'a> {
+    pub control: String,
+    pub period: Option<Exact>,
+    pub written: &'a [(Placed<String>, Placed<Scalar>)],
+}
+
+/// What a law tells one input.
+struct Command {
+    name: String,
+    value: Expr,
+    dimension: Dimension,
+    reads: BTreeSet<String>,
+    place: Place,
+}
+
 /// A block that was written.
 #[derive(Debug, Clone)]
 struct Made {
@@ -116,28 +132,91 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         }
     }
 
-    /// All blocks as tasks; what is wrong is told.
-    pub(crate) fn tasks(mut self, out: &mut Vec<Diagnostic>) -> Programs {
+    /// All blocks as tasks, and what the laws that are programs command, by their names; what is wrong is told.
+    pub(crate) fn tasks(
+        mut self,
+        laws: &[Commands<'a>],
+        out: &mut Vec<Diagnostic>,
+    ) -> (Programs, Vec<(String, Arc<Task>)>) {
         let before = out.len();
         for block in &self.document.blocks {
             self.block(block, out);
         }
+        let commands: Vec<Vec<Command>> = laws.iter().map(|law| self.commands(law, out)).collect();
+        let nothing = (Programs::default(), Vec::new());
         if out.len() > before {
-            return Programs::default();
+            return nothing;
         }
         self.check_rates(out);
-        let Some(order) = self.order(out) else { return Programs::default() };
+        let Some(order) = self.order(out) else { return nothing };
+        for (law, commands) in laws.iter().zip(&commands) {
+            let what = format!("control `{}`", law.control);
+            commands
+                .iter()
+                .for_each(|command| self.check_reads(&what, &command.place, (&law.period, &command.reads), out));
+        }
         if out.len() > before {
-            return Programs::default();
+            return nothing;
         }
         let mut periods: Vec<Option<Exact>> = self.made.values().flatten().map(|made| made.period.clone()).collect();
-        periods.sort_by(|a, b| {
-            let time = |period: &Option<Exact>| period.as_ref().map(Exact::to_rational);
-            time(a).cmp(&time(b))
-        });
+        periods.sort_by_key(|period| period.as_ref().map(Exact::to_rational));
         periods.dedup();
         let tasks = periods.into_iter().map(|period| Arc::new(self.task(period, &order))).collect();
-        Programs { tasks, functions: std::mem::take(&mut self.used_functions) }
+        let of_laws = laws.iter().zip(commands).map(|(law, commands)| {
+            let task = self.command_task((&law.control, law.period.clone()), &order, commands);
+            (law.control.clone(), Arc::new(task))
+        });
+        let of_laws = of_laws.collect();
+        (Programs { tasks, functions: std::mem::take(&mut self.used_functions) }, of_laws)
+    }
+
+    /// What a law commands; what is wrong is told.
+    fn commands(&mut self, law: &Commands<'a>, out: &mut Vec<Diagnostic>) -> Vec<Command> {
+        let mut found = Vec::new();
+        for (name, scalar) in law.written {
+            let label = format!("`{}` in `commands` of control `{}`", shortened(&name.value), law.control);
+            let motor = self.document.elements.iter().find(|one| one.name == name.value);
+            let wanted = match motor {
+                Some(one) if one.kind.keyword == "voltage_source" => Dimension::VOLTAGE,
+                Some(one) if one.kind.keyword == "motor" && one.table.along_masses => Dimension::FORCE,
+                Some(one) if one.kind.keyword == "motor" => Dimension::TORQUE,
+                _ => {
+                    let inputs = || {
+                        let all = self.document.elements.iter();
+                        all.filter(|one| ["motor", "voltage_source"].contains(&one.kind.keyword))
+                            .map(|one| one.name.as_str())
+                    };
+                    let help = match nearest(&name.value, inputs()) {
+                        Some(near) => format!("did you mean `{near}`?"),
+                        None => format!("there are {}", quoted(inputs())),
+                    };
+                    let message = format!("{label}: there is no motor and no voltage source of that name");
+                    out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "unknown").help(help));
+                    continue;
+                }
+            };
+            let Scalar::Expression(read) = &scalar.value else { continue };
+            let mut reads = BTreeSet::new();
+            let Some((value, dimension)) = self.expression(read, (&scalar.place, &label), &mut reads, out) else {
+                continue;
+            };
+            if !wanted.is_like(&dimension) {
+                let message = format!("{label}: expected {}, found {}", wanted.noun(), dimension.noun());
+                let help = format!("it should come out in a unit such as {}", wanted.example());
+                out.push(
+                    Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), dimension.noun()).help(help),
+                );
+                continue;
+            }
+            found.push(Command {
+                name: name.value.clone(),
+                value,
+                dimension: wanted,
+                reads,
+                place: scalar.place.clone(),
+            });
+        }
+        found
     }
 
     fn symbol(&self, name: &str, dimension: Dimension) -> Expr {
@@ -529,29 +608,36 @@ impl<'a> Blocks<'a, '_, '_> {
 
     /// Refuses blocks that read those of another sample time without saying so.
     fn check_rates(&self, out: &mut Vec<Diagnostic>) {
-        let shown = |period: &Exact| format!("{} s", period.to_f64());
         for block in self.document.blocks.iter().filter(|block| !block.kind.crosses) {
             let Some(Some(made)) = self.made.get(block.name.as_str()) else { continue };
-            let Some(own) = &made.period else { continue };
-            let others = made.reads.iter().filter_map(|name| {
-                let other = self.made.get(self.of_name(name)?)?.as_ref()?;
-                Some((name, other.period.as_ref().filter(|period| *period != own)?))
-            });
-            for (name, period) in others {
-                let message = format!(
-                    "block `{}` computes every {} and reads `{name}`, which does every {}",
-                    shortened(&block.name),
-                    shown(own),
-                    shown(period)
-                );
-                let help = format!(
-                    "say how it is read: `[block.{}_held]` with kind = \"hold\", input = \"{name}\" and the sample time of the reader",
-                    SignalName::new(name).element
-                );
-                out.push(
-                    Diagnostic::error("block::rate", message).at(block.place.clone(), "another sample time").help(help),
-                );
-            }
+            let what = format!("block `{}`", shortened(&block.name));
+            self.check_reads(&what, &block.place, (&made.period, &made.reads), out);
+        }
+    }
+
+    /// The same of whatever computes with a sample time.
+    fn check_reads(
+        &self,
+        what: &str,
+        place: &Place,
+        (own, reads): (&Option<Exact>, &BTreeSet<String>),
+        out: &mut Vec<Diagnostic>,
+    ) {
+        let shown = |period: &Exact| shown_quantity(period, Dimension::TIME);
+        let Some(own) = own else { return };
+        for name in reads {
+            let other = self.of_name(name).and_then(|block| self.made.get(block)?.as_ref());
+            let Some(period) = other.and_then(|other| other.period.as_ref()).filter(|period| *period != own) else {
+                continue;
+            };
+            let message =
+                format!("{what} computes every {} and reads `{name}`, which does every {}", shown(own), shown(period));
+            let head = SignalName::new(name).element;
+            let help = format!(
+                "say how it is read: `[block.{head}_held]` with kind = \"hold\", input = \"{name}\" and sample_time = \"{}\"",
+                shown(own)
+            );
+            out.push(Diagnostic::error("block::rate", message).at(place.clone(), "another sample time").help(help));
         }
     }
 
@@ -662,6 +748,43 @@ impl<'a> Blocks<'a, '_, '_> {
             None => "blocks at every instant".into(),
         };
         Task { name, period, graph, reads, memory, answers, order: steps }
+    }
+
+    /// What a law commands, with the blocks of its sample time that it needs.
+    fn command_task(
+        &self,
+        (name, period): (&str, Option<Exact>),
+        order: &[(&'a str, String)],
+        commands: Vec<Command>,
+    ) -> Task {
+        let mut task = self.task(period, order);
+        let symbol = |graph: &Graph, name: &str| self.answers.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
+        let known: Vec<(Symbol, Expr)> =
+            task.answers.iter().filter_map(|answer| Some((symbol(&task.graph, &answer.name)?, answer.value))).collect();
+        task.answers = Vec::new();
+        for Command { name, value, dimension, .. } in commands {
+            let value = task.graph.substitute(&[value], &known)[0];
+            task.answers.push(TaskAnswer { description: format!("command of {name}"), name, dimension, value });
+        }
+        // What is remembered and needed, until nothing new is.
+        let mut exprs: Vec<Expr> = task.answers.iter().map(|answer| answer.value).collect();
+        let mut needed: Vec<Entry> = Vec::new();
+        loop {
+            let used = task.graph.symbols(&exprs);
+            let (more, rest): (Vec<Entry>, Vec<Entry>) =
+                std::mem::take(&mut task.memory).into_iter().partition(|entry| used.contains(&entry.symbol));
+            task.memory = rest;
+            if more.is_empty() {
+                break;
+            }
+            exprs.extend(more.iter().map(|entry| entry.next));
+            needed.extend(more);
+        }
+        task.order.retain(|step| needed.iter().any(|entry| entry.name == step.block));
+        task.memory = needed;
+        task.reads = self.reads_of(&task.graph, &exprs);
+        task.name = name.to_string();
+        task
     }
 
     /// What expressions read from outside of their task, sorted.

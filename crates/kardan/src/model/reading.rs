@@ -73,6 +73,7 @@ const LAWS: &[&str] = &[
     "noninteracting",
     "pole_placement",
     "position_loop",
+    "program",
     "sampled_noninteracting",
 ];
 

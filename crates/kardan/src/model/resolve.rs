@@ -84,11 +84,12 @@ impl Document {
         let mut functions = Functions::of_scenario(&reader, self);
         let (active, idle): (Vec<&Control>, Vec<&Control>) =
             self.controls.iter().partition(|control| active.is_none_or(|a| a.contains(&control.name)));
-        let controls = self.active_controls(&active, &reader, &mut out);
+        let mut controls = self.active_controls(&active, &reader, &mut out);
         // What is wrong with an idle controller is told where it is active.
         let idle: Vec<ControlSpec> =
             idle.into_iter().map(|control| ControlSpec::read(control, &reader, &mut Vec::new())).collect();
-        let programs = self.programs(&reader, &mut functions, controls.iter().chain(&idle), &mut out);
+        let programs = self.programs(&reader, &mut functions, (&mut controls, &idle), &mut out);
+        self.check_commanded(&controls, &mut out);
         for instance in &self.elements {
             let (values, sound) = element_values(instance, (&reader, &mut functions), &mut out);
             if !sound {
@@ -154,26 +155,32 @@ impl Document {
             let mut spec = ControlSpec::read(control, reader, out);
             reader.check_outputs(&keys_of(control.law), &control.table, &what, out);
             spec.design = reader.settings(&control.table, "design", &what, out);
-            for input in (control.law.inputs)(&spec.values) {
-                let commands = |other: &&ControlSpec| (other.law.inputs)(&other.values).contains(&input);
-                if let Some(other) = controls.iter().find(commands) {
-                    let message = format!("{what} and control `{}` both command the motor `{input}`", other.name);
-                    let place = |name: &str| {
-                        let control = self.controls.iter().find(|c| c.name == name)?;
-                        words(&control.table, &input).into_iter().next()
-                    };
-                    out.push(
-                        Diagnostic::error("control::input", message)
-                            .at(place(&control.name).unwrap_or_else(|| control.place.clone()), "again here")
-                            .at(place(&other.name).unwrap_or_else(|| other.place.clone()), "first here")
-                            .help("let each motor be commanded by one controller"),
-                    );
-                }
-            }
             controls.push(spec);
         }
         controls.sort_by(|a, b| a.name.cmp(&b.name));
         controls
+    }
+
+    /// Refuses motors that two controllers command.
+    fn check_commanded(&self, controls: &[ControlSpec], out: &mut Vec<Diagnostic>) {
+        for (k, control) in controls.iter().enumerate() {
+            for input in (control.law.inputs)(&control.values) {
+                let commands = |other: &&ControlSpec| (other.law.inputs)(&other.values).contains(&input);
+                let Some(other) = controls[..k].iter().find(commands) else { continue };
+                let message =
+                    format!("control `{}` and control `{}` both command the motor `{input}`", control.name, other.name);
+                let place = |name: &str| {
+                    let control = self.controls.iter().find(|c| c.name == name)?;
+                    words(&control.table, &input).into_iter().next()
+                };
+                out.push(
+                    Diagnostic::error("control::input", message)
+                        .at(place(&control.name).unwrap_or_else(|| control.place.clone()), "again here")
+                        .at(place(&other.name).unwrap_or_else(|| other.place.clone()), "first here")
+                        .help("let each motor be commanded by one controller"),
+                );
+            }
+        }
     }
 
     /// Torque sensors: whether the element named has such a torque.

@@ -126,6 +126,7 @@ macro_rules! keys {
     (@type Coefficients) => { $crate::schema::Named };
     (@type Overrides) => { $crate::schema::Named };
     (@type Formula $($args:tt)*) => { $crate::schema::Quantity };
+    (@type Expressions) => { $crate::schema::Named };
     (@type Expression) => { $crate::schema::Quantity };
     (@type OfTime $($args:tt)*) => { $crate::schema::Quantity };
     (@type Surface) => { $crate::schema::Quantity };

@@ -69,6 +69,8 @@ pub enum Kind {
     Formula(Dimension),
     /// An expression of measurements, signals, blocks, parameters and the time; what it is of follows from what reads it.
     Expression,
+    /// A table from names of inputs to such expressions: `{ assist = "boost - 0.02 N m s/rad * rotor.w" }`.
+    Expressions,
     /// A quantity, or a function of time of that dimension; along masses of that of masses.
     OfTime(Dimension),
     /// A table from names of shafts and masses to expressions of angles and positions.

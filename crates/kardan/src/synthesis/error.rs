@@ -251,6 +251,12 @@ pub enum SynthesisError {
         /// The method.
         method: String,
     },
+    /// An observer of a law that reads its sensors as they are.
+    #[error("the law `{law}` reads its sensors as they are, and has no observer")]
+    NoObserver {
+        /// The law.
+        law: &'static str,
+    },
     /// More than all of a disturbance.
     #[error("`compensation` is {share}: more than all of a disturbance cannot be cancelled")]
     NotAShare {
@@ -531,6 +537,9 @@ impl SynthesisError {
                 label: "this controller",
                 help: format!("remove `{key}`, or change `method`"),
             },
+            Self::NoObserver { .. } => {
+                advice(&[], "this controller", "remove `observer`; a block estimates what is not measured")
+            }
             Self::SchedulePoints { .. } => advice(&[], "this controller", "write a whole number, such as 16"),
             Self::NotAtRest { .. } => advice(
                 &[],

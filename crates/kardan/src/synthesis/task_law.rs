@@ -1,4 +1,4 @@
-//! A task of blocks in the loop of a run: what it answers are commands, or signals for others.
+//! A task of blocks in a loop: what it answers are commands of motors, or signals for others.
 
 use std::sync::Arc;
 
@@ -7,16 +7,16 @@ use kardan_rt::Health;
 use super::{Block, Clock, Law, LinearLaw, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
-use crate::expr::Symbol;
-use crate::num::Keeper;
+use crate::expr::{Floating, Symbol, lower};
+use crate::num::{Float, Keeper, Matrix};
 use crate::plan::{Plan, compile};
 use crate::program::{Read, Task};
 use crate::reduce::Reduced;
-use crate::results::{Design, Physical};
+use crate::results::{ControllerData, Design, Physical, ReadSignal};
 
 /// Where an input of a task comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum From {
+enum Comes {
     Angle(usize),
     Speed(usize),
     Reading(usize),
@@ -24,105 +24,215 @@ enum From {
     Time,
 }
 
+/// What an ideal sensor reads: rows over angles and speeds, and what it reads at zero angles.
+#[derive(Debug, Clone, Default)]
+struct Ideal {
+    angles: Vec<(usize, f64)>,
+    speeds: Vec<(usize, f64)>,
+    offset: f64,
+}
+
+impl Ideal {
+    fn new(measured: &Measured, reduced: &Reduced) -> Self {
+        let coordinate = |name: &String| reduced.coordinate(name).expect("a sensor names a coordinate");
+        match measured {
+            Measured::Angle(name) => Self { angles: vec![(coordinate(name), 1.0)], ..Self::default() },
+            Measured::Speed(name) => Self { speeds: vec![(coordinate(name), 1.0)], ..Self::default() },
+            Measured::SpringTorque(element) => {
+                let mut out = Self::default();
+                for spring in reduced.equations.springs.iter().filter(|spring| spring.element == *element) {
+                    let stiffness = spring.value.stiffness.to_f64();
+                    out.angles.extend(spring.row_f64().into_iter().map(|(shaft, x)| (shaft, stiffness * x)));
+                    out.offset -= stiffness * spring.value.rest.to_f64();
+                }
+                out
+            }
+            // Its spring and its damper read in a run; small motions see nothing of it.
+            Measured::ComplianceTorque(..) | Measured::ConstraintTorque(..) | Measured::NetTorque(_) => Self::default(),
+        }
+    }
+
+    fn read(&self, seen: &Seen<'_>) -> f64 {
+        let along = |row: &[(usize, f64)], x: &[f64]| -> f64 { row.iter().map(|(k, c)| c * x[*k]).sum() };
+        along(&self.angles, seen.angles) + along(&self.speeds, seen.speeds) + self.offset
+    }
+}
+
 /// A task as a law: its answers stand in the place of commands.
 pub struct TaskLaw {
     task: Arc<Task>,
+    law: &'static str,
     answers: Vec<String>,
     references: Vec<Reference>,
     sensors: Vec<OutputSignal>,
-    from: Vec<From>,
-    period: f64,
+    ideal: Vec<Ideal>,
+    comes: Vec<Comes>,
+    shafts: usize,
+    clock: Option<Clock>,
+    affine: bool,
     /// Answers, then what is remembered next, from what is read, then what is remembered.
     plan: Arc<Plan>,
 }
 
 impl TaskLaw {
-    /// A task with a clock, in a model.
+    /// A task at its samples, in a model.
     ///
     /// # Panics
-    /// If it names what the model does not have (the model layer checks that before), or has no clock.
+    /// If it names what the model does not have (the model layer checks that before).
     pub fn new(task: &Arc<Task>, reduced: &Reduced) -> Self {
-        let (mut references, mut sensors, mut from): (Vec<Reference>, Vec<OutputSignal>, Vec<From>) =
+        let clock = task.period.as_ref().map(|period| Clock { period: period.to_f64(), delay: 0.0, single: false });
+        Self::with(task, reduced, ("blocks", clock))
+    }
+
+    /// The same as a law of a keyword, with its clock.
+    ///
+    /// # Panics
+    /// As [`Self::new`].
+    pub fn with(task: &Arc<Task>, reduced: &Reduced, (law, clock): (&'static str, Option<Clock>)) -> Self {
+        let (mut references, mut sensors, mut comes): (Vec<Reference>, Vec<OutputSignal>, Vec<Comes>) =
             Default::default();
+        let mut ideal = Vec::new();
         let coordinate = |name: &String| reduced.coordinate(name).expect("a task reads coordinates of its model");
         for (symbol, read) in &task.reads {
-            from.push(match read {
-                Read::Position(name) => From::Angle(coordinate(name)),
-                Read::Rate(name) => From::Speed(coordinate(name)),
-                Read::Time => From::Time,
+            comes.push(match read {
+                Read::Position(name) => Comes::Angle(coordinate(name)),
+                Read::Rate(name) => Comes::Speed(coordinate(name)),
+                Read::Time => Comes::Time,
                 Read::Source(name) => {
                     let (_, dimension) = task.graph.name(*symbol);
                     let description = format!("read by {}", task.name);
-                    references.push(Reference {
-                        name: name.clone(),
-                        physical: Physical::other(&dimension.si()),
-                        description,
-                    });
-                    From::Reference(references.len() - 1)
+                    let physical = Physical::other(&dimension.si());
+                    references.push(Reference { name: name.clone(), physical, description });
+                    Comes::Reference(references.len() - 1)
                 }
                 Read::Sensor(name) => {
                     let known = reduced.equations.sensors.iter().find(|(other, _)| other == name);
                     let (_, sensor) = known.expect("a task reads sensors of its model");
                     sensors.push(OutputSignal { name: name.clone(), measured: sensor.measured.clone() });
-                    From::Reading(sensors.len() - 1)
+                    ideal.push(Ideal::new(&sensor.measured, reduced));
+                    Comes::Reading(sensors.len() - 1)
                 }
             });
         }
-        let inputs: Vec<Symbol> =
-            task.reads.iter().map(|(symbol, _)| *symbol).chain(task.memory.iter().map(|entry| entry.symbol)).collect();
         let answers = task.answers.iter().map(|answer| (answer.name.clone(), answer.value));
         let next = task.memory.iter().enumerate().map(|(k, entry)| (format!("next.{k}"), entry.next));
         let outputs: Vec<_> = answers.chain(next).collect();
-        let plan = compile(&task.graph, &inputs, &outputs).expect("a task names all that it reads");
+        let plan = compile(&task.graph, &inputs_of(task), &outputs).expect("a task names all that it reads");
+        let affine = task.graph.affine();
         Self {
+            law,
             answers: task.answers.iter().map(|answer| answer.name.clone()).collect(),
             references,
             sensors,
-            from,
-            period: task.period.as_ref().expect("a task with a clock").to_f64(),
+            ideal,
+            comes,
+            shafts: reduced.equations.coordinates.len(),
+            clock,
+            affine: outputs.iter().all(|(_, expr)| affine(*expr)),
             plan: Arc::new(plan),
             task: Arc::clone(task),
         }
     }
 
-    /// Whether a sensor follows from accelerations, which are not known when a sample is taken.
-    pub fn is_readable(measured: &Measured) -> bool {
-        !matches!(measured, Measured::ConstraintTorque(..) | Measured::NetTorque(_))
+    /// What is remembered behind the first samples, at which blocks find that there was none before, with nothing read.
+    fn settled(&self) -> Vec<f64> {
+        let mut memory: Vec<f64> = self.task.memory.iter().map(|entry| entry.start).collect();
+        let next: Vec<_> = self.task.memory.iter().map(|entry| entry.next).collect();
+        for _ in 0..if self.clock.is_some() { FIRST } else { 0 } {
+            let at = |symbol: Symbol| {
+                let entry = self.task.memory.iter().position(|entry| entry.symbol == symbol);
+                entry.map_or(0.0, |entry| memory[entry])
+            };
+            memory = lower(&self.task.graph, &next, &mut Floating::<f64>::default(), at);
+        }
+        memory
+    }
+
+    fn block_of<T: Float>(&self) -> TaskBlock<T> {
+        let mut memory = vec![T::ZERO; self.plan.block().memory()];
+        let (constants, numbers) = (T::list(self.plan.constants()), T::list(self.plan.numbers()));
+        self.plan.block_of(&constants, &numbers).begin(&mut memory);
+        TaskBlock {
+            memory,
+            constants,
+            numbers,
+            plan: Arc::clone(&self.plan),
+            comes: self.comes.clone(),
+            ideal: self.ideal.clone(),
+            answers: vec![0.0; self.answers.len()],
+            next: vec![0.0; self.task.memory.len()],
+            sampled: self.clock.is_some(),
+            kept: 0,
+            bad_readings: 0,
+        }
     }
 }
 
-/// A task at its samples.
-struct TaskBlock {
+/// Samples behind which no block takes one as its first.
+const FIRST: usize = 2;
+
+/// What a task is evaluated from: what it reads, then what it remembers.
+fn inputs_of(task: &Task) -> Vec<Symbol> {
+    task.reads.iter().map(|(symbol, _)| *symbol).chain(task.memory.iter().map(|entry| entry.symbol)).collect()
+}
+
+/// A task at its samples, or at every instant.
+struct TaskBlock<T> {
     plan: Arc<Plan>,
-    from: Vec<From>,
-    memory: Vec<f64>,
+    constants: Vec<T>,
+    numbers: Vec<T>,
+    comes: Vec<Comes>,
+    ideal: Vec<Ideal>,
+    memory: Vec<T>,
     /// The last good answers, and what is remembered next.
     answers: Vec<f64>,
     next: Vec<f64>,
+    sampled: bool,
     /// Answers and entries that were kept at the last sample.
     kept: usize,
     bad_readings: usize,
 }
 
-impl Block for TaskBlock {
+impl<T: Float> TaskBlock<T> {
+    fn evaluate(&mut self, seen: Seen<'_>) {
+        for (place, comes) in self.memory.iter_mut().zip(&self.comes) {
+            *place = T::from_f64(match *comes {
+                Comes::Angle(k) => seen.angles[k],
+                Comes::Speed(k) => seen.speeds[k],
+                // At every instant sensors are ideal.
+                Comes::Reading(k) => seen.readings.get(k).copied().unwrap_or_else(|| self.ideal[k].read(&seen)),
+                Comes::Reference(k) => seen.references[k],
+                Comes::Time => seen.time,
+            });
+        }
+        let first = self.comes.len();
+        T::narrow(seen.states, &mut self.memory[first..]);
+        // What is no number is seen where it is used.
+        let _ = self.plan.block_of(&self.constants, &self.numbers).evaluate(&mut self.memory);
+    }
+
+    fn found(&self, output: usize) -> f64 {
+        self.memory[self.plan.place(output)].to_f64()
+    }
+}
+
+impl<T: Float> Block for TaskBlock<T> {
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
-        for (place, from) in self.memory.iter_mut().zip(&self.from) {
-            *place = match *from {
-                From::Angle(k) => seen.angles[k],
-                From::Speed(k) => seen.speeds[k],
-                From::Reading(k) => seen.readings[k],
-                From::Reference(k) => seen.references[k],
-                From::Time => seen.time,
-            };
+        self.evaluate(seen);
+        if !self.sampled {
+            out.iter_mut().enumerate().for_each(|(k, out)| *out = self.found(k));
+            return out.iter().all(|x| x.is_finite());
         }
         self.bad_readings = seen.readings.iter().filter(|reading| !reading.is_finite()).count();
-        self.memory[self.from.len()..][..seen.states.len()].copy_from_slice(seen.states);
         // What is no number is kept as it was, each for itself.
-        let _ = self.plan.block().evaluate(&mut self.memory);
         self.next.copy_from_slice(seen.states);
         self.kept = 0;
-        for (k, old) in self.answers.iter_mut().chain(&mut self.next).enumerate() {
-            let new = self.memory[self.plan.place(k)];
+        for k in 0..self.answers.len() + self.next.len() {
+            let new = self.found(k);
+            let old = match k.checked_sub(self.answers.len()) {
+                Some(entry) => &mut self.next[entry],
+                None => &mut self.answers[k],
+            };
             if new.is_finite() {
                 *old = new;
             } else {
@@ -133,9 +243,15 @@ impl Block for TaskBlock {
         true
     }
 
-    fn states(&mut self, _: Seen<'_>, _: &[f64], out: &mut [f64]) -> bool {
-        out.copy_from_slice(&self.next);
-        true
+    fn states(&mut self, seen: Seen<'_>, _: &[f64], out: &mut [f64]) -> bool {
+        if self.sampled {
+            out.copy_from_slice(&self.next);
+            return true;
+        }
+        self.evaluate(seen);
+        let first = self.answers.len();
+        out.iter_mut().enumerate().for_each(|(k, out)| *out = self.found(first + k));
+        out.iter().all(|x| x.is_finite())
     }
 
     fn keep(&mut self, keeper: &mut Keeper<'_>) {
@@ -166,24 +282,79 @@ impl Law for TaskLaw {
         out.iter_mut().zip(&self.task.memory).for_each(|(out, entry)| *out = entry.start);
     }
 
-    fn block(&self, _: Option<Clock>) -> Option<Box<dyn Block>> {
-        Some(Box::new(TaskBlock {
-            memory: self.plan.memory(),
-            plan: Arc::clone(&self.plan),
-            from: self.from.clone(),
-            answers: vec![0.0; self.answers.len()],
-            next: vec![0.0; self.task.memory.len()],
-            kept: 0,
-            bad_readings: 0,
-        }))
+    fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
+        let own = self.clock.map(|clock| clock.period);
+        if clock.is_some_and(|clock| own.is_some_and(|own| own != clock.period)) {
+            return None;
+        }
+        match clock {
+            Some(clock) if clock.single => Some(Box::new(self.block_of::<f32>())),
+            _ => Some(Box::new(self.block_of::<f64>())),
+        }
     }
 
     fn bends(&self) -> bool {
-        true
+        !self.affine
     }
 
+    /// Slopes where everything that is read is zero, and all is remembered as behind the first samples there.
     fn linear(&self) -> LinearLaw {
-        unreachable!("blocks run beside the laws of a model, and are not designed")
+        let task = &self.task;
+        let mut graph = task.graph.clone();
+        let exprs: Vec<_> =
+            task.answers.iter().map(|answer| answer.value).chain(task.memory.iter().map(|entry| entry.next)).collect();
+        let settled = self.settled();
+        let at = |symbol: Symbol| {
+            let entry = task.memory.iter().position(|entry| entry.symbol == symbol);
+            entry.map_or(0.0, |entry| settled[entry])
+        };
+        let slopes: Vec<Vec<f64>> = inputs_of(task)
+            .into_iter()
+            .map(|symbol| {
+                let slopes = graph.derivatives(&exprs, symbol);
+                lower(&graph, &slopes, &mut Floating::<f64>::default(), at)
+            })
+            .collect();
+        let (answers, states, reads) = (self.answers.len(), task.memory.len(), self.comes.len());
+        // Rows of answers and of states over what is read of a kind.
+        let over = |first: usize, rows: usize, columns: usize, of: &dyn Fn(usize) -> Vec<(usize, f64)>| {
+            let mut out = Matrix::zeros(rows, columns);
+            for (k, slopes) in slopes[..reads].iter().enumerate() {
+                for (column, share) in of(k) {
+                    (0..rows).for_each(|i| out[(i, column)] += share * slopes[first + i]);
+                }
+            }
+            out
+        };
+        let angles = |k: usize| match self.comes[k] {
+            Comes::Angle(shaft) => vec![(shaft, 1.0)],
+            Comes::Reading(sensor) => self.ideal[sensor].angles.clone(),
+            _ => Vec::new(),
+        };
+        let speeds = |k: usize| match self.comes[k] {
+            Comes::Speed(shaft) => vec![(shaft, 1.0)],
+            Comes::Reading(sensor) => self.ideal[sensor].speeds.clone(),
+            _ => Vec::new(),
+        };
+        let references = |k: usize| if let Comes::Reference(k) = self.comes[k] { vec![(k, 1.0)] } else { Vec::new() };
+        let errors = |k: usize| if let Comes::Reading(k) = self.comes[k] { vec![(k, 1.0)] } else { Vec::new() };
+        let remembered = |first: usize, rows: usize| Matrix::from_fn(rows, states, |i, j| slopes[reads + j][first + i]);
+        let (shafts, known, sensors) = (self.shafts, self.references.len(), self.sensors.len());
+        LinearLaw {
+            states: remembered(answers, states),
+            angles: over(answers, states, shafts, &angles),
+            speeds: over(answers, states, shafts, &speeds),
+            disturbances: Matrix::zeros(states, 0),
+            torques: Matrix::zeros(states, answers),
+            on_states: remembered(0, answers),
+            on_angles: over(0, answers, shafts, &angles),
+            on_speeds: over(0, answers, shafts, &speeds),
+            on_disturbances: Matrix::zeros(answers, 0),
+            references: over(answers, states, known, &references),
+            on_references: over(0, answers, known, &references),
+            errors: over(answers, states, sensors, &errors),
+            on_errors: over(0, answers, sensors, &errors),
+        }
     }
 
     fn sensors(&self) -> &[OutputSignal] {
@@ -191,10 +362,46 @@ impl Law for TaskLaw {
     }
 
     fn clock(&self) -> Option<Clock> {
-        Some(Clock { period: self.period, delay: 0.0, single: false })
+        self.clock
     }
 
     fn describe(&self) -> Design {
-        Design { controller: self.task.name.clone(), law: "blocks".into(), ..Design::default() }
+        let task = &self.task;
+        let reads = task.reads.iter().map(|(symbol, _)| {
+            let (name, dimension) = task.graph.name(*symbol);
+            ReadSignal::new(name, &dimension.si())
+        });
+        let blocks: Vec<String> =
+            task.order.iter().map(|step| format!("{} ({})", step.block, step.kind.replace('_', " "))).collect();
+        let mut notes = Vec::new();
+        if !blocks.is_empty() {
+            notes.push(format!("Its blocks compute in this order: {}.", blocks.join(", ")));
+        }
+        notes.push(format!(
+            "A sample is {} operations on {} numbers that it remembers.",
+            self.plan.operations(),
+            task.memory.len()
+        ));
+        if !self.affine {
+            notes.push(
+                "It bends: what is said of its loop is said of small motions where all that it reads is zero.".into(),
+            );
+        }
+        Design {
+            controller: task.name.clone(),
+            law: self.law.into(),
+            inputs: self.answers.clone(),
+            controller_data: ControllerData {
+                block: "Plan".into(),
+                reads: reads.collect(),
+                writes: self.answers.clone(),
+                sample_time: self.clock.map(|clock| clock.period),
+                single: self.clock.is_some_and(|clock| clock.single),
+                matrices: Vec::new(),
+                numbers: Vec::new(),
+            },
+            notes,
+            ..Design::default()
+        }
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::equations::{Domain, Formula, FormulaRow};
 use crate::expr::OfTime;
+use crate::program::Task;
 use crate::schema::ExactPole;
 use crate::units::Exact;
 
@@ -29,6 +30,8 @@ pub enum Resolved {
     Formula(Arc<Formula>),
     /// A function of time.
     OfTime(Arc<OfTime>),
+    /// What blocks and expressions compute.
+    Task(Arc<Task>),
     /// Expressions by shaft or mass, and what their sum with the rates of these is.
     Formulas(FormulaRow, Domain),
 }
@@ -73,6 +76,7 @@ impl Values {
                 | Resolved::Tables(_)
                 | Resolved::Poles(_)
                 | Resolved::OfTime(_)
+                | Resolved::Task(_)
                 | Resolved::Formulas(..)
                 | Resolved::Formula(_) => {}
             }
@@ -149,6 +153,11 @@ impl Values {
     /// A function of time.
     pub fn of_time(&self, key: &str) -> Option<&Arc<OfTime>> {
         if let Some(Resolved::OfTime(function)) = self.get(key) { Some(function) } else { None }
+    }
+
+    /// What blocks and expressions compute.
+    pub fn task(&self, key: &str) -> Option<&Arc<Task>> {
+        if let Some(Resolved::Task(task)) = self.get(key) { Some(task) } else { None }
     }
 
     /// Expressions by shaft or mass, and what their sum with the rates of these is.

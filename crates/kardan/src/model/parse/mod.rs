@@ -196,7 +196,7 @@ fn value_near(
         (Kind::Formula(_) | Kind::Surface | Kind::Expression, Written::Text(text) | Written::Number(text)) => {
             reader.formula(text, out)
         }
-        (Kind::Formulas, Written::Table(entries)) => Some(reader.functions(entries, out)),
+        (Kind::Formulas | Kind::Expressions, Written::Table(entries)) => Some(reader.functions(entries, out)),
         (Kind::Functions, Written::Table(entries)) => Some(reader.functions(entries, out)),
         (Kind::Tables(fields), Written::List(list)) => {
             let mut tables = Vec::new();

@@ -65,6 +65,7 @@ pub(super) fn expected(kind: &Kind) -> String {
         Kind::Overrides => "a table from names to quantities".to_string(),
         Kind::Lists => "a table from names to lists of quantities".to_string(),
         Kind::Functions => "a table from names to functions of time".to_string(),
+        Kind::Expressions => "a table from names of motors to expressions".to_string(),
         Kind::Expression => format!("an expression such as {}", example(kind)),
         Kind::Surface => format!("an expression of an angle or a length such as {}", example(kind)),
         Kind::Formulas => "a table from names of shafts and masses to expressions".to_string(),
@@ -111,6 +112,7 @@ pub(in crate::model) fn example(kind: &Kind) -> String {
             let amplitude = dimension.example();
             format!("\"{} * sin(2 pi t / 1 s)\"", amplitude.trim_matches('"'))
         }
+        Kind::Expressions => "{ assist = \"0.5 * torque_sensor.tau\" }".to_string(),
         Kind::Expression => "\"0.5 * torque_sensor.tau\"".to_string(),
         Kind::Surface => "\"q1.phi - 0.5 * sin(q2.phi)\"".to_string(),
         Kind::Formulas => "{ x = \"-sin(heading.phi)\", y = \"cos(heading.phi)\" }".to_string(),

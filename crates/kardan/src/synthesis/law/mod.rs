@@ -7,6 +7,7 @@ mod lqr;
 mod noninteracting;
 mod pole_placement;
 mod position_loop;
+mod program;
 mod sampled_noninteracting;
 
 pub use computed_torque::{ComputedTorque, ComputedTorqueChannel};
@@ -18,6 +19,7 @@ pub use noninteracting::{
 };
 pub use pole_placement::{PolePlacement, PolePlacementChannel};
 pub use position_loop::PositionLoop;
+pub use program::Program;
 pub use sampled_noninteracting::{SampledNoninteracting, SampledNoninteractingChannel};
 
 use super::LawKind;
@@ -31,6 +33,7 @@ pub const REGISTRY: &[LawKind] = &[
     noninteracting::NONINTERACTING,
     pole_placement::POLE_PLACEMENT,
     position_loop::POSITION_LOOP,
+    program::PROGRAM,
     sampled_noninteracting::SAMPLED_NONINTERACTING,
 ];
 

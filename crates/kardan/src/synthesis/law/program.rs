@@ -1,0 +1,56 @@
+use std::sync::Arc;
+
+use crate::element::Values;
+use crate::schema::{Keys, LawKeys};
+use crate::synthesis::{Law, LawKind, Request, SynthesisError, TaskLaw, clock};
+
+law_keys! {
+    /// A law as it is written: what each motor is told is an expression of measurements, signals and blocks.
+    law Program("program") {
+        required {
+            commands: Expressions, "What each motor or source is told: an expression of sensors, angles and speeds, references, signals and blocks.";
+        }
+        optional {
+        }
+    }
+}
+
+/// A law as it is written.
+pub const PROGRAM: LawKind = LawKind {
+    keyword: Program::KEYWORD,
+    summary: "A law as you write it: commands are expressions of sensors, references, signals and blocks.",
+    fields: Program::FIELDS,
+    example: "\
+[control.assist]
+law = \"program\"
+commands = { motor = \"2 * lead - 0.02 N m s/rad * rotor.w\" }
+sample_time = \"1 ms\"
+delay = \"1 ms\"
+
+[block.lead]
+kind = \"lead_lag\"
+input = \"torque_sensor.tau\"
+lead = \"20 ms\"
+lag = \"4 ms\"
+sample_time = \"1 ms\"
+",
+    template: |_, _| None,
+    inputs,
+    references: |_| Vec::new(),
+    samples: false,
+    design,
+};
+
+fn inputs(values: &Values) -> Vec<String> {
+    let answers = values.task("commands").into_iter().flat_map(|task| &task.answers);
+    answers.map(|answer| answer.name.clone()).collect()
+}
+
+fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
+    let Request { values, plant, .. } = request;
+    if values.has("observer") {
+        return Err(SynthesisError::NoObserver { law: Program::KEYWORD });
+    }
+    let task = values.task("commands").expect("the model file gives commands");
+    Ok(Arc::new(TaskLaw::with(task, &plant.reduced, (Program::KEYWORD, clock(values)?))))
+}
