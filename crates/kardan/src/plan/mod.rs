@@ -59,6 +59,24 @@ impl Plan {
         kardan_rt::Plan { inputs: self.inputs.len(), constants, runs, operands, outputs: places, tables, numbers }
     }
 
+    /// What a program keeps of it, as rows by name, with constants and numbers of its tables as they are in a precision: `plan_constants`,
+    /// `plan_runs` (number of the operator in the order of [`kardan_rt::Operator`], operations), `plan_operands` (places in the memory),
+    /// `plan_outputs`, `plan_tables` (first number, pieces, terms), `plan_numbers`.
+    pub fn rows(&self, constants: &[f64], numbers: &[f64]) -> [(&'static str, Vec<Vec<f64>>); 6] {
+        let places = |list: &[u32]| list.iter().map(|place| vec![f64::from(*place)]).collect();
+        let list = |list: &[f64]| list.iter().map(|x| vec![*x]).collect();
+        let run = |run: &Run| vec![f64::from(run.operator as u8), run.count as f64];
+        let table = |table: &Table| vec![table.first as f64, table.pieces as f64, table.terms as f64];
+        [
+            ("plan_constants", list(constants)),
+            ("plan_runs", self.runs.iter().map(run).collect()),
+            ("plan_operands", places(&self.operands)),
+            ("plan_outputs", places(&self.places)),
+            ("plan_tables", self.tables.iter().map(table).collect()),
+            ("plan_numbers", list(numbers)),
+        ]
+    }
+
     /// Its constants.
     pub fn constants(&self) -> &[f64] {
         &self.constants

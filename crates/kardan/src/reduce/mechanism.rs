@@ -145,26 +145,14 @@ impl<T: Real> MechanismData<T> {
 
     /// The plan as numbers with names, for a file: each is a list of rows.
     ///
-    /// `coordinates` (shaft of each), `plan_constants`, `plan_runs` (number of the operator in the order of [`kardan_rt::Operator`],
-    /// operations), `plan_operands` (places in the memory), `plan_outputs`, `plan_tables` (first number, pieces, terms),
-    /// `plan_numbers`, `frictions` (Coulomb torques).
+    /// `coordinates` (shaft of each), the rows of its [`Plan`](crate::plan::Plan::rows), `frictions` (Coulomb torques).
     pub fn tables(&self, number: impl Fn(T) -> f64) -> Vec<(String, Vec<Vec<f64>>)> {
-        let block = self.plan.block();
-        let places = |list: &[u32]| list.iter().map(|place| vec![f64::from(*place)]).collect::<Vec<_>>();
-        let numbers = |list: &[T]| list.iter().map(|x| vec![number(*x)]).collect::<Vec<_>>();
-        let run = |run: &kardan_rt::Run| vec![f64::from(run.operator as u8), run.count as f64];
-        let table = |table: &kardan_rt::Table| vec![table.first as f64, table.pieces as f64, table.terms as f64];
-        let tables = [
-            ("coordinates", self.coordinates.iter().map(|k| vec![*k as f64]).collect()),
-            ("plan_constants", numbers(&self.constants)),
-            ("plan_runs", block.runs.iter().map(run).collect()),
-            ("plan_operands", places(block.operands)),
-            ("plan_outputs", places(block.outputs)),
-            ("plan_tables", block.tables.iter().map(table).collect()),
-            ("plan_numbers", numbers(&self.numbers)),
-            ("frictions", numbers(&self.frictions)),
-        ];
-        tables.into_iter().map(|(name, rows): (_, Vec<Vec<f64>>)| (name.to_string(), rows)).collect()
+        let numbers = |list: &[T]| list.iter().map(|x| number(*x)).collect::<Vec<f64>>();
+        let column = |list: Vec<f64>| list.into_iter().map(|x| vec![x]).collect();
+        let coordinates = ("coordinates", self.coordinates.iter().map(|k| vec![*k as f64]).collect());
+        let plan = self.plan.rows(&numbers(&self.constants), &numbers(&self.numbers));
+        let tables = std::iter::once(coordinates).chain(plan).chain([("frictions", column(numbers(&self.frictions)))]);
+        tables.map(|(name, rows): (_, Vec<Vec<f64>>)| (name.to_string(), rows)).collect()
     }
 
     /// How many of the last coordinates are cuts.

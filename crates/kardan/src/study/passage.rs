@@ -45,7 +45,7 @@ pub(super) fn passage(
     let same = variant.design_models.iter().all(|plant| plant.linear == own);
     let paths = match turns(variant) {
         Some(paths) => paths,
-        None if same && !laws.iter().any(|law| law.bends()) => return None,
+        None if same && !laws.iter().any(|law| law.bends() && law.on_full_model()) => return None,
         None => vec![Path { turned: Vec::new(), points: vec![(0.0, variant.point.position.clone())] }],
     };
     Some(along(variant, number, laws, &paths, steps))

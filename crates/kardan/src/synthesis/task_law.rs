@@ -12,7 +12,7 @@ use crate::num::{Float, Keeper, Matrix};
 use crate::plan::{Plan, compile};
 use crate::program::{Read, Task};
 use crate::reduce::Reduced;
-use crate::results::{ControllerData, Design, Physical, ReadSignal};
+use crate::results::{ControllerData, DataMatrix, Design, Physical, ReadSignal};
 
 /// Where an input of a task comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -373,6 +373,7 @@ impl Law for TaskLaw {
         });
         let blocks: Vec<String> =
             task.order.iter().map(|step| format!("{} ({})", step.block, step.kind.replace('_', " "))).collect();
+        let memory = ("memory", task.memory.iter().map(|entry| vec![entry.start]).collect());
         let mut notes = Vec::new();
         if !blocks.is_empty() {
             notes.push(format!("Its blocks compute in this order: {}.", blocks.join(", ")));
@@ -397,7 +398,13 @@ impl Law for TaskLaw {
                 writes: self.answers.clone(),
                 sample_time: self.clock.map(|clock| clock.period),
                 single: self.clock.is_some_and(|clock| clock.single),
-                matrices: Vec::new(),
+                matrices: self
+                    .plan
+                    .rows(self.plan.constants(), self.plan.numbers())
+                    .into_iter()
+                    .chain([memory])
+                    .map(|(name, rows)| DataMatrix::new(name, rows))
+                    .collect(),
                 numbers: Vec::new(),
             },
             notes,

@@ -6,6 +6,7 @@ mod common;
 mod accuracy;
 mod bent_joint;
 mod bits;
+mod blocks;
 mod computed;
 mod contact;
 mod drives;

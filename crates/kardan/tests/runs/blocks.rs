@@ -1,0 +1,431 @@
+//! Blocks of signals in runs: against those of `kardan-rt`, closed forms and exact recursions.
+
+use kardan::results::{Outcome, Run};
+use kardan::simulate::Method;
+use kardan::study::{Project, Settings, Silent};
+
+use crate::common::{at, run, run_by};
+
+/// A free shaft with the blocks of a text, and a signal `u` that steps and swings; rows at the samples of 10 ms.
+fn beside(blocks: &str) -> String {
+    format!(
+        "[shaft.arm]\ninertia = \"1 kg m^2\"\n[signal.u]\nkind = \"expression\"\nvalue = \"1.5 * sin(7 t / 1 s) + gate\"\n\
+         [signal.gate]\nkind = \"pulses\"\nhigh = 1\nperiod = \"0.31 s\"\nwidth = \"0.13 s\"\nstart = \"0.0501 s\"\n{blocks}\n\
+         [scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\n"
+    )
+}
+
+/// Values of a column at the samples k h, of 10 ms.
+fn samples(run: &Run, name: &str) -> Vec<f64> {
+    (0..100).map(|k| at(run, name, f64::from(k) / 100.0)).collect()
+}
+
+/// Each block does in a run what that of `kardan-rt` does with the same samples.
+#[test]
+fn blocks_are_those_of_the_firmware() {
+    let source = beside(
+        "[block.held]\nkind = \"hold\"\ninput = \"u\"\nsample_time = \"10 ms\"\n\
+         [block.saturated]\nkind = \"saturation\"\ninput = \"held\"\nlow = -0.4\nhigh = 0.9\nsample_time = \"10 ms\"\n\
+         [block.dead]\nkind = \"dead_zone\"\ninput = \"held\"\nhigh = 0.5\nsample_time = \"10 ms\"\n\
+         [block.switch]\nkind = \"hysteresis\"\ninput = \"held\"\nupper = 1\nlower = 0\non = 3\noff = -1\nsample_time = \"10 ms\"\n\
+         [block.slow]\nkind = \"rate_limit\"\ninput = \"held\"\nrise = \"4 / 1 s\"\nfall = \"9 / 1 s\"\nsample_time = \"10 ms\"\n\
+         [block.late]\nkind = \"delay\"\ninput = \"held\"\ntime = \"30 ms\"\ninitial = 0.25\nsample_time = \"10 ms\"\n\
+         [block.sum]\nkind = \"integrator\"\ninput = \"held\"\nhigh = \"0.2 s\"\nreset = \"switch\"\nreset_to = \"0.05 s\"\nsample_time = \"10 ms\"\n\
+         [block.sum2]\nkind = \"integrator\"\ninput = \"held\"\nrule = \"trapezoidal\"\nsample_time = \"10 ms\"\n\
+         [block.watch]\nkind = \"monitor\"\nresidual = \"held\"\nthreshold = 1\ndebounce = \"25 ms\"\nhold = \"50 ms\"\nsample_time = \"10 ms\"\n\
+         [block.loop]\nkind = \"pid\"\nreference = \"held\"\nmeasured = \"late\"\nproportional = 2\nintegral = \"5 / 1 s\"\nderivative = \"0.1 s\"\nfilter = \"20 ms\"\n\
+         reference_weight = 0.7\nrate_weight = 0.2\nhigh = 1.5\nlow = -1\ntracking_time = \"0.1 s\"\non = \"watch\"\nmanual = \"dead\"\nsample_time = \"10 ms\"\n\
+         [block.filter]\nkind = \"low_pass\"\ninput = \"held\"\ntime_constant = \"40 ms\"\nsample_time = \"10 ms\"\n\
+         [block.mode]\nkind = \"state_machine\"\nstates = [\"calm\", \"wild\"]\ntransitions = [{ from = \"calm\", to = \"wild\", when = \"watch\" }, { from = \"wild\", to = \"calm\", when = \"if(mode.since > 95 ms, 1, 0)\" }]\n\
+         outputs = { gain = [\"2 N m\", \"5 N m\"] }\nsample_time = \"10 ms\"\n",
+    );
+    let run = run(&source);
+    let inputs = samples(&run, "held");
+    let (mut memories, zero): ([[f64; 2]; 6], f64) = ([[0.0; 2]; 6], 0.0);
+    let (mut line, mut pid, mut filter, mut one) = ([0.25; 4], [0.0; 5], [0.0; 2], [0.0; 1]);
+    let mut mode = [0.0, -1.0];
+    for (k, &input) in inputs.iter().enumerate() {
+        let (t, h) = (k as f64 / 100.0, 0.01);
+        let expected = 1.5 * (7.0 * t).sin() + f64::from(u8::from(t > 0.0501 && (t - 0.0501) % 0.31 < 0.13));
+        assert!((input - expected).abs() < 1e-12, "{input} for {expected} at {t}");
+        let same = |name: &str, expected: f64| {
+            let found = at(&run, name, t);
+            assert!((found - expected).abs() < 1e-12, "{name}: {found} for {expected} at {t} s");
+        };
+        let [switch, slow, sum, sum2, watch, _] = &mut memories;
+        assert!(kardan_rt::Saturation { low: Some(-0.4), high: Some(0.9) }.step(input, &mut one));
+        same("saturated", one[0]);
+        assert!(kardan_rt::DeadZone { low: -0.5, high: 0.5 }.step(input, &mut one));
+        let dead = one[0];
+        same("dead", dead);
+        assert!(kardan_rt::Hysteresis { upper: 1.0, lower: 0.0, answers: [-1.0, 3.0] }.step(input, switch));
+        same("switch", switch[0]);
+        assert!(kardan_rt::RateLimit { rise: 4.0 * h, fall: 9.0 * h }.step(input, slow));
+        same("slow", slow[0]);
+        assert!(kardan_rt::Delay.step(input, &mut line));
+        same("late", line[0]);
+        let integrator = kardan_rt::Integrator { sample_time: h, low: Some(-0.2), high: Some(0.2) };
+        assert!(integrator.step(input, switch[0], 0.05, sum));
+        same("sum", sum[0]);
+        let integrator = kardan_rt::Integrator { sample_time: h, low: None, high: None };
+        assert!(integrator.step_trapezoidal(input, zero, zero, sum2));
+        same("sum2", sum2[0]);
+        assert!(kardan_rt::Monitor { threshold: 1.0, debounce: 3.0, hold: 5.0 }.step(input, watch));
+        same("watch", watch[0]);
+        let controller = kardan_rt::Pid {
+            proportional: 2.0,
+            integral: 5.0,
+            derivative: 0.1,
+            filter: 0.02,
+            weights: [0.7, 0.2],
+            bounds: [Some(-1.0), Some(1.5)],
+            tracking: 0.1,
+            sample_time: h,
+        };
+        assert!(controller.step(input, line[0], kardan_rt::Manual { on: watch[0], value: dead }, &mut pid));
+        same("loop", pid[0]);
+        // (1 + z⁻¹)/(1 + 2T/h + (1 − 2T/h) z⁻¹)
+        let (numerator, denominator) = ([1.0 / 9.0, 1.0 / 9.0], [-7.0 / 9.0]);
+        assert!(
+            kardan_rt::TransferFunction { numerator: &numerator, denominator: &denominator }.step(input, &mut filter)
+        );
+        same("filter", filter[0]);
+        let since = (mode[1] + 1.0) * h;
+        same("mode.since", since);
+        let transitions = [kardan_rt::Transition { from: 0, to: 1 }, kardan_rt::Transition { from: 1, to: 0 }];
+        let guards = [watch[0], f64::from(u8::from(since > 0.095))];
+        assert!(kardan_rt::StateMachine { transitions: &transitions }.step(&guards, &mut mode));
+        same("mode", mode[0]);
+        same("mode.wild", mode[0]);
+        same("mode.gain", if mode[0] > 0.5 { 5.0 } else { 2.0 });
+    }
+    let all = |name: &str| samples(&run, name);
+    for (name, both) in [("switch", [-1.0, 3.0]), ("watch", [0.0, 1.0]), ("mode", [0.0, 1.0]), ("sum", [-0.2, 0.05])] {
+        assert!(
+            both.iter().all(|value| all(name).contains(value)),
+            "{name} does not do all that it can: {:?}",
+            all(name)
+        );
+    }
+}
+
+/// At every instant filters, integrators and controllers are differential equations with closed forms.
+#[test]
+fn blocks_without_a_sample_time_are_differential_equations() {
+    let source = "\
+[shaft.arm]
+inertia = \"1 kg m^2\"
+[signal.u]
+kind = \"expression\"
+value = \"1 N m\"
+[block.first]
+kind = \"low_pass\"
+input = \"u\"
+time_constant = \"0.2 s\"
+[block.second]
+kind = \"low_pass\"
+input = \"u\"
+time_constant = \"0.1 s\"
+damping_ratio = 0.5
+[block.lead]
+kind = \"lead_lag\"
+input = \"u\"
+lead = \"0.5 s\"
+lag = \"0.2 s\"
+[block.sum]
+kind = \"integrator\"
+input = \"first\"
+initial = \"0.25 N m s\"
+[block.rational]
+kind = \"transfer_function\"
+input = \"u\"
+zeros = [-4]
+poles = [\"-3 ± 4j\", -10]
+gain = 2
+[block.still]
+kind = \"low_pass\"
+input = \"u\"
+time_constant = \"0.2 s\"
+initial = \"1 N m\"
+[scenario]
+duration = \"1 s\"
+output_step = \"10 ms\"
+";
+    for method in [Method::Taylor, Method::Dop853, Method::Radau, Method::Automatic] {
+        let run = run_by(source, method, Some(1e-11));
+        assert_eq!(run.outcome, Outcome::Completed, "{method:?}");
+        for &t in &run.series.time {
+            let near = |name: &str, expected: f64| {
+                let found = at(&run, name, t);
+                assert!((found - expected).abs() < 1e-9, "{method:?}, {name}: {found} for {expected} at {t} s");
+            };
+            near("first", 1.0 - (-t / 0.2).exp());
+            let w = 10.0 * 0.75f64.sqrt();
+            near("second", 1.0 - (-5.0 * t).exp() * ((w * t).cos() + 5.0 / w * (w * t).sin()));
+            near("lead", 1.0 + 1.5 * (-t / 0.2).exp());
+            near("sum", 0.25 + t - 0.2 * (1.0 - (-t / 0.2).exp()));
+            near("still", 1.0);
+            // 2 (1 + s/4) · 25 · 10/((s² + 6 s + 25)(s + 10)) of a step: partial fractions 2 + A e^{−10t} + e^{−3t}(B cos 4t + C sin 4t).
+            let a = 2.0 * (1.0 - 10.0 / 4.0) * 250.0 / ((100.0 - 60.0 + 25.0) * -10.0);
+            let b = -2.0 - a;
+            // It starts without a slope: one pole more than there are zeros would give one of 0.
+            let c = (10.0 * a + 3.0 * b) / 4.0;
+            near(
+                "rational",
+                2.0 + a * (-10.0 * t).exp() + (-3.0 * t).exp() * (b * (4.0 * t).cos() + c * (4.0 * t).sin()),
+            );
+        }
+    }
+}
+
+/// A sampled controller on a double integrator: between two samples it moves by exact formulas, so the whole loop is a recursion.
+#[test]
+fn a_program_closes_a_loop_as_the_recursion_says() {
+    let source = "\
+[shaft.arm]
+inertia = \"0.5 kg m^2\"
+[motor.m]
+shaft = \"arm\"
+[signal.wish]
+kind = \"ramp\"
+to = \"1 rad\"
+over = \"0.2 s\"
+start = \"0.1 s\"
+[block.speed]
+kind = \"transfer_function\"
+input = \"arm.phi\"
+zeros = [0]
+poles = [-100]
+sample_time = \"5 ms\"
+[control.loop]
+law = \"program\"
+commands = { m = \"20 N m/rad * (wish - arm.phi) - 3 N m s/rad * speed\" }
+sample_time = \"5 ms\"
+delay = \"2 ms\"
+[scenario]
+duration = \"1 s\"
+output_step = \"5 ms\"
+";
+    let run = run_by(source, Method::Automatic, Some(1e-11));
+    let (j, h, d) = (0.5, 0.005, 0.002);
+    let (mut phi, mut w, mut before) = (0.0f64, 0.0f64, 0.0f64);
+    let mut memory = [0.0; 2];
+    // s/(1 + s/100) by the bilinear rule.
+    let scale = 1.0 + 2.0 / (100.0 * h);
+    let (numerator, denominator) = ([2.0 / h / scale, -2.0 / h / scale], [(1.0 - 2.0 / (100.0 * h)) / scale]);
+    let filter = kardan_rt::TransferFunction { numerator: &numerator, denominator: &denominator };
+    for k in 0..200 {
+        let t = f64::from(k) * h;
+        assert!((at(&run, "arm.phi", t) - phi).abs() < 1e-10, "{} for {phi} at {t} s", at(&run, "arm.phi", t));
+        assert!(filter.step(phi, &mut memory));
+        let wish = ((t - 0.1) / 0.2).clamp(0.0, 1.0);
+        let command = 20.0 * (wish - phi) - 3.0 * memory[0];
+        for (torque, time) in [(before, d), (command, h - d)] {
+            phi += w * time + torque / j * time * time / 2.0;
+            w += torque / j * time;
+        }
+        before = command;
+    }
+    assert!((phi - 1.0).abs() < 0.1, "{phi}");
+}
+
+/// What blocks answer is the torque of a clutch, opens a lock, and drives a shaft as a law; between samples it stands still.
+#[test]
+fn what_blocks_answer_holds_and_drives() {
+    let source = "\
+[shaft.a]
+inertia = \"1 kg m^2\"
+[shaft.b]
+inertia = \"3 kg m^2\"
+[clutch.c]
+shaft_1 = \"a\"
+shaft_2 = \"b\"
+torque = \"grip\"
+[shaft.d]
+inertia = \"2 kg m^2\"
+[torque.push]
+shaft = \"d\"
+law = \"pushed\"
+[lock.l]
+shaft_1 = \"d\"
+shaft_2 = \"ground\"
+engaged = \"caught\"
+[block.grip]
+kind = \"rate_limit\"
+input = \"6 N m * begins\"
+rise = \"600 N m/s\"
+sample_time = \"10 ms\"
+[signal.begins]
+kind = \"pulses\"
+high = 1
+period = \"10 s\"
+width = \"5 s\"
+start = \"0.1 s\"
+[block.pushed]
+kind = \"gain\"
+input = \"a.w\"
+gain = \"0.5 N m s/rad\"
+sample_time = \"0.1 s\"
+[block.caught]
+kind = \"hysteresis\"
+input = \"d.phi\"
+upper = \"1 rad\"
+lower = \"-1 rad\"
+sample_time = \"0.1 s\"
+[scenario]
+duration = \"2 s\"
+output_step = \"10 ms\"
+initial = { \"a.w\" = \"8 rad/s\" }
+";
+    let run = run_by(source, Method::Automatic, Some(1e-11));
+    // The clutch takes 6 N m from 0.1 s on: 8 − 6 t against 2 t, until both turn with 2 rad/s, one second later.
+    assert!((at(&run, "a.w", 0.6) - 5.0).abs() < 1e-9 && (at(&run, "b.w", 0.6) - 1.0).abs() < 1e-9);
+    assert!((at(&run, "a.w", 1.5) - 2.0).abs() < 1e-9 && (at(&run, "b.w", 1.5) - 2.0).abs() < 1e-9);
+    // The shaft is pushed by half the speed of a at the last sample, until it has turned by 1 rad at one, and is caught.
+    let speeds = |t: f64| if t < 0.1 { 8.0 } else { f64::max(8.0 - 6.0 * (t - 0.1), 2.0) };
+    let (mut phi, mut w) = (0.0f64, 0.0f64);
+    for k in 0..20 {
+        let t = f64::from(k) * 0.1;
+        assert!((at(&run, "d.phi", t) - phi).abs() < 1e-9, "{} for {phi} at {t} s", at(&run, "d.phi", t));
+        if phi >= 1.0 {
+            w = 0.0;
+        } else {
+            let rate = 0.5 * speeds(t) / 2.0;
+            (phi, w) = (phi + 0.1 * w + 0.005 * rate, w + 0.1 * rate);
+        }
+    }
+    assert!(phi > 1.0 && phi < 1.5 && w == 0.0, "{phi}");
+    let energy = &run.energy;
+    assert!(energy.residual.abs() < 1e-9, "{energy:?}");
+}
+
+/// Blocks of shorter sample times compute first: a faster one is read as it is now, a slower one as it was before.
+#[test]
+fn sample_times_meet_in_a_stated_order() {
+    let source = beside(
+        "[block.fast]\nkind = \"gain\"\ninput = \"t\"\ngain = 1\nsample_time = \"10 ms\"\n\
+         [block.slow]\nkind = \"gain\"\ninput = \"t\"\ngain = 1\nsample_time = \"20 ms\"\n\
+         [block.fast_for_slow]\nkind = \"hold\"\ninput = \"fast\"\nsample_time = \"20 ms\"\n\
+         [block.slow_for_fast]\nkind = \"hold\"\ninput = \"slow\"\nsample_time = \"10 ms\"\n",
+    );
+    let run = run(&source);
+    for k in 0..100 {
+        let t = f64::from(k) / 100.0;
+        let slow = f64::from(k - k % 2) / 100.0;
+        let before = if k % 2 == 1 { slow } else { f64::max(slow - 0.02, 0.0) };
+        for (name, expected) in [("fast", t), ("slow", slow), ("fast_for_slow", slow), ("slow_for_fast", before)] {
+            assert!(
+                (at(&run, name, t) - expected).abs() < 1e-12,
+                "{name}: {} for {expected} at {t} s",
+                at(&run, name, t)
+            );
+        }
+    }
+}
+
+/// A loop that is stopped, kept and put into another one goes on bit for bit, with what its blocks remember.
+#[test]
+fn what_blocks_remember_is_part_of_a_snapshot() {
+    let source = beside(
+        "[block.filter]\nkind = \"low_pass\"\ninput = \"u\"\ntime_constant = \"40 ms\"\nsample_time = \"10 ms\"\n\
+         [block.flow]\nkind = \"low_pass\"\ninput = \"filter\"\ntime_constant = \"40 ms\"\n\
+         [block.late]\nkind = \"delay\"\ninput = \"filter\"\ntime = \"50 ms\"\nsample_time = \"10 ms\"\n\
+         [torque.push]\nshaft = \"arm\"\nlaw = \"2 N m * late\"\n",
+    );
+    let prepared = crate::common::prepared(&source);
+    let variant = prepared.all().next().expect("a variant");
+    let setup =
+        || kardan::simulate::Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
+    let start = || kardan::simulate::Simulation::new(setup(), prepared.tolerance);
+    let (mut one, mut other) = (start(), start());
+    one.advance(0.437).expect("goes on");
+    other.restore(&one.snapshot()).expect("fits");
+    for simulation in [&mut one, &mut other] {
+        simulation.advance(0.9).expect("goes on");
+    }
+    for name in ["arm.phi", "filter", "flow", "late"] {
+        let id = one.signal(name).expect("a signal");
+        assert_eq!(one.get(id).to_bits(), other.get(id).to_bits(), "{name}");
+        assert!(one.get(id) != 0.0, "{name}");
+    }
+    assert!(
+        one.inputs().all(|(_, name, _)| name != "filter" && name != "u"),
+        "what blocks answer is not set from outside"
+    );
+}
+
+/// What is wrong with blocks is told with its place and what to do.
+#[test]
+fn mistakes_of_blocks_are_told() {
+    let cases = [
+        (
+            "[block.a]\nkind = \"gain\"\ninput = \"b\"\ngain = 2\nunit = \"rad\"\nsample_time = \"1 ms\"\n[block.b]\nkind = \"gain\"\ninput = \"a\"\ngain = 1\nsample_time = \"1 ms\"\n",
+            "blocks follow from each other at the same sample: a from b from a",
+        ),
+        (
+            "[block.a]\nkind = \"gain\"\ninput = \"a\"\ngain = 2\nsample_time = \"1 ms\"\n",
+            "`input` of block `a`: `a` follows from itself, so its unit is not known",
+        ),
+        (
+            "[block.a]\nkind = \"gain\"\ninput = \"u\"\ngain = 2\nsample_time = \"1 ms\"\n[block.b]\nkind = \"gain\"\ninput = \"a\"\ngain = 1\nsample_time = \"2 ms\"\n",
+            "block `b` computes every 0.002 s and reads `a`, which does every 0.001 s",
+        ),
+        (
+            "[block.a]\nkind = \"saturation\"\ninput = \"u\"\nlow = 2\nhigh = 1\n",
+            "block `a`: `low` is above `high`: 2 and 1 in SI units",
+        ),
+        (
+            "[block.a]\nkind = \"saturation\"\ninput = \"u\"\nhigh = \"1 N m\"\n",
+            "block `a`: `high`: expected a number without a unit, found a torque",
+        ),
+        (
+            "[block.a]\nkind = \"rate_limit\"\ninput = \"u\"\nrise = \"1 / 1 s\"\n",
+            "block `a`: it needs a `sample_time`: how far it may go from one sample to the next follows from that",
+        ),
+        (
+            "[block.a]\nkind = \"delay\"\ninput = \"u\"\ntime = \"2.5 ms\"\nsample_time = \"1 ms\"\n",
+            "block `a`: `time` is no multiple of the sample time",
+        ),
+        (
+            "[block.a]\nkind = \"gain\"\ninput = \"arm.fi\"\ngain = 1\n",
+            "`input` of block `a`: there is no `arm.fi` that a block can read",
+        ),
+        (
+            "[block.a]\nkind = \"transfer_function\"\ninput = \"u\"\nzeros = [-1, -2]\npoles = [-3]\n",
+            "block `a`: there are 2 zeros and 1 poles: what it answers would depend on rates",
+        ),
+        (
+            "[block.a]\nkind = \"transfer_function\"\ninput = \"u\"\npoles = [\"-3 + 2j\"]\n",
+            "block `a`: `poles`: a complex one stands without its conjugate",
+        ),
+        (
+            "[block.a]\nkind = \"state_machine\"\nstates = [\"x\", \"y\"]\ntransitions = [{ from = \"x\", to = \"z\", when = \"u\" }]\nsample_time = \"1 ms\"\n",
+            "`to` of transition 1 of block `a`: there is no state `z`",
+        ),
+        (
+            "[block.arm]\nkind = \"gain\"\ninput = \"u\"\ngain = 1\n",
+            "the name `arm` is used twice, for shaft and block",
+        ),
+        ("[block.u]\nkind = \"gain\"\ninput = \"t\"\ngain = 1\n", "`u` cannot be the name of a block: a signal has it"),
+        (
+            "[block.a]\nkind = \"pid\"\nreference = \"u\"\nmeasured = \"arm.phi\"\nproportional = 1\n",
+            "block `a`: `reference`: expected an angle, found a number without a unit",
+        ),
+        (
+            "[control.c]\nlaw = \"program\"\ncommands = { m = \"1 N m\" }\n",
+            "`m` in `commands` of control `c`: there is no motor and no voltage source of that name",
+        ),
+        (
+            "[motor.m]\nshaft = \"arm\"\n[control.c]\nlaw = \"program\"\ncommands = { m = \"arm.phi\" }\n",
+            "`m` in `commands` of control `c`: expected a torque, found an angle",
+        ),
+    ];
+    for (blocks, message) in cases {
+        let found = Project::open(&beside(blocks)).run(&Settings::default(), &mut Silent);
+        let told: Vec<String> = match found {
+            Ok(_) => Vec::new(),
+            Err(told) => told.iter().map(|one| one.message.clone()).collect(),
+        };
+        assert!(told.iter().any(|one| one == message), "{blocks}: {told:#?} for {message}");
+    }
+}
