@@ -2,6 +2,7 @@
 
 use kardan::diagnostics::Severity;
 use kardan::export;
+use kardan::study::listed_blocks;
 
 use crate::args::CheckArgs;
 use crate::exit::DONE;
@@ -29,6 +30,8 @@ pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
     let rounded =
         project.prepared().variants.first().map(|variant| variant.model.rounded_in_words()).unwrap_or_default();
     let notes: String = rounded.iter().map(|note| format!("note: {note}\n")).collect();
-    print(&visible(&format!("{source}: no mistakes{warnings}\n{notes}")))?;
+    let blocks = project.prepared().variants.first().map(|variant| listed_blocks(&variant.model)).unwrap_or_default();
+    let blocks: String = blocks.iter().map(|line| format!("{line}\n")).collect();
+    print(&visible(&format!("{source}: no mistakes{warnings}\n{blocks}{notes}")))?;
     Ok(DONE)
 }

@@ -5,6 +5,7 @@ mod analysis;
 mod analyze;
 mod asked;
 mod bench;
+mod blocks;
 mod checks;
 mod circuit;
 mod computed;
@@ -62,6 +63,7 @@ pub use bench::{
     BenchRun, BenchSettings, PreparedBench, bench, bench_controller, closed_loop, given_truth, prepare_bench,
     read_truth,
 };
+pub use blocks::listed_blocks;
 pub use design::{DesignSettings, design};
 pub use effort::{Effort, MANY_STEPS, expected_effort};
 pub use equations::{EquationsForm, equations};

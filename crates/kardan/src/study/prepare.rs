@@ -2,6 +2,7 @@
 
 use super::analysis::{Point, analysis_spec};
 use super::asked::{plots, requirements, tolerance};
+use super::blocks::check_blocks;
 use super::checks::{
     check_connected, check_matrices, design_diagnostic, is_finite_at, is_representable, reduce_diagnostics, signals_of,
 };
@@ -275,6 +276,7 @@ fn prepare_variant(
         designed.push(law);
         running.push(as_it_runs);
     }
+    check_blocks(document, (&model, &reduced, &running), out);
     start_notes.extend(references_at_rest(document, &running, &mut scenario));
     let complete = designed.len() == controls.len();
     let computed = Computed::of(document, settings, &signal_names(&reduced, &scenario));

@@ -408,8 +408,8 @@ fn mistakes_of_blocks_are_told() {
         ),
         ("[block.u]\nkind = \"gain\"\ninput = \"t\"\ngain = 1\n", "`u` cannot be the name of a block: a signal has it"),
         (
-            "[block.a]\nkind = \"pid\"\nreference = \"u\"\nmeasured = \"arm.phi\"\nproportional = 1\n",
-            "block `a`: `reference`: expected an angle, found a number without a unit",
+            "[block.a]\nkind = \"pid\"\nreference = \"u\"\nmeasured = \"arm.w\"\nproportional = 1\n",
+            "block `a`: `reference`: expected an angular velocity, found a number without a unit",
         ),
         (
             "[control.c]\nlaw = \"program\"\ncommands = { m = \"1 N m\" }\n",

@@ -1,0 +1,134 @@
+//! What analyses, designs and margins do not see of blocks.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::equations::Meaning;
+use crate::model::{Document, Model};
+use crate::names::SignalName;
+use crate::program::Read;
+use crate::reduce::Reduced;
+use crate::synthesis::Law;
+use crate::units::{Dimension, shown_quantity};
+
+/// Answers of blocks that follow from what moves, also by way of each other.
+fn moving(model: &Model) -> BTreeSet<String> {
+    let mut found: BTreeSet<String> = BTreeSet::new();
+    loop {
+        let before = found.len();
+        for task in &model.programs.tasks {
+            for answer in &task.answers {
+                let moves = |read: &&Read| match read {
+                    Read::Position(_) | Read::Rate(_) | Read::Sensor(_) => true,
+                    Read::Source(name) => found.contains(name),
+                    Read::Time => false,
+                };
+                if task.reads_of(answer).iter().any(moves) {
+                    found.insert(answer.name.clone());
+                }
+            }
+        }
+        if found.len() == before {
+            return found;
+        }
+    }
+}
+
+/// Warns of loops that close through blocks where nothing but a run sees them: a law that reads their answers as given, a torque that follows
+/// from them.
+pub(super) fn check_blocks(
+    document: &Document,
+    (model, reduced, laws): (&Model, &Reduced, &[Arc<dyn Law>]),
+    out: &mut Vec<Diagnostic>,
+) {
+    let moving = moving(model);
+    for (control, law) in model.controls.iter().zip(laws) {
+        let read =
+            law.references().iter().map(|reference| reference.name.as_str()).filter(|name| moving.contains(*name));
+        let read: Vec<&str> = read.collect();
+        if read.is_empty() {
+            continue;
+        }
+        let message = format!(
+            "control `{}` reads {}, which follows from what moves: its design, its margins and its map take that as given",
+            control.name,
+            quoted(read)
+        );
+        let help = "a law = \"program\" has the blocks of its own sample time in its loop; a run has all of them";
+        out.push(Diagnostic::warning("block::loop", message).at(control.place.clone(), "this controller").help(help));
+    }
+    let equations = &reduced.equations;
+    let holds = equations.holds.iter().filter_map(|hold| Some((hold.element.as_str(), &**hold.value.formula()?)));
+    let formulas = equations.laws.iter().map(|law| (law.element.as_str(), &*law.value)).chain(holds);
+    let mut told: Vec<&str> = Vec::new();
+    for (element, formula) in formulas {
+        let blocks: Vec<&str> = formula
+            .names
+            .iter()
+            .filter_map(|(_, meaning)| match meaning {
+                Meaning::Block(name, _) => Some(name.as_str()),
+                _ => None,
+            })
+            .collect();
+        if blocks.is_empty() || model.controls.is_empty() || told.contains(&element) {
+            continue;
+        }
+        told.push(element);
+        let place = document.elements.iter().find(|one| one.name == element).map(|one| one.place.clone());
+        let message = format!(
+            "`{element}` follows from the block {}: designs, margins and maps take that as zero",
+            quoted(blocks)
+        );
+        let mistake = Diagnostic::warning("block::loop", message);
+        let mistake = place.into_iter().fold(mistake, |mistake, at| mistake.at(at, "this element"));
+        out.push(mistake.help("a run has it; a law = \"program\" on a motor is in designs and margins too"));
+    }
+}
+
+/// The blocks of a model and what they read, a line each, in the order in which they compute.
+///
+/// ```
+/// let project = kardan::project::Project::open(
+///     "[shaft.arm]\ninertia = \"1 kg m^2\"\n[block.late]\nkind = \"delay\"\ninput = \"arm.phi\"\nsample_time = \"1 ms\"\n",
+/// );
+/// let lines = kardan::study::listed_blocks(&project.prepared().variants[0].model);
+/// assert_eq!(lines, ["blocks at 0.001 s, in the order in which they compute:", "  late (delay): reads arm.phi"]);
+/// ```
+pub fn listed_blocks(model: &Model) -> Vec<String> {
+    let mut out = Vec::new();
+    let listed = |names: &[String]| if names.is_empty() { "nothing".to_string() } else { names.join(", ") };
+    for task in &model.programs.tasks {
+        out.push(format!("{}, in the order in which they compute:", task.name));
+        for step in &task.order {
+            let own = |name: &&String| SignalName::new(name).element != step.block;
+            let at_once: Vec<String> = step.at_once.iter().filter(own).cloned().collect();
+            let at_once =
+                if at_once.is_empty() { String::new() } else { format!("; follows at once from {}", listed(&at_once)) };
+            out.push(format!(
+                "  {} ({}): reads {}{at_once}",
+                step.block,
+                step.kind.replace('_', " "),
+                listed(&step.reads)
+            ));
+        }
+    }
+    for control in &model.controls {
+        let Some(task) = control.values.task("commands") else { continue };
+        let when = match &task.period {
+            Some(period) => format!("every {}", shown_quantity(period, Dimension::TIME)),
+            None => "at every instant".into(),
+        };
+        let commands: Vec<&str> = task.answers.iter().map(|answer| answer.name.as_str()).collect();
+        let reads: Vec<String> = task.reads.iter().map(|(symbol, _)| task.graph.name(*symbol).0.to_string()).collect();
+        let blocks: Vec<&str> = task.order.iter().map(|step| step.block.as_str()).collect();
+        let with = if blocks.is_empty() { String::new() } else { format!(" by {}", blocks.join(", ")) };
+        out.push(format!(
+            "control {} commands {} {when}, from {}{with}",
+            control.name,
+            commands.join(", "),
+            listed(&reads)
+        ));
+    }
+    out
+}
