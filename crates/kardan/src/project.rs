@@ -3,6 +3,10 @@
 //! [`Project`] is a model read once; [`Builder`] writes one with a typed struct for each table of a model file. The keyword in the
 //! file, the struct, its module and the page of the manual (`kardan elements`) have one name and come from one registry.
 
+pub use crate::block::{
+    DeadZone, Delay, Gain, Hold, Hysteresis, Integrator, LeadLag, LowPass, Monitor, Pid, RateLimit, Saturation,
+    StateMachine, StateMachineTransition, TableBlock, TransferFunction,
+};
 pub use crate::element::{
     Brake, Capacitor, Clutch, Constraint, Disturbance, EndStop, Gear, HarmonicDrive, Inductor, Lock, Mass, Motor,
     OneWayClutch, Planetary, PrescribedMotion, Pulley, RackAndPinion, Resistor, Screw, Sensor, Shaft, SpringDamper,
@@ -11,11 +15,13 @@ pub use crate::element::{
 pub use crate::entries::{Entries, Place};
 pub use crate::model::tables::*;
 pub use crate::model::{BUILTIN, Builder, Builtin, builtin};
-pub use crate::schema::{ElementKeys, Given, Keys, LawKeys, Lists, Named, Quantities, Quantity, SignalKeys, Words};
+pub use crate::schema::{
+    BlockKeys, ElementKeys, Given, Keys, LawKeys, Lists, Named, Quantities, Quantity, SignalKeys, Words,
+};
 pub use crate::signal::{Chirp, ExpressionSignal, Multisine, MultisineLine, Noise, Pulses, Ramp, Sine, TableSignal};
 pub use crate::study::Project;
 pub use crate::synthesis::{
     ComputedTorque, ComputedTorqueChannel, Decoupling, DecouplingChannel, Flatness, FlatnessChannel, Lqr, LqrChannel,
-    Noninteracting, NoninteractingChannel, Observer, PolePlacement, PolePlacementChannel, PositionLoop,
+    Noninteracting, NoninteractingChannel, Observer, PolePlacement, PolePlacementChannel, PositionLoop, Program,
     SampledNoninteracting, SampledNoninteractingChannel,
 };

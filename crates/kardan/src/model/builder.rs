@@ -2,7 +2,7 @@
 
 use crate::entries::{Entries, Entry, Written};
 use crate::model::tables::{Analysis, Bench, Event, Header, Identification, Log, Plot, Requirement, Scenario, Variant};
-use crate::schema::{ElementKeys, Given, Keys, LawKeys, Quantities, Quantity, SignalKeys};
+use crate::schema::{BlockKeys, ElementKeys, Given, Keys, LawKeys, Quantities, Quantity, SignalKeys};
 
 /// A model that a program builds, or changes: every table of a model file as a typed struct. What is wrong with it is told by the
 /// project that comes of it, as of a file, with the path of the entry.
@@ -102,6 +102,25 @@ impl Builder {
         table.set("kind", Written::Text(S::KEYWORD.into()));
         signal.entries().iter().for_each(|entry| table.set(&entry.key, entry.entry.value.clone()));
         self.named("signal", name, table)
+    }
+
+    /// A block `[block.NAME]`, in place of one of that name.
+    ///
+    /// ```
+    /// use kardan::project::{Builder, LowPass, Project, Shaft};
+    ///
+    /// let model = Builder::new("axle")
+    ///     .element("axle", Shaft::new().inertia("2 kg cm^2"))
+    ///     .block("smooth", LowPass::new("axle.w", "5 ms"))
+    ///     .set(&["block", "smooth", "sample_time"], "1 ms");
+    /// assert_eq!(Project::build(model).mistakes(), []);
+    /// ```
+    #[must_use]
+    pub fn block<B: BlockKeys>(self, name: &str, block: B) -> Self {
+        let mut table = Entries::default();
+        table.set("kind", Written::Text(B::KEYWORD.into()));
+        block.entries().iter().for_each(|entry| table.set(&entry.key, entry.entry.value.clone()));
+        self.named("block", name, table)
     }
 
     /// A key of a table, by its path: `&["control", "column", "feedback"]`. Tables on the way are made where there are none.

@@ -147,6 +147,20 @@ points = { x = [\"1000 rpm\", \"2500 rpm\", \"5000 rpm\"], value = [\"150 N m\",
 interpolation = \"cubic\"
 ";
 
+const BLOCK: &str = "\
+[block.lead]
+kind = \"lead_lag\"
+input = \"torque_sensor.tau\"
+lead = \"20 ms\"
+lag = \"4 ms\"
+sample_time = \"1 ms\"
+
+[control.assist]
+law = \"program\"
+commands = { motor = \"3 * lead - 0.01 N m s/rad * rotor.w\" }
+sample_time = \"1 ms\"
+";
+
 pub(super) fn example_of(page: &str) -> &'static str {
     match page {
         "model" => MODEL,
@@ -160,6 +174,7 @@ pub(super) fn example_of(page: &str) -> &'static str {
         "table" => TABLE,
         "log" => LOG,
         "signal" => SIGNAL,
+        "block" => BLOCK,
         "identification" => IDENTIFICATION,
         "bench" => BENCH,
         _ => "",

@@ -4,7 +4,8 @@ use serde_json::{Map, Value, json};
 
 use super::manual::{STUDY_TABLES, holds, need, study_table};
 use super::parse::example;
-use super::reading::{CONTROL, SIGNAL};
+use super::reading::{BLOCK, CONTROL, SIGNAL};
+use crate::block;
 use crate::element;
 use crate::schema::{Field, Kind};
 use crate::signal;
@@ -48,6 +49,7 @@ pub fn json_schema() -> String {
     }
     properties.insert("control".into(), named(control(), "A control law: the key `law` tells which."));
     properties.insert("signal".into(), named(signals(), "A function of time: the key `kind` tells which."));
+    properties.insert("block".into(), named(blocks(), "A block of signals: the key `kind` tells which."));
     let schema = json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "$id": "kardan/1/model",
@@ -83,6 +85,16 @@ fn control() -> Value {
 fn signals() -> Value {
     let kinds = signal::REGISTRY.iter().map(|kind| {
         let mut keys = table(&[SIGNAL, kind.fields].concat(), kind.summary);
+        keys["properties"]["kind"] = json!({ "const": kind.keyword, "description": kind.summary });
+        keys
+    });
+    json!({ "type": "object", "required": ["kind"], "oneOf": kinds.collect::<Vec<_>>() })
+}
+
+/// A block: the keys are those of its kind.
+fn blocks() -> Value {
+    let kinds = block::REGISTRY.iter().map(|kind| {
+        let mut keys = table(&[BLOCK, kind.fields].concat(), kind.summary);
         keys["properties"]["kind"] = json!({ "const": kind.keyword, "description": kind.summary });
         keys
     });

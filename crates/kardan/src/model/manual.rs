@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use super::examples::example_of;
-use super::reading::{CONTROL, SIGNAL};
+use super::reading::{BLOCK, CONTROL, SIGNAL};
 use super::tables;
+use crate::block;
 use crate::element;
 use crate::results::{ManualKey, ManualTable};
 use crate::schema::{Field, Keys, Kind, Sign};
@@ -24,6 +25,10 @@ pub fn manual() -> String {
     out.push_str("\nSignals\n");
     for kind in signal::REGISTRY {
         let _ = writeln!(out, "  [signal.NAME] with kind = \"{}\"\n      {}", kind.keyword, kind.summary);
+    }
+    out.push_str("\nBlocks\n");
+    for kind in block::REGISTRY {
+        let _ = writeln!(out, "  [block.NAME] with kind = \"{}\"\n      {}", kind.keyword, kind.summary);
     }
     out.push_str("\nStudy\n");
     for (_, header, what) in STUDY {
@@ -48,6 +53,11 @@ const STUDY: &[(&str, &str, &str)] = &[
         "signal",
         "[signal.NAME]",
         "A function of time by name: sine, chirp, pulses, ramp, multisine, noise, table, expression.",
+    ),
+    (
+        "block",
+        "[block.NAME]",
+        "What a control unit computes beside its laws: filters, controllers, limits, switches, monitors, state machines.",
     ),
     ("fault", "[[scenario.fault]]", "A sensor of a sampled controller that fails for a while, or for good."),
     ("requirement", "[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
@@ -121,6 +131,22 @@ Before the start and after the end of a signal holds what its formula says. Such
 Kinds
 ";
 
+const BLOCKS: &str = "\
+[block.NAME]
+
+What a control unit computes beside its laws. A key that takes an expression may name angles and speeds (`rack.s`, `column.w`), sensors as
+they read (`encoder.phi`), references, disturbances, signals, other blocks, parameters and the time `t`; a signal whose expression names
+such things is a formula that blocks share. With `sample_time` a block reads its sensors then (resolution, noise, faults), computes once and
+holds its answer, as in firmware: it is the block of kardan-rt. Without it, it is a differential equation of the loop.
+
+What a block answers has its name: a column of the results, and a name in the `reference` of a law, in torques as laws, in the torque of a
+clutch or what engages a lock, and in the commands of a `law = \"program\"`. Blocks of one sample time compute in the order in which they need
+each other; `kardan check` lists it. Circles are told: a delay or a forward integrator breaks them. Blocks of shorter sample times compute
+first; one that reads another sample time says so by a block of the kind hold.
+
+Kinds
+";
+
 const PARAMETERS: &str = "\
 [parameters]
 
@@ -185,10 +211,21 @@ pub fn manual_of(name: &str) -> Option<String> {
         );
         keys(&[SIGNAL, kind.fields].concat(), &mut out);
         let _ = write!(out, "\nExample\n\n{}", kind.example);
+        if let Some(page) = block_page(name) {
+            out = format!("{out}\n{page}");
+        }
         // A kind of signal and a table of the model may have one name.
         if STUDY_TABLES.iter().any(|(page, _)| *page == name) {
             out = format!("{}\n{out}", study_page(name)?);
         }
+    } else if let Some(page) = block_page(name) {
+        out = page;
+    } else if name == "block" {
+        out.push_str(BLOCKS);
+        for kind in block::REGISTRY {
+            let _ = writeln!(out, "  kind = \"{}\": {}", kind.keyword, kind.summary);
+        }
+        let _ = write!(out, "\nExample\n\n{}", example_of(name));
     } else if name == "signal" {
         out.push_str(SIGNALS);
         for kind in signal::REGISTRY {
@@ -202,6 +239,16 @@ pub fn manual_of(name: &str) -> Option<String> {
     } else {
         out = study_page(name)?;
     }
+    Some(out)
+}
+
+/// The page of a kind of block.
+fn block_page(name: &str) -> Option<String> {
+    let kind = block::find(name)?;
+    let mut out =
+        format!("[block.NAME] with kind = \"{}\"\n\n{}\n\n{}\n\nKeys\n", kind.keyword, kind.summary, kind.formula);
+    keys(&[BLOCK, kind.fields].concat(), &mut out);
+    let _ = write!(out, "\nExample\n\n{}", kind.example);
     Some(out)
 }
 
@@ -240,11 +287,15 @@ pub fn manual_tables() -> Vec<ManualTable> {
         let keys = [SIGNAL, kind.fields].concat();
         table(kind.keyword, "[signal.NAME]".into(), "signal", kind.summary, &keys, kind.example)
     });
+    let blocks = block::REGISTRY.iter().map(|kind| {
+        let keys = [BLOCK, kind.fields].concat();
+        table(kind.keyword, "[block.NAME]".into(), "block", kind.summary, &keys, kind.example)
+    });
     let study = STUDY.iter().map(|(page, header, summary)| {
         let fields = STUDY_TABLES.iter().find(|(name, _)| name == page).map_or(&[][..], |(_, fields)| *fields);
         table(page, (*header).into(), "study", summary, fields, example_of(page))
     });
-    elements.chain(laws).chain(signals).chain(study).collect()
+    elements.chain(laws).chain(signals).chain(blocks).chain(study).collect()
 }
 
 fn manual_keys(fields: &[Field]) -> Vec<ManualKey> {
