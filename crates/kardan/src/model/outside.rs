@@ -104,26 +104,49 @@ impl Document {
         })
     }
 
-    /// Refuses sensors whose readings follow from accelerations, which are not known when blocks compute.
-    pub(super) fn check_readings(&self, terms: &[NamedTerm], programs: &Programs, out: &mut Vec<Diagnostic>) {
-        let reads = programs.tasks.iter().flat_map(|task| task.reads.iter().map(|(_, read)| read));
-        let mut told: Vec<&str> = Vec::new();
-        for read in reads {
-            let Read::Sensor(name) = read else { continue };
-            let measured = terms.iter().find_map(|named| match &named.term {
-                Term::Output(sensor) if named.element == *name => Some(&sensor.measured),
+    /// Refuses sensors whose readings follow from accelerations, which are not known when blocks compute, and those of a gear with a
+    /// stiffness at every instant.
+    pub(super) fn check_readings(
+        &self,
+        terms: &[NamedTerm],
+        programs: &Programs,
+        controls: &[ControlSpec],
+        out: &mut Vec<Diagnostic>,
+    ) {
+        let of_laws = controls.iter().filter_map(|control| control.values.task("commands"));
+        let reads = programs.tasks.iter().chain(of_laws).flat_map(|task| {
+            let sensors = task.reads.iter().filter_map(|(_, read)| match read {
+                Read::Sensor(name) => Some(name.as_str()),
                 _ => None,
             });
-            let Some(Measured::ConstraintTorque(..) | Measured::NetTorque(_)) = measured else { continue };
-            let Some(sensor) = self.elements.iter().find(|element| element.name == *name) else { continue };
-            if told.contains(&name.as_str()) {
+            sensors.map(|name| (name, task.period.is_some()))
+        });
+        let mut told: Vec<&str> = Vec::new();
+        for (name, sampled) in reads {
+            let measured = terms.iter().find_map(|named| match &named.term {
+                Term::Output(sensor) if named.element == name => Some(&sensor.measured),
+                _ => None,
+            });
+            let (message, help) = match measured {
+                Some(Measured::ConstraintTorque(..) | Measured::NetTorque(_)) => (
+                    format!(
+                        "no block reads the sensor `{name}`: a torque of a constraint and a net torque follow from accelerations"
+                    ),
+                    "measure the twist of a spring_damper, or give the gear a stiffness",
+                ),
+                Some(Measured::ComplianceTorque(..)) if !sampled => (
+                    format!(
+                        "no block reads the sensor `{name}` at every instant: its torque is that of a spring and a damper"
+                    ),
+                    "give the blocks that read it a `sample_time`",
+                ),
+                _ => continue,
+            };
+            let Some(sensor) = self.elements.iter().find(|element| element.name == name) else { continue };
+            if told.contains(&name) {
                 continue;
             }
             told.push(name);
-            let message = format!(
-                "no block reads the sensor `{name}`: a torque of a constraint and a net torque follow from accelerations"
-            );
-            let help = "measure the twist of a spring_damper, or give the gear a stiffness";
             out.push(Diagnostic::error("block::sensor", message).at(sensor.place.clone(), "this sensor").help(help));
         }
     }

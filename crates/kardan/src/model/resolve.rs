@@ -112,7 +112,7 @@ impl Document {
         elements.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
         mechanism.parts.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
         self.check_sensors(&terms, &mut doubtful, &mut out);
-        self.check_readings(&terms, &programs, &mut out);
+        self.check_readings(&terms, &programs, &controls, &mut out);
         let mut all_coordinates: Vec<String> =
             self.elements.iter().filter(|e| e.body().is_some()).map(|e| e.name.clone()).collect();
         all_coordinates.extend(self.charges());

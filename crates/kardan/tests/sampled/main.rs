@@ -4,6 +4,7 @@
 mod common;
 
 mod ecu;
+mod programs;
 mod regulator_block;
 mod runtime_blocks;
 mod sampled;

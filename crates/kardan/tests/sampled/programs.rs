@@ -1,0 +1,83 @@
+//! Laws that are written as expressions and blocks, in the exact sampled map and its margins.
+
+use kardan::results::Margins;
+use kardan::study::{DesignSettings, Project, Silent};
+use kardan_rt::{Manual, Pid};
+
+const PLANT: &str = "\
+[shaft.arm]
+inertia = \"0.01 kg m^2\"
+damping = \"0.002 N m s/rad\"
+[motor.m]
+shaft = \"arm\"
+lag = \"0.4 ms\"
+[sensor.enc]
+measures = \"angle\"
+shaft = \"arm\"
+[scenario]
+duration = \"1 s\"
+";
+
+fn margins(source: &str) -> Margins {
+    let found = Project::open(source).design(&DesignSettings::default(), &Silent);
+    let found = found.unwrap_or_else(|told| panic!("{told:#?}\n{source}"));
+    found.margins.unwrap_or_else(|| panic!("no margins\n{source}"))
+}
+
+/// The law of a position loop, written as a formula, has its map and its margins.
+#[test]
+fn a_formula_has_the_margins_of_the_law_that_it_is() {
+    let clock = "sample_time = \"1 ms\"\ndelay = \"0.7 ms\"\n";
+    let law = format!(
+        "{PLANT}[control.loop]\nlaw = \"position_loop\"\noutput = \"arm.phi\"\ninput = \"m\"\nreference = \"ref\"\nnatural_frequency = \"40 rad/s\"\n{clock}"
+    );
+    // 0.01 (1600 (ref − φ) − 2·0.7·40 ω)
+    let program = format!(
+        "{PLANT}[control.loop]\nlaw = \"program\"\ncommands = {{ m = \"0.01 kg m^2 * ((40 rad/s)^2 * (wish - enc) - 56 rad/s * arm.w)\" }}\n{clock}\
+         [signal.wish]\nkind = \"ramp\"\nto = \"1 rad\"\nover = \"0.1 s\"\n"
+    );
+    let (law, program) = (margins(&law), margins(&program));
+    let radius = |found: &Margins| found.spectral_radius.expect("a map");
+    assert!((radius(&law) - radius(&program)).abs() < 1e-13, "{law:?} {program:?}");
+    let (motor, own) = (&law.channels[0], &program.channels[0]);
+    let near = |a: f64, b: f64| a == b || (a - b).abs() < 1e-9 * a.abs();
+    assert!(near(motor.gain[0], own.gain[0]) && near(motor.gain[1], own.gain[1]), "{motor:?} {own:?}");
+    assert!(near(motor.phase, own.phase) && near(motor.disk, own.disk) && motor.disk > 0.1, "{motor:?} {own:?}");
+}
+
+/// The slowest motion of a loop with a PID block decays as that of the recursion of plant and firmware: at each sample the same block, in
+/// between the exact motion of a shaft under a torque that is held.
+#[test]
+fn the_map_of_a_block_is_what_the_firmware_does() {
+    let source = format!(
+        "{PLANT}[control.loop]\nlaw = \"program\"\ncommands = {{ m = \"controller\" }}\nsample_time = \"2 ms\"\n\
+         [block.controller]\nkind = \"pid\"\nreference = \"0 rad\"\nmeasured = \"enc\"\nproportional = \"4 N m/rad\"\nintegral = \"6 N m/rad/s\"\n\
+         derivative = \"0.3 N m s/rad\"\nfilter = \"3 ms\"\nsample_time = \"2 ms\"\n"
+    )
+    .replace("lag = \"0.4 ms\"\n", "");
+    let found = margins(&source).spectral_radius.expect("a map");
+    let (j, d, h) = (0.01f64, 0.002f64, 0.002f64);
+    let pid = Pid {
+        proportional: 4.0,
+        integral: 6.0,
+        derivative: 0.3,
+        filter: 0.003,
+        weights: [1.0, 0.0],
+        bounds: [None; 2],
+        tracking: 4.0 / 6.0,
+        sample_time: h,
+    };
+    let (mut phi, mut w, mut memory) = (1.0f64, 0.0f64, [0.0; 5]);
+    let decay = (-d / j * h).exp();
+    let mut sizes = Vec::new();
+    for _ in 0..6000 {
+        assert!(pid.step(0.0, phi, Manual { on: 1.0, value: 0.0 }, &mut memory));
+        let rest = memory[0] / d;
+        phi += rest * h + (w - rest) * (1.0 - decay) * j / d;
+        w = rest + (w - rest) * decay;
+        sizes.push(phi.abs());
+    }
+    // The slowest motion alone is left: it does not swing.
+    let expected = (sizes[5999] / sizes[4999]).powf(1e-3);
+    assert!((found - expected).abs() < 1e-10, "{found} for {expected}");
+}
