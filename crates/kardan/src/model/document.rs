@@ -234,6 +234,12 @@ impl Document {
         }
     }
 
+    /// Whether a name is a block, or a signal that is a formula of what moves.
+    pub(crate) fn moves(&self, name: &str) -> bool {
+        self.blocks.iter().any(|block| block.name == name)
+            || self.signals.iter().any(|signal| signal.name == name && self.program_of(signal).is_some())
+    }
+
     /// The expression of a signal that names what moves, what is measured, or a block; none of a function of time.
     pub(crate) fn program_of(&self, signal: &SignalTable) -> Option<Placed<Expression>> {
         self.program_beside(signal, &mut Vec::new())

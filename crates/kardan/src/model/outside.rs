@@ -45,7 +45,10 @@ impl Document {
             let own = controls.iter_mut().filter(|control| control.name == name);
             own.for_each(|control| control.values.insert("commands", Resolved::Task(Arc::clone(&task))));
         }
-        functions.blocks = programs.answers().map(|answer| (answer.name.clone(), answer.dimension)).collect();
+        let answers =
+            programs.tasks.iter().flat_map(|task| task.answers.iter().map(|answer| (answer, task.period.is_some())));
+        functions.blocks =
+            answers.map(|(answer, sampled)| (answer.name.clone(), (answer.dimension, sampled))).collect();
         programs
     }
 

@@ -412,6 +412,14 @@ fn mistakes_of_blocks_are_told() {
             "block `a`: `reference`: expected an angular velocity, found a number without a unit",
         ),
         (
+            "[block.a]\nkind = \"low_pass\"\ninput = \"arm.phi\"\ntime_constant = \"1 s\"\n[torque.x]\nshaft = \"arm\"\nlaw = \"2 N m/rad * a\"\n",
+            "`law` of torque `x`: the block `a` computes at every instant, and only what blocks answer at samples can stand here",
+        ),
+        (
+            "[signal.s]\nkind = \"expression\"\nvalue = \"2 N m/rad * arm.phi\"\n[torque.x]\nshaft = \"arm\"\nlaw = \"s\"\n",
+            "`law` of torque `x`: the signal `s` names what moves, a sensor or a block, so it is no function of time",
+        ),
+        (
             "[control.c]\nlaw = \"program\"\ncommands = { m = \"1 N m\" }\n",
             "`m` in `commands` of control `c`: there is no motor and no voltage source of that name",
         ),

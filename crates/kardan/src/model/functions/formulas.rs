@@ -20,7 +20,7 @@ impl Functions<'_, '_> {
         (place, what): (&Place, &str),
         out: &mut Vec<Diagnostic>,
     ) -> Option<Formula> {
-        let mut names = self.meanings(expression, out)?;
+        let mut names = self.meanings(expression, (place, what), out)?;
         names.retain(|(name, _)| own.iter().all(|(other, _)| other != name));
         let motions: Vec<[String; 2]> =
             own.iter().map(|(name, _)| [name.clone(), name.clone()]).chain(self.reader.all_motions()).collect();
@@ -72,7 +72,7 @@ impl Functions<'_, '_> {
         (place, what): (&Place, &str),
         out: &mut Vec<Diagnostic>,
     ) -> Option<(Formula, Dimension)> {
-        let names = self.meanings(expression, out)?;
+        let names = self.meanings(expression, (place, what), out)?;
         let mut formula = Formula { expression: expression.clone(), names, dimension: Dimension::NONE };
         match self.dimension_of(&formula) {
             Ok(found) => {
@@ -88,7 +88,12 @@ impl Functions<'_, '_> {
     }
 
     /// What the names of a formula stand for; unknown ones are left out. Nothing if one of them has a mistake, which was told.
-    fn meanings(&mut self, expression: &Expression, out: &mut Vec<Diagnostic>) -> Option<Vec<(String, Meaning)>> {
+    fn meanings(
+        &mut self,
+        expression: &Expression,
+        (place, what): (&Place, &str),
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Vec<(String, Meaning)>> {
         let mut names = Vec::new();
         let motions: Vec<[String; 2]> = self.reader.all_motions().collect();
         for name in expression.names() {
@@ -98,8 +103,15 @@ impl Functions<'_, '_> {
                 if rate == 0 { Meaning::Position(carrier) } else { Meaning::Rate(carrier) }
             } else if name == "t" {
                 Meaning::Time
-            } else if let Some(dimension) = self.blocks.get(name) {
+            } else if let Some((dimension, sampled)) = self.blocks.get(name) {
+                if !sampled {
+                    out.push(at_every_instant(name, expression, (place, what)));
+                    return None;
+                }
                 Meaning::Block(name.to_string(), *dimension)
+            } else if self.document.moves(name) {
+                out.push(no_function(name, expression, (place, what)));
+                return None;
             } else if self.document.signals.iter().any(|signal| signal.name == name) {
                 let (value, dimension) = self.signal(name, out)?;
                 let function = OfTime::new(self.graph.clone(), self.time, self.parts.clone(), value, dimension)?;
@@ -183,4 +195,25 @@ impl Functions<'_, '_> {
         let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
         Diagnostic { help: error.help, ..diagnostic }
     }
+}
+
+/// A block that a law cannot read: it has no sample time.
+fn at_every_instant(name: &str, expression: &Expression, (place, what): (&Place, &str)) -> Diagnostic {
+    let span = expression.place_of(name).unwrap_or(0..expression.text().len());
+    let message = format!(
+        "{what}: the block `{name}` computes at every instant, and only what blocks answer at samples can stand here"
+    );
+    Diagnostic::error("block::instant", message)
+        .at(place.part(expression.text(), span), "no sample time")
+        .help(format!("give `[block.{name}]` a `sample_time`, or write its formula here"))
+}
+
+/// A signal that a law cannot read: it is a formula of what moves.
+fn no_function(name: &str, expression: &Expression, (place, what): (&Place, &str)) -> Diagnostic {
+    let span = expression.place_of(name).unwrap_or(0..expression.text().len());
+    let message =
+        format!("{what}: the signal `{name}` names what moves, a sensor or a block, so it is no function of time");
+    Diagnostic::error("signal::moves", message)
+        .at(place.part(expression.text(), span), "no function of time")
+        .help("write its formula here, or let a block with a `sample_time` read it: `kind = \"hold\"`")
 }

@@ -37,8 +37,8 @@ pub(crate) struct Functions<'a, 'd> {
     made: BTreeMap<&'a str, Option<(Expr, Dimension)>>,
     /// Signals that wait for others.
     open: Vec<&'a str>,
-    /// What blocks answer.
-    pub(in crate::model) blocks: BTreeMap<String, Dimension>,
+    /// What blocks answer, and whether at samples.
+    pub(in crate::model) blocks: BTreeMap<String, (Dimension, bool)>,
     /// Tables that were made, nothing of one with a mistake.
     tables: BTreeMap<&'a str, Option<Arc<Lookup>>>,
 }
@@ -134,6 +134,14 @@ impl<'a, 'd> Functions<'a, 'd> {
         for name in expression.names() {
             let named = if name == "t" {
                 Named::Varying(self.time, Dimension::TIME)
+            } else if self.document.moves(name) {
+                let span = expression.place_of(name).unwrap_or(0..expression.text().len());
+                let message =
+                    format!("{what}: `{name}` names what moves, a sensor or a block, so it is no function of time");
+                let at = place.part(expression.text(), span);
+                let mistake = Diagnostic::error("signal::moves", message).at(at, "no function of time");
+                out.push(mistake.help("a `reference` of a law, a torque as a law and a `law = \"program\"` take what a block answers by its name"));
+                return None;
             } else if self.document.signals.iter().any(|signal| signal.name == name) {
                 if let Some(first) = self.open.iter().position(|open| *open == name) {
                     let circle: Vec<&str> = self.open[first..].iter().copied().chain([name]).collect();
