@@ -9,7 +9,7 @@ use super::circuit::check_circuit;
 use super::computed::Computed;
 use super::effort::check_effort;
 use super::equilibrium::{Rest, in_words};
-use super::held::{check_start, without_massless};
+use super::held::{check_readings, check_start, is_designable, without_massless};
 use super::kept::{
     begin_on_rows, check_kept, moves_by_itself, not_on_rows, on_frozen_rows, on_rows, rows_refused, stands_still,
     with_loop,
@@ -29,11 +29,12 @@ use crate::equations::{Direction, Measured, NamedTerm, Term};
 use crate::model::{ControlSpec, Document, Model, Setting, TableReader, VariantSettings};
 use crate::names::SignalName;
 use crate::num::{Definiteness, Scalar, definiteness_of_rows};
-use crate::reduce::{OperatingPoint, Reduced, reduce, sparse_model};
+use crate::reduce::{OperatingPoint, Reduced, equilibrium_rows, reduce, sparse_model};
 use crate::schema::Value;
 use crate::simulate::{Scenario, SignalEvent, signal_names};
 use crate::synthesis::{Law, Plant, design_law, running};
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -244,10 +245,15 @@ fn prepare_variant(
     let mut scenario = scenario(document, &model, (&reduced.equations, Some(&reduced)), settings, out);
     let start = on_rows(&reduced, &scenario);
     let asked = Asked::of(document, (&reduced, &start), controls, settings, out);
-    let (point, multipliers) = standing(document, &reduced, controls, asked.as_ref(), out);
+    // Laws know coordinates without inertia as they are, a run has states of first order in their place.
+    let as_it_is = match &reduced.relaxation {
+        Some(_) => Cow::Owned(Reduced { relaxation: None, ..reduced.clone() }),
+        None => Cow::Borrowed(&reduced),
+    };
+    let (point, multipliers) = standing(document, &as_it_is, controls, asked.as_ref(), out);
     let plants: Vec<Option<Plant>> = controls
         .iter()
-        .map(|control| design_model(document, &reduced, (settings, asked.as_ref()?), control, out))
+        .map(|control| design_model(document, &as_it_is, (settings, asked.as_ref()?), control, out))
         .collect();
     let held = (!controls.is_empty()).then_some(&point);
     let mut start_notes = start_at_rest(document, (&reduced, held), &mut scenario, out);
@@ -327,10 +333,12 @@ fn standing(
     }
 }
 
-/// Currents that flow at rest flow from the first instant on; other speeds are those of `initial`.
-fn begin_currents(scenario: &mut Scenario, rates: &[f64]) {
-    let flowing = scenario.speed.iter_mut().zip(rates).filter(|(_, rate)| **rate != 0.0);
-    flowing.for_each(|(speed, rate)| *speed = *rate);
+/// Currents that flow at rest flow from the first instant on, without an inductance by themselves; other speeds are those of `initial`.
+fn begin_currents(reduced: &Reduced, scenario: &mut Scenario, rates: &[f64]) {
+    let follows = |k: usize| reduced.relaxation.iter().any(|relaxation| relaxation.states().any(|state| state == k));
+    let flowing = scenario.speed.iter_mut().zip(rates).enumerate();
+    let flowing = flowing.filter(|(k, (_, rate))| **rate != 0.0 && !follows(*k));
+    flowing.for_each(|(_, (speed, rate))| *speed = *rate);
 }
 
 /// Puts the start of a run at an equilibrium, where that is asked for; tells which it is.
@@ -348,7 +356,7 @@ fn start_at_rest(
         let given = scenario.position.iter().any(|angle| *angle != 0.0);
         let instead = if given { ", in place of the angles of `initial`" } else { "" };
         scenario.position.clone_from(&point.position);
-        begin_currents(scenario, &point.rates);
+        begin_currents(reduced, scenario, &point.rates);
         return vec![format!(
             "the run begins at the operating point of its controllers{instead}: {}",
             in_words(reduced, &point.position)
@@ -364,7 +372,7 @@ fn start_at_rest(
     match rest {
         Ok(Rest { position, rates, found, more, .. }) => {
             scenario.position = position;
-            begin_currents(scenario, &rates);
+            begin_currents(reduced, scenario, &rates);
             let more = more.into_iter().map(|more| more.replace("CHOICE", "`initial` of `[scenario]`"));
             std::iter::once(format!("the run begins at {found}")).chain(more).chain(stands_still(reduced)).collect()
         }
@@ -472,6 +480,9 @@ fn designed_law(
     }
     match law.and_then(|law| Ok((Arc::clone(&law), running(law, &control.values)?))) {
         Ok((law, running)) if running.linear().fits_single() => {
+            if !check_readings(document, (control, plant), &*running, out) {
+                return None;
+            }
             let why = plant.not_held.as_ref().filter(|_| !law.on_full_model());
             out.extend(why.map(|why| not_held(control, plant.default_point(), why)));
             Some((law, running))
@@ -579,19 +590,25 @@ fn design_model(
     if wrong {
         return None;
     }
-    match reduce(assemble(&model.all_coordinates, &model.terms), Some(&reduced.coordinate_names())) {
+    let equations = assemble(&model.all_coordinates, &model.terms);
+    // Where this fails something else than springs holds such a motion, or nothing.
+    let rows = equilibrium_rows(&equations).unwrap_or_default();
+    match reduce(equations.with_equilibria(rows), Some(&reduced.coordinate_names())) {
         Ok(design) => {
             let able = is_finite_at(&design, &zero) && {
                 let linear = sparse_model(&design, &zero);
-                definiteness_of_rows(&linear.inertia) == Definiteness::Positive && is_representable(&linear)
+                let indefinite = matches!(definiteness_of_rows(&linear.inertia), Definiteness::Indefinite { .. });
+                !indefinite && is_representable(&linear) && is_designable(&design, reduced)
             };
             if !able {
-                let message =
-                    format!("control `{}`: in its design model a motion without inertia is possible", control.name);
+                let message = format!(
+                    "control `{}`: in its design model a motion without inertia is possible that the model has not, or the other way round",
+                    control.name
+                );
                 out.push(
                     Diagnostic::error("control::design", message)
                         .at(place, "with these values")
-                        .help("choose design values for which every motion has an inertia"),
+                        .help("choose design values for which the same motions have an inertia"),
                 );
                 return None;
             }

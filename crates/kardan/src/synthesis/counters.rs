@@ -7,11 +7,11 @@ use crate::analysis::LinearSystem;
 use crate::equations::Domain;
 use crate::num::{Matrix, Rational};
 
-/// Places among the states `[q_r; q̇_r]` of all but the charges on which nothing depends, such as that of a motor's winding: their columns
+/// Places among the states of a plant's system of all but the charges on which nothing depends, such as that of a motor's winding: their columns
 /// of A and C are zero. They count what has flowed, and no law holds them. Exact.
 pub(super) fn without_counters(plant: &Plant, system: &LinearSystem) -> Vec<usize> {
     let counts = |k: &usize| is_charge(plant, *k) && is_zero(&system.a, *k) && is_zero(&system.c, *k);
-    (0..2 * plant.reduced.degrees_of_freedom()).filter(|k| !counts(k)).collect()
+    (0..system.states.len()).filter(|k| !counts(k)).collect()
 }
 
 /// Reduced coordinates that are charges on which neither the plant nor laws depend: each is a pole of their loop exactly at zero. None where

@@ -88,7 +88,7 @@ pub(super) struct Task {
     pub disturbance: [Matrix<Rational>; 2],
     /// Shafts of the disturbances.
     pub disturbed: Vec<String>,
-    /// The states of `system`, as places among those of the plant.
+    /// The states of `system`, as places among `[q_r; q̇_r]`.
     pub kept: Vec<usize>,
 }
 
@@ -112,7 +112,7 @@ impl Task {
             system: plant.system(&inputs, &outputs),
             disturbance: plant.torques(request.disturbances, &outputs).into(),
             disturbed: request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect(),
-            kept: (0..2 * plant.reduced.degrees_of_freedom()).collect(),
+            kept: plant.state_places(),
             inputs,
             references,
             outputs,
@@ -122,12 +122,13 @@ impl Task {
 
     /// Leaves out charges on which nothing depends, such as that through a source: they only count what has flowed, and no law holds them. Exact.
     pub fn leave_counters(&mut self, plant: &Plant) {
-        self.kept = without_counters(plant, &self.system);
-        self.disturbance[0] = rows_of(&self.disturbance[0], &self.kept);
-        self.system = over_states(&self.system, &self.kept);
+        let kept = without_counters(plant, &self.system);
+        self.disturbance[0] = rows_of(&self.disturbance[0], &kept);
+        self.system = over_states(&self.system, &kept);
+        self.kept = kept.into_iter().map(|k| self.kept[k]).collect();
     }
 
-    /// A gain over the states that are left, over all states of the plant.
+    /// A gain over the states that are left, over `[q_r; q̇_r]`.
     pub fn over_all_states(&self, k: &Matrix<f64>, count: usize) -> Matrix<f64> {
         let mut out = Matrix::zeros(k.rows(), count);
         for (j, &place) in self.kept.iter().enumerate() {

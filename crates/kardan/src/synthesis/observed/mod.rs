@@ -65,6 +65,9 @@ impl Observed {
             Some(word) => word == "nonlinear",
             None => friction || (laws.is_empty() && !plant.is_linear()),
         };
+        if nonlinear {
+            plant.check_inertia()?;
+        }
         if nonlinear && !laws.is_empty() && compensation > 0.0 && !disturbed.is_empty() {
             return Err(SynthesisError::LawsCancelledTwice { elements: laws });
         }
@@ -111,6 +114,8 @@ impl Observed {
             distinguishable: sentences,
         };
         let rows = rows(&readings, plant.coordinates().len());
+        let places = plant.state_places();
+        let kept = kept.into_iter().map(|k| places[k]).collect();
         let view = EstimatedView::new(readings, plant, compensation, kept, disturbed.len());
         let model = if nonlinear {
             Model::Nonlinear(Box::new(FullModel::new(&*law, plant, &view.readings, disturbed, &floating)?))
