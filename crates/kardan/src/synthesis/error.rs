@@ -46,7 +46,7 @@ pub enum SynthesisError {
     },
     /// The block of the full nonlinear model beside coordinates without inertia.
     #[error(
-        "the block of the full nonlinear model knows accelerations alone, and {} have no inertia",
+        "the block of the full nonlinear model knows accelerations alone, and there are none along {}",
         list(coordinates)
     )]
     NoInertia {
