@@ -34,7 +34,6 @@ use crate::schema::Value;
 use crate::simulate::{Scenario, SignalEvent, signal_names};
 use crate::synthesis::{Law, Plant, design_law, running};
 use rayon::prelude::*;
-use std::borrow::Cow;
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -245,12 +244,8 @@ fn prepare_variant(
     let mut scenario = scenario(document, &model, (&reduced.equations, Some(&reduced)), settings, out);
     let start = on_rows(&reduced, &scenario);
     let asked = Asked::of(document, (&reduced, &start), controls, settings, out);
-    // Laws know coordinates without inertia as they are, a run has states of first order in their place.
-    let as_it_is = match &reduced.relaxation {
-        Some(_) => Cow::Owned(Reduced { relaxation: None, ..reduced.clone() }),
-        None => Cow::Borrowed(&reduced),
-    };
-    let (point, multipliers) = standing(document, &as_it_is, controls, asked.as_ref(), out);
+    let as_it_is = reduced.unrelaxed();
+    let (point, multipliers) = standing(document, &reduced, controls, asked.as_ref(), out);
     let plants: Vec<Option<Plant>> = controls
         .iter()
         .map(|control| design_model(document, &as_it_is, (settings, asked.as_ref()?), control, out))
@@ -365,8 +360,9 @@ fn start_at_rest(
     if !asked.is_some_and(|found| found.value == Value::Word("equilibrium".into())) {
         return Vec::new();
     }
-    let rest = match reduced.is_settled() {
-        true => Err("motions without inertia are in the model, for which no equilibrium is looked for".into()),
+    let slips = reduced.relaxation.iter().any(|relaxation| !relaxation.slips.is_empty());
+    let rest = match slips {
+        true => Err("frictions hold motions without inertia, and no equilibrium without friction is looked for".into()),
         false => Rest::near(reduced, &scenario.position),
     };
     match rest {
