@@ -463,7 +463,7 @@ impl SynthesisError {
                 match error {
                     regulator::PlacementError::NotSelfConjugate { .. } => "write pairs: `\"-14 ± 14.3j\"`",
                     regulator::PlacementError::WrongNumber { .. } => {
-                        "give as many poles as states: two for each reduced coordinate, one for a charge that only counts"
+                        "give as many poles as states: two for each reduced coordinate; one for a charge that only counts, or for a coordinate without inertia; none for one that is both"
                     }
                     regulator::PlacementError::FixedModes { .. } => {
                         "add a motor that reaches them, or name them as poles"
