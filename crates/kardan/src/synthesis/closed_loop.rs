@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
-use super::Law;
-use crate::num::{Matrix, eigenvalues};
+use super::{Counters, Law};
+use crate::num::{Matrix, eigenvalues, rational_to_f64};
 use crate::reduce::{FirstOrder, LinearModel, over_states};
 use crate::results::Pole;
 
@@ -17,14 +17,21 @@ pub fn closed_loop_poles(model: &LinearModel, laws: &[Arc<dyn Law>]) -> Option<V
     eigenvalues(&closed_loop_matrix(model, laws)?).map(Pole::list)
 }
 
-/// The same without coordinates on which nothing depends, such as [`counting_charges`](super::counting_charges): their poles are exactly at
-/// zero.
+/// The same without charges that only count ([`counting_charges`](super::counting_charges)): their poles are exactly at zero.
 ///
 /// # Panics
 /// As [`closed_loop_poles`].
-pub fn poles_without(model: &LinearModel, laws: &[Arc<dyn Law>], coordinates: &[usize]) -> Option<Vec<Pole>> {
-    let all = closed_loop_matrix(model, laws)?;
-    let kept: Vec<usize> = (0..all.rows()).filter(|k| !coordinates.contains(k)).collect();
+pub fn poles_without(model: &LinearModel, laws: &[Arc<dyn Law>], counters: &Counters) -> Option<Vec<Pole>> {
+    let mut all = closed_loop_matrix(model, laws)?;
+    for (counter, &measured) in counters.measured.iter().enumerate() {
+        for i in (0..counters.directions.rows()).filter(|i| *i != measured) {
+            let share = rational_to_f64(&counters.directions[(i, counter)]);
+            let shares = (0..all.columns()).map(|j| (j, share * all[(measured, j)]));
+            let shares: Vec<(usize, f64)> = shares.filter(|(_, x)| *x != 0.0).collect();
+            shares.into_iter().for_each(|(j, x)| all[(i, j)] -= x);
+        }
+    }
+    let kept: Vec<usize> = (0..all.rows()).filter(|k| !counters.measured.contains(k)).collect();
     eigenvalues(&Matrix::from_fn(kept.len(), kept.len(), |i, j| all[(kept[i], kept[j])])).map(Pole::list)
 }
 

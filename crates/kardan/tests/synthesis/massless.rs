@@ -125,6 +125,58 @@ fn a_weight_is_held_without_inductance() {
     assert!((angles[0].cos()).abs() < 1e-12 && (angles.last().expect("rows") - angles[0]).abs() < 1e-12);
 }
 
+/// A filter before the motor, with C = 20 mF behind R₁ = 0.5 Ω.
+const FILTERED: &str = "[model]\nname = \"filtered\"\n[shaft.arm]\ninertia = \"0.02 kg m^2\"\ndamping = \"0.001 N m s/rad\"\n\
+                        [voltage_source.supply]\nfrom = \"ground\"\nto = \"in\"\n\
+                        [resistor.r]\nfrom = \"in\"\nto = \"mid\"\nresistance = \"0.5 Ohm\"\n\
+                        [capacitor.c]\nfrom = \"mid\"\nto = \"ground\"\ncapacitance = \"20 mF\"\n\
+                        [dc_motor.motor]\nfrom = \"mid\"\nto = \"ground\"\nshaft = \"arm\"\ntorque_constant = \"0.5 N m/A\"\n\
+                        resistance = \"2 Ohm\"\n";
+
+/// What flows past the capacitor only counts; three states are left, whose step follows from their poles, as the plant has no zero.
+#[test]
+fn what_flows_past_a_capacitor_only_counts() {
+    let poles = [-10.0, -14.0, -40.0_f64];
+    let law = POLES.replace("[-10, -12]", "[-10, -14, -40]");
+    let source = format!("{FILTERED}{law}{CHANNEL}{STEP}");
+    let found = design(&source);
+    assert_eq!((found.states.len(), found.counters.len()), (3, 1), "{:?} {:?}", found.states, found.counters);
+    for (pole, expected) in found.closed_loop_poles.iter().zip(poles) {
+        close(pole.re, expected, 1e-9);
+    }
+    // What the block makes of the two charges is exactly opposite.
+    let data = &found.controller_data;
+    let gains = &data.matrices.iter().find(|matrix| matrix.name == "D").expect("D").values[0];
+    let of = |signal: &str| gains[data.reads.iter().position(|read| read.signal == signal).expect("a signal")];
+    let charges: Vec<f64> =
+        data.reads.iter().filter(|read| read.signal.ends_with(".q")).map(|read| of(&read.signal)).collect();
+    assert_eq!(charges.len(), 2);
+    assert!(charges[0] == -charges[1] && charges[0] != 0.0, "{charges:?}");
+    let moves = run(&source);
+    for t in [0.05_f64, 0.2, 0.4] {
+        let share = |p: f64| {
+            let others: f64 = poles.iter().filter(|q| **q != p).map(|q| q / (q - p)).product();
+            -others * (p * t).exp()
+        };
+        close(common::at(&moves, "arm.phi", t), 1.0 + poles.iter().map(|p| share(*p)).sum::<f64>(), 1e-8);
+    }
+    // Behind an observer that measures the arm alone it is the same step, as both begin alike; with an inductance too.
+    let observer = "[control.c.observer]\nsensors = [\"arm.phi\"]\ndisturbances = []\nmethod = \"kalman\"\n";
+    for winding in ["", "inductance = \"5 mH\"\n"] {
+        let of = |observer: &str| run(&format!("{FILTERED}{winding}{LQR}{CHANNEL}{observer}{STEP}"));
+        assert!(apart(&of(""), &of(observer), "arm.phi") < 1e-8);
+    }
+    // Three charges that count together: gains that sum to zero exactly.
+    let twice = FILTERED.replace("from = \"in\"\nto = \"mid\"", "from = \"between\"\nto = \"mid\"")
+        + "[resistor.r0]\nfrom = \"in\"\nto = \"between\"\nresistance = \"0.3 Ohm\"\n\
+           [capacitor.c0]\nfrom = \"between\"\nto = \"ground\"\ncapacitance = \"7 mF\"\n";
+    let found = common::first(&format!("{twice}{LQR}{CHANNEL}{STEP}")).designed[0].linear().on_angles;
+    let charges: Vec<f64> = found.row(0).iter().copied().filter(|gain| *gain != 0.0).collect();
+    assert_eq!(charges.len(), 4, "an angle and three charges: {charges:?}");
+    let design = design(&format!("{twice}{LQR}{CHANNEL}{STEP}"));
+    assert_eq!((design.states.len(), design.counters.len(), design.closed_loop_poles.len()), (4, 1, 4));
+}
+
 const ARM: &str = "[model]\nname = \"series\"\n[shaft.a]\ninertia = \"0.02 kg m^2\"\ndamping = \"0.01 N m s/rad\"\n\
                    [shaft.b]\ninertia = \"0.05 kg m^2\"\n[motor.drive]\nshaft = \"a\"\n";
 const TO_B: &str = "[control.c]\nlaw = \"lqr\"\ninputs = [\"drive\"]\nlargest = { drive = \"5 N m\" }\nKEYS\

@@ -166,9 +166,9 @@ fn beside_zero(exact: &ExactMotions, plant: &LoopPlant, laws: &[Arc<dyn Law>], c
 /// Whether all that is at zero are charges that only count.
 fn only_count(exact: &ExactMotions, plant: &Plant, laws: &[Arc<dyn Law>]) -> bool {
     let counters = counting_charges(plant, laws);
-    let moves = |k: &usize| exact.motions.row(*k).iter().any(|x| !x.is_zero());
-    // Where none was found exactly, those that rounding takes for zero are others.
-    exact.motions.columns() > 0 && (0..exact.motions.rows()).filter(moves).all(|k| counters.contains(&k))
+    // They are among what is at zero, so they are all of it where there is as much. Where none was found exactly, those that rounding takes for zero are
+    // others.
+    exact.motions.columns() > 0 && exact.motions.columns() == counters.measured.len()
 }
 
 /// Shafts that move in some of these motions, exactly.

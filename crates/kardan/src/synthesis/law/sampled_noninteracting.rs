@@ -15,6 +15,7 @@ use crate::results::{
 };
 use crate::schema::{Keys, LawKeys, Sign, keys};
 use crate::synthesis::channels::{once, reference};
+use crate::synthesis::counters::Left;
 use crate::synthesis::decoupling::observable_quotient;
 use crate::synthesis::observed::{Reading, distinguishable_torques, reading, rows, sensor_table, sensors};
 use crate::synthesis::observer::{Noise, extend, kalman};
@@ -600,7 +601,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
     }
     let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| plant.effort_of(input).signal);
     let all: Vec<String> = out.states.iter().cloned().chain(lagged).chain(names).collect();
-    let mut sentences = distinguishable_torques(plant, &system, &(0..system.states.len()).collect::<Vec<_>>())?;
+    let mut sentences = distinguishable_torques(plant, &system, &Left::all(system.states.len()))?;
     sentences
         .push(format!("the Riccati equation of the filter holds with the relative residual {:.1e}", found.residual));
     let title = ("observer_gain", "observer gain M of x <- x + M (y - C x)", "");
