@@ -25,6 +25,7 @@ use super::scenario::scenario;
 use super::{Prepared, PreparedVariant};
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity, quoted};
+use crate::entries::Place;
 use crate::equations::{Direction, Measured, NamedTerm, Term};
 use crate::model::{ControlSpec, Document, Model, Setting, TableReader, VariantSettings};
 use crate::names::SignalName;
@@ -542,7 +543,6 @@ fn design_model(
     control: &ControlSpec,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Plant> {
-    let zero = vec![0.0; reduced.degrees_of_freedom()];
     let moving: Vec<&str> = moves_by_itself(reduced).collect();
     if !moving.is_empty() {
         let message = format!("control `{}` knows the motion of {} as if it stood still", control.name, quoted(moving));
@@ -586,6 +586,18 @@ fn design_model(
     if wrong {
         return None;
     }
+    let design = reduced_design((control, place), &model, reduced, out)?;
+    plant_at(document, control, design, asked, out)
+}
+
+/// The model with the design values of a controller in explicit form, in the coordinates of the model itself.
+fn reduced_design(
+    (control, place): (&ControlSpec, Place),
+    model: &Model,
+    reduced: &Reduced,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Reduced> {
+    let zero = vec![0.0; reduced.degrees_of_freedom()];
     let equations = assemble(&model.all_coordinates, &model.terms);
     // Where this fails something else than springs holds such a motion, or nothing.
     let rows = equilibrium_rows(&equations).unwrap_or_default();
@@ -608,7 +620,7 @@ fn design_model(
                 );
                 return None;
             }
-            plant_at(document, control, design, asked, out)
+            Some(design)
         }
         Err(error) => {
             let message = format!("control `{}`: its design model cannot be reduced: {error}", control.name);

@@ -129,7 +129,7 @@ fn a_weight_is_held_without_inductance() {
 const FILTERED: &str = "[model]\nname = \"filtered\"\n[shaft.arm]\ninertia = \"0.02 kg m^2\"\ndamping = \"0.001 N m s/rad\"\n\
                         [voltage_source.supply]\nfrom = \"ground\"\nto = \"in\"\n\
                         [resistor.r]\nfrom = \"in\"\nto = \"mid\"\nresistance = \"0.5 Ohm\"\n\
-                        [capacitor.c]\nfrom = \"mid\"\nto = \"ground\"\ncapacitance = \"20 mF\"\n\
+                        [capacitor.filter]\nfrom = \"mid\"\nto = \"ground\"\ncapacitance = \"20 mF\"\n\
                         [dc_motor.motor]\nfrom = \"mid\"\nto = \"ground\"\nshaft = \"arm\"\ntorque_constant = \"0.5 N m/A\"\n\
                         resistance = \"2 Ohm\"\n";
 
@@ -175,6 +175,7 @@ fn what_flows_past_a_capacitor_only_counts() {
     assert_eq!(charges.len(), 4, "an angle and three charges: {charges:?}");
     let design = design(&format!("{twice}{LQR}{CHANNEL}{STEP}"));
     assert_eq!((design.states.len(), design.counters.len(), design.closed_loop_poles.len()), (4, 1, 4));
+    assert!(design.margins.expect("margins").only_count, "exactly zero along what counts");
 }
 
 const ARM: &str = "[model]\nname = \"series\"\n[shaft.a]\ninertia = \"0.02 kg m^2\"\ndamping = \"0.01 N m s/rad\"\n\

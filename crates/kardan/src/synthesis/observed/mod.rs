@@ -54,27 +54,8 @@ impl Observed {
     /// # Errors
     /// If the sensors do not show what is to be estimated, or the poles do not fit.
     pub fn new(law: Arc<dyn Law>, values: &Values, plant: &Plant, disturbed: &[usize]) -> Result<Self, SynthesisError> {
-        if let Some(share) = values.number("compensation").filter(|share| *share > 1.0) {
-            return Err(SynthesisError::NotAShare { share });
-        }
-        let compensation = values.number_or_default("compensation");
-        let friction = law.friction_width().is_some();
-        // A linear gain knows such torques, linearised, and the full model here does not.
-        let laws = if friction || law.on_full_model() { Vec::new() } else { plant.elements_with_laws() };
-        let nonlinear = match values.word("plant") {
-            Some(word) => word == "nonlinear",
-            None => friction || (laws.is_empty() && !plant.is_linear()),
-        };
-        if nonlinear {
-            plant.check_inertia()?;
-        }
-        if nonlinear && !laws.is_empty() && compensation > 0.0 && !disturbed.is_empty() {
-            return Err(SynthesisError::LawsCancelledTwice { elements: laws });
-        }
-        let more = friction || (law.on_full_model() && !plant.is_linear());
-        if more && !nonlinear && compensation > 0.0 && !disturbed.is_empty() {
-            return Err(SynthesisError::CancelledTwice);
-        }
+        let compensation = compensation(values)?;
+        let nonlinear = is_nonlinear(&*law, values, plant, compensation > 0.0 && !disturbed.is_empty())?;
         let sensors: Vec<OutputSignal> = values
             .words("sensors")
             .unwrap_or_default()
@@ -301,6 +282,36 @@ impl Observed {
             on_errors: through(&law.on_angles, &law.on_speeds),
         }
     }
+}
+
+/// Which part of the estimated disturbances the law cancels.
+fn compensation(values: &Values) -> Result<f64, SynthesisError> {
+    match values.number("compensation").filter(|share| *share > 1.0) {
+        Some(share) => Err(SynthesisError::NotAShare { share }),
+        None => Ok(values.number_or_default("compensation")),
+    }
+}
+
+/// Whether the observer runs the nonlinear model; `cancels`: whether disturbances that it estimates are cancelled.
+fn is_nonlinear(law: &dyn Law, values: &Values, plant: &Plant, cancels: bool) -> Result<bool, SynthesisError> {
+    let friction = law.friction_width().is_some();
+    // A linear gain knows such torques, linearised, and the full model here does not.
+    let laws = if friction || law.on_full_model() { Vec::new() } else { plant.elements_with_laws() };
+    let nonlinear = match values.word("plant") {
+        Some(word) => word == "nonlinear",
+        None => friction || (laws.is_empty() && !plant.is_linear()),
+    };
+    if nonlinear {
+        plant.check_inertia()?;
+    }
+    if nonlinear && !laws.is_empty() && cancels {
+        return Err(SynthesisError::LawsCancelledTwice { elements: laws });
+    }
+    let more = friction || (law.on_full_model() && !plant.is_linear());
+    if more && !nonlinear && cancels {
+        return Err(SynthesisError::CancelledTwice);
+    }
+    Ok(nonlinear)
 }
 
 /// The states of the plant that the observer needs: charges that only count are left out, unless the law acts by them.
