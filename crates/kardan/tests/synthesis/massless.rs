@@ -2,6 +2,7 @@
 //! inertia.
 
 use crate::common;
+use kardan::num::{Rational, rational_from_f64};
 use kardan::results::{Design, Outcome, Run};
 use kardan::study::{DesignSettings, Project, Settings, Silent};
 
@@ -170,9 +171,16 @@ fn what_flows_past_a_capacitor_only_counts() {
     let twice = FILTERED.replace("from = \"in\"\nto = \"mid\"", "from = \"between\"\nto = \"mid\"")
         + "[resistor.r0]\nfrom = \"in\"\nto = \"between\"\nresistance = \"0.3 Ohm\"\n\
            [capacitor.c0]\nfrom = \"between\"\nto = \"ground\"\ncapacitance = \"7 mF\"\n";
-    let found = common::first(&format!("{twice}{LQR}{CHANNEL}{STEP}")).designed[0].linear().on_angles;
-    let charges: Vec<f64> = found.row(0).iter().copied().filter(|gain| *gain != 0.0).collect();
-    assert_eq!(charges.len(), 4, "an angle and three charges: {charges:?}");
+    for volts in [3, 5, 7, 10, 11, 13] {
+        let law = LQR.replace("10 V", &format!("{volts} V"));
+        let variant = common::first(&format!("{twice}{law}{CHANNEL}{STEP}"));
+        let found = variant.designed[0].linear().on_angles;
+        let arm = variant.design_models[0].coordinates().iter().position(|name| name == "arm").expect("the arm");
+        let charges = (0..found.columns()).filter(|k| *k != arm && found[(0, *k)] != 0.0);
+        let charges: Vec<_> = charges.map(|k| rational_from_f64(found[(0, k)]).expect("finite")).collect();
+        assert_eq!(charges.len(), 3);
+        assert_eq!(charges.iter().fold(Rational::ZERO, |sum, x| sum + x), Rational::ZERO, "{volts}: {charges:?}");
+    }
     let design = design(&format!("{twice}{LQR}{CHANNEL}{STEP}"));
     assert_eq!((design.states.len(), design.counters.len(), design.closed_loop_poles.len()), (4, 1, 4));
     assert!(design.margins.expect("margins").only_count, "exactly zero along what counts");
