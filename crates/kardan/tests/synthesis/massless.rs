@@ -169,8 +169,8 @@ fn what_flows_past_a_capacitor_only_counts() {
     }
     // Three charges that count together: gains that sum to zero exactly.
     let twice = FILTERED.replace("from = \"in\"\nto = \"mid\"", "from = \"between\"\nto = \"mid\"")
-        + "[resistor.r0]\nfrom = \"in\"\nto = \"between\"\nresistance = \"0.3 Ohm\"\n\
-           [capacitor.c0]\nfrom = \"between\"\nto = \"ground\"\ncapacitance = \"7 mF\"\n";
+        + "[resistor.r0]\nfrom = \"in\"\nto = \"between\"\nresistance = \"2 Ohm\"\n\
+           [capacitor.c0]\nfrom = \"between\"\nto = \"ground\"\ncapacitance = \"0.3 mF\"\n";
     for volts in [3, 5, 7, 10, 11, 13] {
         let law = LQR.replace("10 V", &format!("{volts} V"));
         let variant = common::first(&format!("{twice}{law}{CHANNEL}{STEP}"));
