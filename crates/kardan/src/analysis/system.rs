@@ -267,6 +267,37 @@ impl LinearSystem {
         }
     }
 
+    /// The same system over some of its states, of which alone it knows rates: E has zeros in the rows and columns of the others, which their rows
+    /// of A give from these and the inputs. `None` if they do not.
+    pub fn over(&self, kept: &[usize]) -> Option<Self> {
+        let others: Vec<usize> = (0..self.states.len()).filter(|k| !kept.contains(k)).collect();
+        let rows = |m: &Matrix<Rational>, rows: &[usize]| {
+            Matrix::from_fn(rows.len(), m.columns(), |i, j| m[(rows[i], j)].clone())
+        };
+        let columns = |m: &Matrix<Rational>, columns: &[usize]| {
+            Matrix::from_fn(m.rows(), columns.len(), |i, j| m[(i, columns[j])].clone())
+        };
+        let own = rows(&self.a, &others);
+        // −x of the others, over the kept ones and the inputs.
+        let square = columns(&own, &others);
+        let (on_kept, on_inputs) = (square.solve(&columns(&own, kept))?, square.solve(&rows(&self.b, &others))?);
+        let less = |m: Matrix<Rational>, through: &Matrix<Rational>, found: &Matrix<Rational>| {
+            m.plus(&through.multiply(found).scale(&Rational::NEG_ONE))
+        };
+        let (upper, seen) = (rows(&self.a, kept), columns(&self.c, &others));
+        let through = columns(&upper, &others);
+        Some(Self {
+            states: kept.iter().map(|k| self.states[*k].clone()).collect(),
+            e: columns(&rows(&self.e, kept), kept),
+            a: less(columns(&upper, kept), &through, &on_kept),
+            b: less(rows(&self.b, kept), &through, &on_inputs),
+            c: less(columns(&self.c, kept), &seen, &on_kept),
+            d: less(self.d.clone(), &seen, &on_inputs),
+            degrees_of_freedom: None,
+            ..self.clone()
+        })
+    }
+
     /// The same system with E = I: A and B multiplied by the inverse of E; `None` if E is singular.
     pub fn explicit(&self) -> Option<Self> {
         let n = self.states.len();

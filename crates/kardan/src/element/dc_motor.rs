@@ -21,7 +21,7 @@ keys! {
             reaction: Body, "The shaft or mass that carries the stator; left out: the housing.";
             resistance: Quantity(Dimension::RESISTANCE, Sign::NonNegative) = "0 Ohm", "Resistance R of the winding.";
             inductance: Quantity(Dimension::INDUCTANCE, Sign::NonNegative) = "0 H",
-                "Inductance L of the winding; without it the current follows at once.";
+                "Inductance L of the winding; without it the current follows at once, and no law can read it.";
             rotor_inertia: Mechanical(Dimension::INERTIA, Sign::NonNegative),
                 "Inertia of the rotor on `shaft`, of a voice coil the mass of what moves; left out: none.";
         }

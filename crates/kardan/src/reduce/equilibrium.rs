@@ -95,6 +95,7 @@ struct Statics {
 impl Statics {
     /// The torques with these inputs; of the coordinates those in `fixed` are given, and what is prescribed stays where it starts.
     fn new(reduced: &Reduced, (inputs, fixed): (&[usize], &[usize]), start: &[f64]) -> Self {
+        let reduced = &*reduced.unrelaxed();
         let (mut motion, r) = (Motion::at_time_zero(reduced), reduced.degrees_of_freedom());
         let (numbers, rows): (Vec<usize>, Vec<Expr>) =
             rows_of_positions(reduced, &mut motion, start).into_iter().unzip();

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{OperatingPoint, Reduced, geometric_stiffness, kinematics, law_slopes_at};
+use super::{FirstOrder, OperatingPoint, Reduced, geometric_stiffness, kinematics, law_slopes_at, with_inertia};
 use crate::num::{Matrix, Rational, SparseRow, dense_rows, project, sparse_sum_of_outer};
 
 /// The reduced matrices of a linear(ised) model \[diss. Theorem 4.1\], exact for the stored numbers.
@@ -25,6 +25,41 @@ pub struct LinearModel {
 }
 
 impl LinearModel {
+    /// Numbers of the coordinates that have an inertia, whose rates are states.
+    pub fn moving(&self) -> Vec<usize> {
+        with_inertia(&self.inertia)
+    }
+
+    /// As equations of first order, with the states `[q_r; q̇_r]` without rates of coordinates that have no inertia; `None` where something else than
+    /// dampers holds such a one.
+    pub fn first_order(&self) -> Option<FirstOrder<Rational>> {
+        FirstOrder::new(self.moving(), [&self.inertia, &self.damping, &self.stiffness, &self.input])
+    }
+
+    /// Accelerations of shafts, which move with coordinates that have an inertia alone: rows over the states of [`Self::first_order`], and over forces,
+    /// columns along the coordinates.
+    ///
+    /// # Panics
+    /// If the inertia matrix is singular beyond coordinates that dampers hold.
+    pub fn accelerations(&self, shafts: &[usize], forces: &Matrix<Rational>) -> [Matrix<Rational>; 2] {
+        let matrices = [&self.inertia, &self.damping, &self.stiffness, forces];
+        let found = FirstOrder::new(self.moving(), matrices).expect("reduced inertia is positive definite");
+        let r = self.inertia.rows();
+        [&found.a, &found.b].map(|rates| {
+            Matrix::from_fn(shafts.len(), rates.columns(), |i, j| {
+                let shares = found.moving.iter().enumerate();
+                let shares = shares.map(|(k, place)| &self.basis[(shafts[i], *place)] * &rates[(r + k, j)]);
+                shares.fold(Rational::ZERO, |sum, share| sum + share)
+            })
+        })
+    }
+
+    /// Whether a shaft has an acceleration: it moves with coordinates that have an inertia alone.
+    pub fn accelerates(&self, shaft: usize) -> bool {
+        let moving = self.moving();
+        (0..self.basis.columns()).all(|k| moving.contains(&k) || self.basis[(shaft, k)].is_zero())
+    }
+
     /// Row of the basis for a shaft: the direction of its angle in reduced coordinates.
     pub fn direction(&self, shaft: usize) -> Matrix<Rational> {
         Matrix::from_fn(1, self.basis.columns(), |_, j| self.basis[(shaft, j)].clone())

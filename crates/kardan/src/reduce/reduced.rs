@@ -1,5 +1,6 @@
 //! A model in explicit form: data only.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::assemble::{Along, Equations};
@@ -42,6 +43,14 @@ impl Reduced {
     pub fn is_settled(&self) -> bool {
         let equations = &self.equations;
         self.relaxation.is_some() || (0..equations.constraints.len()).any(|row| equations.is_equilibrium(row))
+    }
+
+    /// With its coordinates without inertia as they are, where a run has states of first order in their place: so statics and laws know them.
+    pub fn unrelaxed(&self) -> Cow<'_, Self> {
+        match &self.relaxation {
+            Some(_) => Cow::Owned(Self { relaxation: None, ..self.clone() }),
+            None => Cow::Borrowed(self),
+        }
     }
 
     /// Shafts that are not coordinates, one for each constraint.

@@ -398,8 +398,7 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
 fn add_poles(variant: &PreparedVariant, number: usize, design: &mut Design) {
     let (laws, plant) = (&variant.designed, &variant.design_models[number]);
     let counters = counting_charges(plant, laws);
-    let positions = plant.motions(0);
-    design.counters = counters.iter().map(|k| positions[*k].signal.clone()).collect();
+    design.counters = counters.names(plant);
     if let Some(exact) = laws[number].exact() {
         prove(&exact, plant, design);
         check_others(&exact, plant, laws, number, design);

@@ -2,14 +2,15 @@
 
 use super::checks::check_matrices;
 use super::circuit::massless_loop;
-use super::places::place_of;
+use super::places::{place_of, places_in_control};
 use crate::analysis::combination;
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::Domain;
-use crate::model::{Document, Model, TableReader};
+use crate::model::{ControlSpec, Document, Model, TableReader};
 use crate::num::Rational;
-use crate::reduce::{NoEquilibrium, NoRelaxation, Reduced, equilibrium_rows, reduce, relaxation};
+use crate::reduce::{NoEquilibrium, NoRelaxation, Reduced, equilibrium_rows, reduce, relaxation, sparse_model};
+use crate::synthesis::{Law, Plant};
 
 /// Why a motion without inertia does not run, and what to do.
 struct Refusal {
@@ -49,7 +50,7 @@ pub(super) fn without_massless(
     massless: &[Diagnostic],
     out: &mut Vec<Diagnostic>,
 ) -> Option<Reduced> {
-    match settled(document, model, reduced).and_then(|settled| relaxing(model, settled)) {
+    match settled(document, model, reduced).and_then(relaxing).and_then(|found| under_laws(model, found)) {
         Ok(found) => Some(found),
         Err(Refusal { branches, kept, why, help }) => {
             let told = if branches.is_empty() { massless.to_vec() } else { vec![massless_loop(document, &branches)] };
@@ -120,7 +121,7 @@ fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Redu
 }
 
 /// With states of first order for motions that dampers or sliders hold.
-fn relaxing(model: &Model, mut reduced: Reduced) -> Result<Reduced, Refusal> {
+fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
     reduced.relaxation = relaxation(&reduced).map_err(|error| {
         let list = |names: &[String]| quoted(names.iter().map(String::as_str));
         match error {
@@ -186,17 +187,68 @@ fn relaxing(model: &Model, mut reduced: Reduced) -> Result<Reduced, Refusal> {
             }
         }
     })?;
-    if let Some(relaxation) = reduced.relaxation.as_ref().filter(|_| !model.controls.is_empty()) {
-        let domain = |k: &usize| reduced.equations.domain(reduced.coordinates[*k]);
-        let help = match relaxation.places.iter().all(|k| domain(k) == Domain::Charge) {
-            true => {
-                "give the loop an inductance (each winding has one: `inductance` of a `dc_motor`), or leave the controllers out"
-            }
-            false => "give one of these shafts an inertia, or leave the controllers out",
-        };
-        return Err(refusal("a controller is designed for accelerations, which this motion has not".into(), help));
-    }
     Ok(reduced)
+}
+
+/// Refuses controllers beside motions that a friction holds: for their design, which leaves friction out, nothing does.
+fn under_laws(model: &Model, reduced: Reduced) -> Result<Reduced, Refusal> {
+    let slips = reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips);
+    let frictions: Vec<&str> = slips.map(|slip| reduced.equations.frictions[slip.friction].element.as_str()).collect();
+    if frictions.is_empty() || model.controls.is_empty() {
+        return Ok(reduced);
+    }
+    let why = format!("the friction of {} holds it, and a controller is designed without friction", quoted(frictions));
+    Err(refusal(why, "give one of these shafts an inertia or a damping, or leave the controllers out"))
+}
+
+/// Whether a law can be designed on a model beside its motions without inertia: dampers hold them, where the run has them too.
+pub(super) fn is_designable(design: &Reduced, run: &Reduced) -> bool {
+    let without = |reduced: &Reduced| {
+        let inertia = sparse_model(reduced, &vec![0.0; reduced.degrees_of_freedom()]).inertia;
+        (0..inertia.len()).filter(|k| inertia[*k].iter().all(|(j, _)| j != k)).collect::<Vec<_>>()
+    };
+    let relaxes = || match relaxation(design) {
+        Ok(found) => found.is_none_or(|found| found.slips.is_empty()),
+        Err(_) => false,
+    };
+    design.coordinates == run.coordinates && without(design) == without(run) && relaxes()
+}
+
+/// Refuses laws that read rates of motions without inertia: these follow at once from what the motors do.
+pub(super) fn check_readings(
+    document: &Document,
+    (control, plant): (&ControlSpec, &Plant),
+    law: &dyn Law,
+    out: &mut Vec<Diagnostic>,
+) -> bool {
+    if plant.linear.moving().len() == plant.linear.coordinates.len() {
+        return true;
+    }
+    let linear = law.linear();
+    let read = |shaft: &usize| {
+        [&linear.speeds, &linear.on_speeds].iter().any(|rows| (0..rows.rows()).any(|i| rows[(i, *shaft)] != 0.0))
+    };
+    let names = plant.motion_names();
+    let shafts = (0..names.len()).filter(|shaft| !plant.linear.accelerates(*shaft)).filter(read);
+    let shafts: Vec<usize> = shafts.collect();
+    let Some(first) = shafts.first() else { return true };
+    let told = quoted(shafts.iter().map(|shaft| names[*shaft][1].as_str()));
+    let message = format!(
+        "control `{}` reads {told}, which has no inertia behind it: it follows at once from what the law commands, so that they would depend on each \
+         other",
+        control.name
+    );
+    let places = places_in_control(document, control, &names[*first][1]);
+    let place = places.first().cloned().unwrap_or_else(|| control.place.clone());
+    let is_circuit = shafts.iter().all(|shaft| plant.reduced.equations.domain(*shaft) == Domain::Charge);
+    let help = match is_circuit {
+        true => {
+            "leave this current out, or give the loop an inductance (each winding has one: `inductance` of a `dc_motor`)"
+        }
+        false => "let it read positions, or speeds of what has an inertia",
+    };
+    out.push(Diagnostic::error("control::massless", message).at(place, "this reading").help(help));
+    false
 }
 
 /// Refuses starts that motions without inertia cannot have: speeds, which follow from the positions, and springs that slide a friction at once.

@@ -108,10 +108,6 @@ impl Asked {
             let begins = || format!("where the run begins: {}", in_words(reduced, &self.start));
             return Ok(nothing((!kept.is_empty()).then(begins), None));
         }
-        if reduced.is_settled() {
-            let why = "beside motions without inertia no operating point is looked for";
-            return if self.named.is_empty() { Ok(nothing(None, None)) } else { Err(why.into()) };
-        }
         let mut start = self.start.clone();
         if self.named.is_empty() && !kept.is_empty() {
             // The design values may have rows of their own.

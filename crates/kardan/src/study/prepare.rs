@@ -10,7 +10,7 @@ use super::circuit::check_circuit;
 use super::computed::Computed;
 use super::effort::check_effort;
 use super::equilibrium::{Rest, in_words};
-use super::held::{check_start, without_massless};
+use super::held::{check_readings, check_start, is_designable, without_massless};
 use super::kept::{
     begin_on_rows, check_kept, moves_by_itself, not_on_rows, on_frozen_rows, on_rows, rows_refused, stands_still,
     with_loop,
@@ -26,11 +26,12 @@ use super::scenario::scenario;
 use super::{Prepared, PreparedVariant};
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity, quoted};
+use crate::entries::Place;
 use crate::equations::{Direction, Measured, NamedTerm, Term};
 use crate::model::{ControlSpec, Document, Model, Setting, TableReader, VariantSettings};
 use crate::names::SignalName;
 use crate::num::{Definiteness, Scalar, definiteness_of_rows};
-use crate::reduce::{OperatingPoint, Reduced, reduce, sparse_model};
+use crate::reduce::{OperatingPoint, Reduced, equilibrium_rows, reduce, sparse_model};
 use crate::schema::Value;
 use crate::simulate::{Scenario, SignalEvent, signal_names};
 use crate::synthesis::{Law, Plant, design_law, running};
@@ -245,10 +246,11 @@ fn prepare_variant(
     let mut scenario = scenario(document, &model, (&reduced.equations, Some(&reduced)), settings, out);
     let start = on_rows(&reduced, &scenario);
     let asked = Asked::of(document, (&reduced, &start), controls, settings, out);
+    let as_it_is = reduced.unrelaxed();
     let (point, multipliers) = standing(document, &reduced, controls, asked.as_ref(), out);
     let plants: Vec<Option<Plant>> = controls
         .iter()
-        .map(|control| design_model(document, &reduced, (settings, asked.as_ref()?), control, out))
+        .map(|control| design_model(document, &as_it_is, (settings, asked.as_ref()?), control, out))
         .collect();
     let held = (!controls.is_empty()).then_some(&point);
     let mut start_notes = start_at_rest(document, (&reduced, held), &mut scenario, out);
@@ -329,10 +331,12 @@ fn standing(
     }
 }
 
-/// Currents that flow at rest flow from the first instant on; other speeds are those of `initial`.
-fn begin_currents(scenario: &mut Scenario, rates: &[f64]) {
-    let flowing = scenario.speed.iter_mut().zip(rates).filter(|(_, rate)| **rate != 0.0);
-    flowing.for_each(|(speed, rate)| *speed = *rate);
+/// Currents that flow at rest flow from the first instant on, without an inductance by themselves; other speeds are those of `initial`.
+fn begin_currents(reduced: &Reduced, scenario: &mut Scenario, rates: &[f64]) {
+    let follows = |k: usize| reduced.relaxation.iter().any(|relaxation| relaxation.states().any(|state| state == k));
+    let flowing = scenario.speed.iter_mut().zip(rates).enumerate();
+    let flowing = flowing.filter(|(k, (_, rate))| **rate != 0.0 && !follows(*k));
+    flowing.for_each(|(_, (speed, rate))| *speed = *rate);
 }
 
 /// Puts the start of a run at an equilibrium, where that is asked for; tells which it is.
@@ -350,7 +354,7 @@ fn start_at_rest(
         let given = scenario.position.iter().any(|angle| *angle != 0.0);
         let instead = if given { ", in place of the angles of `initial`" } else { "" };
         scenario.position.clone_from(&point.position);
-        begin_currents(scenario, &point.rates);
+        begin_currents(reduced, scenario, &point.rates);
         return vec![format!(
             "the run begins at the operating point of its controllers{instead}: {}",
             in_words(reduced, &point.position)
@@ -359,14 +363,15 @@ fn start_at_rest(
     if !asked.is_some_and(|found| found.value == Value::Word("equilibrium".into())) {
         return Vec::new();
     }
-    let rest = match reduced.is_settled() {
-        true => Err("motions without inertia are in the model, for which no equilibrium is looked for".into()),
+    let slips = reduced.relaxation.iter().any(|relaxation| !relaxation.slips.is_empty());
+    let rest = match slips {
+        true => Err("frictions hold motions without inertia, and no equilibrium without friction is looked for".into()),
         false => Rest::near(reduced, &scenario.position),
     };
     match rest {
         Ok(Rest { position, rates, found, more, .. }) => {
             scenario.position = position;
-            begin_currents(scenario, &rates);
+            begin_currents(reduced, scenario, &rates);
             let more = more.into_iter().map(|more| more.replace("CHOICE", "`initial` of `[scenario]`"));
             std::iter::once(format!("the run begins at {found}")).chain(more).chain(stands_still(reduced)).collect()
         }
@@ -474,6 +479,9 @@ fn designed_law(
     }
     match law.and_then(|law| Ok((Arc::clone(&law), running(law, &control.values)?))) {
         Ok((law, running)) if running.linear().fits_single() => {
+            if !check_readings(document, (control, plant), &*running, out) {
+                return None;
+            }
             let why = plant.not_held.as_ref().filter(|_| !law.on_full_model());
             out.extend(why.map(|why| not_held(control, plant.default_point(), why)));
             Some((law, running))
@@ -537,7 +545,6 @@ fn design_model(
     control: &ControlSpec,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Plant> {
-    let zero = vec![0.0; reduced.degrees_of_freedom()];
     let moving: Vec<&str> = moves_by_itself(reduced).collect();
     if !moving.is_empty() {
         let message = format!("control `{}` knows the motion of {} as if it stood still", control.name, quoted(moving));
@@ -581,23 +588,41 @@ fn design_model(
     if wrong {
         return None;
     }
-    match reduce(assemble(&model.all_coordinates, &model.terms), Some(&reduced.coordinate_names())) {
+    let design = reduced_design((control, place), &model, reduced, out)?;
+    plant_at(document, control, design, asked, out)
+}
+
+/// The model with the design values of a controller in explicit form, in the coordinates of the model itself.
+fn reduced_design(
+    (control, place): (&ControlSpec, Place),
+    model: &Model,
+    reduced: &Reduced,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Reduced> {
+    let zero = vec![0.0; reduced.degrees_of_freedom()];
+    let equations = assemble(&model.all_coordinates, &model.terms);
+    // Where this fails something else than springs holds such a motion, or nothing.
+    let rows = equilibrium_rows(&equations).unwrap_or_default();
+    match reduce(equations.with_equilibria(rows), Some(&reduced.coordinate_names())) {
         Ok(design) => {
             let able = is_finite_at(&design, &zero) && {
                 let linear = sparse_model(&design, &zero);
-                definiteness_of_rows(&linear.inertia) == Definiteness::Positive && is_representable(&linear)
+                let indefinite = matches!(definiteness_of_rows(&linear.inertia), Definiteness::Indefinite { .. });
+                !indefinite && is_representable(&linear) && is_designable(&design, reduced)
             };
             if !able {
-                let message =
-                    format!("control `{}`: in its design model a motion without inertia is possible", control.name);
+                let message = format!(
+                    "control `{}`: in its design model a motion without inertia is possible that the model has not, or the other way round",
+                    control.name
+                );
                 out.push(
                     Diagnostic::error("control::design", message)
                         .at(place, "with these values")
-                        .help("choose design values for which every motion has an inertia"),
+                        .help("choose design values for which the same motions have an inertia"),
                 );
                 return None;
             }
-            plant_at(document, control, design, asked, out)
+            Some(design)
         }
         Err(error) => {
             let message = format!("control `{}`: its design model cannot be reduced: {error}", control.name);

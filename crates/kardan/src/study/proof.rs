@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::analysis::{LinearSystem, exact_modes_of_pencil, mode_of_motion, structure};
 use crate::num::{Matrix, Polynomial, Rational, Scalar, rational_from_f64};
+use crate::reduce::over_states;
 use crate::results::{
     Canonical, ChannelResult, Complex, Decouplability, Design, ElementShare, Feedback, Flatness, Integrators, Mode,
     Pole, ReadSignal, StoredShare, TransferEntry, ZeroDynamics, ZeroMode,
@@ -59,7 +60,7 @@ pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
 /// Says where the other controllers of the file couple outputs that this one alone decouples: they act by static feedback of
 /// angles and speeds, whose gains are taken as the fractions that their doubles are.
 pub(super) fn check_others(exact: &ExactLoop, plant: &Plant, laws: &[Arc<dyn Law>], own: usize, design: &mut Design) {
-    let states = plant.states();
+    let states = plant.state_names();
     if design.decoupled != Some(true) || laws.len() < 2 {
         return;
     }
@@ -85,19 +86,15 @@ fn with_others(exact: &ExactLoop, plant: &Plant, others: &[&dyn Law]) -> Option<
     for law in others {
         let linear = law.linear();
         let b = plant.system(law.inputs(), &[]).b;
-        let basis = &plant.linear.basis;
         let rational = |m: &Matrix<f64>| -> Option<Matrix<Rational>> {
             let entries: Vec<Rational> = m.as_slice().iter().map(|x| rational_from_f64(*x)).collect::<Option<_>>()?;
-            Some(Matrix::from_fn(m.rows(), m.columns(), |i, j| entries[i * m.columns() + j].clone()).multiply(basis))
+            Some(Matrix::from_fn(m.rows(), m.columns(), |i, j| entries[i * m.columns() + j].clone()))
         };
-        let (on_angles, on_speeds) = (rational(&linear.on_angles)?, rational(&linear.on_speeds)?);
-        let r = basis.columns();
-        let gain = Matrix::from_fn(on_angles.rows(), 2 * r, |i, j| {
-            if j < r { on_angles[(i, j)].clone() } else { on_speeds[(i, j - r)].clone() }
-        });
+        let rows = [&rational(&linear.on_angles)?, &rational(&linear.on_speeds)?];
+        let gain = over_states(rows, &plant.linear.basis, &plant.linear.moving());
         let added = b.multiply(&gain);
-        for i in 0..2 * r {
-            for j in 0..2 * r {
+        for i in 0..added.rows() {
+            for j in 0..added.columns() {
                 closed.a[(i, j)] = closed.a[(i, j)].plus(&added[(i, j)]);
             }
         }

@@ -12,6 +12,7 @@ use crate::equations::Measured;
 use crate::model::ControlSpec;
 use crate::names::Quantity;
 use crate::num::{multiply, rational_to_f64};
+use crate::reduce::motions_over_states;
 use crate::results::ChannelMargin;
 use crate::schema::Keys;
 use crate::synthesis::{
@@ -290,12 +291,13 @@ impl Subject {
     /// What is watched, then the commands of the law's inputs, as sparse rows over z.
     fn rows(&self, plant: &LoopPlant, found: &SampledLoop, factors: &[f64]) -> Vec<Vec<(usize, f64)>> {
         let r = plant.inertia.rows();
+        let [angles, speeds] = motions_over_states(&plant.basis, &plant.moving);
         let sparse = |row: &[f64]| row.iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect::<Vec<_>>();
         let size = found.map.rows();
         let command = |input: usize| found.commands.row(input).to_vec();
         let watched = self.watched.iter().map(|watched| match &watched.watch {
-            Watch::Angle(shaft) => sparse(plant.basis.row(*shaft)),
-            Watch::Speed(shaft) => sparse(plant.basis.row(*shaft)).into_iter().map(|(j, x)| (r + j, x)).collect(),
+            Watch::Angle(shaft) => sparse(angles.row(*shaft)),
+            Watch::Speed(shaft) => sparse(speeds.row(*shaft)),
             Watch::Felt(inputs) => {
                 let mut sum = vec![0.0; size];
                 for &input in inputs {
@@ -307,9 +309,9 @@ impl Subject {
                 let factor = |term: &Option<usize>| term.map_or(1.0, |term| factors[term]);
                 let inertia: f64 = parts.iter().map(|(term, part)| factor(term) * part).sum();
                 let mut sum = vec![0.0; size];
-                for j in 0..r {
+                for (k, &j) in plant.moving.iter().enumerate() {
                     let share = inertia * plant.basis[(*shaft, j)];
-                    sum.iter_mut().zip(found.flow.row(r + j)).for_each(|(sum, x)| *sum += share * x);
+                    sum.iter_mut().zip(found.flow.row(r + k)).for_each(|(sum, x)| *sum += share * x);
                 }
                 sparse(&sum)
             }

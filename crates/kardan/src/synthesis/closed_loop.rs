@@ -1,13 +1,13 @@
 use std::sync::Arc;
 
-use super::Law;
-use crate::num::{Matrix, eigenvalues};
-use crate::reduce::LinearModel;
+use super::{Counters, Law};
+use crate::num::{Matrix, eigenvalues, rational_to_f64};
+use crate::reduce::{FirstOrder, LinearModel, over_states};
 use crate::results::Pole;
 
 /// Poles of a linear model under the linear parts of its laws, 1/s, sorted by size.
 ///
-/// State `[q_r; q̇_r; ξ]` with the states ξ of all laws: `q̈_r = H⁻¹(F u − S q_r − D q̇_r)`,
+/// State `[q_r; q̇_r; ξ]` with the states ξ of all laws (rates of coordinates without inertia are none): `q̈_r = H⁻¹(F u − S q_r − D q̇_r)`,
 /// `u = C ξ + Dφ K q_r + Dω K q̇_r`, `ξ̇ = A ξ + Bφ K q_r + Bω K q̇_r + Bτ u`. `None` if a law is sampled, a matrix is
 /// not finite, or the eigenvalue iteration fails.
 ///
@@ -17,14 +17,21 @@ pub fn closed_loop_poles(model: &LinearModel, laws: &[Arc<dyn Law>]) -> Option<V
     eigenvalues(&closed_loop_matrix(model, laws)?).map(Pole::list)
 }
 
-/// The same without coordinates on which nothing depends, such as [`counting_charges`](super::counting_charges): their poles are exactly at
-/// zero.
+/// The same without charges that only count ([`counting_charges`](super::counting_charges)): their poles are exactly at zero.
 ///
 /// # Panics
 /// As [`closed_loop_poles`].
-pub fn poles_without(model: &LinearModel, laws: &[Arc<dyn Law>], coordinates: &[usize]) -> Option<Vec<Pole>> {
-    let all = closed_loop_matrix(model, laws)?;
-    let kept: Vec<usize> = (0..all.rows()).filter(|k| !coordinates.contains(k)).collect();
+pub fn poles_without(model: &LinearModel, laws: &[Arc<dyn Law>], counters: &Counters) -> Option<Vec<Pole>> {
+    let mut all = closed_loop_matrix(model, laws)?;
+    for (counter, &measured) in counters.measured.iter().enumerate() {
+        for i in (0..counters.directions.rows()).filter(|i| *i != measured) {
+            let share = rational_to_f64(&counters.directions[(i, counter)]);
+            let shares = (0..all.columns()).map(|j| (j, share * all[(measured, j)]));
+            let shares: Vec<(usize, f64)> = shares.filter(|(_, x)| *x != 0.0).collect();
+            shares.into_iter().for_each(|(j, x)| all[(i, j)] -= x);
+        }
+    }
+    let kept: Vec<usize> = (0..all.rows()).filter(|k| !counters.measured.contains(k)).collect();
     eigenvalues(&Matrix::from_fn(kept.len(), kept.len(), |i, j| all[(kept[i], kept[j])])).map(Pole::list)
 }
 
@@ -36,49 +43,42 @@ pub fn closed_loop_matrix(model: &LinearModel, laws: &[Arc<dyn Law>]) -> Option<
     if laws.iter().any(|law| law.clock().is_some()) {
         return None;
     }
-    let r = model.inertia.rows();
     let basis = model.basis.to_f64();
-    let inertia = model.inertia.to_f64();
+    let matrices = [&model.inertia, &model.damping, &model.stiffness, &model.input].map(Matrix::to_f64);
+    let plant = FirstOrder::new(model.moving(), matrices.each_ref())?;
+    let own = plant.a.rows();
     let linear: Vec<_> = laws.iter().map(|law| law.linear()).collect();
-    let n = 2 * r + linear.iter().map(|law| law.states.rows()).sum::<usize>();
+    let n = own + linear.iter().map(|law| law.states.rows()).sum::<usize>();
     let mut a = Matrix::<f64>::zeros(n, n);
-    let (stiffness, damping) = (inertia.solve(&model.stiffness.to_f64())?, inertia.solve(&model.damping.to_f64())?);
-    let per_torque = inertia.solve(&model.input.to_f64())?;
-    for i in 0..r {
-        a[(i, r + i)] = 1.0;
-        for j in 0..r {
-            a[(r + i, j)] = -stiffness[(i, j)];
-            a[(r + i, r + j)] = -damping[(i, j)];
-        }
+    for i in 0..own {
+        (0..own).for_each(|j| a[(i, j)] = plant.a[(i, j)]);
     }
-    let mut first = 2 * r;
+    let mut first = own;
     for (law, linear) in laws.iter().zip(&linear) {
         let states = linear.states.rows();
         // u over the whole state.
-        let (on_angles, on_speeds) = (linear.on_angles.multiply(&basis), linear.on_speeds.multiply(&basis));
+        let on_plant = over_states([&linear.on_angles, &linear.on_speeds], &basis, &plant.moving);
         let command = Matrix::from_fn(law.inputs().len(), n, |i, j| match j {
-            j if j < r => on_angles[(i, j)],
-            j if j < 2 * r => on_speeds[(i, j - r)],
+            j if j < own => on_plant[(i, j)],
             j if (first..first + states).contains(&j) => linear.on_states[(i, j - first)],
             _ => 0.0,
         });
         for (row, name) in law.inputs().iter().enumerate() {
             let column = model.inputs.iter().position(|input| input == name)?;
-            for i in 0..r {
+            for i in 0..own {
                 for j in 0..n {
-                    a[(r + i, j)] += per_torque[(i, column)] * command[(row, j)];
+                    a[(i, j)] += plant.b[(i, column)] * command[(row, j)];
                 }
             }
         }
-        let (angles, speeds) = (linear.angles.multiply(&basis), linear.speeds.multiply(&basis));
+        let from_plant = over_states([&linear.angles, &linear.speeds], &basis, &plant.moving);
         let commanded = linear.torques.multiply(&command);
         for i in 0..states {
             for j in 0..n {
                 a[(first + i, j)] += commanded[(i, j)];
             }
-            for j in 0..r {
-                a[(first + i, j)] += angles[(i, j)];
-                a[(first + i, r + j)] += speeds[(i, j)];
+            for j in 0..own {
+                a[(first + i, j)] += from_plant[(i, j)];
             }
             for j in 0..states {
                 a[(first + i, first + j)] += linear.states[(i, j)];

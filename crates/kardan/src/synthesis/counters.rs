@@ -2,67 +2,130 @@
 
 use std::sync::Arc;
 
-use super::{Law, Plant};
+use super::{Law, Plant, in_words};
 use crate::analysis::LinearSystem;
 use crate::equations::Domain;
-use crate::num::{Matrix, Rational};
+use crate::num::{Matrix, Rational, Scalar, echelon, rational_from_f64};
 
-/// Places among the states `[q_r; q̇_r]` of all but the charges on which nothing depends, such as that of a motor's winding: their columns
-/// of A and C are zero. They count what has flowed, and no law holds them. Exact.
-pub(super) fn without_counters(plant: &Plant, system: &LinearSystem) -> Vec<usize> {
-    let counts = |k: &usize| is_charge(plant, *k) && is_zero(&system.a, *k) && is_zero(&system.c, *k);
-    (0..2 * plant.reduced.degrees_of_freedom()).filter(|k| !counts(k)).collect()
+/// Directions of charges along which nothing changes: the charge through a source or a motor, or of several the sum that flows past a capacitor. They
+/// count what has flowed, and no law holds them. Exact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Counters {
+    /// One column for each, a row for each reduced coordinate.
+    pub directions: Matrix<Rational>,
+    /// Of each the coordinate that it is measured by, in which the others are zero: in its place all else is known without it.
+    pub measured: Vec<usize>,
 }
 
-/// Reduced coordinates that are charges on which neither the plant nor laws depend: each is a pole of their loop exactly at zero. None where
-/// a law is made for a sample time.
-pub fn counting_charges(plant: &Plant, laws: &[Arc<dyn Law>]) -> Vec<usize> {
+impl Counters {
+    /// The directions that these rows over the reduced coordinates do not see; entries behind these do not matter.
+    fn unseen<'a>(plant: &Plant, rows: impl Iterator<Item = &'a [Rational]>) -> Self {
+        let coordinates = &plant.reduced.coordinates;
+        let is_charge = |k: &usize| plant.reduced.equations.domain(coordinates[*k]) == Domain::Charge;
+        let charges: Vec<usize> = (0..coordinates.len()).filter(is_charge).collect();
+        let rows: Vec<&[Rational]> = if charges.is_empty() { Vec::new() } else { rows.collect() };
+        let matrix = Matrix::from_fn(rows.len(), charges.len(), |i, j| rows[i][charges[j]].clone());
+        let e = echelon(&matrix, &(0..charges.len()).collect::<Vec<_>>());
+        let (kernel, place) = (e.kernel(), |k: usize| charges.iter().position(|charge| *charge == k));
+        Self {
+            directions: Matrix::from_fn(coordinates.len(), kernel.columns(), |i, j| {
+                place(i).map_or(Rational::ZERO, |i| kernel[(i, j)].clone())
+            }),
+            measured: e.free().into_iter().map(|k| charges[k]).collect(),
+        }
+    }
+
+    /// Each as a combination of charges.
+    pub fn names(&self, plant: &Plant) -> Vec<String> {
+        let names: Vec<String> = plant.motions(0).into_iter().map(|read| read.signal).collect();
+        let column = |j: usize| (0..names.len()).map(|i| self.directions[(i, j)].clone()).collect::<Vec<_>>();
+        (0..self.measured.len()).map(|j| in_words(&names, &column(j))).collect()
+    }
+}
+
+/// What is left of the states of a system without what only counts: `z = P x`, in coordinates in which the counting charges are measured as zero.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Left {
+    /// Numbers of the states that are left.
+    pub kept: Vec<usize>,
+    /// P, states that are left × states: the identity on these.
+    pub projection: Matrix<Rational>,
+}
+
+impl Left {
+    /// Of so many states, the reduced coordinates before all others.
+    pub fn of(counters: &Counters, states: usize) -> Self {
+        let kept: Vec<usize> = (0..states).filter(|k| !counters.measured.contains(k)).collect();
+        let projection = Matrix::from_fn(kept.len(), states, |i, j| {
+            let counter = counters.measured.iter().position(|k| *k == j);
+            match counter.filter(|_| kept[i] < counters.directions.rows()) {
+                Some(counter) => Rational::ZERO.minus(&counters.directions[(kept[i], counter)]),
+                None if kept[i] == j => Rational::ONE,
+                None => Rational::ZERO,
+            }
+        });
+        Self { kept, projection }
+    }
+
+    /// All of them.
+    pub fn all(states: usize) -> Self {
+        Self { kept: (0..states).collect(), projection: Matrix::identity(states) }
+    }
+
+    /// The system over what is left. E is the identity.
+    pub fn system(&self, system: &LinearSystem) -> LinearSystem {
+        let on_kept =
+            |m: &Matrix<Rational>| Matrix::from_fn(m.rows(), self.kept.len(), |i, j| m[(i, self.kept[j])].clone());
+        let names = (0..self.kept.len()).map(|i| in_words(&system.states, self.projection.row(i)));
+        LinearSystem {
+            states: names.collect(),
+            inputs: system.inputs.clone(),
+            outputs: system.outputs.clone(),
+            e: Matrix::identity(self.kept.len()),
+            a: self.columns(&on_kept(&system.a)),
+            b: self.columns(&system.b),
+            c: on_kept(&system.c),
+            d: system.d.clone(),
+            degrees_of_freedom: system.degrees_of_freedom.filter(|_| self.kept.len() == system.states.len()),
+        }
+    }
+
+    /// Columns over the states as columns over what is left.
+    pub fn columns(&self, columns: &Matrix<Rational>) -> Matrix<Rational> {
+        self.projection.multiply(columns)
+    }
+}
+
+/// The charges that neither A nor C of a plant's system know.
+pub(super) fn counters_of(plant: &Plant, system: &LinearSystem) -> Counters {
+    counters_beside(plant, system, &[])
+}
+
+/// The same without those that a law acts by, whose rows over the reduced coordinates are given.
+pub(super) fn counters_beside(plant: &Plant, system: &LinearSystem, acting: &[Matrix<Rational>]) -> Counters {
+    Counters::unseen(plant, [&system.a, &system.c].into_iter().chain(acting).flat_map(rows))
+}
+
+fn rows(matrix: &Matrix<Rational>) -> impl Iterator<Item = &[Rational]> {
+    (0..matrix.rows()).map(|i| matrix.row(i))
+}
+
+/// Charges on which neither the plant nor laws depend: each is a pole of their loop exactly at zero. None where a law is made for a sample time.
+pub fn counting_charges(plant: &Plant, laws: &[Arc<dyn Law>]) -> Counters {
     if laws.iter().any(|law| law.clock().is_some()) {
-        return Vec::new();
+        let unit = Matrix::identity(plant.reduced.degrees_of_freedom());
+        return Counters::unseen(plant, rows(&unit));
     }
-    let basis = plant.linear.basis.to_f64();
-    let acting: Vec<Vec<bool>> = laws.iter().map(|law| acts_by(&**law, &basis)).collect();
-    let free = |k: &usize| acting.iter().all(|acts| !acts[*k]);
-    let counts = |k: &usize| is_charge(plant, *k) && is_zero(&plant.linear.stiffness, *k) && free(k);
-    (0..plant.reduced.degrees_of_freedom()).filter(counts).collect()
+    let acting: Vec<Matrix<Rational>> = laws.iter().flat_map(|law| acts_by(&**law, &plant.linear.basis)).collect();
+    Counters::unseen(plant, std::iter::once(&plant.linear.stiffness).chain(&acting).flat_map(rows))
 }
 
-/// For each reduced coordinate whether a law acts by it.
-pub(super) fn acts_by(law: &dyn Law, basis: &Matrix<f64>) -> Vec<bool> {
+/// What a law makes of the reduced coordinates, for its commands and for its states.
+pub(super) fn acts_by(law: &dyn Law, basis: &Matrix<Rational>) -> [Matrix<Rational>; 2] {
     let linear = law.linear();
-    let parts = [linear.on_angles.multiply(basis), linear.angles.multiply(basis)];
-    let acts = |k: usize| parts.iter().any(|part| (0..part.rows()).any(|i| part[(i, k)] != 0.0));
-    (0..basis.columns()).map(acts).collect()
-}
-
-/// Whether a state is a charge.
-fn is_charge(plant: &Plant, state: usize) -> bool {
-    let coordinate = plant.reduced.coordinates.get(state);
-    coordinate.is_some_and(|coordinate| plant.reduced.equations.domain(*coordinate) == Domain::Charge)
-}
-
-fn is_zero(matrix: &Matrix<Rational>, column: usize) -> bool {
-    (0..matrix.rows()).all(|i| matrix[(i, column)].is_zero())
-}
-
-/// A system over some of its states, on which the others have no effect. E is the identity.
-pub(super) fn over_states(system: &LinearSystem, kept: &[usize]) -> LinearSystem {
-    let LinearSystem { states, inputs, outputs, a, c, d, degrees_of_freedom, .. } = system;
-    let on_rows = |m: &Matrix<Rational>| Matrix::from_fn(m.rows(), kept.len(), |i, j| m[(i, kept[j])].clone());
-    LinearSystem {
-        states: kept.iter().map(|k| states[*k].clone()).collect(),
-        inputs: inputs.clone(),
-        outputs: outputs.clone(),
-        e: Matrix::identity(kept.len()),
-        a: on_rows(&rows_of(a, kept)),
-        b: rows_of(&system.b, kept),
-        c: on_rows(c),
-        d: d.clone(),
-        degrees_of_freedom: degrees_of_freedom.filter(|_| kept.len() == states.len()),
-    }
-}
-
-/// Some rows of a matrix.
-pub(super) fn rows_of(matrix: &Matrix<Rational>, kept: &[usize]) -> Matrix<Rational> {
-    Matrix::from_fn(kept.len(), matrix.columns(), |i, j| matrix[(kept[i], j)].clone())
+    [&linear.on_angles, &linear.angles].map(|rows| {
+        // What is no number is no zero either.
+        let exact = |i: usize, j: usize| rational_from_f64(rows[(i, j)]).unwrap_or(Rational::ONE);
+        Matrix::from_fn(rows.rows(), rows.columns(), exact).multiply(basis)
+    })
 }

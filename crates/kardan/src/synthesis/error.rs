@@ -38,6 +38,21 @@ pub enum SynthesisError {
         /// The output.
         output: String,
     },
+    /// An output that moves without inertia, for a law that asks for accelerations.
+    #[error("`{output}` moves without inertia, so it has no acceleration that a motor acts on")]
+    NoAcceleration {
+        /// The output.
+        output: String,
+    },
+    /// The block of the full nonlinear model beside coordinates without inertia.
+    #[error(
+        "the block of the full nonlinear model knows accelerations alone, and there are none along {}",
+        list(coordinates)
+    )]
+    NoInertia {
+        /// The coordinates.
+        coordinates: Vec<String>,
+    },
     /// A sensor of an angle or a speed without the end that tells so.
     #[error("`{signal}` measures no torque; write `{full}`")]
     SensorKind {
@@ -403,6 +418,16 @@ impl SynthesisError {
                 label: "not an angle",
                 help: format!("name the angle of a shaft, such as `{example}`"),
             },
+            Self::NoAcceleration { output } => advice(
+                std::slice::from_ref(output),
+                "it has no acceleration",
+                "take `lqr`, `pole_placement` or `decoupling`, or give it an inertia",
+            ),
+            Self::NoInertia { coordinates } => advice(
+                coordinates,
+                "no inertia",
+                "design on the linear model: `plant = \"linear\"`, or give them an inertia",
+            ),
             Self::SensorKind { signal, full } => {
                 Advice { named: vec![signal.clone()], label: "which reading?", help: format!("write `{full}`") }
             }
@@ -444,7 +469,7 @@ impl SynthesisError {
                 match error {
                     regulator::PlacementError::NotSelfConjugate { .. } => "write pairs: `\"-14 ± 14.3j\"`",
                     regulator::PlacementError::WrongNumber { .. } => {
-                        "give as many poles as states: two for each reduced coordinate, one for a charge that only counts"
+                        "give as many poles as states: two for each reduced coordinate; one for a charge that only counts, or for a coordinate without inertia; none for one that is both"
                     }
                     regulator::PlacementError::FixedModes { .. } => {
                         "add a motor that reaches them, or name them as poles"

@@ -3,14 +3,14 @@ use std::sync::Arc;
 use super::decoupling::characteristic_polynomial;
 use super::{ExactLaw, Law, Stability, stability};
 use crate::num::{Matrix, Polynomial, Rational, Scalar, echelon, exact_rank, rational_from_f64};
-use crate::reduce::LinearModel;
+use crate::reduce::{LinearModel, over_states};
 
 /// States up to which the polynomial of a loop is computed.
 const MOST: usize = 32;
 
 /// The loop of laws in continuous time over the rationals, and what of it is exactly at zero.
 ///
-/// `z = [q_r; q̇_r; torques of motors with a lag; states of the laws]`. The plant is exact. So are the gains of a law that is
+/// `z = [q_r; q̇_r; torques of motors with a lag; states of the laws]`, of coordinates without inertia no rates. The plant is exact. So are the gains of a law that is
 /// designed exactly and has no observer; other gains are the fractions that their doubles are, and lags the shortest decimals
 /// that read back as their doubles.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,7 +119,8 @@ impl Part {
             |name: &String| model.inputs.iter().position(|input| input == name).expect("a law commands inputs");
         let inputs: Vec<usize> = law.inputs().iter().map(number).collect();
         let states = law.states().len();
-        let width = 2 * model.basis.columns();
+        let moving = model.moving();
+        let width = model.basis.columns() + moving.len();
         let exact = law
             .exact()
             .and_then(|exact| exact.law)
@@ -129,11 +130,7 @@ impl Part {
         }
         let linear = law.linear();
         let over = |angles: &Matrix<f64>, speeds: &Matrix<f64>| {
-            let (angles, speeds) =
-                (fractions(angles)?.multiply(&model.basis), fractions(speeds)?.multiply(&model.basis));
-            let r = width / 2;
-            let entry = |i: usize, j: usize| if j < r { angles[(i, j)].clone() } else { speeds[(i, j - r)].clone() };
-            Some(Matrix::from_fn(angles.rows(), width, entry))
+            Some(over_states([&fractions(angles)?, &fractions(speeds)?], &model.basis, &moving))
         };
         let law = ExactLaw {
             a: fractions(&linear.states)?,
@@ -167,8 +164,9 @@ fn fractions(matrix: &Matrix<f64>) -> Option<Matrix<Rational>> {
 
 /// F, and over z what the laws command and how their states change.
 fn whole(model: &LinearModel, lags: &[f64], parts: &[Part]) -> Option<(Matrix<Rational>, Matrix<Rational>)> {
-    let r = model.inertia.rows();
-    let mut n = 2 * r;
+    let plant = model.first_order().expect("reduced inertia is positive definite");
+    let whole = plant.a.rows();
+    let mut n = whole;
     let mut take = |count: usize| {
         n += count;
         n - count
@@ -177,7 +175,7 @@ fn whole(model: &LinearModel, lags: &[f64], parts: &[Part]) -> Option<(Matrix<Ra
     let firsts: Vec<usize> = parts.iter().map(|part| take(part.law.a.rows())).collect();
     let over = |first: usize, states: &Matrix<Rational>, plant: &Matrix<Rational>| {
         Matrix::from_fn(plant.rows(), n, |i, j| match j {
-            j if j < 2 * r => plant[(i, j)].clone(),
+            j if j < whole => plant[(i, j)].clone(),
             j if (first..first + states.columns()).contains(&j) => states[(i, j - first)].clone(),
             _ => Rational::ZERO,
         })
@@ -190,15 +188,9 @@ fn whole(model: &LinearModel, lags: &[f64], parts: &[Part]) -> Option<(Matrix<Ra
             (0..n).for_each(|j| commands[(input, j)] = commands[(input, j)].plus(&own[(i, j)]));
         }
     }
-    let solve = |right: &Matrix<Rational>| model.inertia.solve(right).expect("reduced inertia is positive definite");
-    let (stiffness, damping, per_torque) = (solve(&model.stiffness), solve(&model.damping), solve(&model.input));
     let mut flow = Matrix::<Rational>::zeros(n, n);
-    for i in 0..r {
-        flow[(i, r + i)] = Rational::ONE;
-        for j in 0..r {
-            flow[(r + i, j)] = -stiffness[(i, j)].clone();
-            flow[(r + i, r + j)] = -damping[(i, j)].clone();
-        }
+    for i in 0..whole {
+        (0..whole).for_each(|j| flow[(i, j)] = plant.a[(i, j)].clone());
     }
     let at = |place: usize, j: usize| if j == place { Rational::ONE } else { Rational::ZERO };
     for (input, place) in lagged.iter().enumerate() {
@@ -212,9 +204,9 @@ fn whole(model: &LinearModel, lags: &[f64], parts: &[Part]) -> Option<(Matrix<Ra
             }
             None => commands.row(input).to_vec(),
         };
-        for i in 0..r {
+        for i in (0..whole).filter(|i| !plant.b[(*i, input)].is_zero()) {
             for (j, torque) in torque.iter().enumerate().filter(|(_, x)| !x.is_zero()) {
-                flow[(r + i, j)] = flow[(r + i, j)].plus(&per_torque[(i, input)].times(torque));
+                flow[(i, j)] = flow[(i, j)].plus(&plant.b[(i, input)].times(torque));
             }
         }
     }

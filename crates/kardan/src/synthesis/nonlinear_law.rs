@@ -124,7 +124,7 @@ impl Nonlinear {
     /// Tabulates the model of a request. `reference_places`: the reference of each task among those of the linear law.
     ///
     /// # Errors
-    /// If a transmission has no runtime block.
+    /// If a transmission has no runtime block, or a coordinate no inertia.
     pub fn new(
         request: &Request<'_>,
         at_design_point: Arc<dyn Law>,
@@ -132,6 +132,7 @@ impl Nonlinear {
         reference_places: Vec<usize>,
         friction_width: Option<f64>,
     ) -> Result<Self, SynthesisError> {
+        request.plant.check_inertia()?;
         let reduced = &request.plant.reduced;
         let cuts: Vec<(&str, &str)> = wanted
             .iter()

@@ -1,7 +1,7 @@
 //! What laws with inputs and output channels have in common: reading their keys, the model they are for, disturbances, data.
 
 use super::channels::{check_dynamics, compensation, once, reference};
-use super::counters::{over_states, rows_of, without_counters};
+use super::counters::{Left, counters_of};
 use super::decoupling::Compensation;
 use super::{Plant, Reference, Request, SynthesisError};
 use crate::analysis::{LinearSystem, OutputSignal};
@@ -88,8 +88,8 @@ pub(super) struct Task {
     pub disturbance: [Matrix<Rational>; 2],
     /// Shafts of the disturbances.
     pub disturbed: Vec<String>,
-    /// The states of `system`, as places among those of the plant.
-    pub kept: Vec<usize>,
+    /// The states of `system` over `[q_r; q̇_r]`.
+    pub projection: Matrix<Rational>,
 }
 
 impl Task {
@@ -112,7 +112,7 @@ impl Task {
             system: plant.system(&inputs, &outputs),
             disturbance: plant.torques(request.disturbances, &outputs).into(),
             disturbed: request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect(),
-            kept: (0..2 * plant.reduced.degrees_of_freedom()).collect(),
+            projection: plant.over_motions(&Matrix::identity(plant.state_places().len())),
             inputs,
             references,
             outputs,
@@ -122,18 +122,23 @@ impl Task {
 
     /// Leaves out charges on which nothing depends, such as that through a source: they only count what has flowed, and no law holds them. Exact.
     pub fn leave_counters(&mut self, plant: &Plant) {
-        self.kept = without_counters(plant, &self.system);
-        self.disturbance[0] = rows_of(&self.disturbance[0], &self.kept);
-        self.system = over_states(&self.system, &self.kept);
+        let left = Left::of(&counters_of(plant, &self.system), self.system.states.len());
+        self.disturbance[0] = left.columns(&self.disturbance[0]);
+        self.system = left.system(&self.system);
+        self.projection = left.columns(&self.projection);
     }
 
-    /// A gain over the states that are left, over all states of the plant.
-    pub fn over_all_states(&self, k: &Matrix<f64>, count: usize) -> Matrix<f64> {
-        let mut out = Matrix::zeros(k.rows(), count);
-        for (j, &place) in self.kept.iter().enumerate() {
-            (0..k.rows()).for_each(|i| out[(i, place)] = k[(i, j)]);
-        }
-        out
+    /// A gain over the states that are left, over `[q_r; q̇_r]`. Along what is left out it is exactly zero, which rounding does not change: sums of a
+    /// few entries with the same last bit are exact.
+    pub fn over_motions(&self, k: &Matrix<f64>) -> Matrix<f64> {
+        let of_unit = |place: usize| self.projection.row(place).iter().filter(|x| !x.is_zero()).count() == 1;
+        let combined: Vec<usize> = (0..k.columns()).filter(|place| !of_unit(*place)).collect();
+        let largest = |i: usize| combined.iter().map(|j| k[(i, *j)].abs()).fold(0.0, f64::max);
+        let rounded = Matrix::from_fn(k.rows(), k.columns(), |i, j| match combined.contains(&j) {
+            true => to_last_bit(k[(i, j)], largest(i)),
+            false => k[(i, j)],
+        });
+        rounded.multiply(&self.projection.to_f64())
     }
 
     /// Names of the references.
@@ -172,6 +177,13 @@ impl Task {
         );
         Some(u.plus(&k.multiply(&x)))
     }
+}
+
+/// A number to bits of which 48 make the largest one.
+fn to_last_bit(x: f64, largest: f64) -> f64 {
+    // Twice the large number away and back: what is below its last bit is gone.
+    let far = largest * 32.0;
+    (x + far) - far
 }
 
 /// The exact value of each entry.

@@ -8,7 +8,7 @@ use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_syst
 use crate::assemble::{Along, SpringLaw};
 use crate::equations::{InputKind, Measured};
 use crate::names::{Quantity, SignalName, carrier};
-use crate::num::{Matrix, Rational};
+use crate::num::{Matrix, Rational, Scalar};
 use crate::reduce::{Dynamics, Kinematics, LinearModel, OperatingPoint, Reduced, laws_are_linear, linearise_at};
 use crate::results::ReadSignal;
 
@@ -188,9 +188,46 @@ impl Plant {
         elements
     }
 
-    /// Names of the states `[q_r; q̇_r]`.
+    /// Names of `[q_r; q̇_r]`, of which [`Self::state_places`] are states.
     pub fn states(&self) -> Vec<String> {
         [0, 1].into_iter().flat_map(|rate| self.motions(rate)).map(|read| read.signal).collect()
+    }
+
+    /// The states as places among `[q_r; q̇_r]`: all but the rates of coordinates without inertia, which follow from states and inputs.
+    pub fn state_places(&self) -> Vec<usize> {
+        let r = self.reduced.degrees_of_freedom();
+        (0..r).chain(self.linear.moving().into_iter().map(|k| r + k)).collect()
+    }
+
+    /// Refuses an output along a shaft that moves with coordinates without inertia, for what asks for accelerations.
+    pub(super) fn check_accelerates(&self, shaft: usize, output: &str) -> Result<(), SynthesisError> {
+        match self.linear.accelerates(shaft) {
+            true => Ok(()),
+            false => Err(SynthesisError::NoAcceleration { output: output.into() }),
+        }
+    }
+
+    /// Refuses coordinates without inertia, for the block of the full nonlinear model.
+    pub(super) fn check_inertia(&self) -> Result<(), SynthesisError> {
+        let moving = self.linear.moving();
+        let names = self.linear.coordinates.iter().enumerate().filter(|(k, _)| !moving.contains(k));
+        let coordinates: Vec<String> = names.map(|(_, name)| name.clone()).collect();
+        if coordinates.is_empty() { Ok(()) } else { Err(SynthesisError::NoInertia { coordinates }) }
+    }
+
+    /// Names of the states.
+    pub fn state_names(&self) -> Vec<String> {
+        let all = self.states();
+        self.state_places().into_iter().map(|k| all[k].clone()).collect()
+    }
+
+    /// Columns over the states as columns over `[q_r; q̇_r]`.
+    pub(super) fn over_motions<S: Scalar>(&self, rows: &Matrix<S>) -> Matrix<S> {
+        let mut out = Matrix::zeros(rows.rows(), 2 * self.reduced.degrees_of_freedom());
+        for (j, place) in self.state_places().into_iter().enumerate() {
+            (0..rows.rows()).for_each(|i| out[(i, place)] = rows[(i, j)].clone());
+        }
+        out
     }
 
     /// Positions (`rate` 0) or rates (1) of the coordinates, with their units.
@@ -227,15 +264,21 @@ impl Plant {
         ConstrainedSystem::held(&self.reduced, &self.point, &BTreeSet::new(), inputs)
     }
 
-    /// The linear model as `ẋ = A x + B u`, `y = C x + D u` with `x = [q_r; q̇_r]`, exact.
+    /// The linear model as `ẋ = A x + B u`, `y = C x + D u` with `x = [q_r; q̇_r]` without rates of coordinates that have no inertia, exact.
     ///
     /// # Panics
-    /// If an input, or what an output names, is not there, or the inertia is singular (the model checks this before).
+    /// If an input, or what an output names, is not there, or the inertia is singular beyond coordinates that dampers hold (the model checks this
+    /// before).
     pub fn system(&self, inputs: &[String], outputs: &[OutputSignal]) -> LinearSystem {
-        let system = self.constrained(inputs);
-        let pencil = linear_system(&system, &self.reduced.coordinates, &self.linear.basis, outputs);
-        let explicit = pencil.explicit().expect("reduced inertia is positive definite");
-        LinearSystem { states: self.states(), ..explicit }
+        self.explicit(&self.constrained(inputs), outputs)
+    }
+
+    fn explicit(&self, system: &ConstrainedSystem, outputs: &[OutputSignal]) -> LinearSystem {
+        let pencil = linear_system(system, &self.reduced.coordinates, &self.linear.basis, outputs);
+        let places = self.state_places();
+        let pencil = LinearSystem { states: self.states(), ..pencil };
+        let regular = if places.len() == pencil.states.len() { Some(pencil) } else { pencil.over(&places) };
+        regular.and_then(|system| system.explicit()).expect("reduced inertia is positive definite")
     }
 }
 
@@ -281,18 +324,17 @@ impl Plant {
                 value: (),
             })
             .collect();
-        let pencil = linear_system(&system, &self.reduced.coordinates, &self.linear.basis, outputs);
-        let explicit = pencil.explicit().expect("reduced inertia is positive definite");
+        let explicit = self.explicit(&system, outputs);
         (explicit.b, explicit.d)
     }
 
-    /// The twists of the springs as rows over `[q_r; q̇_r]`.
+    /// The twists of the springs as rows over the states.
     pub fn twists(&self) -> Vec<Vec<Rational>> {
         let basis = &self.linear.basis;
-        let r = basis.columns();
+        let (r, states) = (basis.columns(), self.state_places().len());
         let row = |spring: &Along<_>| -> Vec<Rational> {
             let along = |j: usize| spring.row.iter().fold(Rational::ZERO, |sum, (k, x)| sum + x * &basis[(*k, j)]);
-            (0..2 * r).map(|j| if j < r { along(j) } else { Rational::ZERO }).collect()
+            (0..states).map(|j| if j < r { along(j) } else { Rational::ZERO }).collect()
         };
         self.reduced.equations.springs.iter().map(row).filter(|row| row.iter().any(|x| !x.is_zero())).collect()
     }
@@ -336,7 +378,7 @@ pub fn input_inertia(model: &LinearModel, shaft: usize, input: usize) -> Option<
 }
 
 fn inertia_between(model: &LinearModel, shaft: usize, f: &Matrix<Rational>) -> Option<Rational> {
-    let x = model.inertia.solve(f).expect("reduced inertia is positive definite");
-    let mobility = model.direction(shaft).multiply(&x)[(0, 0)].clone();
+    let [_, mobility] = model.accelerations(&[shaft], f);
+    let mobility = mobility[(0, 0)].clone();
     (!mobility.is_zero()).then(|| Rational::ONE / mobility)
 }

@@ -20,8 +20,7 @@ pub(super) fn state_feedback(
     more: Vec<ExactMatrix>,
     mut notes: Vec<String>,
 ) -> Result<Arc<dyn Law>, SynthesisError> {
-    let (inputs, all) = (&task.inputs, request.plant.states());
-    let states: Vec<String> = task.kept.iter().map(|k| all[*k].clone()).collect();
+    let (inputs, states) = (&task.inputs, task.system.states.clone());
     let l = if task.outputs.is_empty() {
         Matrix::zeros(inputs.len(), 0)
     } else {
@@ -59,6 +58,6 @@ pub(super) fn state_feedback(
         let found = ExactLoop::feedback(plant, task.system.clone(), [&k, &l], &task.units());
         ExactLoop { inverts: false, ..found }
     });
-    let block = LinearBlock::gains(&task.over_all_states(k, all.len()), &l, &m);
+    let block = LinearBlock::gains(&task.over_motions(k), &l, &m);
     Ok(Arc::new(Linear::new(request, design, exact, task.references.clone(), block)))
 }

@@ -126,6 +126,55 @@ fn runs_equal_the_exact_map() {
     }
 }
 
+/// The same beside coordinates without inertia, whose rates are no states: a motor without inductance, and a node between a spring and a damper.
+#[test]
+fn runs_without_inertia_equal_the_exact_map() {
+    let drive = "[model]\nname = \"drive\"\n[shaft.a]\ninertia = \"0.02 kg m^2\"\ndamping = \"0.01 N m s/rad\"\n[shaft.b]\n\
+                 inertia = \"0.05 kg m^2\"\n[shaft.m]\n[voltage_source.u]\nfrom = \"ground\"\nto = \"in\"\n[dc_motor.motor]\n\
+                 from = \"in\"\nto = \"ground\"\nshaft = \"a\"\ntorque_constant = \"0.5 N m/A\"\nresistance = \"2 Ohm\"\n\
+                 [spring_damper.k]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"20 N m/rad\"\n\
+                 [spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"m\"\nstiffness = \"10 N m/rad\"\n\
+                 [spring_damper.d]\nshaft_1 = \"m\"\nshaft_2 = \"b\"\ndamping = \"0.4 N m s/rad\"\n\
+                 [scenario]\nduration = \"0.4 s\"\noutput_step = \"1 ms\"\n\
+                 initial = { \"a.phi\" = \"0.1 rad\", \"b.phi\" = \"-0.2 rad\", \"m.phi\" = \"0.3 rad\", \"a.w\" = \"2 rad/s\" }\n\
+                 [control.c]\nlaw = \"lqr\"\ninputs = [\"u\"]\nlargest = { u = \"10 V\" }\n";
+    let channel = "[[control.c.channels]]\noutput = \"b.phi\"\nreference = \"ref\"\n";
+    let observer = "observer = { sensors = [\"a.phi\", \"b.phi\"], disturbances = [\"b\"], method = \"kalman\" }\n";
+    for keys in ["".to_string(), "delay = \"1.3 ms\"\n".into(), format!("delay = \"0.4 ms\"\n{observer}")] {
+        let source = format!("{drive}sample_time = \"1 ms\"\n{keys}{channel}");
+        let variant = common::first(&source);
+        let plant = plant(&variant);
+        let (laws, coordinates) = (&variant.running, &variant.design_models[0].linear.coordinates);
+        assert_eq!((plant.states(), plant.moving.len(), coordinates.len()), (6, 2, 4));
+        let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+        let found = SampledLoop::new(&plant, &parts).expect("a loop");
+        let run = common::run(&source);
+        let positions = coordinates.iter().map(|name| if name == "u" { "u.q".into() } else { format!("{name}.phi") });
+        let speeds = plant.moving.iter().map(|k| format!("{}.w", coordinates[*k]));
+        let names: Vec<String> = positions.chain(speeds).collect();
+        let mut z = vec![0.0; found.map.rows()];
+        for (z, name) in z.iter_mut().zip(&names) {
+            *z = common::at(&run, name, 0.0);
+        }
+        // The observer starts at the true positions.
+        let first = found.map.rows() - laws[0].states().len();
+        for (k, state) in laws[0].states().iter().enumerate() {
+            let place = names[..4].iter().position(|name| *state == format!("estimate of {name}"));
+            z[first + k] = place.map_or(0.0, |place| z[place]);
+        }
+        let mut largest: f64 = 0.0;
+        for sample in 0..400 {
+            for (z, name) in z.iter().zip(&names) {
+                let value = common::at(&run, name, f64::from(sample) * 1e-3);
+                assert!((value - z).abs() < 1e-8, "{keys} {sample}: {name} {value} {z}");
+                largest = largest.max(value.abs());
+            }
+            z = (0..z.len()).map(|i| (0..z.len()).map(|j| found.map[(i, j)] * z[j]).sum()).collect();
+        }
+        assert!(largest > 1.0, "something moves");
+    }
+}
+
 /// Golden `discrete.hds`: the decoupling of the harmonic drive with a spring.
 #[test]
 fn harmonic_drive_with_a_spring() {

@@ -9,6 +9,7 @@ mod inversion;
 mod kept_rows;
 mod margins;
 mod margins_golden;
+mod massless;
 mod observers;
 mod operating_point;
 mod regulator;

@@ -8,7 +8,7 @@ use super::channels::errors;
 use super::clocks::{clocks, shortest};
 use super::warnings::{HARDLY, hardly};
 use crate::num::{Matrix, Rational, eigenvalues, split_off};
-use crate::reduce::LinearModel;
+use crate::reduce::{LinearModel, motions_over_states};
 use crate::results::{Design, FreeKnown, LoopLimit, Margins, RateLimit};
 use crate::study::PreparedVariant;
 use crate::synthesis::{
@@ -166,32 +166,32 @@ fn beside_zero(exact: &ExactMotions, plant: &LoopPlant, laws: &[Arc<dyn Law>], c
 /// Whether all that is at zero are charges that only count.
 fn only_count(exact: &ExactMotions, plant: &Plant, laws: &[Arc<dyn Law>]) -> bool {
     let counters = counting_charges(plant, laws);
-    let moves = |k: &usize| exact.motions.row(*k).iter().any(|x| !x.is_zero());
-    // Where none was found exactly, those that rounding takes for zero are others.
-    exact.motions.columns() > 0 && (0..exact.motions.rows()).filter(moves).all(|k| counters.contains(&k))
+    // They are among what is at zero, so they are all of it where there is as much. Where none was found exactly, those that rounding takes for zero are
+    // others.
+    exact.motions.columns() > 0 && exact.motions.columns() == counters.measured.len()
 }
 
 /// Shafts that move in some of these motions, exactly.
 fn moving_exactly(motions: &Matrix<Rational>, model: &LinearModel, shafts: &[String]) -> Vec<String> {
-    let r = model.basis.columns();
-    let part = |first: usize| Matrix::from_fn(r, motions.columns(), |i, k| motions[(first + i, k)].clone());
-    let moved = [0, r].map(|first| model.basis.multiply(&part(first)));
+    let seen = motions_over_states(&model.basis, &model.moving());
+    let own = Matrix::from_fn(seen[0].columns(), motions.columns(), |i, k| motions[(i, k)].clone());
+    let moved = seen.map(|seen| seen.multiply(&own));
     let moves = |shaft: &usize| moved.iter().any(|moved| moved.row(*shaft).iter().any(|x| !x.is_zero()));
     (0..shafts.len()).filter(moves).map(|shaft| shafts[shaft].clone()).collect()
 }
 
 /// Shafts that move in some of these motions.
 fn moving(motions: &Matrix<f64>, plant: &LoopPlant, shafts: &[String]) -> Vec<String> {
-    let r = plant.basis.columns();
-    let of = |shaft: usize, motion: usize, first: usize| {
-        (0..r).map(|j| plant.basis[(shaft, j)] * motions[(first + j, motion)]).sum::<f64>().abs()
+    let seen = motions_over_states(&plant.basis, &plant.moving);
+    let of = |shaft: usize, motion: usize, seen: &Matrix<f64>| {
+        (0..seen.columns()).map(|j| seen[(shaft, j)] * motions[(j, motion)]).sum::<f64>().abs()
     };
     let moves = |shaft: usize| {
         (0..motions.columns()).any(|k| {
-            [0, r].into_iter().any(|first| {
-                let largest = (0..shafts.len()).map(|other| of(other, k, first)).fold(0.0, f64::max);
+            seen.iter().any(|seen| {
+                let largest = (0..shafts.len()).map(|other| of(other, k, seen)).fold(0.0, f64::max);
                 let size = (0..motions.rows()).map(|i| motions[(i, k)].abs()).fold(0.0, f64::max);
-                largest > STILL * size && of(shaft, k, first) > STILL * largest
+                largest > STILL * size && of(shaft, k, seen) > STILL * largest
             })
         })
     };

@@ -103,6 +103,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     once(inputs.iter().map(String::as_str), "input")?;
     once(references.iter().map(|r| r.name.as_str()), "reference")?;
     let (polynomials, wanted) = channel_tasks(values, plant, &outputs)?;
+    plant.check_inertia()?;
     let system = plant.system(&inputs, &outputs);
     let relative = relative_degrees(&system);
     for (output, (degree, polynomial)) in names.iter().zip(relative.degrees.iter().zip(&polynomials)) {

@@ -279,7 +279,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         notes,
         ..Design::default()
     };
-    let block = block(&found, &quotient.projection);
+    let block = block(&found, &plant.over_motions(&quotient.projection));
     let law = exact_law(&found, &quotient.projection);
     let mut exact = ExactLoop::feedback(quotient.system, found.system, [&found.k, &found.l], &task.units());
     exact.behind = found.behind;
@@ -296,7 +296,7 @@ fn derivatives(outputs: &[String], degrees: &[Option<usize>]) -> Vec<String> {
     outputs.iter().zip(degrees).map(|(output, degree)| output.clone() + &"'".repeat(degree.unwrap_or(0))).collect()
 }
 
-/// The law before its gains are rounded, z = P [q_r; q̇_r].
+/// The law before its gains are rounded, z = P x over the states of the plant.
 fn exact_law(found: &Gains, projection: &Matrix<Rational>) -> ExactLaw {
     let Gains { system, k, from_state, from_input, .. } = found;
     let (minus, shown) = (Rational::NEG_ONE, projection.rows());

@@ -107,7 +107,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         notes.push("the planner does not feed estimated disturbances forward".into());
     }
     let k_exact = exact(&k).ok_or(SynthesisError::TooLarge)?;
-    let block = block(&plan, &task, &k, 2 * request.plant.reduced.degrees_of_freedom());
+    let block = block(&plan, &task, &k);
     let states = system.states.clone();
     let design = Design {
         controller: request.name.into(),
@@ -156,8 +156,8 @@ fn feedback(request: &Request<'_>, task: &Task) -> Result<(Matrix<f64>, String),
     ))
 }
 
-/// `ξ̇ = A ξ + B r`, `u = (C_u + K C_x) ξ + (D_u + K D_x) r − K x`; `all`: how many states the plant has, with those that only count.
-fn block(plan: &LinearSystem, task: &Task, k: &Matrix<f64>, all: usize) -> LinearBlock {
+/// `ξ̇ = A ξ + B r`, `u = (C_u + K C_x) ξ + (D_u + K D_x) r − K x`.
+fn block(plan: &LinearSystem, task: &Task, k: &Matrix<f64>) -> LinearBlock {
     let (m, n, own, references) = (k.rows(), k.columns(), plan.states.len(), plan.inputs.len());
     let disturbances = task.disturbed.len();
     let (c, d) = (plan.c.to_f64(), plan.d.to_f64());
@@ -165,7 +165,8 @@ fn block(plan: &LinearSystem, task: &Task, k: &Matrix<f64>, all: usize) -> Linea
         Matrix::from_fn(m, of.columns(), |i, j| of[(n + i, j)] + (0..n).map(|l| k[(i, l)] * of[(l, j)]).sum::<f64>())
     };
     let (on_states, on_references) = (with_feedback(&c), with_feedback(&d));
-    let k = task.over_all_states(k, all);
+    let k = task.over_motions(k);
+    let all = k.columns();
     let b = plan.b.to_f64();
     let place = |j: usize| (all..all + references).contains(&j).then(|| j - all);
     LinearBlock {

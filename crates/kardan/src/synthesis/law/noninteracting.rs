@@ -173,11 +173,9 @@ pub fn design_noninteracting(
     names: &dyn Fn(&ChannelDesign) -> (String, String),
 ) -> Result<NoninteractingDesign, SynthesisError> {
     let (r, m) = (model.inertia.rows(), channels.len());
-    let output = Matrix::from_fn(m, r, |i, j| model.basis[(channels[i].shaft, j)].clone());
-    // (C H⁻¹)ᵀ = H⁻¹ Cᵀ, H symmetric.
-    let weighted = model.inertia.solve(&output.transpose()).expect("reduced inertia is positive definite").transpose();
+    let shafts: Vec<usize> = channels.iter().map(|channel| channel.shaft).collect();
     let input = Matrix::from_fn(r, m, |i, j| model.input[(i, channels[j].input)].clone());
-    let decoupling_matrix = weighted.multiply(&input);
+    let [on_states, decoupling_matrix] = model.accelerations(&shafts, &input);
     let Some(acceleration_gain) = decoupling_matrix.solve(&Matrix::identity(m)) else {
         let (outputs, inputs): (Vec<String>, Vec<String>) = channels.iter().map(names).unzip();
         let not_reached = (0..m)
@@ -187,10 +185,11 @@ pub fn design_noninteracting(
         let rank = echelon(&decoupling_matrix, &(0..m).collect::<Vec<_>>()).rank();
         return Err(SynthesisError::NotDecouplable { outputs, inputs, rank, not_reached });
     };
-    let projector = acceleration_gain.multiply(&weighted);
-    let (stiffness, damping) = (projector.multiply(&model.stiffness), projector.multiply(&model.damping));
-    let state_gain =
-        Matrix::from_fn(m, 2 * r, |i, j| if j < r { stiffness[(i, j)].clone() } else { damping[(i, j - r)].clone() });
+    let on_states = acceleration_gain.multiply(&on_states).scale(&Rational::NEG_ONE);
+    let mut state_gain = Matrix::zeros(m, 2 * r);
+    for (j, place) in (0..r).chain(model.moving().into_iter().map(|k| r + k)).enumerate() {
+        (0..m).for_each(|i| state_gain[(i, place)] = on_states[(i, j)].clone());
+    }
     let effective_inertia = channels.iter().map(|channel| effective_inertia(model, channel.shaft)).collect();
     Ok(NoninteractingDesign { state_gain, acceleration_gain, decoupling_matrix, effective_inertia })
 }
@@ -334,6 +333,7 @@ fn chosen_channels(request: &Request<'_>) -> Result<ChosenChannels, SynthesisErr
         let output = channel.word_or_default("output").to_string();
         let input = channel.word_or_default("input").to_string();
         let shaft = output_shaft(&output, request.plant.coordinates())?;
+        request.plant.check_accelerates(shaft, &output)?;
         let number = model.inputs.iter().position(|name| *name == input).expect("the model file names an input");
         for (list, name, what) in [(&inputs, &input, "input"), (&outputs, &output, "output")] {
             if list.contains(name) {
@@ -450,8 +450,6 @@ fn disturbance_gain(
     specs: &[ChannelSpec],
 ) -> Matrix<Rational> {
     let model = &request.plant.linear;
-    let output =
-        Matrix::from_fn(channels.len(), model.inertia.rows(), |i, j| model.basis[(channels[i].shaft, j)].clone());
     let on_coordinates = Matrix::from_fn(model.inertia.rows(), request.disturbances.len(), |i, j| {
         let shaft = request.disturbances[j];
         let mut all = channels.iter().zip(specs);
@@ -460,8 +458,9 @@ fn disturbance_gain(
         }
         model.basis[(shaft, i)].clone()
     });
-    let accelerations = model.inertia.solve(&on_coordinates).expect("reduced inertia is positive definite");
-    design.acceleration_gain.multiply(&output.multiply(&accelerations))
+    let shafts: Vec<usize> = channels.iter().map(|channel| channel.shaft).collect();
+    let [_, accelerations] = model.accelerations(&shafts, &on_coordinates);
+    design.acceleration_gain.multiply(&accelerations)
 }
 
 impl Designed {
@@ -590,6 +589,8 @@ impl Law for Designed {
         let references: Vec<&Reference> =
             self.block.reference_places.iter().map(|(reference, _)| &self.references[*reference]).collect();
         let k = acceleration_gain.multiply(&feedback).plus(&state_gain.scale(&Rational::NEG_ONE));
+        let places = self.plant.state_places();
+        let k = Matrix::from_fn(m, places.len(), |i, j| k[(i, places[j])].clone());
         let l = acceleration_gain.multiply(&reference);
         let units: Vec<(String, String)> =
             references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect();

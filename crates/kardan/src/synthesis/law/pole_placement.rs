@@ -26,7 +26,7 @@ law_keys! {
         required {
             inputs: Elements(&["motor", "voltage_source"]) as AS_MANY_INPUTS;
             poles: Poles,
-                "As many poles as states (angles and speeds of the reduced coordinates).";
+                "As many poles as states: angles and speeds of the reduced coordinates, no speed of one without inertia, no charge that only counts.";
         }
         optional {
             channels: Tables(PolePlacementChannel), "One table for each output, as many as motors; left out: none.";

@@ -115,6 +115,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let values = request.values;
     let output = values.word_or_default("output").to_string();
     let shaft = output_shaft(&output, request.plant.coordinates())?;
+    request.plant.check_accelerates(shaft, &output)?;
     let inputs = (POSITION_LOOP.inputs)(values);
     let input = inputs.first().cloned().unwrap_or_default();
     let number =

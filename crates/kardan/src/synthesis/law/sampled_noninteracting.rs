@@ -15,6 +15,7 @@ use crate::results::{
 };
 use crate::schema::{Keys, LawKeys, Sign, keys};
 use crate::synthesis::channels::{once, reference};
+use crate::synthesis::counters::Left;
 use crate::synthesis::decoupling::observable_quotient;
 use crate::synthesis::observed::{Reading, distinguishable_torques, reading, rows, sensor_table, sensors};
 use crate::synthesis::observer::{Noise, extend, kalman};
@@ -481,6 +482,7 @@ fn tasks(plant: &Plant, values: &Values) -> Result<(Vec<Task>, Vec<OutputSignal>
         let (task, output) = match &output.measured {
             Measured::Angle(shaft) if torque => {
                 let number = plant.reduced.coordinate(shaft).expect("an output names a shaft");
+                plant.check_accelerates(number, &output.name)?;
                 (Task::Torque(number), OutputSignal { measured: Measured::Speed(shaft.clone()), ..output })
             }
             Measured::Angle(_) => (Task::Position, output),
@@ -539,7 +541,7 @@ fn noise(keys: &Values, states: &[String], sensors: usize) -> Noise {
 }
 
 fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock) -> Result<Observer, SynthesisError> {
-    let (plant, r) = (request.plant, request.plant.linear.coordinates.len());
+    let (plant, states) = (request.plant, request.plant.state_names());
     let disturbances: Vec<String> = request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect();
     let keys = request.values.table("observer");
     if let Some(share) = keys.and_then(|keys| keys.number("compensation")).filter(|share| *share > 1.0) {
@@ -550,10 +552,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
     }
     let sensors: Vec<OutputSignal> = match keys.and_then(|keys| keys.words("sensors")) {
         Some(names) => names.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?,
-        None => {
-            let all = plant.states();
-            all.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?
-        }
+        None => states.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?,
     };
     let readings: Vec<Reading> = sensors.iter().map(|sensor| reading(sensor, plant)).collect::<Result<_, _>>()?;
     let system = plant.system(inputs, &sensors);
@@ -562,14 +561,14 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
         .ok_or(SynthesisError::SampledOverflow { time: clock.period })?;
     let size = held.flow.rows();
     let c = system.c.to_f64();
-    let output = Matrix::from_fn(c.rows(), size, |i, j| if j < 2 * r { c[(i, j)] } else { 0.0 });
+    let output = Matrix::from_fn(c.rows(), size, |i, j| if j < c.columns() { c[(i, j)] } else { 0.0 });
     let out = Observer {
         full: true,
-        states: plant.states(),
         disturbances,
         sensors,
         readings,
-        correction: Matrix::from_fn(size, 2 * r, |i, j| f64::from(u8::from(i == j))),
+        correction: Matrix::from_fn(size, states.len(), |i, j| f64::from(u8::from(i == j))),
+        states,
         prediction: held.state,
         output,
         result: None,
@@ -585,8 +584,8 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
         kalman(&extended, &noise).map_err(failed)?;
     }
     let intensities: Vec<f64> = {
-        let lagged = size - 2 * r - names.len();
-        let (plant, rest) = noise.process.split_at(2 * r);
+        let lagged = size - out.states.len() - names.len();
+        let (plant, rest) = noise.process.split_at(out.states.len());
         plant.iter().copied().chain(std::iter::repeat_n(0.0, lagged)).chain(rest.iter().copied()).collect()
     };
     let variances: Vec<f64> = out
@@ -602,7 +601,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
     }
     let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| plant.effort_of(input).signal);
     let all: Vec<String> = out.states.iter().cloned().chain(lagged).chain(names).collect();
-    let mut sentences = distinguishable_torques(plant, &system, &(0..system.states.len()).collect::<Vec<_>>())?;
+    let mut sentences = distinguishable_torques(plant, &system, &Left::all(system.states.len()))?;
     sentences
         .push(format!("the Riccati equation of the filter holds with the relative residual {:.1e}", found.residual));
     let title = ("observer_gain", "observer gain M of x <- x + M (y - C x)", "");

@@ -3,7 +3,7 @@
 use kardan_rt::hold;
 
 use super::reading::Reading;
-use crate::num::Keeper;
+use crate::num::{Keeper, Matrix};
 use crate::reduce::Kinematics;
 use crate::synthesis::{Plant, Seen};
 
@@ -12,8 +12,9 @@ use crate::synthesis::{Plant, Seen};
 pub(super) struct EstimatedView {
     pub readings: Vec<Reading>,
     pub coordinates: Vec<usize>,
-    /// The states that are estimated, as places among `[q_r; q̇_r]`.
+    /// The states that are estimated, as places among `[q_r; q̇_r]`, and what each is over these.
     pub kept: Vec<usize>,
+    pub measured: Matrix<f64>,
     pub compensation: f64,
     /// Rates of the coordinates at the operating point: currents that flow there.
     rates: Vec<f64>,
@@ -31,7 +32,13 @@ pub(super) struct EstimatedView {
 
 impl EstimatedView {
     /// At the start of a run; `disturbed`: how many torques are estimated.
-    pub fn new(readings: Vec<Reading>, plant: &Plant, compensation: f64, kept: Vec<usize>, disturbed: usize) -> Self {
+    pub fn new(
+        readings: Vec<Reading>,
+        plant: &Plant,
+        compensation: f64,
+        (kept, measured): (Vec<usize>, Matrix<f64>),
+        disturbed: usize,
+    ) -> Self {
         let r = plant.linear.coordinates.len();
         let mut kinematics = Kinematics::new(&plant.reduced);
         kinematics.update(&plant.point.position, &plant.point.rates);
@@ -44,6 +51,7 @@ impl EstimatedView {
             readings,
             coordinates: plant.reduced.coordinates.clone(),
             kept,
+            measured,
             compensation,
             kinematics,
             position: vec![0.0; r],

@@ -17,7 +17,7 @@ keys! {
         optional {
             disturbances: Words,
                 "Shafts and masses on which an unknown constant torque or force acts, which is estimated too; left out: all \
-                 reduced coordinates that are shafts or masses.";
+                 reduced coordinates that are shafts or masses and have an inertia.";
             plant: Choice(&["linear", "nonlinear"]),
                 "The model that it runs: `linear`: that at the operating point (`at`, else zero angles); `nonlinear`: the full one, joints and \
                  friction fed forward by the law included. Its gain is that at the operating point either way. Left out: \
@@ -48,7 +48,8 @@ pub(in crate::synthesis) fn disturbances(values: &Values, plant: &Plant) -> Resu
     let Some(observer) = values.table("observer") else { return Ok(Vec::new()) };
     let moves = |k: &usize| plant.reduced.equations.domain(*k) != Domain::Charge;
     let Some(names) = observer.words("disturbances") else {
-        return Ok(plant.reduced.coordinates.iter().copied().filter(moves).collect());
+        let moving = plant.linear.moving();
+        return Ok(moving.into_iter().map(|k| plant.reduced.coordinates[k]).filter(moves).collect());
     };
     let found = |name: &String| plant.reduced.coordinate(name).filter(moves);
     let shaft = |name: &String| found(name).ok_or_else(|| SynthesisError::NoShaft { name: name.clone() });

@@ -14,7 +14,7 @@ pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
 
 use std::sync::Arc;
 
-use super::counters::{acts_by, over_states, rows_of, without_counters};
+use super::counters::{Left, acts_by, counters_beside};
 use super::observer::extend;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, SynthesisError};
 use crate::analysis::{LinearSystem, OutputSignal};
@@ -54,24 +54,8 @@ impl Observed {
     /// # Errors
     /// If the sensors do not show what is to be estimated, or the poles do not fit.
     pub fn new(law: Arc<dyn Law>, values: &Values, plant: &Plant, disturbed: &[usize]) -> Result<Self, SynthesisError> {
-        if let Some(share) = values.number("compensation").filter(|share| *share > 1.0) {
-            return Err(SynthesisError::NotAShare { share });
-        }
-        let compensation = values.number_or_default("compensation");
-        let friction = law.friction_width().is_some();
-        // A linear gain knows such torques, linearised, and the full model here does not.
-        let laws = if friction || law.on_full_model() { Vec::new() } else { plant.elements_with_laws() };
-        let nonlinear = match values.word("plant") {
-            Some(word) => word == "nonlinear",
-            None => friction || (laws.is_empty() && !plant.is_linear()),
-        };
-        if nonlinear && !laws.is_empty() && compensation > 0.0 && !disturbed.is_empty() {
-            return Err(SynthesisError::LawsCancelledTwice { elements: laws });
-        }
-        let more = friction || (law.on_full_model() && !plant.is_linear());
-        if more && !nonlinear && compensation > 0.0 && !disturbed.is_empty() {
-            return Err(SynthesisError::CancelledTwice);
-        }
+        let compensation = compensation(values)?;
+        let nonlinear = is_nonlinear(&*law, values, plant, compensation > 0.0 && !disturbed.is_empty())?;
         let sensors: Vec<OutputSignal> = values
             .words("sensors")
             .unwrap_or_default()
@@ -84,21 +68,21 @@ impl Observed {
         let (torques, _) = plant.torques(disturbed, &[]);
         let names: Vec<String> = disturbed.iter().map(|&k| plant.coordinates()[k].clone()).collect();
         let states: Vec<String> = names.iter().map(|name| Quantity::Disturbance.of(name)).collect();
-        let kept = needed(&*law, plant, &system);
-        let needed_alone = extend(&over_states(&system, &kept), &rows_of(&torques, &kept), &states);
+        let left = needed(&*law, plant, &system);
+        let needed_alone = extend(&left.system(&system), &left.columns(&torques), &states);
         let (gain, poles, notes) = gain(values, &needed_alone)?;
         let floating = Matrix::from_fn(gain.values.len(), sensors.len(), |i, j| gain.values[i][j]);
         let all = system.states.len();
-        let (kept, extended, floating) = match nonlinear && kept.len() < all {
-            true => ((0..all).collect(), extend(&system, &torques, &states), over_all(&floating, &kept, all)),
-            false => (kept, needed_alone, floating),
+        let (left, extended, floating) = match nonlinear && left.kept.len() < all {
+            true => (Left::all(all), extend(&system, &torques, &states), over_all(&floating, &left.kept, all)),
+            false => (left, needed_alone, floating),
         };
         let (a, b, c) = (extended.a.to_f64(), extended.b.to_f64(), extended.c.to_f64());
         let correction = floating.multiply(&c);
         let a = Matrix::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)] - correction[(i, j)]);
         let (m, p) = (inputs.len(), sensors.len());
         let b = Matrix::from_fn(a.rows(), m + p, |i, j| if j < m { b[(i, j)] } else { floating[(i, j - m)] });
-        let mut sentences = distinguishable_torques(plant, &system, &kept)?;
+        let mut sentences = distinguishable_torques(plant, &system, &left)?;
         sentences.extend(notes);
         let method = values.word("method").unwrap_or("poles").to_string();
         let result = ObserverResult {
@@ -111,11 +95,19 @@ impl Observed {
             distinguishable: sentences,
         };
         let rows = rows(&readings, plant.coordinates().len());
-        let view = EstimatedView::new(readings, plant, compensation, kept, disturbed.len());
+        let places = plant.state_places();
+        let kept = left.kept.iter().map(|k| places[*k]).collect();
+        let measured = plant.over_motions(&left.projection).to_f64();
+        let view = EstimatedView::new(readings, plant, compensation, (kept, measured), disturbed.len());
         let model = if nonlinear {
             Model::Nonlinear(Box::new(FullModel::new(&*law, plant, &view.readings, disturbed, &floating)?))
         } else {
-            Model::Linear(LinearModelBlock::new(&a, &b, RestOfModel::of(plant, &inputs, &view.kept, a.rows()), false))
+            Model::Linear(LinearModelBlock::new(
+                &a,
+                &b,
+                RestOfModel::of(plant, &inputs, &view.measured, a.rows()),
+                false,
+            ))
         };
         let mut out = Self {
             data: ControllerData::default(),
@@ -292,11 +284,40 @@ impl Observed {
     }
 }
 
-/// Places among the states of the plant of all that the observer needs: charges that only count are left out, unless the law acts by them.
-fn needed(law: &dyn Law, plant: &Plant, system: &LinearSystem) -> Vec<usize> {
-    let acts = acts_by(law, &plant.linear.basis.to_f64());
-    let kept = without_counters(plant, system);
-    (0..system.states.len()).filter(|k| kept.contains(k) || acts.get(*k) == Some(&true)).collect()
+/// Which part of the estimated disturbances the law cancels.
+fn compensation(values: &Values) -> Result<f64, SynthesisError> {
+    match values.number("compensation").filter(|share| *share > 1.0) {
+        Some(share) => Err(SynthesisError::NotAShare { share }),
+        None => Ok(values.number_or_default("compensation")),
+    }
+}
+
+/// Whether the observer runs the nonlinear model; `cancels`: whether disturbances that it estimates are cancelled.
+fn is_nonlinear(law: &dyn Law, values: &Values, plant: &Plant, cancels: bool) -> Result<bool, SynthesisError> {
+    let friction = law.friction_width().is_some();
+    // A linear gain knows such torques, linearised, and the full model here does not.
+    let laws = if friction || law.on_full_model() { Vec::new() } else { plant.elements_with_laws() };
+    let nonlinear = match values.word("plant") {
+        Some(word) => word == "nonlinear",
+        None => friction || (laws.is_empty() && !plant.is_linear()),
+    };
+    if nonlinear {
+        plant.check_inertia()?;
+    }
+    if nonlinear && !laws.is_empty() && cancels {
+        return Err(SynthesisError::LawsCancelledTwice { elements: laws });
+    }
+    let more = friction || (law.on_full_model() && !plant.is_linear());
+    if more && !nonlinear && cancels {
+        return Err(SynthesisError::CancelledTwice);
+    }
+    Ok(nonlinear)
+}
+
+/// The states of the plant that the observer needs: charges that only count are left out, unless the law acts by them.
+fn needed(law: &dyn Law, plant: &Plant, system: &LinearSystem) -> Left {
+    let acting = acts_by(law, &plant.linear.basis);
+    Left::of(&counters_beside(plant, system, &acting), system.states.len())
 }
 
 /// A gain over states and disturbances, with rows of zeros for the states that are left out.
@@ -342,8 +363,12 @@ impl Law for Observed {
     fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
         let (own, rest) = out.split_at_mut(self.own());
         own.fill(0.0);
-        for (state, &k) in own.iter_mut().zip(&self.view.kept) {
-            *state = self.view.coordinates.get(k).map_or_else(|| self.view.rate_at_rest(k), |&shaft| angles[shaft]);
+        for (i, state) in own.iter_mut().enumerate().take(self.view.kept.len()) {
+            let begins = |k: usize| {
+                self.view.coordinates.get(k).map_or_else(|| self.view.rate_at_rest(k), |&shaft| angles[shaft])
+            };
+            let shares = self.view.measured.row(i).iter().enumerate().filter(|(_, x)| **x != 0.0);
+            *state = shares.map(|(k, x)| x * begins(k)).sum();
         }
         self.law.start(angles, speeds, rest);
     }

@@ -196,11 +196,12 @@ pub(super) struct RestOfModel {
 }
 
 impl RestOfModel {
-    /// Those of a plant, for these inputs, with the states that are kept before the others; `None` at zero without torques.
-    pub fn of(plant: &Plant, inputs: &[String], kept: &[usize], all: usize) -> Option<Self> {
+    /// Those of a plant, for these inputs, with what the states are over `[q_r; q̇_r]` before all others; `None` at zero without torques.
+    pub fn of(plant: &Plant, inputs: &[String], measured: &Matrix<f64>, all: usize) -> Option<Self> {
         let point = &plant.point;
-        let at_rest = |k: &usize| point.position.iter().chain(&point.rates).nth(*k).copied().unwrap_or(0.0);
-        let mut states: Vec<f64> = kept.iter().map(at_rest).collect();
+        let at_rest = || point.position.iter().chain(&point.rates);
+        let state = |i: usize| measured.row(i).iter().zip(at_rest()).map(|(x, rest)| x * rest).sum();
+        let mut states: Vec<f64> = (0..measured.rows()).map(state).collect();
         states.resize(all, 0.0);
         let torques = inputs.iter().map(|input| plant.held_torque(input)).collect();
         plant.is_moved().then_some(Self { states, torques })

@@ -1,6 +1,7 @@
 use super::jump::Jump;
 use super::{LoopPlant, Reads, SampledPart, on_their_way};
 use crate::num::Matrix;
+use crate::reduce::FirstOrder;
 use crate::synthesis::{Clock, LinearLaw};
 
 /// Where the parts of z are in a [`SampledLoop`](super::SampledLoop), and what changes them.
@@ -70,7 +71,7 @@ impl LawPlaces<'_> {
 impl<'a> Places<'a> {
     pub fn new(plant: &'a LoopPlant, parts: &'a [SampledPart], driven: bool) -> Self {
         assert_eq!(plant.lags.len(), plant.inputs.len(), "one lag for each input");
-        let mut size = 2 * plant.inertia.rows();
+        let mut size = plant.states();
         let mut take = |count: usize| {
             size += count;
             size - count
@@ -123,13 +124,10 @@ impl<'a> Places<'a> {
     /// The command of a law over z: what it says now, whether sampled or not.
     fn command(&self, number: usize) -> Matrix<f64> {
         let law = &self.laws[number];
-        let basis = &self.plant.basis;
-        let r = basis.columns();
-        let (on_angles, on_speeds) = (law.direct.on_angles.multiply(basis), law.direct.on_speeds.multiply(basis));
+        let on_plant = self.plant.over_states([&law.direct.on_angles, &law.direct.on_speeds]);
         let states = law.states..law.states + law.direct.states.rows();
         let mut out = Matrix::from_fn(law.part.inputs.len(), self.size, |i, j| match j {
-            j if j < r => on_angles[(i, j)],
-            j if j < 2 * r => on_speeds[(i, j - r)],
+            j if j < on_plant.columns() => on_plant[(i, j)],
             j if states.contains(&j) => law.direct.on_states[(i, j - states.start)],
             _ => 0.0,
         });
@@ -140,14 +138,11 @@ impl<'a> Places<'a> {
     /// What goes into the rates (or the next values) of a law's states, over z, with these torques of its inputs.
     fn rates(&self, number: usize, torques: &Matrix<f64>) -> Matrix<f64> {
         let law = &self.laws[number];
-        let basis = &self.plant.basis;
-        let r = basis.columns();
-        let (angles, speeds) = (law.direct.angles.multiply(basis), law.direct.speeds.multiply(basis));
+        let from_plant = self.plant.over_states([&law.direct.angles, &law.direct.speeds]);
         let mut out = law.direct.torques.multiply(torques);
         for i in 0..out.rows() {
-            for j in 0..r {
-                out[(i, j)] += angles[(i, j)];
-                out[(i, r + j)] += speeds[(i, j)];
+            for j in 0..from_plant.columns() {
+                out[(i, j)] += from_plant[(i, j)];
             }
             for j in 0..law.direct.states.rows() {
                 out[(i, law.states + j)] += law.direct.states[(i, j)];
@@ -161,17 +156,11 @@ impl<'a> Places<'a> {
     /// it gives beyond that, times the gain of its law, of which the law knows nothing.
     pub fn flow(&self) -> (Matrix<f64>, Matrix<f64>) {
         let plant = self.plant;
-        let r = plant.inertia.rows();
-        let solve = |matrix: &Matrix<f64>| plant.inertia.solve(matrix).expect("reduced inertia is positive definite");
-        let (stiffness, damping) = (solve(&plant.stiffness), solve(&plant.damping));
-        let per_torque = solve(&plant.input);
+        let FirstOrder { a, b, .. } = plant.first_order();
+        let own = a.rows();
         let mut flow = Matrix::zeros(self.size, self.size);
-        for i in 0..r {
-            flow[(i, r + i)] = 1.0;
-            for j in 0..r {
-                flow[(r + i, j)] = -stiffness[(i, j)];
-                flow[(r + i, r + j)] = -damping[(i, j)];
-            }
+        for i in 0..own {
+            (0..own).for_each(|j| flow[(i, j)] = a[(i, j)]);
         }
         // Commands of all inputs over z.
         let mut commands = Matrix::zeros(plant.inputs.len(), self.size);
@@ -201,13 +190,13 @@ impl<'a> Places<'a> {
             for j in 0..self.size {
                 match place {
                     Some(place) => {
-                        let own = f64::from(u8::from(j == *place));
-                        flow[(*place, j)] += (commands[(input, j)] + more(j) - own) / plant.lags[input];
-                        (0..r).for_each(|i| flow[(r + i, j)] += gains[input] * per_torque[(i, input)] * own);
+                        let torque = f64::from(u8::from(j == *place));
+                        flow[(*place, j)] += (commands[(input, j)] + more(j) - torque) / plant.lags[input];
+                        (0..own).for_each(|i| flow[(i, j)] += gains[input] * b[(i, input)] * torque);
                     }
                     None => {
                         let torque = gains[input] * (commands[(input, j)] + more(j));
-                        (0..r).for_each(|i| flow[(r + i, j)] += per_torque[(i, input)] * torque);
+                        (0..own).for_each(|i| flow[(i, j)] += b[(i, input)] * torque);
                     }
                 }
             }
@@ -290,13 +279,13 @@ impl<'a> Places<'a> {
         let law = &self.laws[number];
         let (held, last) = law.slow[slow];
         let sensor = &law.part.slow[slow].1;
-        let basis = &self.plant.basis;
-        let r = basis.columns();
-        let first = if sensor.reads == Reads::Speeds { r } else { 0 };
-        let seen: Vec<(usize, f64)> = (0..r)
-            .map(|j| (first + j, sensor.row.iter().map(|(shaft, x)| x * basis[(*shaft, j)]).sum::<f64>()))
-            .filter(|(_, x)| *x != 0.0)
-            .collect();
+        let row = Matrix::from_fn(1, self.plant.basis.rows(), |_, k| {
+            sensor.row.iter().filter(|(shaft, _)| *shaft == k).map(|(_, x)| x).sum::<f64>()
+        });
+        let none = Matrix::zeros(1, row.columns());
+        let [angles, speeds] = if sensor.reads == Reads::Speeds { [&none, &row] } else { [&row, &none] };
+        let seen = self.plant.over_states([angles, speeds]);
+        let seen: Vec<(usize, f64)> = seen.row(0).iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect();
         let mut out = Jump::default();
         let mut reading = seen.clone();
         if let Some(last) = last {

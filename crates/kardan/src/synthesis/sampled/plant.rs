@@ -1,9 +1,9 @@
 use crate::assemble::{CoefficientKind as Kind, TermCoefficient};
 use crate::equations::{Measured, Sensor};
 use crate::num::Matrix;
-use crate::reduce::{LinearModel, Reduced};
+use crate::reduce::{FirstOrder, LinearModel, Reduced, over_states};
 
-/// A linear plant with its motors, in floating point: `H q̈ + D q̇ + S q = F τ`.
+/// A linear plant with its motors, in floating point: `H q̈ + D q̇ + S q = F τ`. Coordinates without inertia have a damping, and no rate as a state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoopPlant {
     /// H, kg m².
@@ -16,6 +16,8 @@ pub struct LoopPlant {
     pub input: Matrix<f64>,
     /// K, shafts × coordinates.
     pub basis: Matrix<f64>,
+    /// Numbers of the coordinates that have an inertia, whose rates are states.
+    pub moving: Vec<usize>,
     /// Names of the inputs.
     pub inputs: Vec<String>,
     /// Time constant of each input's motor, s; zero for an ideal one.
@@ -88,10 +90,31 @@ impl LoopPlant {
             stiffness: model.stiffness.to_f64(),
             input: model.input.to_f64(),
             basis: model.basis.to_f64(),
+            moving: model.moving(),
             inputs: model.inputs.clone(),
             lags: lags.to_vec(),
             slow_sensors: Vec::new(),
         }
+    }
+
+    /// `[q_r; q̇_m]` and its equations.
+    ///
+    /// # Panics
+    /// If the inertia matrix is singular beyond coordinates that a damper holds.
+    pub fn first_order(&self) -> FirstOrder<f64> {
+        let matrices = [&self.inertia, &self.damping, &self.stiffness, &self.input];
+        let found = FirstOrder::new(self.moving.clone(), matrices);
+        found.expect("reduced inertia is positive definite")
+    }
+
+    /// How many states it has.
+    pub fn states(&self) -> usize {
+        self.inertia.rows() + self.moving.len()
+    }
+
+    /// Rows over angles and speeds of all shafts as rows over its states.
+    pub(super) fn over_states(&self, rows: [&Matrix<f64>; 2]) -> Matrix<f64> {
+        over_states(rows, &self.basis, &self.moving)
     }
 
     /// The same with the sensors of the file that have a sample time.

@@ -3,6 +3,7 @@
 use super::places::Places;
 use super::{LoopPlant, SampledLoop, SampledPart};
 use crate::num::{Matrix, at_zero};
+use crate::reduce::motions_over_states;
 use crate::synthesis::margins::Response;
 
 /// A controller in the loop of a plant, with all controllers as they run.
@@ -101,7 +102,8 @@ impl ControlLoop<'_> {
 
     /// Gives a law without sensors errors of the angles and speeds that it uses: their names and their rows.
     fn motions_as_sensors(&self, part: &mut SampledPart, motions: &[[String; 2]]) -> Vec<(String, Vec<f64>)> {
-        let (linear, r) = (&mut part.linear, self.plant.basis.columns());
+        let linear = &mut part.linear;
+        let seen = motions_over_states(&self.plant.basis, &self.plant.moving);
         let used =
             |a: &Matrix<f64>, b: &Matrix<f64>, k: usize| [a, b].iter().any(|m| (0..m.rows()).any(|i| m[(i, k)] != 0.0));
         let angles = (0..motions.len()).filter(|k| used(&linear.angles, &linear.on_angles, *k));
@@ -112,10 +114,7 @@ impl ControlLoop<'_> {
         };
         (linear.errors, linear.on_errors) =
             (pick(&linear.angles, &linear.speeds), pick(&linear.on_angles, &linear.on_speeds));
-        let row = |(speed, k): &(bool, usize)| {
-            let own = |j: usize| if *speed { j >= r } else { j < r };
-            (0..2 * r).map(|j| if own(j) { self.plant.basis[(*k, j % r)] } else { 0.0 }).collect()
-        };
+        let row = |(speed, k): &(bool, usize)| seen[usize::from(*speed)].row(*k).to_vec();
         all.iter().map(|one| (motions[one.1][usize::from(one.0)].clone(), row(one))).collect()
     }
 
