@@ -332,10 +332,7 @@ impl<'a> TableReader<'a> {
                     }
                     Resolved::Words(words.iter().map(|word| word.value.clone()).collect())
                 }
-                // Behind the others: it takes functions of time.
-                (Kind::Formula(_) | Kind::Formulas | Kind::Surface | Kind::Expression | Kind::Expressions, _) => {
-                    continue;
-                }
+                (kind, _) if kind.is_formula() => continue,
                 (Kind::OfTime(_), Value::Scalar(scalar)) if self.document.function_of_time(scalar).is_some() => {
                     continue;
                 }

@@ -152,6 +152,28 @@ fn add_kept(rows: &[SparseRow], r: usize, constants: &dyn Fn(&[Expr]) -> Vec<f64
     }
 }
 
+/// Kinematics with what of them is the same at every position, at every speed and at every time: also speeds that are prescribed and do not
+/// change.
+fn with_constants(
+    mut kinematics: Kinematics,
+    reduced: &Reduced,
+    (motion, varying, constants): (&Motion, &dyn Fn(Expr) -> bool, &dyn Fn(&[Expr]) -> Vec<f64>),
+) -> Kinematics {
+    let zero = vec![0.0; reduced.degrees_of_freedom()];
+    kinematics.update(&zero, &zero);
+    if let Some(relaxation) = &reduced.relaxation {
+        kinematics.transform(&relaxation.transform);
+    }
+    for (own, exprs) in [(&mut kinematics.speeds, &motion.speeds), (&mut kinematics.bias, &motion.bias)] {
+        for ((own, expr), known) in own.iter_mut().zip(exprs).zip(constants(exprs)) {
+            if !varying(*expr) {
+                *own = known;
+            }
+        }
+    }
+    kinematics
+}
+
 /// What is evaluated with the equations of motion: symbols that are given beside the motion, and expressions of both.
 #[derive(Debug, Clone, Default)]
 pub struct Extension {
@@ -319,19 +341,7 @@ impl Dynamics {
         for (&(i, j), entry) in motion.inertia.keys().zip(constants(&entries)) {
             (inertia[i * r + j], inertia[j * r + i]) = (entry, entry);
         }
-        let mut kinematics = kinematics;
-        kinematics.update(&vec![0.0; r], &vec![0.0; r]);
-        if let Some(relaxation) = &reduced.relaxation {
-            kinematics.transform(&relaxation.transform);
-        }
-        // Also speeds that are prescribed and do not change.
-        for (own, exprs) in [(&mut kinematics.speeds, &motion.speeds), (&mut kinematics.bias, &motion.bias)] {
-            for ((own, expr), known) in own.iter_mut().zip(exprs).zip(constants(exprs)) {
-                if !varying(*expr) {
-                    *own = known;
-                }
-            }
-        }
+        let kinematics = with_constants(kinematics, reduced, (&motion, &varying, &constants));
         let passive = constants(&motion.passive);
         let rows = motion.basis.iter().chain(&motion.frictions).chain(&motion.inputs).flat_map(|row| row.values());
         let mut fixed = rows.chain(motion.inertia.values()).chain(&motion.bias).chain(&motion.friction_bias);

@@ -90,6 +90,11 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// Whether it holds expressions of what moves, which are read behind all else: they take functions of time.
+    pub fn is_formula(self) -> bool {
+        matches!(self, Self::Formula(_) | Self::Formulas | Self::Surface | Self::Expression | Self::Expressions)
+    }
+
     /// What it holds for an element along shafts or along masses.
     #[must_use]
     pub fn along(self, masses: bool) -> Self {

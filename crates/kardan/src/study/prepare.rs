@@ -278,7 +278,6 @@ fn prepare_variant(
         designed.push(law);
         running.push(as_it_runs);
     }
-    check_blocks(document, (&model, &reduced, &running), out);
     start_notes.extend(references_at_rest(document, &running, &mut scenario));
     let complete = designed.len() == controls.len();
     let computed = Computed::of(document, settings, &signal_names(&reduced, &scenario));
@@ -299,17 +298,23 @@ fn prepare_variant(
         start_notes,
     };
     let variant = with_loop(variant, &multipliers);
+    check_blocks(document, (&variant.model, &variant.reduced, &variant.running), out);
     if complete && purpose == Purpose::Run {
-        check_sampled(variant.in_loop(), out);
-        heard.step();
-        if !out.iter().any(is_error) {
-            check_margins(variant.in_loop(), out);
-            check_effort(document, &variant, out);
-        }
-        heard.step();
-        check_passage(variant.in_loop(), out);
+        check_loop(document, &variant, heard, out);
     }
     complete.then_some(variant)
+}
+
+/// What is wrong with the loop of a variant that could be run.
+fn check_loop(document: &Document, variant: &PreparedVariant, heard: &Steps<'_>, out: &mut Vec<Diagnostic>) {
+    check_sampled(variant.in_loop(), out);
+    heard.step();
+    if !out.iter().any(is_error) {
+        check_margins(variant.in_loop(), out);
+        check_effort(document, variant, out);
+    }
+    heard.step();
+    check_passage(variant.in_loop(), out);
 }
 
 /// Where the loop of a variant stands, with its own parameters, and the multipliers of its kept rows there.

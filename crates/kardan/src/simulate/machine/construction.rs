@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::Machine;
 use super::expressions::{Found, Parts, Places, extend};
+use super::flow::Flow;
 use super::hold_kinds::Holds;
 use super::meshes::Meshes;
 use super::response::Response;
@@ -15,7 +16,7 @@ use super::wired::{Computer, Setup, Wired};
 use crate::assemble::{Along, Equations};
 use crate::equations::InputKind;
 use crate::num::{Cholesky, Matrix};
-use crate::program::{Read, Task};
+use crate::program::Task;
 use crate::reduce::{Dynamics, Motion, Reduced, Work};
 use crate::simulate::clocked::Clocked;
 use crate::simulate::drive::Drive;
@@ -148,18 +149,6 @@ fn task(task: &Arc<Task>, setup: &Setup<'_>) -> Wired {
     }
 }
 
-/// Numbers of the sources that blocks read at every instant, then of those that they answer.
-fn flow_sources(scenario: &Scenario) -> Vec<usize> {
-    let number =
-        |name: &str| scenario.sources.iter().position(|source| source.name == name).expect("a source of the scenario");
-    let Some(flow) = &scenario.flow else { return Vec::new() };
-    let reads = flow.reads.iter().filter_map(|(_, read)| match read {
-        Read::Source(name) => Some(number(name)),
-        _ => None,
-    });
-    reads.chain(flow.answers.iter().map(|answer| number(&answer.name))).collect()
-}
-
 /// The steps and ramps of each source.
 fn profiles(scenario: &Scenario) -> Vec<Profile> {
     let profile = |k| Profile::new(scenario.events.iter().filter(|event| event.source == k));
@@ -221,12 +210,10 @@ impl Machine {
         // Blocks compute before the laws that read them.
         let mut laws: Vec<Wired> = scenario.tasks.iter().map(|one| task(one, &setup)).collect();
         laws.extend(setup.laws.iter().map(|law| wired(law, &setup, &drives, &mut size)));
-        let flow_states = size..size + scenario.flow.as_ref().map_or(0, |flow| flow.memory.len());
-        size = flow_states.end;
-        let flow_sources = flow_sources(scenario);
-        let flow = scenario.flow.as_ref().map(|flow| (&**flow, flow_sources.as_slice(), flow_states.clone()));
+        let flow = Flow::new(scenario, &mut size);
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
-        let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals, flow };
+        let parts =
+            Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals, flow: flow.as_ref() };
         let Compiled { dynamics, work, places, timed, meshes, moving } =
             Compiled::new(reduced, scenario, (parts, 2 * r..size), also);
         let sliders = Sliders::new(reduced);
@@ -249,9 +236,7 @@ impl Machine {
             sources: vec![0.0; profiles.len()],
             profiles,
             signals: scenario.signals.clone(),
-            flow: scenario.flow.clone(),
-            flow_sources,
-            flow_states,
+            flow,
             timed,
             modes: vec![Mode::Stick; m],
             holding: if kept.is_empty() { Vec::with_capacity(r) } else { kept.clone().collect() },

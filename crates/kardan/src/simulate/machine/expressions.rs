@@ -2,14 +2,13 @@
 
 use std::ops::Range;
 
+use super::flow::Flow;
 use super::hold_terms::HoldTerms;
 use super::mesh_terms::MeshTerms;
 use super::wired::{Computer, Wired};
 use crate::assemble::{Equations, FrictionLaw};
-use crate::equations::Measured;
 use crate::expr::{Expr, Function, Symbol};
 use crate::num::{Matrix, Rational, rational_from_f64};
-use crate::program::{Read, Task};
 use crate::reduce::{Dynamics, Extension, KeptRate, Motion, Reduced, Relaxation, Work};
 use crate::simulate::drive::Drive;
 use crate::simulate::scenario::{SourceSignal, SourceTarget};
@@ -153,8 +152,7 @@ pub(super) struct Parts<'a> {
     pub laws: &'a [Wired],
     pub targets: &'a [SourceTarget],
     pub signals: &'a [SourceSignal],
-    /// What blocks compute at every instant, the numbers of its sources (what it reads, then what it answers), and its states.
-    pub flow: Option<(&'a Task, &'a [usize], Range<usize>)>,
+    pub flow: Option<&'a Flow>,
 }
 
 /// Everything between plant, motors, linear laws and scenario, written into the expressions of the motion; with the sources.
@@ -185,46 +183,16 @@ pub(super) fn extend(
     let coupled = reduced.relaxation.iter().flat_map(Relaxation::coupled_slips);
     (places.couplings, couplings) = all.given(coupled.map(|(i, j)| format!("coupling.{i}.{j}")));
     let mut sources = with_signals(&mut all, &mut places, sources, signals);
-    let state = |place: usize| states[place - more_states.start];
-    let flowing = flow.map(|(task, numbers, own)| {
-        let own = own.start - more_states.start..own.end - more_states.start;
-        (with_flow(&mut all, reduced, (task, numbers), &mut sources, &states[own.clone()]), own)
-    });
-    let commands = commands(&mut all, laws, targets, (&sources, &held, &states, more_states.start));
     let zero = all.motion.graph.integer(0);
     let mut rates = vec![zero; more_states.len()];
-    if let Some((found, own)) = flowing {
+    if let Some(flow) = flow {
+        let own = flow.states.start - more_states.start..flow.states.end - more_states.start;
+        let found = flow.write_into(all.motion, reduced, &mut sources, &states[own.clone()]);
         rates[own].copy_from_slice(&found);
     }
-    let (mut torques, mut applied) = (Vec::new(), Vec::new());
-    for (k, drive) in drives.iter().enumerate() {
-        let graph = &mut all.motion.graph;
-        let mut torque = commands[k];
-        if drive.limit.is_some() {
-            let free = graph.multiply(limits[2 * k], torque);
-            torque = graph.add(free, limits[2 * k + 1]);
-        }
-        if let Some(place) = drive.rate_state {
-            let follows = follows[k];
-            let free = graph.multiply(follows, torque);
-            let bound = graph.sum(Rational::ONE, &[(follows, Rational::from(-1))]);
-            let bound = graph.multiply(bound, state(place));
-            torque = graph.add(free, bound);
-            rates[place - more_states.start] = limiter_rates[k];
-        }
-        if let (Some(place), Some(lag)) = (drive.lag_state, drive.lag) {
-            let late = graph.subtract(torque, state(place));
-            let late = graph.group(late);
-            let lag = all.float(lag);
-            rates[place - more_states.start] = all.motion.graph.divide(late, lag);
-            torque = state(place);
-        }
-        torques.push(torque);
-        applied.push(match drive.ripple {
-            Some(ripple) => rippling(&mut all, &equations.inputs[k].row, torque, ripple),
-            None => torque,
-        });
-    }
+    let commands = commands(&mut all, laws, targets, (&sources, &held, &states, more_states.start));
+    let given = (&commands[..], &limits[..], &follows[..], &limiter_rates[..]);
+    let (torques, applied) = driven(&mut all, equations, drives, given, (&states, more_states.start, &mut rates));
     law_rates(&mut all, laws, (&torques, &sources, &states, more_states.start), &mut rates);
     let SetValued { torques: friction, mut speeds, holds } = set_valued(&mut all, reduced, &senses);
     let meshes = MeshTerms::new(all.motion, reduced, &applied, &friction);
@@ -244,6 +212,47 @@ pub(super) fn extend(
     places.powers = all.found("power", powers.to_vec());
     all.give_time(&mut places);
     (Extension { inputs: all.inputs, outputs: all.outputs }, places, sources)
+}
+
+/// Torques that the inputs report and those that they apply, from their commands, with the rates of their states.
+fn driven(
+    all: &mut Loop<'_>,
+    equations: &Equations,
+    drives: &[Drive],
+    (commands, limits, follows, limiter_rates): (&[Expr], &[Expr], &[Expr], &[Expr]),
+    (states, first, rates): (&[Expr], usize, &mut [Expr]),
+) -> (Vec<Expr>, Vec<Expr>) {
+    let state = |place: usize| states[place - first];
+    let (mut torques, mut applied) = (Vec::new(), Vec::new());
+    for (k, drive) in drives.iter().enumerate() {
+        let graph = &mut all.motion.graph;
+        let mut torque = commands[k];
+        if drive.limit.is_some() {
+            let free = graph.multiply(limits[2 * k], torque);
+            torque = graph.add(free, limits[2 * k + 1]);
+        }
+        if let Some(place) = drive.rate_state {
+            let follows = follows[k];
+            let free = graph.multiply(follows, torque);
+            let bound = graph.sum(Rational::ONE, &[(follows, Rational::from(-1))]);
+            let bound = graph.multiply(bound, state(place));
+            torque = graph.add(free, bound);
+            rates[place - first] = limiter_rates[k];
+        }
+        if let (Some(place), Some(lag)) = (drive.lag_state, drive.lag) {
+            let late = graph.subtract(torque, state(place));
+            let late = graph.group(late);
+            let lag = all.float(lag);
+            rates[place - first] = all.motion.graph.divide(late, lag);
+            torque = state(place);
+        }
+        torques.push(torque);
+        applied.push(match drive.ripple {
+            Some(ripple) => rippling(all, &equations.inputs[k].row, torque, ripple),
+            None => torque,
+        });
+    }
+    (torques, applied)
 }
 
 /// A torque with its ripple, of a size and an order, along the row of its input.
@@ -276,58 +285,6 @@ fn with_signals(
         sources[signal.source] = all.motion.graph.group(value);
     }
     sources
-}
-
-/// What blocks compute at every instant, as expressions of the loop: their answers become sources. Gives the rates of their states.
-fn with_flow(
-    all: &mut Loop<'_>,
-    reduced: &Reduced,
-    (task, numbers): (&Task, &[usize]),
-    sources: &mut [Expr],
-    states: &[Expr],
-) -> Vec<Expr> {
-    let (of_reads, of_answers) = numbers.split_at(numbers.len() - task.answers.len());
-    let mut of_reads = of_reads.iter();
-    let mut known: Vec<(Symbol, Expr)> = Vec::new();
-    let coordinate = |name: &String| reduced.coordinate(name).expect("a block reads coordinates of its model");
-    for (symbol, read) in &task.reads {
-        let value = match read {
-            Read::Position(name) => all.motion.angles[coordinate(name)],
-            Read::Rate(name) => all.motion.speeds[coordinate(name)],
-            Read::Time => all.motion.time(),
-            Read::Source(_) => sources[*of_reads.next().expect("a number for each")],
-            Read::Sensor(name) => measured(all, reduced, name),
-        };
-        known.push((*symbol, value));
-    }
-    known.extend(task.memory.iter().map(|entry| entry.symbol).zip(states.iter().copied()));
-    let mut written = |value: Expr| {
-        let value = all.motion.graph.copied(&task.graph, value, &known);
-        all.motion.graph.group(value)
-    };
-    let answers: Vec<Expr> = task.answers.iter().map(|answer| written(answer.value)).collect();
-    let rates = task.memory.iter().map(|entry| written(entry.next)).collect();
-    of_answers.iter().zip(answers).for_each(|(&source, answer)| sources[source] = answer);
-    rates
-}
-
-/// What an ideal sensor reads.
-///
-/// # Panics
-/// If it is not one of a motion or of a twist (the model layer checks that).
-fn measured(all: &mut Loop<'_>, reduced: &Reduced, name: &str) -> Expr {
-    let (_, sensor) = reduced.equations.sensors.iter().find(|(other, _)| other == name).expect("a sensor of the model");
-    let coordinate = |name: &String| reduced.coordinate(name).expect("a sensor names a coordinate");
-    match &sensor.measured {
-        Measured::Angle(body) => all.motion.angles[coordinate(body)],
-        Measured::Speed(body) => all.motion.speeds[coordinate(body)],
-        Measured::SpringTorque(element) => {
-            let springs = reduced.equations.springs.iter().enumerate().filter(|(_, spring)| spring.element == *element);
-            let terms: Vec<Expr> = springs.map(|(k, _)| all.motion.spring_torque(reduced, k)).collect();
-            all.sum(&terms)
-        }
-        other => unreachable!("no block reads {other:?} at every instant"),
-    }
 }
 
 /// Sources, linear laws, and what other laws command, added up for each input.

@@ -60,10 +60,8 @@ impl Machine {
     /// Sets the states of the laws at the start of a run.
     pub(in crate::simulate) fn start_laws(&mut self, state: &mut [f64]) {
         if let Some(flow) = &self.flow {
-            state[self.flow_states.clone()]
-                .iter_mut()
-                .zip(&flow.memory)
-                .for_each(|(state, entry)| *state = entry.start);
+            let entries = &flow.task.memory;
+            state[flow.states.clone()].iter_mut().zip(entries).for_each(|(state, entry)| *state = entry.start);
         }
         self.update(state);
         let kinematics = &self.work.kinematics;

@@ -4,6 +4,7 @@ mod construction;
 mod derivatives;
 mod expansion;
 mod expressions;
+mod flow;
 mod forces;
 mod friction_modes;
 mod hold_kinds;
@@ -30,16 +31,15 @@ pub use expressions::Found;
 pub use wired::Setup;
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use super::drive::Drive;
 use super::friction::{BoxProblem, Mode};
 use super::scenario::{Profile, SourceSignal, SourceTarget};
 use crate::num::{Cholesky, Keeper};
-use crate::program::Task;
 use crate::reduce::{Dynamics, Work};
 use expansion::Expansion;
 use expressions::Places;
+use flow::Flow;
 use hold_kinds::Holds;
 use jacobian::Jacobian;
 use meshes::Meshes;
@@ -70,10 +70,8 @@ pub struct Machine {
     drives: Vec<Drive>,
     profiles: Vec<Profile>,
     targets: Vec<SourceTarget>,
-    /// What blocks compute at every instant, the numbers of its sources, and where its states are.
-    flow: Option<Arc<Task>>,
-    flow_sources: Vec<usize>,
-    flow_states: Range<usize>,
+    /// What blocks compute at every instant.
+    flow: Option<Flow>,
     /// Functions of time that are added to sources.
     signals: Vec<SourceSignal>,
     /// `(value, slope, start)` of each source in the current segment.

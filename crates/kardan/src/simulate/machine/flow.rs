@@ -1,0 +1,94 @@
+//! What blocks compute at every instant, as part of the expressions of the loop.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::equations::Measured;
+use crate::expr::{Expr, Symbol};
+use crate::num::Rational;
+use crate::program::{Read, Task};
+use crate::reduce::{Motion, Reduced};
+use crate::simulate::scenario::Scenario;
+
+/// Blocks at every instant, with their places in a loop.
+#[derive(Debug, Clone)]
+pub(super) struct Flow {
+    pub task: Arc<Task>,
+    /// Numbers of the sources that they read, and of those that they answer.
+    reads: Vec<usize>,
+    answers: Vec<usize>,
+    /// Where their states are.
+    pub states: Range<usize>,
+}
+
+impl Flow {
+    /// Those of a scenario; `size` grows by their states.
+    pub fn new(scenario: &Scenario, size: &mut usize) -> Option<Self> {
+        let task = scenario.flow.clone()?;
+        let number = |name: &str| {
+            let found = scenario.sources.iter().position(|source| source.name == name);
+            found.expect("what blocks read and answer is a source")
+        };
+        let reads = task.reads.iter().filter_map(|(_, read)| match read {
+            Read::Source(name) => Some(number(name)),
+            _ => None,
+        });
+        let (reads, answers) = (reads.collect(), task.answers.iter().map(|answer| number(&answer.name)).collect());
+        let states = *size..*size + task.memory.len();
+        *size = states.end;
+        Some(Self { task, reads, answers, states })
+    }
+
+    /// Written into a loop with these states: their answers become sources. Gives the rates of the states.
+    pub fn write_into(
+        &self,
+        motion: &mut Motion,
+        reduced: &Reduced,
+        sources: &mut [Expr],
+        states: &[Expr],
+    ) -> Vec<Expr> {
+        let task = &*self.task;
+        let mut reads = self.reads.iter();
+        let mut known: Vec<(Symbol, Expr)> = Vec::new();
+        let coordinate = |name: &String| reduced.coordinate(name).expect("a block reads coordinates of its model");
+        for (symbol, read) in &task.reads {
+            let value = match read {
+                Read::Position(name) => motion.angles[coordinate(name)],
+                Read::Rate(name) => motion.speeds[coordinate(name)],
+                Read::Time => motion.time(),
+                Read::Source(_) => sources[*reads.next().expect("a number for each")],
+                Read::Sensor(name) => measured(motion, reduced, name),
+            };
+            known.push((*symbol, value));
+        }
+        known.extend(task.memory.iter().map(|entry| entry.symbol).zip(states.iter().copied()));
+        let mut written = |value: Expr| {
+            let value = motion.graph.copied(&task.graph, value, &known);
+            motion.graph.group(value)
+        };
+        let answers: Vec<Expr> = task.answers.iter().map(|answer| written(answer.value)).collect();
+        let rates = task.memory.iter().map(|entry| written(entry.next)).collect();
+        self.answers.iter().zip(answers).for_each(|(&source, answer)| sources[source] = answer);
+        rates
+    }
+}
+
+/// What an ideal sensor reads.
+///
+/// # Panics
+/// If it is not one of a motion or of a twist (the model layer checks that).
+fn measured(motion: &mut Motion, reduced: &Reduced, name: &str) -> Expr {
+    let (_, sensor) = reduced.equations.sensors.iter().find(|(other, _)| other == name).expect("a sensor of the model");
+    let coordinate = |name: &String| reduced.coordinate(name).expect("a sensor names a coordinate");
+    match &sensor.measured {
+        Measured::Angle(body) => motion.angles[coordinate(body)],
+        Measured::Speed(body) => motion.speeds[coordinate(body)],
+        Measured::SpringTorque(element) => {
+            let springs = reduced.equations.springs.iter().enumerate().filter(|(_, spring)| spring.element == *element);
+            let terms: Vec<(Expr, Rational)> =
+                springs.map(|(k, _)| (motion.spring_torque(reduced, k), Rational::ONE)).collect();
+            motion.graph.sum(Rational::ZERO, &terms)
+        }
+        other => unreachable!("no block reads {other:?} at every instant"),
+    }
+}
