@@ -149,6 +149,13 @@ fn task(task: &Arc<Task>, setup: &Setup<'_>) -> Wired {
     }
 }
 
+/// Blocks, which compute before what reads them, then the laws; `size` grows by their states.
+fn all_wired(setup: &Setup<'_>, drives: &[Drive], size: &mut usize) -> Vec<Wired> {
+    let mut all: Vec<Wired> = setup.scenario.tasks.iter().map(|one| task(one, setup)).collect();
+    all.extend(setup.laws.iter().map(|law| wired(law, setup, drives, size)));
+    all
+}
+
 /// The steps and ramps of each source.
 fn profiles(scenario: &Scenario) -> Vec<Profile> {
     let profile = |k| Profile::new(scenario.events.iter().filter(|event| event.source == k));
@@ -207,13 +214,11 @@ impl Machine {
         let inputs = reduced.equations.inputs.len();
         let mut size = 2 * r;
         let drives = drives(&reduced.equations, &mut size);
-        // Blocks compute before the laws that read them.
-        let mut laws: Vec<Wired> = scenario.tasks.iter().map(|one| task(one, &setup)).collect();
-        laws.extend(setup.laws.iter().map(|law| wired(law, &setup, &drives, &mut size)));
+        let laws = all_wired(&setup, &drives, &mut size);
         let flow = Flow::new(scenario, &mut size);
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
-        let parts =
-            Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals, flow: flow.as_ref() };
+        let (signals, blocks) = (&scenario.signals[..], flow.as_ref());
+        let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals, flow: blocks };
         let Compiled { dynamics, work, places, timed, meshes, moving } =
             Compiled::new(reduced, scenario, (parts, 2 * r..size), also);
         let sliders = Sliders::new(reduced);
