@@ -221,8 +221,7 @@ impl Machine {
         let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals, flow: blocks };
         let Compiled { dynamics, work, places, timed, meshes, moving } =
             Compiled::new(reduced, scenario, (parts, 2 * r..size), also);
-        let sliders = Sliders::new(reduced);
-        let holds = Holds::new(&reduced.equations);
+        let (sliders, holds) = (Sliders::new(reduced), Holds::new(&reduced.equations));
         let bounds = holds.bounds(dynamics.breakaway_torques(), kept.len());
         let profiles = profiles(scenario);
         let mut out = Self {
