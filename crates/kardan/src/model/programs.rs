@@ -60,14 +60,23 @@ struct Command {
     place: Place,
 }
 
+/// Lists of quantities by name.
+type Lists = Vec<(String, Vec<(Exact, Dimension)>)>;
+/// Answers of a block: names behind its own, values and dimensions.
+type Answers = Vec<(String, Expr, Dimension)>;
+/// What a block remembers: symbol, start, next.
+type Memory = Vec<(Expr, Expr, Expr)>;
+/// Keys that are expressions.
+type Given = Vec<(&'static str, (Expr, Dimension))>;
+/// Transitions of a machine, and what they depend on.
+type Guards = Vec<(kardan_rt::Transition, Expr)>;
+
 /// A block that was written.
 #[derive(Debug, Clone)]
 struct Made {
     period: Option<Exact>,
-    /// Names behind that of the block, with what stands for them outside, values and dimensions.
-    answers: Vec<(String, Expr, Dimension)>,
-    /// Symbol, start, next.
-    memory: Vec<(Expr, Expr, Expr)>,
+    answers: Answers,
+    memory: Memory,
     /// Names in its expressions, signals written out.
     reads: BTreeSet<String>,
 }
@@ -95,11 +104,7 @@ fn outside_name(block: &str, answer: &str) -> String {
 }
 
 /// The symbols of an answer: `.since` of a machine and others whose units are known before anything is written.
-fn foretold(
-    kind: &BlockKind,
-    values: &Values,
-    lists: &[(String, Vec<(Exact, Dimension)>)],
-) -> Vec<(String, Dimension)> {
+fn foretold(kind: &BlockKind, values: &Values, lists: &Lists) -> Vec<(String, Dimension)> {
     match kind.keyword {
         "state_machine" => {
             let states = values.words("states").unwrap_or_default().iter();
@@ -291,18 +296,12 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     }
 
     /// Lets a kind write itself.
-    #[allow(clippy::type_complexity)]
     fn wire(
         &self,
         kind: &BlockKind,
-        (values, sample_time, table, lists): (
-            &Values,
-            Option<Exact>,
-            Option<Arc<Lookup>>,
-            Vec<(String, Vec<(Exact, Dimension)>)>,
-        ),
-        (given, guards): (Vec<(&'static str, (Expr, Dimension))>, Vec<(kardan_rt::Transition, Expr)>),
-    ) -> Result<(Vec<(String, Expr, Dimension)>, Vec<(Expr, Expr, Expr)>), Mistake> {
+        (values, sample_time, table, lists): (&Values, Option<Exact>, Option<Arc<Lookup>>, Lists),
+        (given, guards): (Given, Guards),
+    ) -> Result<(Answers, Memory), Mistake> {
         let graph = &self.graph;
         let traced = |expr: Expr| Traced::new(graph, expr);
         let mut wiring = Wiring {
@@ -327,16 +326,10 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     }
 
     /// Checks what a block came out as, and gives its answers to who reads it.
-    #[allow(clippy::type_complexity)]
     fn finished(
         &mut self,
         block: &'a BlockTable,
-        (answers, memory, period, reads): (
-            Vec<(String, Expr, Dimension)>,
-            Vec<(Expr, Expr, Expr)>,
-            Option<Exact>,
-            BTreeSet<String>,
-        ),
+        (answers, memory, period, reads): (Answers, Memory, Option<Exact>, BTreeSet<String>),
         unit: Option<Dimension>,
         out: &mut Vec<Diagnostic>,
     ) -> Option<Made> {
@@ -379,8 +372,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     }
 
     /// Lists of quantities by name.
-    fn lists(&self, table: &Table, out: &mut Vec<Diagnostic>) -> Vec<(String, Vec<(Exact, Dimension)>)> {
-        let mut lists: Vec<(String, Vec<(Exact, Dimension)>)> = Vec::new();
+    fn lists(&self, table: &Table, out: &mut Vec<Diagnostic>) -> Lists {
+        let mut lists: Lists = Vec::new();
         for field in table.fields.iter().filter(|field| field.kind == Kind::Lists) {
             let Some(Placed { value: Value::Map(entries), .. }) = table.values.get(field.name) else { continue };
             for (name, scalar) in entries {
@@ -403,7 +396,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         what: &str,
         reads: &mut BTreeSet<String>,
         out: &mut Vec<Diagnostic>,
-    ) -> Option<Vec<(kardan_rt::Transition, Expr)>> {
+    ) -> Option<Guards> {
         let Some(Placed { value: Value::Tables(tables), .. }) = table.values.get("transitions") else {
             return Some(Vec::new());
         };
@@ -516,7 +509,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             let function = Arc::new(self.functions.of_time_named(name, out)?);
             let dimension = function.dimension();
             self.used_functions.push((name.to_string(), function));
-            return varying(self.from_outside(Outside {
+            return varying(self.read_outside(Outside {
                 name: name.into(),
                 read: Read::Source(name.into()),
                 dimension,
@@ -524,7 +517,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         }
         if let Some(outside) = self.outside.iter().find(|outside| outside.name == name).cloned() {
             reads.insert(name.to_string());
-            return varying(self.from_outside(outside));
+            return varying(self.read_outside(outside));
         }
         if let Some(value) = self.reader.value_of(name, out) {
             let (value, dimension) = value?;
@@ -533,7 +526,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         if document.doubts.has(name) || document.doubts.has(head) { None } else { Some(None) }
     }
 
-    fn from_outside(&mut self, outside: Outside) -> (Expr, Dimension) {
+    fn read_outside(&mut self, outside: Outside) -> (Expr, Dimension) {
         if let Some(known) = self.read.get(&outside.name) {
             return *known;
         }

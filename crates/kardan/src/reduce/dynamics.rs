@@ -157,7 +157,9 @@ fn add_kept(rows: &[SparseRow], r: usize, constants: &dyn Fn(&[Expr]) -> Vec<f64
 fn with_constants(
     mut kinematics: Kinematics,
     reduced: &Reduced,
-    (motion, varying, constants): (&Motion, &dyn Fn(Expr) -> bool, &dyn Fn(&[Expr]) -> Vec<f64>),
+    motion: &Motion,
+    varying: impl Fn(Expr) -> bool,
+    constants: impl Fn(&[Expr]) -> Vec<f64>,
 ) -> Kinematics {
     let zero = vec![0.0; reduced.degrees_of_freedom()];
     kinematics.update(&zero, &zero);
@@ -341,7 +343,7 @@ impl Dynamics {
         for (&(i, j), entry) in motion.inertia.keys().zip(constants(&entries)) {
             (inertia[i * r + j], inertia[j * r + i]) = (entry, entry);
         }
-        let kinematics = with_constants(kinematics, reduced, (&motion, &varying, &constants));
+        let kinematics = with_constants(kinematics, reduced, &motion, &varying, constants);
         let passive = constants(&motion.passive);
         let rows = motion.basis.iter().chain(&motion.frictions).chain(&motion.inputs).flat_map(|row| row.values());
         let mut fixed = rows.chain(motion.inertia.values()).chain(&motion.bias).chain(&motion.friction_bias);

@@ -369,7 +369,7 @@ impl Law for TaskLaw {
         let task = &self.task;
         let reads = task.reads.iter().map(|(symbol, _)| {
             let (name, dimension) = task.graph.name(*symbol);
-            ReadSignal::new(name, &dimension.si())
+            ReadSignal::new(name, dimension.si())
         });
         let blocks: Vec<String> =
             task.order.iter().map(|step| format!("{} ({})", step.block, step.kind.replace('_', " "))).collect();
