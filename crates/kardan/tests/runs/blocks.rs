@@ -429,7 +429,7 @@ fn mistakes_of_blocks_are_told() {
         ),
     ];
     for (blocks, message) in cases {
-        let found = Project::open(&beside(blocks)).run(&Settings::default(), &mut Silent);
+        let found = Project::open(beside(blocks)).run(&Settings::default(), &Silent);
         let told: Vec<String> = match found {
             Ok(_) => Vec::new(),
             Err(told) => told.iter().map(|one| one.message.clone()).collect(),
