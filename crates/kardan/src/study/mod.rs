@@ -51,6 +51,7 @@ mod signals;
 mod source_signals;
 mod spectrum;
 mod stepped_loop;
+mod stops;
 mod strain;
 mod summary;
 mod symbolic;
