@@ -237,6 +237,21 @@ fn what_rubs_is_not_negative() {
     }
 }
 
+/// A stop that an operating point lies beyond is open in an analysis, and that is told; within it nothing is.
+#[test]
+fn a_point_beyond_a_stop_is_told() {
+    let noted = |angle: &str| {
+        let source = format!(
+            "{SHAFT}[end_stop.s]\nshaft_1 = \"a\"\nupper = \"10 deg\"\n[motor.m]\nshaft = \"a\"\n[analysis]\nat = {{ \"a.phi\" = \"{angle}\" }}\n"
+        );
+        let found = analyze(&source, &AnalyzeSettings::default(), &Silent).unwrap_or_else(|wrong| panic!("{wrong:?}"));
+        found.notes.into_iter().filter(|note| note.contains("beyond")).collect::<Vec<_>>()
+    };
+    let told = "the operating point lies 0.174533 rad beyond the stop of `s`: the model cannot be there, it is looked at as if that were open";
+    assert_eq!(noted("20 deg"), [told]);
+    assert!(noted("10 deg").is_empty() && noted("-1 rad").is_empty());
+}
+
 /// A grid of a file without one of its points names it, and a unit is written as "1" for a number.
 #[test]
 fn tables_tell_which_place_is_missing() {
