@@ -7,8 +7,9 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::expr::{Expr, Graph, Lookup, OfTime};
+use crate::expr::{Expr, Graph, Lookup, Named, OfTime};
 use crate::names::Quantity;
+use crate::num::Rational;
 use crate::units::{Dimension, Exact, Expression};
 
 /// What a coordinate is. All laws are the same in both domains, only their units differ \[diss. Table 4.3\]: an inertia is
@@ -198,6 +199,17 @@ impl Formula {
             Meaning::Position(name) | Meaning::Rate(name) => Some(name.as_str()),
             _ => None,
         })
+    }
+
+    /// The fraction that it is, where nothing in it varies.
+    pub fn number(&self) -> Option<Rational> {
+        let mut graph = Graph::default();
+        let mut named = |_: &mut Graph, name: &str| match self.names.iter().find(|(other, _)| other == name)? {
+            (_, Meaning::Constant(value, dimension)) => Some(Named::Constant(value.clone(), *dimension)),
+            _ => None,
+        };
+        let (value, _) = graph.written(&self.expression, &mut named).ok()?;
+        graph.number_of(value).cloned()
     }
 
     /// Whether it is another one at another time, whatever moves.

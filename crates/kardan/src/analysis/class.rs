@@ -4,6 +4,7 @@ use std::sync::Arc;
 use super::integrable::{Integrable, integrable};
 use crate::assemble::{Along, Equations, KeptRow};
 use crate::equations::{Domain, Formula, Hold, Kept};
+use crate::expr::{Rationals, lower};
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
 use crate::reduce::{Kinematics, Motion, Reduced, Redundant, is_linear_law};
 use crate::results::{Assumption, Breach, Class, ConstraintClass, FrictionState, OperatingPoint, ShaftAngle};
@@ -162,8 +163,20 @@ fn held_class(hold: &Along<Hold>, shafts: &[String], stuck: bool) -> Option<Cons
     })
 }
 
-/// The classes of constraints that a run keeps with their multipliers, and how they were decided.
-pub fn kept_constraints(reduced: &Reduced) -> Vec<ConstraintClass> {
+/// What a constraint that a run keeps breaks of (4.31) of the source, if anything.
+fn kept_breach(class: &ConstraintClass, value_at_zero: Option<&Rational>) -> Option<String> {
+    let around = "what follows is about small motions around the operating point, with its row as it is there";
+    match class {
+        ConstraintClass { linear: false, .. } => Some(format!("it is not linear with constant coefficients: {around}")),
+        ConstraintClass { scleronomic: false, .. } => Some(format!("it is rheonomic: {around}")),
+        _ => value_at_zero
+            .filter(|value| !value.is_zero())
+            .map(|value| format!("its expression is not zero at zero angles but {}: {around}", rational_to_f64(value))),
+    }
+}
+
+/// The classes of constraints that a run keeps with their multipliers, how they were decided, and what each breaks of (4.31) of the source.
+pub fn kept_constraints(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
     let equations = &reduced.equations;
     let shafts = &equations.coordinates;
     let tests = integrable(reduced);
@@ -174,6 +187,15 @@ pub fn kept_constraints(reduced: &Reduced) -> Vec<ConstraintClass> {
         let numbers = |row: &[(usize, Exact)], mark: &str| {
             let row: Vec<(usize, Rational)> = row.iter().map(|(shaft, x)| (*shaft, x.to_rational())).collect();
             row_in_words(&row, shafts, mark)
+        };
+        let found = |equation: String, [holonomic, scleronomic]: [bool; 2], reason: String| {
+            let (element, reason) = (kept.element.clone(), Some(reason));
+            let class = ConstraintClass { element, equation, equality: true, holonomic, scleronomic, linear, reason };
+            let origin = motion.kept[k].position.and_then(|position| {
+                lower(&motion.graph, &[position], &mut Rationals, |_| Some(Rational::ZERO)).pop().flatten()
+            });
+            let breach = kept_breach(&class, origin.as_ref());
+            (class, breach)
         };
         let multiplier = "no theorem of the source solves it; a run keeps it with its multiplier (source, eq. 4.18)";
         let (equation, holonomic, scleronomic, reason) = match &kept.law {
@@ -200,6 +222,11 @@ pub fn kept_constraints(reduced: &Reduced) -> Vec<ConstraintClass> {
                         false,
                         format!("Frobenius' test is not zero, exactly, at the generic point {point}: no relation of positions says the same"),
                     ),
+                    _ if linear => {
+                        let why = "its coefficients are constant, beside the other constraints: it is the rate of a linear relation of positions; \
+                                   the matrices are those of Theorem 4.1; a run keeps it with its multiplier (source, eq. 4.18)";
+                        return found(equation, [true, true], why.into());
+                    }
                     Integrable::AtAllPoints(points) => (
                         true,
                         format!("Frobenius' test is zero, exactly, at {points} generic points: it is a relation of positions, as far as these tell"),
@@ -224,15 +251,7 @@ pub fn kept_constraints(reduced: &Reduced) -> Vec<ConstraintClass> {
                 (equation, true, false, reason)
             }
         };
-        ConstraintClass {
-            element: kept.element.clone(),
-            equation,
-            equality: true,
-            holonomic,
-            scleronomic,
-            linear,
-            reason: Some(reason),
-        }
+        found(equation, [holonomic, scleronomic], reason)
     };
     equations.kept.iter().enumerate().map(one).collect()
 }

@@ -1,4 +1,5 @@
 use super::clutch::{STATIC_FACTOR, check_static_factor, pressed};
+use super::shared::mesh::check_rubs;
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
 use crate::results::Symbol;
@@ -41,7 +42,7 @@ static_factor = 1.2
 };
 
 fn check(values: &Values) -> Vec<Mistake> {
-    check_static_factor(values)
+    check_static_factor(values).into_iter().chain(check_rubs(values, "torque")).collect()
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {

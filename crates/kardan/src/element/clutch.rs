@@ -1,3 +1,4 @@
+use super::shared::mesh::check_rubs;
 use super::{Element, Mistake, Values, gear};
 use crate::equations::{Direction, Hold, Term};
 use crate::results::Symbol;
@@ -47,7 +48,8 @@ torque = \"200 N m * (1 - exp(-t/(0.2 s)))\"
 };
 
 fn check(values: &Values) -> Vec<Mistake> {
-    [gear::check(values), check_static_factor(values)].concat()
+    let own = [gear::check(values), check_static_factor(values)].concat();
+    own.into_iter().chain(check_rubs(values, "torque")).collect()
 }
 
 pub(super) fn check_static_factor(values: &Values) -> Vec<Mistake> {

@@ -20,7 +20,8 @@ keys! {
                 "The right-hand side, an angle or a length, or a smooth function of the time `t`, parameters, signals `[signal.NAME]` and \
                  tables: its value and its rate must not jump; left out: zero.";
             expression: Surface,
-                "In place of `coefficients`: an expression of angles and positions (`crank.phi`, `car.s`) that is zero all the time; smooth.";
+                "In place of `coefficients`: an expression of angles and positions (`crank.phi`, `car.s`) that is zero all the time, itself a \
+                 number, an angle or a length (a sum of squares is divided by a length); smooth.";
             rates: Formulas,
                 "In place of `coefficients`: coefficients of speeds by shaft and mass, expressions of angles and positions, whose sum is zero: \
                  `{ x = \"-sin(heading.phi)\", y = \"cos(heading.phi)\" }` is a wheel that rolls where it heads and does not slide aside.";

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use kardan_rt::functions::{atan2, cos, sin_cos};
 
 use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
+use super::shared::straight::check_moves;
 use super::{Element, Mistake, Values, gear};
 use crate::equations::{Curve, CurveFormulas, Direction, Term};
 use crate::expr::{Expr, Function, Graph};
@@ -57,7 +58,7 @@ angle = \"20 deg\"
 };
 
 fn check(values: &Values) -> Vec<Mistake> {
-    let mut out = [gear::check(values), check_play(values)].concat();
+    let mut out = [gear::check(values), check_moves(values, &["shaft_1", "shaft_2"]), check_play(values)].concat();
     let single = values.has("angle");
     let double = (values.has("angle_1"), values.has("angle_2"));
     if single && double != (false, false) {

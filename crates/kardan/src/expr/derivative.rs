@@ -168,34 +168,43 @@ impl Graph {
     /// value and the same one. `None` where there are too many sides to look at.
     pub fn sides(&mut self, expr: Expr, vanishes: &dyn Fn(Expr) -> bool) -> Option<Vec<Expr>> {
         let other = self.clone();
-        let mut bent: HashMap<Expr, [Expr; 2]> = HashMap::new();
+        // What vanishes, each once whatever its sign, and of each part its number, and what the part is where that is below and above zero.
+        let (mut kinks, mut bent) = (Vec::<[Expr; 2]>::new(), HashMap::new());
         for part in other.needed(&[expr]) {
-            let sides = match other.node(part).clone() {
-                Node::Apply(Function::Abs, a) if vanishes(a) => [a, self.negate(a)],
-                Node::Min(a, b) | Node::Max(a, b) if vanishes(self.subtract(a, b)) => [a, b],
-                Node::Select([a, b, then, otherwise]) if vanishes(self.subtract(a, b)) => [then, otherwise],
+            let (kink, sides) = match other.node(part).clone() {
+                Node::Apply(Function::Abs, a) => (a, [self.negate(a), a]),
+                Node::Min(a, b) => (self.subtract(a, b), [a, b]),
+                Node::Max(a, b) => (self.subtract(a, b), [b, a]),
+                Node::Select([a, b, then, otherwise]) => (self.subtract(a, b), [then, otherwise]),
                 Node::Table(number, x) => {
                     let table = other.tables[number as usize].clone();
-                    let at = |knot: &Rational, graph: &mut Self| vanishes(graph.sum(-knot, &[(x, Rational::ONE)]));
-                    let Some(knot) = (0..table.knots.len()).find(|k| at(&table.knots[*k], self)) else { continue };
-                    [knot, knot + 1].map(|piece| self.polynomial(&table.pieces[piece], x))
+                    let knots = table.knots.iter().map(|knot| self.sum(-knot, &[(x, Rational::ONE)]));
+                    let Some((knot, kink)) = knots.enumerate().find(|(_, kink)| vanishes(*kink)) else { continue };
+                    (kink, [knot, knot + 1].map(|piece| self.polynomial(&table.pieces[piece], x)))
                 }
                 _ => continue,
             };
-            bent.insert(part, sides);
+            if !vanishes(kink) {
+                continue;
+            }
+            let known = kinks.iter().position(|pair| pair.contains(&kink));
+            let number = known.unwrap_or_else(|| {
+                kinks.push([kink, self.negate(kink)]);
+                kinks.len() - 1
+            });
+            let [below, above] = sides;
+            bent.insert(part, (number, if kinks[number][0] == kink { [below, above] } else { [above, below] }));
         }
-        let bends: Vec<Expr> = bent.keys().copied().collect();
-        if bends.len() > MOST_BENDS {
+        if kinks.len() > MOST_BENDS {
             return None;
         }
         let side = |graph: &mut Self, choice: usize| {
-            let chosen =
-                |part: Expr| bends.iter().position(|bend| *bend == part).map(|bit| bent[&part][choice >> bit & 1]);
+            let chosen = |part: Expr| bent.get(&part).map(|(number, sides)| sides[choice >> number & 1]);
             let mut new = HashMap::new();
             graph.put_side(expr, &chosen, &mut new);
             new[&expr]
         };
-        Some((0..1 << bends.len()).map(|choice| side(self, choice)).collect())
+        Some((0..1 << kinks.len()).map(|choice| side(self, choice)).collect())
     }
 
     /// An expression with some parts replaced by what they are on one side.

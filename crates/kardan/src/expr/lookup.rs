@@ -37,6 +37,7 @@ pub struct Lookup {
     rows: Vec<PiecewisePolynomial>,
     /// The share of each row, over the second argument.
     shares: Vec<PiecewisePolynomial>,
+    beyond: Beyond,
 }
 
 /// A curve through points.
@@ -67,7 +68,7 @@ impl Lookup {
         beyond: Beyond,
     ) -> Option<Self> {
         let rows = vec![curve(points, cubic, beyond)?];
-        Some(Self { arguments: vec![argument], dimension, rows, shares: Vec::new() })
+        Some(Self { arguments: vec![argument], dimension, rows, shares: Vec::new(), beyond })
     }
 
     /// A surface over two quantities: the values for all x at the first y, then at the second, and so on. None if either side of the grid does
@@ -93,7 +94,7 @@ impl Lookup {
             curve(&y.iter().enumerate().map(hat).collect::<Vec<_>>(), false, beyond)
         };
         let shares = (0..y.len()).map(share).collect::<Option<_>>()?;
-        Some(Self { arguments: arguments.to_vec(), dimension, rows, shares })
+        Some(Self { arguments: arguments.to_vec(), dimension, rows, shares, beyond })
     }
 
     /// What it is over.
@@ -108,6 +109,11 @@ impl Lookup {
             (first, last)
         };
         self.rows.first().into_iter().chain(self.shares.first()).map(ends).collect()
+    }
+
+    /// What holds beyond its points.
+    pub fn beyond(&self) -> Beyond {
+        self.beyond
     }
 
     /// What it is of.

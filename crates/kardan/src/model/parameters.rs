@@ -8,7 +8,7 @@ use super::parse::{Node, check_name, value};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::{Place, Written};
 use crate::schema::{Kind, Scalar, Sign, Table, Value};
-use crate::units::{Dimension, Evaluated, Exact, Tolerated, parse_number, written_quantity};
+use crate::units::{Dimension, Evaluated, Exact, Expression, Tolerated, parse_number, written_quantity};
 
 /// Reads `[parameters]`; gives what follows from other values.
 pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) -> Vec<Following> {
@@ -54,6 +54,10 @@ pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mu
             }
             Value::Scalar(Scalar::Expression(expression)) => {
                 following.push(Following { name, place: read.place, expression: *expression, key: None });
+            }
+            Value::Scalar(Scalar::Parameter(other)) => {
+                let expression = Expression::parse(&format!("'{other}'")).expect("a name in quotes");
+                following.push(Following { name, place: read.place, expression, key: None });
             }
             Value::Scalar(Scalar::Tolerated(tolerated)) => {
                 document.doubts.names.remove(&name);

@@ -15,7 +15,7 @@ use crate::element::{LOAD, LOSS, Resolved, SPEED, Values};
 use crate::entries::Place;
 use crate::equations::{Domain, GROUND, Meaning, Measured, NamedTerm, Term};
 use crate::results::{ElementSummary, Mechanism, ParameterValue};
-use crate::schema::{Keys, Kind, Scalar, Value};
+use crate::schema::{Field, Keys, Kind, Scalar, Value};
 use crate::synthesis::LawKind;
 use crate::units::Dimension;
 
@@ -94,6 +94,9 @@ impl Document {
             let (values, sound) = element_values(instance, (&reader, &mut functions), &mut out);
             if !sound {
                 doubtful.insert(instance.name.clone());
+            }
+            if sound {
+                self.check_moves(instance, &values, &reader, &mut out);
             }
             let mut own = (instance.kind.terms)(&instance.name, &values);
             if !self.elements.iter().any(|other| other.name == GROUND && other.body().is_some()) {
@@ -180,6 +183,23 @@ impl Document {
                         .help("let each motor be commanded by one controller"),
                 );
             }
+        }
+    }
+
+    /// The mistake that all bodies which an element names stand still; a branch of a circuit is one all the same.
+    fn check_moves(&self, instance: &Instance, values: &Values, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) {
+        let is_body = |field: &&Field| matches!(field.kind, Kind::Shaft | Kind::Mass | Kind::Body);
+        let keys = instance.kind.fields.iter().filter(is_body);
+        let bodies: Vec<(&str, &str)> = keys.filter_map(|field| Some((field.name, values.word(field.name)?))).collect();
+        let Some((key, _)) = bodies.first() else { return };
+        if instance.kind.node_keys().next().is_none() && bodies.iter().all(|(_, body)| reader.is_ground(body)) {
+            let message =
+                format!("{} `{}` acts on the ground alone, which does not move", instance.kind.keyword, instance.name);
+            out.push(
+                Diagnostic::error("name::ground", message)
+                    .at(TableReader::place(&instance.table, key), "stands still")
+                    .help("name a shaft or mass that moves"),
+            );
         }
     }
 

@@ -543,6 +543,19 @@ impl<'a> TableReader<'a> {
         self.motions().chain(charges.map(|charge| Domain::Charge.motion().map(|quantity| quantity.of(&charge))))
     }
 
+    /// Whether a name is that of the housing, and of no shaft or mass.
+    pub(super) fn is_ground(&self, name: &str) -> bool {
+        name == GROUND && self.body(name).is_none()
+    }
+
+    /// The dimension of an angle, a speed, a position or a velocity of the housing, which are zero.
+    pub(super) fn motion_of_ground(&self, name: &str) -> Option<Dimension> {
+        let domains = [Domain::Rotation, Domain::Translation];
+        let mut all = domains.into_iter().flat_map(|domain| domain.motion().into_iter().zip(domain.dimensions()));
+        let (_, dimension) = all.find(|(quantity, _)| quantity.of(GROUND) == name)?;
+        self.is_ground(GROUND).then_some(dimension)
+    }
+
     /// What a coordinate is.
     pub(super) fn domain_of(&self, coordinate: &str) -> Domain {
         self.body(coordinate).unwrap_or(Domain::Charge)

@@ -13,8 +13,8 @@ use crate::units::Dimension;
 /// Newton steps that are made at most, and halvings of one.
 const STEPS: usize = 200;
 const HALVINGS: usize = 40;
-/// Starts besides the first one.
-const STARTS: usize = 24;
+/// Starts of [`equilibria`] besides the first one.
+pub const STARTS: usize = 24;
 /// Two equilibria are one if they are closer, relative to their size or to a radian (or metre).
 const SAME: f64 = 1e-6;
 /// By how much a kept row may be off that counts as met, rad or m.
@@ -219,17 +219,26 @@ impl Statics {
     /// Whether what is left at a position is no more than rounding makes: of torques of the largest of them, of each row of positions of its own.
     fn is_settled(&self, position: &[f64]) -> bool {
         let slopes = self.at(&mut Floating::<f64>::default(), &self.slopes, |k| position[k]);
-        let width = self.active.len().max(1);
-        let row = |slopes: &[f64]| {
+        let width = self.active.len();
+        let row = |row: usize| {
+            let slopes = &slopes[row * width..(row + 1) * width];
             let moved = self.active.iter().zip(slopes).map(|(k, slope)| (slope * position[*k].abs().max(1.0)).abs());
             64.0 * f64::EPSILON * moved.sum::<f64>()
         };
-        let rounding: Vec<f64> = slopes.chunks(width).map(row).collect();
+        let rounding: Vec<f64> = (0..self.torques.len()).map(row).collect();
         let of_torques = self.torques.iter().zip(&rounding).filter(|((k, _), _)| *k < self.coordinates);
         let most = of_torques.fold(0.0, |most, (_, own)| f64::max(most, *own));
         let mut all = self.torques.iter().zip(self.residual(position)).zip(&rounding);
         rounding.iter().all(|own| own.is_finite())
             && all.all(|(((k, _), left), own)| left.abs() <= if *k < self.coordinates { most } else { *own })
+    }
+
+    /// A coordinate along which a torque (N m) acts that is the same everywhere and, rounding included, not zero.
+    fn constant(&self) -> Option<(usize, f64)> {
+        let vanishes = |torque| self.at(&mut Intervals, &[torque], |_| Interval::ALL)[0].contains(0.0);
+        let mut along = self.torques.iter().filter(|(k, _)| *k < self.coordinates);
+        let (k, torque) = along.find(|(_, torque)| self.graph.symbols(&[*torque]).is_empty() && !vanishes(*torque))?;
+        Some((*k, self.at(&mut Floating::<f64>::default(), &[*torque], |_| 0.0)[0]))
     }
 
     /// Kept rows that are not met at a position, with how far they are off.
@@ -411,10 +420,8 @@ pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
     let (statics, r) = (Statics::new(reduced, (&[], &[]), start), reduced.degrees_of_freedom());
     let free: Vec<usize> = (0..r).filter(|k| !statics.active.contains(k)).collect();
     let mut out = Equilibria { found: Vec::new(), free, constant: None, best: None };
-    let along = statics.torques.iter().filter(|(k, _)| *k < r);
-    let constant = along.into_iter().find_map(|(k, torque)| Some((*k, statics.graph.number_of(*torque)?)));
-    if let Some((k, torque)) = constant {
-        out.constant = Some((k, rational_to_f64(torque)));
+    out.constant = statics.constant();
+    if out.constant.is_some() {
         return out;
     }
     let mut random = Random::new(SEED);

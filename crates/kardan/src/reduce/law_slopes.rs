@@ -154,32 +154,53 @@ type Values<'a> = dyn Fn(&Motion, &[Expr]) -> (Vec<Option<Rational>>, Vec<Interv
 /// What vanishes at a place, or so near to it that the angles are rounded by as much, where a torque bends or jumps. Where it has the same value
 /// and derivatives on all sides, as `w·|w|` has at rest, it does neither.
 fn kinks_at(motion: &mut Motion, torque: Expr, used: &[Symbol], at: &Values<'_>) -> Vec<String> {
-    let kinks = motion.graph.kinks(torque);
+    // What no motion changes is on one side.
+    let mut kinks = motion.graph.kinks(torque);
+    let varying = motion.graph.varying();
+    kinks.retain(|kink| varying(*kink));
     let (known, near) = at(motion, &kinks);
     let exactly = |k: &usize| known[*k].as_ref().is_some_and(Rational::is_zero);
     let vanishing: Vec<usize> = (0..kinks.len()).filter(|k| exactly(k) || near[*k].contains(0.0)).collect();
-    if vanishing.is_empty() {
-        return Vec::new();
-    }
     let exact = vanishing.iter().all(exactly);
     let vanishing: Vec<Expr> = vanishing.into_iter().map(|k| kinks[k]).collect();
-    if let Some(sides) = motion.graph.sides(torque, &|part| vanishing.contains(&part)) {
-        let mut all = sides.clone();
-        used.iter().for_each(|symbol| all.extend(motion.graph.derivatives(&sides, *symbol)));
-        let (known, near) = at(motion, &all);
-        let same = |k: usize| match (&known[k], &known[k - k % sides.len()]) {
-            (Some(one), Some(other)) if exact => one == other,
-            _ => {
-                let [one, other] = [near[k], near[k - k % sides.len()]];
-                one.low <= other.high && other.low <= one.high
-            }
-        };
-        if (0..all.len()).all(same) {
-            return Vec::new();
+    if vanishing.is_empty() || is_smooth(motion, (torque, used), (&vanishing, exact), at) {
+        return Vec::new();
+    }
+    // Those that bend it by themselves, each once, whatever its sign; where none does, all together.
+    let (mut told, mut all) = (Vec::new(), Vec::<[Expr; 2]>::new());
+    for kink in vanishing {
+        let opposite = motion.graph.negate(kink);
+        let is_negative = motion.graph.terms(kink).1.first().is_some_and(|(_, factor)| *factor < Rational::ZERO);
+        let pair = if is_negative { [opposite, kink] } else { [kink, opposite] };
+        if !all.contains(&pair) {
+            all.push(pair);
+            told.extend((!is_smooth(motion, (torque, used), (&pair, exact), at)).then_some(pair));
         }
     }
-    let text = |kink: &Expr| format!("`{}` = 0", printed(&motion.graph, *kink, Style::Text, &|name| name.into()));
-    vanishing.iter().map(text).collect()
+    let text =
+        |[kink, _]: &[Expr; 2]| format!("`{}` = 0", printed(&motion.graph, *kink, Style::Text, &|name| name.into()));
+    if told.is_empty() { all } else { told }.iter().map(text).collect()
+}
+
+/// Whether a torque has the same value and derivatives on all sides of what vanishes at a place.
+fn is_smooth(
+    motion: &mut Motion,
+    (torque, used): (Expr, &[Symbol]),
+    (vanishing, exact): (&[Expr], bool),
+    at: &Values<'_>,
+) -> bool {
+    let Some(sides) = motion.graph.sides(torque, &|part| vanishing.contains(&part)) else { return false };
+    let mut all = sides.clone();
+    used.iter().for_each(|symbol| all.extend(motion.graph.derivatives(&sides, *symbol)));
+    let (known, near) = at(motion, &all);
+    let same = |k: usize| match (&known[k], &known[k - k % sides.len()]) {
+        (Some(one), Some(other)) if exact => one == other,
+        _ => {
+            let [one, other] = [near[k], near[k - k % sides.len()]];
+            one.low <= other.high && other.low <= one.high
+        }
+    };
+    (0..all.len()).all(same)
 }
 
 /// An angle, behind all of them a speed, behind these the time, which is zero.

@@ -28,7 +28,7 @@ mod slipping;
 
 pub use constraint_torques::Acting;
 pub use dynamics::{Dynamics, Extension, MotionPlan, Work};
-pub use equilibrium::{Equilibria, Equilibrium, Held, equilibria, held};
+pub use equilibrium::{Equilibria, Equilibrium, Held, STARTS, equilibria, held};
 pub use equilibrium_rows::{NoEquilibrium, equilibrium_rows};
 pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Dependency, ReduceError, Reduced, Redundant};
-use crate::assemble::{Along, Equations};
+use crate::assemble::{Along, Equations, KeptRow};
+use crate::equations::Kept;
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::units::Exact;
 
@@ -19,7 +20,7 @@ pub(super) fn keep_independent(equations: &mut Equations) -> Result<Vec<Redundan
     let matrix = equations.constraint_matrix();
     let rank = echelon(&matrix, &(0..n).collect::<Vec<_>>()).rank();
     if rank == rows {
-        return Ok(Vec::new());
+        return Ok(redundant_rates(equations));
     }
     // Pivots of the transpose are the first independent rows; the other columns are their shares.
     let e = echelon(&matrix.transpose(), &(0..rows).collect::<Vec<_>>());
@@ -44,7 +45,38 @@ pub(super) fn keep_independent(equations: &mut Equations) -> Result<Vec<Redundan
     }
     let mut row = 0..rows;
     equations.constraints.retain(|_| e.pivots.contains(&row.next().expect("a number for each row")));
+    redundant.extend(redundant_rates(equations));
     Ok(redundant)
+}
+
+/// Takes rows of speeds whose coefficients are numbers, and which follow from constraints that stand still, out of the kept ones.
+fn redundant_rates(equations: &mut Equations) -> Vec<Redundant> {
+    let (n, rows) = (equations.coordinates.len(), equations.constraints.len());
+    let elements = rows - equations.nodes.len();
+    let mut out = Vec::new();
+    let follows = |kept: &KeptRow| {
+        let Kept::Rates(row) = &kept.law else { return None };
+        let row: Vec<(usize, Rational)> =
+            row.iter().map(|(shaft, formula)| Some((*shaft, formula.number()?))).collect::<Option<_>>()?;
+        let mut matrix = Matrix::zeros(n, rows + 1);
+        for (k, constraint) in equations.constraints.iter().enumerate() {
+            constraint.row.iter().for_each(|(shaft, x)| matrix[(*shaft, k)] = x.clone());
+        }
+        row.iter().for_each(|(shaft, x)| matrix[(*shaft, rows)] = matrix[(*shaft, rows)].plus(x));
+        let e = echelon(&matrix, &(0..=rows).collect::<Vec<_>>());
+        let shares = e.pivots.iter().enumerate().map(|(k, &other)| (other, e.form[(k, rows)].clone()));
+        let shares: Vec<(usize, Rational)> = shares.filter(|(_, share)| !share.is_zero()).collect();
+        let moves = |other: usize| equations.moving.contains_key(&equations.constraints[other].element);
+        let follows = !e.pivots.contains(&rows) && !shares.is_empty();
+        let stands = || shares.iter().all(|(other, _)| *other < elements && !moves(*other));
+        let constraint = Along { element: kept.element.clone(), row, value: Exact::new(Rational::ZERO, 0) };
+        (follows && stands()).then_some(Redundant { constraint, shares })
+    };
+    for kept in &equations.kept {
+        out.extend(follows(kept));
+    }
+    equations.kept.retain(|kept| out.iter().all(|row| row.constraint.element != kept.element));
+    out
 }
 
 /// Whether the offset of a row is the sum of those that it follows from: powers of π are independent over the rationals.

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::checks::is_finite_at;
 use super::known::Known;
+use super::places::place_of_value;
 use super::read::{of_dimension, read_word, read_words};
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::Equations;
@@ -47,6 +48,8 @@ pub struct AnalysisSpec {
     pub sensors: Vec<Site>,
     /// Places in the file: of the value of each key that is there.
     pub places: BTreeMap<&'static str, Place>,
+    /// Places in the file: of the expression of each law of torque.
+    pub laws: BTreeMap<String, Place>,
 }
 
 impl Default for AnalysisSpec {
@@ -63,6 +66,7 @@ impl Default for AnalysisSpec {
             actuators: Vec::new(),
             sensors: Vec::new(),
             places: BTreeMap::new(),
+            laws: BTreeMap::new(),
         }
     }
 }
@@ -114,6 +118,11 @@ pub(super) fn analysis_spec(
         stuck: values.words("stuck").map(<[String]>::to_vec).unwrap_or_default(),
         threshold: values.number("threshold"),
         places: table.values.iter().map(|(key, given)| (*key, given.place.clone())).collect(),
+        laws: equations
+            .laws
+            .iter()
+            .map(|law| (law.element.clone(), place_of_value(known.document, &law.element, "law")))
+            .collect(),
         ..AnalysisSpec::default()
     };
     spec.horizon = values.exact_or_default("horizon");

@@ -85,17 +85,18 @@ fn class_of(variant: &PreparedVariant, position: &[f64], stuck: &BTreeSet<String
     let mut found = class(&variant.reduced, position, stuck);
     let Some(unfrozen) = &variant.unfrozen else { return found };
     let kept = kept_constraints(unfrozen);
-    let is_kept = |element: &str| kept.iter().any(|class| class.element == element);
+    let is_kept = |element: &str| kept.iter().any(|(class, _)| class.element == element);
     found.constraints.retain(|constraint| !is_kept(&constraint.element));
     if let Some(assumption) = found.assumptions.iter_mut().find(|one| one.statement.starts_with("the constraints are"))
     {
         assumption.breaches.retain(|breach| !is_kept(&breach.element));
-        let why = "it is not linear with constant coefficients: what follows is about small motions around the operating point, with its row as it is there";
-        assumption.breaches.extend(kept.iter().map(|class| Breach { element: class.element.clone(), why: why.into() }));
+        let broken =
+            kept.iter().filter_map(|(class, why)| Some(Breach { element: class.element.clone(), why: why.clone()? }));
+        assumption.breaches.extend(broken);
         assumption.holds = assumption.breaches.is_empty();
     }
     found.constant_linear = found.assumptions.iter().all(|assumption| assumption.holds);
-    found.constraints.extend(kept);
+    found.constraints.extend(kept.into_iter().map(|(class, _)| class));
     found
 }
 

@@ -2,10 +2,14 @@
 
 use crate::diagnostics::quoted;
 use crate::equations::Domain;
-use crate::reduce::{Equilibrium, Reduced, equilibria};
+use crate::reduce::{Equilibrium, Reduced, STARTS, equilibria};
 
 /// Other equilibria that are told.
 const MOST_OTHERS: usize = 6;
+
+/// Where the test of existence fails.
+const NOT_PROVEN: &str =
+    "that there is exactly one nearby is not proven, as the derivative of the torques is singular there, or nearly";
 
 /// A position at rest without inputs and friction.
 pub(super) struct Rest {
@@ -46,6 +50,18 @@ pub(super) fn currents_in_words(reduced: &Reduced, rates: &[f64]) -> impl Iterat
     })
 }
 
+/// An equilibrium, and whether it is proven to be one and the only one nearby.
+fn one_in_words(one: &Equilibrium, place: &str, free: &str) -> String {
+    let stays = if free.is_empty() { String::new() } else { format!(" among positions with the same {free}") };
+    match one.radius {
+        Some(radius) => format!(
+            "the equilibrium {place}, proven: there is exactly one within {radius:e} of it{stays}, relative to a radian or metre or its size"
+        ),
+        None if one.residual == 0.0 => format!("{place}, where no torque is left; {NOT_PROVEN}"),
+        None => format!("{place}, where {:.1e} are left of the torques; {NOT_PROVEN}", one.residual),
+    }
+}
+
 impl Rest {
     /// The equilibrium near a position; why there is none, else.
     pub fn near(reduced: &Reduced, near: &[f64]) -> Result<Self, String> {
@@ -60,29 +76,39 @@ impl Rest {
         let Some(first) = all.found.first() else {
             let (best, residual) = all.best.unwrap_or_default();
             return Err(format!(
-                "no equilibrium was found from 25 starts within a turn (that there is none is not proven); at best {residual:.3e} are left, at {}",
+                "no equilibrium was found from {} starts within a turn (that there is none is not proven); at best {residual:.3e} are left, at {}",
+                STARTS + 1,
                 place(&best)
             ));
         };
-        let found = match first.radius {
-            Some(radius) => format!(
-                "the equilibrium {}, proven: there is exactly one within {radius:e} of it, relative to a radian or metre or its size",
+        let free = quoted(all.free.iter().map(|k| names[*k].as_str()));
+        let found = if all.free.len() == names.len() {
+            format!(
+                "{}; no torque depends on the position, so that every one is an equilibrium",
                 place(&first.position)
-            ),
-            None => format!(
-                "{}, where {:.1e} are left of the torques; not proven: equilibria are not isolated there, or too close",
-                place(&first.position),
-                first.residual
-            ),
+            )
+        } else {
+            one_in_words(first, &place(&first.position), &free)
         };
         let mut more = Vec::new();
-        if !all.free.is_empty() {
-            let free = all.free.iter().map(|k| names[*k].as_str());
-            more.push(format!("no torque depends on {}: they stay where `initial` puts them", quoted(free)));
+        if !free.is_empty() {
+            let stay = match all.free.len() {
+                1 => "it stays where `initial` puts it",
+                _ => "they stay where `initial` puts them",
+            };
+            more.push(format!("no torque depends on {free}: {stay}"));
         }
-        let others: Vec<String> = all.found.iter().skip(1).take(MOST_OTHERS).map(|one| place(&one.position)).collect();
-        if !others.is_empty() {
-            more.push(format!("other equilibria: {}; CHOICE chooses one", others.join("; ")));
+        if let [_, others @ ..] = all.found.as_slice()
+            && !others.is_empty()
+        {
+            let mut told: Vec<String> = others.iter().take(MOST_OTHERS).map(|one| place(&one.position)).collect();
+            if others.len() > MOST_OTHERS {
+                told.push(format!("{} more", others.len() - MOST_OTHERS));
+            }
+            more.push(format!(
+                "other equilibria, of those that {STARTS} starts within a turn led to (there may be more): {}; CHOICE chooses one",
+                told.join("; ")
+            ));
         }
         let currents: Vec<String> = currents_in_words(reduced, &first.rates).collect();
         if !currents.is_empty() {

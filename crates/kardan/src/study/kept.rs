@@ -9,10 +9,12 @@ use super::{AnalysisSpec, Prepared, PreparedVariant};
 use crate::assemble::KeptRow;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::{InputKind, Kept};
+use crate::expr::Expr;
 use crate::model::{ControlSpec, Document, TableReader};
+use crate::num::{Matrix, Rational, echelon};
 use crate::reduce::{
-    Kinematics, NoStart, OperatingPoint, ReduceError, Reduced, StartOnRows, frozen, held, start_on_rows,
-    start_on_rows_with,
+    Kinematics, Motion, NoStart, OperatingPoint, ReduceError, Reduced, SparseRow, StartOnRows, frozen, held,
+    start_on_rows, start_on_rows_with,
 };
 use crate::simulate::Scenario;
 use crate::synthesis::Plant;
@@ -35,7 +37,14 @@ pub(super) fn check_kept(document: &Document, reduced: &Reduced, out: &mut Vec<D
             format!("bench and identification do not know constraints that are not solved for a coordinate: {names}");
         refuse(message, place.clone(), "this table", "take it out");
     }
-    if equations.kept.len() >= reduced.degrees_of_freedom() {
+    if let Some(row) = superfluous(reduced) {
+        let name = &equations.kept[row].element;
+        let message = format!("`{name}` holds no motion that the other constraints leave, at no position");
+        let help =
+            "remove it, or those that say the same: beside rows of speeds, and expressions, no row is kept twice";
+        let mistake = Diagnostic::error("constraint::dependent", message);
+        out.push(mistake.at(place_of(document, name), "this constraint").help(help));
+    } else if equations.kept.len() >= reduced.degrees_of_freedom() {
         let message = format!(
             "the constraints leave no motion: {} coordinates and {} more constraints",
             reduced.degrees_of_freedom(),
@@ -47,6 +56,22 @@ pub(super) fn check_kept(document: &Document, reduced: &Reduced, out: &mut Vec<D
         out.push(at_each(document, elements, "a constraint", mistake));
     }
     out.len() == before
+}
+
+/// A kept row that follows from those before it, where all their coefficients are numbers.
+fn superfluous(reduced: &Reduced) -> Option<usize> {
+    let (motion, count) = (Motion::at_time_zero(reduced), reduced.equations.kept.len());
+    let rows = &motion.frictions[motion.frictions.len() - count..];
+    let number = |entry: &Expr| motion.graph.number_of(*entry).cloned();
+    let numbers = |row: &SparseRow| row.iter().map(|(k, entry)| Some((*k, number(entry)?))).collect::<Option<Vec<_>>>();
+    let known: Vec<(usize, Vec<(usize, Rational)>)> =
+        rows.iter().enumerate().filter_map(|(row, entries)| Some((row, numbers(entries)?))).collect();
+    let mut matrix = Matrix::zeros(reduced.degrees_of_freedom(), known.len());
+    for (column, (_, row)) in known.iter().enumerate() {
+        row.iter().for_each(|(k, x)| matrix[(*k, column)] = x.clone());
+    }
+    let free = echelon(&matrix, &(0..known.len()).collect::<Vec<_>>()).free();
+    free.first().map(|column| known[*column].0)
 }
 
 /// Where a run begins: near `initial`, on the kept rows; there itself where none are, or there is no such place.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::equations::{Formula, Hold, Meaning, Mesh};
-use crate::expr::{Expr, Graph, Named, OfTime};
+use crate::expr::{Beyond, Expr, Graph, Named, OfTime};
 use crate::plan::compile;
 use crate::reduce::Reduced;
 use crate::results::Series;
@@ -13,8 +13,11 @@ use crate::units::Dimension;
 /// Part of the range of a table by which rounding alone may leave it.
 const ROUNDING: f64 = 1e-9;
 
-/// Where a run was farthest beyond the points of a table.
+/// Where a run was farthest beyond the points of a table along one of its arguments.
 struct Left {
+    /// Of a surface: along what.
+    along: &'static str,
+    beyond: Beyond,
     /// How far, as a part of its range, and in the unit of the argument.
     part: f64,
     by: f64,
@@ -27,7 +30,7 @@ struct Left {
     element: String,
 }
 
-/// Sentences about tables that torques of elements took values of beyond their points, one for each table. Looked at in the rows of the run.
+/// Sentences about tables that torques of elements took values of beyond their points, one for each table and argument. Looked at in the rows of the run.
 pub(super) fn left_tables(reduced: &Reduced, series: &Series) -> Vec<String> {
     let equations = &reduced.equations;
     let holds = equations.holds.iter().filter_map(|hold| match &hold.value {
@@ -35,7 +38,7 @@ pub(super) fn left_tables(reduced: &Reduced, series: &Series) -> Vec<String> {
         _ => None,
     });
     let laws = equations.laws.iter().map(|law| (&law.element, &law.value));
-    let mut left: BTreeMap<String, Left> = BTreeMap::new();
+    let mut left: BTreeMap<(String, &str), Left> = BTreeMap::new();
     for (element, formula) in laws.chain(holds) {
         look(reduced, (element, &[]), formula, series, &mut left);
     }
@@ -44,12 +47,19 @@ pub(super) fn left_tables(reduced: &Reduced, series: &Series) -> Vec<String> {
             look(reduced, (&hold.element, &hold.row_f64()), formula, series, &mut left);
         }
     }
-    let told = |(name, left): (String, Left)| {
-        let Left { by, unit, above, end, time, first, element, .. } = left;
+    let told = |((name, _), left): ((String, &str), Left)| {
+        let Left { along, beyond, by, unit, above, end, time, first, element, .. } = left;
         let (side, which) = if above { ("above", "last") } else { ("below", "first") };
+        let goes_on = match beyond {
+            Beyond::Level => "the value of that point holds",
+            Beyond::Straight => "it goes on straight",
+        };
+        let in_unit = |value: f64| format!("{value:.6} {unit}").trim_end().to_string();
         format!(
-            "table `{name}` was left in `{element}`, from {first:.6} s on: at {time:.6} s it was asked {by:.6} {unit} {side} its {which} point at \
-             {end:.6} {unit}, where its `beyond` holds (largest of all rows)"
+            "table `{name}` was left{along} in `{element}`, from {first:.6} s on: at {time:.6} s it was asked {} {side} its {which} point at \
+             {}, where {goes_on} (largest of all rows)",
+            in_unit(by),
+            in_unit(end)
         )
     };
     left.into_iter().map(told).collect()
@@ -58,6 +68,8 @@ pub(super) fn left_tables(reduced: &Reduced, series: &Series) -> Vec<String> {
 /// What a table is asked, with its range and unit.
 struct Argument {
     table: String,
+    along: &'static str,
+    beyond: Beyond,
     at: Expr,
     range: (f64, f64),
     unit: String,
@@ -129,8 +141,11 @@ impl<'a> Calls<'a> {
                 _ => None,
             });
             let Some(table) = found else { continue };
-            for ((at, range), dimension) in at.into_iter().zip(table.ranges()).zip(table.arguments()) {
-                asked.push(Argument { table: name.clone(), at, range, unit: dimension.si() });
+            let names = if at.len() > 1 { [" along x", " along y"] } else { [""; 2] };
+            let ranges = table.ranges().into_iter().zip(table.arguments());
+            for ((at, (range, dimension)), along) in at.into_iter().zip(ranges).zip(names) {
+                let (table, beyond, unit) = (name.clone(), table.beyond(), dimension.si());
+                asked.push(Argument { table, along, beyond, at, range, unit });
             }
         }
         (!asked.is_empty()).then_some(Self { graph, inputs, asked })
@@ -143,7 +158,7 @@ fn look(
     (element, row): (&str, &[(usize, f64)]),
     formula: &Formula,
     series: &Series,
-    left: &mut BTreeMap<String, Left>,
+    left: &mut BTreeMap<(String, &'static str), Left>,
 ) {
     let Some(Calls { mut graph, inputs, asked }) = Calls::of(reduced, (element, row), formula) else { return };
     let symbols: Vec<Expr> = inputs.iter().map(|(name, _)| graph.symbol(name, Dimension::NONE)).collect();
@@ -184,7 +199,7 @@ fn look(
 
 impl Argument {
     /// Takes down where a value is farther beyond the range than those before.
-    fn compare(&self, (value, time): (f64, f64), element: &str, left: &mut BTreeMap<String, Left>) {
+    fn compare(&self, (value, time): (f64, f64), element: &str, left: &mut BTreeMap<(String, &'static str), Left>) {
         let (low, high) = self.range;
         let (above, end) = if value > high { (true, high) } else { (false, low) };
         let by = if above { value - high } else { low - value };
@@ -192,17 +207,28 @@ impl Argument {
         if part.is_nan() || part <= ROUNDING {
             return;
         }
-        match left.get_mut(&self.table) {
+        let (along, beyond) = (self.along, self.beyond);
+        let new = |first: f64| Left {
+            along,
+            beyond,
+            part,
+            by,
+            unit: self.unit.clone(),
+            above,
+            end,
+            time,
+            first,
+            element: element.into(),
+        };
+        match left.get_mut(&(self.table.clone(), along)) {
             Some(before) => {
                 before.first = before.first.min(time);
                 if part > before.part {
-                    let (first, unit, element) = (before.first, self.unit.clone(), element.to_string());
-                    *before = Left { part, by, unit, above, end, time, first, element };
+                    *before = new(before.first);
                 }
             }
             None => {
-                let (unit, element) = (self.unit.clone(), element.to_string());
-                left.insert(self.table.clone(), Left { part, by, unit, above, end, time, first: time, element });
+                left.insert((self.table.clone(), along), new(time));
             }
         }
     }

@@ -52,6 +52,7 @@ mod signals;
 mod source_signals;
 mod spectrum;
 mod stepped_loop;
+mod stops;
 mod strain;
 mod summary;
 mod symbolic;

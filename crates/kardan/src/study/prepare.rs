@@ -23,6 +23,7 @@ use super::places::places_in_control;
 use super::progress::Progress;
 use super::redundant::check_redundant;
 use super::scenario::scenario;
+use super::stops::check_stops;
 use super::{Prepared, PreparedVariant};
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity, quoted};
@@ -265,6 +266,7 @@ fn prepare_variant(
     }
     let known = Known { document, signals: signal_names(&reduced, &scenario), doubtful: BTreeSet::new() };
     check_start(document, &reduced, (&scenario.position, &scenario.speed), out);
+    check_stops(document, &reduced, &scenario.position, out);
     let start = Point { reduced: &reduced, initial: &scenario.position };
     let analysis = analysis_spec(&known, &reduced.equations, Some(start), settings, out);
     heard.step();

@@ -7,6 +7,7 @@ use super::analysis::output;
 use super::checks::signals_of;
 use super::equilibrium::Rest;
 use super::others::{others, state_name};
+use super::stops::beyond_in_words;
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::TransmissionRow;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -54,6 +55,7 @@ impl WorkingPoint {
         let (inputs, outputs) = signals(variant, settings, notes)?;
         let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
         let position = working_position(variant, position, notes)?;
+        notes.extend(beyond_in_words(reduced, &position));
         let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
         let system = match variant.unfrozen {
             Some(_) => ConstrainedSystem::held(reduced, &variant.point, &stuck, &inputs),
@@ -105,8 +107,10 @@ fn working_position(
             );
             let mistake = Diagnostic::error("analysis::kink", message)
                 .help("name another operating point by `at` of `[analysis]`, or make the expression smooth there");
-            let place = variant.analysis.places.get("at");
-            return Err(vec![place.into_iter().fold(mistake, |mistake, at| mistake.at(at.clone(), "at this point"))]);
+            let spec = &variant.analysis;
+            let law = spec.laws.get(name).into_iter().map(|law| (law, "it has no derivative there"));
+            let places = law.chain(spec.places.get("at").into_iter().map(|at| (at, "at this point")));
+            return Err(vec![places.fold(mistake, |mistake, (place, label)| mistake.at(place.clone(), label))]);
         }
         if slopes.rounded {
             notes.push(format!("slopes of `{name}` here are rounded to 16 digits, from there on all is exact"));

@@ -19,7 +19,7 @@ const fn with_prefixes(name: &'static str, factor: (i64, i64, i32), dimension: D
     Unit { name, factor, dimension, prefixes: true }
 }
 
-pub(super) static UNITS: [Unit; 41] = [
+pub(super) static UNITS: [Unit; 43] = [
     with_prefixes("g", (1, 1000, 0), Dimension::mechanical(1, 0, 0, 0)),
     unit("t", (1000, 1, 0), Dimension::mechanical(1, 0, 0, 0)),
     with_prefixes("m", (1, 1, 0), Dimension::mechanical(0, 1, 0, 0)),
@@ -36,6 +36,8 @@ pub(super) static UNITS: [Unit; 41] = [
     with_prefixes("Nms", (1, 1, 0), Dimension::mechanical(1, 2, -1, 0)),
     with_prefixes("J", (1, 1, 0), Dimension::TORQUE),
     with_prefixes("W", (1, 1, 0), Dimension::TORQUE_RATE),
+    with_prefixes("Wh", (3600, 1, 0), Dimension::TORQUE),
+    unit("%", (1, 100, 0), Dimension::NONE),
     with_prefixes("rad", (1, 1, 0), Dimension::ANGLE),
     unit("deg", (1, 180, 1), Dimension::ANGLE),
     unit("°", (1, 180, 1), Dimension::ANGLE),
@@ -132,9 +134,6 @@ pub(super) fn unit_help(name: &str) -> String {
     }
     if name.eq_ignore_ascii_case("grad") {
         return "did you mean `deg` or `rad`?".to_string();
-    }
-    if name == "%" {
-        return "write a percentage as a decimal: \"0.05\" for 5 %".to_string();
     }
     let length = name.chars().count();
     match nearest(name, known().filter(|unit| unit.chars().count() == length)).or_else(|| nearest(name, known())) {

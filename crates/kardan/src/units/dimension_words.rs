@@ -152,6 +152,9 @@ impl Dimension {
             .map(|candidate| format!("\"{candidate}\""))
             .collect();
         match (meant.is_empty(), bare) {
+            (true, _) if text.split(|c: char| !c.is_alphanumeric()).any(|word| word == "t") => {
+                format!("write it like {}; `t` is a tonne here, and no time", self.example())
+            }
             (true, _) => format!("write it like {}", self.example()),
             (false, true) => format!("write the unit too: {}", meant.join(" or ")),
             (false, false) => format!("did you mean {}?", meant.join(" or ")),

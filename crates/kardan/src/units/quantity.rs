@@ -283,7 +283,6 @@ mod tests {
             ("5 uf", "unknown unit `uf` @ `uf` (did you mean `uF`?)"),
             ("5 mh", "unknown unit `mh` @ `mh` (did you mean `mH`?)"),
             ("5 RPM", "unknown unit `RPM` @ `RPM` (did you mean `rpm`?)"),
-            ("5 %", "unknown unit `%` @ `%` (write a percentage as a decimal: \"0.05\" for 5 %)"),
             ("5 kg m2", "unexpected `2` in a unit @ `m2` (write a power as `m^2`)"),
             ("0,05 kg", "unexpected `,` in a number @ `,` (write one decimal point and no separators: \"1234.5\")"),
             (

@@ -42,12 +42,18 @@ fn frobenius_tells_rolling_from_what_has_an_integral() {
         let stop = "[end_stop.stop]\nshaft_1 = \"k\"\nupper = \"1 rad\"\n";
         assert_eq!(words(&class(&(stop.to_string() + &source), "row")), expected, "{rates}");
         let reason = found.reason.unwrap();
-        let witness = if expected[0] {
+        let witness = if expected[2] {
+            "its coefficients are constant"
+        } else if expected[0] {
             "is zero, exactly, at 3 generic points"
         } else {
             "is not zero, exactly, at the generic point"
         };
         assert!(reason.contains(witness), "{reason}");
+        // The verdict on the model is that of its rows.
+        let verdict = analysis(&source).class.unwrap();
+        let broken: Vec<_> = verdict.assumptions.iter().flat_map(|one| &one.breaches).collect();
+        assert_eq!((verdict.constant_linear, broken.is_empty()), (expected[2], expected[2]), "{rates}: {broken:?}");
     }
 }
 
@@ -69,6 +75,7 @@ fn relations_of_positions_and_prescribed_motions_have_their_class() {
     for (source, expected) in [
         (row("expression = \"h.phi - 0.5 * sin(k.phi)\""), [true, true, false]),
         (row("expression = \"h.phi - k.phi / 2\""), [true, true, true]),
+        (row("expression = \"h.phi - k.phi / 2 - 1 rad\""), [true, true, true]),
         (row("coefficients = { h = 1, k = -1 }\noffset = \"1 rad * sin(2 pi t / 1 s)\""), [true, false, true]),
         (row("coefficients = { h = 1, k = -1 }\noffset = \"1 rad\""), [true, true, true]),
         (
@@ -82,8 +89,19 @@ fn relations_of_positions_and_prescribed_motions_have_their_class() {
     ] {
         let found = class(&source, "row");
         assert_eq!(words(&found), expected, "{source}: {found:?}");
-        let holds = analysis(&source).class.unwrap().constant_linear;
-        assert!(!holds, "{source}");
+        let verdict = analysis(&source).class.unwrap();
+        let is_linear = source.contains("h.phi - k.phi / 2\"");
+        assert_eq!(verdict.constant_linear, is_linear, "{source}");
+        let why = verdict.assumptions.iter().flat_map(|one| &one.breaches).map(|breach| breach.why.as_str());
+        let why = why.collect::<Vec<_>>().join("; ");
+        let said = match expected {
+            _ if is_linear => why.is_empty(),
+            [_, false, _] => why.starts_with("it is rheonomic: "),
+            [.., false] => why.starts_with("it is not linear with constant coefficients: "),
+            _ if source.contains("expression") => why.starts_with("its expression is not zero at zero angles but -1: "),
+            _ => why == "its offset of 1 rad is not zero",
+        };
+        assert!(said, "{source}: {why}");
     }
 }
 

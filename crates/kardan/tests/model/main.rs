@@ -16,6 +16,7 @@ mod source_equations;
 mod state_space;
 mod symbolic;
 mod symbolic_kept;
+mod told;
 mod torque_laws;
 mod translation;
 mod values;

@@ -180,6 +180,13 @@ fn no_equilibrium_is_told() {
     };
     let message = refused("-3 N m");
     assert_eq!(message, "there is no equilibrium: along `arm` -3 N m act wherever it is");
+    // No number of the graph: a table at a place, a cosine of a number; rates are zero.
+    let spun = "[table.tb]\npoints = { x = [\"0 rad/s\", \"5 rad/s\"], value = [\"1 N m\", \"2 N m\"] }\n";
+    let source = format!("{}{spun}", PENDULUM.replace("-18 N m * sin(arm.phi)", "tb(arm.w)"));
+    let wrong = analyze(&source, &AnalyzeSettings::default(), &Silent).unwrap_err();
+    assert_eq!(wrong[0].message, "there is no equilibrium: along `arm` 1 N m act wherever it is");
+    let message = refused("cos(1) * 2 N m");
+    assert!(message.starts_with("there is no equilibrium: along `arm` 1.0806046117362"), "{message}");
     let message = refused("-2 N m + sin(arm.phi) * 1 N m");
     assert!(
         message.starts_with(
@@ -192,4 +199,39 @@ fn no_equilibrium_is_told() {
         PENDULUM.replace("-18 N m * sin(arm.phi)", "-3 N m")
     );
     assert!(analyze(&named, &AnalyzeSettings::default(), &Silent).is_ok());
+}
+
+/// What is told of an equilibrium is true of it: unique, one of a continuum, flat, or one of several.
+#[test]
+fn equilibria_are_told_as_what_they_are() {
+    let told = |law: &str, more: &str| {
+        let source = format!(
+            "{}{more}[scenario]\nduration = \"10 ms\"\nstart = \"equilibrium\"\n",
+            PENDULUM.replace("-18 N m * sin(arm.phi)", law)
+        );
+        let study = Project::open(&source).run(&runs_only(), &Silent).unwrap_or_else(|wrong| panic!("{wrong:?}"));
+        let notes = study.runs[0].notes.clone();
+        notes
+            .iter()
+            .filter(|note| note.contains("equilibri") || note.contains("begins at"))
+            .cloned()
+            .collect::<Vec<_>>()
+    };
+    let every = "no torque depends on the position, so that every one is an equilibrium";
+    assert_eq!(told("0 N m * arm.phi", ""), [format!("the run begins at arm.phi = 0.000000 deg; {every}")]);
+    // -phi^3 is isolated at zero, but its derivative vanishes there.
+    let flat = "the run begins at arm.phi = 0.000000 deg, where no torque is left; that there is exactly one nearby is not proven, as the \
+                derivative of the torques is singular there, or nearly";
+    assert_eq!(told("-1 N m * (arm.phi)^3", ""), [flat]);
+    let one = "the run begins at the equilibrium arm.phi = 0.000000 deg, proven: there is exactly one within 1e-12 of it, relative to a radian or \
+               metre or its size";
+    assert_eq!(told("-1 N m * arm.phi / (1 rad)", ""), [one]);
+    let beside = told("-1 N m * arm.phi / (1 rad)", "[shaft.free]\ninertia = \"1 kg m^2\"\n");
+    let among = "within 1e-12 of it among positions with the same `free`, relative";
+    assert!(beside.len() == 1 && beside[0].contains(among), "{beside:?}");
+    let several = told("-18 N m * sin(3 * arm.phi)", "");
+    assert!(
+        several[1].starts_with("other equilibria, of those that 24 starts within a turn led to (there may be more): "),
+        "{several:?}"
+    );
 }

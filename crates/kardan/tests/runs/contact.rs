@@ -401,7 +401,7 @@ fn blows_of_random_carriages_gain_nothing() {
     }
 }
 
-/// Friction below zero would drive: the run ends there, and what it has is kept. A start beyond a stop is refused the same way.
+/// Friction below zero would drive: the run ends there, and what it has is kept. A start beyond a stop is refused before.
 #[test]
 fn what_cannot_be_ends_the_run() {
     let brake = "[shaft.a]\ninertia = \"1 kg m^2\"\n[brake.b]\nshaft = \"a\"\ntorque = \"1 N m * (0.5 - t/(1 s))\"\n\
@@ -413,9 +413,13 @@ fn what_cannot_be_ends_the_run() {
     let Outcome::Failed { time, cause } = &run.outcome else { panic!("{:?}", run.outcome) };
     assert!((time - 0.5).abs() < 1e-6 && cause.contains("friction below zero would drive"), "{cause}");
     assert!(run.series.time.len() >= 50, "{}", run.series.time.len());
-    let run = ended(&ball("restitution = 0.5").replace("80 cm", "-1 cm"));
-    let Outcome::Failed { time, cause } = &run.outcome else { panic!("{:?}", run.outcome) };
-    assert!(*time == 0.0 && cause.contains("`ground` begins 0.01"), "{cause}");
+    let below = ball("restitution = 0.5").replace("80 cm", "-1 cm");
+    let told = study::check(&below);
+    let message = "the run begins 0.010000 m beyond the stop of `ground`, which nothing can pass";
+    assert!(told.len() == 1 && told[0].code == "scenario::stop" && told[0].message == message, "{told:?}");
+    // On the stop it begins, and beyond a soft one.
+    assert_eq!(study::check(&below.replace("-1 cm", "0 cm")), []);
+    assert_eq!(study::check(&below.replace("restitution = 0.5", "stiffness = \"1 kN/m\"")), []);
 }
 
 /// What carries torque by modes stands in the written equations by its name, and laws on the right.

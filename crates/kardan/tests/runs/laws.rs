@@ -200,15 +200,35 @@ fn a_run_tells_which_tables_it_left() {
     let told: Vec<&String> = found.runs[0].notes.iter().filter(|note| note.contains("was left")).collect();
     // Of 2 φ = 10 rad/s · t the row after 0.1 s is the first beyond 1 rad, and at the end 10 rad are asked.
     let words = [
-        "`left` was left in `two`, from 0.110000 s on: at 1.000000 s it was asked 9.000000 rad above its last point at 1.000000 rad",
+        "`left` was left in `two`, from 0.110000 s on: at 1.000000 s it was asked 9.000000 rad above its last point at 1.000000 rad, \
+         where the value of that point holds",
     ];
     let short = [
-        "`short` was left in `two`, from 0.510000 s on: at 1.000000 s it was asked 0.500000 s above its last point at 0.500000 s",
+        "`short` was left along y in `two`, from 0.510000 s on: at 1.000000 s it was asked 0.500000 s above its last point at 0.500000 s",
     ];
     assert_eq!(told.len(), 2, "{told:?}");
     for (note, words) in told.iter().zip([words, short]) {
         words.iter().for_each(|words| assert!(note.contains(words), "{note}"));
     }
+    // A surface that is left along both: each is told, and what holds there.
+    let surface = "[shaft.a]\ninertia = \"1 kg m^2\"\n[table.map]\nbeyond = \"straight\"\n\
+                   points = { x = [\"0 rad/s\", \"10 rad/s\"], y = [0, 1], value = [\"0 N m\", \"0 N m\", \"0 N m\", \"0 N m\"] }\n\
+                   [torque.e]\nshaft = \"a\"\nlaw = \"map(a.w, 2 + t / 1 s)\"\n[scenario]\nduration = \"1 s\"\ninitial = { \"a.w\" = \"15 rad/s\" }\n";
+    let found =
+        kardan::study::run(surface, &kardan::study::Settings::default(), &kardan::study::Silent).expect("a run");
+    let told: Vec<&String> = found.runs[0].notes.iter().filter(|note| note.contains("was left")).collect();
+    let end = "where it goes on straight (largest of all rows)";
+    assert_eq!(
+        told,
+        [
+            &format!(
+                "table `map` was left along x in `e`, from 0.000000 s on: at 0.000000 s it was asked 5.000000 rad/s above its last point at 10.000000 rad/s, {end}"
+            ),
+            &format!(
+                "table `map` was left along y in `e`, from 0.000000 s on: at 1.000000 s it was asked 2.000000 above its last point at 1.000000, {end}"
+            ),
+        ]
+    );
     // Within its points nothing is told.
     let slow = source.replace("\"5 rad/s\"", "\"0.5 rad/s\"").replace("\"0.5 s\"", "\"1 s\"");
     let found = kardan::study::run(&slow, &kardan::study::Settings::default(), &kardan::study::Silent).expect("a run");

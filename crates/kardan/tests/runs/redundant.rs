@@ -136,3 +136,40 @@ fn rows_are_kept_once() {
     assert_eq!(variant.reduced.degrees_of_freedom(), 1);
     assert_eq!(variant.reduced.sharing().len(), 1);
 }
+
+/// ```text
+///   τ → [ a ]==2:1==[ b ]--rack 0.2 m--[ x ]      a row of speeds x' = 0.1 m a' beside: kept once, J a'' = τ with J = 1 + 1/4 + 0.1²
+/// ```
+#[test]
+fn a_row_of_speeds_that_follows_is_kept_once() {
+    let source = |rates: &str| {
+        format!(
+            "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n[mass.x]\nmass = \"1 kg\"\n\
+             [gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 2\n[rack_and_pinion.p]\npinion = \"b\"\nrack = \"x\"\nradius = \"0.2 m\"\n\
+             [motor.m]\nshaft = \"a\"\n{rates}[scenario]\nduration = \"1 s\"\nsignals = {{ \"m.tau\" = \"1 N m\" }}\n"
+        )
+    };
+    let row = |rates: &str| format!("[constraint.r]\nrates = {{ {rates} }}\n");
+    let found = run(&source(&row("x = 1, a = \"-0.1 m\"")));
+    for time in [0.3, 1.0] {
+        close(at(&found, "a.w", time), time / 1.26, 1e-12, "speed");
+        close(at(&found, "x.v", time), 0.1 * time / 1.26, 1e-12, "speed of the rack");
+        // All that moves the mass: the rack, and the row beside it.
+        close(at(&found, "p.x.f", time) + at(&found, "r.x.f", time), 0.1 / 1.26, 1e-12, "forces on the mass");
+    }
+    assert!(found.notes.iter().any(|note| note.contains("`g`, `p`, `r` hold the same motion")), "{:?}", found.notes);
+    let told = |rates: &str| {
+        let found = study::check(&source(rates));
+        found.into_iter().find(|one| one.severity == Severity::Error).map(|one| (one.code, one.message))
+    };
+    assert_eq!(told(&row("x = 1, a = \"-0.1 m\"")), None);
+    // Another ratio holds everything.
+    let held = "the constraints leave no motion: 1 coordinates and 1 more constraints".to_string();
+    assert_eq!(told(&row("x = 1, a = \"-0.2 m\"")), Some(("constraint::no-motion", held)));
+    // Rows of speeds that say the same are not kept twice, and that is what is told.
+    let twice = "[mass.y]\nmass = \"1 kg\"\n[mass.z]\nmass = \"1 kg\"\n".to_string()
+        + &row("y = 1, z = -1")
+        + &row("y = -2, z = 2").replace(".r]", ".s]");
+    let message = "`s` holds no motion that the other constraints leave, at no position".to_string();
+    assert_eq!(told(&twice), Some(("constraint::dependent", message)));
+}

@@ -3,6 +3,7 @@
 use super::kind::Mistake;
 use super::values::Values;
 use crate::equations::{Direction, Hold, Mesh, Term};
+use crate::num::Rational;
 use crate::schema::{Field, Kind, Sign};
 use crate::units::{Dimension, Exact};
 
@@ -44,9 +45,16 @@ pub(in crate::element) fn mesh(along: Direction, values: &Values) -> Option<Term
     Some(Term::Hold { along, hold: Hold::Mesh(Mesh { forth, back, loss }) })
 }
 
+/// A number below zero for what rubs, which would drive.
+pub(in crate::element) fn check_rubs(values: &Values, key: &'static str) -> Option<Mistake> {
+    let number = values.formula(key)?.number()?;
+    let message = "it is negative, and what rubs would drive";
+    (number < Rational::ZERO).then(|| Mistake::new(key, message, "give zero or more"))
+}
+
 /// What is wrong with these keys.
 pub(in crate::element) fn check_mesh(values: &Values) -> Vec<Mistake> {
-    let mut out = Vec::new();
+    let mut out: Vec<Mistake> = check_rubs(values, "loss").into_iter().collect();
     for key in ["efficiency", "efficiency_back"] {
         let Some(efficiency) = values.number(key) else { continue };
         if efficiency > 1.0 {

@@ -8,7 +8,8 @@ use crate::entries::Place;
 use crate::equations::{Formula, Meaning};
 use crate::expr::{Expr, Graph, Named, OfTime};
 use crate::names::SignalName;
-use crate::units::{Dimension, Expression, UnitError};
+use crate::num::Rational;
+use crate::units::{Dimension, Exact, Expression, UnitError};
 
 impl Functions<'_, '_> {
     /// A formula of a dimension, with names that it alone has; nothing if it has a mistake, which was told.
@@ -42,7 +43,8 @@ impl Functions<'_, '_> {
                 let rate = |name: &str| {
                     formula.names.iter().any(|(other, meaning)| other == name && matches!(meaning, Meaning::Rate(_)))
                 };
-                if let Some(span) = expression.sign_of(&rate) {
+                let signs = expression.signs_of(&rate);
+                if let Some((span, _)) = signs.into_iter().find(|(_, of)| self.jumps_where(&formula, of)) {
                     let message =
                         format!("{what}: it jumps where this speed changes its sign, which no step can follow to rest");
                     let help = "what rubs is `friction` of a shaft, a mass or a spring_damper: it holds at rest";
@@ -101,6 +103,8 @@ impl Functions<'_, '_> {
             let meaning = if let Some((own, rate)) = moved {
                 let carrier = SignalName::new(&own[0]).element.to_string();
                 if rate == 0 { Meaning::Position(carrier) } else { Meaning::Rate(carrier) }
+            } else if let Some(dimension) = self.reader.motion_of_ground(name) {
+                Meaning::Constant(Exact::zero(), dimension)
             } else if name == "t" {
                 Meaning::Time
             } else if let Some((dimension, sampled)) = self.blocks.get(name) {
@@ -158,6 +162,29 @@ impl Functions<'_, '_> {
             Some(Named::Varying(graph.symbol(name, dimension), dimension))
         };
         graph.written(&formula.expression, &mut named)
+    }
+
+    /// Whether a formula jumps where a part of it vanishes; where that part is no sum of its names with numbers, it may.
+    fn jumps_where(&self, formula: &Formula, part: &Expression) -> bool {
+        let mut graph = Graph::default();
+        let of = Formula { expression: part.clone(), ..formula.clone() };
+        let written = [formula, &of].map(|formula| self.written_formula(formula, &mut graph).map(|(value, _)| value));
+        let [Ok(value), Ok(part)] = written else { return true };
+        let solved = graph.symbols(&[part]).into_iter().find_map(|symbol| {
+            let slope = graph.derivative(part, symbol);
+            let slope = graph.number_of(slope).cloned().filter(|slope| !slope.is_zero())?;
+            // At part = 0 the symbol is what it is less part / slope.
+            let own = graph.of_symbol(symbol)?;
+            Some((symbol, graph.sum(Rational::ZERO, &[(own, Rational::ONE), (part, -(Rational::ONE / slope))])))
+        });
+        let Some(place) = solved else { return true };
+        let kinks = graph.kinks(value);
+        let there = graph.substitute(&kinks, &[place]);
+        let vanishing: Vec<Expr> =
+            kinks.into_iter().zip(there).filter(|(_, there)| graph.is_zero(*there)).map(|(kink, _)| kink).collect();
+        let Some(sides) = graph.sides(value, &|kink| vanishing.contains(&kink)) else { return true };
+        let sides = graph.substitute(&sides, &[place]);
+        sides.iter().any(|side| *side != sides[0])
     }
 
     fn formula_mistake(

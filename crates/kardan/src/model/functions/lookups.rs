@@ -252,6 +252,21 @@ fn through(columns: Columns, cubic: bool, beyond: Beyond) -> Result<Lookup, (Str
         if points.len() != value.len() {
             return Err(("a place of the grid has two values".into(), "keep one row for each point of the grid"));
         }
+        let grid = y.iter().flat_map(|y| x.iter().map(move |x| (y.clone(), x.clone())));
+        let missing: Vec<_> = grid.filter(|place| !points.contains_key(place)).collect();
+        if let Some((y, x)) = missing.first() {
+            let at = |value: &Rational, dimension: &Dimension| match dimension.si() {
+                unit if unit.is_empty() => rational_to_f64(value).to_string(),
+                unit => format!("{} {unit}", rational_to_f64(value)),
+            };
+            let [x, y] = [at(x, &dimensions[0]), at(y, &dimensions[1])];
+            let more = match missing.len() {
+                1 => String::new(),
+                count => format!(", and at {} more places", count - 1),
+            };
+            let message = format!("the grid has no value where the first column is {x} and the second {y}{more}");
+            return Err((message, "give one row for each point of the grid"));
+        }
         points.into_values().collect()
     };
     if x.len() * y.len() != value.len() {

@@ -3,12 +3,20 @@
 use std::sync::Arc;
 
 use super::Functions;
+use super::smooth::bend;
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
 use crate::equations::{Domain, Formula, FormulaRow, Meaning};
 use crate::expr::Graph;
 use crate::schema::{Placed, Scalar};
 use crate::units::{Dimension, Expression};
+
+/// The unit of what a quantity is another one times, if that is a power of a length, such as m^2.
+fn lengths_over(found: &Dimension, one: &Dimension) -> Option<String> {
+    let over = found.times(one, -1)?;
+    let powers = (1..=4).filter_map(|power| Dimension::NONE.times(&Dimension::LENGTH, power));
+    powers.into_iter().any(|power| power.is_like(&over)).then(|| over.si())
+}
 
 impl Functions<'_, '_> {
     /// An expression of angles and positions that is to vanish: an angle or a length; and which of them it is.
@@ -27,7 +35,13 @@ impl Functions<'_, '_> {
                 None => format!("{what}: expected an angle, a number or a length, found {}", found.noun()),
                 Some(_) => format!("{what}: no angle or position stands in it, so it constrains nothing"),
             };
-            let help = "write what is to vanish, such as `q1.phi - 0.5 * sin(q2.phi)` or `crank * cos(a.phi) - car.s`";
+            let help = match lengths_over(&found, &Dimension::LENGTH) {
+                Some(unit) => format!(
+                    "divide it by what is measured in {unit}, such as `(...) / (1 {unit})`: then it is a length, and its multiplier a force"
+                ),
+                None => "write what is to vanish, such as `q1.phi - 0.5 * sin(q2.phi)` or `crank * cos(a.phi) - car.s`"
+                    .into(),
+            };
             out.push(Diagnostic::error("constraint::expression", message).at(at, found.noun()).help(help));
             return None;
         }
@@ -52,6 +66,9 @@ impl Functions<'_, '_> {
                 continue;
             }
             let Some((formula, found)) = self.of_positions(expression, (&scalar.place, &label), out) else { continue };
+            if self.reader.is_ground(&name.value) {
+                continue;
+            }
             let [_, rate] = self.reader.domain_of(&name.value).dimensions();
             let Some(product) = found.times(&rate, 1) else { continue };
             match &sum {
@@ -74,12 +91,22 @@ impl Functions<'_, '_> {
             }
             row.push((name.value.clone(), formula));
         }
-        let (found, _) = sum?;
+        let Some((found, _)) = sum else {
+            if let Some((name, _)) = entries.iter().find(|(name, _)| self.reader.is_ground(&name.value)) {
+                let message = format!("{what}: it names nothing that moves");
+                let mistake = Diagnostic::error("name::ground", message).at(name.place.clone(), "stands still");
+                out.push(mistake.help("name a shaft or mass that moves"));
+            }
+            return None;
+        };
         let domain =
             [Domain::Rotation, Domain::Translation].into_iter().find(|domain| domain.dimensions()[1].is_like(&found));
         if domain.is_none() && out.len() == before {
             let message = format!("{what}: its terms are {}, no speeds", found.noun());
-            let help = "coefficients are numbers, or lengths for the rates of angles";
+            let help = match lengths_over(&found, &Dimension::VELOCITY) {
+                Some(unit) => format!("divide each coefficient by what is measured in {unit}, such as `(1 {unit})`"),
+                None => "coefficients are numbers, or lengths for the rates of angles".into(),
+            };
             let place = entries.first().map(|(_, scalar)| scalar.place.clone()).unwrap_or_default();
             out.push(Diagnostic::error("unit::dimension", message).at(place, found.noun()).help(help));
         }
@@ -117,13 +144,17 @@ impl Functions<'_, '_> {
             );
             return None;
         }
-        let mut graph = Graph::default();
-        let kinks = self.written_formula(&formula, &mut graph).map(|(value, _)| graph.kinks(value));
-        if kinks.is_ok_and(|kinks| kinks.into_iter().any(graph.varying())) {
+        let is_bent = |part: &Expression| {
+            let (mut graph, part) = (Graph::default(), Formula { expression: part.clone(), ..formula.clone() });
+            let kinks = self.written_formula(&part, &mut graph).map(|(value, _)| graph.kinks(value));
+            kinks.is_ok_and(|kinks| kinks.into_iter().any(graph.varying()))
+        };
+        if is_bent(expression) {
             let message = format!("{what}: it may bend or jump, and no motion follows that");
-            let at = place.part(expression.text(), 0..expression.text().len());
+            let (span, words) = bend(expression, is_bent);
+            let at = place.part(expression.text(), span);
             let help = "leave out abs, min, max, if and sign, and tables with corners";
-            out.push(Diagnostic::error("motion::kink", message).at(at, "may bend").help(help));
+            out.push(Diagnostic::error("motion::kink", message).at(at, words).help(help));
             return None;
         }
         Some((Arc::new(formula), found))

@@ -170,7 +170,11 @@ pub(super) fn factor(unit: &str, key: &'static str) -> Result<(f64, Dimension), 
         Ok((factor, dimension)) => Ok((factor.to_f64(), dimension)),
         Err(_) => {
             let message = format!("the unit `{}` is not known", shortened(unit));
-            Err(refusal(key, message, "say it by `unit = \"N m\"`, or `time_unit = \"ms\"` for the time"))
+            let help = match key {
+                "units" => "write a unit such as \"N m\" for each column, and \"1\" for a number without",
+                _ => "say it by `unit = \"N m\"`, or `time_unit = \"ms\"` for the time",
+            };
+            Err(refusal(key, message, help))
         }
     }
 }

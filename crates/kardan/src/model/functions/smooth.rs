@@ -1,14 +1,22 @@
 //! Functions of time that a motion follows: what of them must not jump.
 
-use super::{Functions, LOOKS, MOST_LOOKS};
+use std::ops::Range;
+
+use super::{Functions, LOOKS, MOST_LOOKS, named};
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
-use crate::expr::OfTime;
+use crate::expr::{Graph, OfTime};
 use crate::schema::Scalar;
 use crate::units::{Dimension, Expression};
 
 /// Relative to its largest value, what of a jump is taken for rounding.
 const ROUNDING: f64 = 1e-9;
+
+/// The first part of an expression that bends or jumps, inner ones first, and where it does in words; the whole where no part does.
+pub(super) fn bend(expression: &Expression, mut is_bent: impl FnMut(&Expression) -> bool) -> (Range<usize>, String) {
+    let found = expression.bends().into_iter().find(|(part, _)| is_bent(part));
+    found.map_or((0..expression.text().len(), "may bend".into()), |(part, words)| (part.span(), words))
+}
 
 impl Functions<'_, '_> {
     /// The expression of a value that is a function of time.
@@ -29,8 +37,10 @@ impl Functions<'_, '_> {
         let at = place.part(expression.text(), 0..expression.text().len());
         if function.has_kinks() {
             let message = format!("{what}: it may bend or jump between steps, and no motion follows that");
+            let (span, words) = bend(expression, |part| self.is_bent(part, (place, what)));
+            let at = place.part(expression.text(), span);
             let help = "leave out abs, min, max, if and sign, and tables with corners; a `[signal.NAME]` says where it has breakpoints";
-            out.push(Diagnostic::error("motion::kink", message).at(at, "may bend").help(help));
+            out.push(Diagnostic::error("motion::kink", message).at(at, words).help(help));
             return None;
         }
         let derivatives = match wanted {
@@ -50,6 +60,16 @@ impl Functions<'_, '_> {
             return None;
         }
         Some(function)
+    }
+
+    /// Whether a part of a function of time has kinks between breakpoints.
+    fn is_bent(&mut self, part: &Expression, named_in: (&Place, &str)) -> bool {
+        let Some(names) = self.names(part, named_in, &mut Vec::new()) else { return false };
+        let written = self.graph.written(part, &mut |_: &mut Graph, name: &str| named(&names, name));
+        written.is_ok_and(|(value, _)| {
+            let kinks = self.graph.kinks(value);
+            kinks.into_iter().any(self.graph.varying())
+        })
     }
 
     /// The first time within the run at which a function jumps by more than rounding, and by how much.

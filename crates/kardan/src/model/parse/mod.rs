@@ -456,7 +456,12 @@ impl Reader<'_> {
         let marked = quoted && tolerance_mark(text).is_some();
         let read = match self.kind {
             _ if marked => parse_tolerated(text).map(|read| (read.value.clone(), read.dimension, Some(read))),
-            Kind::Number(_) => parse_number(text).map(|number| (number, Dimension::NONE, None)),
+            Kind::Number(_) => {
+                // `90 %`
+                let share = parse_quantity(text).ok().filter(|(_, dimension)| *dimension == Dimension::NONE);
+                let number = parse_number(text).or_else(|error| share.map(|(number, _)| number).ok_or(error));
+                number.map(|number| (number, Dimension::NONE, None))
+            }
             _ => parse_quantity(text).map(|(number, dimension)| (number, dimension, None)),
         };
         let (number, dimension, tolerated) = match read {
@@ -488,7 +493,10 @@ impl Reader<'_> {
         let meant = calls || text.contains('+') || [" * ", " - ", " / ", "^("].iter().any(|sign| text.contains(sign));
         let read = match Expression::parse(text) {
             Ok(read) => read,
-            Err(own) => return Err(if meant && error.code != "unit::syntax" { own } else { error }),
+            Err(own) => {
+                let sums = [" + ", " - "].iter().any(|sign| text.contains(sign));
+                return Err(if meant && (sums || error.code != "unit::syntax") { own } else { error });
+            }
         };
         if !read.names().is_empty() {
             return Ok(Scalar::Expression(Box::new(read)));

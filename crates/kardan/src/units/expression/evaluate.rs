@@ -160,6 +160,12 @@ impl Node {
         }
     }
 
+    /// All parts, inner ones first, itself last.
+    pub(super) fn all<'n>(&'n self, out: &mut Vec<&'n Self>) {
+        self.parts().iter().for_each(|part| part.all(out));
+        out.push(self);
+    }
+
     /// The first part for which this holds, itself included.
     pub(super) fn find(&self, holds: &dyn Fn(&Self) -> bool) -> Option<&Self> {
         if holds(self) { Some(self) } else { self.parts().iter().find_map(|part| part.find(holds)) }

@@ -110,17 +110,45 @@ impl Expression {
     pub(crate) fn divisors(&self) -> Vec<Self> {
         let mut parts = Vec::new();
         self.root.divisors(&mut parts);
-        parts.into_iter().map(|root| Self { text: self.text.clone(), root: root.clone() }).collect()
+        parts.into_iter().map(|root| self.part(root)).collect()
     }
 
-    /// Where it takes the sign of what one of these names moves.
-    pub(crate) fn sign_of(&self, is: &dyn Fn(&str) -> bool) -> Option<Range<usize>> {
-        let sign = |node: &Node| {
-            let mut names = Vec::new();
-            node.names(&mut names);
-            matches!(node.kind, Kind::Call(Called::Sign, _)) && names.into_iter().any(is)
+    /// Where it takes the sign of what one of these names moves, and of what.
+    pub(crate) fn signs_of(&self, is: &dyn Fn(&str) -> bool) -> Vec<(Range<usize>, Self)> {
+        let mut parts = Vec::new();
+        self.root.all(&mut parts);
+        let sign = |node: &Node| match &node.kind {
+            Kind::Call(Called::Sign, of) => {
+                let mut names = Vec::new();
+                node.names(&mut names);
+                names.into_iter().any(is).then(|| (node.span.clone(), self.part(&of[0])))
+            }
+            _ => None,
         };
-        self.root.find(&sign).map(|node| node.span.clone())
+        parts.into_iter().filter_map(sign).collect()
+    }
+
+    /// Its parts that bend or jump somewhere, inner ones first, with where they do in words.
+    pub(crate) fn bends(&self) -> Vec<(Self, String)> {
+        let mut parts = Vec::new();
+        self.root.all(&mut parts);
+        let bend = |node: &Node| {
+            let words = match &node.kind {
+                Kind::Call(Called::Abs, _) => "`abs` bends where this is zero".to_string(),
+                Kind::Call(Called::Sign, _) => "`sign` jumps where this is zero".to_string(),
+                Kind::Call(Called::Min, _) => "`min` bends where both are equal".to_string(),
+                Kind::Call(Called::Max, _) => "`max` bends where both are equal".to_string(),
+                Kind::If(..) => "`if` may bend or jump where the comparison changes".to_string(),
+                Kind::Lookup(table, _) => format!("table `{table}` bends at its points or at its ends"),
+                _ => return None,
+            };
+            Some((self.part(node), words))
+        };
+        parts.into_iter().filter_map(bend).collect()
+    }
+
+    fn part(&self, root: &Node) -> Self {
+        Self { text: self.text.clone(), root: root.clone() }
     }
 
     /// Whether it may jump where its names move steadily.

@@ -306,6 +306,10 @@ impl Parser<'_> {
         }
         let span = start..self.reader.at;
         let found = self.reader.found();
+        if self.reader.peek().is_some_and(|c| c.is_alphanumeric() || "_'(".contains(c)) {
+            let message = format!("expected an operator or `)`, found {found}");
+            return Err(syntax(self.reader.here(), message, "write `*` between two factors"));
+        }
         Err(syntax(span, format!("a `(` without its `)`: found {found}"), "close it"))
     }
 
