@@ -79,6 +79,8 @@ pub struct RunResult {
     pub outcome: Outcome,
     /// What the reader must know.
     pub notes: Vec<String>,
+    /// What speaks against its numbers.
+    pub warnings: Vec<String>,
     /// What was asked of each motor that has limits.
     pub strains: Vec<MotorStrain>,
     /// What the integrator did.
@@ -117,6 +119,9 @@ const STEPS_UNHEARD: usize = 64;
 /// Absolute error allowed per step in the work of the inputs and in the loss, J per unit of the relative tolerance; it
 /// keeps a step honest whose other error estimates are small by accident.
 const ENERGY: f64 = 10.0;
+/// The part of the energy exchanged from which on a residual is told: it shows in charts and changes the third digit of what is read from them.
+/// What tolerances allow in steps stays far below it.
+const SHOWS: f64 = 1e-3;
 /// A charge of a circuit (C), its current (A) and its energy (J) against an angle (rad) and an energy of a drivetrain: the
 /// absolute tolerances are smaller by this factor.
 const SMALL: f64 = 1e-6;
@@ -181,6 +186,11 @@ pub(super) struct RunningLoop {
     switching: Vec<usize>,
     looks: Looks,
     initial_energy: f64,
+    /// The work of the inputs when it was last looked at, and what it changed by until then, by amount, J.
+    work: f64,
+    exchanged: f64,
+    /// What a step may leave out of it, whatever its size, J.
+    least_energy: f64,
     /// Teeth that could go on in two ways at the last step.
     doubted: Option<usize>,
     /// When teeth have jammed, s.
@@ -373,6 +383,9 @@ impl RunningLoop {
             looks: Looks::new(directions),
             state,
             initial_energy: 0.0,
+            work: 0.0,
+            exchanged: 0.0,
+            least_energy: absolute[size - 2],
             doubted: None,
             jammed: None,
             located: 0,
@@ -403,9 +416,17 @@ impl RunningLoop {
             }
             self.due = Due::default();
             self.step(progress)?;
+            self.count_work();
         }
         self.observe_until(until.min(self.time), None);
         Ok(())
+    }
+
+    /// Adds what the inputs gave or took since the last look.
+    fn count_work(&mut self) {
+        let work = self.state[self.state.len() - 2];
+        self.exchanged += (work - self.work).abs();
+        self.work = work;
     }
 
     /// Stands at a time that is known already, at most where the integration stands, so that signals may change from there on.
@@ -464,6 +485,8 @@ impl RunningLoop {
     /// What is due at the start.
     fn begin(&mut self) -> Result<(), Outcome> {
         self.machine.enter_segment(0.0);
+        // For a run that does not get beyond this.
+        self.initial_energy = self.machine.energy(0.0, &self.state);
         if let Some((direction, beyond)) = self.machine.beyond_stops(self.time, &self.state).first() {
             let what = format!(
                 "`{}` begins {beyond:.6} {} beyond its stop, which nothing can pass: start within it",
@@ -1274,11 +1297,34 @@ impl RunningLoop {
         })
     }
 
-    fn finish(mut self, outcome: Outcome) -> RunResult {
+    /// The energy balance up to where the integration stands.
+    fn energy(&mut self) -> Energy {
+        self.count_work();
         let size = self.machine.size();
         let stored = self.machine.energy(self.time, &self.state) - self.initial_energy;
         let (input, dissipated) = (self.state[size - 2], self.state[size - 1]);
+        let exchanged = self.initial_energy + self.exchanged;
+        Energy { input, stored, dissipated, residual: input - stored - dissipated, exchanged }
+    }
+
+    /// What to say where more energy is not accounted for than the tolerances of the steps allow and than one may overlook.
+    fn unbalanced(&self, energy: &Energy, steps: usize) -> Option<String> {
+        let Energy { residual, exchanged, .. } = *energy;
+        let allowed = self.least_energy * steps as f64;
+        (residual.abs() > SHOWS * exchanged + allowed).then(|| {
+            format!(
+                "the energy balance does not close: {residual:.3e} J are not accounted for, of {exchanged:.3e} J that were exchanged. What is shown is \
+                 wrong from some time on, though every step met its tolerance: look for a speed that jumps or a torque that has a peak, where the \
+                 equations are singular (a dead centre, a joint near 90°), and keep the motion away from it; elsewhere a smaller `--tolerance` helps"
+            )
+        })
+    }
+
+    fn finish(mut self, outcome: Outcome) -> RunResult {
+        let energy = self.energy();
         let counts = self.solver.counts();
+        let steps = counts.accepted as usize + self.segments.steps;
+        let warnings = self.unbalanced(&energy, steps).into_iter().collect();
         self.notes.extend(self.machine.notes_of_laws());
         let end = match outcome {
             Outcome::Failed { time, .. } => time,
@@ -1301,12 +1347,13 @@ impl RunningLoop {
         RunResult {
             series,
             strains,
-            energy: Energy { input, stored, dissipated, residual: input - stored - dissipated },
+            energy,
             events: self.events,
             outcome,
             notes: self.notes,
+            warnings,
             effort: Effort {
-                steps: counts.accepted as usize + self.segments.steps,
+                steps,
                 rejected: counts.rejected as usize,
                 evaluations: counts.evaluations as usize + self.segments.evaluations,
                 events: self.located,

@@ -9,6 +9,7 @@ mod bits;
 mod computed;
 mod contact;
 mod drives;
+mod energy;
 mod examples;
 mod figures;
 mod friction;
