@@ -25,7 +25,7 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
         name: name.into(),
         parameters: vec![ParameterValue { name: "beta".into(), value: 0.1, unit: "rad".into(), text: beta.into() }],
         series: Series { time, signals },
-        energy: Energy { input: 2.0, stored: 0.5, dissipated: 1.5, residual: 1e-9, exchanged: 4.0 },
+        energy: Energy { input: 2.0, stored: 0.5, dissipated: 1.5, residual: 1e-9, exchanged: 2.0 },
         events: (0..1000)
             .map(|index| Event { time: index as f64 * 1e-3, what: format!("ref_rk steps to {HOSTILE}") })
             .collect(),

@@ -91,6 +91,9 @@ pub struct RunResult {
 const LOOKS: usize = 6;
 /// At least so many in a step that was cut short.
 const LEAST_LOOKS: usize = 2;
+/// What helps teeth that jam.
+pub const UNJAM: &str =
+    "Give it less loss (a larger `efficiency_back`), more inertia before it or less behind it, or let a spring carry the load";
 /// Part of a step to which an event is located that the step is to be shortened for.
 const ROUGHLY: f64 = 1e-6;
 /// Steps of regula falsi towards an event.
@@ -108,6 +111,10 @@ const CHATTER: usize = 2000;
 const FLURRY: usize = 200_000;
 /// How close that is, as a part of the duration or of a second.
 const CLOSE: f64 = 1e-7;
+/// Jams of teeth after which a run is given up, if each is that close behind the one before, as a part of the duration or of a second: no chart shows them
+/// one by one.
+const JAMS: usize = 200;
+const JAMS_APART: f64 = 1e-3;
 /// Events with nothing between them after which nothing rebounds any more until there is.
 const KNOCKS: usize = 100;
 /// Events that are nearer to each other, relative to the time, have nothing between them.
@@ -158,6 +165,8 @@ pub(super) struct RunningLoop {
     names: Vec<String>,
     /// Elements of the kept rows.
     kept_names: Vec<String>,
+    /// Constraints whose right sides move.
+    prescribing: Vec<String>,
     input_names: Vec<String>,
     input_units: Vec<&'static str>,
     shafts: Vec<String>,
@@ -193,8 +202,9 @@ pub(super) struct RunningLoop {
     least_energy: f64,
     /// Teeth that could go on in two ways at the last step.
     doubted: Option<usize>,
-    /// When teeth have jammed, s.
+    /// When teeth have jammed, s, and how often close behind the time before.
     jammed: Option<f64>,
+    jams: usize,
     located: usize,
     most_steps: usize,
     /// Steps since the progress was told.
@@ -265,6 +275,19 @@ impl Looks {
 /// [`Outcome::Failed`] and everything computed so far.
 pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut(f64) -> Option<String>) -> RunResult {
     Ready::new(setup, tolerance).run(progress)
+}
+
+/// Elements with teeth that the inertia of their load would lock at the start (Painlevé).
+pub fn teeth_that_lock(setup: Setup<'_>) -> Vec<String> {
+    let (reduced, scenario) = (setup.reduced, setup.scenario);
+    let mut machine = Machine::new(setup);
+    let mut state = vec![0.0; machine.size()];
+    let start = reduced.state(&scenario.position, &scenario.speed);
+    state[..start.len()].copy_from_slice(&start);
+    machine.start_laws(&mut state);
+    machine.enter_segment(0.0);
+    let directions: Vec<&str> = reduced.equations.set_valued().map(|(element, _)| element).collect();
+    machine.locking_meshes(&state).into_iter().map(|direction| directions[direction].to_string()).collect()
 }
 
 /// A run that is compiled and has not begun.
@@ -360,6 +383,7 @@ impl RunningLoop {
             outputs,
             names,
             kept_names: reduced.equations.kept.iter().map(|kept| kept.element.clone()).collect(),
+            prescribing: reduced.equations.moving.keys().cloned().collect(),
             input_names,
             input_units: input_units(reduced),
             shafts: reduced.equations.coordinates.clone(),
@@ -388,6 +412,7 @@ impl RunningLoop {
             least_energy: absolute[size - 2],
             doubted: None,
             jammed: None,
+            jams: 0,
             located: 0,
             most_steps: tolerance.most_steps,
             unheard: 0,
@@ -473,7 +498,7 @@ impl RunningLoop {
         keeper.number(&mut self.initial_energy);
         keeper.counts(&mut self.reversed);
         self.looks.keep(keeper);
-        for count in [&mut self.located, &mut self.unheard] {
+        for count in [&mut self.located, &mut self.unheard, &mut self.jams] {
             keeper.count(count);
         }
         keeper.optional(&mut self.jammed);
@@ -576,7 +601,9 @@ impl RunningLoop {
         }
         self.stepped = true;
         if let Err(error) = self.solver.step(&mut self.machine, end) {
-            if self.jams() {
+            let before = self.jammed;
+            if let Some(direction) = self.jam() {
+                self.count_jams(direction, before)?;
                 return self.tell(progress);
             }
             return Err(self.step_failed(error));
@@ -644,12 +671,27 @@ impl RunningLoop {
         Err(failed(high, cause))
     }
 
-    /// Teeth that no acceleration fits stop at once, by an impulse that grows with what it makes the load press with; true if there are such teeth
-    /// where the integration stands.
-    fn jams(&mut self) -> bool {
-        let Some(direction) = self.machine.lost_mesh() else { return false };
+    /// Ends the run where teeth jam without an end.
+    fn count_jams(&mut self, direction: usize, before: Option<f64>) -> Result<(), Outcome> {
+        let apart = JAMS_APART * self.scenario.duration.min(1.0);
+        self.jams = if before.is_some_and(|at| self.time - at <= apart) { self.jams + 1 } else { 0 };
+        if self.jams <= JAMS {
+            return Ok(());
+        }
+        let cause = format!(
+            "`{}` jams more than {JAMS} times, each within {apart:.0e} s of the time before: whenever its load drives it, it locks itself against the inertia of \
+             that load (Painlevé), and starts again. {UNJAM}",
+            self.names[direction]
+        );
+        Err(failed(self.time, cause))
+    }
+
+    /// Teeth that no acceleration fits stop at once, by an impulse that grows with what it makes the load press with; their direction if there are such
+    /// teeth where the integration stands.
+    fn jam(&mut self) -> Option<usize> {
+        let direction = self.machine.lost_mesh()?;
         if self.jammed == Some(self.time) {
-            return false;
+            return None;
         }
         self.jammed = Some(self.time);
         // Just beyond where the integrator came to.
@@ -661,7 +703,7 @@ impl RunningLoop {
         let lost = before - self.machine.energy(time, &self.state);
         if !(lost >= 0.0) {
             self.state = moved;
-            return false;
+            return None;
         }
         if lost == 0.0 {
             // Nothing was left to stop; if it jams again here, nothing goes on.
@@ -679,7 +721,7 @@ impl RunningLoop {
         self.machine.forget_lost_mesh();
         self.time = time;
         self.restart(time);
-        true
+        Some(direction)
     }
 
     /// Tells where teeth could go on in two ways; ends the run where their loss is negative.
@@ -727,7 +769,8 @@ impl RunningLoop {
         self.solver.interpolate(high, &mut self.state);
         self.machine.evaluate(high, &self.state);
         self.time = high;
-        failed(high, format!("the loop diverges: {}", self.fastest()))
+        let what = if self.machine.has_laws() { "the loop diverges" } else { "the motion grows without bound" };
+        failed(high, format!("{what}: {}", self.fastest()))
     }
 
     /// Solves a linear loop up to the end of the segment; false if its numbers grow beyond what a drivetrain does, which the integrator then
@@ -793,7 +836,6 @@ impl RunningLoop {
         let crossing = std::mem::take(&mut self.reversed);
         self.machine.remember_commands(at, &mut self.state);
         let settled = self.settle(at, &crossing);
-        self.reversed = crossing;
         settled?;
         if self.machine.was_struck() && !at_once {
             // Rebounds grow smaller, and end; what knocks without an end takes no time.
@@ -805,34 +847,38 @@ impl RunningLoop {
         if at - *since > *longest {
             (*since, *events, *longest) = (at, 0, 0.0);
         }
-        if *events > CHATTER {
-            let since = *since;
-            return Err(failed(
-                at,
-                format!(
-                    "more than {CHATTER} events within {:.1e} s, less than a step of the smooth motion, the last ones: {}",
-                    at - since,
-                    self.last_events()
-                ),
-            ));
+        let (since, events) = (*since, *events);
+        if events > CHATTER {
+            let apart = at - since;
+            let cause = format!("more than {CHATTER} events within {apart:.1e} s, less than a step of the smooth motion");
+            return Err(failed(at, format!("{cause}: {}", self.last_events(since, &crossing))));
         }
         if self.flurry > FLURRY {
-            let cause = format!(
-                "more than {FLURRY} events follow each other closely without an end, the last ones: {}",
-                self.last_events()
-            );
-            return Err(failed(at, cause));
+            let cause = format!("more than {FLURRY} events follow each other closely without an end");
+            return Err(failed(at, format!("{cause}: {}", self.last_events(since, &crossing))));
         }
+        self.reversed = crossing;
         if !self.due.boundary {
             self.restart(at);
         }
         Ok(())
     }
 
-    /// What happened last, in words.
-    fn last_events(&self) -> String {
-        let what: Vec<&str> = self.events.iter().rev().take(6).map(|event| event.what.as_str()).collect();
-        what.join("; ")
+    /// What happened last since a time, in words; where that changed nothing, what left its mode and came back to it.
+    fn last_events(&self, since: f64, crossing: &[usize]) -> String {
+        let own = self.events.iter().rev().take_while(|event| event.time >= since);
+        let what: Vec<&str> = own.take(6).map(|event| event.what.as_str()).collect();
+        if !what.is_empty() {
+            return format!("the last ones: {}", what.join("; "));
+        }
+        let left = if crossing.is_empty() { self.machine.holding() } else { crossing };
+        let mut names: Vec<&str> = left.iter().filter_map(|k| self.names.get(*k)).map(String::as_str).collect();
+        names.sort_unstable();
+        names.dedup();
+        match names.is_empty() {
+            true => "a motor or what holds comes to its limit and leaves it again".into(),
+            false => format!("what holds {} is at its limit to the last digits, left and taken again", quoted(names)),
+        }
     }
 
     /// Makes the last step anew so that it ends just after an event found in it: near the end of a step the dense output
@@ -874,10 +920,12 @@ impl RunningLoop {
             return Ok(());
         }
         names.sort_unstable();
-        let cause = format!(
-            "{} hold one motion rigidly, and not the same way: give a stop `stiffness`, put a clutch in place of a lock, or release one of them before",
-            quoted(names)
-        );
+        let what = match (&names[..], self.prescribing.is_empty()) {
+            ([one], false) => format!("`{one}` holds what {} prescribes, and not the same way", quoted(self.prescribing.iter().map(String::as_str))),
+            ([one], true) => format!("`{one}` holds what constraints hold already, and not the same way"),
+            _ => format!("{} hold one motion rigidly, and not the same way", quoted(names)),
+        };
+        let cause = format!("{what}: give a stop `stiffness`, put a clutch in place of a lock, or release one of them before");
         Err(failed(self.time, cause))
     }
 
@@ -1256,23 +1304,27 @@ impl RunningLoop {
     fn step_failed(&mut self, error: StepError) -> Outcome {
         let at = self.solver.time();
         self.state.copy_from_slice(self.solver.state());
+        let [diverges, or_diverges] = match self.machine.has_laws() {
+            true => ["the loop diverges", "or the loop diverges"],
+            false => ["something grows without bound", "or something changes at an infinite rate, such as sqrt(t) at zero"],
+        };
         let text = match error {
             _ if let Some(direction) = self.machine.lost_mesh() => format!(
-                "`{}` jams: its load drives it, and the loss would grow faster than the torque that makes it, so that no acceleration fits (Painlevé). Give it less \
-                 loss (a larger `efficiency_back`), more inertia before it or less behind it, or let a spring carry the load",
+                "`{}` jams: its load drives it, and the loss would grow faster than the torque that makes it, so that no acceleration fits (Painlevé). {UNJAM}",
                 self.names[direction]
             ),
             StepError::StepTooSmall { step, .. } => format!(
-                "the step became too small ({step:.3e} s): a time constant is too short for this mode, or the loop diverges"
+                "the step became too small ({step:.3e} s): a time constant is too short for this mode, {or_diverges}"
             ),
             StepError::NotFinite { .. } => {
                 let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
                 let what = self.machine.not_finite(at, &self.state, names);
                 match what {
-                    Some(what) => format!("{what}: the loop diverges, or the inertia becomes singular"),
-                    None => "within the next step, however short, the equations have no finite value: the loop diverges, or the inertia \
-                             becomes singular"
-                        .into(),
+                    Some(what) => format!("{what}: {diverges}, or the inertia becomes singular"),
+                    None => format!(
+                        "within the next step, however short, the equations have no finite value: {diverges}, or the inertia becomes \
+                         singular"
+                    ),
                 }
             }
         };

@@ -35,7 +35,8 @@ pub(super) fn check_kept(document: &Document, reduced: &Reduced, out: &mut Vec<D
             format!("bench and identification do not know constraints that are not solved for a coordinate: {names}");
         refuse(message, place.clone(), "this table", "take it out");
     }
-    if equations.kept.len() >= reduced.degrees_of_freedom() {
+    let (free, kept) = (reduced.degrees_of_freedom(), equations.kept.len());
+    if kept > free || kept == free && !equations.prescribes() {
         let message = format!(
             "the constraints leave no motion: {} coordinates and {} more constraints",
             reduced.degrees_of_freedom(),

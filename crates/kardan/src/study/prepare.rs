@@ -7,7 +7,7 @@ use super::checks::{
 };
 use super::circuit::check_circuit;
 use super::computed::Computed;
-use super::effort::check_effort;
+use super::effort::{check_effort, check_teeth};
 use super::equilibrium::{Rest, in_words};
 use super::held::{check_start, without_massless};
 use super::kept::{
@@ -301,6 +301,7 @@ fn prepare_variant(
         if !out.iter().any(is_error) {
             check_margins(variant.in_loop(), out);
             check_effort(document, &variant, out);
+            check_teeth(document, &variant, out);
         }
         heard.step();
         check_passage(variant.in_loop(), out);

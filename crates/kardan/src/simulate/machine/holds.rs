@@ -409,6 +409,16 @@ impl Machine {
         self.holds.units[direction - self.holds.first].trim_end_matches("/s")
     }
 
+    /// Independent directions that hold.
+    pub(in crate::simulate) fn holding(&self) -> &[usize] {
+        &self.holding
+    }
+
+    /// Whether controllers act.
+    pub(in crate::simulate) fn has_laws(&self) -> bool {
+        !self.laws.is_empty()
+    }
+
     /// Directions that hold one motion rigidly in two ways, as far as the last decision about modes has met any; of kept rows the number behind
     /// all others.
     pub(in crate::simulate) fn contradiction(&self) -> &[usize] {
