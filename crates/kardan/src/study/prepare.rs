@@ -11,7 +11,7 @@ use super::effort::{check_effort, check_teeth};
 use super::equilibrium::{Rest, in_words};
 use super::held::{check_start, without_massless};
 use super::kept::{
-    begin_on_rows, check_kept, moves_by_itself, not_on_rows, on_frozen_rows, on_rows, rows_refused, stands_still,
+    begin_on_rows, check_free, check_kept, moves_by_itself, not_on_rows, on_frozen_rows, on_rows, rows_refused, stands_still,
     with_loop,
 };
 use super::known::Known;
@@ -423,7 +423,7 @@ fn reduced_model(
             return None;
         }
     };
-    let follows = check_kept(document, &reduced, out);
+    let follows = check_kept(document, &reduced, out) & check_free(document, &reduced, out);
     if !check_matrices(document, &reduced, out, &mut massless) || !follows {
         return None;
     }

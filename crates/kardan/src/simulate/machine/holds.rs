@@ -290,7 +290,7 @@ impl Machine {
         if !self.contradiction.is_empty() {
             return None;
         }
-        for (row, impulse) in weighted.chunks_exact(r).zip(&impulses) {
+        for (row, impulse) in weighted.chunks_exact(r.max(1)).zip(&impulses) {
             state[r..2 * r].iter_mut().zip(row).for_each(|(speed, x)| *speed -= x * impulse);
         }
         state[self.size - 1] += lost;
