@@ -14,6 +14,7 @@ mod examples;
 mod figures;
 mod friction;
 mod golden;
+mod inverse;
 mod iwan;
 mod jenkins;
 mod kept_holds;
