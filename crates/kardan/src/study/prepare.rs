@@ -45,6 +45,8 @@ pub(super) enum Purpose {
     Run,
     /// To be analysed: motions without inertia may be eliminated.
     Analysis,
+    /// To be written as equations: the same as to be run, without the designs of its controllers.
+    Equations,
 }
 
 pub(super) fn is_error(diagnostic: &Diagnostic) -> bool {
@@ -245,7 +247,9 @@ fn prepare_variant(
     let start = on_rows(&reduced, &scenario);
     let asked = Asked::of(document, (&reduced, &start), controls, settings, out);
     let (point, multipliers) = standing(document, &reduced, controls, asked.as_ref(), out);
-    let plants: Vec<Option<Plant>> = controls
+    // Operating points are those of all controllers; no equation has what they are designed to.
+    let designing = if purpose == Purpose::Equations { &[] } else { controls };
+    let plants: Vec<Option<Plant>> = designing
         .iter()
         .map(|control| design_model(document, &reduced, (settings, asked.as_ref()?), control, out))
         .collect();
@@ -266,7 +270,7 @@ fn prepare_variant(
     let analysis = analysis_spec(&known, &reduced.equations, Some(start), settings, out);
     heard.step();
     let (mut design_models, mut designed, mut running) = (Vec::new(), Vec::new(), Vec::new());
-    for (control, plant) in controls.iter().zip(plants) {
+    for (control, plant) in designing.iter().zip(plants) {
         let Some(mut plant) = plant else { continue };
         plant.elements = model.elements.iter().map(|one| (one.kind.clone(), one.name.clone())).collect();
         let Some((law, as_it_runs)) = designed_law(document, &reduced, control, &plant, out) else { continue };
@@ -276,7 +280,7 @@ fn prepare_variant(
         running.push(as_it_runs);
     }
     start_notes.extend(references_at_rest(document, &running, &mut scenario));
-    let complete = designed.len() == controls.len();
+    let complete = designed.len() == designing.len();
     let computed = Computed::of(document, settings, &signal_names(&reduced, &scenario));
     let variant = PreparedVariant {
         name,
@@ -414,7 +418,7 @@ fn reduced_model(
     }
     let reduced = match reduce(assemble(&model.all_coordinates, &model.terms), model.coordinates.as_deref()) {
         Ok(reduced) => reduced,
-        Err(_) if purpose == Purpose::Run && !massless.is_empty() => {
+        Err(_) if purpose != Purpose::Analysis && !massless.is_empty() => {
             out.append(&mut massless);
             return None;
         }
@@ -427,7 +431,7 @@ fn reduced_model(
     if !check_matrices(document, &reduced, out, &mut massless) || !follows {
         return None;
     }
-    if purpose == Purpose::Run && !massless.is_empty() {
+    if purpose != Purpose::Analysis && !massless.is_empty() {
         return without_massless(document, model, &reduced, &massless, out).map(|reduced| (reduced, Vec::new()));
     }
     Some((reduced, massless))
