@@ -107,7 +107,11 @@ fn verdict(study: &Study) -> Verdict {
         (1, 1) => "the requirement is met".into(),
         (0, 1) => "the requirement is not met".into(),
         (passed, all) if passed == all => format!("all {all} requirements are met"),
-        (passed, all) => format!("{passed} of {all} requirements are met, {} are not", all - passed),
+        (passed, all) => {
+            let failed = all - passed;
+            let (met, are) = (if passed == 1 { "is" } else { "are" }, if failed == 1 { "is" } else { "are" });
+            format!("{passed} of {all} requirements {met} met, {failed} {are} not")
+        }
     };
     let strained = study.runs.iter().filter(|run| run.strains.iter().any(MotorStrain::strained)).count();
     let strained = match strained {

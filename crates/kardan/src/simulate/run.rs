@@ -933,15 +933,17 @@ impl RunningLoop {
         let shared = self.machine.shared_friction();
         if !shared.is_empty() {
             let names: Vec<String> = shared.iter().map(|&k| format!("`{}`", self.names[k])).collect();
+            let rubs = shared.iter().all(|&k| self.machine.is_friction(k));
+            let [together, what] = if rubs { ["stick", "friction torque"] } else { ["hold", "torque"] };
+            let shown = match (self.machine.has_meshes() || !self.machine.shares_by_size(), rubs) {
+                (true, _) => "one with which all hold",
+                (false, true) => "the one with the smallest torques relative to each Coulomb torque",
+                (false, false) => "the one with the smallest torques relative to what each can hold",
+            };
             let note = format!(
-                "While {} stick together, the split of the friction torque between them is not unique (nor are constraint \
-                 torques between them); shown is {}.",
+                "While {} {together} together, the split of the {what} between them is not unique (nor are constraint torques between \
+                 them); shown is {shown}.",
                 names.join(", "),
-                if self.machine.has_meshes() {
-                    "one with which all hold"
-                } else {
-                    "the one with the smallest torques relative to each Coulomb torque"
-                }
             );
             if !self.notes.contains(&note) {
                 self.notes.push(note);

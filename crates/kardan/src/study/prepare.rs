@@ -61,6 +61,7 @@ pub(super) fn prepare_document(
     out: &mut Vec<Diagnostic>,
 ) -> Prepared {
     let mut prepared = Prepared::default();
+    let unread = out.iter().any(is_error);
     let all_settings = document.variant_settings();
     let mut first = None;
     let heard = Steps::new(all_settings.iter().map(|variant| steps_of(document, variant)).sum(), progress);
@@ -111,6 +112,10 @@ pub(super) fn prepare_document(
         super::bench::check(document, &all_settings_of_first, &mut mistakes);
     }
     add_new(out, mistakes, None);
+    // What could not be read may be what connects them.
+    if unread {
+        out.retain(|mistake| mistake.code != "model::disconnected");
+    }
     out.sort_by_key(|d| {
         (d.labels.first().map_or(usize::MAX, |label| label.place.start()), d.severity == Severity::Warning)
     });

@@ -79,7 +79,7 @@ impl Machine {
     }
 
     /// Whether the bounds of sticking directions are the same both ways, and neither nothing nor without end.
-    pub(super) fn shares_by_size(&self) -> bool {
+    pub(in crate::simulate) fn shares_by_size(&self) -> bool {
         let mut sticking = self.holding.iter().chain(&self.following);
         sticking.all(|&k| {
             let [forward, backward] = [self.bounds[0][k], self.bounds[1][k]];
@@ -412,6 +412,11 @@ impl Machine {
     /// Independent directions that hold.
     pub(in crate::simulate) fn holding(&self) -> &[usize] {
         &self.holding
+    }
+
+    /// Whether a direction is one of friction, and not of a clutch, a stop or a lock.
+    pub(in crate::simulate) fn is_friction(&self, direction: usize) -> bool {
+        direction < self.holds.first
     }
 
     /// Whether controllers act.
