@@ -256,6 +256,15 @@ proptest! {
     }
 }
 
+/// What a key holds is told whole, an expression of a number too.
+#[test]
+fn the_manual_says_what_keys_hold() {
+    let text = model::manual_of("lock").expect("an element");
+    assert!(text.contains("engaged (expression of a number, required)"), "{text}");
+    let brake = model::manual_of("brake").expect("an element");
+    assert!(brake.contains("torque (expression of N m; along masses N, required)"), "{brake}");
+}
+
 /// Equations have nothing of the controllers, so none is designed for them: where a design fails they are written all the same, and where it does not they
 /// are the same as those of a project that has designed all.
 #[test]
