@@ -144,8 +144,9 @@ fn alerts(study: &Study) -> Vec<Alert> {
         Alert { kind: "Ended early".into(), text }
     };
     let warned = study.runs.iter().flat_map(|run| run.warnings.iter().map(move |text| (run, text)));
-    let warning = |(run, text): (&Run, &String)| {
-        Alert { kind: "Warning".into(), text: format!("{}: {text}.", variant_label(study, run)) }
+    let warning = |(run, text): (&Run, &String)| Alert {
+        kind: "Warning".into(),
+        text: format!("{}: {text}.", variant_label(study, run)),
     };
     failed.map(alert).chain(warned.map(warning)).collect()
 }

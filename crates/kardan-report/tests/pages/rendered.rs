@@ -265,7 +265,10 @@ fn one_requirement_is_met_or_is_not() {
     let judged = |all: &[bool]| {
         let one = run("one", "0 deg", 1.0);
         let requirement = |passed: &bool| RequirementResult { passed: *passed, ..one.requirements[0].clone() };
-        let study = Study { runs: vec![Run { requirements: all.iter().map(requirement).collect(), ..one.clone() }], ..Study::default() };
+        let study = Study {
+            runs: vec![Run { requirements: all.iter().map(requirement).collect(), ..one.clone() }],
+            ..Study::default()
+        };
         kardan_report::study(&study).text("model.toml")
     };
     assert!(judged(&[true, false, false]).contains("1 of 3 requirements is met, 2 are not"));

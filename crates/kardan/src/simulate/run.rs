@@ -92,8 +92,7 @@ const LOOKS: usize = 6;
 /// At least so many in a step that was cut short.
 const LEAST_LOOKS: usize = 2;
 /// What helps teeth that jam.
-pub const UNJAM: &str =
-    "Give it less loss (a larger `efficiency_back`), more inertia before it or less behind it, or let a spring carry the load";
+pub const UNJAM: &str = "Give it less loss (a larger `efficiency_back`), more inertia before it or less behind it, or let a spring carry the load";
 /// Part of a step to which an event is located that the step is to be shortened for.
 const ROUGHLY: f64 = 1e-6;
 /// Steps of regula falsi towards an event.
@@ -850,7 +849,8 @@ impl RunningLoop {
         let (since, events) = (*since, *events);
         if events > CHATTER {
             let apart = at - since;
-            let cause = format!("more than {CHATTER} events within {apart:.1e} s, less than a step of the smooth motion");
+            let cause =
+                format!("more than {CHATTER} events within {apart:.1e} s, less than a step of the smooth motion");
             return Err(failed(at, format!("{cause}: {}", self.last_events(since, &crossing))));
         }
         if self.flurry > FLURRY {
@@ -921,11 +921,15 @@ impl RunningLoop {
         }
         names.sort_unstable();
         let what = match (&names[..], self.prescribing.is_empty()) {
-            ([one], false) => format!("`{one}` holds what {} prescribes, and not the same way", quoted(self.prescribing.iter().map(String::as_str))),
+            ([one], false) => format!(
+                "`{one}` holds what {} prescribes, and not the same way",
+                quoted(self.prescribing.iter().map(String::as_str))
+            ),
             ([one], true) => format!("`{one}` holds what constraints hold already, and not the same way"),
             _ => format!("{} hold one motion rigidly, and not the same way", quoted(names)),
         };
-        let cause = format!("{what}: give a stop `stiffness`, put a clutch in place of a lock, or release one of them before");
+        let cause =
+            format!("{what}: give a stop `stiffness`, put a clutch in place of a lock, or release one of them before");
         Err(failed(self.time, cause))
     }
 
@@ -1308,7 +1312,9 @@ impl RunningLoop {
         self.state.copy_from_slice(self.solver.state());
         let [diverges, or_diverges] = match self.machine.has_laws() {
             true => ["the loop diverges", "or the loop diverges"],
-            false => ["something grows without bound", "or something changes at an infinite rate, such as sqrt(t) at zero"],
+            false => {
+                ["something grows without bound", "or something changes at an infinite rate, such as sqrt(t) at zero"]
+            }
         };
         let text = match error {
             _ if let Some(direction) = self.machine.lost_mesh() => format!(

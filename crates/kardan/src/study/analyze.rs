@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use kardan_rt::functions::{atan2, hypot, ln};
 
 use super::descriptor::taken_apart;
-use super::kept::nothing_free;
 use super::massless::{Mechanical, not_eliminated};
 use super::others::{others, state_name};
 use super::placement::Places;
@@ -109,9 +108,6 @@ pub(super) fn analyze_variant(
 ) -> Result<Analysis, Vec<Diagnostic>> {
     let reduced = &variant.reduced;
     let mut notes = Vec::new();
-    if let Some(mistake) = nothing_free(reduced) {
-        return Err(vec![mistake]);
-    }
     let WorkingPoint { position, stuck, outputs, system, .. } = &WorkingPoint::of(variant, settings, &mut notes)?;
     let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
     if coordinates.is_empty() {

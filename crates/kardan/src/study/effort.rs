@@ -234,7 +234,7 @@ fn short(value: f64) -> String {
 }
 
 /// Warns of teeth that jam wherever their load drives them.
-pub(super) fn check_teeth(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
+fn check_teeth(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
     if !variant.reduced.equations.holds.iter().any(|hold| matches!(hold.value, Hold::Mesh(_))) {
         return;
     }
@@ -249,8 +249,9 @@ pub(super) fn check_teeth(document: &Document, variant: &PreparedVariant, out: &
     }
 }
 
-/// Warns of a run that takes very long.
+/// Warns of a run that takes very long, or that may end where teeth jam.
 pub(super) fn check_effort(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
+    check_teeth(document, variant, out);
     let Effort { steps, element, cause, .. } = expected_effort(variant);
     if !(steps > MANY_STEPS) {
         return;

@@ -174,7 +174,11 @@ pub(super) fn nothing_free(reduced: &Reduced) -> Option<Diagnostic> {
 /// What asks for motion that is free where none is; true if nothing does.
 pub(super) fn check_free(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) -> bool {
     let tables = [&document.bench, &document.identification].into_iter().filter(|table| !table.values.is_empty());
-    let places = document.controls.iter().map(|control| control.table.place.clone()).chain(tables.map(|table| table.place.clone()));
+    let places = document
+        .controls
+        .iter()
+        .map(|control| control.table.place.clone())
+        .chain(tables.map(|table| table.place.clone()));
     let asking = places.min_by_key(Place::start);
     let Some((place, mistake)) = asking.zip(nothing_free(reduced)) else { return true };
     out.push(mistake.at(place, "needs a motion that is free"));

@@ -1,6 +1,5 @@
 //! What `kardan linearise` asks for: the linear model of a variant with names and units.
 
-use super::kept::nothing_free;
 use super::massless::{Mechanical, not_eliminated};
 use super::others::{Others, others, state_name};
 use super::prepare::is_error;
@@ -96,9 +95,6 @@ fn system_at(
     settings: &AnalyzeSettings,
     others: &Others,
 ) -> Result<LinearSystem, Vec<Diagnostic>> {
-    if let Some(mistake) = nothing_free(&variant.reduced) {
-        return Err(vec![mistake]);
-    }
     let (coordinates, basis) = point.system.explicit_basis(&variant.reduced.coordinates);
     if coordinates.is_empty() {
         let message = "with this friction stuck nothing can move";

@@ -7,12 +7,12 @@ use super::checks::{
 };
 use super::circuit::check_circuit;
 use super::computed::Computed;
-use super::effort::{check_effort, check_teeth};
+use super::effort::check_effort;
 use super::equilibrium::{Rest, in_words};
 use super::held::{check_start, without_massless};
 use super::kept::{
-    begin_on_rows, check_free, check_kept, moves_by_itself, not_on_rows, on_frozen_rows, on_rows, rows_refused, stands_still,
-    with_loop,
+    begin_on_rows, check_free, check_kept, moves_by_itself, not_on_rows, on_frozen_rows, on_rows, rows_refused,
+    stands_still, with_loop,
 };
 use super::known::Known;
 use super::margins::{check_margins, check_sampled};
@@ -45,7 +45,7 @@ pub(super) enum Purpose {
     Run,
     /// To be analysed: motions without inertia may be eliminated.
     Analysis,
-    /// To be written as equations: the same as to be run, without the designs of its controllers.
+    /// To be written as equations: the same as to be run, where its controllers have their operating points and no designs.
     Equations,
 }
 
@@ -252,7 +252,6 @@ fn prepare_variant(
     let start = on_rows(&reduced, &scenario);
     let asked = Asked::of(document, (&reduced, &start), controls, settings, out);
     let (point, multipliers) = standing(document, &reduced, controls, asked.as_ref(), out);
-    // Operating points are those of all controllers; no equation has what they are designed to.
     let designing = if purpose == Purpose::Equations { &[] } else { controls };
     let plants: Vec<Option<Plant>> = designing
         .iter()
@@ -310,7 +309,6 @@ fn prepare_variant(
         if !out.iter().any(is_error) {
             check_margins(variant.in_loop(), out);
             check_effort(document, &variant, out);
-            check_teeth(document, &variant, out);
         }
         heard.step();
         check_passage(variant.in_loop(), out);

@@ -104,9 +104,8 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -
         String::new()
     };
     let told = display.as_ref().map_or(unit.as_str(), |display| &display.unit);
-    let bound = |bound: &Option<f64>| {
-        bound.map(|bound| in_digits(display.as_ref().map_or(bound, |unit| written(bound, unit))))
-    };
+    let bound =
+        |bound: &Option<f64>| bound.map(|bound| in_digits(display.as_ref().map_or(bound, |unit| written(bound, unit))));
     let text = match (bound(above), bound(below)) {
         (Some(above), Some(below)) => format!("{above} < {name}{window} < {below} {told}"),
         (Some(above), None) => format!("{name}{window} > {above} {told}"),

@@ -187,7 +187,8 @@ fn a_current_jumps_where_nothing_has_an_inductance() {
         "event = [{ at = \"0 s\", signal = \"I.i\", to = \"1 A\" }, { at = \"0.05 s\", signal = \"I.i\", to = \"0 A\" }, \
          { at = \"0.1 s\", signal = \"I.i\", to = \"1 A\" }, { at = \"0.15 s\", signal = \"I.i\", to = \"0 A\" }]\nduration",
     );
-    let behind = |t: f64| (0..4).map(move |k| (t - 0.05 * f64::from(k), 1.0 - 2.0 * f64::from(k % 2))).filter(|(t, _)| *t > 0.0);
+    let behind =
+        |t: f64| (0..4).map(move |k| (t - 0.05 * f64::from(k), 1.0 - 2.0 * f64::from(k % 2))).filter(|(t, _)| *t > 0.0);
     for (source, method) in METHODS.iter().flat_map(|method| [(source, *method), (&events, *method)]) {
         let run = by(source, method);
         for (k, t) in run.series.time.iter().enumerate() {
@@ -197,7 +198,7 @@ fn a_current_jumps_where_nothing_has_an_inductance() {
         assert!(run.energy.left_out().is_some_and(|part| part < 1e-8), "{method:?}: {:?}", run.energy);
     }
     let inductor = "[inductor.L]\nfrom = \"n\"\nto = \"ground\"\ninductance = \"1 mH\"\n[scenario]";
-    let mistakes = Project::open(&source.replace("[scenario]", inductor)).mistakes().to_vec();
+    let mistakes = Project::open(source.replace("[scenario]", inductor)).mistakes().to_vec();
     let said = "it jumps by -1 A at 0.05 s, which takes an infinite voltage of an inductance";
     assert!(mistakes.iter().any(|one| one.message.contains(said)), "{mistakes:?}");
 }

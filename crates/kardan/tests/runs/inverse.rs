@@ -23,7 +23,11 @@ fn the_only_motion_may_be_prescribed() {
     let motions = [
         ("angle = \"1 rad * sin(2 pi t / 1 s)\"", "", 1e-12),
         ("speed = \"2 pi * 1 rad/s * cos(2 pi t / 1 s)\"", "", 1e-8),
-        ("acceleration = \"-4 * pi^2 * 1 rad/s^2 * sin(2 pi t / 1 s)\"", "initial = { \"a.w\" = \"2 pi rad/s\" }\n", 1e-8),
+        (
+            "acceleration = \"-4 * pi^2 * 1 rad/s^2 * sin(2 pi t / 1 s)\"",
+            "initial = { \"a.w\" = \"2 pi rad/s\" }\n",
+            1e-8,
+        ),
     ];
     for (motion, initial, tolerance) in motions {
         let model = all_prescribed(motion, "").replace("[gear.g]", &format!("{initial}[gear.g]"));
@@ -32,7 +36,10 @@ fn the_only_motion_may_be_prescribed() {
             assert_eq!(run.outcome, Outcome::Completed, "{motion} {method:?}");
             for (time, torque) in run.series.time.iter().zip(signal(&run, "pm.tau")) {
                 let expected = -(0.1 + 0.25) * w * w * (w * time).sin() + 0.2 * w * (w * time).cos();
-                assert!((torque - expected).abs() < tolerance * 14.0, "{motion} {method:?} {time}: {torque} {expected}");
+                assert!(
+                    (torque - expected).abs() < tolerance * 14.0,
+                    "{motion} {method:?} {time}: {torque} {expected}"
+                );
             }
             assert!(run.energy.left_out().is_some_and(|part| part < 1e-9), "{motion} {method:?} {:?}", run.energy);
         }
@@ -44,7 +51,8 @@ fn the_only_motion_may_be_prescribed() {
 fn a_motion_that_is_all_prescribed_meets_losses_and_stops() {
     let more = "efficiency = 0.8\nefficiency_back = 0.5\n[motor.m]\nshaft = \"b\"\n\
                 [end_stop.st]\nshaft_1 = \"b\"\nshaft_2 = \"ground\"\nlower = \"-10 rad\"\nupper = \"0.4 rad\"\nstiffness = \"100 N m/rad\"\n";
-    let model = all_prescribed("angle = \"1 rad * sin(2 pi t / 1 s)\"", more).replace("damping", "friction = \"0.3 N m\"\ndamping");
+    let model = all_prescribed("angle = \"1 rad * sin(2 pi t / 1 s)\"", more)
+        .replace("damping", "friction = \"0.3 N m\"\ndamping");
     let found = run(&model);
     assert!(found.energy.left_out().is_some_and(|part| part < 1e-9), "{:?}", found.energy);
     assert!(found.energy.dissipated > 20.0 && found.warnings.is_empty(), "{:?}", found.energy);
@@ -68,7 +76,8 @@ fn where_all_is_prescribed_nothing_is_analysed() {
         assert_eq!(found[0].message, said);
         let found = project.design(&DesignSettings::default(), &Silent).expect_err("nothing is free");
         assert_eq!(found[0].message, said);
-        let controlled = model + "[control.c]\nlaw = \"pole_placement\"\ninputs = [\"m\"]\npoles = [\"-1 1/s\", \"-2 1/s\"]\n";
+        let controlled =
+            model + "[control.c]\nlaw = \"pole_placement\"\ninputs = [\"m\"]\npoles = [\"-1 1/s\", \"-2 1/s\"]\n";
         let project = Project::open(&controlled);
         assert!(project.mistakes().iter().any(|mistake| mistake.message == said), "{:?}", project.mistakes());
     }

@@ -343,7 +343,10 @@ fn teeth_that_would_jam_are_foretold_and_end_by_name() {
                  signals = { \"m.tau\" = \"1 N m - 1 N m/s * t\" }\n";
     let run = tried(screw);
     let Outcome::Failed { time, cause } = &run.outcome else { panic!("it jams without an end") };
-    assert!(*time < 0.5 && cause.contains("`s` jams more than 200 times, each within 1e-3 s of the time before"), "{time} {cause}");
+    assert!(
+        *time < 0.5 && cause.contains("`s` jams more than 200 times, each within 1e-3 s of the time before"),
+        "{time} {cause}"
+    );
     assert!(cause.contains("Give it less loss (a larger `efficiency_back`)"), "{cause}");
     assert!(run.energy.left_out().is_some_and(|part| part < 1e-6), "{:?}", run.energy);
 }

@@ -237,7 +237,13 @@ fn what_takes_part_in_a_kept_row_is_refused() {
     refused(driven, &["`p`", "beside `drive` it is not followed"]);
     // What helps is said, and helps: an angle takes no inertia.
     let found = Project::open(driven).mistakes().to_vec();
-    assert!(found[0].help.as_deref().is_some_and(|help| help.contains("prescribe `angle` or `position` in place of the speed")), "{found:#?}");
+    assert!(
+        found[0]
+            .help
+            .as_deref()
+            .is_some_and(|help| help.contains("prescribe `angle` or `position` in place of the speed")),
+        "{found:#?}"
+    );
     let angle = driven.replace("speed = \"1 rad/s\"", "angle = \"1 rad * sin(t / 1 s)\"");
     assert!(Project::open(&angle).mistakes().is_empty(), "{:#?}", Project::open(&angle).mistakes());
 }
