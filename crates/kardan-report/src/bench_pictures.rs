@@ -31,6 +31,7 @@ fn named(run: &Run, name: String, experiment: &Experiment) -> Run {
         outcome: run.outcome.clone(),
         requirements: Vec::new(),
         notes: Vec::new(),
+        warnings: Vec::new(),
         strains: Vec::new(),
         effort: run.effort,
         accuracy: None,

@@ -10,7 +10,7 @@ use crate::output::print;
 use crate::render::{self, Failure, visible};
 
 pub fn equations(args: &EquationsArgs, quiet: bool) -> Result<u8, Failure> {
-    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
+    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
     let form = match (args.latex, args.plan) {
         (true, _) => EquationsForm::Latex,
         (_, true) => EquationsForm::Plan,

@@ -1,5 +1,7 @@
 //! An analysis of structure as a page.
 
+use std::collections::BTreeSet;
+
 use super::descriptor::{descriptor, sentence};
 use crate::analysis_pictures as pictures;
 use crate::model::{Alert, Body, Cell, Page, row};
@@ -188,6 +190,9 @@ fn class(class: &Class) -> Body {
     });
     let constraints = class.constraints.iter().map(|c| row![&c.element, &c.equation, words::constraint_kind(c)]);
     let reasons = class.constraints.iter().filter_map(|c| Some(format!("{}: {}", c.element, c.reason.as_ref()?)));
+    // The two sides of a stop have one.
+    let mut told = BTreeSet::new();
+    let reasons: Vec<String> = reasons.filter(|reason| told.insert(reason.clone())).collect();
     let point = &class.operating_point;
     let moved = point.angles.iter().filter(|one| one.angle != 0.0);
     let moved: Vec<String> = moved.map(|one| format!("{} = {} rad", one.shaft, number(one.angle))).collect();

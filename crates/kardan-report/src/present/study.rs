@@ -54,7 +54,7 @@ fn with_plots(study: &Study, drawn: &[PlotFile]) -> Page {
         name: if study.model.name.is_empty() { "Study".into() } else { study.model.name.clone() },
         description: study.model.description.clone(),
         verdict: Some(verdict(study)),
-        alerts: failures(study),
+        alerts: alerts(study),
         sections,
         data: None,
     }
@@ -107,7 +107,11 @@ fn verdict(study: &Study) -> Verdict {
         (1, 1) => "the requirement is met".into(),
         (0, 1) => "the requirement is not met".into(),
         (passed, all) if passed == all => format!("all {all} requirements are met"),
-        (passed, all) => format!("{passed} of {all} requirements are met, {} are not", all - passed),
+        (passed, all) => {
+            let failed = all - passed;
+            let (met, are) = (if passed == 1 { "is" } else { "are" }, if failed == 1 { "is" } else { "are" });
+            format!("{passed} of {all} requirements {met} met, {failed} {are} not")
+        }
     };
     let strained = study.runs.iter().filter(|run| run.strains.iter().any(MotorStrain::strained)).count();
     let strained = match strained {
@@ -115,12 +119,18 @@ fn verdict(study: &Study) -> Verdict {
         some if some == study.runs.len() => "; a motor is at its limit for some time".into(),
         some => format!("; in {some} of {} variants a motor is at its limit for some time", study.runs.len()),
     };
-    let sound = completed == study.runs.len() && passed == judged.len();
-    Verdict { sound, text: format!("{runs}; {requirements}{strained}.") }
+    let warned = study.runs.iter().filter(|run| !run.warnings.is_empty()).count();
+    let doubt = match (warned, study.runs.len()) {
+        (0, _) => String::new(),
+        (_, 1) => "; its numbers are in doubt".into(),
+        (some, all) => format!("; the numbers of {some} of {all} variants are in doubt"),
+    };
+    let sound = completed == study.runs.len() && passed == judged.len() && warned == 0;
+    Verdict { sound, text: format!("{runs}; {requirements}{strained}{doubt}.") }
 }
 
 /// An alert for each failed run.
-fn failures(study: &Study) -> Vec<Alert> {
+fn alerts(study: &Study) -> Vec<Alert> {
     let failed = study.runs.iter().filter_map(|run| match &run.outcome {
         Outcome::Failed { time, cause } => Some((run, time, cause)),
         Outcome::Completed => None,
@@ -133,7 +143,12 @@ fn failures(study: &Study) -> Vec<Alert> {
         let text = format!("{name} stopped at {at}: {cause}. Everything up to that time is shown.");
         Alert { kind: "Ended early".into(), text }
     };
-    failed.map(alert).collect()
+    let warned = study.runs.iter().flat_map(|run| run.warnings.iter().map(move |text| (run, text)));
+    let warning = |(run, text): (&Run, &String)| Alert {
+        kind: "Warning".into(),
+        text: format!("{}: {text}.", variant_label(study, run)),
+    };
+    failed.map(alert).chain(warned.map(warning)).collect()
 }
 
 /// What says that there is nothing.
@@ -269,17 +284,22 @@ fn requirements(study: &Study) -> Body {
 /// The energy balance of every run.
 fn energy(study: &Study) -> Body {
     let rows = study.runs.iter().map(|run| {
-        let Energy { input, stored, dissipated, residual } = run.energy;
-        let largest = input.abs().max(stored.abs()).max(dissipated.abs());
-        let relative = if largest > 0.0 { format!("{:.1e}", (residual / largest).abs()) } else { "–".into() };
-        let relative = relative.replace('-', "−");
-        row![variant_label(study, run), input, stored, dissipated, figure(residual, 2), relative]
+        let Energy { input, stored, dissipated, residual, exchanged } = run.energy;
+        let relative = run.energy.left_out().map_or("–".into(), |part| format!("{part:.1e}").replace('-', "−"));
+        row![variant_label(study, run), input, stored, dissipated, exchanged, figure(residual, 2), relative]
     });
-    let headers =
-        ["variant", "#input [J]", "#stored [J]", "#dissipated [J]", "#residual [J]", "#residual / largest term"];
+    let headers = [
+        "variant",
+        "#input [J]",
+        "#stored [J]",
+        "#dissipated [J]",
+        "#exchanged [J]",
+        "#residual [J]",
+        "#residual / exchanged",
+    ];
     or_none(Body::default().table(&headers, rows), "There are no runs.").hint(
-        "input = stored + dissipated + residual. The residual is what the integration did not account for; its size certifies the \
-         run.",
+        "input = stored + dissipated + residual. Exchanged is what was stored at the start and what inputs gave and took, each by its \
+         amount. The residual is what the integration did not account for; its size beside what was exchanged certifies the run.",
     )
 }
 
@@ -425,6 +445,7 @@ mod tests {
             outcome: Outcome::Completed,
             requirements: vec![],
             notes: vec![],
+            warnings: vec![],
             strains: vec![],
             effort: Default::default(),
             accuracy: None,

@@ -25,7 +25,7 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
         name: name.into(),
         parameters: vec![ParameterValue { name: "beta".into(), value: 0.1, unit: "rad".into(), text: beta.into() }],
         series: Series { time, signals },
-        energy: Energy { input: 2.0, stored: 0.5, dissipated: 1.5, residual: 1e-9 },
+        energy: Energy { input: 2.0, stored: 0.5, dissipated: 1.5, residual: 1e-9, exchanged: 2.0 },
         events: (0..1000)
             .map(|index| Event { time: index as f64 * 1e-3, what: format!("ref_rk steps to {HOSTILE}") })
             .collect(),
@@ -38,6 +38,7 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
             passed: false,
         }],
         notes: vec!["the split is not unique".into(), text],
+        warnings: Vec::new(),
         strains: vec![MotorStrain {
             motor: HOSTILE.into(),
             unit: "N m",
@@ -245,6 +246,33 @@ fn the_data_are_valid_json_with_null_for_nan() {
     assert_eq!(times.split(',').count(), values.split(',').count());
     assert!(times.split(',').all(|time| time.parse::<f64>().is_ok()));
     assert!(values.split(',').all(|value| value == "null" || value.parse::<f64>().is_ok()));
+}
+
+#[test]
+fn doubt_about_a_run_is_told_first() {
+    let doubted = Run { warnings: vec!["the energy balance does not close".into()], ..run("one", "0 deg", 1.0) };
+    let study = Study { runs: vec![doubted, run("two", "1 deg", 1.0)], ..Study::default() };
+    let page = kardan_report::study(&study);
+    assert!(page.html().contains("the numbers of 1 of 2 variants are in doubt"));
+    let terminal = page.text("model.toml");
+    let place = |text: &str| terminal.find(text).unwrap_or_else(|| panic!("{text:?} is missing in {terminal}"));
+    assert!(place("does not close") < place("Energy balance"));
+    assert!(terminal.contains("WARNING: beta = 0 deg: the energy balance does not close."), "{terminal}");
+}
+
+#[test]
+fn one_requirement_is_met_or_is_not() {
+    let judged = |all: &[bool]| {
+        let one = run("one", "0 deg", 1.0);
+        let requirement = |passed: &bool| RequirementResult { passed: *passed, ..one.requirements[0].clone() };
+        let study = Study {
+            runs: vec![Run { requirements: all.iter().map(requirement).collect(), ..one.clone() }],
+            ..Study::default()
+        };
+        kardan_report::study(&study).text("model.toml")
+    };
+    assert!(judged(&[true, false, false]).contains("1 of 3 requirements is met, 2 are not"));
+    assert!(judged(&[true, true, false]).contains("2 of 3 requirements are met, 1 is not"));
 }
 
 #[test]

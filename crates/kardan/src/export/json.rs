@@ -74,6 +74,8 @@ struct RunView<'a> {
     events: &'a [Event],
     /// What the reader must know.
     notes: &'a [String],
+    /// What speaks against its numbers.
+    warnings: &'a [String],
     /// What the run asked of each motor that has limits.
     motors: Vec<StrainView<'a>>,
     /// What the integrator did.
@@ -225,6 +227,7 @@ fn variant<'a>(run: &'a Run, files: &'a [String]) -> RunView<'a> {
         requirements: &run.requirements,
         events: &run.events,
         notes: &run.notes,
+        warnings: &run.warnings,
         motors: run.strains.iter().map(|strain| StrainView::of(strain, run.length())).collect(),
         effort: run.effort,
         accuracy: run.accuracy.as_ref(),

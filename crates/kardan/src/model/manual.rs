@@ -11,6 +11,7 @@ use crate::results::{ManualKey, ManualTable};
 use crate::schema::{Field, Keys, Kind, Sign};
 use crate::signal;
 use crate::synthesis;
+use crate::units::Dimension;
 
 /// An overview of all tables that a model file may have.
 pub fn manual() -> String {
@@ -379,6 +380,7 @@ fn describe(kind: &Kind) -> String {
         Kind::Expression => "expression of measurements, signals and blocks".into(),
         Kind::Surface => "expression of an angle or a length".into(),
         Kind::Formulas => "expressions by shaft or mass".into(),
+        Kind::Formula(Dimension::NONE) => "expression of a number".into(),
         Kind::Formula(dimension) => {
             format!("expression of {}; along masses {}", dimension.si(), dimension.along_masses().si())
         }

@@ -77,7 +77,8 @@ type Explicit = (Vec<usize>, Vec<Step>);
 /// The number of all constraints, if they leave a motion.
 fn check_motion(equations: &Equations) -> Result<usize, ReduceError> {
     let (n, constraints) = (equations.coordinates.len(), equations.constraints.len() + equations.transmissions.len());
-    if constraints >= n {
+    // What is prescribed may take the last one.
+    if constraints > n || constraints == n && equations.moving.is_empty() {
         return Err(ReduceError::NoMotion { shafts: n, constraints });
     }
     Ok(constraints)

@@ -201,8 +201,17 @@ pub struct Energy {
     pub stored: f64,
     /// Loss in dampers and friction.
     pub dissipated: f64,
-    /// What the integration did not account for; its size certifies the run.
+    /// What the integration did not account for; its size beside `exchanged` certifies the run.
     pub residual: f64,
+    /// What there was to lose: what was stored at the start, and what inputs did in each step by its amount, whether they gave or took.
+    pub exchanged: f64,
+}
+
+impl Energy {
+    /// The residual as a part of what was exchanged; none where nothing was.
+    pub fn left_out(&self) -> Option<f64> {
+        (self.exchanged > 0.0).then(|| (self.residual / self.exchanged).abs())
+    }
 }
 
 /// Something that happened at a located instant.
@@ -446,6 +455,8 @@ pub struct Run {
     pub requirements: Vec<RequirementResult>,
     /// What the reader must know, such as a split between parallel friction elements that is not unique.
     pub notes: Vec<String>,
+    /// What speaks against its numbers, such as an energy balance that does not close.
+    pub warnings: Vec<String>,
     /// What the run asked of each motor that has limits.
     pub strains: Vec<MotorStrain>,
     /// What the integrator did.

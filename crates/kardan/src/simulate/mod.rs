@@ -21,6 +21,6 @@ mod walk;
 
 pub use machine::{Machine, Setup};
 pub use outputs::signal_names;
-pub use run::{Method, Ready, RunResult, Tolerance, simulate};
+pub use run::{Method, Ready, RunResult, Tolerance, UNJAM, simulate, teeth_that_lock};
 pub use scenario::{FaultKind, Profile, Scenario, SensorFault, SignalEvent, Source, SourceSignal, SourceTarget};
 pub use simulation::{InputId, SignalId, Simulation, SimulationError, Snapshot};

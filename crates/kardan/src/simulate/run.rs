@@ -79,6 +79,8 @@ pub struct RunResult {
     pub outcome: Outcome,
     /// What the reader must know.
     pub notes: Vec<String>,
+    /// What speaks against its numbers.
+    pub warnings: Vec<String>,
     /// What was asked of each motor that has limits.
     pub strains: Vec<MotorStrain>,
     /// What the integrator did.
@@ -89,6 +91,8 @@ pub struct RunResult {
 const LOOKS: usize = 6;
 /// At least so many in a step that was cut short.
 const LEAST_LOOKS: usize = 2;
+/// What helps teeth that jam.
+pub const UNJAM: &str = "Give it less loss (a larger `efficiency_back`), more inertia before it or less behind it, or let a spring carry the load";
 /// Part of a step to which an event is located that the step is to be shortened for.
 const ROUGHLY: f64 = 1e-6;
 /// Steps of regula falsi towards an event.
@@ -106,6 +110,10 @@ const CHATTER: usize = 2000;
 const FLURRY: usize = 200_000;
 /// How close that is, as a part of the duration or of a second.
 const CLOSE: f64 = 1e-7;
+/// Jams of teeth after which a run is given up, if each is that close behind the one before, as a part of the duration or of a second: no chart shows them
+/// one by one.
+const JAMS: usize = 200;
+const JAMS_APART: f64 = 1e-3;
 /// Events with nothing between them after which nothing rebounds any more until there is.
 const KNOCKS: usize = 100;
 /// Events that are nearer to each other, relative to the time, have nothing between them.
@@ -117,6 +125,9 @@ const STEPS_UNHEARD: usize = 64;
 /// Absolute error allowed per step in the work of the inputs and in the loss, J per unit of the relative tolerance; it
 /// keeps a step honest whose other error estimates are small by accident.
 const ENERGY: f64 = 10.0;
+/// The part of the energy exchanged from which on a residual is told: it shows in charts and changes the third digit of what is read from them.
+/// What tolerances allow in steps stays far below it.
+const SHOWS: f64 = 1e-3;
 /// A charge of a circuit (C), its current (A) and its energy (J) against an angle (rad) and an energy of a drivetrain: the
 /// absolute tolerances are smaller by this factor.
 const SMALL: f64 = 1e-6;
@@ -153,6 +164,8 @@ pub(super) struct RunningLoop {
     names: Vec<String>,
     /// Elements of the kept rows.
     kept_names: Vec<String>,
+    /// Constraints whose right sides move.
+    prescribing: Vec<String>,
     input_names: Vec<String>,
     input_units: Vec<&'static str>,
     shafts: Vec<String>,
@@ -181,10 +194,16 @@ pub(super) struct RunningLoop {
     switching: Vec<usize>,
     looks: Looks,
     initial_energy: f64,
+    /// The work of the inputs when it was last looked at, and what it changed by until then, by amount, J.
+    work: f64,
+    exchanged: f64,
+    /// What a step may leave out of it, whatever its size, J.
+    least_energy: f64,
     /// Teeth that could go on in two ways at the last step.
     doubted: Option<usize>,
-    /// When teeth have jammed, s.
+    /// When teeth have jammed, s, and how often close behind the time before.
     jammed: Option<f64>,
+    jams: usize,
     located: usize,
     most_steps: usize,
     /// Steps since the progress was told.
@@ -255,6 +274,19 @@ impl Looks {
 /// [`Outcome::Failed`] and everything computed so far.
 pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut(f64) -> Option<String>) -> RunResult {
     Ready::new(setup, tolerance).run(progress)
+}
+
+/// Elements with teeth that the inertia of their load would lock at the start (Painlevé).
+pub fn teeth_that_lock(setup: Setup<'_>) -> Vec<String> {
+    let (reduced, scenario) = (setup.reduced, setup.scenario);
+    let mut machine = Machine::new(setup);
+    let mut state = vec![0.0; machine.size()];
+    let start = reduced.state(&scenario.position, &scenario.speed);
+    state[..start.len()].copy_from_slice(&start);
+    machine.start_laws(&mut state);
+    machine.enter_segment(0.0);
+    let directions: Vec<&str> = reduced.equations.set_valued().map(|(element, _)| element).collect();
+    machine.locking_meshes(&state).into_iter().map(|direction| directions[direction].to_string()).collect()
 }
 
 /// A run that is compiled and has not begun.
@@ -350,6 +382,7 @@ impl RunningLoop {
             outputs,
             names,
             kept_names: reduced.equations.kept.iter().map(|kept| kept.element.clone()).collect(),
+            prescribing: reduced.equations.moving.keys().cloned().collect(),
             input_names,
             input_units: input_units(reduced),
             shafts: reduced.equations.coordinates.clone(),
@@ -373,8 +406,12 @@ impl RunningLoop {
             looks: Looks::new(directions),
             state,
             initial_energy: 0.0,
+            work: 0.0,
+            exchanged: 0.0,
+            least_energy: absolute[size - 2],
             doubted: None,
             jammed: None,
+            jams: 0,
             located: 0,
             most_steps: tolerance.most_steps,
             unheard: 0,
@@ -403,9 +440,17 @@ impl RunningLoop {
             }
             self.due = Due::default();
             self.step(progress)?;
+            self.count_work();
         }
         self.observe_until(until.min(self.time), None);
         Ok(())
+    }
+
+    /// Adds what the inputs gave or took since the last look.
+    fn count_work(&mut self) {
+        let work = self.state[self.state.len() - 2];
+        self.exchanged += (work - self.work).abs();
+        self.work = work;
     }
 
     /// Stands at a time that is known already, at most where the integration stands, so that signals may change from there on.
@@ -452,7 +497,7 @@ impl RunningLoop {
         keeper.number(&mut self.initial_energy);
         keeper.counts(&mut self.reversed);
         self.looks.keep(keeper);
-        for count in [&mut self.located, &mut self.unheard] {
+        for count in [&mut self.located, &mut self.unheard, &mut self.jams] {
             keeper.count(count);
         }
         keeper.optional(&mut self.jammed);
@@ -464,6 +509,8 @@ impl RunningLoop {
     /// What is due at the start.
     fn begin(&mut self) -> Result<(), Outcome> {
         self.machine.enter_segment(0.0);
+        // For a run that does not get beyond this.
+        self.initial_energy = self.machine.energy(0.0, &self.state);
         if let Some((direction, beyond)) = self.machine.beyond_stops(self.time, &self.state).first() {
             let what = format!(
                 "`{}` begins {beyond:.6} {} beyond its stop, which nothing can pass: start within it",
@@ -553,7 +600,9 @@ impl RunningLoop {
         }
         self.stepped = true;
         if let Err(error) = self.solver.step(&mut self.machine, end) {
-            if self.jams() {
+            let before = self.jammed;
+            if let Some(direction) = self.jam() {
+                self.count_jams(direction, before)?;
                 return self.tell(progress);
             }
             return Err(self.step_failed(error));
@@ -621,12 +670,27 @@ impl RunningLoop {
         Err(failed(high, cause))
     }
 
-    /// Teeth that no acceleration fits stop at once, by an impulse that grows with what it makes the load press with; true if there are such teeth
-    /// where the integration stands.
-    fn jams(&mut self) -> bool {
-        let Some(direction) = self.machine.lost_mesh() else { return false };
+    /// Ends the run where teeth jam without an end.
+    fn count_jams(&mut self, direction: usize, before: Option<f64>) -> Result<(), Outcome> {
+        let apart = JAMS_APART * self.scenario.duration.min(1.0);
+        self.jams = if before.is_some_and(|at| self.time - at <= apart) { self.jams + 1 } else { 0 };
+        if self.jams <= JAMS {
+            return Ok(());
+        }
+        let cause = format!(
+            "`{}` jams more than {JAMS} times, each within {apart:.0e} s of the time before: whenever its load drives it, it locks itself against the inertia of \
+             that load (Painlevé), and starts again. {UNJAM}",
+            self.names[direction]
+        );
+        Err(failed(self.time, cause))
+    }
+
+    /// Teeth that no acceleration fits stop at once, by an impulse that grows with what it makes the load press with; their direction if there are such
+    /// teeth where the integration stands.
+    fn jam(&mut self) -> Option<usize> {
+        let direction = self.machine.lost_mesh()?;
         if self.jammed == Some(self.time) {
-            return false;
+            return None;
         }
         self.jammed = Some(self.time);
         // Just beyond where the integrator came to.
@@ -638,7 +702,7 @@ impl RunningLoop {
         let lost = before - self.machine.energy(time, &self.state);
         if !(lost >= 0.0) {
             self.state = moved;
-            return false;
+            return None;
         }
         if lost == 0.0 {
             // Nothing was left to stop; if it jams again here, nothing goes on.
@@ -656,7 +720,7 @@ impl RunningLoop {
         self.machine.forget_lost_mesh();
         self.time = time;
         self.restart(time);
-        true
+        Some(direction)
     }
 
     /// Tells where teeth could go on in two ways; ends the run where their loss is negative.
@@ -704,7 +768,8 @@ impl RunningLoop {
         self.solver.interpolate(high, &mut self.state);
         self.machine.evaluate(high, &self.state);
         self.time = high;
-        failed(high, format!("the loop diverges: {}", self.fastest()))
+        let what = if self.machine.has_laws() { "the loop diverges" } else { "the motion grows without bound" };
+        failed(high, format!("{what}: {}", self.fastest()))
     }
 
     /// Solves a linear loop up to the end of the segment; false if its numbers grow beyond what a drivetrain does, which the integrator then
@@ -770,7 +835,6 @@ impl RunningLoop {
         let crossing = std::mem::take(&mut self.reversed);
         self.machine.remember_commands(at, &mut self.state);
         let settled = self.settle(at, &crossing);
-        self.reversed = crossing;
         settled?;
         if self.machine.was_struck() && !at_once {
             // Rebounds grow smaller, and end; what knocks without an end takes no time.
@@ -782,34 +846,39 @@ impl RunningLoop {
         if at - *since > *longest {
             (*since, *events, *longest) = (at, 0, 0.0);
         }
-        if *events > CHATTER {
-            let since = *since;
-            return Err(failed(
-                at,
-                format!(
-                    "more than {CHATTER} events within {:.1e} s, less than a step of the smooth motion, the last ones: {}",
-                    at - since,
-                    self.last_events()
-                ),
-            ));
+        let (since, events) = (*since, *events);
+        if events > CHATTER {
+            let apart = at - since;
+            let cause =
+                format!("more than {CHATTER} events within {apart:.1e} s, less than a step of the smooth motion");
+            return Err(failed(at, format!("{cause}: {}", self.last_events(since, &crossing))));
         }
         if self.flurry > FLURRY {
-            let cause = format!(
-                "more than {FLURRY} events follow each other closely without an end, the last ones: {}",
-                self.last_events()
-            );
-            return Err(failed(at, cause));
+            let cause = format!("more than {FLURRY} events follow each other closely without an end");
+            return Err(failed(at, format!("{cause}: {}", self.last_events(since, &crossing))));
         }
+        self.reversed = crossing;
         if !self.due.boundary {
             self.restart(at);
         }
         Ok(())
     }
 
-    /// What happened last, in words.
-    fn last_events(&self) -> String {
-        let what: Vec<&str> = self.events.iter().rev().take(6).map(|event| event.what.as_str()).collect();
-        what.join("; ")
+    /// What happened last since a time, in words; where that changed nothing, what left its mode and came back to it.
+    fn last_events(&self, since: f64, crossing: &[usize]) -> String {
+        let own = self.events.iter().rev().take_while(|event| event.time >= since);
+        let what: Vec<&str> = own.take(6).map(|event| event.what.as_str()).collect();
+        if !what.is_empty() {
+            return format!("the last ones: {}", what.join("; "));
+        }
+        let left = if crossing.is_empty() { self.machine.holding() } else { crossing };
+        let mut names: Vec<&str> = left.iter().filter_map(|k| self.names.get(*k)).map(String::as_str).collect();
+        names.sort_unstable();
+        names.dedup();
+        match names.is_empty() {
+            true => "a motor or what holds comes to its limit and leaves it again".into(),
+            false => format!("what holds {} is at its limit to the last digits, left and taken again", quoted(names)),
+        }
     }
 
     /// Makes the last step anew so that it ends just after an event found in it: near the end of a step the dense output
@@ -851,10 +920,16 @@ impl RunningLoop {
             return Ok(());
         }
         names.sort_unstable();
-        let cause = format!(
-            "{} hold one motion rigidly, and not the same way: give a stop `stiffness`, put a clutch in place of a lock, or release one of them before",
-            quoted(names)
-        );
+        let what = match (&names[..], self.prescribing.is_empty()) {
+            ([one], false) => format!(
+                "`{one}` holds what {} prescribes, and not the same way",
+                quoted(self.prescribing.iter().map(String::as_str))
+            ),
+            ([one], true) => format!("`{one}` holds what constraints hold already, and not the same way"),
+            _ => format!("{} hold one motion rigidly, and not the same way", quoted(names)),
+        };
+        let cause =
+            format!("{what}: give a stop `stiffness`, put a clutch in place of a lock, or release one of them before");
         Err(failed(self.time, cause))
     }
 
@@ -862,15 +937,17 @@ impl RunningLoop {
         let shared = self.machine.shared_friction();
         if !shared.is_empty() {
             let names: Vec<String> = shared.iter().map(|&k| format!("`{}`", self.names[k])).collect();
+            let rubs = shared.iter().all(|&k| self.machine.is_friction(k));
+            let [together, what] = if rubs { ["stick", "friction torque"] } else { ["hold", "torque"] };
+            let shown = match (self.machine.has_meshes() || !self.machine.shares_by_size(), rubs) {
+                (true, _) => "one with which all hold",
+                (false, true) => "the one with the smallest torques relative to each Coulomb torque",
+                (false, false) => "the one with the smallest torques relative to what each can hold",
+            };
             let note = format!(
-                "While {} stick together, the split of the friction torque between them is not unique (nor are constraint \
-                 torques between them); shown is {}.",
+                "While {} {together} together, the split of the {what} between them is not unique (nor are constraint torques between \
+                 them); shown is {shown}.",
                 names.join(", "),
-                if self.machine.has_meshes() {
-                    "one with which all hold"
-                } else {
-                    "the one with the smallest torques relative to each Coulomb torque"
-                }
             );
             if !self.notes.contains(&note) {
                 self.notes.push(note);
@@ -1233,23 +1310,29 @@ impl RunningLoop {
     fn step_failed(&mut self, error: StepError) -> Outcome {
         let at = self.solver.time();
         self.state.copy_from_slice(self.solver.state());
+        let [diverges, or_diverges] = match self.machine.has_laws() {
+            true => ["the loop diverges", "or the loop diverges"],
+            false => {
+                ["something grows without bound", "or something changes at an infinite rate, such as sqrt(t) at zero"]
+            }
+        };
         let text = match error {
             _ if let Some(direction) = self.machine.lost_mesh() => format!(
-                "`{}` jams: its load drives it, and the loss would grow faster than the torque that makes it, so that no acceleration fits (Painlevé). Give it less \
-                 loss (a larger `efficiency_back`), more inertia before it or less behind it, or let a spring carry the load",
+                "`{}` jams: its load drives it, and the loss would grow faster than the torque that makes it, so that no acceleration fits (Painlevé). {UNJAM}",
                 self.names[direction]
             ),
             StepError::StepTooSmall { step, .. } => format!(
-                "the step became too small ({step:.3e} s): a time constant is too short for this mode, or the loop diverges"
+                "the step became too small ({step:.3e} s): a time constant is too short for this mode, {or_diverges}"
             ),
             StepError::NotFinite { .. } => {
                 let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
                 let what = self.machine.not_finite(at, &self.state, names);
                 match what {
-                    Some(what) => format!("{what}: the loop diverges, or the inertia becomes singular"),
-                    None => "within the next step, however short, the equations have no finite value: the loop diverges, or the inertia \
-                             becomes singular"
-                        .into(),
+                    Some(what) => format!("{what}: {diverges}, or the inertia becomes singular"),
+                    None => format!(
+                        "within the next step, however short, the equations have no finite value: {diverges}, or the inertia becomes \
+                         singular"
+                    ),
                 }
             }
         };
@@ -1274,11 +1357,34 @@ impl RunningLoop {
         })
     }
 
-    fn finish(mut self, outcome: Outcome) -> RunResult {
+    /// The energy balance up to where the integration stands.
+    fn energy(&mut self) -> Energy {
+        self.count_work();
         let size = self.machine.size();
         let stored = self.machine.energy(self.time, &self.state) - self.initial_energy;
         let (input, dissipated) = (self.state[size - 2], self.state[size - 1]);
+        let exchanged = self.initial_energy + self.exchanged;
+        Energy { input, stored, dissipated, residual: input - stored - dissipated, exchanged }
+    }
+
+    /// What to say where more energy is not accounted for than the tolerances of the steps allow and than one may overlook.
+    fn unbalanced(&self, energy: &Energy, steps: usize) -> Option<String> {
+        let Energy { residual, exchanged, .. } = *energy;
+        let allowed = self.least_energy * steps as f64;
+        (residual.abs() > SHOWS * exchanged + allowed).then(|| {
+            format!(
+                "the energy balance does not close: {residual:.3e} J are not accounted for, of {exchanged:.3e} J that were exchanged. What is shown is \
+                 wrong from some time on, though every step met its tolerance: look for a speed that jumps or a torque that has a peak, where the \
+                 equations are singular (a dead centre, a joint near 90°), and keep the motion away from it; elsewhere a smaller `--tolerance` helps"
+            )
+        })
+    }
+
+    fn finish(mut self, outcome: Outcome) -> RunResult {
+        let energy = self.energy();
         let counts = self.solver.counts();
+        let steps = counts.accepted as usize + self.segments.steps;
+        let warnings = self.unbalanced(&energy, steps).into_iter().collect();
         self.notes.extend(self.machine.notes_of_laws());
         let end = match outcome {
             Outcome::Failed { time, .. } => time,
@@ -1301,12 +1407,13 @@ impl RunningLoop {
         RunResult {
             series,
             strains,
-            energy: Energy { input, stored, dissipated, residual: input - stored - dissipated },
+            energy,
             events: self.events,
             outcome,
             notes: self.notes,
+            warnings,
             effort: Effort {
-                steps: counts.accepted as usize + self.segments.steps,
+                steps,
                 rejected: counts.rejected as usize,
                 evaluations: counts.evaluations as usize + self.segments.evaluations,
                 events: self.located,

@@ -179,7 +179,11 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
             out.help(if model.coordinates.is_some() {
                 suggest(suggestion)
             } else {
-                "break the loop: two transmissions between the same shafts leave no motion".to_string()
+                match model.terms.iter().any(|named| matches!(named.term, Term::Moving(_))) {
+                    true => "prescribe the end that drives, or give `speed` in place of a position: a curve is followed from its driving end alone",
+                    false => "break the loop: two transmissions between the same shafts leave no motion",
+                }
+                .to_string()
             })
         }
     };

@@ -2,6 +2,7 @@
 
 use super::coupling::cross_coupling;
 use super::explore::explore;
+use super::kept::nothing_free;
 use super::margins::{decay, responses, survey, verdict, warnings as margin_warnings};
 use super::margins_over::margins_along;
 use super::passage::{passage, warnings as passage_warnings};
@@ -126,6 +127,9 @@ fn design_own(
     settings: &DesignSettings,
     progress: &dyn Progress,
 ) -> Result<Design, Vec<Diagnostic>> {
+    if let Some(mistake) = nothing_free(&variant.reduced) {
+        return Err(vec![mistake]);
+    }
     let is_motor = |input: &Along<InputKind>| matches!(input.value, InputKind::Motor(_));
     let equations = &variant.reduced.equations;
     // The outputs of laws are of shafts, masses and sensors.

@@ -3,12 +3,14 @@
 use kardan_rt::functions::{exp, ln, powi};
 
 use super::PreparedVariant;
+use super::places::place_of;
 use crate::assemble::Equations;
 use crate::diagnostics::Diagnostic;
-use crate::equations::InputKind;
+use crate::equations::{Hold, InputKind};
 use crate::model::{Document, TableReader};
 use crate::num::Random;
 use crate::reduce::{Dynamics, Work, linearise};
+use crate::simulate::{Setup, UNJAM, teeth_that_lock};
 use crate::synthesis::closed_loop_poles;
 
 /// Steps beyond which a run is warned of.
@@ -231,8 +233,25 @@ fn short(value: f64) -> String {
     format!("{}e{exponent}", digits.trim_end_matches('0').trim_end_matches('.'))
 }
 
-/// Warns of a run that takes very long.
+/// Warns of teeth that jam wherever their load drives them.
+fn check_teeth(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
+    if !variant.reduced.equations.holds.iter().any(|hold| matches!(hold.value, Hold::Mesh(_))) {
+        return;
+    }
+    let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
+    for element in teeth_that_lock(setup) {
+        let message = format!(
+            "the teeth of `{element}` lock themselves against the inertia of their load: wherever that drives them while they turn, they jam (Painlevé), and \
+             a run that jams without an end is ended"
+        );
+        let warning = Diagnostic::warning("teeth::jam", message).at(place_of(document, &element), "jams");
+        out.push(warning.help(UNJAM.replacen("Give", "give", 1)));
+    }
+}
+
+/// Warns of a run that takes very long, or that may end where teeth jam.
 pub(super) fn check_effort(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
+    check_teeth(document, variant, out);
     let Effort { steps, element, cause, .. } = expected_effort(variant);
     if !(steps > MANY_STEPS) {
         return;
@@ -254,7 +273,8 @@ pub(super) fn check_effort(document: &Document, variant: &PreparedVariant, out: 
     };
     out.push(warning.help(
         "check this number and its unit; leave out a motion that fast (a rigid connection, no inertia of its own), or shorten \
-         `duration`. Where that motion is damped, `--method radau` (which `--method automatic` takes then) needs no such steps. `kardan run` \
+         `duration`. Where that motion is damped, `--method radau` (which `--method automatic` takes then) needs no such steps; beside teeth with losses, and \
+         laws that compute by themselves at every instant, there is no such method. `kardan run` \
          takes `--max-steps N` and `--time-limit SECONDS`, and keeps what it has when they are reached",
     ));
 }

@@ -48,7 +48,8 @@ impl Project {
     /// # Errors
     /// All mistakes.
     pub fn equations(&self, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
-        let (prepared, diagnostics) = (self.prepared(), self.mistakes().to_vec());
+        let (prepared, mistakes) = self.for_equations();
+        let diagnostics = mistakes.to_vec();
         let error = diagnostics.iter().any(is_error);
         let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
         let model = linear_part(variant);
@@ -68,7 +69,7 @@ impl Project {
     /// All mistakes.
     pub fn motion_equations(&self) -> Result<(MotionEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (latex, diagnostics) = self.equations(EquationsForm::Latex)?;
-        let Some(variant) = self.prepared().variants.first() else { return Err(diagnostics) };
+        let Some(variant) = self.for_equations().0.variants.first() else { return Err(diagnostics) };
         let model = linear_part(variant);
         let lines = lines(variant, &model, Style::Text, &text_mark).into_iter();
         let constraints = constraints(variant, Style::Text, &text_mark).into_iter();

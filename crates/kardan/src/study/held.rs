@@ -6,7 +6,7 @@ use super::places::{place_of, places_in_control};
 use crate::analysis::combination;
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::Domain;
+use crate::equations::{Domain, Kept};
 use crate::model::{ControlSpec, Document, Model, TableReader};
 use crate::num::Rational;
 use crate::reduce::{NoEquilibrium, NoRelaxation, Reduced, equilibrium_rows, reduce, relaxation, sparse_model};
@@ -33,6 +33,9 @@ fn beside_kept(equations: &Equations, element: String) -> Refusal {
         Some(Domain::Charge) => {
             "put an inductor into this loop, or write the current as a sum whose integral is known: powers of `t`, sines, cosines and \
              exponentials of straight lines, cubic tables without their third power"
+        }
+        _ if kept.is_some_and(|kept| matches!(kept.law, Kept::Speed(..) | Kept::Acceleration(..))) => {
+            "give one of these shafts an inertia, or prescribe `angle` or `position` in place of the speed, of which no inertia is needed: `position = \"0.1 m/s * t\"`"
         }
         _ => "give one of these shafts an inertia, or let the constraint act on shafts that have one",
     };

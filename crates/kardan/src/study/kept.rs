@@ -8,6 +8,7 @@ use super::places::{at_each, place_of};
 use super::{AnalysisSpec, Prepared, PreparedVariant};
 use crate::assemble::KeptRow;
 use crate::diagnostics::{Diagnostic, quoted};
+use crate::entries::Place;
 use crate::equations::{InputKind, Kept};
 use crate::expr::Expr;
 use crate::model::{ControlSpec, Document, TableReader};
@@ -37,6 +38,7 @@ pub(super) fn check_kept(document: &Document, reduced: &Reduced, out: &mut Vec<D
             format!("bench and identification do not know constraints that are not solved for a coordinate: {names}");
         refuse(message, place.clone(), "this table", "take it out");
     }
+    let (free, kept) = (reduced.degrees_of_freedom(), equations.kept.len());
     if let Some(row) = superfluous(reduced) {
         let name = &equations.kept[row].element;
         let message = format!("`{name}` holds no motion that the other constraints leave, at no position");
@@ -44,7 +46,7 @@ pub(super) fn check_kept(document: &Document, reduced: &Reduced, out: &mut Vec<D
             "remove it, or those that say the same: beside rows of speeds, and expressions, no row is kept twice";
         let mistake = Diagnostic::error("constraint::dependent", message);
         out.push(mistake.at(place_of(document, name), "this constraint").help(help));
-    } else if equations.kept.len() >= reduced.degrees_of_freedom() {
+    } else if kept > free || kept == free && !equations.prescribes() {
         let message = format!(
             "the constraints leave no motion: {} coordinates and {} more constraints",
             reduced.degrees_of_freedom(),
@@ -160,6 +162,9 @@ pub(super) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Diagnostic> 
 /// # Errors
 /// Why its kept rows have no linear ones in their place.
 pub(super) fn frozen_variant(variant: &PreparedVariant) -> Result<PreparedVariant, Diagnostic> {
+    if let Some(mistake) = nothing_free(&variant.reduced) {
+        return Err(mistake);
+    }
     let at = if variant.analysis.at.is_empty() { "`initial` of `[scenario]`" } else { "`at` of `[analysis]`" };
     let refused = |message: String, help: String| Diagnostic::error("analysis::kept", message).help(help);
     let rest = Standing::of(variant).map_err(|message| {
@@ -179,6 +184,30 @@ fn prescribed(reduced: &Reduced) -> impl Iterator<Item = &str> {
 /// Elements whose offset, position, speed or acceleration is a function of time.
 pub(super) fn moves_by_itself(reduced: &Reduced) -> impl Iterator<Item = &str> {
     reduced.equations.moving.keys().map(String::as_str).chain(prescribed(reduced))
+}
+
+/// What to say where all that moves is prescribed, to who asks for what moves freely.
+pub(super) fn nothing_free(reduced: &Reduced) -> Option<Diagnostic> {
+    let names: Vec<&str> = moves_by_itself(reduced).collect();
+    (!names.is_empty() && reduced.degrees_of_freedom() == reduced.equations.kept.len()).then(|| {
+        let message = format!("nothing is free to move: all motion follows from what {} prescribe{}", quoted(names.iter().copied()), if names.len() == 1 { "s" } else { "" });
+        Diagnostic::error("analysis::no-motion", message)
+            .help("`kardan run` gives the torques and forces that this takes; take it out to ask how the model moves by itself")
+    })
+}
+
+/// What asks for motion that is free where none is; true if nothing does.
+pub(super) fn check_free(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) -> bool {
+    let tables = [&document.bench, &document.identification].into_iter().filter(|table| !table.values.is_empty());
+    let places = document
+        .controls
+        .iter()
+        .map(|control| control.table.place.clone())
+        .chain(tables.map(|table| table.place.clone()));
+    let asking = places.min_by_key(Place::start);
+    let Some((place, mistake)) = asking.zip(nothing_free(reduced)) else { return true };
+    out.push(mistake.at(place, "needs a motion that is free"));
+    false
 }
 
 /// What is told of them where a model is looked at at rest.

@@ -12,8 +12,8 @@ use super::effort::check_effort;
 use super::equilibrium::{Rest, in_words};
 use super::held::{check_readings, check_start, is_designable, without_massless};
 use super::kept::{
-    begin_on_rows, check_kept, moves_by_itself, not_on_rows, on_frozen_rows, on_rows, rows_refused, stands_still,
-    with_loop,
+    begin_on_rows, check_free, check_kept, moves_by_itself, not_on_rows, on_frozen_rows, on_rows, rows_refused,
+    stands_still, with_loop,
 };
 use super::known::Known;
 use super::margins::{check_margins, check_sampled};
@@ -48,6 +48,8 @@ pub(super) enum Purpose {
     Run,
     /// To be analysed: motions without inertia may be eliminated.
     Analysis,
+    /// To be written as equations: the same as to be run, where its controllers have their operating points and no designs.
+    Equations,
 }
 
 pub(super) fn is_error(diagnostic: &Diagnostic) -> bool {
@@ -62,6 +64,7 @@ pub(super) fn prepare_document(
     out: &mut Vec<Diagnostic>,
 ) -> Prepared {
     let mut prepared = Prepared::default();
+    let unread = out.iter().any(is_error);
     let all_settings = document.variant_settings();
     let mut first = None;
     let heard = Steps::new(all_settings.iter().map(|variant| steps_of(document, variant)).sum(), progress);
@@ -112,6 +115,10 @@ pub(super) fn prepare_document(
         super::bench::check(document, &all_settings_of_first, &mut mistakes);
     }
     add_new(out, mistakes, None);
+    // What could not be read may be what connects them.
+    if unread {
+        out.retain(|mistake| mistake.code != "model::disconnected");
+    }
     out.sort_by_key(|d| {
         (d.labels.first().map_or(usize::MAX, |label| label.place.start()), d.severity == Severity::Warning)
     });
@@ -249,7 +256,8 @@ fn prepare_variant(
     let asked = Asked::of(document, (&reduced, &start), controls, settings, out);
     let as_it_is = reduced.unrelaxed();
     let (point, multipliers) = standing(document, &reduced, controls, asked.as_ref(), out);
-    let plants: Vec<Option<Plant>> = controls
+    let designing = if purpose == Purpose::Equations { &[] } else { controls };
+    let plants: Vec<Option<Plant>> = designing
         .iter()
         .map(|control| design_model(document, &as_it_is, (settings, asked.as_ref()?), control, out))
         .collect();
@@ -271,7 +279,7 @@ fn prepare_variant(
     let analysis = analysis_spec(&known, &reduced.equations, Some(start), settings, out);
     heard.step();
     let (mut design_models, mut designed, mut running) = (Vec::new(), Vec::new(), Vec::new());
-    for (control, plant) in controls.iter().zip(plants) {
+    for (control, plant) in designing.iter().zip(plants) {
         let Some(mut plant) = plant else { continue };
         plant.elements = model.elements.iter().map(|one| (one.kind.clone(), one.name.clone())).collect();
         let Some((law, as_it_runs)) = designed_law(document, &reduced, control, &plant, out) else { continue };
@@ -281,7 +289,7 @@ fn prepare_variant(
         running.push(as_it_runs);
     }
     start_notes.extend(references_at_rest(document, &running, &mut scenario));
-    let complete = designed.len() == controls.len();
+    let complete = designed.len() == designing.len();
     let computed = Computed::of(document, settings, &signal_names(&reduced, &scenario));
     let variant = PreparedVariant {
         name,
@@ -427,7 +435,7 @@ fn reduced_model(
     }
     let reduced = match reduce(assemble(&model.all_coordinates, &model.terms), model.coordinates.as_deref()) {
         Ok(reduced) => reduced,
-        Err(_) if purpose == Purpose::Run && !massless.is_empty() => {
+        Err(_) if purpose != Purpose::Analysis && !massless.is_empty() => {
             out.append(&mut massless);
             return None;
         }
@@ -436,11 +444,11 @@ fn reduced_model(
             return None;
         }
     };
-    let follows = check_kept(document, &reduced, out);
+    let follows = check_kept(document, &reduced, out) & check_free(document, &reduced, out);
     if !check_matrices(document, &reduced, out, &mut massless) || !follows {
         return None;
     }
-    if purpose == Purpose::Run && !massless.is_empty() {
+    if purpose != Purpose::Analysis && !massless.is_empty() {
         return without_massless(document, model, &reduced, &massless, out).map(|reduced| (reduced, Vec::new()));
     }
     Some((reduced, massless))

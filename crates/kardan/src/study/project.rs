@@ -38,6 +38,8 @@ pub struct Project {
     ready: OnceLock<(Prepared, Vec<Diagnostic>)>,
     /// Where a run is not possible, but an analysis may be.
     analysed: OnceLock<(Prepared, Vec<Diagnostic>)>,
+    /// Without the designs of its controllers, where nothing else was asked for.
+    undesigned: OnceLock<(Prepared, Vec<Diagnostic>)>,
 }
 
 impl Project {
@@ -82,7 +84,7 @@ impl Project {
     #[must_use]
     pub fn with_files(mut self, files: impl IntoIterator<Item = (String, FileBytes)>) -> Self {
         self.document.files.extend(files);
-        (self.ready, self.analysed) = (OnceLock::new(), OnceLock::new());
+        (self.ready, self.analysed, self.undesigned) = Default::default();
         self
     }
 
@@ -93,7 +95,8 @@ impl Project {
 
     fn of(entries: Entries, source: String, mistakes: Vec<Diagnostic>, broken: bool) -> Self {
         let (document, reading) = read_entries(&entries, mistakes, broken);
-        Self { entries, source, document, reading, ready: OnceLock::new(), analysed: OnceLock::new() }
+        let (ready, analysed, undesigned) = Default::default();
+        Self { entries, source, document, reading, ready, analysed, undesigned }
     }
 
     /// The same model with changes: what stays keeps its places, what is new is told by its path.
@@ -228,6 +231,17 @@ impl Project {
             return (prepared, mistakes);
         }
         let (prepared, mistakes) = self.analysed.get_or_init(|| self.prepare(Purpose::Analysis, &Silent));
+        (prepared, mistakes)
+    }
+
+    /// What equations are written from: no controller is designed for that.
+    pub(super) fn for_equations(&self) -> (&Prepared, &[Diagnostic]) {
+        let (prepared, mistakes) = match self.ready.get() {
+            None if !self.document.controls.is_empty() => {
+                self.undesigned.get_or_init(|| self.prepare(Purpose::Equations, &Silent))
+            }
+            _ => self.ready(),
+        };
         (prepared, mistakes)
     }
 

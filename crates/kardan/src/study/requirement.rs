@@ -72,6 +72,11 @@ fn measure_of(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Resu
     }
 }
 
+/// A number of a file again: digits, or a power of ten where they would be many zeros.
+fn in_digits(number: f64) -> String {
+    if number == 0.0 || (1e-4..1e7).contains(&number.abs()) { number.to_string() } else { format!("{number:e}") }
+}
+
 pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Judged {
     let Requirement { signal, measure, unit, display, below, above, from, until, .. } = requirement;
     let completed = ran.completed;
@@ -99,7 +104,8 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -
         String::new()
     };
     let told = display.as_ref().map_or(unit.as_str(), |display| &display.unit);
-    let bound = |bound: &Option<f64>| bound.map(|bound| display.as_ref().map_or(bound, |unit| written(bound, unit)));
+    let bound =
+        |bound: &Option<f64>| bound.map(|bound| in_digits(display.as_ref().map_or(bound, |unit| written(bound, unit))));
     let text = match (bound(above), bound(below)) {
         (Some(above), Some(below)) => format!("{above} < {name}{window} < {below} {told}"),
         (Some(above), None) => format!("{name}{window} > {above} {told}"),

@@ -358,6 +358,7 @@ fn run_variant(
         outcome: result.outcome,
         requirements,
         notes,
+        warnings: result.warnings,
         strains: result.strains,
         effort: result.effort,
         accuracy: None,

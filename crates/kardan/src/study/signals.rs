@@ -6,6 +6,7 @@ use super::PreparedVariant;
 use super::analysis::output;
 use super::checks::signals_of;
 use super::equilibrium::Rest;
+use super::kept::nothing_free;
 use super::others::{others, state_name};
 use super::stops::beyond_in_words;
 use crate::analysis::{ConstrainedSystem, OutputSignal};
@@ -52,6 +53,9 @@ impl WorkingPoint {
         notes: &mut Vec<String>,
     ) -> Result<Self, Vec<Diagnostic>> {
         let (reduced, spec) = (&variant.reduced, &variant.analysis);
+        if let Some(mistake) = nothing_free(reduced) {
+            return Err(vec![mistake]);
+        }
         let (inputs, outputs) = signals(variant, settings, notes)?;
         let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
         let position = working_position(variant, position, notes)?;

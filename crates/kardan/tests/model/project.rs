@@ -1,11 +1,11 @@
 //! The door: files and programs write the same model, with the same mistakes, and a model writes itself down.
 
-use kardan::diagnostics::Diagnostic;
+use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::entries::{Entries, Entry, Written};
 use kardan::file::{syntax, to_toml};
 use kardan::model;
 use kardan::project::*;
-use kardan::study::{Settings, Silent};
+use kardan::study::{EquationsForm, Settings, Silent};
 use proptest::prelude::*;
 
 /// The example of the front page, which is run as it stands.
@@ -254,4 +254,34 @@ proptest! {
             prop_assert_eq!(parse_quantity(&text), Ok((value.clone(), dimension)), "{}", text);
         }
     }
+}
+
+/// What a key holds is told whole, an expression of a number too.
+#[test]
+fn the_manual_says_what_keys_hold() {
+    let text = model::manual_of("lock").expect("an element");
+    assert!(text.contains("engaged (expression of a number, required)"), "{text}");
+    let brake = model::manual_of("brake").expect("an element");
+    assert!(brake.contains("torque (expression of N m; along masses N, required)"), "{brake}");
+}
+
+/// Equations have nothing of the controllers, so none is designed for them: where a design fails they are written all the same, and where it does not they
+/// are the same as those of a project that has designed all.
+#[test]
+fn equations_are_written_without_designing_controllers() {
+    let source = model::builtin("harmonic-drive").expect("it is built in").source;
+    let (fresh, designed) = (Project::open(source), Project::open(source));
+    assert!(designed.mistakes().iter().all(|mistake| mistake.severity != Severity::Error));
+    for form in [EquationsForm::Text, EquationsForm::Latex, EquationsForm::Plan] {
+        assert_eq!(fresh.equations(form).expect("equations").0, designed.equations(form).expect("equations").0);
+    }
+    let written = |project: &Project| project.symbolic_text(EquationsForm::Text).expect("symbols").0;
+    assert_eq!(written(&fresh), written(&designed));
+    // Nothing connects the motor to the second shaft.
+    let apart = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"2 kg m^2\"\n[spring_damper.s]\nshaft_1 = \"b\"\nstiffness = \"3 N m/rad\"\n\
+                 [motor.m]\nshaft = \"a\"\n[control.c]\nlaw = \"pole_placement\"\ninputs = [\"m\"]\npoles = [-1, -2, -3, -4]\n\
+                 [scenario]\nduration = \"1 s\"\n";
+    let (text, _) = Project::open(apart).equations(EquationsForm::Text).expect("equations");
+    assert!(text.contains("2 b''"), "{text}");
+    assert!(Project::open(apart).mistakes().iter().any(|mistake| mistake.severity == Severity::Error));
 }

@@ -510,3 +510,28 @@ fn play_in_a_loop_swings_as_its_describing_function_says() {
     near(period, 2.0 * PI / w, 0.05 * period, "period");
     near(most, before, 1e-3 * most, "a cycle that lasts");
 }
+
+/// Locks that hold one motion together are no friction and have no Coulomb torque; a bound of a requirement is told in digits or as a power of ten.
+#[test]
+fn locks_that_share_are_not_called_friction() {
+    let lock = |name: &str, one: &str, two: &str, at: f64| {
+        format!("[lock.{name}]\nshaft_1 = \"{one}\"\nshaft_2 = \"{two}\"\nengaged = \"t/({at} s)\"\n")
+    };
+    let shafts = ["a", "b", "c"].map(|name| format!("[shaft.{name}]\ninertia = \"2 kg m^2\"\n")).concat();
+    let locks = lock("l1", "a", "b", 0.5) + &lock("l2", "b", "c", 0.6) + &lock("l3", "a", "c", 0.7);
+    let bound =
+        |below: &str| format!("[[requirement]]\nsignal = \"b.w\"\nmeasure = \"max_abs\"\nbelow = \"{below}\"\n");
+    let source = shafts
+        + &locks
+        + "[prescribed_motion.p]\nshaft = \"a\"\nangle = \"3 rad * sin(t / 1 s)\"\n[scenario]\nduration = \"1 s\"\n"
+        + &bound("1e-12 rad/s")
+        + &bound("3.5 rad/s")
+        + &bound("1e9 rad/s");
+    let run = by(&source, Method::Taylor);
+    let said = "While `l1`, `l3`, `l2` hold together, the split of the torque between them is not unique (nor are constraint torques between them); \
+                shown is one with which all hold.";
+    assert!(run.notes.iter().any(|note| note == said), "{:?}", run.notes);
+    let texts: Vec<&str> =
+        run.requirements.iter().map(|one| one.text.rsplit(" < ").next().unwrap_or_default()).collect();
+    assert_eq!(texts, ["1e-12 rad/s", "3.5 rad/s", "1e9 rad/s"]);
+}

@@ -175,6 +175,34 @@ fn events_set_a_current_source() {
     assert!(dimension.iter().any(|one| one.starts_with("unit::dimension")), "{dimension:?}");
 }
 
+/// Pulses of a current into a resistor beside a capacitor, where nothing has an inductance: the current of the resistor follows `T i′ = I − i`, T = RC. So
+/// do steps by events; with an inductance they are refused.
+#[test]
+fn a_current_jumps_where_nothing_has_an_inductance() {
+    let source = "[current_source.I]\nfrom = \"ground\"\nto = \"n\"\ncurrent = \"p\"\n[resistor.R]\nfrom = \"n\"\nto = \"ground\"\nresistance = \"10 Ohm\"\n\
+                  [capacitor.C]\nfrom = \"n\"\nto = \"ground\"\ncapacitance = \"1 mF\"\n\
+                  [signal.p]\nkind = \"pulses\"\nhigh = \"1 A\"\nperiod = \"0.1 s\"\nwidth = \"0.05 s\"\n[scenario]\nduration = \"0.19 s\"\n";
+    let events = source.replace("current = \"p\"\n", "").replace(
+        "duration",
+        "event = [{ at = \"0 s\", signal = \"I.i\", to = \"1 A\" }, { at = \"0.05 s\", signal = \"I.i\", to = \"0 A\" }, \
+         { at = \"0.1 s\", signal = \"I.i\", to = \"1 A\" }, { at = \"0.15 s\", signal = \"I.i\", to = \"0 A\" }]\nduration",
+    );
+    let behind =
+        |t: f64| (0..4).map(move |k| (t - 0.05 * f64::from(k), 1.0 - 2.0 * f64::from(k % 2))).filter(|(t, _)| *t > 0.0);
+    for (source, method) in METHODS.iter().flat_map(|method| [(source, *method), (&events, *method)]) {
+        let run = by(source, method);
+        for (k, t) in run.series.time.iter().enumerate() {
+            let current: f64 = behind(*t).map(|(t, by)| by * (1.0 - (-t / 0.01).exp())).sum();
+            near(signal(&run, "R.i")[k], current, 1e-8, &format!("{method:?} at {t}"));
+        }
+        assert!(run.energy.left_out().is_some_and(|part| part < 1e-8), "{method:?}: {:?}", run.energy);
+    }
+    let inductor = "[inductor.L]\nfrom = \"n\"\nto = \"ground\"\ninductance = \"1 mH\"\n[scenario]";
+    let mistakes = Project::open(source.replace("[scenario]", inductor)).mistakes().to_vec();
+    let said = "it jumps by -1 A at 0.05 s, which takes an infinite voltage of an inductance";
+    assert!(mistakes.iter().any(|one| one.message.contains(said)), "{mistakes:?}");
+}
+
 /// `ẋ = A x + B` from x(0), by the exponential of `A t`: its series, halved until it is short, then squared.
 fn moved(a: &[Vec<f64>], b: &[f64], start: &[f64], t: f64) -> Vec<f64> {
     let n = a.len() + 1;

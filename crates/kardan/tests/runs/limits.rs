@@ -160,3 +160,28 @@ fn events_of_one_signal_at_one_time() {
         assert_eq!(told(right), [""; 0], "{right:?}");
     }
 }
+
+/// What leaves its mode at rounding and comes back changes nothing that a list of events could show: it is named all the same.
+#[test]
+fn what_alternates_without_an_event_is_named() {
+    let model = "[shaft.a]\ninertia = \"0.1 kg m^2\"\n[shaft.b]\ninertia = \"0.1 kg m^2\"\n[shaft.c]\ninertia = \"0.1 kg m^2\"\n\
+                 [universal_joint.e0]\nshaft_1 = \"a\"\nshaft_2 = \"c\"\nangle = \"20 deg\"\n[one_way_clutch.e1]\ndriving = \"a\"\ndriven = \"c\"\n\
+                 [universal_joint.e2]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nangle = \"20 deg\"\n[scenario]\nduration = \"2 s\"\n\
+                 initial = { \"a.w\" = \"2 rad/s\" }\n";
+    let run = run(model, &Limited { steps: 1_000_000, asked: None });
+    if let Outcome::Failed { cause, .. } = &run.outcome {
+        assert!(cause.contains("what holds `e1` is at its limit to the last digits, left and taken again"), "{cause}");
+    }
+}
+
+/// Nothing is said of a loop where there is none.
+#[test]
+fn without_a_controller_no_loop_diverges() {
+    let model = "[shaft.a]\ninertia = \"1 kg m^2\"\n[torque.t]\nshaft = \"a\"\nlaw = \"1 N m s^2/rad^2 * a.w^2\"\n\
+                 [scenario]\nduration = \"2 s\"\ninitial = { \"a.w\" = \"1 rad/s\" }\n";
+    let run = run(model, &Limited { steps: 1_000_000, asked: None });
+    // w = 1 / (1 - t)
+    let Outcome::Failed { time, cause } = &run.outcome else { panic!("it diverges at one second") };
+    assert!((time - 1.0).abs() < 1e-5, "{time}");
+    assert!(cause.contains("the motion grows without bound: a.w exceeds") && !cause.contains("loop"), "{cause}");
+}

@@ -24,7 +24,7 @@ fn tried(model: &str) -> Run {
 fn only(model: &str) -> Run {
     let run = tried(model);
     assert_eq!(run.outcome, Outcome::Completed);
-    let Energy { input, stored, dissipated, residual } = run.energy;
+    let Energy { input, stored, dissipated, residual, .. } = run.energy;
     assert!(residual.abs() <= 1e-9 * input.abs().max(stored.abs()).max(dissipated), "{:?}", run.energy);
     run
 }
@@ -324,6 +324,31 @@ fn teeth_that_jam_are_told() {
     assert!(run.events.iter().any(|event| event.what.contains("two motions go on from here")), "{:?}", run.events);
     let a = 8.0 / (0.3 + 50.0 / 16.0 / 0.4);
     assert!((at(&run, "motor.w", 2.0) - 5.0 - 2.0 * a).abs() < 1e-9);
+}
+
+/// `J₁ + η J₂ / i² < 0` is foretold; what jams and starts again and again ends by name, after as many jams.
+#[test]
+fn teeth_that_would_jam_are_foretold_and_end_by_name() {
+    // ½ · 50 / 16 = 1.5625 kg m².
+    for (inertia, jams) in [("1.56", 1), ("1.57", 0)] {
+        let model = drive("efficiency = 0.4\nefficiency_back = -0.5", "1 N m", "0 N m", "")
+            .replace("\"0.5 kg m^2\"", "\"50 kg m^2\"")
+            .replace("\"0.3 kg m^2\"", &format!("\"{inertia} kg m^2\""));
+        let project = Project::open(&model);
+        let told = project.mistakes().iter().filter(|mistake| mistake.code == "teeth::jam").count();
+        assert_eq!(told, jams, "{inertia}: {:?}", project.mistakes());
+    }
+    let screw = "[shaft.a]\ndamping = \"0.1 N m s/rad\"\n[mass.n]\nmass = \"1 kg\"\n[screw.s]\nshaft = \"a\"\nnut = \"n\"\nlead = \"5 mm/rev\"\n\
+                 efficiency = 0.4\nefficiency_back = -0.2\n[motor.m]\nshaft = \"a\"\n[scenario]\nduration = \"1 s\"\n\
+                 signals = { \"m.tau\" = \"1 N m - 1 N m/s * t\" }\n";
+    let run = tried(screw);
+    let Outcome::Failed { time, cause } = &run.outcome else { panic!("it jams without an end") };
+    assert!(
+        *time < 0.5 && cause.contains("`s` jams more than 200 times, each within 1e-3 s of the time before"),
+        "{time} {cause}"
+    );
+    assert!(cause.contains("Give it less loss (a larger `efficiency_back`)"), "{cause}");
+    assert!(run.energy.left_out().is_some_and(|part| part < 1e-6), "{:?}", run.energy);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use crate::common::{close, run_by, signal};
 use kardan::diagnostics::Severity;
 use kardan::results::Run;
 use kardan::simulate::Method;
-use kardan::study;
+use kardan::study::{self, Project};
 
 const METHODS: [Method; 4] = [Method::Automatic, Method::Taylor, Method::Dop853, Method::Radau];
 
@@ -235,4 +235,15 @@ fn what_takes_part_in_a_kept_row_is_refused() {
     let driven = "[shaft.p]\n[shaft.b]\ninertia = \"1 kg m^2\"\n[prescribed_motion.drive]\nshaft = \"p\"\nspeed = \"1 rad/s\"\n\
         [spring_damper.d]\nshaft_1 = \"p\"\nshaft_2 = \"b\"\ndamping = \"1 N m s/rad\"\n";
     refused(driven, &["`p`", "beside `drive` it is not followed"]);
+    // What helps is said, and helps: an angle takes no inertia.
+    let found = Project::open(driven).mistakes().to_vec();
+    assert!(
+        found[0]
+            .help
+            .as_deref()
+            .is_some_and(|help| help.contains("prescribe `angle` or `position` in place of the speed")),
+        "{found:#?}"
+    );
+    let angle = driven.replace("speed = \"1 rad/s\"", "angle = \"1 rad * sin(t / 1 s)\"");
+    assert!(Project::open(&angle).mistakes().is_empty(), "{:#?}", Project::open(&angle).mistakes());
 }

@@ -19,7 +19,7 @@ fn run(name: &str, time: Vec<f64>, values: Vec<f64>) -> Run {
             text: "0.5 rad".into(),
         }],
         series: Series { time, signals: vec![signal] },
-        energy: Energy { input: 3.0, stored: 1.0, dissipated: 2.0, residual: 1e-12 },
+        energy: Energy { input: 3.0, stored: 1.0, dissipated: 2.0, residual: 1e-12, exchanged: 3.0 },
         events: vec![Event { time: 0.5, what: "rk sticks".into() }],
         outcome: Outcome::Completed,
         requirements: vec![RequirementResult {
@@ -30,6 +30,7 @@ fn run(name: &str, time: Vec<f64>, values: Vec<f64>) -> Run {
             passed: false,
         }],
         notes: vec!["the split is not unique".into()],
+        warnings: Vec::new(),
         strains: vec![],
         effort: Default::default(),
         accuracy: None,
@@ -63,7 +64,7 @@ fn a_study_has_the_promised_shape() {
     assert_eq!(first["parameters"], object!({ "beta": 0.5 }));
     let expected = object!({ "min": -2.0, "max": 1.0, "final": null, "t_min": 1.0, "t_max": 0.0, "unit": "rad" });
     assert_eq!(first["signals"]["rk.phi"], expected);
-    let energy = object!({ "input": 3.0, "stored": 1.0, "dissipated": 2.0, "residual": 1e-12 });
+    let energy = object!({ "input": 3.0, "stored": 1.0, "dissipated": 2.0, "residual": 1e-12, "exchanged": 3.0 });
     assert_eq!(first["energy"], energy);
     assert_eq!(first["files"], object!(["out/beta-1.csv"]));
     assert_eq!(first["outcome"], object!({ "completed": false, "time": 2.0, "cause": "step too small" }));

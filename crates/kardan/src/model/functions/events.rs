@@ -31,7 +31,8 @@ impl Functions<'_, '_> {
         times.sort_by(f64::total_cmp);
         let piece = |time: f64| (time, [profile.value(time), profile.piece(time).1, 0.0, 0.0]);
         let pieces = Pieces::new(times.into_iter().map(piece));
-        let jumps = |at: f64| at > 0.0 && pieces.value(at) != pieces.value_before(at);
+        let inductance = dimension != Dimension::CURRENT || self.has_inductance();
+        let jumps = |at: f64| inductance && at > 0.0 && pieces.value(at) != pieces.value_before(at);
         for (table, event) in found.iter().filter(|(_, event)| event.over == 0.0 && jumps(event.at)) {
             let message = format!(
                 "`{signal}` would jump from {} to {} {} at {} s: what is prescribed must not jump, as an inductance would take an infinite voltage",

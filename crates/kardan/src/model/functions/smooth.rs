@@ -44,6 +44,7 @@ impl Functions<'_, '_> {
             return None;
         }
         let derivatives = match wanted {
+            Dimension::CURRENT if !self.has_inductance() => Vec::new(),
             Dimension::ANGLE | Dimension::LENGTH => vec![function.clone(), function.rate()],
             Dimension::ANGULAR_VELOCITY | Dimension::VELOCITY | Dimension::CURRENT => vec![function.clone()],
             _ => Vec::new(),
@@ -51,7 +52,7 @@ impl Functions<'_, '_> {
         for (order, derivative) in derivatives.iter().enumerate() {
             let Some((time, jump)) = self.jump(derivative) else { continue };
             let whose = if order == 0 { "it" } else { "its rate" };
-            let effort = if wanted == Dimension::CURRENT { "voltage" } else { "torque" };
+            let effort = if wanted == Dimension::CURRENT { "voltage of an inductance" } else { "torque" };
             let unit = derivative.dimension().si();
             let message =
                 format!("{what}: {whose} jumps by {jump} {unit} at {time} s, which takes an infinite {effort}");
@@ -70,6 +71,11 @@ impl Functions<'_, '_> {
             let kinks = self.graph.kinks(value);
             kinks.into_iter().any(self.graph.varying())
         })
+    }
+
+    /// Whether anything in the model has an inductance, which no current may jump through.
+    pub(super) fn has_inductance(&self) -> bool {
+        self.document.elements.iter().any(|element| element.table.values.keys().any(|key| key.contains("inductance")))
     }
 
     /// The first time within the run at which a function jumps by more than rounding, and by how much.

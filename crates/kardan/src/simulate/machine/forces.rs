@@ -154,7 +154,7 @@ impl Machine {
     /// Takes what torques along the holding directions (in `scratch`) do from the accelerations.
     fn take_from_acceleration(&mut self) {
         let r = self.degrees_of_freedom;
-        let rows = self.weighted.chunks_exact(r).zip(&self.weighted_parts);
+        let rows = self.weighted.chunks_exact(r.max(1)).zip(&self.weighted_parts);
         for (torque, (weighted, part)) in self.scratch[..self.holding.len()].iter().zip(rows) {
             let own = self.acceleration[part.clone()].iter_mut().zip(&weighted[part.clone()]);
             own.for_each(|(x, weight)| *x -= weight * torque);
@@ -225,7 +225,7 @@ impl Machine {
             self.meshes.lost = Some(direction);
             out.fill(f64::NAN);
         }
-        if !self.places.power_of_accelerations.is_empty() {
+        if !self.places.power_of_holding.is_empty() || !self.places.power_of_accelerations.is_empty() {
             out[self.size - 2] += self.prescribed_power();
         }
     }
@@ -238,7 +238,7 @@ impl Machine {
 
     /// The work of constraints that prescribe speeds for changes of speeds and impulses along directions, J; of accelerations and torques its power.
     pub(super) fn prescribed_work(&self, change: &[f64], along: impl Iterator<Item = (usize, f64)>) -> f64 {
-        if self.places.power_of_accelerations.is_empty() {
+        if self.places.power_of_accelerations.is_empty() && self.places.power_of_holding.is_empty() {
             return 0.0;
         }
         let of = |place: usize| self.work.more(&self.dynamics, place);

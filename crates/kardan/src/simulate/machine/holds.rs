@@ -79,7 +79,7 @@ impl Machine {
     }
 
     /// Whether the bounds of sticking directions are the same both ways, and neither nothing nor without end.
-    pub(super) fn shares_by_size(&self) -> bool {
+    pub(in crate::simulate) fn shares_by_size(&self) -> bool {
         let mut sticking = self.holding.iter().chain(&self.following);
         sticking.all(|&k| {
             let [forward, backward] = [self.bounds[0][k], self.bounds[1][k]];
@@ -290,7 +290,7 @@ impl Machine {
         if !self.contradiction.is_empty() {
             return None;
         }
-        for (row, impulse) in weighted.chunks_exact(r).zip(&impulses) {
+        for (row, impulse) in weighted.chunks_exact(r.max(1)).zip(&impulses) {
             state[r..2 * r].iter_mut().zip(row).for_each(|(speed, x)| *speed -= x * impulse);
         }
         state[self.size - 1] += lost;
@@ -407,6 +407,21 @@ impl Machine {
     /// The unit of angles along a hold.
     pub(in crate::simulate) fn unit_along(&self, direction: usize) -> &'static str {
         self.holds.units[direction - self.holds.first].trim_end_matches("/s")
+    }
+
+    /// Independent directions that hold.
+    pub(in crate::simulate) fn holding(&self) -> &[usize] {
+        &self.holding
+    }
+
+    /// Whether a direction is one of friction, and not of a clutch, a stop or a lock.
+    pub(in crate::simulate) fn is_friction(&self, direction: usize) -> bool {
+        direction < self.holds.first
+    }
+
+    /// Whether controllers act.
+    pub(in crate::simulate) fn has_laws(&self) -> bool {
+        !self.laws.is_empty()
     }
 
     /// Directions that hold one motion rigidly in two ways, as far as the last decision about modes has met any; of kept rows the number behind

@@ -38,7 +38,7 @@ impl Machine {
             self.hold_factor.solve(&mut defect);
             let mut largest = 0.0f64;
             let mut changes = vec![0.0; r];
-            for (weighted, factor) in self.weighted.chunks_exact(r).zip(&defect) {
+            for (weighted, factor) in self.weighted.chunks_exact(r.max(1)).zip(&defect) {
                 changes.iter_mut().zip(weighted).for_each(|(change, weight)| *change += weight * factor);
             }
             self.still.iter().for_each(|&i| changes[i] = 0.0);

@@ -120,6 +120,25 @@ impl Machine {
         }
     }
 
+    /// Teeth that the inertia of their load would lock at a state, as they slide and nothing holds: the loss grows by more than the torque that makes it.
+    /// None beside rows that are kept.
+    pub(in crate::simulate) fn locking_meshes(&mut self, state: &[f64]) -> Vec<usize> {
+        if self.meshes.is_empty() || !self.kept.is_empty() || !self.forces(0.0, state) {
+            return Vec::new();
+        }
+        let mut meshes = std::mem::take(&mut self.meshes);
+        meshes.give(self.work.values());
+        self.holding.clear();
+        let count = meshes.directions.len();
+        (0..count).for_each(|mesh| self.find_influence(&mut meshes, mesh));
+        meshes.loads.fill(0.0);
+        meshes.evaluate(|_, _| false);
+        let locks = |mesh: &usize| meshes.slopes[*mesh] * meshes.influence[mesh * count + mesh] >= 1.0;
+        let found = (0..count).filter(locks).map(|mesh| meshes.directions[mesh]).collect();
+        self.meshes = meshes;
+        found
+    }
+
     /// Whether there are teeth that rub.
     pub(in crate::simulate) fn has_meshes(&self) -> bool {
         !self.meshes.is_empty()

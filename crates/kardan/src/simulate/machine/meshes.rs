@@ -89,7 +89,7 @@ pub(super) struct Meshes {
     pub(super) loads: Vec<f64>,
     pub(super) torques: Vec<f64>,
     pub(super) losses: Vec<f64>,
-    slopes: Vec<f64>,
+    pub(super) slopes: Vec<f64>,
     /// What each sliding mesh (columns) does to what all carry (rows).
     pub(super) influence: Vec<f64>,
     /// Those that slide, with the senses of their motions, and what all carry without their losses.

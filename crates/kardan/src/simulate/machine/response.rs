@@ -57,7 +57,7 @@ impl Response {
         self.given[..r].copy_from_slice(force);
         self.given[r..n].iter_mut().zip(bias).for_each(|(given, bias)| *given = bias);
         let given = &self.given[..n];
-        self.found.iter_mut().zip(self.matrix.chunks_exact(n)).for_each(|(found, row)| *found = dot(row, given));
+        self.found.iter_mut().zip(self.matrix.chunks_exact(n.max(1))).for_each(|(found, row)| *found = dot(row, given));
         let (accelerations, torques) = self.found[..n].split_at(r);
         [accelerations, torques]
     }

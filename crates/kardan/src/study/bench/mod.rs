@@ -236,6 +236,7 @@ impl PreparedBench {
             outcome: result.outcome,
             requirements: Vec::new(),
             notes: result.notes,
+            warnings: result.warnings,
             strains: result.strains,
             effort: result.effort,
             accuracy: None,

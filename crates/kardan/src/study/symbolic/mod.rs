@@ -56,7 +56,8 @@ impl Project {
     }
 
     fn symbolic(&self) -> Result<(&PreparedVariant, SymbolicEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
-        let (prepared, diagnostics) = (self.prepared(), self.mistakes().to_vec());
+        let (prepared, mistakes) = self.for_equations();
+        let diagnostics = mistakes.to_vec();
         let error = diagnostics.iter().any(is_error);
         let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
         let own = &variant.reduced.equations;
