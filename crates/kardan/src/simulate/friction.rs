@@ -124,7 +124,7 @@ impl BoxProblem {
             let Some(enter) = worst.1 else { return true };
             if !self.drive(enter, w, r, c, lambda) {
                 let (rest, size) = residual(w, r, lambda, enter);
-                if rest.abs() <= CONTRADICTS * size.max(self.noise(w, r, lambda, enter)) {
+                if rest.abs() <= CONTRADICTS * size.max(self.noise(w, r, lambda)) {
                     self.left.push(enter);
                     continue;
                 }
@@ -139,11 +139,10 @@ impl BoxProblem {
         false
     }
 
-    /// The size of what the free variables do to another one if each is off by what cancels in its own equation.
-    fn noise(&self, w: &[f64], r: &[f64], lambda: &[f64], i: usize) -> f64 {
-        let m = r.len();
-        let off = |&j: &usize| w[i * m + j].abs() * residual(w, r, lambda, j).1 / w[j * m + j];
-        self.free.iter().map(off).sum()
+    /// The size of what the free variables do to the one that was driven last, if each equation of theirs is off by what cancels in it.
+    fn noise(&self, w: &[f64], r: &[f64], lambda: &[f64]) -> f64 {
+        let off = |(&j, response): (&usize, &f64)| response.abs() * residual(w, r, lambda, j).1;
+        self.free.iter().zip(&self.response).map(off).sum()
     }
 
     /// Moves one variable in the sense of its residual until that vanishes or the variable meets its bound; false if nothing bounds it.

@@ -1029,8 +1029,8 @@ impl RunningLoop {
             if at <= before {
                 continue;
             }
-            if self.leaves(at) {
-                left = Some(at);
+            left = if self.leaves(at) { Some(at) } else { self.touched(before, at) };
+            if left.is_some() {
                 break;
             }
             before = at;
@@ -1043,7 +1043,34 @@ impl RunningLoop {
         let least = if exactly { 0.0 } else { ROUGHLY * (to - from) };
         let high = self.locate(low, high, least);
         self.leaves(high);
-        Some(high)
+        let Some(earlier) = self.touched(low, high) else { return Some(high) };
+        self.leaves(earlier);
+        Some(earlier)
+    }
+
+    /// The first contact between two looks of what is beyond at the later one without being told there, as it comes back already: just behind
+    /// where it touches. Needs what leaves its mode at the later one.
+    fn touched(&mut self, before: f64, at: f64) -> Option<f64> {
+        let mut touched = None;
+        for watch in 0..self.looks.directions {
+            if !self.machine.is_apart(watch) || touched.is_none() && self.reversed.contains(&watch) {
+                continue;
+            }
+            // What was left just now is beyond by rounding.
+            let least = self.looks.at(0, watch).min(0.0);
+            let (mut low, mut high) = (before, touched.unwrap_or(at));
+            if self.margin(high, watch) >= least {
+                continue;
+            }
+            while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
+                let middle = 0.5 * (low + high);
+                if self.margin(middle, watch) < least { high = middle } else { low = middle }
+            }
+            if self.leaves(high) {
+                touched = Some(high);
+            }
+        }
+        touched
     }
 
     /// The first time at which a mode is left, between one at which none is and one at which one is: the later end of an interval that

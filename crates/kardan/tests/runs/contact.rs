@@ -459,6 +459,28 @@ fn a_clutch_pressed_at_rest_moves_nothing() {
     }
 }
 
+/// Wheels that locks hold together stop with the one that friction brings to rest, all to the last bit, while another one turns on: what rounding
+/// left of their speeds would be motion that clutches and stops beside them meet.
+#[test]
+fn what_several_directions_hold_rests_to_the_last_bit() {
+    let source = |c: u32| {
+        format!(
+            "[shaft.a]\ninertia = \"0.03 kg m^2\"\nfriction = \"0.{c} N m\"\n[shaft.b]\ninertia = \"0.07 kg m^2\"\n[shaft.c]\ninertia = \"0.011 kg m^2\"\n\
+             [shaft.free]\ninertia = \"0.02 kg m^2\"\n[lock.ab]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nengaged = \"1\"\n\
+             [lock.bc]\nshaft_1 = \"b\"\nshaft_2 = \"c\"\nengaged = \"1\"\n[torque.turns]\nshaft = \"free\"\nlaw = \"0.3 N m\"\n\
+             [scenario]\nduration = \"3 s\"\noutput_step = \"10 ms\"\ninitial = {{ \"a.w\" = \"3 rad/s\", \"b.w\" = \"3 rad/s\", \"c.w\" = \"3 rad/s\" }}\n"
+        )
+    };
+    for c in 2..9 {
+        let run = by(&source(c), Method::Taylor);
+        let rests = 3.0 * 0.111 / (0.1 * f64::from(c));
+        near(time_of(&run, "a sticks"), rests, 1e-9, "where it rests");
+        for (k, time) in run.series.time.iter().enumerate().filter(|(_, time)| **time > rests + 1e-9) {
+            assert_eq!(["a.w", "b.w", "c.w"].map(|name| signal(&run, name)[k]), [0.0; 3], "0.{c} N m at {time}");
+        }
+    }
+}
+
 /// The first harmonic of play of half width h that is driven with the amplitude A, by that: real and imaginary part.
 fn describing_function(h: f64, amplitude: f64) -> [f64; 2] {
     let part = 1.0 - 2.0 * h / amplitude;

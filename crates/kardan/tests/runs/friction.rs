@@ -106,6 +106,31 @@ proptest! {
     }
 }
 
+/// Three wheels that freewheels and two stops hold in more ways than one, `a₀ ≥ 0`, `a₁ ≥ a₀`, `a₂ ≥ a₁`, `a₁ ≤ 0`, `a₂ ≤ 0`: nothing moves, and what
+/// rounding makes of the torques that hold is no contradiction; that one of them accelerates on its own is.
+#[test]
+fn rounding_of_what_holds_is_no_contradiction() {
+    let (inertia, ratio) = ([0.04, 0.06, 0.03 + 0.01 * (7.0f64 / 19.0).powi(2)], 7.0 / 19.0);
+    let rows = [[1.0, 0.0, 0.0], [-1.0, 1.0, 0.0], [0.0, -1.0, 1.0], [0.0, -1.0, 0.0], [0.0, 0.0, -ratio]];
+    let w: Vec<f64> = (0..25).map(|i| (0..3).map(|k| rows[i / 5][k] * rows[i % 5][k] / inertia[k]).sum()).collect();
+    let (free, inf) = ([0.0; 5], [f64::INFINITY; 5]);
+    for f in [6.3e-12, 0.0, -6.3e-12, 1e-9, 1e-13] {
+        let force = [-3.490493448979821, f, 0.0];
+        let r: Vec<f64> = rows.iter().map(|row| (0..3).map(|k| row[k] * force[k] / inertia[k]).sum()).collect();
+        let mut lambda = [0.0; 5];
+        let (mut problem, bounds) = (BoxProblem::new(5), Bounds { forward: &free, backward: &inf });
+        assert!(problem.solve(&w, &r, bounds, &mut lambda), "{f:e} {:?}", problem.unbounded());
+        for (i, r) in r.iter().enumerate() {
+            let left = r - (0..5).map(|j| w[5 * i + j] * lambda[j]).sum::<f64>();
+            assert!(left.abs() <= 1e-12 * 87.3, "{f:e}: {left:e} along {i}");
+        }
+        // Along the last one a speed is prescribed that changes.
+        let mut pressed = r.clone();
+        pressed[4] -= 1e-3;
+        assert!(!problem.solve(&w, &pressed, bounds, &mut lambda) && !problem.unbounded().is_empty(), "{f:e}");
+    }
+}
+
 fn run(source: &str) -> Run {
     let study = study::run(source, &crate::common::runs_only(), &study::Silent);
     study.unwrap_or_else(|found| panic!("{found:?}")).runs.remove(0)

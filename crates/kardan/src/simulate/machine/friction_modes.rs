@@ -665,19 +665,7 @@ impl Machine {
         if self.stands {
             self.still.extend(0..r);
         } else {
-            // Every sticking direction is at rest, whether it holds or follows; beside kept rows, which may turn, what holds and what follows from
-            // that alone.
-            let rests = |k: &&usize| !self.moving[**k] && !self.kept.contains(k);
-            let fixed = |k: &&usize| rests(k) && !self.dynamics.friction_varies(**k);
-            let own: Vec<usize> = self.holding.iter().filter(fixed).copied().collect();
-            let span = (!self.kept.is_empty()).then(|| self.span(&own));
-            let follows = |span: &Span, k: usize| span.left(self.metric_row(k)) <= OUTSIDE;
-            let stays = |k: &&usize| {
-                self.holding.contains(k) || span.as_ref().is_none_or(|span| fixed(k) && follows(span, **k))
-            };
-            let entries = sticking.iter().filter(rests).filter(stays);
-            let still: Vec<usize> = entries.filter_map(|k| self.dynamics.only_entry(*k, &self.work)).collect();
-            self.still.extend(still);
+            self.find_still(sticking);
         }
         self.turning.clear();
         if !self.kept.is_empty() && !self.stands {
@@ -685,5 +673,40 @@ impl Machine {
             self.turning = self.following.iter().filter(may).copied().collect();
         }
         self.factor_holding();
+    }
+
+    /// Coordinates that stand still because of what sticks: those along which one direction is at every position, and those that follow from
+    /// directions that do not turn.
+    fn find_still(&mut self, sticking: &[usize]) {
+        let rests = |k: &usize| !self.moving[*k] && !self.kept.contains(k);
+        let fixed = |k: &usize| rests(k) && !self.dynamics.friction_varies(*k);
+        let only = |k: usize| self.dynamics.only_entry(k, &self.work);
+        // Every sticking direction is at rest, whether it holds or follows; beside kept rows, which may turn, what holds and what follows from
+        // that alone.
+        let own: Vec<usize> = self.holding.iter().copied().filter(fixed).collect();
+        let alone = self.kept.is_empty() && own.iter().all(|&k| only(k).is_some());
+        let span = if alone { None } else { Some(self.span(&own)) };
+        let stays = |k: &usize| {
+            self.kept.is_empty()
+                || self.holding.contains(k)
+                || span.as_ref().is_some_and(|span| fixed(k) && span.left(self.metric_row(*k)) <= OUTSIDE)
+        };
+        let still = sticking.iter().copied().filter(|k| rests(k) && stays(k)).filter_map(only);
+        let mut still: Vec<usize> = still.collect();
+        if let Some(span) = span {
+            let mut unit = vec![0.0; self.degrees_of_freedom];
+            for i in 0..self.degrees_of_freedom {
+                if still.contains(&i) {
+                    continue;
+                }
+                unit.fill(0.0);
+                unit[i] = 1.0;
+                self.work.factor.half_solve(&mut unit);
+                if span.left(unit.clone()) <= OUTSIDE {
+                    still.push(i);
+                }
+            }
+        }
+        self.still = still;
     }
 }

@@ -124,6 +124,15 @@ impl Machine {
         }
     }
 
+    /// Whether a direction is a stop or a cushion that nothing touches; its margin is its gap.
+    pub(in crate::simulate) fn is_apart(&self, direction: usize) -> bool {
+        match self.holds.kind(direction) {
+            Kind::Stop { .. } => !self.holds.takes_part(direction),
+            Kind::Cushion { .. } => self.modes[direction] == Mode::Stick,
+            _ => false,
+        }
+    }
+
     /// Whether a stop is arrived at, or a cushion touched, pressed or left, at the angles and speeds last evaluated.
     pub(super) fn hold_turns(&self, direction: usize) -> bool {
         match self.holds.kind(direction) {
