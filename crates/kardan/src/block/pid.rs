@@ -22,7 +22,7 @@ keys! {
             rate_weight: Expression, "c, the share of the reference in the derivative part; left out: 0.";
             low: Expression, "The smallest answer; left out: that below zero which `high` is above, if there is one.";
             high: Expression, "The largest answer; left out: no bound.";
-            tracking_time: Expression, "Tt, how fast the integral follows where a bound holds the answer; left out: K/Ki.";
+            tracking_time: Expression, "Tt, how fast the integral follows where a bound holds the answer; left out: K/Ki, with a K of 0 the sample time.";
             on: Expression, "Whether it is on: above 0.5. Left out: always.";
             manual: Expression, "What it answers while it is not on; it takes over from there without a jump. Left out: 0.";
         }
@@ -84,6 +84,15 @@ fn read<'g>(wiring: &Wiring<'g>) -> Result<Read<'g>, Mistake> {
     let bounds = wiring.bounds(dimension)?;
     let tracking = match (wiring.of("tracking_time", Dimension::TIME)?, integral) {
         (Some(given), _) => given,
+        // Without a proportional part K/Ki is no time.
+        (None, Some(_)) if wiring.is_zero(proportional) => match &wiring.sample_time {
+            Some(time) => wiring.exact(time),
+            None if bounds.iter().all(Option::is_none) => one,
+            None => {
+                let message = "`tracking_time` is missing: with a `proportional` of 0, K/Ki is no time";
+                return Err(mistake("proportional", message, "say how fast the integral is to follow at a bound"));
+            }
+        },
         (None, Some(integral)) => proportional / integral,
         (None, None) => one,
     };

@@ -229,7 +229,7 @@ impl<'g> Wiring<'g> {
 }
 
 /// Samples that a block may remember.
-pub const MOST_SAMPLES: usize = 10_000;
+pub const MOST_SAMPLES: usize = 200;
 
 /// A rational as an expression.
 pub(super) fn rational<'g>(graph: &'g RefCell<Graph>, value: Rational) -> Traced<'g> {

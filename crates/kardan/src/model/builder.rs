@@ -112,7 +112,7 @@ impl Builder {
     /// let model = Builder::new("axle")
     ///     .element("axle", Shaft::new().inertia("2 kg cm^2"))
     ///     .block("smooth", LowPass::new("axle.w", "5 ms"))
-    ///     .set(&["block", "smooth", "sample_time"], "1 ms");
+    ///     .set(&["block", "smooth", "sample_time"], String::from("1 ms"));
     /// assert_eq!(Project::build(model).mistakes(), []);
     /// ```
     #[must_use]

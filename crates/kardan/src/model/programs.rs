@@ -166,7 +166,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let mut periods: Vec<Option<Exact>> = self.made.values().flatten().map(|made| made.period.clone()).collect();
         periods.sort_by_key(|period| period.as_ref().map(Exact::to_rational));
         periods.dedup();
-        let tasks = periods.into_iter().map(|period| Arc::new(self.task(period, &order))).collect();
+        let tasks = periods.into_iter().map(|period| Arc::new(self.task(period, &order, |_| false))).collect();
         let of_laws = laws.iter().zip(commands).map(|(law, commands)| {
             let task = self.command_task((&law.control, law.period.clone()), &order, commands);
             (law.control.clone(), Arc::new(task))
@@ -692,7 +692,7 @@ impl<'a> Blocks<'a, '_, '_> {
     }
 
     /// The blocks of one sample time, those in order, with what they read of others as from outside.
-    fn task(&self, period: Option<Exact>, order: &[(&'a str, String)]) -> Task {
+    fn task(&self, period: Option<Exact>, order: &[(&'a str, String)], stands: impl Fn(&str) -> bool) -> Task {
         let mut graph = self.graph.borrow().clone();
         let mut values: Vec<(Symbol, Expr)> = Vec::new();
         let (mut answers, mut steps): (Vec<TaskAnswer>, Vec<Step>) = (Vec::new(), Vec::new());
@@ -709,10 +709,13 @@ impl<'a> Blocks<'a, '_, '_> {
             let at_once = self.at_once(*value);
             let value = graph.substitute(&[*value], &values)[0];
             let symbol = self.answers.get(outside).and_then(|(expr, _)| graph.symbol_of(*expr));
-            values.extend(symbol.map(|symbol| (symbol, value)));
+            values.extend(symbol.filter(|_| !stands(block)).map(|symbol| (symbol, value)));
             let whose = kind.replace('_', " ");
-            let description =
-                if answer.is_empty() { format!("{whose} {block}") } else { format!("{answer} of {whose} {block}") };
+            let description = if answer.is_empty() {
+                format!("what the {whose} answers")
+            } else {
+                format!("{answer} of the {whose} {block}")
+            };
             answers.push(TaskAnswer { name: outside.clone(), dimension: *dimension, description, value });
             match steps.iter_mut().find(|step| step.block == *block) {
                 Some(step) => step.at_once.extend(at_once),
@@ -750,10 +753,13 @@ impl<'a> Blocks<'a, '_, '_> {
         order: &[(&'a str, String)],
         commands: Vec<Command>,
     ) -> Task {
-        let mut task = self.task(period, order);
+        // What reads another sample time is read as the blocks have it: they computed before.
+        let crosses = |name: &str| self.document.blocks.iter().any(|block| block.name == name && block.kind.crosses);
+        let mut task = self.task(period, order, crosses);
         let symbol = |graph: &Graph, name: &str| self.answers.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
+        let inside = task.answers.iter().filter(|answer| !crosses(&answer.name));
         let known: Vec<(Symbol, Expr)> =
-            task.answers.iter().filter_map(|answer| Some((symbol(&task.graph, &answer.name)?, answer.value))).collect();
+            inside.filter_map(|answer| Some((symbol(&task.graph, &answer.name)?, answer.value))).collect();
         task.answers = Vec::new();
         for Command { name, value, dimension, .. } in commands {
             let value = task.graph.substitute(&[value], &known)[0];

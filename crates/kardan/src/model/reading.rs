@@ -199,6 +199,12 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
     if let Some(signals) = entries.table("scenario").and_then(|scenario| scenario.table("signals")) {
         named.extend(signals.iter().map(|found| found.key.clone()));
     }
+    let programs =
+        entries.table("control").into_iter().flat_map(|all| all.iter()).filter_map(|found| match &found.entry.value {
+            Written::Table(control) => control.table("commands"),
+            _ => None,
+        });
+    named.extend(programs.flat_map(|commands| commands.iter().map(|found| found.key.clone())));
     let has_events = ["event", "signals"].iter().any(|key| document.scenario.values.contains_key(key));
     let has_events = has_events && document.bench.values.is_empty();
     let moved = |name: &str| named.iter().any(|text| SignalName::new(text).element == name);

@@ -35,6 +35,25 @@ fn moving(model: &Model) -> BTreeSet<String> {
     }
 }
 
+/// What a law reads of blocks that follow from what moves, in words.
+fn taken_as_given(read: &[&str]) -> String {
+    let names = quoted(read.iter().copied());
+    format!("reads {names}, which follows from what moves: its design, its margins and its map take that as given")
+}
+
+/// The same of a law, where it does.
+pub(super) fn unseen_loop(model: &Model, law: &dyn Law) -> Option<String> {
+    let moving = moving(model);
+    let read: Vec<&str> = law
+        .references()
+        .iter()
+        .map(|reference| reference.name.as_str())
+        .filter(|name| moving.contains(*name))
+        .collect();
+    (!read.is_empty())
+        .then(|| format!("the law {}, so a run alone tells whether the loop is stable", taken_as_given(&read)))
+}
+
 /// Warns of loops that close through blocks where nothing but a run sees them: a law that reads their answers as given, a torque that follows
 /// from them.
 pub(super) fn check_blocks(
@@ -50,11 +69,7 @@ pub(super) fn check_blocks(
         if read.is_empty() {
             continue;
         }
-        let message = format!(
-            "control `{}` reads {}, which follows from what moves: its design, its margins and its map take that as given",
-            control.name,
-            quoted(read)
-        );
+        let message = format!("control `{}` {}", control.name, taken_as_given(&read));
         let help = "a law = \"program\" has the blocks of its own sample time in its loop; a run has all of them";
         out.push(Diagnostic::warning("block::loop", message).at(control.place.clone(), "this controller").help(help));
     }
@@ -102,7 +117,8 @@ pub fn listed_blocks(model: &Model) -> Vec<String> {
         out.push(format!("{}, in the order in which they compute:", task.name));
         for step in &task.order {
             let own = |name: &&String| SignalName::new(name).element != step.block;
-            let at_once: Vec<String> = step.at_once.iter().filter(own).cloned().collect();
+            let at_once: BTreeSet<String> = step.at_once.iter().filter(own).cloned().collect();
+            let at_once: Vec<String> = at_once.into_iter().collect();
             let at_once =
                 if at_once.is_empty() { String::new() } else { format!("; follows at once from {}", listed(&at_once)) };
             out.push(format!(

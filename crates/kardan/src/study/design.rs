@@ -1,5 +1,6 @@
 //! The design of one controller, from what a model file or a caller asks for.
 
+use super::blocks::unseen_loop;
 use super::coupling::cross_coupling;
 use super::explore::explore;
 use super::kept::nothing_free;
@@ -332,6 +333,7 @@ pub(super) fn designed(
     keep(progress, &design, &rest);
     add_margins((variant, settings.simulate.then_some(whole)), number, &mut design, progress);
     keep(progress, &design, &rest[2..]);
+    design.warnings.extend(unseen_loop(&variant.model, &*variant.running[number]));
     match passage(variant, number, &variant.running, true) {
         Some(Ok(found)) => {
             design.warnings.extend(passage_warnings(&found));

@@ -5,6 +5,7 @@ use super::read::{quantity, read_word};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::model::{Document, Model, TableReader};
 use crate::names::SignalName;
+use crate::program::Read;
 use crate::schema::{Sign, Table, Value};
 use crate::simulate::{FaultKind, SensorFault};
 use crate::units::{Dimension, Exact};
@@ -60,7 +61,7 @@ pub(super) fn faults(
     faults
 }
 
-/// A sensor that the observer of a controller reads.
+/// A sensor that the observer of a controller reads, a program, or a block.
 struct Reading<'m> {
     sensor: &'m String,
     control: &'m str,
@@ -70,6 +71,16 @@ struct Reading<'m> {
 }
 
 fn readings(model: &Model) -> Vec<Reading<'_>> {
+    let tasks = model.programs.tasks.iter().map(|task| ("blocks", task));
+    let of_laws =
+        model.controls.iter().filter_map(|control| Some((control.name.as_str(), control.values.task("commands")?)));
+    let of_blocks = tasks.chain(of_laws).flat_map(|(control, task)| {
+        let sampled = task.period.is_some();
+        task.reads.iter().filter_map(move |(_, read)| match read {
+            Read::Sensor(sensor) => Some(Reading { sensor, control, sampled, in_loop: true }),
+            _ => None,
+        })
+    });
     let all = model.controls.iter().map(|control| (control, true));
     all.chain(model.idle.iter().map(|control| (control, false)))
         .flat_map(|(control, in_loop)| {
@@ -78,6 +89,7 @@ fn readings(model: &Model) -> Vec<Reading<'_>> {
             let reading = move |sensor| Reading { sensor, control: control.name.as_str(), sampled, in_loop };
             sensors.unwrap_or_default().iter().map(reading)
         })
+        .chain(of_blocks)
         .collect()
 }
 
@@ -124,7 +136,7 @@ fn cannot_fail(sensor: &str, concerned: &[&Reading<'_>], all: &[Reading<'_>]) ->
         let help = match nearest(sensor, names.iter().copied().chain(heads)) {
             Some(near) => format!("did you mean `{near}`?"),
             None if names.is_empty() => {
-                "sensors are read by the observer of a controller with a `sample_time`".to_string()
+                "sensors are read by observers, programs and blocks with a `sample_time`".to_string()
             }
             None => format!("controllers read {}", quoted(names.iter().copied())),
         };

@@ -33,9 +33,9 @@ use crate::model::{ControlSpec, Document, Model, Setting, TableReader, VariantSe
 use crate::names::SignalName;
 use crate::num::{Definiteness, Scalar, definiteness_of_rows};
 use crate::reduce::{OperatingPoint, Reduced, equilibrium_rows, reduce, sparse_model};
-use crate::schema::Value;
+use crate::schema::{LawKeys, Value};
 use crate::simulate::{Scenario, SignalEvent, signal_names};
-use crate::synthesis::{Law, Plant, design_law, running};
+use crate::synthesis::{Law, Plant, Program, design_law, running};
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
@@ -485,6 +485,15 @@ fn designed_law(
             Diagnostic::error("control::point", message)
                 .at(control.place.clone(), "this controller")
                 .help("leave out `at`: it evaluates the model wherever it is"),
+        );
+        return None;
+    }
+    if control.law.keyword == Program::KEYWORD && Asked::is_named(document, control) {
+        let message = format!("control `{}`: a program reads what is true, and has no operating point", control.name);
+        out.push(
+            Diagnostic::error("control::point", message)
+                .at(control.place.clone(), "this controller")
+                .help("leave out `at`, and write what it measures from into its expressions"),
         );
         return None;
     }

@@ -128,6 +128,7 @@ fn typed_structs_hold_every_key() {
             law::<Noninteracting>(project),
             law::<PolePlacement>(project),
             law::<PositionLoop>(project),
+            law::<Program>(project),
             law::<SampledNoninteracting>(project),
         ];
         let controls = project.entries().table("control").map_or(0, |group| group.iter().count());

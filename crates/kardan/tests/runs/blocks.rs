@@ -323,6 +323,72 @@ fn sample_times_meet_in_a_stated_order() {
     }
 }
 
+/// A program that reads a slower block by way of a `hold` commands what the columns show, and a sensor that fails is seen by blocks: the last
+/// answer stays, and a monitor counts what is no number as beyond its threshold.
+#[test]
+fn programs_and_columns_are_one_and_sensors_fail_for_blocks_too() {
+    let source = "\
+[shaft.arm]
+inertia = \"1 kg m^2\"
+[motor.m]
+shaft = \"arm\"
+[sensor.enc]
+measures = \"angle\"
+shaft = \"arm\"
+[block.outer]
+kind = \"gain\"
+input = \"1 rad - arm.phi\"
+gain = \"2 N m/rad\"
+sample_time = \"20 ms\"
+[block.held]
+kind = \"hold\"
+input = \"outer\"
+sample_time = \"10 ms\"
+[block.told]
+kind = \"gain\"
+input = \"held - 1 N m s/rad * arm.w\"
+gain = 1
+sample_time = \"10 ms\"
+[block.seen]
+kind = \"gain\"
+input = \"enc\"
+gain = 1
+sample_time = \"10 ms\"
+[block.lost]
+kind = \"monitor\"
+residual = \"enc - arm.phi\"
+threshold = \"0.1 rad\"
+debounce = \"30 ms\"
+hold = \"20 ms\"
+sample_time = \"10 ms\"
+[control.loop]
+law = \"program\"
+commands = { m = \"told\" }
+sample_time = \"10 ms\"
+[scenario]
+duration = \"1 s\"
+output_step = \"10 ms\"
+[[scenario.fault]]
+sensor = \"enc\"
+kind = \"lost\"
+at = \"0.5 s\"
+until = \"0.7 s\"
+";
+    let run = run(source);
+    let before = at(&run, "arm.phi", 0.49);
+    for k in 0..100 {
+        let t = f64::from(k) / 100.0;
+        assert_eq!(at(&run, "m.tau", t), at(&run, "told", t), "at {t} s");
+        let lost = (0.5..0.7).contains(&t);
+        let expected = if lost { before } else { at(&run, "arm.phi", t) };
+        assert!((at(&run, "seen", t) - expected).abs() < 1e-12, "at {t} s");
+        // The third sample that is no number raises the alarm, the second good one ends it.
+        let alarm = (0.519..0.709).contains(&t);
+        assert_eq!(at(&run, "lost", t), f64::from(u8::from(alarm)), "at {t} s");
+    }
+    assert!(at(&run, "m.tau", 0.0) == 0.0 && at(&run, "m.tau", 0.02) > 1.0);
+}
+
 /// A loop that is stopped, kept and put into another one goes on bit for bit, with what its blocks remember.
 #[test]
 fn what_blocks_remember_is_part_of_a_snapshot() {

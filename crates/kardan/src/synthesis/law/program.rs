@@ -21,17 +21,17 @@ pub const PROGRAM: LawKind = LawKind {
     summary: "A law as you write it: commands are expressions of sensors, references, signals and blocks.",
     fields: Program::FIELDS,
     example: "\
-[control.assist]
+[control.damping]
 law = \"program\"
-commands = { motor = \"2 * lead - 0.02 N m s/rad * rotor.w\" }
+commands = { rk_motor = \"-2 N m s/rad * lead\" }
 sample_time = \"1 ms\"
 delay = \"1 ms\"
 
 [block.lead]
 kind = \"lead_lag\"
-input = \"torque_sensor.tau\"
-lead = \"20 ms\"
-lag = \"4 ms\"
+input = \"rk.w\"
+lead = \"4 ms\"
+lag = \"2 ms\"
 sample_time = \"1 ms\"
 ",
     template: |_, _| None,
