@@ -5,15 +5,7 @@ use kardan_rt::{
     StateMachine, TransferFunction, Transition,
 };
 
-/// Numbers in ±1, the same in every run.
-fn numbers(seed: u64, length: usize) -> Vec<f64> {
-    let mut state = seed;
-    let mut next = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    };
-    (0..length).map(|_| next()).collect()
-}
+use crate::state_space::numbers;
 
 fn pid() -> Pid<f64> {
     Pid {

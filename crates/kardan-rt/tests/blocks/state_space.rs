@@ -3,7 +3,7 @@
 use kardan_rt::StateSpace;
 
 /// Numbers in ±1, the same in every run.
-fn numbers(seed: u64, length: usize) -> Vec<f64> {
+pub(crate) fn numbers(seed: u64, length: usize) -> Vec<f64> {
     let mut state = seed;
     let mut next = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -53,12 +53,7 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
         Traced::Fraction(found.clamp(1, NEVER) as i64, 1)
     };
     let watch = kardan_rt::Monitor { threshold, debounce: count("debounce", 1), hold: count("hold", NEVER) };
-    // Whether there is an alarm is remembered, and is the answer.
-    let first = wiring.memory.len();
-    let [alarm, counted] = wiring.zeros();
-    let mut memory = [alarm, counted];
-    let _ = watch.step(residual, &mut memory);
-    wiring.next(first, &memory);
-    wiring.answer(memory[0], Dimension::NONE);
+    let [alarm, _] = wiring.go_on(|memory| watch.step(residual, memory), [Wiring::zero(); 2]);
+    wiring.answer(alarm, Dimension::NONE);
     Ok(())
 }

@@ -44,12 +44,7 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     let rise = wiring.needed("rise", rate)?;
     let fall = wiring.of("fall", rate)?.unwrap_or(rise);
     let limit = kardan_rt::RateLimit { rise: rise * h, fall: fall * h };
-    // The answer is remembered, unlike those of other blocks.
-    let first = wiring.memory.len();
-    let [before, begun] = wiring.zeros();
-    let mut memory = [before, begun];
-    let _ = limit.step(input, &mut memory);
-    wiring.next(first, &memory);
-    wiring.answer(memory[0], dimension);
+    let [answer, _] = wiring.go_on(|memory| limit.step(input, memory), [Wiring::zero(); 2]);
+    wiring.answer(answer, dimension);
     Ok(())
 }

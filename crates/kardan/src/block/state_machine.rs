@@ -84,13 +84,11 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     let (transitions, guards): (Vec<Transition>, Vec<Traced<'_>>) =
         wiring.guards.iter().map(|guard| (guard.transition, guard.when)).unzip();
     let first = wiring.memory.len();
-    let state = wiring.remember(Wiring::zero());
-    // None at the first sample.
-    let since = wiring.remember(-Wiring::one());
-    let mut memory = [state, since];
-    let _ = kardan_rt::StateMachine { transitions: &transitions }.step(&guards, &mut memory);
-    wiring.next(first, &memory);
-    let [now, _] = memory;
+    // No time has passed at the first sample.
+    let starts = [Wiring::zero(), -Wiring::one()];
+    let machine = kardan_rt::StateMachine { transitions: &transitions };
+    let [now, _] = wiring.go_on(|memory| machine.step(&guards, memory), starts);
+    let since = wiring.memory[first + 1].symbol;
     wiring.answer(now, Dimension::NONE);
     // When a sample begins: guards may read it.
     wiring.answer_as(SINCE, (since + Wiring::one()) * h, Dimension::TIME);

@@ -198,6 +198,19 @@ impl<'g> Wiring<'g> {
         memory[0]
     }
 
+    /// The same of a block that goes on from its own answer, with what all entries are at the start.
+    pub fn go_on<const N: usize>(
+        &mut self,
+        step: impl FnOnce(&mut [Traced<'g>; N]) -> bool,
+        starts: [Traced<'g>; N],
+    ) -> [Traced<'g>; N] {
+        let first = self.memory.len();
+        let mut memory = starts.map(|start| self.remember(start));
+        step(&mut memory);
+        self.next(first, &memory);
+        memory
+    }
+
     /// A dimension by another one.
     pub fn over(&self, key: &'static str, a: Dimension, b: Dimension, power: i32) -> Result<Dimension, Mistake> {
         a.times(&b, power)
@@ -267,8 +280,9 @@ impl<'g> Wiring<'g> {
 
     /// A signal within bounds.
     pub fn within(&self, x: Traced<'g>, [low, high]: [Option<Traced<'g>>; 2]) -> Traced<'g> {
-        let x = low.map_or(x, |low| x.select(low, low, x));
-        high.map_or(x, |high| x.select(high, x, high))
+        let mut answer = [Self::zero()];
+        let _ = kardan_rt::Saturation { low, high }.step(x, &mut answer);
+        answer[0]
     }
 
     /// A rate, zero where it would lead a number that is beyond a bound further away.
