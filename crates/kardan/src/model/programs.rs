@@ -492,6 +492,10 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 out.push(mistake.help(format!("state the unit of its answer: `unit = \"rad\"` in `[block.{name}]`")));
                 return None;
             }
+            // What a block does not answer is not known, also where it reads itself.
+            if self.open.contains(&block.name.as_str()) {
+                return Some(None);
+            }
             self.block(block, out)?;
             return match self.answers.get(name) {
                 Some(known) => varying(*known),

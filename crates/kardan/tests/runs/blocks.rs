@@ -469,6 +469,14 @@ fn mistakes_of_blocks_are_told() {
             "`to` of transition 1 of block `a`: there is no state `z`",
         ),
         (
+            "[block.a]\nkind = \"state_machine\"\nstates = [\"x\"]\ntransitions = [{ from = \"x\", to = \"x\", when = \"a.y\" }]\nsample_time = \"1 ms\"\n",
+            "`when` of transition 1 of block `a`: there is no `a.y` that a block can read",
+        ),
+        (
+            "[block.a]\nkind = \"gain\"\ninput = \"b.y\"\ngain = 1\n[block.b]\nkind = \"gain\"\ninput = \"a.x\"\ngain = 1\n",
+            "`input` of block `b`: there is no `a.x` that a block can read",
+        ),
+        (
             "[block.arm]\nkind = \"gain\"\ninput = \"u\"\ngain = 1\n",
             "the name `arm` is used twice, for shaft and block",
         ),
