@@ -107,15 +107,15 @@ impl Integrator {
     /// Makes the last step anew so that it ends earlier, where states within it are less accurate than at its end.
     /// `scratch` is memory for a state.
     pub(super) fn shorten(&mut self, machine: &mut Machine, end: f64, scratch: &mut [f64]) -> Result<(), StepError> {
-        let Self::Dop853(solver) = self else { return Ok(()) };
-        let (from, next) = (solver.previous_time(), solver.next_step());
-        scratch.copy_from_slice(solver.previous_state());
-        let mut rates = |t: f64, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx);
-        solver.start(from, scratch, &mut rates);
-        solver.set_step(end - from);
-        solver.step(end, &mut rates)?;
-        solver.prepare_dense(&mut rates);
-        solver.set_step(next);
+        let (from, next) = (self.previous_time(), self.next_step());
+        scratch.copy_from_slice(self.previous_state());
+        match self {
+            Self::Taylor(_) => return Ok(()),
+            Self::Dop853(_) | Self::Radau(_) => self.start(machine, from, scratch),
+        }
+        self.set_step(end - from);
+        self.step(machine, end)?;
+        self.set_step(next);
         Ok(())
     }
 

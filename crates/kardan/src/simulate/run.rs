@@ -1,11 +1,13 @@
 //! The run: steps between events, events located on the dense output, modes decided anew, outputs on the grid.
 
+mod unseen;
+
 use kardan_rt::functions::powi;
 
 use super::dop853::StepError;
 use super::integrator::Integrator;
 use super::linear::{self, BLOCK, LinearSegment};
-use super::machine::Prospect;
+use super::machine::{Leap, Prospect};
 use super::outputs::Outputs;
 use super::stiffness::is_stiff;
 use super::{FaultKind, Machine, Scenario, Setup};
@@ -180,6 +182,12 @@ pub(super) struct RunningLoop {
     due: Due,
     /// Where the equations of now end, s: a breakpoint of the scenario, or a sample.
     segment_end: f64,
+    /// Where the loop jumps or bends by the time alone, if that ends the segment.
+    leap: Option<Leap>,
+    /// Whether modes may depend on what no state feels.
+    blind: bool,
+    /// Whether the last step was too long to tell whether they are kept.
+    coarse: bool,
     /// The next breakpoint of the scenario, and the next sample, s.
     breakpoint: f64,
     tick: f64,
@@ -257,10 +265,15 @@ impl Looks {
     /// How far each margin bends between three looks.
     fn measure_bends(&mut self) {
         for watch in 0..self.directions {
-            let second =
-                |row: usize| (self.at(row, watch) - 2.0 * self.at(row + 1, watch) + self.at(row + 2, watch)).abs();
-            self.bends[watch] = (0..self.count.saturating_sub(2)).map(second).fold(0.0, f64::max);
+            let bends = unseen::bends(self.count, |row| (self.times[row], self.at(row, watch)));
+            self.bends[watch] = bends.fold(0.0, f64::max);
         }
+    }
+
+    /// Whether the looks are too far apart to show what a margin does between them.
+    fn are_coarse(&self) -> bool {
+        let coarse = |watch| unseen::is_coarse(self.count, |row| (self.times[row], self.at(row, watch)));
+        (0..self.directions).any(coarse)
     }
 }
 
@@ -366,6 +379,7 @@ impl RunningLoop {
         if matches!(solver, Some(Integrator::Taylor(_))) {
             outputs.prepare_series(&machine);
         }
+        let machine_is_blind = machine.is_blind();
         RunningLoop {
             solver: solver.unwrap_or_else(|| Integrator::dop853(tolerance.relative, &absolute)),
             segment: None,
@@ -394,6 +408,9 @@ impl RunningLoop {
             time: 0.0,
             due: Due { start: true, ..Due::default() },
             segment_end: 0.0,
+            leap: None,
+            blind: machine_is_blind,
+            coarse: false,
             breakpoint: 0.0,
             tick: 0.0,
             chatter: Chatter::default(),
@@ -537,6 +554,12 @@ impl RunningLoop {
 
     /// What is due at a breakpoint of the scenario or at a sample.
     fn cross(&mut self) -> Result<(), Outcome> {
+        if let Some((low, high)) = self.leap.take()
+            && self.time == low
+        {
+            self.observe_until(high, None);
+            self.time = high;
+        }
         let time = self.time;
         self.machine.remember_commands(time, &mut self.state);
         if time >= self.breakpoint {
@@ -565,6 +588,10 @@ impl RunningLoop {
         // A sample that falls on a breakpoint but for rounding sees what holds from there on.
         let sooner = self.tick < self.breakpoint - SAME * self.breakpoint || self.breakpoint.is_infinite();
         self.segment_end = if sooner { self.tick } else { self.breakpoint };
+        self.leap = self.machine.next_leap(time, self.segment_end);
+        if let Some((low, _)) = self.leap {
+            self.segment_end = low;
+        }
         self.chatter = Chatter { since: time, ..Chatter::default() };
         let step = self.solver.next_step();
         self.restart(time);
@@ -613,28 +640,31 @@ impl RunningLoop {
             self.shorten_step(at)?;
             event = self.look_for_event(length, true);
         }
-        self.time = event.unwrap_or(self.solver.time());
+        let cut = self.unseen(event.unwrap_or(self.solver.time()))?;
+        let event = if cut.is_some() { None } else { event };
+        self.time = cut.or(event).unwrap_or(self.solver.time());
         if self.time >= self.segment_end * (1.0 - SAME) {
             // What rounding alone parts is one time.
             self.time = self.segment_end;
         }
         self.due.event = event.is_some();
         self.due.boundary = self.time >= self.segment_end;
-        match event {
-            Some(at) => {
-                self.located += 1;
-                self.chatter.longest = self.chatter.longest.max(length);
-                self.solver.interpolate(at, &mut self.state);
-            }
+        if event.is_some() {
+            self.located += 1;
+            self.chatter.longest = self.chatter.longest.max(length);
+        }
+        match cut.or(event) {
+            Some(at) => self.solver.interpolate(at, &mut self.state),
             None => self.state.copy_from_slice(self.solver.state()),
         }
         // Where it ends is looked for within the step.
         if self.has_diverged() {
             return Err(self.diverged());
         }
-        if self.machine.stay_on_rows(self.time, &mut self.state) && !self.due.boundary {
+        let moved = self.machine.stay_on_rows(self.time, &mut self.state);
+        if (moved || cut.is_some()) && !self.due.boundary {
             self.observe_until(self.time, None);
-            let next = self.solver.next_step();
+            let next = if cut.is_some() { 0.0 } else { self.solver.next_step() };
             self.restart(self.time);
             self.solver.set_step(next);
         }
@@ -971,6 +1001,11 @@ impl RunningLoop {
     /// The first event within the last step, where the series tell it and the modes confirm it, or where it is found by looking; roughly where the
     /// step is then made anew. `length` is that of the step, s.
     fn find_event(&mut self, length: f64) -> Option<f64> {
+        self.coarse = false;
+        if self.blind {
+            self.hold_to_series();
+        }
+        let length = length.min(self.solver.time() - self.solver.previous_time());
         match self.solver.prospect(&mut self.machine) {
             Prospect::Stays => return None,
             Prospect::Leaves(part) => {
@@ -1023,9 +1058,12 @@ impl RunningLoop {
         // A step that was cut short needs fewer looks: as many as its part of a whole one.
         let whole = length.max(self.solver.next_step());
         let looks = ((LOOKS as f64 * (to - from) / whole).ceil() as usize).clamp(LEAST_LOOKS, LOOKS);
+        let looks = if self.blind { LOOKS } else { looks };
+        let part = |k: usize| if self.blind { unseen::LOOKS[k - 1] } else { k as f64 / looks as f64 };
+        let places: [f64; LOOKS] = std::array::from_fn(|k| if k < looks { part(k + 1) } else { 1.0 });
         let (mut before, mut left) = (from, None);
         for k in 1..=looks {
-            let at = if k == looks { to } else { from + (to - from) * k as f64 / looks as f64 };
+            let at = if k == looks { to } else { from + (to - from) * places[k - 1] };
             if at <= before {
                 continue;
             }
@@ -1039,7 +1077,10 @@ impl RunningLoop {
             }
         }
         let dip = if friction { self.dip() } else { None };
-        let (low, high) = dip.or(left.map(|at| (before, at)))?;
+        let Some((low, high)) = dip.or(left.map(|at| (before, at))) else {
+            self.coarse = self.blind && friction && self.looks.are_coarse();
+            return None;
+        };
         let least = if exactly { 0.0 } else { ROUGHLY * (to - from) };
         let high = self.locate(low, high, least);
         self.leaves(high);

@@ -247,11 +247,7 @@ impl Taylor {
                 break Ok(());
             }
             before = left_out;
-            self.time = self.previous_time + 0.5 * length;
-            let mut state = std::mem::take(&mut self.state);
-            self.interpolate(self.time, &mut state);
-            (self.state, self.next) = (state, 0.5 * length);
-            self.counts.rejected += 1;
+            self.end_earlier(0.5);
         };
         self.rates = slope;
         if found.is_err() {
@@ -259,6 +255,16 @@ impl Taylor {
             self.state.copy_from_slice(&self.previous);
         }
         found
+    }
+
+    /// Ends the last step earlier, at a part of it.
+    pub(super) fn end_earlier(&mut self, part: f64) {
+        let length = part * (self.time - self.previous_time);
+        self.time = self.previous_time + length;
+        let mut state = std::mem::take(&mut self.state);
+        self.interpolate(self.time, &mut state);
+        (self.state, self.next) = (state, length);
+        self.counts.rejected += 1;
     }
 
     /// Looks what rounding makes of the last step, once in a while: the lengths of steps do not depend on it.

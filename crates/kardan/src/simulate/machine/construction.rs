@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::Machine;
+use super::bends::Bends;
 use super::expressions::{Found, Parts, Places, extend};
 use super::flow::Flow;
 use super::hold_kinds::Holds;
@@ -168,6 +169,7 @@ struct Compiled {
     work: Work,
     places: Places,
     timed: Timed,
+    bends: Bends,
     meshes: Meshes,
     moving: Vec<bool>,
 }
@@ -179,10 +181,11 @@ impl Compiled {
         (parts, states): (Parts<'_>, Range<usize>),
         also: impl FnOnce(&mut Motion, &Found),
     ) -> Self {
-        let (mut places, mut timed, mut meshes) = Default::default();
+        let (mut places, mut timed, mut bends, mut meshes) = Default::default();
         let mut moving = vec![false; reduced.equations.set_valued().count() + reduced.equations.kept.len()];
         let (dynamics, work) = Dynamics::extended(reduced, |motion| {
-            let (extension, found, sources) = extend(motion, reduced, parts, states);
+            let (extension, found, sources, leaps) = extend(motion, reduced, parts, states);
+            bends = Bends::new(&motion.graph, &leaps, &extension.inputs, &found);
             timed = Timed::new(motion, scenario, (&extension, &found), &sources);
             meshes = Meshes::new(motion, reduced, &extension.inputs);
             if reduced.equations.prescribes() {
@@ -192,7 +195,7 @@ impl Compiled {
             places = found;
             extension
         });
-        Self { dynamics, work, places, timed, meshes, moving }
+        Self { dynamics, work, places, timed, bends, meshes, moving }
     }
 }
 
@@ -219,7 +222,7 @@ impl Machine {
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
         let (signals, blocks) = (&scenario.signals[..], flow.as_ref());
         let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals, flow: blocks };
-        let Compiled { dynamics, work, places, timed, meshes, moving } =
+        let Compiled { dynamics, work, places, timed, bends, meshes, moving } =
             Compiled::new(reduced, scenario, (parts, 2 * r..size), also);
         let (sliders, holds) = (Sliders::new(reduced), Holds::new(&reduced.equations));
         let bounds = holds.bounds(dynamics.breakaway_torques(), kept.len());
@@ -242,6 +245,7 @@ impl Machine {
             signals: scenario.signals.clone(),
             flow,
             timed,
+            bends,
             modes: vec![Mode::Stick; m],
             holding: if kept.is_empty() { Vec::with_capacity(r) } else { kept.clone().collect() },
             following: Vec::with_capacity(m),

@@ -19,7 +19,7 @@ impl Machine {
         let mut motion = Motion::new(reduced);
         let Self { drives, laws, targets, signals, flow, .. } = self;
         let parts = Parts { drives, laws, targets, signals, flow: flow.as_ref() };
-        let (extension, places, _) = extend(&mut motion, reduced, parts, 2 * r..states);
+        let (extension, places, ..) = extend(&mut motion, reduced, parts, 2 * r..states);
         let mut given: Vec<Symbol> = motion.symbols.iter().chain(&extension.inputs).copied().collect();
         let more = places.states.clone().map(|state| extension.inputs[state]);
         let by: Vec<Symbol> = motion.symbols.iter().copied().chain(more).collect();

@@ -62,6 +62,8 @@ const LEAST: f64 = 1e-10;
 const HALVINGS: usize = 200;
 /// Part of a step to which a zero of a series is found.
 const EXACTLY: f64 = 1e-16;
+/// A number that modes depend on and that rounding may make of nothing, SI.
+const ROUNDED: f64 = 1e-12;
 /// Coefficients of a series at most.
 const MOST: usize = 32;
 
@@ -142,6 +144,48 @@ impl Expansion {
             }
         }
         prospect
+    }
+
+    /// How far values of a plan's memory and torques that hold are from their series, so long after the point of expansion, in parts of what the
+    /// terms are at most.
+    pub(super) fn difference(
+        &self,
+        watch: &Watch<'_>,
+        drives: &[Drive],
+        values: &[f64],
+        held: &[f64],
+        (later, order): (f64, usize),
+    ) -> f64 {
+        let Self { series, torques, counts, .. } = self;
+        let Watch { modes, holding, holds, bounds } = watch;
+        let apart = |coefficients: &mut dyn Iterator<Item = f64>, value: f64, limit: f64| {
+            let (mut power, mut sum, mut size) = (1.0, 0.0, value.abs() + limit.abs() + ROUNDED);
+            for coefficient in coefficients.take(order) {
+                sum += coefficient * power;
+                size += (coefficient * power).abs();
+                power *= later;
+            }
+            // What is no number is far away.
+            let part = (sum - value).abs() / size;
+            if part.is_nan() { 1.0 } else { part }
+        };
+        let of_place = |place: usize, limit: f64| apart(&mut series.of(place), values[place], limit);
+        let slipping = modes.iter().zip(&self.friction_speeds).enumerate();
+        let slipping = slipping.filter(|(k, (mode, _))| **mode != Mode::Stick && holds.slips(*k));
+        let mut most = slipping.fold(0.0f64, |most, (_, (_, place))| most.max(of_place(*place, 0.0)));
+        for (a, &k) in holding.iter().enumerate().filter(|(_, k)| **k < modes.len()) {
+            let limits = [bounds.forward[k], bounds.backward[k]];
+            if limits.iter().any(|limit| limit.is_finite()) {
+                let limit = limits.into_iter().filter(|limit| limit.is_finite()).fold(0.0, f64::max);
+                let own = &mut torques[a..].iter().step_by(counts[1]).copied();
+                most = most.max(apart(own, held[a], limit));
+            }
+        }
+        let places = self.holds.iter().map(|place| (*place, 0.0));
+        let sliders = self.sliders.iter().map(|(k, place)| (*place, bounds.forward[*k]));
+        let limited = drives.iter().zip(&self.commands);
+        let limited = limited.filter_map(|(drive, place)| Some((*place, drive.limit?)));
+        places.chain(sliders).chain(limited).fold(most, |most, (place, limit)| most.max(of_place(place, limit)))
     }
 
     /// Whether stops, cushions and locks keep their modes for so long.

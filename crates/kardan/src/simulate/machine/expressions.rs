@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::bends::parted;
 use super::flow::Flow;
 use super::hold_terms::HoldTerms;
 use super::mesh_terms::MeshTerms;
@@ -67,6 +68,8 @@ pub(super) struct Places {
     /// Found: of each slider the torque that its springs ask of it, and the speed that it would slip with alone.
     pub slider_torques: Range<usize>,
     pub slider_speeds: Range<usize>,
+    /// Found: numbers that vanish where something jumps or bends by the state.
+    pub bends: Range<usize>,
 }
 
 /// What readings of the loop are made of.
@@ -155,13 +158,14 @@ pub(super) struct Parts<'a> {
     pub flow: Option<&'a Flow>,
 }
 
-/// Everything between plant, motors, linear laws and scenario, written into the expressions of the motion; with the sources.
+/// Everything between plant, motors, linear laws and scenario, written into the expressions of the motion; with the sources, and with what
+/// vanishes where something jumps or bends by the time alone.
 pub(super) fn extend(
     motion: &mut Motion,
     reduced: &Reduced,
     Parts { drives, laws, targets, signals, flow }: Parts<'_>,
     more_states: Range<usize>,
-) -> (Extension, Places, Vec<Expr>) {
+) -> (Extension, Places, Vec<Expr>, Vec<Expr>) {
     let equations = &reduced.equations;
     let mut all = Loop { motion, inputs: Vec::new(), outputs: Vec::new() };
     let mut places = Places::default();
@@ -210,8 +214,9 @@ pub(super) fn extend(
     find_holds(&mut all, &mut places, &holds);
     find_meshes(&mut all, &mut places, meshes);
     places.powers = all.found("power", powers.to_vec());
+    let leaps = find_bends(&mut all, &mut places);
     all.give_time(&mut places);
-    (Extension { inputs: all.inputs, outputs: all.outputs }, places, sources)
+    (Extension { inputs: all.inputs, outputs: all.outputs }, places, sources, leaps)
 }
 
 /// Torques that the inputs report and those that they apply, from their commands, with the rates of their states.
@@ -371,6 +376,19 @@ fn set_valued(all: &mut Loop<'_>, reduced: &Reduced, senses: &[Expr]) -> SetValu
 fn find_holds(all: &mut Loop<'_>, places: &mut Places, holds: &[HoldTerms]) {
     places.hold_torques = all.found("hold", holds.iter().map(|hold| hold.torque).collect());
     places.holds = all.found("told", holds.iter().flat_map(|hold| hold.told).collect());
+}
+
+/// What vanishes where forces, rates, or what holds jump or bend; given back what does so by the time alone.
+fn find_bends(all: &mut Loop<'_>, places: &mut Places) -> Vec<Expr> {
+    let Places { forces, rates, commands, hold_torques, holds, .. } = &*places;
+    let outputs = [forces, rates, commands, hold_torques, holds].into_iter().cloned().flatten();
+    let outputs: Vec<Expr> = outputs.map(|output| all.outputs[output].1).collect();
+    let mut given = all.inputs[places.sources.clone()].to_vec();
+    given.extend_from_slice(&all.inputs[places.follows_signal.clone()]);
+    given.extend(all.motion.timed.symbols(&all.motion.graph));
+    let [of_time, of_state] = parted(&mut all.motion.graph, &outputs, &given);
+    places.bends = all.found("bend", of_state);
+    of_time
 }
 
 fn find_meshes(all: &mut Loop<'_>, places: &mut Places, meshes: MeshTerms) {

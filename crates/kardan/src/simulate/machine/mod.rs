@@ -1,5 +1,6 @@
 //! The closed loop as a differential equation in one set of modes, and the decisions between modes.
 
+mod bends;
 mod construction;
 mod derivatives;
 mod expansion;
@@ -26,6 +27,7 @@ mod sliders;
 mod timed;
 mod wired;
 
+pub(super) use bends::Leap;
 pub use expansion::Prospect;
 pub use expressions::Found;
 pub use wired::Setup;
@@ -37,6 +39,7 @@ use super::friction::{BoxProblem, Mode};
 use super::scenario::{Profile, SourceSignal, SourceTarget};
 use crate::num::{Cholesky, Keeper};
 use crate::reduce::{Dynamics, Work};
+use bends::Bends;
 use expansion::Expansion;
 use expressions::Places;
 use flow::Flow;
@@ -78,6 +81,8 @@ pub struct Machine {
     lines: Vec<(f64, f64, f64)>,
     /// What else is given of the time.
     timed: Timed,
+    /// Where it jumps or bends.
+    bends: Bends,
     pub(super) modes: Vec<Mode>,
     /// What holds one way or at times, and the largest torques against motion forward and backward of all directions, N m.
     holds: Holds,

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::Machine;
 use super::expansion::{Expansion, Holding, Prospect, Watch};
 use super::expressions::Places;
+use super::hold_kinds::Kind;
 use crate::plan::Series;
 use crate::reduce::MotionPlan;
 use crate::simulate::friction::NOISE;
@@ -99,6 +100,22 @@ impl Machine {
         let prospect = expansion.prospect(&watch, noise, &self.drives, (length, order));
         self.expansion = Some(expansion);
         prospect
+    }
+
+    /// How far what the modes depend on, at the point last evaluated, is from what its series say so long after the last expansion, in parts of
+    /// their terms.
+    pub fn difference_of_series(&mut self, later: f64, order: usize) -> f64 {
+        let Some(expansion) = self.expansion.take() else { return 0.0 };
+        let watch = Watch { modes: &self.modes, holding: &self.holding, holds: &self.holds, bounds: self.bounds() };
+        let found = expansion.difference(&watch, &self.drives, self.work.values(), &self.hold_torque, (later, order));
+        self.expansion = Some(expansion);
+        found
+    }
+
+    /// Whether modes may depend on what no state feels: on the time, or on expressions of their own.
+    pub fn is_blind(&self) -> bool {
+        let told = |kind: &Kind| matches!(kind, Kind::Lock | Kind::Friction { .. });
+        !self.modes.is_empty() && (self.timed.moves() || self.holds.kinds.iter().any(told))
     }
 
     /// Where the series of angle and speed of a shaft are; `None` where they are not found by the plan.

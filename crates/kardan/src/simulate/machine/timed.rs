@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::expr::{Expr, Part, polynomial};
+use kardan_rt::Operator;
+
+use crate::expr::{Domain, Expr, Interval, Intervals, Part, polynomial};
 use crate::num::Keeper;
 use crate::plan::{Plan, compile};
 use crate::reduce::{Extension, Motion};
@@ -128,6 +130,29 @@ impl Timed {
             *value = *answer;
         }
         &self.given
+    }
+
+    /// The values of what is given over an interval of time of the segment.
+    pub fn between(&self, span: Interval) -> Vec<Interval> {
+        let of_part = |(start, coefficients): &(f64, [f64; 4])| {
+            let later = Intervals.operation(Operator::Subtract, &[span, Interval::point(*start)]);
+            let [first, rest @ ..] = coefficients;
+            let slopes = rest.iter().rev().map(|c| Interval::point(*c));
+            let inner = slopes.reduce(|sum, c| Intervals.operation(Operator::AddProduct, &[sum, later, c]));
+            let inner = inner.unwrap_or(Interval::point(0.0));
+            if rest.iter().all(|c| *c == 0.0) {
+                return Interval::point(*first);
+            }
+            Intervals.operation(Operator::AddProduct, &[inner, later, Interval::point(*first)])
+        };
+        let follows = self.follows.iter().map(|follows| Interval::point(*follows));
+        let blocks = self.blocks.iter().map(|(_, answer)| Interval::point(*answer));
+        follows.chain(self.now.iter().map(of_part)).chain(self.time.then_some(span)).chain(blocks).collect()
+    }
+
+    /// Whether something of it changes while the state may rest: parts or the time.
+    pub fn moves(&self) -> bool {
+        self.time || !self.parts.is_empty()
     }
 
     /// Finds the values of the sources from those of their lines.

@@ -1,0 +1,131 @@
+//! What the error of a step does not see: places where the loop jumps or bends by its state, and limits that come near by what no state
+//! feels, as a load on a body at rest, or a gap between a body that coasts and one that is moved.
+//!
+//! Steps that may have passed some of it end before.
+
+use super::{Outcome, RunningLoop};
+use crate::simulate::integrator::Integrator;
+
+/// Looks into a step, at parts of it that no period falls in with.
+pub(super) const LOOKS: [f64; 6] = [0.1386, 0.3517, 0.4892, 0.6871, 0.8229, 1.0];
+/// Part of a step in which a bend is left to its error: there a loop may go to and fro at one place.
+const SOON: f64 = 0.01;
+/// A number bends that much, in parts of its range over a step, where the looks do not show what it does between them; and so near to zero,
+/// in these parts, it may vanish there.
+const UNKNOWN: f64 = 0.6;
+const NEAR: f64 = 3.0;
+/// Part of such a step that is made instead.
+const LESS: f64 = 0.25;
+/// What a step has at least of the time of a run, to be made shorter.
+const LEAST: f64 = 1e-9;
+/// What series may differ from what they are of, in parts of their terms, and where that is looked at.
+const DIFFERENCE: f64 = 1e-6;
+const PLACES: [f64; 2] = [0.381_966, 1.0];
+
+/// How far numbers at looks bend, each between its neighbours.
+pub(super) fn bends(count: usize, look: impl Fn(usize) -> (f64, f64)) -> impl Iterator<Item = f64> {
+    (0..count.saturating_sub(2)).map(move |row| {
+        let [before, here, after] = [row, row + 1, row + 2].map(&look);
+        let part = (here.0 - before.0) / (after.0 - before.0);
+        2.0 * (here.1 - before.1 - part * (after.1 - before.1)).abs()
+    })
+}
+
+/// Whether numbers at looks into a step may vanish between the looks unseen.
+pub(super) fn is_coarse(count: usize, look: impl Fn(usize) -> (f64, f64)) -> bool {
+    let ends = |(low, high): (f64, f64), row| (low.min(look(row).1), high.max(look(row).1));
+    let (least, most) = (0..count).fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+    let near = if least > 0.0 { least } else { (-most).max(0.0) };
+    let known = least.is_finite() && most.is_finite() && near <= NEAR * (most - least);
+    known && bends(count, look).fold(0.0, f64::max) > UNKNOWN * (most - least)
+}
+
+impl RunningLoop {
+    /// Where the last step is to end, before a time, so that it passes nothing unseen.
+    pub(super) fn unseen(&mut self, until: f64) -> Result<Option<f64>, Outcome> {
+        let (from, to) = (self.solver.previous_time(), self.solver.time());
+        let shorter = self.coarse && self.is_long(until) && until == to;
+        let bend = if self.machine.bends() == 0 { None } else { self.bend(until) };
+        let Some(at) = bend.or(shorter.then(|| from + LESS * (to - from))) else { return Ok(None) };
+        if matches!(self.solver, Integrator::Taylor(_)) {
+            return Ok(Some(at));
+        }
+        // Within a step the states are less accurate than at its end, and what lies behind a jump has spoiled them.
+        self.shorten_step(at)?;
+        let again = if bend.is_some() { self.bend(self.solver.time()) } else { None };
+        Ok(Some(again.unwrap_or(self.solver.time())))
+    }
+
+    /// The first place within the last step, up to a time, at which the loop jumps or bends by its state: just behind it. A step that is too
+    /// long to tell ends within.
+    fn bend(&mut self, until: f64) -> Option<f64> {
+        let (from, count) = (self.solver.previous_time(), self.machine.bends());
+        let mut found = vec![0.0; (LOOKS.len() + 1) * count];
+        let time = |row: usize| if row == 0 { from } else { from + LOOKS[row - 1] * (until - from) };
+        self.bends_at(from, &mut found[..count]);
+        let mut before = from;
+        for row in 1..=LOOKS.len() {
+            let (known, now) = found.split_at_mut(row * count);
+            self.bends_at(time(row), &mut now[..count]);
+            // Of what begins at zero the side is where it goes.
+            let sides = &mut known[..count];
+            sides.iter_mut().zip(&*now).for_each(|(side, now)| *side = if *side == 0.0 { *now } else { *side });
+            let sides = sides.to_vec();
+            if passed(&sides, &now[..count]) {
+                return self.first_bend(&sides, (before, time(row)), until);
+            }
+            before = time(row);
+        }
+        let coarse = |k: usize| is_coarse(LOOKS.len() + 1, |row| (time(row), found[row * count + k]));
+        (self.is_long(until) && (0..count).any(coarse)).then(|| from + LESS * (until - from))
+    }
+
+    /// Whether the last step is so long up to a time that it may be made shorter.
+    fn is_long(&self, until: f64) -> bool {
+        until - self.solver.previous_time() > LEAST * self.scenario.duration.min(until)
+    }
+
+    fn first_bend(&mut self, sides: &[f64], (mut low, mut high): (f64, f64), until: f64) -> Option<f64> {
+        let from = self.solver.previous_time();
+        let mut now = vec![0.0; sides.len()];
+        while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
+            let middle = 0.5 * (low + high);
+            self.bends_at(middle, &mut now);
+            if passed(sides, &now) { high = middle } else { low = middle }
+        }
+        (high - from > SOON * (until - from)).then_some(high)
+    }
+
+    fn bends_at(&mut self, time: f64, out: &mut [f64]) {
+        self.solver.interpolate(time, &mut self.looked);
+        self.machine.find_bends(time, &self.looked, out);
+    }
+
+    /// Shortens a step by series until what the modes depend on is what the series say.
+    pub(super) fn hold_to_series(&mut self) {
+        while let Integrator::Taylor(solver) = &self.solver
+            && let (from, length, order) = (solver.previous_time(), solver.time() - solver.previous_time(), solver.order())
+            && self.is_long(solver.time())
+        {
+            let mut most = 0.0f64;
+            for place in PLACES {
+                let at = from + place * length;
+                self.solver.interpolate(at, &mut self.looked);
+                self.machine.evaluate(at, &self.looked);
+                most = most.max(self.machine.difference_of_series(place * length, order));
+            }
+            if most <= DIFFERENCE {
+                return;
+            }
+            let less = kardan_rt::functions::powf(DIFFERENCE / most, 1.0 / order as f64).clamp(0.1, 0.7);
+            if let Integrator::Taylor(solver) = &mut self.solver {
+                solver.end_earlier(less);
+            }
+        }
+    }
+}
+
+/// Whether one of some numbers is on the other side of zero.
+fn passed(sides: &[f64], now: &[f64]) -> bool {
+    sides.iter().zip(now).any(|(side, now)| side * now < 0.0)
+}
