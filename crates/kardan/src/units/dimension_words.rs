@@ -138,6 +138,10 @@ impl Dimension {
         {
             return format!("write it as \"{} rev/s\": a turn is 2 pi rad", value.to_f64());
         }
+        if let (true, Ok((value, Self::ANGULAR_VELOCITY))) = (*self == Self::FREQUENCY, parse_quantity(text)) {
+            let turns = value.to_f64() / std::f64::consts::TAU;
+            return format!("write it as \"{turns} Hz\": a turn is 2 pi rad");
+        }
         let bare = matches!(parse_quantity(text), Ok((_, Self::NONE)));
         let candidates = if !bare {
             vec![format!("{text}/rad")]

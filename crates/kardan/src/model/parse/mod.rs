@@ -491,8 +491,11 @@ impl Reader<'_> {
         let called = |at: usize| text[..at].ends_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
         let calls = text.match_indices('(').any(|(at, _)| called(at));
         let meant = calls || text.contains('+') || [" * ", " - ", " / ", "^("].iter().any(|sign| text.contains(sign));
+        // What begins with a name or a parenthesis is no number.
+        let named = text.trim_start().starts_with(|c: char| c.is_alphabetic() || matches!(c, '(' | '_' | '\''));
         let read = match Expression::parse(text) {
             Ok(read) => read,
+            Err(own) if named && text.contains(['*', '/', '^', '(', '×', '·', ' ']) => return Err(own),
             Err(own) => {
                 let sums = [" + ", " - "].iter().any(|sign| text.contains(sign));
                 return Err(if meant && (sums || error.code != "unit::syntax") { own } else { error });
@@ -502,8 +505,8 @@ impl Reader<'_> {
             return Ok(Scalar::Expression(Box::new(read)));
         }
         let found = read.evaluate(&|_| None)?;
-        if !found.exact {
-            // It tells that it was rounded, where it is put in.
+        if !found.exact || *self.kind == Kind::AnyQuantity {
+            // It tells that it was rounded, and that it was computed, where it is put in.
             return Ok(Scalar::Expression(Box::new(read)));
         }
         let dimension = match *self.kind {

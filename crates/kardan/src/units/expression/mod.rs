@@ -106,6 +106,28 @@ impl Expression {
         self.root.find(&|node| matches!(&node.kind, Kind::Name(other) if other == name)).map(|node| node.span.clone())
     }
 
+    /// Whether it gives turns where radians are asked for, or the other way round: a frequency for an angular velocity or an angular velocity for a
+    /// frequency, of something that is one, without a `pi` to turn the one into the other. `of` tells dimensions of names.
+    pub(crate) fn mixes_turns(
+        &self,
+        wanted: Dimension,
+        found: Dimension,
+        of: &dyn Fn(&str) -> Option<Dimension>,
+    ) -> bool {
+        let pair = [Dimension::ANGULAR_VELOCITY, Dimension::FREQUENCY];
+        if wanted == found || !pair.contains(&wanted) || !pair.contains(&found) {
+            return false;
+        }
+        let is_word = |word: &str| word == "pi" || word == "π";
+        let turned = self.text.split(|c: char| !(c.is_alphabetic() || c == '_')).any(is_word) || self.text.contains('π');
+        let leaf = |node: &Node| match &node.kind {
+            Kind::Literal(_, dimension) => *dimension == found,
+            Kind::Name(name) => of(name) == Some(found),
+            _ => false,
+        };
+        !turned && self.root.find(&leaf).is_some()
+    }
+
     /// The parts that something is divided by; not those within `if(...)`, which may keep zero away.
     pub(crate) fn divisors(&self) -> Vec<Self> {
         let mut parts = Vec::new();
