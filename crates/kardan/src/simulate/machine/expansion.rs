@@ -59,10 +59,10 @@ pub(super) struct Watch<'a> {
 
 /// Part of a limit that is kept clear of it.
 const CLEAR: f64 = 1e-9;
-/// Part of a step that a zero is looked for in at last, and halvings that are made for one margin.
+/// Part of the time since the begin of a step that a zero is looked for in at last, and halvings that are made for one margin.
 const LEAST: f64 = 1e-10;
 const HALVINGS: usize = 200;
-/// The same where the step begins: what bounces ever lower is back at once, however long nothing else happens.
+/// The same of a step where it begins: what bounces ever lower is back at once, however long nothing else happens.
 const LEAST_AT_BEGIN: f64 = 1e-20;
 /// Part of a step to which a zero of a series is found.
 const EXACTLY: f64 = 1e-16;
@@ -341,7 +341,7 @@ impl Part<'_> {
             let at = |s: f64| c.iter().rev().fold(0.0, |sum, c| sum * s + c);
             return Some(bracket([(to, own[n]), (from, own[0])], EXACTLY, at)[0]);
         }
-        if to - from < (if from == 0.0 { LEAST_AT_BEGIN } else { LEAST }) || *halvings == 0 {
+        if to - from < (LEAST * from).max(LEAST_AT_BEGIN) || *halvings == 0 {
             // At the begin the modes know the sign; elsewhere nothing is certain if it does not become negative.
             if own[n] < 0.0 {
                 return Some(to);

@@ -119,7 +119,8 @@ impl Expression {
             return false;
         }
         let is_word = |word: &str| word == "pi" || word == "π";
-        let turned = self.text.split(|c: char| !(c.is_alphabetic() || c == '_')).any(is_word) || self.text.contains('π');
+        let turned =
+            self.text.split(|c: char| !(c.is_alphabetic() || c == '_')).any(is_word) || self.text.contains('π');
         let leaf = |node: &Node| match &node.kind {
             Kind::Literal(_, dimension) => *dimension == found,
             Kind::Name(name) => of(name) == Some(found),
