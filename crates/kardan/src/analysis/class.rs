@@ -177,6 +177,19 @@ fn kept_breach(class: &ConstraintClass, value_at_zero: Option<&Rational>) -> Opt
 
 /// The classes of constraints that a run keeps with their multipliers, how they were decided, and what each breaks of (4.31) of the source.
 pub fn kept_constraints(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
+    let again = &reduced.equations.kept_again;
+    if !again.is_empty() {
+        let mut all = reduced.clone();
+        all.equations.kept.extend(std::mem::take(&mut all.equations.kept_again).into_iter().map(|one| one.row));
+        let mut found = kept_constraints(&all);
+        for (class, _) in &mut found {
+            if let Some(one) = again.iter().find(|one| one.row.element == class.element) {
+                let from: Vec<&str> = one.shares.iter().map(|(name, _)| name.as_str()).collect();
+                class.equation += &format!(", which follows from {}", from.join(", "));
+            }
+        }
+        return found;
+    }
     let equations = &reduced.equations;
     let shafts = &equations.coordinates;
     let tests = integrable(reduced);
@@ -236,6 +249,14 @@ pub fn kept_constraints(reduced: &Reduced) -> Vec<(ConstraintClass, Option<Strin
                     }
                 };
                 (equation, holonomic, true, format!("{why}; {multiplier}"))
+            }
+            Kept::Position(row, function) => {
+                let equation = format!("{} = {}", numbers(row, ""), function.text());
+                let reason = format!(
+                    "constant coefficients, a kinematic excitation (source, sec. 4.1.1) behind a curve that is followed from its other end; \
+                     {multiplier}"
+                );
+                (equation, true, false, reason)
             }
             Kept::Speed(row, function) => {
                 let equation = format!("{} = {}", numbers(row, "'"), function.text());
