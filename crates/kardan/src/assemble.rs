@@ -465,7 +465,9 @@ impl Equations {
             Kept::Rates(row) => {
                 row.first().and_then(|(shaft, a)| a.dimension.times(&self.domain(*shaft).dimensions()[0], 1))
             }
-            Kept::Position(..) | Kept::Speed(..) | Kept::Acceleration(..) => self.domain_of_kept(kept).map(|domain| domain.dimensions()[0]),
+            Kept::Position(..) | Kept::Speed(..) | Kept::Acceleration(..) => {
+                self.domain_of_kept(kept).map(|domain| domain.dimensions()[0])
+            }
         };
         over.unwrap_or(Dimension::NONE)
     }

@@ -234,12 +234,14 @@ pub fn start_on_rows_with(
             let rows: Vec<f64> = own.iter().flat_map(|k| &values[k * r..(k + 1) * r]).copied().collect();
             // A row in another unit, as an area, is as large as its slope says.
             let slope = |row: &[f64]| dot(row, row).sqrt().max(1.0);
-            let allowed: Vec<f64> =
-                (0..own.len()).map(|k| LEFT * size * slope(&rows[k * r..(k + 1) * r])).collect();
+            let allowed: Vec<f64> = (0..own.len()).map(|k| LEFT * size * slope(&rows[k * r..(k + 1) * r])).collect();
             let is_there = defects.iter().zip(&allowed).all(|(defect, allowed)| defect.abs() <= *allowed);
             let change = least_change(&rows, r, &defects);
             if !is_there && step == MOST {
-                let open = own.iter().zip(defects.iter().zip(&allowed)).filter(|(_, (defect, most))| !(defect.abs() <= **most));
+                let open = own
+                    .iter()
+                    .zip(defects.iter().zip(&allowed))
+                    .filter(|(_, (defect, most))| !(defect.abs() <= **most));
                 return Err(NoStart::NotReached(open.map(|(k, _)| *k).collect()));
             }
             match change {

@@ -228,9 +228,11 @@ impl Reduced {
             let kept = shares.iter().map(|(kept, _)| &self.equations.constraints[*kept].element);
             kept.chain([&constraint.element]).cloned().collect()
         });
-        let rates = self.equations.kept_again.iter().map(|again| {
-            again.shares.iter().map(|(kept, _)| kept).chain([&again.row.element]).cloned().collect()
-        });
+        let rates = self
+            .equations
+            .kept_again
+            .iter()
+            .map(|again| again.shares.iter().map(|(kept, _)| kept).chain([&again.row.element]).cloned().collect());
         let found: Vec<BTreeSet<String>> = linear.chain(rates).collect();
         for mut group in found {
             groups.retain(|other| {

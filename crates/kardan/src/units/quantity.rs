@@ -153,7 +153,8 @@ pub(super) fn check_length(text: &str, limit: usize) -> Result<(), UnitError> {
 
 /// Whether it is clear what a `/` with spaces around it divides by: in `1 / 60 s` it may be `60` or `60 s`.
 fn check_fraction(text: &str) -> Result<(), UnitError> {
-    let spaced = |at: &usize| text[..*at].ends_with(char::is_whitespace) || text[at + 1..].starts_with(char::is_whitespace);
+    let spaced =
+        |at: &usize| text[..*at].ends_with(char::is_whitespace) || text[at + 1..].starts_with(char::is_whitespace);
     let Some(at) = text.match_indices('/').map(|(at, _)| at).find(spaced) else { return Ok(()) };
     let mut reader = Reader { text, at: at + 1 };
     reader.spaces();
