@@ -158,7 +158,7 @@ fn a_number_beside_pi_is_no_part_of_its_power() {
     let body = "[shaft.a]\ninertia = \"1 kg m^2\"\n[scenario]\nduration = \"1 s\"\noutput_step = \"50 ms\"\nrelative_tolerance = 1e-12\n\
                 initial = { \"a.phi\" = \"1 rad\" }\n";
     let spring = "[spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"ground\"\nstiffness = \"4 pi^2 N m/rad\"\n";
-    let law = "[torque.s]\nshaft = \"a\"\ntorque = \"-4 pi^2 N m/rad * a.phi\"\n";
+    let law = "[torque.s]\nshaft = \"a\"\nlaw = \"-4 pi^2 N m/rad * a.phi\"\n";
     for what in [spring, law] {
         let run = run(&format!("{body}{what}"));
         for (t, phi) in run.series.time.iter().zip(signal(&run, "a.phi")) {
