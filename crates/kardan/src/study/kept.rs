@@ -41,8 +41,7 @@ pub(super) fn check_kept(document: &Document, reduced: &Reduced, out: &mut Vec<D
     if let Some(row) = superfluous(reduced) {
         let name = &equations.kept[row].element;
         let message = format!("`{name}` holds no motion that the other constraints leave, at no position");
-        let help =
-            "remove it, or those that say the same: beside rows of speeds, and expressions, no row is kept twice";
+        let help = "remove it, or those that say the same: of kept rows only a sum of rows of speeds in the same unit is kept once";
         let mistake = Diagnostic::error("constraint::dependent", message);
         out.push(mistake.at(place_of(document, name), "this constraint").help(help));
     } else if kept > free || kept == free && !equations.prescribes() {

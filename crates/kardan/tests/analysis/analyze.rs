@@ -296,3 +296,26 @@ fn a_run_does_not_wait_for_the_analysis_of_a_large_model() {
     assert!(study.analysis.is_none() && study.runs.len() == 1);
     assert!(study.warnings.iter().any(|warning| warning.contains("`kardan analyze`")), "{:?}", study.warnings);
 }
+
+/// Behind a voltage the charge of a motor counts what has flowed, and k q − J ω − d φ never changes: the inputs do not reach that one
+/// combination. All motions they do reach, which is told; a second shaft that nothing drives is no matter of counting.
+#[test]
+fn a_charge_that_only_counts_is_told_apart_from_a_motion_that_is_not_reached() {
+    let motor = "[shaft.rotor]\ninertia = \"0.01 kg m^2\"\ndamping = \"0.02 N m s/rad\"\n[voltage_source.V]\nfrom = \"ground\"\nto = \"a\"\n\
+                 [dc_motor.M]\nfrom = \"a\"\nto = \"ground\"\nshaft = \"rotor\"\ntorque_constant = \"0.1 N m/A\"\nresistance = \"1 Ohm\"\n\
+                 inductance = \"2 mH\"\n";
+    let settings = AnalyzeSettings { outputs: vec!["rotor.phi".into()], ..AnalyzeSettings::default() };
+    let found = analyze(motor, &settings).unwrap();
+    assert_eq!((found.structure.controllable_rank, found.structure.states.len()), (3, 4));
+    let counting = found.counting.unwrap();
+    assert_eq!(counting.charges.len(), 1);
+    assert!(counting.charges[0].ends_with(".q"), "{counting:?}");
+    assert!(counting.others_controllable && counting.others_observable, "{counting:?}");
+    let alone = format!("{motor}[shaft.idle]\ninertia = \"1 kg m^2\"\n");
+    assert_eq!(analyze(&alone, &settings).unwrap().counting, None);
+    // A charge that an output shows is seen.
+    let shown = AnalyzeSettings { outputs: vec!["rotor.phi".into(), "M.q".into()], ..AnalyzeSettings::default() };
+    let found = analyze(motor, &shown).unwrap();
+    assert!(found.structure.observable());
+    assert!(found.counting.is_some_and(|counting| counting.others_controllable && !counting.others_observable));
+}

@@ -17,8 +17,8 @@ fn unit<'a>(run: &'a Run, name: &str) -> &'a str {
 /// length. As rates, `x ẋ + y ẏ = 0` in m²/s, it is −m ω²; as a length, `(x² + y² − l²)/l`, the force −m ω² l/2.
 #[test]
 fn a_circle_in_square_metres_has_a_multiplier_in_newtons_per_metre() {
-    let (mass, omega) = (2.0, 3.0);
-    for length in [1e-3, 1.0, 1e5] {
+    let (mass, omega) = (2.0, 3.0_f64);
+    for length in [1e-3_f64, 1.0, 1e5] {
         let circle = format!("x.s^2 + y.s^2 - ({length} m)^2");
         for (row, name, its_unit, multiplier) in [
             (format!("expression = \"{circle}\""), "ring.lambda", "N/m", -0.5 * mass * omega * omega),

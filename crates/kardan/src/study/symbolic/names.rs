@@ -195,7 +195,7 @@ impl<'a> Names<'a> {
         let kept = &self.equations.kept[k];
         match (self.equations.domain_of_kept(kept), form) {
             (Some(domain), _) => effort(domain, &kept.element, form),
-            (None, Form::Latex) => with_index(r"\lambda", &kept.element),
+            (None, Form::Latex) => format!(r"\lambda_{{{}}}", index(&kept.element)),
             (None, Form::Text) => Quantity::Multiplier.of(&word(&kept.element)),
         }
     }
