@@ -304,3 +304,21 @@ fn palette() -> String {
         properties(&ON_DARK)
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The hint is there where something can be zoomed, and names what does not follow.
+    #[test]
+    fn the_hint_tells_charts_that_zoom_from_those_that_stand_still() {
+        let page = |still: &[bool]| {
+            let chart = |still: &bool| Block::Chart(Chart { still: *still, ..Chart::default() });
+            section(&Section { body: Body(still.iter().map(chart).collect()), ..Section::default() })
+        };
+        assert!(page(&[false]).contains("all charts follow"));
+        assert!(!page(&[true]).contains("zoom"));
+        let both = page(&[true, false]);
+        assert!(both.contains("the others stand still") && !both.contains("all charts follow"), "{both}");
+    }
+}
