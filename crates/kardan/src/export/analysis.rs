@@ -27,6 +27,7 @@ pub(super) struct AnalysisView<'a> {
     coordinates: &'a [String],
     /// Motions without inertia that were eliminated; `null` if there was none.
     elimination: Option<&'a Elimination>,
+    /// Charges that only count, where it is they alone that are not reached or not seen; `null` if that is not so.
     counting: Option<&'a Counting>,
     /// The modes, by size of their eigenvalue.
     modes: Vec<ModeView<'a>>,
