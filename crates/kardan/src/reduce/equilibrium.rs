@@ -376,7 +376,7 @@ fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> V
         match kept.law {
             Kept::Rates(_) => {}
             Kept::Surface(_) => out.extend(row.position.map(|position| (number, position))),
-            Kept::Speed(..) | Kept::Acceleration(..) => {
+            Kept::Position(..) | Kept::Speed(..) | Kept::Acceleration(..) => {
                 let terms =
                     row.row.iter().map(|(shaft, a)| (motion.graph.multiply(*a, motion.angles[*shaft]), Rational::ONE));
                 let terms: Vec<_> = terms.collect();

@@ -69,6 +69,19 @@ impl Motion {
             let (rate, change) = match &kept.law {
                 Kept::Rates(row) => self.take(Free::rates(reduced, row)),
                 Kept::Surface(formula) => self.take(Free::surface(reduced, formula)),
+                Kept::Position(row, function) => {
+                    let (row, speed) = self.constant_row(row);
+                    let [place, rate, bend] = [function.as_ref(), &function.rate(), &function.rate().rate()]
+                        .map(|function| self.of_time(function));
+                    let mut terms = vec![(place, Rational::from(-1))];
+                    for (shaft, x) in &row {
+                        terms.push((self.graph.multiply(*x, self.angles[*shaft]), Rational::ONE));
+                    }
+                    let position = Some(self.graph.sum(Rational::ZERO, &terms));
+                    let speed = Some(self.graph.subtract(speed, rate));
+                    let change = self.graph.negate(bend);
+                    (KeptRate { row, position, speed, rate }, change)
+                }
                 Kept::Speed(row, function) => {
                     let (row, speed) = self.constant_row(row);
                     let [rate, bend] = [function.as_ref(), &function.rate()].map(|function| self.of_time(function));
@@ -219,10 +232,16 @@ pub fn start_on_rows_with(
             let x = if of_speeds { &mut found.speed } else { &mut found.position };
             let size = x.iter().fold(1.0f64, |size, x| size.max(x.abs()));
             let rows: Vec<f64> = own.iter().flat_map(|k| &values[k * r..(k + 1) * r]).copied().collect();
-            let is_there = defects.iter().all(|defect| defect.abs() <= LEFT * size);
+            // A row in another unit, as an area, is as large as its slope says.
+            let slope = |row: &[f64]| dot(row, row).sqrt().max(1.0);
+            let allowed: Vec<f64> = (0..own.len()).map(|k| LEFT * size * slope(&rows[k * r..(k + 1) * r])).collect();
+            let is_there = defects.iter().zip(&allowed).all(|(defect, allowed)| defect.abs() <= *allowed);
             let change = least_change(&rows, r, &defects);
             if !is_there && step == MOST {
-                let open = own.iter().zip(&defects).filter(|(_, defect)| !(defect.abs() <= LEFT * size));
+                let open = own
+                    .iter()
+                    .zip(defects.iter().zip(&allowed))
+                    .filter(|(_, (defect, most))| !(defect.abs() <= **most));
                 return Err(NoStart::NotReached(open.map(|(k, _)| *k).collect()));
             }
             match change {
@@ -300,6 +319,7 @@ pub fn frozen(reduced: &Reduced, position: &[f64], multipliers: &[f64]) -> Resul
     let mut entry = 0;
     let exact = |output: usize| rational_from_f64(memory[plan.place(output)]).unwrap_or(Rational::ZERO);
     let kept = std::mem::take(&mut equations.kept);
+    equations.kept_again.clear();
     for ((kept, rate), multiplier) in kept.into_iter().zip(&motion.kept).zip(multipliers) {
         let carries = rational_from_f64(*multiplier).unwrap_or(Rational::ZERO);
         let (mut row, mut offset) = (Vec::new(), Rational::ZERO);

@@ -32,6 +32,7 @@ mod play;
 mod prescribed;
 mod random;
 mod redundant;
+mod relations;
 mod ripple;
 mod signals;
 mod simulation;

@@ -484,7 +484,7 @@ impl Reader<'_> {
     /// What is no quantity, as an expression; if it is none either, why. Without names it is a value at once.
     fn expression(&self, error: UnitError, quoted: bool, text: &str) -> Result<Scalar, UnitError> {
         // A number with a unit where none may be is no expression either.
-        if !quoted || error.code == "number::not-finite" || parse_quantity(text).is_ok() {
+        if !quoted || ["number::not-finite", "number::unclear"].contains(&error.code) || parse_quantity(text).is_ok() {
             return Err(error);
         }
         // What has no sign of an expression is a quantity with a mistake.
