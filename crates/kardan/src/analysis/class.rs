@@ -301,6 +301,7 @@ fn massless(equations: &Equations) -> Vec<(String, String)> {
                 Domain::Rotation => "it has no inertia of its own",
                 Domain::Translation => "it has no mass of its own",
                 Domain::Charge => "it has no inductance of its own",
+                Domain::Number => "it has no rate of its own",
             };
             let mut out: Vec<_> =
                 without.map(|shaft| (equations.coordinates[shaft].clone(), what(shaft).into())).collect();

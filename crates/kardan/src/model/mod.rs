@@ -5,6 +5,7 @@
 mod assignment;
 mod builder;
 mod divisions;
+mod composites;
 mod document;
 mod examples;
 mod functions;

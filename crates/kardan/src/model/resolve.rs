@@ -91,7 +91,13 @@ impl Document {
         let programs = self.programs(&reader, &mut functions, (&mut controls, &idle), &mut out);
         self.check_commanded(&controls, &mut out);
         for instance in &self.elements {
+            // Of an element that has a mistake, that of its parts is the same.
+            let whole = self.whole(&instance.place).filter(|whole| doubtful.contains(&whole.name));
+            let told = out.len();
             let (values, sound) = element_values(instance, (&reader, &mut functions), &mut out);
+            if whole.is_some() {
+                out.truncate(told);
+            }
             if !sound {
                 doubtful.insert(instance.name.clone());
             }

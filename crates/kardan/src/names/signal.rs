@@ -33,9 +33,15 @@ pub enum Quantity {
     Current,
     /// `v`: voltage, or potential against ground, V.
     Voltage,
+    /// `sum`: integral of a state over time, s.
+    Sum,
+    /// `z`: a state of first order, a number.
+    State,
+    /// `rate`: how fast a state changes, 1/s.
+    Change,
 }
 
-const WORDS: [(Quantity, &str); 14] = [
+const WORDS: [(Quantity, &str); 17] = [
     (Quantity::Angle, "phi"),
     (Quantity::Speed, "w"),
     (Quantity::Torque, "tau"),
@@ -51,6 +57,9 @@ const WORDS: [(Quantity, &str); 14] = [
     (Quantity::Charge, "q"),
     (Quantity::Current, "i"),
     (Quantity::Voltage, "v"),
+    (Quantity::Sum, "sum"),
+    (Quantity::State, "z"),
+    (Quantity::Change, "rate"),
 ];
 
 impl Quantity {
@@ -71,6 +80,7 @@ impl Quantity {
             Self::Angle => Self::Speed,
             Self::Position => Self::Velocity,
             Self::Charge => Self::Current,
+            Self::Sum => Self::State,
             other => other,
         }
     }
@@ -86,6 +96,9 @@ impl Quantity {
             Self::Charge => "C",
             Self::Current => "A",
             Self::Voltage => "V",
+            Self::Sum => "s",
+            Self::State => "1",
+            Self::Change => "1/s",
             _ => "N m",
         }
     }
@@ -139,12 +152,12 @@ impl<'a> SignalName<'a> {
 
     /// Whether it is where something is: an angle, a position, a charge.
     pub fn is_position(self) -> bool {
-        matches!(self.quantity(), Some(Quantity::Angle | Quantity::Position | Quantity::Charge))
+        matches!(self.quantity(), Some(Quantity::Angle | Quantity::Position | Quantity::Charge | Quantity::Sum))
     }
 
     /// Whether it is how fast something moves, of a coordinate or a sensor of its motion: a speed, a velocity, a current.
     pub fn is_rate(self) -> bool {
-        matches!(self.quantity(), Some(Quantity::Speed | Quantity::Velocity | Quantity::Current))
+        matches!(self.quantity(), Some(Quantity::Speed | Quantity::Velocity | Quantity::Current | Quantity::State))
     }
 
     /// The SI unit of its quantity; N m where that is not known, as of references without a dot.

@@ -148,6 +148,9 @@ impl Quantity {
             Self::Charge => Physical::Charge,
             Self::Current => Physical::Current,
             Self::Voltage => Physical::Voltage,
+            Self::Sum => Physical::Other("s"),
+            Self::State => Physical::Other(""),
+            Self::Change => Physical::Other("1/s"),
             Self::Torque | Self::Command | Self::Ripple | Self::Friction | Self::Disturbance | Self::Excess => {
                 Physical::Torque
             }

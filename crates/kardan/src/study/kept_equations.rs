@@ -77,6 +77,7 @@ pub(super) fn kept_lines(
         let effort = match equations.domain_of_kept(kept) {
             Domain::Rotation => 3,
             Domain::Charge => 6,
+            Domain::Number => 5,
             Domain::Translation => 7,
         };
         let multiplier = mark(&kept.element, effort);

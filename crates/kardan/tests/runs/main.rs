@@ -38,4 +38,5 @@ mod simulation;
 mod start;
 mod stiff;
 mod taylor;
+mod vehicle;
 mod written;

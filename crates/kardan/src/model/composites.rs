@@ -1,0 +1,57 @@
+//! Elements that are put together of others: their tables become those of their parts, before anything is read.
+
+use std::borrow::Cow;
+
+use super::document::{Document, Instance};
+use crate::element;
+use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
+
+/// The entries with the parts of such elements beside them. A part stands where the header of its element does.
+pub(super) fn with_parts(entries: &Entries) -> Cow<'_, Entries> {
+    let mut out = Cow::Borrowed(entries);
+    for kind in element::COMPOSITES {
+        for found in entries.table(kind.keyword).into_iter().flat_map(Entries::iter) {
+            let Written::Table(given) = &found.entry.value else { continue };
+            let is_mass = |name: &str| entries.table("mass").is_some_and(|masses| masses.get(name).is_some());
+            let bodies = kind.fields.iter().filter(|field| field.kind == crate::schema::Kind::Body);
+            let by_mass = bodies
+                .filter_map(|field| given.get(field.name))
+                .any(|body| matches!(body, Written::Text(name) if is_mass(name)));
+            let Some(parts) = element::parts(kind.keyword, &found.key, given, by_mass) else { continue };
+            for group in parts.iter() {
+                let Written::Table(tables) = &group.entry.value else { continue };
+                let table = out.to_mut().table_mut(&group.key);
+                tables.iter().for_each(|part| table.push(placed(part, &found.place)));
+            }
+        }
+    }
+    out
+}
+
+/// An entry, and all within it, at a place.
+fn placed(entry: &KeyedEntry, place: &Place) -> KeyedEntry {
+    KeyedEntry { key: entry.key.clone(), place: place.clone(), entry: placed_value(&entry.entry, place) }
+}
+
+fn placed_value(entry: &Entry, place: &Place) -> Entry {
+    let value = match &entry.value {
+        Written::Table(table) => {
+            let mut out = Entries::default();
+            table.iter().for_each(|entry| out.push(placed(entry, place)));
+            Written::Table(out)
+        }
+        Written::List(list) => Written::List(list.iter().map(|entry| placed_value(entry, place)).collect()),
+        other => other.clone(),
+    };
+    Entry { value, place: place.clone() }
+}
+
+impl Document {
+    /// The element that a table is a part of.
+    pub(super) fn whole(&self, part: &Place) -> Option<&Instance> {
+        let is_composite = |instance: &&Instance| {
+            element::COMPOSITES.iter().any(|kind| kind.keyword == instance.kind.keyword) && instance.place == *part
+        };
+        self.elements.iter().find(is_composite)
+    }
+}
