@@ -336,8 +336,7 @@ impl Car<'_> {
             (true, true) => {
                 // Of the point where the king-pins' axis meets the road.
                 let across = format!("({v} + ({a} + {trail}) * {r})");
-                let lateral =
-                    format!("({across} * cos({delta}) - {u} * sin({delta}) - {trail} * ({r} + {turn}))");
+                let lateral = format!("({across} * cos({delta}) - {u} * sin({delta}) - {trail} * ({r} + {turn}))");
                 [lateral, format!("({u} * cos({delta}) + {across} * sin({delta}))")]
             }
         }

@@ -1,8 +1,10 @@
 //! Elements that are put together of others: their tables become those of their parts, before anything is read.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 
 use super::document::{Document, Instance};
+use crate::diagnostics::Diagnostic;
 use crate::element;
 use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
 
@@ -47,11 +49,15 @@ fn placed_value(entry: &Entry, place: &Place) -> Entry {
 }
 
 impl Document {
-    /// The element that a table is a part of.
-    pub(super) fn whole(&self, part: &Place) -> Option<&Instance> {
-        let is_composite = |instance: &&Instance| {
-            element::COMPOSITES.iter().any(|kind| kind.keyword == instance.kind.keyword) && instance.place == *part
-        };
-        self.elements.iter().find(is_composite)
+    /// Takes out what is told of the parts of an element that has a mistake itself: it is the same mistake.
+    pub(super) fn leave_parts_out(&self, doubtful: &BTreeSet<String>, out: &mut Vec<Diagnostic>) {
+        let is_composite = |one: &&Instance| element::COMPOSITES.iter().any(|kind| kind.keyword == one.kind.keyword);
+        let wholes = self.elements.iter().filter(is_composite).filter(|whole| doubtful.contains(&whole.name));
+        for Instance { kind, name, place, .. } in wholes {
+            let own = format!("{} `{name}`", kind.keyword);
+            out.retain(|told| {
+                told.labels.first().is_none_or(|label| label.place != *place) || told.message.contains(&own)
+            });
+        }
     }
 }

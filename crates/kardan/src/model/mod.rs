@@ -4,8 +4,8 @@
 
 mod assignment;
 mod builder;
-mod divisions;
 mod composites;
+mod divisions;
 mod document;
 mod examples;
 mod functions;

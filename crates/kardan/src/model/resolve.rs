@@ -91,13 +91,7 @@ impl Document {
         let programs = self.programs(&reader, &mut functions, (&mut controls, &idle), &mut out);
         self.check_commanded(&controls, &mut out);
         for instance in &self.elements {
-            // Of an element that has a mistake, that of its parts is the same.
-            let whole = self.whole(&instance.place).filter(|whole| doubtful.contains(&whole.name));
-            let told = out.len();
             let (values, sound) = element_values(instance, (&reader, &mut functions), &mut out);
-            if whole.is_some() {
-                out.truncate(told);
-            }
             if !sound {
                 doubtful.insert(instance.name.clone());
             }
@@ -117,6 +111,7 @@ impl Document {
                 values: described,
             });
         }
+        self.leave_parts_out(&doubtful, &mut out);
         functions.check_tables(&mut out);
         elements.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
         mechanism.parts.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));

@@ -1,7 +1,6 @@
 //! A car on a road: against closed forms and against CommonRoad's vehicle models.
 
-use kardan::analysis::Complex;
-use kardan::results::Run;
+use kardan::results::{Complex, Run};
 use kardan::simulate::Method;
 use kardan::study::{AnalyzeSettings, Project, Silent};
 
@@ -102,7 +101,7 @@ fn a_steady_circle_has_the_understeer_gradient_of_its_closed_form() {
         close(last(&run, "car.a_y"), u * r, 1e-9, "lateral acceleration");
         close(last(&run, "car.v_rr"), u + 0.75 * r, 1e-12, "speed of a wheel");
         let force = m * u * r * b / whole;
-        close(last(&run, "car_steering.tau"), force * (trails[0] + trails[1]), 1e-7, "aligning torque");
+        close(last(&run, "car_steering.tau"), -force * (trails[0] + trails[1]), 1e-7, "aligning torque");
         let v = last(&run, "car.v_y");
         let [heading, x, y] = ["heading", "x", "y"].map(|name| signal(&run, &format!("car.{name}")));
         let n = heading.len() - 1;
@@ -122,9 +121,9 @@ fn eigenvalues(speed: &str, keys: &str) -> Vec<Complex> {
          [vehicle.car]\nsteers = \"hand\"\nsteering_ratio = 1\n{numbers}speed = \"{speed}\"\n{keys}\n"
     );
     let project = Project::open(&source);
-    let analysis = project.analyze(&AnalyzeSettings::default(), &Silent).unwrap_or_else(|mistakes| {
-        panic!("{}\n---\n{source}", kardan::diagnostics::plain(&source, &mistakes))
-    });
+    let analysis = project
+        .analyze(&AnalyzeSettings::default(), &Silent)
+        .unwrap_or_else(|mistakes| panic!("{}\n---\n{source}", kardan::diagnostics::plain(&source, &mistakes)));
     analysis.modes.iter().map(|mode| mode.eigenvalue).collect()
 }
 
@@ -162,7 +161,7 @@ fn parking_takes_the_bore_torque() {
             true => most * (1.0 - (-4000.0 * angle / most).exp()),
             false => -most + (turned + most) * (-4000.0 * (0.3 - angle) / most).exp(),
         };
-        close(signal(&run, "car_steering.tau")[k], exact, 1e-7, &format!("torque at {t}"));
+        close(signal(&run, "car_steering.tau")[k], -exact, 1e-7, &format!("torque at {t}"));
     }
     assert!(run.energy.left_out().is_some_and(|part| part < 1e-7), "{:?}", run.energy);
 }
