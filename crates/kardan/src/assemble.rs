@@ -250,10 +250,9 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
                 next.laws.push(Along { element, row: row(along), value: Arc::clone(law) });
             }
             Term::Output(sensor) => next.sensors.push((element, sensor.clone())),
-            Term::Charge { name } | Term::Position { name } | Term::State { name } => {
+            Term::Charge { name } | Term::Position { name } | Term::State { name } | Term::Angle { name } => {
                 next.domains[number(name)] = term.domain()
             }
-            Term::Angle { .. } => {}
             Term::Measure(domain) => drop(next.measures.insert(element, *domain)),
             Term::Kept(law) => next.kept.push(KeptRow { element, law: law.renamed(|name| number(name)) }),
             Term::Moving(function) => drop(next.moving.insert(element, Arc::clone(function))),

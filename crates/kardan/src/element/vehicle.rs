@@ -1,4 +1,3 @@
-use super::rack_and_pinion::RackPoint;
 use super::shared::spline::check_points;
 use super::shared::straight::check_moves;
 use super::{Element, Mistake, Values};
@@ -31,7 +30,7 @@ keys! {
             steering_arm: Quantity(Dimension::LENGTH, Sign::NonZero),
                 "Travel of the rack for a radian at the wheels (\"140 mm\"); needed where a mass steers, or `curve`.";
             steering_ratio: Number(Sign::NonZero), "Angle of the shaft for that of the wheels; needed where a shaft steers.";
-            curve: Tables(RackPoint), "Positions of the rack by angles of the wheels, in place of `steering_arm`: a smooth curve through them.";
+            curve: Tables(WheelPoint), "Positions of the rack by angles of the wheels, in place of `steering_arm`: a smooth curve through them.";
             tyre: Choice(&["linear", "magic_formula"]) = "linear",
                 "How the side force follows from the slip angle. `linear` goes with small angles of the wheels, its force has no limit; \
                  `magic_formula` is mu Fz sin(C atan(B a - E (B a - atan(B a)))), with B such that the slope is the stiffness, and exact angles.";
@@ -63,6 +62,18 @@ keys! {
     }
 }
 
+keys! {
+    /// A point of the curve of a steering gear.
+    table WheelPoint {
+        required {
+            angle: Quantity(Dimension::ANGLE, Sign::Any), "Angle of the front wheels.";
+            position: Quantity(Dimension::LENGTH, Sign::Any), "Position of the rack there.";
+        }
+        optional {
+        }
+    }
+}
+
 /// A car on two wheels.
 pub const VEHICLE: Element = Element {
     keyword: Vehicle::KEYWORD,
@@ -75,13 +86,12 @@ pub const VEHICLE: Element = Element {
            '-----(+)----'                  |  steering_arm, steering_ratio, curve
                   |   rear_axle          [steers]
                  (||)  rear wheels",
-    signs: "ISO 8855: x forward, y to the left, yaw and wheels positive to the left, forces of tyres on the car positive to the left. It is put together of \
-            elements that have names of their own, which others may name: the mass `<name>_lateral` (its velocity `.v` is the lateral one), the shafts \
-            `<name>_yaw` (heading `.phi`, yaw rate `.w`) and `<name>_wheel` (angle of the front wheels), the gear `<name>_steering` with the force on what \
-            steers, the torques `<name>_front` and `<name>_rear` of the tyres, and states `<name>_front`, `<name>_rear` (tangent of the slip angle) and \
-            `<name>_bore` (twist). Blocks and programs read `<name>.yaw_rate`, `.heading`, `.v_y`, `.a_y`, `.x`, `.y`, and with `track` the speeds of the wheels \
-            `.v_fl`, `.v_fr`, `.v_rl`, `.v_rr`.",
-    symbol: Symbol::Relation,
+    signs: "ISO 8855: x forward, y to the left, yaw and wheels positive to the left, forces on the car positive to the left. Its parts are elements that \
+            others may name: the mass `<name>_lateral` (`.v`: lateral velocity), the shafts `<name>_yaw` (`.phi`: heading, `.w`: yaw rate) and `<name>_wheel` \
+            (angle of the front wheels), the gear `<name>_steering` with the force on what steers, the torques `<name>_side` and `<name>_side_rear` of \
+            the tyres, states `<name>_front`, `<name>_rear` (tangent of the slip angle) and `<name>_bore` (twist). Blocks and programs read \
+            `<name>.yaw_rate`, `.heading`, `.v_y`, `.a_y`, `.x`, `.y`, and with `track` the speeds of the wheels `.v_fl`, `.v_fr`, `.v_rl`, `.v_rr`.",
+    symbol: Symbol::Vehicle,
     fields: Vehicle::FIELDS,
     example: "\
 [vehicle.car]

@@ -7,6 +7,7 @@ use super::document::{Document, Instance};
 use crate::diagnostics::Diagnostic;
 use crate::element;
 use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
+use crate::results::{Mechanism, Terminal};
 
 /// The entries with the parts of such elements beside them. A part stands where the header of its element does.
 pub(super) fn with_parts(entries: &Entries) -> Cow<'_, Entries> {
@@ -49,6 +50,25 @@ fn placed_value(entry: &Entry, place: &Place) -> Entry {
 }
 
 impl Document {
+    /// Whether an element is a part of another one.
+    fn is_part(&self, name: &str) -> bool {
+        let is_composite = |one: &Instance| element::COMPOSITES.iter().any(|kind| kind.keyword == one.kind.keyword);
+        let found = self.elements.iter().find(|one| one.name == name && !is_composite(one));
+        found.is_some_and(|part| self.elements.iter().any(|one| is_composite(one) && one.place == part.place))
+    }
+
+    /// Leaves the parts of an element out of the drawing, which shows that, unless others name them.
+    pub(super) fn fold_parts(&self, mechanism: &mut Mechanism) {
+        let (parts, others): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut mechanism.parts).into_iter().partition(|part| self.is_part(&part.name));
+        let named = |end: &Terminal| parts.iter().any(|part| part.name == end.name);
+        let shown = others.iter().flat_map(|part| &part.terminals).any(named);
+        mechanism.parts = others;
+        if shown {
+            mechanism.parts.extend(parts);
+        }
+    }
+
     /// Takes out what is told of the parts of an element that has a mistake itself: it is the same mistake.
     pub(super) fn leave_parts_out(&self, doubtful: &BTreeSet<String>, out: &mut Vec<Diagnostic>) {
         let is_composite = |one: &&Instance| element::COMPOSITES.iter().any(|kind| kind.keyword == one.kind.keyword);
