@@ -194,3 +194,26 @@ fn the_page_runs() {
     assert!(last(&run, "car.x") > 100.0);
     assert!(signal(&run, "car_steering.f").iter().any(|force| force.abs() > 100.0));
 }
+
+/// A curve through points on a line is an arm: the same way, and the same force on the rack.
+#[test]
+fn a_straight_curve_is_an_arm() {
+    let by = |steering: &str| {
+        let keys = plain("20 m/s")
+            + "\nrelaxation_length = \"0.5 m\"\ncaster_trail = \"25 mm\"\nwheel_inertia = \"2 kg m^2\"\n";
+        let source = format!(
+            "[mass.rack]\nmass = \"3 kg\"\ndamping = \"800 N s/m\"\n[motor.push]\nmass = \"rack\"\n[vehicle.car]\nsteers = \"rack\"\n{steering}\n{keys}\
+             [scenario]\nduration = \"2 s\"\nsignals = {{ \"push.f\" = \"300 N * sin(pi * t / 1 s)\" }}\n"
+        );
+        by(&source, 1e-11)
+    };
+    let arm = by("steering_arm = \"140 mm\"");
+    let point = |angle: f64| format!("{{ angle = \"{angle} rad\", position = \"{} mm\" }}", 140.0 * angle);
+    let curve = by(&format!("curve = [{}, {}, {}]", point(-0.5), point(0.25), point(0.5)));
+    assert!(last(&arm, "car.y").abs() > 0.1);
+    for name in ["rack.s", "car.y", "car.heading", "car_steering.f"] {
+        for (one, other) in signal(&arm, name).iter().zip(signal(&curve, name)) {
+            close(*one, *other, 1e-6, name);
+        }
+    }
+}
