@@ -202,8 +202,7 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
     sorted.sort_by(|a, b| a.element.cmp(&b.element));
     let mut next = Equations { domains: vec![Domain::Rotation; out.coordinates.len()], ..Equations::default() };
     let mut balances: BTreeMap<String, BTreeMap<usize, Rational>> = BTreeMap::new();
-    for NamedTerm { element, term } in sorted {
-        let element = element.clone();
+    for (element, term) in sorted.into_iter().map(|named| (named.element.clone(), &named.term)) {
         match term {
             Term::Inertia { along, inertia: value } => {
                 next.inertias.push(Along { element, row: row(along), value: value.clone() });

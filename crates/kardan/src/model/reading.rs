@@ -285,8 +285,6 @@ fn read_elements(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
             refuse_tolerances(&mut table, &what, "declare a parameter with it, and write its name here", out);
             if out.len() > before {
                 document.doubts.names.insert(node.name.to_string());
-                // Its parts may be missing.
-                document.doubts.all |= element::COMPOSITES.iter().any(|composite| composite.keyword == kind.keyword);
             }
             document.implicit.extend(implicit);
             document.elements.push(Instance {
