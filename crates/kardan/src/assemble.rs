@@ -214,8 +214,7 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
     sorted.sort_by(|a, b| a.element.cmp(&b.element));
     let mut next = Equations { domains: vec![Domain::Rotation; out.coordinates.len()], ..Equations::default() };
     let mut balances: BTreeMap<String, BTreeMap<usize, Rational>> = BTreeMap::new();
-    for NamedTerm { element, term } in sorted {
-        let element = element.clone();
+    for (element, term) in sorted.into_iter().map(|named| (named.element.clone(), &named.term)) {
         match term {
             Term::Inertia { along, inertia: value } => {
                 next.inertias.push(Along { element, row: row(along), value: value.clone() });
@@ -262,8 +261,9 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
                 next.laws.push(Along { element, row: row(along), value: Arc::clone(law) });
             }
             Term::Output(sensor) => next.sensors.push((element, sensor.clone())),
-            Term::Charge { name } | Term::Position { name } => next.domains[number(name)] = term.domain(),
-            Term::Angle { .. } => {}
+            Term::Charge { name } | Term::Position { name } | Term::State { name } | Term::Angle { name } => {
+                next.domains[number(name)] = term.domain()
+            }
             Term::Measure(domain) => drop(next.measures.insert(element, *domain)),
             Term::Kept(law) => next.kept.push(KeptRow { element, law: law.renamed(|name| number(name)) }),
             Term::Moving(function) => drop(next.moving.insert(element, Arc::clone(function))),

@@ -23,6 +23,8 @@ pub enum Domain {
     Translation,
     /// The charge that has gone through a branch of a circuit, C.
     Charge,
+    /// The integral of a number over time, s: the number itself, a state of first order, is its rate. Its inertia is one.
+    Number,
 }
 
 impl Domain {
@@ -32,6 +34,7 @@ impl Domain {
             Self::Rotation => [Quantity::Angle, Quantity::Speed],
             Self::Translation => [Quantity::Position, Quantity::Velocity],
             Self::Charge => [Quantity::Charge, Quantity::Current],
+            Self::Number => [Quantity::Sum, Quantity::State],
         }
     }
 
@@ -41,6 +44,7 @@ impl Domain {
             Self::Rotation => [Dimension::ANGLE, Dimension::ANGULAR_VELOCITY],
             Self::Translation => [Dimension::LENGTH, Dimension::VELOCITY],
             Self::Charge => [Dimension::CHARGE, Dimension::CURRENT],
+            Self::Number => [Dimension::TIME, Dimension::NONE],
         }
     }
 
@@ -50,6 +54,7 @@ impl Domain {
             Self::Rotation => Quantity::Torque,
             Self::Translation => Quantity::Force,
             Self::Charge => Quantity::Voltage,
+            Self::Number => Quantity::Change,
         }
     }
 
@@ -59,6 +64,7 @@ impl Domain {
             Self::Rotation => "torque",
             Self::Translation => "force",
             Self::Charge => "voltage",
+            Self::Number => "rate",
         }
     }
 
@@ -68,6 +74,7 @@ impl Domain {
             Self::Rotation => ["kg m^2", "N m s/rad", "N m/rad"],
             Self::Translation => ["kg", "N s/m", "N/m"],
             Self::Charge => ["H", "Ohm", "1/F"],
+            Self::Number => ["1", "1/s", "1/s^2"],
         }
     }
 
@@ -77,7 +84,13 @@ impl Domain {
             Self::Rotation => "shaft",
             Self::Translation => "mass",
             Self::Charge => "branch",
+            Self::Number => "state",
         }
+    }
+
+    /// Whether nothing but rates matters of it: where it stands only counts.
+    pub fn counts(self) -> bool {
+        matches!(self, Self::Charge | Self::Number)
     }
 }
 
@@ -540,6 +553,11 @@ pub enum Term {
         /// Its name.
         name: String,
     },
+    /// Declares a coordinate whose rate is a state of first order.
+    State {
+        /// Its name.
+        name: String,
+    },
     /// The directions of this element are such quantities, whatever they act on: a row over shafts and masses is a length.
     Measure(Domain),
     /// Declares a coordinate that is a charge.
@@ -575,6 +593,7 @@ impl Term {
             | Self::Output(_)
             | Self::Angle { .. }
             | Self::Position { .. }
+            | Self::State { .. }
             | Self::Measure(_)
             | Self::Moving(_)
             | Self::Kept(_)
@@ -587,6 +606,7 @@ impl Term {
         match self {
             Self::Charge { .. } => Domain::Charge,
             Self::Position { .. } => Domain::Translation,
+            Self::State { .. } => Domain::Number,
             _ => Domain::Rotation,
         }
     }

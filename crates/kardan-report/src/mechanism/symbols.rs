@@ -63,6 +63,9 @@ pub(super) fn earth() -> Drawn {
     Drawn { svg: thin("M-9 0H9M-6 4H6M-3 8H3"), half: 9.0, up: 0.0, down: 9.0 }
 }
 
+/// A car from its side, its line comes from the left.
+const CAR: &str = "M-17 0H-13M-13 3V-2L-7 -3L-4 -9H6L10 -3L16 -2V3H13M7 3H-4M-10 3H-13M-10 3a3 3 0 1 0 6 0a3 3 0 1 0 -6 0M7 3a3 3 0 1 0 6 0a3 3 0 1 0 -6 0";
+
 /// What hangs on a shaft: small, its line comes from the left.
 pub(super) fn hung(part: &MechanismPart) -> Drawn {
     match part.symbol {
@@ -86,6 +89,7 @@ pub(super) fn hung(part: &MechanismPart) -> Drawn {
         Symbol::Clutch => Drawn::new(thin("M-14 0H-3M-3 -8V8M2 -8V8M2 0H8") + &wall(8.0), 14.0, 10.0),
         Symbol::Stop => Drawn::new(thin("M-14 0H-2M-2 -4V4M4 -8V8M4 0H8") + &wall(8.0), 14.0, 10.0),
         Symbol::Relation => Drawn::new(thin("M-14 0H3") + &wall(3.0), 14.0, 10.0),
+        Symbol::Vehicle => Drawn::new(thin(CAR), 17.0, 10.0),
         _ => {
             let has = |law: &str| part.laws.iter().any(|own| own == law);
             let body = if has("stiffness") {

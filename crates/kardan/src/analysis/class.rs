@@ -272,9 +272,15 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
     equations.kept.iter().enumerate().map(one).collect()
 }
 
+/// Of a longer law the beginning is told.
+const MOST_OF_LAW: usize = 160;
+
 /// What a law of torque is.
 fn law_in_words(law: &Formula) -> String {
-    let text = law.expression.text();
+    let text: String = match law.expression.text() {
+        long if long.chars().count() > MOST_OF_LAW => long.chars().take(MOST_OF_LAW).chain(" ...".chars()).collect(),
+        text => text.into(),
+    };
     let of_time = if law.is_of_time() { ", and depends on the time" } else { "" };
     format!(
         "its torque {text} is a law of its own{of_time}: the analysis is about small motions around the operating point"
@@ -317,6 +323,7 @@ fn massless(equations: &Equations) -> Vec<(String, String)> {
                 Domain::Rotation => "it has no inertia of its own",
                 Domain::Translation => "it has no mass of its own",
                 Domain::Charge => "it has no inductance of its own",
+                Domain::Number => "it has no rate of its own",
             };
             let mut out: Vec<_> =
                 without.map(|shaft| (equations.coordinates[shaft].clone(), what(shaft).into())).collect();

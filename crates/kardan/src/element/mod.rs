@@ -29,9 +29,11 @@ mod sensor;
 mod shaft;
 mod shared;
 mod spring_damper;
+mod state;
 mod torque;
 mod transformer;
 mod universal_joint;
+mod vehicle;
 mod voltage_source;
 
 pub use brake::Brake;
@@ -62,13 +64,19 @@ pub use shared::kind::{Element, Mistake};
 pub(crate) use shared::mesh::{LOAD, LOSS, SPEED};
 pub use shared::values::{Resolved, Values};
 pub use spring_damper::SpringDamper;
+pub use state::State;
 pub use torque::Torque;
 pub use transformer::Transformer;
 pub use universal_joint::{UniversalJoint, UniversalJointCurve};
+pub use vehicle::Vehicle;
 pub use voltage_source::VoltageSource;
+
+use crate::entries::Entries;
+use vehicle::VEHICLE;
 
 /// All kinds of elements.
 pub const REGISTRY: &[Element] = &[
+    VEHICLE,
     shaft::SHAFT,
     mass::MASS,
     harmonic_drive::HARMONIC_DRIVE,
@@ -89,6 +97,7 @@ pub const REGISTRY: &[Element] = &[
     motor::MOTOR,
     disturbance::DISTURBANCE,
     torque::TORQUE,
+    state::STATE,
     sensor::SENSOR,
     inductor::INDUCTOR,
     resistor::RESISTOR,
@@ -104,3 +113,11 @@ pub const REGISTRY: &[Element] = &[
 pub fn find(keyword: &str) -> Option<&'static Element> {
     REGISTRY.iter().find(|element| element.keyword == keyword)
 }
+
+/// The tables that an element is put together of, where it is none of its own: by its keyword, its name, what is given, and whether that names a mass.
+pub fn parts(keyword: &str, name: &str, given: &Entries, along_masses: bool) -> Option<Entries> {
+    if keyword == VEHICLE.keyword { vehicle::parts(name, given, along_masses) } else { None }
+}
+
+/// The kinds that are put together of others.
+pub const COMPOSITES: [&Element; 1] = [&VEHICLE];

@@ -98,6 +98,7 @@ impl Instance {
         match self.kind.keyword {
             "shaft" => Some(Domain::Rotation),
             "mass" => Some(Domain::Translation),
+            "state" => Some(Domain::Number),
             _ => None,
         }
     }

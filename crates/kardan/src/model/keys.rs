@@ -83,7 +83,7 @@ fn names_in(entries: &Entries, out: &mut BTreeSet<String>) {
 fn names_of(value: &Written, out: &mut BTreeSet<String>) {
     match value {
         Written::Text(text) if text.contains('.') => {
-            if let Ok(read) = Expression::parse(text) {
+            if let Ok(read) = Expression::parse(text).or_else(|_| Expression::parse_law(text)) {
                 out.extend(read.names().into_iter().filter(|name| name.contains('.')).map(str::to_string));
             }
         }

@@ -113,6 +113,7 @@ fn laws_of(term: &Term) -> Vec<&'static str> {
         | Term::Charge { .. }
         | Term::Angle { .. }
         | Term::Position { .. }
+        | Term::State { .. }
         | Term::Measure(_)
         | Term::Moving(_)
         | Term::Kept(_)

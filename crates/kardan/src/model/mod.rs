@@ -4,6 +4,7 @@
 
 mod assignment;
 mod builder;
+mod composites;
 mod divisions;
 mod document;
 mod examples;

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
+use super::composites::with_parts;
 use super::document::{BlockTable, Control, Document, Doubts, Instance, SignalTable};
 use super::examples::example_of;
 use super::keys::named_keys;
@@ -109,6 +110,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     if broken && entries.is_empty() {
         return (document, mistakes);
     }
+    let entries = &*with_parts(entries);
     // Two lists: mistakes that leave the equations in doubt and others. Both begin with what is broken, for `table`.
     let broken = mistakes.len();
     let mut study = mistakes.clone();
@@ -524,7 +526,12 @@ fn named_tables<'t>(
     doubts.names.extend(group.table.iter().filter(|found| !is_table(found)).map(|found| found.key.clone()));
     group.name = if loose.is_some() { "" } else { group.name };
     let nodes = if loose.is_some() { group.children(&mut Vec::new()) } else { group.children(out) };
-    for node in &nodes {
+    let own = |place: &Place| {
+        let is_part = |found: &KeyedEntry| found.place == *place;
+        let of = |kind: &&element::Element| root.table.table(kind.keyword).is_some_and(|all| all.iter().any(is_part));
+        !element::COMPOSITES.iter().any(of) || element::COMPOSITES.iter().any(|kind| kind.keyword == keyword)
+    };
+    for node in nodes.iter().filter(|node| own(&node.name_place)) {
         check_name(node.name, node.name_place.clone(), keyword, out);
     }
     nodes
@@ -622,7 +629,8 @@ mod tests {
             assert_eq!(mistakes, [], "{keyword}");
             // The example of a law may need a sensor.
             let law = synthesis::find(keyword).is_some();
-            assert_eq!(if law { document.controls.len() } else { document.elements.len() }, 1, "{keyword}");
+            let elements = document.elements.iter().filter(|element| element.kind.keyword == keyword).count();
+            assert_eq!(if law { document.controls.len() } else { elements }, 1, "{keyword}");
             seen += 1;
         }
         assert!(seen > 0);

@@ -111,8 +111,10 @@ impl Document {
                 values: described,
             });
         }
+        self.leave_parts_out(&doubtful, &mut out);
         functions.check_tables(&mut out);
         elements.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
+        self.fold_parts(&mut mechanism);
         mechanism.parts.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
         self.check_sensors(&terms, &mut doubtful, &mut out);
         self.check_readings(&terms, &programs, &controls, &mut out);

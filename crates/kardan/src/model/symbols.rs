@@ -7,7 +7,7 @@ use super::functions::Functions;
 use super::resolve::element_values;
 use super::table_reader::TableReader;
 use crate::element::Values;
-use crate::equations::{self, GROUND, InputKind, NamedTerm, Term};
+use crate::equations::{self, Domain, GROUND, InputKind, NamedTerm, Term};
 use crate::schema::{Kind, Scalar, Value};
 use crate::symbolic::{Given, Meaning, TimeFunction};
 use crate::units::{Dimension, Exact, Expression};
@@ -80,6 +80,7 @@ impl Document {
                         let element = match (of_charge, own) {
                             (true, true) => format!("{element}_emf"),
                             (true, false) => format!("{element}_torque"),
+                            (false, true) if instance.body() == Some(Domain::Number) => format!("{element}_rate"),
                             _ => element,
                         };
                         out.laws.push((element.clone(), law.expression.text().to_string()));

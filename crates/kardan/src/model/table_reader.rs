@@ -581,7 +581,7 @@ impl<'a> TableReader<'a> {
         let fits = move |domain| match kind {
             Kind::Shaft => domain == Domain::Rotation,
             Kind::Mass => domain == Domain::Translation,
-            _ => true,
+            _ => domain != Domain::Number,
         };
         let bodies = self.document.elements.iter().filter(move |instance| instance.body().is_some_and(fits));
         bodies.map(|instance| instance.name.as_str())
@@ -631,7 +631,8 @@ impl<'a> TableReader<'a> {
     /// A shaft, a mass or a charge.
     pub(super) fn check_coordinate(&self, name: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
         let charges = self.document.charges();
-        if charges.iter().any(|charge| charge == name) {
+        let is_state = self.body(name) == Some(Domain::Number);
+        if is_state || charges.iter().any(|charge| charge == name) {
             return;
         }
         if charges.is_empty() {

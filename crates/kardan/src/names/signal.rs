@@ -35,9 +35,15 @@ pub enum Quantity {
     Voltage,
     /// `lambda`: the multiplier of a relation in another unit than those of angles and lengths; its unit is that of energy over that one.
     Multiplier,
+    /// `sum`: integral of a state over time, s.
+    Sum,
+    /// `z`: a state of first order, a number.
+    State,
+    /// `rate`: how fast a state changes, 1/s.
+    Change,
 }
 
-const WORDS: [(Quantity, &str); 15] = [
+const WORDS: [(Quantity, &str); 18] = [
     (Quantity::Angle, "phi"),
     (Quantity::Speed, "w"),
     (Quantity::Torque, "tau"),
@@ -54,6 +60,9 @@ const WORDS: [(Quantity, &str); 15] = [
     (Quantity::Current, "i"),
     (Quantity::Voltage, "v"),
     (Quantity::Multiplier, "lambda"),
+    (Quantity::Sum, "sum"),
+    (Quantity::State, "z"),
+    (Quantity::Change, "rate"),
 ];
 
 impl Quantity {
@@ -74,6 +83,7 @@ impl Quantity {
             Self::Angle => Self::Speed,
             Self::Position => Self::Velocity,
             Self::Charge => Self::Current,
+            Self::Sum => Self::State,
             other => other,
         }
     }
@@ -90,6 +100,9 @@ impl Quantity {
             Self::Charge => "C",
             Self::Current => "A",
             Self::Voltage => "V",
+            Self::Sum => "s",
+            Self::State => "1",
+            Self::Change => "1/s",
             _ => "N m",
         }
     }
@@ -143,12 +156,12 @@ impl<'a> SignalName<'a> {
 
     /// Whether it is where something is: an angle, a position, a charge.
     pub fn is_position(self) -> bool {
-        matches!(self.quantity(), Some(Quantity::Angle | Quantity::Position | Quantity::Charge))
+        matches!(self.quantity(), Some(Quantity::Angle | Quantity::Position | Quantity::Charge | Quantity::Sum))
     }
 
     /// Whether it is how fast something moves, of a coordinate or a sensor of its motion: a speed, a velocity, a current.
     pub fn is_rate(self) -> bool {
-        matches!(self.quantity(), Some(Quantity::Speed | Quantity::Velocity | Quantity::Current))
+        matches!(self.quantity(), Some(Quantity::Speed | Quantity::Velocity | Quantity::Current | Quantity::State))
     }
 
     /// The SI unit of its quantity; N m where that is not known, as of references without a dot.

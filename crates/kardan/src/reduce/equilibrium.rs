@@ -5,7 +5,7 @@ use faer::{Mat, linalg::solvers::Qr};
 use kardan_rt::Operator;
 
 use super::{Motion, Reduced};
-use crate::equations::{Domain as Physical, Hold, Kept};
+use crate::equations::{Hold, Kept};
 use crate::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Rationals, Symbol, lower};
 use crate::num::{Matrix, Random, Rational, Scalar, echelon, rational_from_f64, rational_to_f64};
 use crate::units::{Dimension, Exact};
@@ -343,7 +343,7 @@ impl Statics {
 
 /// Directions of charges along which no torque changes, exactly: of a capacitor beside a winding their sum.
 fn counters(reduced: &Reduced, motion: &mut Motion) -> Vec<Vec<(usize, Rational)>> {
-    let is_charge = |k: &usize| reduced.equations.domain(reduced.coordinates[*k]) == Physical::Charge;
+    let is_charge = |k: &usize| reduced.equations.domain(reduced.coordinates[*k]).counts();
     let charges: Vec<usize> = (0..reduced.degrees_of_freedom()).filter(is_charge).collect();
     let passive = motion.passive.clone();
     let mut rows: Vec<Vec<Rational>> = vec![Vec::new(); passive.len()];

@@ -48,6 +48,8 @@ pub enum Symbol {
     Clutch,
     /// Stops on the sides of a way.
     Stop,
+    /// A car on a road.
+    Vehicle,
 }
 
 impl Symbol {

@@ -149,6 +149,9 @@ impl Quantity {
             Self::Current => Physical::Current,
             Self::Voltage => Physical::Voltage,
             Self::Multiplier => Physical::other(""),
+            Self::Sum => Physical::other("s"),
+            Self::State => Physical::other(""),
+            Self::Change => Physical::other("1/s"),
             Self::Torque | Self::Command | Self::Ripple | Self::Friction | Self::Disturbance | Self::Excess => {
                 Physical::Torque
             }

@@ -102,6 +102,7 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
             | Term::Charge { .. }
             | Term::Angle { .. }
             | Term::Position { .. }
+            | Term::State { .. }
             | Term::Measure(_)
             | Term::Moving(_)
             | Term::Balance { .. } => {

@@ -168,6 +168,7 @@ fn lines(
         InputKind::Motor(_) => match variant.reduced.equations.domain_of(input) {
             Domain::Charge => mark(&input.element, 6),
             Domain::Translation => mark(&input.element, 7),
+            Domain::Number => mark(&input.element, 5),
             Domain::Rotation => mark(&input.element, 3),
         },
         InputKind::Disturbance => mark(&input.element, 5),
@@ -353,6 +354,7 @@ pub(super) fn kinds(variant: &PreparedVariant) -> Vec<CoordinateKind> {
         (Domain::Rotation, "shafts", "angles in rad, torques in N m"),
         (Domain::Translation, "masses", "positions in m, forces in N"),
         (Domain::Charge, "charges", "charges in C, voltages in V"),
+        (Domain::Number, "states of first order", "their integrals in s"),
     ];
     let kind = |(domain, plural, units)| {
         let count = domains.iter().filter(|other| **other == domain).count();
@@ -409,6 +411,7 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
         let index = index(name);
         let letter = match domain_of(variant, name) {
             Domain::Charge => " q",
+            Domain::Number => " z",
             Domain::Translation => " s",
             Domain::Rotation => r"\varphi",
         };

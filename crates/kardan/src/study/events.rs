@@ -170,6 +170,7 @@ pub(super) fn not_settable(
         Some(Quantity::Position) => is_kind("mass"),
         Some(Quantity::Velocity) => is_kind("mass") || is_charge,
         Some(Quantity::Charge | Quantity::Current) => is_charge,
+        Some(Quantity::Sum | Quantity::State | Quantity::Change) => is_kind("state"),
         _ => false,
     };
     if follows {

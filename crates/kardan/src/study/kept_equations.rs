@@ -77,6 +77,7 @@ pub(super) fn kept_lines(
         let effort = match equations.domain_of_kept(kept) {
             Some(Domain::Rotation) => 3,
             Some(Domain::Charge) => 6,
+            Some(Domain::Number) => 5,
             Some(Domain::Translation) => 7,
             None => 9,
         };

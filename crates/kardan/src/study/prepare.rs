@@ -174,7 +174,7 @@ fn unreduced(model: &mut Model) -> Reduced {
         Term::Transmission { driven, driving, .. } => known(driven) && known(driving),
         Term::Kept(row) => row.coordinates().into_iter().all(|name| known(&name.into())),
         Term::Output(_) | Term::Charge { .. } | Term::Angle { .. } => true,
-        Term::Position { .. } | Term::Measure(_) | Term::Moving(_) => true,
+        Term::Position { .. } | Term::State { .. } | Term::Measure(_) | Term::Moving(_) => true,
     });
     let constrains = |element: &String| {
         let is_row =

@@ -136,6 +136,7 @@ impl Terms {
                 | Term::Output(_)
                 | Term::Angle { .. }
                 | Term::Position { .. }
+                | Term::State { .. }
                 | Term::Measure(_)
                 | Term::Moving(_)
                 | Term::Charge { .. } => {}

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::{Law, Plant, in_words};
 use crate::analysis::LinearSystem;
-use crate::equations::Domain;
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_from_f64};
 
 /// Directions of charges along which nothing changes: the charge through a source or a motor, or of several the sum that flows past a capacitor. They
@@ -21,7 +20,7 @@ impl Counters {
     /// The directions that these rows over the reduced coordinates do not see; entries behind these do not matter.
     fn unseen<'a>(plant: &Plant, rows: impl Iterator<Item = &'a [Rational]>) -> Self {
         let coordinates = &plant.reduced.coordinates;
-        let is_charge = |k: &usize| plant.reduced.equations.domain(coordinates[*k]) == Domain::Charge;
+        let is_charge = |k: &usize| plant.reduced.equations.domain(coordinates[*k]).counts();
         let charges: Vec<usize> = (0..coordinates.len()).filter(is_charge).collect();
         let rows: Vec<&[Rational]> = if charges.is_empty() { Vec::new() } else { rows.collect() };
         let matrix = Matrix::from_fn(rows.len(), charges.len(), |i, j| rows[i][charges[j]].clone());

@@ -40,4 +40,5 @@ mod start;
 mod stiff;
 mod taylor;
 mod unseen;
+mod vehicle;
 mod written;

@@ -173,6 +173,7 @@ impl<'a> Names<'a> {
         }
         let letter = match self.equations.domain(k) {
             Domain::Charge => " q",
+            Domain::Number => " z",
             Domain::Translation => " s",
             Domain::Rotation => r"\varphi",
         };
@@ -266,6 +267,7 @@ fn effort(domain: Domain, element: &str, form: Form) -> String {
         Domain::Rotation => "tau",
         Domain::Translation => "f",
         Domain::Charge => "u",
+        Domain::Number => "r",
     };
     if form == Form::Latex { with_index(letter, element) } else { domain.effort().of(&word(element)) }
 }

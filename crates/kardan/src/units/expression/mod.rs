@@ -51,7 +51,7 @@ impl Expression {
     /// Reads an expression.
     ///
     /// # Errors
-    /// What is no expression, with its place; unknown units and functions; a text longer than 1024 bytes or with more than 64 parentheses inside
+    /// What is no expression, with its place; unknown units and functions; a text longer than 1024 bytes (16384 of a law) or with more than 64 parentheses inside
     /// each other.
     pub fn parse(text: &str) -> Result<Self, UnitError> {
         Self::read(text, false)

@@ -8,8 +8,9 @@ use super::super::reader::Reader;
 use super::super::{Dimension, Exact, UnitError};
 use super::tree::{Called, Kind, Node};
 
-/// The longest expression, in bytes.
+/// The longest expression, in bytes; of what moves, which elements put together.
 const TEXT_LIMIT: usize = 1024;
+const LAW_LIMIT: usize = 16 * TEXT_LIMIT;
 /// Parentheses inside each other.
 const DEPTH_LIMIT: usize = 64;
 
@@ -48,7 +49,7 @@ pub(super) fn unknown_function(name: &str, span: Range<usize>, tables: &[&str]) 
 
 /// The parts of a text; `of_time`: `t` is the time, and tables may be called.
 pub(super) fn read(text: &str, of_time: bool) -> Result<Node, UnitError> {
-    check_length(text, TEXT_LIMIT)?;
+    check_length(text, if of_time { LAW_LIMIT } else { TEXT_LIMIT })?;
     let mut parser = Parser { reader: Reader { text, at: 0 }, depth: 0, of_time };
     let root = parser.sum()?;
     parser.reader.spaces();

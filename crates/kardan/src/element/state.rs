@@ -1,0 +1,45 @@
+use super::{Element, Values};
+use crate::equations::{Direction, Term};
+use crate::results::Symbol;
+use crate::schema::{ElementKeys, Keys, keys};
+use crate::units::{Dimension, Exact};
+
+keys! {
+    /// A state of first order.
+    element State("state") {
+        required {
+            rate: Formula(Dimension::FREQUENCY),
+                "How fast it changes, an expression of states (`slip.z`), angles and speeds, the time `t`, parameters, signals and tables, in 1/s.";
+        }
+        optional {
+        }
+    }
+}
+
+/// A state of first order.
+pub const STATE: Element = Element {
+    keyword: State::KEYWORD,
+    summary: "A state of first order, a number whose rate an expression gives: a tyre that relaxes, a bristle that bends, a temperature. \
+              Laws of torque name it, `slip.z`.",
+    sketch: r"
+    rate = law(z, phi, w, t)  -->[ integral ]-->  z",
+    signs: "`<name>.z` is the state, `<name>.rate` its rate, `<name>.sum` its integral over time, on which nothing depends. It starts at zero, or as \
+            `initial` of the scenario says.",
+    symbol: Symbol::Relation,
+    fields: State::FIELDS,
+    example: "\
+[state.slip]
+rate = \"(1 m/s - 20 m/s * slip.z) / 0.6 m\"
+",
+    check: |_| Vec::new(),
+    terms,
+};
+
+/// The state is the rate of a coordinate of inertia one, and what changes it a law along that.
+fn terms(name: &str, values: &Values) -> Vec<Term> {
+    let along = || Direction::shaft(name);
+    let one = Exact::one();
+    let own = [Term::State { name: name.to_string() }, Term::Inertia { along: along(), inertia: one }];
+    let law = values.formula("rate").map(|law| Term::Torque { along: along(), law: law.clone() });
+    own.into_iter().chain(law).collect()
+}

@@ -1,0 +1,486 @@
+use super::shared::spline::check_points;
+use super::shared::straight::check_moves;
+use super::{Element, Mistake, Values};
+use crate::entries::{Entries, Written};
+use crate::equations::{Formula, Meaning};
+use crate::num::rational_to_f64;
+use crate::results::Symbol;
+use crate::schema::{ElementKeys, Keys, Sign, keys};
+use crate::units::Dimension;
+
+/// Of a tyre, N/rad.
+const CORNERING: Dimension = Dimension::mechanical(1, 1, -2, -1);
+
+keys! {
+    /// A car on two wheels.
+    element Vehicle("vehicle") {
+        required {
+            mass: Quantity(Dimension::MASS, Sign::Positive), "Mass.";
+            yaw_inertia: Quantity(Dimension::INERTIA, Sign::Positive), "Moment of inertia about the vertical axis.";
+            front_axle: Quantity(Dimension::LENGTH, Sign::Positive), "Distance from the centre of gravity forward to the front axle.";
+            rear_axle: Quantity(Dimension::LENGTH, Sign::Positive), "Distance from the centre of gravity back to the rear axle.";
+            front_stiffness: Quantity(CORNERING, Sign::Positive),
+                "Cornering stiffness of the front axle, both tyres: side force for each angle of slip at none (\"80 kN/rad\").";
+            rear_stiffness: Quantity(CORNERING, Sign::Positive), "The same of the rear axle.";
+            steers: Body, "The rack, a mass, or the shaft that turns the front wheels; it feels what the road does to them.";
+            speed: Formula(Dimension::VELOCITY),
+                "Forward speed, zero or more: a number, or an expression of the time, signals, and velocities that the model has.";
+        }
+        optional {
+            steering_arm: Quantity(Dimension::LENGTH, Sign::NonZero),
+                "Travel of the rack for a radian at the wheels (\"140 mm\"); needed where a mass steers, or `curve`.";
+            steering_ratio: Number(Sign::NonZero), "Angle of the shaft for that of the wheels; needed where a shaft steers.";
+            curve: Tables(WheelPoint), "Positions of the rack by angles of the wheels, in place of `steering_arm`: a smooth curve through them.";
+            tyre: Choice(&["linear", "magic_formula"]) = "linear",
+                "How the side force follows from the slip angle. `linear` goes with small angles of the wheels, its force has no limit; \
+                 `magic_formula` is mu Fz sin(C atan(B a - E (B a - atan(B a)))), with B such that the slope is the stiffness, and exact angles.";
+            shape: Number(Sign::Positive) = "1.3", "C of the Magic Formula.";
+            curvature: Number(Sign::Any) = "0", "E of the Magic Formula, at most one.";
+            mu: Formula(Dimension::NONE),
+                "Friction between tyres and road, above 0, at most 2: a number, a signal, or an expression of the time; needed with `magic_formula` and \
+                 `bore_torque`.";
+            mu_rear: Formula(Dimension::NONE), "The same of the rear axle; left out: `mu`.";
+            relaxation_length: Quantity(Dimension::LENGTH, Sign::Positive),
+                "Way that a tyre rolls until its force has followed to 63 %. With it the car may stand still. Left out: the force follows at once, and \
+                 the speed has to stay above zero.";
+            caster_trail: Quantity(Dimension::LENGTH, Sign::Any) = "0 m",
+                "By how much the front wheels touch the road behind their king-pins' axis.";
+            pneumatic_trail: Quantity(Dimension::LENGTH, Sign::NonNegative) = "0 m",
+                "By how much the side force of the front tyres acts behind the middle of what touches, at small slip; with `magic_formula` it falls \
+                 with the slip angle as cos(atan(B a)).";
+            wheel_inertia: Quantity(Dimension::INERTIA, Sign::NonNegative) = "0 kg m^2", "Inertia of both front wheels about their king-pins.";
+            bore_torque: Quantity(Dimension::TORQUE, Sign::Positive),
+                "Torque at which the front tyres turn on the spot, both of them, at mu = 1; needs `bore_stiffness`. Left out: none.";
+            bore_stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive), "Torque for each radian until then.";
+            centring: Quantity(Dimension::STIFFNESS, Sign::NonNegative),
+                "Torque for each radian at the wheels by which the weight of the car centres them (king-pin inclination). Left out: none.";
+            wind: Formula(Dimension::FORCE), "Side force of the wind, to the left. Left out: none.";
+            wind_arm: Quantity(Dimension::LENGTH, Sign::Any) = "0 m", "By how much it acts in front of the centre of gravity.";
+            cross_slope: Formula(Dimension::NONE), "How much the road rises to the left for each metre. Left out: it is level.";
+            track: Quantity(Dimension::LENGTH, Sign::Positive), "Distance between left and right wheels, for the speeds of the four.";
+        }
+    }
+}
+
+keys! {
+    /// A point of the curve of a steering gear.
+    table WheelPoint {
+        required {
+            angle: Quantity(Dimension::ANGLE, Sign::Any), "Angle of the front wheels.";
+            position: Quantity(Dimension::LENGTH, Sign::Any), "Position of the rack there.";
+        }
+        optional {
+        }
+    }
+}
+
+/// A car on two wheels.
+pub const VEHICLE: Element = Element {
+    keyword: Vehicle::KEYWORD,
+    summary: "A car on a road as a single-track vehicle, from standstill on, with linear tyres or the Magic Formula: it follows what steers it, and pushes \
+              back.",
+    sketch: r"
+                 x (forward)             front wheels, delta >0: to the left
+      y <--.     |      .-----------------(//)
+           |  yaw >0    |   front_axle     |
+           '-----(+)----'                  |  steering_arm, steering_ratio, curve
+                  |   rear_axle          [steers]
+                 (||)  rear wheels",
+    signs: "ISO 8855: x forward, y to the left, yaw and wheels positive to the left, forces on the car positive to the left. Its parts are elements that \
+            others may name: the mass `<name>_lateral` (`.v`: lateral velocity), the shafts `<name>_yaw` (`.phi`: heading, `.w`: yaw rate) and `<name>_wheel` \
+            (angle of the front wheels), the gear `<name>_steering` with the force on what steers, the torques `<name>_side` and `<name>_side_rear` of \
+            the tyres, states `<name>_front`, `<name>_rear` (tangent of the slip angle) and `<name>_bore` (twist). Blocks and programs read \
+            `<name>.yaw_rate`, `.heading`, `.v_y`, `.a_y`, `.x`, `.y`, and with `track` the speeds of the wheels `.v_fl`, `.v_fr`, `.v_rl`, `.v_rr`.",
+    symbol: Symbol::Vehicle,
+    fields: Vehicle::FIELDS,
+    example: "\
+[vehicle.car]
+mass = \"1500 kg\"
+yaw_inertia = \"2500 kg m^2\"
+front_axle = \"1.2 m\"
+rear_axle = \"1.5 m\"
+front_stiffness = \"90 kN/rad\"
+rear_stiffness = \"110 kN/rad\"
+steers = \"column\"
+steering_ratio = 16
+speed = \"30 m/s\"
+relaxation_length = \"0.5 m\"
+caster_trail = \"25 mm\"
+pneumatic_trail = \"35 mm\"
+",
+    check,
+    terms: |_, _| Vec::new(),
+};
+
+/// Friction beyond which a value is a mistake.
+const MOST_FRICTION: f64 = 2.0;
+
+fn check(values: &Values) -> Vec<Mistake> {
+    let mut out = [check_moves(values, &["steers"]), check_steering(values), check_tyres(values)].concat();
+    if let Some((what, least)) = values.formula("speed").and_then(|formula| least(formula))
+        && least < 0.0
+    {
+        let message = format!("{what} is {least} m/s: this car does not drive backwards");
+        out.push(Mistake::new("speed", message, "keep the speed at zero or more, `max(0 m/s, ...)`"));
+    }
+    let stands = |formula: &Formula| formula.number().is_some_and(|speed| rational_to_f64(&speed) == 0.0);
+    if !values.has("relaxation_length") && values.formula("speed").is_some_and(|speed| stands(speed)) {
+        let message = "a tyre whose force follows at once has no slip angle at standstill";
+        out.push(Mistake::new("speed", message, "give the tyres a `relaxation_length`, such as \"0.5 m\""));
+    }
+    out
+}
+
+fn check_steering(values: &Values) -> Vec<Mistake> {
+    let all: &[&'static str] = &["steering_arm", "steering_ratio", "curve"];
+    let ways: Vec<&'static str> = all.iter().copied().filter(|key| values.has(key)).collect();
+    let mass = values.along_masses;
+    let mut out = match ways[..] {
+        [first, second, ..] => {
+            vec![Mistake::new(second, format!("both `{first}` and `{second}` are given"), "keep one of them")]
+        }
+        [] if mass => vec![Mistake::new(
+            "steers",
+            "nothing says how far the rack moves for an angle of the wheels",
+            "add `steering_arm = \"140 mm\"`, or points of a `curve`",
+        )],
+        [] => vec![Mistake::new(
+            "steers",
+            "nothing says how far the shaft turns for an angle of the wheels",
+            "add `steering_ratio = 16`",
+        )],
+        ["steering_ratio"] if mass => vec![Mistake::new(
+            "steering_ratio",
+            "a ratio is between two angles, and a mass steers",
+            "write `steering_arm`, the travel of the rack for a radian at the wheels",
+        )],
+        [key] if !mass && key != "steering_ratio" => {
+            vec![Mistake::new(key, "a shaft steers, which has no travel", "write `steering_ratio`")]
+        }
+        _ => Vec::new(),
+    };
+    if let Some(tables) = values.tables("curve") {
+        let point = |point: &Values| Some((point.number("angle")?, point.number("position")?));
+        let points: Option<Vec<(f64, f64)>> = tables.iter().map(point).collect();
+        out.extend(points.map(|points| check_points("curve", &points)).unwrap_or_default());
+    }
+    out
+}
+
+fn check_tyres(values: &Values) -> Vec<Mistake> {
+    let mut out = Vec::new();
+    let magic = values.word("tyre") == Some("magic_formula");
+    let slides = magic || values.has("bore_torque");
+    if slides && !values.has("mu") {
+        let key = if magic { "tyre" } else { "bore_torque" };
+        let message = "it needs the friction between tyres and road";
+        out.push(Mistake::new(key, message, "add `mu = 1`, or a signal: `mu = \"grip\"`"));
+    }
+    for key in ["mu", "mu_rear"].into_iter().filter(|key| values.has(key)) {
+        if !slides || (key == "mu_rear" && !magic) {
+            let message = "linear tyres know no friction: their force has no limit";
+            out.push(Mistake::new(key, message, "remove it, or write `tyre = \"magic_formula\"`"));
+        }
+        let formula = values.formula(key);
+        if let Some((what, least)) = formula.and_then(|formula| least(formula))
+            && least <= 0.0
+        {
+            let message = format!("{what} is {least}: a friction has to be above zero");
+            out.push(Mistake::new(key, message, "ice has about 0.1, a wet road 0.6, a dry one 1"));
+        }
+        if let Some(most) = formula.and_then(|formula| formula.number()).map(|mu| rational_to_f64(&mu))
+            && most > MOST_FRICTION
+        {
+            let message = format!("a friction of {most} is above {MOST_FRICTION}");
+            out.push(Mistake::new(key, message, "it is the force that a tyre bears at most, over its load"));
+        }
+    }
+    if values.number("curvature").is_some_and(|e| e > 1.0) {
+        let message = "above one the force changes its sign at large slip";
+        out.push(Mistake::new("curvature", message, "E is at most 1, and often below zero"));
+    }
+    let (torque, stiffness) = (values.has("bore_torque"), values.has("bore_stiffness"));
+    if torque != stiffness {
+        let key = if torque { "bore_torque" } else { "bore_stiffness" };
+        out.push(Mistake::new(key, "`bore_torque` and `bore_stiffness` go together", "give both, or none of them"));
+    }
+    if torque && !values.has("relaxation_length") {
+        let message = "tyres that twist on the spot roll that off along their relaxation length";
+        out.push(Mistake::new("bore_torque", message, "give `relaxation_length`, such as \"0.5 m\""));
+    }
+    out
+}
+
+/// What is known of the smallest value of a formula, and of what: a number, or a signal that it is, at its start and at its breakpoints.
+fn least(formula: &Formula) -> Option<(String, f64)> {
+    if let Some(number) = formula.number() {
+        return Some(("it".into(), rational_to_f64(&number)));
+    }
+    let text = formula.expression.text().trim().trim_matches('\'');
+    let (_, Meaning::Signal(function)) = formula.names.iter().find(|(name, _)| name == text)? else { return None };
+    let starts = function.parts().flat_map(|part| part.pieces.starts()).copied();
+    let times = starts.flat_map(|start| [start, start.next_down()]).filter(|time| *time >= 0.0).chain([0.0]);
+    let (time, value) = times.map(|time| (time, function.value(time))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some((format!("the signal `{text}` at {time} s"), value))
+}
+
+/// A car in the making: its name and what is given.
+struct Car<'a> {
+    name: &'a str,
+    given: &'a Entries,
+}
+
+/// The tables that a car is put together of, by the keys of a model file; nothing while it lacks a key that it needs.
+pub(super) fn parts(name: &str, given: &Entries, steered_by_mass: bool) -> Option<Entries> {
+    let needed = Vehicle::FIELDS.iter().filter(|field| field.required);
+    if needed.into_iter().any(|field| given.keyed(field.name).is_none()) {
+        return None;
+    }
+    let car = Car { name, given };
+    let mut out = Entries::default();
+    car.body(&mut out);
+    car.steering(&mut out, steered_by_mass);
+    car.tyres(&mut out);
+    car.outside(&mut out);
+    car.readings(&mut out);
+    Some(out)
+}
+
+/// A name as expressions have it.
+fn quoted(name: String) -> String {
+    if name.contains('-') { format!("'{name}'") } else { name }
+}
+
+impl Car<'_> {
+    fn has(&self, key: &str) -> bool {
+        self.given.keyed(key).is_some()
+    }
+
+    fn magic(&self) -> bool {
+        matches!(self.given.get("tyre"), Some(Written::Text(word)) if word == "magic_formula")
+    }
+
+    /// A number of the car, as others name it.
+    fn own(&self, key: &str) -> String {
+        quoted(format!("{}.{key}", self.name))
+    }
+
+    /// The name of a part.
+    fn part(&self, part: &str) -> String {
+        format!("{}_{part}", self.name)
+    }
+
+    /// A coordinate of a part, or its rate.
+    fn of(&self, part: &str, quantity: &str) -> String {
+        quoted(format!("{}_{part}.{quantity}", self.name))
+    }
+
+    /// An expression that is given.
+    fn formula(&self, key: &str) -> Option<String> {
+        match self.given.get(key)? {
+            Written::Text(text) | Written::Number(text) => Some(format!("({text})")),
+            Written::Quantity(value, dimension) => Some(crate::units::written_quantity(value, *dimension)),
+            _ => None,
+        }
+    }
+
+    fn speed(&self) -> String {
+        self.formula("speed").unwrap_or_else(|| "0 m/s".into())
+    }
+
+    /// Adds the table of a part.
+    fn add(&self, out: &mut Entries, kind: &str, part: &str, keys: &[(&str, String)]) {
+        let mut table = Entries::default();
+        keys.iter().for_each(|(key, text)| table.set(key, Written::Text(text.clone())));
+        out.table_mut(kind).set(&self.part(part), Written::Table(table));
+    }
+
+    /// A force along a direction: coefficients of parts.
+    fn push(&self, out: &mut Entries, part: &str, along: &[(&str, String)], law: String) {
+        let mut coefficients = Entries::default();
+        along.iter().for_each(|(body, text)| coefficients.set(&self.part(body), Written::Text(text.clone())));
+        let mut table = Entries::default();
+        table.set("coefficients", Written::Table(coefficients));
+        table.set("law", Written::Text(law));
+        out.table_mut("torque").set(&self.part(part), Written::Table(table));
+    }
+
+    /// What moves; the lateral velocity turns with the car.
+    fn body(&self, out: &mut Entries) {
+        self.add(out, "mass", "lateral", &[("mass", self.own("mass"))]);
+        self.add(out, "shaft", "yaw", &[("inertia", self.own("yaw_inertia"))]);
+        self.add(out, "shaft", "wheel", &[("inertia", self.own("wheel_inertia"))]);
+        let law = format!("-{} * {} * {}", self.own("mass"), self.speed(), self.of("yaw", "w"));
+        self.push(out, "turning", &[("lateral", "1".into())], law);
+    }
+
+    fn steering(&self, out: &mut Entries, by_mass: bool) {
+        let text = |key: &str| match self.given.get(key) {
+            Some(Written::Text(text)) => text.clone(),
+            _ => String::new(),
+        };
+        let (steers, wheel) = (text("steers"), self.part("wheel"));
+        if !by_mass {
+            let keys = [("shaft_1", steers), ("shaft_2", wheel), ("ratio", self.own("steering_ratio"))];
+            return self.add(out, "gear", "steering", &keys);
+        }
+        let mut keys = vec![("pinion", wheel), ("rack", steers)];
+        if !self.has("curve") {
+            keys.push(("radius", self.own("steering_arm")));
+        }
+        self.add(out, "rack_and_pinion", "steering", &keys);
+        if let Some(points) = self.given.get("curve") {
+            let tables = out.table_mut("rack_and_pinion");
+            tables.table_mut(&self.part("steering")).set("curve", points.clone());
+        }
+    }
+
+    /// Lateral and forward velocity of the wheels of an axle along their own axes.
+    fn slips(&self, front: bool) -> [String; 2] {
+        let [u, v, r] = [self.speed(), self.of("lateral", "v"), self.of("yaw", "w")];
+        let [delta, turn, trail] = [self.of("wheel", "phi"), self.of("wheel", "w"), self.own("caster_trail")];
+        let [a, b] = [self.own("front_axle"), self.own("rear_axle")];
+        match (front, self.magic()) {
+            (false, _) => [format!("({v} - {b} * {r})"), u],
+            (true, false) => [format!("({v} + {a} * {r} - {u} * {delta} - {trail} * {turn})"), u],
+            (true, true) => {
+                // Of the point where the king-pins' axis meets the road.
+                let across = format!("({v} + ({a} + {trail}) * {r})");
+                let lateral = format!("({across} * cos({delta}) - {u} * sin({delta}) - {trail} * ({r} + {turn}))");
+                [lateral, format!("({u} * cos({delta}) + {across} * sin({delta}))")]
+            }
+        }
+    }
+
+    /// The slip angle of an axle, and what makes it by a state.
+    fn slip_angle(&self, axle: &str) -> (String, Option<String>) {
+        let [lateral, forward] = self.slips(axle == "front");
+        let (tangent, rate) = if self.has("relaxation_length") {
+            let z = self.of(axle, "z");
+            let size = if self.magic() { format!("abs({forward})") } else { forward };
+            let rate = format!("({lateral} - {size} * {z}) / {}", self.own("relaxation_length"));
+            (z, Some(rate))
+        } else {
+            (format!("{lateral} / {forward}"), None)
+        };
+        (if self.magic() { format!("atan({tangent})") } else { tangent }, rate)
+    }
+
+    fn friction(&self, axle: &str) -> String {
+        let rear = if axle == "rear" { self.formula("mu_rear") } else { None };
+        rear.or_else(|| self.formula("mu")).unwrap_or_else(|| "1".into())
+    }
+
+    /// The load of an axle, N.
+    fn load(&self, axle: &str) -> String {
+        let [a, b] = [self.own("front_axle"), self.own("rear_axle")];
+        let other = if axle == "front" { &b } else { &a };
+        format!("({} * 9.80665 m/s^2 * {other} / ({a} + {b}))", self.own("mass"))
+    }
+
+    /// The side force of an axle, and B times its slip angle.
+    fn force(&self, axle: &str) -> (String, String) {
+        let (angle, stiffness) = (self.slip_angle(axle).0, self.own(&format!("{axle}_stiffness")));
+        if !self.magic() {
+            return (format!("(-{stiffness} * {angle})"), String::new());
+        }
+        let most = format!("{} * {}", self.friction(axle), self.load(axle));
+        let [c, e] = [self.own("shape"), self.own("curvature")];
+        let ba = format!("({stiffness} * {angle} / ({c} * {most}))");
+        (format!("(-{most} * sin({c} * atan({ba} - {e} * ({ba} - atan({ba})))))"), ba)
+    }
+
+    fn tyres(&self, out: &mut Entries) {
+        for axle in ["front", "rear"] {
+            if let (_, Some(rate)) = self.slip_angle(axle) {
+                self.add(out, "state", axle, &[("rate", rate)]);
+            }
+        }
+        let one = || "1".to_string();
+        let (front, ba) = self.force("front");
+        let [a, trail, pneumatic] = ["front_axle", "caster_trail", "pneumatic_trail"].map(|key| self.own(key));
+        if self.magic() {
+            let delta = self.of("wheel", "phi");
+            let arm = format!("({trail} + {pneumatic} * cos(atan({ba})))");
+            self.push(out, "side", &[("lateral", one())], format!("{front} * cos({delta})"));
+            let yaw = format!("{front} * (({a} + {trail}) * cos({delta}) - {arm})");
+            self.add(out, "torque", "side_yaw", &[("shaft", self.part("yaw")), ("law", yaw)]);
+            let aligning = format!("-{front} * {arm}");
+            self.add(out, "torque", "aligning", &[("shaft", self.part("wheel")), ("law", aligning)]);
+        } else {
+            let along = [
+                ("lateral", one()),
+                ("yaw", format!("{a} - {pneumatic}")),
+                ("wheel", format!("-({trail} + {pneumatic})")),
+            ];
+            self.push(out, "side", &along, front);
+        }
+        let along = [("lateral", one()), ("yaw", format!("-{}", self.own("rear_axle")))];
+        self.push(out, "side_rear", &along, self.force("rear").0);
+        self.bore(out);
+    }
+
+    /// What turning on the spot costs: a bristle that bends, slides at its limit, and is rolled off.
+    fn bore(&self, out: &mut Entries) {
+        if self.has("centring") {
+            let law = format!("-{} * {}", self.own("centring"), self.of("wheel", "phi"));
+            self.add(out, "torque", "centring", &[("shaft", self.part("wheel")), ("law", law)]);
+        }
+        if !self.has("bore_torque") {
+            return;
+        }
+        let (turn, z) = (format!("({} + {})", self.of("yaw", "w"), self.of("wheel", "w")), self.of("bore", "z"));
+        let [stiffness, most] = [self.own("bore_stiffness"), self.own("bore_torque")];
+        let rolled = format!("{} / {} * {z}", self.speed(), self.own("relaxation_length"));
+        let slides = format!("abs({turn}) * {z} * {stiffness} / ({} * {most})", self.friction("front"));
+        self.add(out, "state", "bore", &[("rate", format!("{turn} - {rolled} - {slides}"))]);
+        let both = [("yaw", "1".to_string()), ("wheel", "1".to_string())];
+        self.push(out, "boring", &both, format!("-{stiffness} * {z}"));
+    }
+
+    /// Wind and the road.
+    fn outside(&self, out: &mut Entries) {
+        if let Some(wind) = self.formula("wind") {
+            self.push(out, "wind", &[("lateral", "1".into()), ("yaw", self.own("wind_arm"))], wind);
+        }
+        if let Some(weight) = self.downhill() {
+            self.push(out, "slope", &[("lateral", "1".into())], weight);
+        }
+    }
+
+    /// The weight along a road that falls to a side.
+    fn downhill(&self) -> Option<String> {
+        let slope = self.formula("cross_slope")?;
+        Some(format!("(-{} * 9.80665 m/s^2 * sin(atan({slope})))", self.own("mass")))
+    }
+
+    /// What blocks and programs read of the car.
+    fn readings(&self, out: &mut Entries) {
+        let [u, v, r] = [self.speed(), self.of("lateral", "v"), self.of("yaw", "w")];
+        let [psi, delta] = [self.of("yaw", "phi"), self.of("wheel", "phi")];
+        let mut add = |name: &str, kind: &str, input: String| {
+            let mut table = Entries::default();
+            let gain = (kind == "gain").then(|| ("gain", "1".to_string()));
+            let keys = [("kind", kind.to_string()), ("input", input)].into_iter().chain(gain);
+            keys.for_each(|(key, text)| table.set(key, Written::Text(text)));
+            out.table_mut("block").set(&format!("{}.{name}", self.name), Written::Table(table));
+        };
+        add("yaw_rate", "gain", r.clone());
+        add("heading", "gain", psi.clone());
+        add("v_y", "gain", v.clone());
+        let turned = if self.magic() { format!(" * cos({delta})") } else { String::new() };
+        let more: String = self.formula("wind").into_iter().chain(self.downhill()).map(|x| format!(" + {x}")).collect();
+        let [front, rear] = ["front", "rear"].map(|axle| self.force(axle).0);
+        add("a_y", "gain", format!("({front}{turned} + {rear}{more}) / {}", self.own("mass")));
+        add("x", "integrator", format!("{u} * cos({psi}) - {v} * sin({psi})"));
+        add("y", "integrator", format!("{u} * sin({psi}) + {v} * cos({psi})"));
+        if self.has("track") {
+            let (half, a) = (format!("{} / 2 * {r}", self.own("track")), self.own("front_axle"));
+            for (side, sign) in [("l", "-"), ("r", "+")] {
+                let front = format!("({u} {sign} {half}) * cos({delta}) + ({v} + {a} * {r}) * sin({delta})");
+                add(&format!("v_f{side}"), "gain", front);
+                add(&format!("v_r{side}"), "gain", format!("{u} {sign} {half}"));
+            }
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Elements that are put together of others: their tables become those of their parts, before anything is read.
+
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+
+use super::document::{Document, Instance};
+use crate::diagnostics::Diagnostic;
+use crate::element;
+use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
+use crate::results::{Mechanism, Terminal};
+
+/// The entries with the parts of such elements beside them. A part stands where the header of its element does.
+pub(super) fn with_parts(entries: &Entries) -> Cow<'_, Entries> {
+    let mut out = Cow::Borrowed(entries);
+    for kind in element::COMPOSITES {
+        for found in entries.table(kind.keyword).into_iter().flat_map(Entries::iter) {
+            let Written::Table(given) = &found.entry.value else { continue };
+            let is_mass = |name: &str| entries.table("mass").is_some_and(|masses| masses.get(name).is_some());
+            let bodies = kind.fields.iter().filter(|field| field.kind == crate::schema::Kind::Body);
+            let by_mass = bodies
+                .filter_map(|field| given.get(field.name))
+                .any(|body| matches!(body, Written::Text(name) if is_mass(name)));
+            let Some(parts) = element::parts(kind.keyword, &found.key, given, by_mass) else { continue };
+            for group in parts.iter() {
+                let Written::Table(tables) = &group.entry.value else { continue };
+                let table = out.to_mut().table_mut(&group.key);
+                tables.iter().for_each(|part| table.push(placed(part, &found.place)));
+            }
+        }
+    }
+    out
+}
+
+/// An entry, and all within it, at a place.
+fn placed(entry: &KeyedEntry, place: &Place) -> KeyedEntry {
+    KeyedEntry { key: entry.key.clone(), place: place.clone(), entry: placed_value(&entry.entry, place) }
+}
+
+fn placed_value(entry: &Entry, place: &Place) -> Entry {
+    let value = match &entry.value {
+        Written::Table(table) => {
+            let mut out = Entries::default();
+            table.iter().for_each(|entry| out.push(placed(entry, place)));
+            Written::Table(out)
+        }
+        Written::List(list) => Written::List(list.iter().map(|entry| placed_value(entry, place)).collect()),
+        other => other.clone(),
+    };
+    Entry { value, place: place.clone() }
+}
+
+impl Document {
+    /// Whether an element is a part of another one.
+    fn is_part(&self, name: &str) -> bool {
+        let is_composite = |one: &Instance| element::COMPOSITES.iter().any(|kind| kind.keyword == one.kind.keyword);
+        let found = self.elements.iter().find(|one| one.name == name && !is_composite(one));
+        found.is_some_and(|part| self.elements.iter().any(|one| is_composite(one) && one.place == part.place))
+    }
+
+    /// Leaves the parts of an element out of the drawing, which shows that, unless others name them.
+    pub(super) fn fold_parts(&self, mechanism: &mut Mechanism) {
+        let (parts, others): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut mechanism.parts).into_iter().partition(|part| self.is_part(&part.name));
+        let named = |end: &Terminal| parts.iter().any(|part| part.name == end.name);
+        let shown = others.iter().flat_map(|part| &part.terminals).any(named);
+        mechanism.parts = others;
+        if shown {
+            mechanism.parts.extend(parts);
+        }
+    }
+
+    /// Takes out what is told of the parts of an element that has a mistake itself: it is the same mistake.
+    pub(super) fn leave_parts_out(&self, doubtful: &BTreeSet<String>, out: &mut Vec<Diagnostic>) {
+        let is_composite = |one: &&Instance| element::COMPOSITES.iter().any(|kind| kind.keyword == one.kind.keyword);
+        let wholes = self.elements.iter().filter(is_composite).filter(|whole| doubtful.contains(&whole.name));
+        for Instance { kind, name, place, .. } in wholes {
+            let own = format!("{} `{name}`", kind.keyword);
+            out.retain(|told| {
+                told.labels.first().is_none_or(|label| label.place != *place) || told.message.contains(&own)
+            });
+        }
+    }
+}

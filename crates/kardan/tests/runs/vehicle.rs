@@ -1,0 +1,219 @@
+//! A car on a road: against closed forms and against CommonRoad's vehicle models.
+
+use kardan::results::{Complex, Run};
+use kardan::simulate::Method;
+use kardan::study::{AnalyzeSettings, Project, Silent};
+
+use crate::common::{close, run_by, signal};
+
+/// Wheels at an angle of the time, with more keys of the car and more of the model.
+fn car(angle: &str, keys: &str, more: &str) -> String {
+    format!(
+        "[shaft.hand]\n[prescribed_motion.driver]\nshaft = \"hand\"\nangle = \"{angle}\"\n\
+         [vehicle.car]\nsteers = \"hand\"\nsteering_ratio = 1\n{keys}\n{more}\n"
+    )
+}
+
+/// A car that understeers, at a speed.
+fn plain(speed: &str) -> String {
+    format!(
+        "mass = \"1500 kg\"\nyaw_inertia = \"2500 kg m^2\"\nfront_axle = \"1.2 m\"\nrear_axle = \"1.5 m\"\n\
+         front_stiffness = \"90 kN/rad\"\nrear_stiffness = \"110 kN/rad\"\nspeed = \"{speed}\""
+    )
+}
+
+fn by(source: &str, tolerance: f64) -> Run {
+    run_by(source, Method::Automatic, Some(tolerance))
+}
+
+fn last(run: &Run, name: &str) -> f64 {
+    *signal(run, name).last().expect("a row")
+}
+
+/// Rows of numbers, and their names.
+fn table(text: &str) -> (Vec<&str>, Vec<Vec<f64>>) {
+    let mut lines = text.lines();
+    let names = lines.next().expect("a header").split(',').collect();
+    (names, lines.map(|line| line.split(',').map(|x| x.parse().expect("a number")).collect()).collect())
+}
+
+/// Car 2 of CommonRoad; its tyres' stiffness follows from the loads with g = 9.81 m/s^2.
+fn commonroad(angle: &str, more: &str) -> String {
+    let numbers = "[parameters]\nm = \"1093.2952334674046 kg\"\na = \"1.1561957064 m\"\nb = \"1.4227170936 m\"\n\
+                   front = \"21.92 * m * 9.81 m/s^2 * b / (a + b) / 1 rad\"\nrear = \"21.92 * m * 9.81 m/s^2 * a / (a + b) / 1 rad\"\n";
+    let keys = "mass = \"m\"\nyaw_inertia = \"1791.5995300122856 kg m^2\"\nfront_axle = \"a\"\nrear_axle = \"b\"\n\
+                front_stiffness = \"front\"\nrear_stiffness = \"rear\"\nspeed = \"20 m/s\"\n";
+    let scenario = "[scenario]\nduration = \"4 s\"\noutput_step = \"0.1 s\"\n";
+    numbers.to_string() + &car(angle, &format!("{keys}{more}"), scenario)
+}
+
+/// The linear single-track model of CommonRoad (`st`): lateral velocity over speed, yaw rate and heading.
+#[test]
+fn the_linear_model_of_commonroad() {
+    let run = by(&commonroad("0.05 rad * sin(pi * t / 1 s)", ""), 1e-12);
+    let (names, rows) = table(include_str!("../vehicle/st.csv"));
+    assert_eq!(names, ["t", "heading", "yaw_rate", "beta"]);
+    assert_eq!(rows.len(), run.series.time.len());
+    for (k, row) in rows.iter().enumerate() {
+        close(signal(&run, "car.heading")[k], row[1], 1e-8, "heading");
+        close(signal(&run, "car.yaw_rate")[k], row[2], 1e-8, "yaw rate");
+        close(signal(&run, "car.v_y")[k] / 20.0, row[3], 1e-8, "slip angle of the car");
+    }
+    assert!(rows.iter().any(|row| row[2].abs() > 0.2));
+}
+
+/// The tyre law of its drift model (`std`) without forces along the wheels, far beyond the linear range.
+#[test]
+fn the_tyres_of_commonroads_drift_model() {
+    // Their loads are those of g = 9.81 m/s^2.
+    let tyres = "tyre = \"magic_formula\"\nshape = 1.3507\ncurvature = -0.0074722\nmu = \"1.0489 * 9.81 / 9.80665\"";
+    let run = by(&commonroad("0.12 rad * sin(pi * t / 1 s)", tyres), 1e-12);
+    let (names, rows) = table(include_str!("../vehicle/magic.csv"));
+    assert_eq!(names, ["t", "heading", "yaw_rate", "v_y", "x", "y"]);
+    assert_eq!(rows.len(), run.series.time.len());
+    for (k, row) in rows.iter().enumerate() {
+        for (name, value) in names.iter().zip(row).skip(1) {
+            close(signal(&run, &format!("car.{name}"))[k], *value, 1e-8, name);
+        }
+    }
+    assert!(rows.iter().any(|row| row[2].abs() > 0.6));
+}
+
+/// On a steady circle `r = u δ / (L + K u²)` with `K = m/L (b/C_f − a/C_r)`, the acceleration is u r, the way a circle, and on the wheels acts the front
+/// axle's share of the force times both trails.
+#[test]
+fn a_steady_circle_has_the_understeer_gradient_of_its_closed_form() {
+    let (m, a, b, front, rear, delta) = (1500.0, 1.2, 1.5, 90e3, 110e3, 0.02);
+    for (u, trails) in [(5.0, [0.0, 0.0]), (20.0, [0.0, 0.0]), (40.0, [0.025, 0.0]), (30.0, [0.02, 0.04])] {
+        let keys = format!(
+            "{}\nrelaxation_length = \"0.5 m\"\ncaster_trail = \"{} m\"\npneumatic_trail = \"{} m\"\ntrack = \"1.5 m\"",
+            plain(&format!("{u} m/s")),
+            trails[0],
+            trails[1]
+        );
+        let run = by(&car("0.02 rad", &keys, "[scenario]\nduration = \"30 s\"\n"), 1e-11);
+        let r = last(&run, "car.yaw_rate");
+        // The force of the front tyres acts behind their axle by the pneumatic trail.
+        let (arm, whole) = (a - trails[1], a - trails[1] + b);
+        let gradient = m / whole * (b / front - arm / rear);
+        let exact = u * delta / (a + b + gradient * u * u);
+        close(r, exact, 1e-9, "yaw rate");
+        close(last(&run, "car.a_y"), u * r, 1e-9, "lateral acceleration");
+        close(last(&run, "car.v_rr"), u + 0.75 * r, 1e-12, "speed of a wheel");
+        let force = m * u * r * b / whole;
+        close(last(&run, "car_steering.tau"), -force * (trails[0] + trails[1]), 1e-7, "aligning torque");
+        let v = last(&run, "car.v_y");
+        let [heading, x, y] = ["heading", "x", "y"].map(|name| signal(&run, &format!("car.{name}")));
+        let n = heading.len() - 1;
+        // Rates of a circle between two late rows.
+        let turned = (heading[n] - heading[n - 1]) / 2.0;
+        let chord = (x[n] - x[n - 1]).hypot(y[n] - y[n - 1]);
+        close(chord, 2.0 * (u * u + v * v).sqrt() / r * turned.sin(), 1e-8, "chord");
+    }
+}
+
+/// Eigenvalues of a car whose wheels are held.
+fn eigenvalues(speed: &str, keys: &str) -> Vec<Complex> {
+    let numbers = "mass = \"2000 kg\"\nyaw_inertia = \"3000 kg m^2\"\nfront_axle = \"1.3 m\"\nrear_axle = \"1.2 m\"\n\
+                   front_stiffness = \"80 kN/rad\"\nrear_stiffness = \"80 kN/rad\"\n";
+    let source = format!(
+        "[shaft.hand]\n[constraint.held]\ncoefficients = {{ hand = 1 }}\n\
+         [vehicle.car]\nsteers = \"hand\"\nsteering_ratio = 1\n{numbers}speed = \"{speed}\"\n{keys}\n"
+    );
+    let project = Project::open(&source);
+    let analysis = project
+        .analyze(&AnalyzeSettings::default(), &Silent)
+        .unwrap_or_else(|mistakes| panic!("{}\n---\n{source}", kardan::diagnostics::plain(&source, &mistakes)));
+    analysis.modes.iter().map(|mode| mode.eigenvalue).collect()
+}
+
+/// A car that oversteers is stable below `u² = C_f C_r L² / (m (a C_f − b C_r))`, here 50 m/s, and not above; there it has one more eigenvalue at zero,
+/// exactly. A relaxation length moves others, not this one.
+#[test]
+fn the_critical_speed_is_exact() {
+    for keys in ["", "relaxation_length = \"0.5 m\""] {
+        let zeros = |all: &[Complex]| all.iter().filter(|one| one.re == 0.0 && one.im == 0.0).count();
+        let [below, there, above] = ["49.999999 m/s", "50 m/s", "50.000001 m/s"].map(|speed| eigenvalues(speed, keys));
+        assert_eq!(zeros(&there), zeros(&below) + 1, "{keys} {below:?} {there:?}");
+        assert_eq!(zeros(&below), zeros(&above), "{keys}");
+        assert!(below.iter().all(|one| one.re <= 0.0), "{below:?}");
+        assert!(there.iter().all(|one| one.re <= 0.0), "{there:?}");
+        let grows: Vec<f64> = above.iter().map(|one| one.re).filter(|re| *re > 0.0).collect();
+        assert!(grows.len() == 1 && grows[0] < 1e-5, "{grows:?}");
+    }
+}
+
+/// On the spot the tyres twist, and slide at their limit: `M = μ M₀ (1 − exp(−c δ / (μ M₀)))` on the way out, and on the way back from M₁
+/// `−μ M₀ + (M₁ + μ M₀) exp(−c (δ₁ − δ) / (μ M₀))`.
+#[test]
+fn parking_takes_the_bore_torque() {
+    let keys = format!(
+        "{}\nrelaxation_length = \"0.5 m\"\nbore_torque = \"300 N m\"\nbore_stiffness = \"4000 N m/rad\"\nmu = 0.8",
+        plain("0 m/s")
+    );
+    let still = "[constraint.still]\ncoefficients = { car_yaw = 1 }\n[scenario]\nduration = \"2 s\"\noutput_step = \"0.01 s\"\n";
+    let run = by(&car("0.3 rad * sin(pi * t / 2 s)", &keys, still), 1e-11);
+    let most = 240.0_f64;
+    let turned = most * (1.0 - (-4000.0 * 0.3 / most).exp());
+    for (k, t) in run.series.time.iter().enumerate() {
+        let angle = 0.3 * (std::f64::consts::FRAC_PI_2 * t).sin();
+        let exact = match *t <= 1.0 {
+            true => most * (1.0 - (-4000.0 * angle / most).exp()),
+            false => -most + (turned + most) * (-4000.0 * (0.3 - angle) / most).exp(),
+        };
+        close(signal(&run, "car_steering.tau")[k], -exact, 1e-7, &format!("torque at {t}"));
+    }
+    assert!(run.energy.left_out().is_some_and(|part| part < 1e-7), "{:?}", run.energy);
+}
+
+/// From standstill on, over a road that gets slippery, with wind and a slope: nothing is singular, and the energy balance closes.
+#[test]
+fn a_car_drives_off_from_standstill() {
+    let keys = format!(
+        "{}\nrelaxation_length = \"0.5 m\"\ntyre = \"magic_formula\"\nmu = \"grip\"\ncaster_trail = \"25 mm\"\npneumatic_trail = \"35 mm\"\n\
+         bore_torque = \"300 N m\"\nbore_stiffness = \"4000 N m/rad\"\nwind = \"gust\"\nwind_arm = \"0.3 m\"\ncross_slope = 0.02",
+        plain("pace")
+    );
+    let more = "[signal.pace]\nkind = \"ramp\"\nto = \"20 m/s\"\nstart = \"1 s\"\nover = \"5 s\"\n\
+                [signal.grip]\nkind = \"ramp\"\nfrom = 1\nto = 0.3\nstart = \"6 s\"\nover = \"0.5 s\"\n\
+                [signal.gust]\nkind = \"pulses\"\nhigh = \"500 N\"\nlow = \"0 N\"\nperiod = \"20 s\"\nwidth = \"2 s\"\nstart = \"3 s\"\n\
+                [scenario]\nduration = \"10 s\"\n";
+    let run = by(&car("0.05 rad * sin(pi * t / 2 s)", &keys, more), 1e-10);
+    assert!(run.series.signals.iter().flat_map(|signal| &signal.values).all(|x| x.is_finite()));
+    assert!(run.energy.left_out().is_some_and(|part| part < 1e-7), "{:?}", run.energy);
+    assert!(last(&run, "car.x") > 90.0 && last(&run, "car.yaw_rate").abs() < 2.0);
+}
+
+/// The model of the page on cars runs, and its requirement holds.
+#[test]
+fn the_page_runs() {
+    let page = include_str!("../../../../docs/vehicle.md");
+    let model = page.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a model");
+    let run = run_by(model, Method::Automatic, None);
+    assert!(run.requirements.iter().all(|one| one.passed), "{:?}", run.requirements);
+    assert!(last(&run, "car.x") > 100.0);
+    assert!(signal(&run, "car_steering.f").iter().any(|force| force.abs() > 100.0));
+}
+
+/// A curve through points on a line is an arm: the same way, and the same force on the rack.
+#[test]
+fn a_straight_curve_is_an_arm() {
+    let by = |steering: &str| {
+        let keys = plain("20 m/s")
+            + "\nrelaxation_length = \"0.5 m\"\ncaster_trail = \"25 mm\"\nwheel_inertia = \"2 kg m^2\"\n";
+        let source = format!(
+            "[mass.rack]\nmass = \"3 kg\"\ndamping = \"800 N s/m\"\n[motor.push]\nmass = \"rack\"\n[vehicle.car]\nsteers = \"rack\"\n{steering}\n{keys}\
+             [scenario]\nduration = \"2 s\"\nsignals = {{ \"push.f\" = \"300 N * sin(pi * t / 1 s)\" }}\n"
+        );
+        by(&source, 1e-11)
+    };
+    let arm = by("steering_arm = \"140 mm\"");
+    let point = |angle: f64| format!("{{ angle = \"{angle} rad\", position = \"{} mm\" }}", 140.0 * angle);
+    let curve = by(&format!("curve = [{}, {}, {}]", point(-0.5), point(0.25), point(0.5)));
+    assert!(last(&arm, "car.y").abs() > 0.1);
+    for name in ["rack.s", "car.y", "car.heading", "car_steering.f"] {
+        for (one, other) in signal(&arm, name).iter().zip(signal(&curve, name)) {
+            close(*one, *other, 1e-6, name);
+        }
+    }
+}
