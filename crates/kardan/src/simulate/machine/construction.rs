@@ -8,6 +8,7 @@ use super::bends::Bends;
 use super::expressions::{Found, Parts, Places, extend};
 use super::flow::Flow;
 use super::hold_kinds::Holds;
+use super::kept::WatchedRows;
 use super::meshes::Meshes;
 use super::response::Response;
 use super::sharing::Sharing;
@@ -280,6 +281,7 @@ impl Machine {
             evaluated: 0,
             scratch: vec![0.0; r.max(kept.end)],
             friction_torques: vec![0.0; kept.end],
+            watched: WatchedRows::new(kept.len(), r),
             kept: kept.clone(),
             drives,
             dynamics,

@@ -9,7 +9,98 @@ const MOST: usize = 12;
 /// Units in the last place that are rounding.
 const ROUNDED: f64 = 4.0;
 
+/// Of its size at the ends of a step, what of the smallest pivot of the rows is taken for a loss of their rank.
+const LOST: f64 = 1e-6;
+
+/// The determinant of the kept rows over as many coordinates: those in which it was largest where it was last looked at. It changes its sign where
+/// the rows become dependent along the motion, and where another choice of coordinates would do, which the pivots tell apart.
+#[derive(Debug, Clone)]
+pub(super) struct WatchedRows {
+    /// All coordinates, those of the determinant first.
+    columns: Vec<usize>,
+    matrix: Vec<f64>,
+    /// Its sign; zero while nothing was looked at.
+    sign: f64,
+    /// The smallest pivot.
+    least: f64,
+}
+
+impl WatchedRows {
+    pub(super) fn new(rows: usize, columns: usize) -> Self {
+        Self { columns: (0..columns).collect(), matrix: vec![0.0; rows * columns], sign: 0.0, least: 0.0 }
+    }
+
+    /// The sign of the determinant and the smallest pivot; with `choose` over the coordinates with the largest pivots, else over those chosen.
+    fn eliminate(&mut self, choose: bool) -> (f64, f64) {
+        let r = self.columns.len();
+        let count = self.matrix.len() / r.max(1);
+        let (mut sign, mut least) = (1.0, f64::INFINITY);
+        for k in 0..count {
+            let (mut largest, mut place) = (0.0, (k, k));
+            for i in k..count {
+                for j in k..if choose { r } else { k + 1 } {
+                    let size = self.matrix[i * r + self.columns[j]].abs();
+                    if size > largest {
+                        (largest, place) = (size, (i, j));
+                    }
+                }
+            }
+            least = f64::min(least, largest);
+            if largest == 0.0 {
+                return (0.0, 0.0);
+            }
+            self.columns.swap(k, place.1);
+            if place.0 != k {
+                (0..r).for_each(|j| self.matrix.swap(k * r + j, place.0 * r + j));
+                sign = -sign;
+            }
+            let pivot = self.matrix[k * r + self.columns[k]];
+            sign *= pivot.signum();
+            for i in k + 1..count {
+                let factor = self.matrix[i * r + self.columns[k]] / pivot;
+                for j in 0..r {
+                    self.matrix[i * r + j] -= factor * self.matrix[k * r + j];
+                }
+            }
+        }
+        (sign, least)
+    }
+}
+
 impl Machine {
+    /// Whether kept rows may become dependent along the motion.
+    pub fn watches_rows(&self) -> bool {
+        !self.kept.is_empty() && !self.hold_constant
+    }
+
+    fn take_rows(&mut self, time: f64, state: &[f64]) {
+        let r = self.degrees_of_freedom;
+        self.forces(time, state);
+        self.watched.matrix.copy_from_slice(&self.work.friction_rows[self.kept.start * r..self.kept.end * r]);
+    }
+
+    /// Looks at the kept rows at a state, for the steps to come.
+    pub fn look_at_rows(&mut self, time: f64, state: &[f64]) {
+        self.take_rows(time, state);
+        (self.watched.sign, self.watched.least) = self.watched.eliminate(true);
+    }
+
+    /// Whether their determinant has another sign than where they were looked at.
+    pub fn rows_turned(&mut self, time: f64, state: &[f64]) -> bool {
+        self.take_rows(time, state);
+        let (sign, _) = self.watched.eliminate(false);
+        self.watched.sign * sign < 0.0 || sign == 0.0 && self.watched.sign != 0.0
+    }
+
+    /// Whether they depend on each other at a state, beside what they are where they were looked at and at another state.
+    pub fn rows_depend(&mut self, (time, state): (f64, &[f64]), (other, there): (f64, &[f64])) -> bool {
+        let before = self.watched.least;
+        self.look_at_rows(other, there);
+        let usual = f64::max(before, self.watched.least);
+        self.look_at_rows(time, state);
+        self.watched.least < LOST * usual
+    }
+
     /// Puts angles and speeds back on the kept rows, by the smallest changes in the metric of the inertia; tells whether any changed. Between
     /// two steps only what the tolerance left is taken away, so that nothing adds up.
     pub fn stay_on_rows(&mut self, time: f64, state: &mut [f64]) -> bool {

@@ -45,6 +45,7 @@ use expressions::Places;
 use flow::Flow;
 use hold_kinds::Holds;
 use jacobian::Jacobian;
+use kept::WatchedRows;
 use meshes::Meshes;
 use response::Response;
 use sharing::Sharing;
@@ -141,6 +142,8 @@ pub struct Machine {
     evaluated: u64,
     /// Numbers of the kept rows among the directions: behind the frictions.
     pub(super) kept: Range<usize>,
+    /// What is looked at of them from step to step.
+    watched: WatchedRows,
     pub(super) friction_torques: Vec<f64>,
 }
 
