@@ -141,6 +141,8 @@ const OUT_OF_BALANCE: f64 = 10.0;
 const LONGEST: f64 = 1e9;
 /// How near the integrator comes to where rates end, relative to the time.
 const STUCK: f64 = 256.0 * f64::EPSILON;
+/// Of the largest speed, what putting a step back on kept rows changes at most where it passed no place at which they are dependent.
+const THROWN: f64 = 1e-3;
 /// A speed that no drivetrain reaches, rad/s.
 const DIVERGED: f64 = 1e6;
 
@@ -667,8 +669,7 @@ impl RunningLoop {
         if self.has_diverged() {
             return Err(self.diverged());
         }
-        self.pass_rows()?;
-        let moved = self.machine.stay_on_rows(self.time, &mut self.state);
+        let moved = self.put_on_rows()?;
         if (moved || cut.is_some()) && !self.due.boundary {
             self.observe_until(self.time, None);
             let next = if cut.is_some() { 0.0 } else { self.solver.next_step() };
@@ -701,6 +702,37 @@ impl RunningLoop {
         }
         self.machine.look_at_rows(self.time, &self.state);
         Ok(())
+    }
+
+    /// Takes away what a step left of the kept rows, and tells whether anything was. A step leaves what its tolerance allows; where speeds change by far more, it
+    /// passed a place at which the rows are dependent, from where it went another way.
+    fn put_on_rows(&mut self) -> Result<bool, Outcome> {
+        self.pass_rows()?;
+        let r = self.machine.degrees_of_freedom();
+        self.looked.copy_from_slice(&self.state);
+        let moved = self.machine.stay_on_rows(self.time, &mut self.state);
+        if !moved || !self.machine.watches_rows() {
+            return Ok(moved);
+        }
+        let speeds = self.state[r..2 * r].iter().zip(&self.looked[r..2 * r]);
+        let (most, largest) = speeds
+            .fold((0.0f64, 0.0f64), |(most, size), (now, then)| (most.max((now - then).abs()), size.max(then.abs())));
+        if most <= THROWN.max(100.0 * self.tolerance) * largest {
+            return Ok(moved);
+        }
+        // Where the rows are nearest to it.
+        let (mut low, mut high) = (self.solver.previous_time(), self.time);
+        let mut least = |run: &mut Self, at: f64| {
+            run.solver.interpolate(at, &mut run.looked);
+            run.machine.least_pivot(at, &run.looked)
+        };
+        for _ in 0..100 {
+            let [first, second] = [1.0, 2.0].map(|part| low + (high - low) * part / 3.0);
+            if least(self, first) < least(self, second) { high = second } else { low = first }
+        }
+        self.observe_until(low, None);
+        self.time = high;
+        Err(failed(high, self.singular()))
     }
 
     fn rows_in_words(&self) -> String {

@@ -67,10 +67,7 @@ fn rows_that_become_dependent_end_a_run() {
     };
     let run = run_of(&source("0.1 m", "20 s"));
     let Outcome::Failed { time, cause } = &run.outcome else { panic!("{:?}", run.outcome) };
-    assert!(
-        *time < 1.0 && cause.contains("the constraints `a` and `b` become dependent at this place"),
-        "{time} {cause}"
-    );
+    assert!(*time < 1.0 && cause.contains("the constraints `a`, `b` become dependent at this place"), "{time} {cause}");
     let last = |name: &str| *crate::common::signal(&run, name).last().expect("rows");
     assert!(last("crank.phi") < std::f64::consts::FRAC_PI_2 && (last("crank.phi") - last("rod.phi")).abs() < 1e-9);
     // Near such a place a run goes on.

@@ -25,6 +25,7 @@ mod sharing;
 mod slider_springs;
 mod sliders;
 mod timed;
+mod watched;
 mod wired;
 
 pub(super) use bends::Leap;
@@ -45,12 +46,12 @@ use expressions::Places;
 use flow::Flow;
 use hold_kinds::Holds;
 use jacobian::Jacobian;
-use kept::WatchedRows;
 use meshes::Meshes;
 use response::Response;
 use sharing::Sharing;
 use slider_springs::Sliders;
 use timed::Timed;
+use watched::WatchedRows;
 use wired::{Computer, Wired};
 
 /// The closed loop: plant, motors, laws and sources, with the current modes.
