@@ -186,6 +186,10 @@ pub struct Equations {
     pub laws: Vec<Along<Arc<Formula>>>,
     /// What multipliers carry along coordinates where rows that turn stand still for an analysis; of a run nothing.
     pub carried: Vec<Along<RestTorque>>,
+    /// Whether coordinates without inertia follow from kept rows alone, so that these lend them inertia (`reduce/kept.rs`).
+    pub braced: bool,
+    /// Elements whose rows stand still for an analysis with coefficients that were rounded; of a run nothing.
+    pub rounded: Vec<String>,
     /// Sensors by element name.
     pub sensors: Vec<(String, Sensor)>,
 }

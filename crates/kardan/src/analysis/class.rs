@@ -1,10 +1,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::integrable::{Integrable, integrable};
+use super::integrable::{Integrable, Integrals, integrable};
 use crate::assemble::{Along, Equations, KeptRow};
 use crate::equations::{Domain, Formula, Hold, Kept};
-use crate::expr::{Rationals, lower};
+use crate::expr::{Expr, Rationals, lower};
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
 use crate::reduce::{Kinematics, Motion, Reduced, Redundant, is_linear_law};
 use crate::results::{Assumption, Breach, Class, ConstraintClass, FrictionState, OperatingPoint, ShaftAngle};
@@ -197,10 +197,18 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
     let equations = &reduced.equations;
     let shafts = &equations.coordinates;
     let tests = integrable(reduced);
-    let motion = Motion::at_time_zero(reduced);
+    let motion = Motion::new(reduced);
+    let together = together(reduced, &tests, &motion);
+    let begin = Motion::at_time_zero(reduced);
     let varying = motion.graph.varying();
+    let first = motion.frictions.len() - motion.kept.len();
+    let timed = motion.timed.symbols(&motion.graph);
     let one = |(k, kept): (usize, &KeptRow)| {
-        let linear = motion.kept[k].row.iter().all(|(_, entry)| !varying(*entry));
+        let row: Vec<Expr> = motion.frictions[first + k].values().copied().collect();
+        let linear = row.iter().all(|entry| !varying(*entry));
+        // What follows from the time by other constraints is part of the row.
+        let all: Vec<Expr> = row.iter().copied().chain(motion.kept[k].speed).collect();
+        let of_time = motion.graph.symbols(&all).iter().any(|symbol| timed.contains(symbol));
         let numbers = |row: &[(usize, Exact)], mark: &str| {
             let row: Vec<(usize, Rational)> = row.iter().map(|(shaft, x)| (*shaft, x.to_rational())).collect();
             row_in_words(&row, shafts, mark)
@@ -208,8 +216,8 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
         let found = |equation: String, [holonomic, scleronomic]: [bool; 2], reason: String| {
             let (element, reason) = (kept.element.clone(), Some(reason));
             let class = ConstraintClass { element, equation, equality: true, holonomic, scleronomic, linear, reason };
-            let origin = motion.kept[k].position.and_then(|position| {
-                lower(&motion.graph, &[position], &mut Rationals, |_| Some(Rational::ZERO)).pop().flatten()
+            let origin = begin.kept[k].position.and_then(|position| {
+                lower(&begin.graph, &[position], &mut Rationals, |_| Some(Rational::ZERO)).pop().flatten()
             });
             let breach = kept_breach(&class, origin.as_ref());
             (class, breach)
@@ -225,7 +233,7 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
                     "it has no speeds, so it is holonomic; its exact derivatives {slopes}; of the form (4.5), with the row of (4.6), but not solved for a \
                      coordinate: a run keeps it with its multiplier (source, eq. 4.18)"
                 );
-                (format!("{} = 0", formula.expression.text()), true, true, reason)
+                (format!("{} = 0", formula.expression.text()), true, !of_time, reason)
             }
             Kept::Rates(row) => {
                 let term = |(shaft, a): &(usize, _)| -> String {
@@ -233,25 +241,27 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
                     format!("({}) {}'", formula.expression.text(), shafts[*shaft])
                 };
                 let equation = format!("{} = 0", row.iter().map(term).collect::<Vec<_>>().join(" + "));
-                let (holonomic, why) = match &tests[k] {
+                let (holonomic, why) = match &tests.rows[k] {
                     Integrable::No(point) => (
                         false,
-                        format!("Frobenius' test is not zero, exactly, at the generic point {point}: no relation of positions says the same"),
+                        format!("Frobenius' test is not zero, exactly, at the generic point {point}: no relation of positions says the same{together}"),
                     ),
                     _ if linear => {
                         let why = "its coefficients are constant, beside the other constraints: it is the rate of a linear relation of positions; \
                                    the matrices are those of Theorem 4.1; a run keeps it with its multiplier (source, eq. 4.18)";
-                        return found(equation, [true, true], why.into());
+                        return found(equation, [true, !of_time], why.into());
                     }
                     Integrable::AtAllPoints(points) => (
                         true,
-                        format!("Frobenius' test is zero, exactly, at {points} generic points: it is a relation of positions, as far as these tell"),
+                        format!("Frobenius' test is zero, exactly, at {points} generic points: it is a relation of positions, as far as these tell{together}"),
                     ),
                     Integrable::NotDecided => {
                         (false, "taken as nonholonomic: Frobenius' test is not decided, a function in it has no values at rational points".into())
                     }
                 };
-                (equation, holonomic, true, format!("{why}; {multiplier}"))
+                let moves =
+                    if of_time { "; its coefficients depend on the time, by what is prescribed beside it" } else { "" };
+                (equation, holonomic, !of_time, format!("{why}{moves}; {multiplier}"))
             }
             Kept::Position(row, function) => {
                 let why =
@@ -274,6 +284,28 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
 
 /// Of a longer law the beginning is told.
 const MOST_OF_LAW: usize = 160;
+
+/// What several rows say together: how many relations of positions there are in them, and those that are simple.
+fn together(reduced: &Reduced, tests: &Integrals, motion: &Motion) -> String {
+    let kept = &reduced.equations.kept;
+    let Some(relations) = tests.relations.filter(|_| kept.len() > 1) else { return String::new() };
+    let names = reduced.coordinate_names();
+    let elements: Vec<String> = kept.iter().map(|kept| kept.element.clone()).collect();
+    let sum = |(factors, row): &(Vec<Rational>, Vec<(usize, Rational)>)| {
+        let factors = factors.iter().cloned().enumerate().filter(|(_, factor)| !factor.is_zero());
+        let factors: Vec<(usize, Rational)> = factors.collect();
+        format!("{} says {} = 0", row_in_words(&factors, &elements, ""), row_in_words(row, &names, "'"))
+    };
+    let sums: Vec<String> = tests.sums.iter().map(sum).collect();
+    let sums = if sums.is_empty() { String::new() } else { format!(" ({})", sums.join("; ")) };
+    let of_time = if motion.timed.time.is_some() { " and the time" } else { "" };
+    let some = match relations {
+        0 => "no relation".to_string(),
+        1 => "one relation".to_string(),
+        more => format!("{more} independent relations"),
+    };
+    format!("; of all {} rows together follows {some} of positions{of_time}{sums}", kept.len())
+}
 
 /// What a law of torque is.
 fn law_in_words(law: &Formula) -> String {

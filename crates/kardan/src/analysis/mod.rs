@@ -10,6 +10,7 @@ mod descriptor;
 mod distance;
 mod failing;
 mod family;
+mod generic_motion;
 mod gramian;
 mod images;
 mod integrable;

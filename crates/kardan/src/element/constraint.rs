@@ -69,6 +69,10 @@ fn check(values: &Values) -> Vec<Mistake> {
         let help = "take it out; an angle that an expression is to have stands in the expression";
         return vec![Mistake::new("offset", "it belongs to `coefficients`", help)];
     }
+    if values.formulas("rates").is_some_and(|row| row.is_empty()) {
+        let help = "give the coefficient of at least one speed, as in { x = 1, roll = \"-r\" }";
+        return vec![Mistake::new("rates", "no coefficients, so nothing is constrained", help)];
+    }
     let all_zero = values.map("coefficients").is_some_and(|map| map.iter().all(|(_, x)| x.is_zero()));
     if !all_zero {
         return Vec::new();

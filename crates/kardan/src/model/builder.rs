@@ -204,6 +204,12 @@ impl Builder {
         self.named("log", name, log.entries())
     }
 
+    /// Without the `signals` of `[scenario]` that these are.
+    #[must_use]
+    pub fn without_signals(self, names: &[String]) -> Self {
+        names.iter().fold(self, |out, name| out.without(&["scenario", "signals", name]))
+    }
+
     /// Leaves the controller of that name alone in the loop, without what is said of the references of others.
     #[must_use]
     pub fn alone(mut self, control: &str) -> Self {

@@ -49,7 +49,8 @@ keys! {
                 "Relative error allowed per integration step, from 1e-13 to 1e-3.";
             initial: Overrides,
                 "Initial angles and speeds, of masses positions and velocities, in a circuit charges and currents, of any of them: { \
-                 \"rk.phi\" = \"10 deg\" }. The others follow by the constraints; what is left open is zero.";
+                 \"rk.phi\" = \"10 deg\" }. The others follow by the constraints; what is left open is zero, or beside \
+                 constraints that are kept as near to it as they let it be (in SI units).";
             start: Choice(&["initial", "equilibrium", "operating_point"]) = "initial",
                 "Where the run begins: at the angles of `initial`, at the equilibrium that Newton's method finds from there, without \
                  inputs and friction, or at the operating point of the controllers; the run tells which, and what of it is proven.";

@@ -2,8 +2,8 @@
 
 use super::{KeptRate, Motion, Reduced, SparseRow};
 use crate::equations::{Formula, Kept};
-use crate::expr::{Expr, Symbol};
-use crate::num::{Lu, Rational, dot, rational_from_f64};
+use crate::expr::{Expr, Rationals, Symbol, lower};
+use crate::num::{Rational, dot, rational_from_f64};
 
 /// A row over all coordinates as if they were free: coefficients, φ, and what its coefficients change by, `Σ ȧ_i q̇_i`.
 struct Free {
@@ -108,10 +108,33 @@ impl Motion {
             }
             direction.retain(|_, entry| !self.graph.is_zero(*entry));
             let bias = self.graph.sum(Rational::ZERO, &bias);
+            if reduced.equations.braced {
+                self.brace(reduced, &direction, bias);
+            }
             self.frictions.push(direction);
             self.friction_bias.push(bias);
             self.kept.push(rate);
         }
+    }
+
+    /// An inertia μ along a kept row, which changes nothing: as `G q̈ + b` vanishes, so does its force `μ Gᵀ(G q̈ + b)`, and its energy with the
+    /// speed along the row. With it the inertia is definite where it is so on what the rows leave free.
+    fn brace(&mut self, reduced: &Reduced, row: &SparseRow, bias: Expr) {
+        let inertias = reduced.equations.inertias.iter().map(|inertia| &inertia.value);
+        let Some(largest) = inertias.max_by(|a, b| a.to_f64().total_cmp(&b.to_f64())) else { return };
+        let (value, zero) = (self.exact(largest), self.graph.integer(0));
+        for (i, first) in row {
+            for (j, second) in row.range(..=i) {
+                let product = self.graph.product(&[(value, 1), (*first, 1), (*second, 1)]);
+                let before = self.inertia.get(&(*i, *j)).copied().unwrap_or(zero);
+                let sum = self.graph.add(before, product);
+                self.inertia.insert((*i, *j), sum);
+            }
+        }
+        self.inertia.retain(|_, entry| *entry != zero);
+        let force = self.graph.multiply(value, bias);
+        self.passive_terms.add(&mut self.graph, row, force, &Rational::from(-1));
+        self.passive = self.passive_terms.sums(&mut self.graph);
     }
 
     /// `Σ a_i x_i` over a kept row.
@@ -161,13 +184,33 @@ pub struct StartOnRows {
     pub speed: Vec<f64>,
 }
 
+/// What of angles and speeds is given at the start, and stays: numbers of shafts, and values.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GivenRows {
+    /// Of angles (rad), and of speeds.
+    pub values: [Vec<(usize, f64)>; 2],
+}
+
 /// Why there are none.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoStart {
     /// No place on the rows was found from where the search began; numbers of the rows that are not satisfied.
     NotReached(Vec<usize>),
+    /// These rows are no numbers where the search began.
+    NotFinite(Vec<usize>),
+    /// These rows have no slopes there: they constrain nothing.
+    Flat(Vec<usize>),
     /// To ten digits, the rows depend on each other there.
     Dependent,
+    /// What is given leaves a row nothing that satisfies it: the row, and which of the given angles (rate 0) or speeds (1).
+    Contradiction {
+        /// Its number.
+        row: usize,
+        /// Whether of angles or of speeds.
+        rate: usize,
+        /// Numbers of what is given of that rate.
+        given: Vec<usize>,
+    },
 }
 
 /// Steps of the search for a start.
@@ -176,121 +219,303 @@ const MOST: usize = 50;
 const DEPENDENT: f64 = 1e-10;
 /// What is left of a row where it is satisfied, relative to the largest angle or speed, or to one.
 const LEFT: f64 = 1e-12;
+/// The same of a row that what is given satisfies by itself.
+const LEFT_BY_GIVEN: f64 = 1e-9;
+/// How far beside zero what is open is looked for where its slopes vanish there.
+const BESIDE: [f64; 4] = [0.01, -0.01, 1.0, -1.0];
 
-/// The start nearest to angles and speeds given, by the least squares of Newton's method; at time zero.
+/// A start with these angles and speeds on the rows, at time zero: what is given stays, what is open changes by the least squares of Newton's
+/// method.
 ///
 /// # Errors
 /// [`NoStart`]
-pub fn start_on_rows(reduced: &Reduced, position: &[f64], speed: &[f64]) -> Result<StartOnRows, NoStart> {
-    start_on_rows_with(reduced, &[], position, speed)
-}
-
-/// The same of positions alone where these coordinates stay as they are given.
-///
-/// # Errors
-/// [`NoStart`]
-pub fn start_on_rows_with(
+pub fn start_on_rows(
     reduced: &Reduced,
-    fixed: &[usize],
+    given: &GivenRows,
     position: &[f64],
     speed: &[f64],
 ) -> Result<StartOnRows, NoStart> {
-    let (r, count) = (reduced.degrees_of_freedom(), reduced.equations.kept.len());
-    let motion = Motion::new(reduced);
-    let first = reduced.equations.set_valued().count();
-    let mut outputs = Vec::new();
-    let zero = motion.graph.of_symbol(motion.symbols[0]);
-    let mut wanted = vec![None; count * (r + 2)];
-    for (k, row) in motion.frictions[first..].iter().enumerate() {
-        let free = row.iter().filter(|(i, _)| !fixed.contains(i));
-        free.for_each(|(i, entry)| wanted[k * r + i] = Some(*entry));
-        (wanted[count * r + k], wanted[count * (r + 1) + k]) = (motion.kept[k].position, motion.kept[k].speed);
+    let mut search = Search::new(reduced, given);
+    let begin = StartOnRows { position: position.to_vec(), speed: speed.to_vec() };
+    let mut found = begin.clone();
+    let at_once = search.solve(0, &mut found);
+    if let Err(error) = at_once {
+        let open = |k: &usize| !given.values[0].iter().any(|(shaft, _)| *shaft == reduced.coordinates[*k]);
+        let open: Vec<usize> = (0..position.len()).filter(open).collect();
+        found = search.beside(&begin, &open).ok_or(error)?;
     }
-    for (k, expr) in wanted.iter().enumerate() {
-        outputs.extend(expr.or(zero).map(|expr| (k.to_string(), expr)));
-    }
-    let plan = motion.compile(&outputs);
-    let mut memory = plan.memory();
-    let mut at = |position: &[f64], speed: &[f64]| -> Vec<f64> {
-        let given = position.iter().chain(speed).copied().chain(motion.timed.values(0.0));
-        memory.iter_mut().zip(given).for_each(|(place, value)| *place = value);
-        let _ = plan.block().evaluate(&mut memory);
-        let value = |(k, expr): (usize, &Option<Expr>)| if expr.is_some() { memory[plan.place(k)] } else { 0.0 };
-        wanted.iter().enumerate().map(value).collect()
-    };
-    let mut found = StartOnRows { position: position.to_vec(), speed: speed.to_vec() };
-    for (part, of_speeds) in [(count * r, false), (count * (r + 1), true)] {
-        // Rows that say nothing of positions, or of speeds, have no part in it.
-        let takes_part = |k: &usize| wanted[part + k].is_some() && (fixed.is_empty() || !of_speeds);
-        let own: Vec<usize> = (0..count).filter(takes_part).collect();
-        for step in 0.. {
-            let values = at(&found.position, &found.speed);
-            let defects: Vec<f64> = own.iter().map(|k| values[part + k]).collect();
-            if defects.iter().all(|defect| *defect == 0.0) {
-                break;
-            }
-            let x = if of_speeds { &mut found.speed } else { &mut found.position };
-            let size = x.iter().fold(1.0f64, |size, x| size.max(x.abs()));
-            let rows: Vec<f64> = own.iter().flat_map(|k| &values[k * r..(k + 1) * r]).copied().collect();
-            // A row in another unit, as an area, is as large as its slope says.
-            let slope = |row: &[f64]| dot(row, row).sqrt().max(1.0);
-            let allowed: Vec<f64> = (0..own.len()).map(|k| LEFT * size * slope(&rows[k * r..(k + 1) * r])).collect();
-            let is_there = defects.iter().zip(&allowed).all(|(defect, allowed)| defect.abs() <= *allowed);
-            let change = least_change(&rows, r, &defects);
-            if !is_there && step == MOST {
-                let open = own
-                    .iter()
-                    .zip(defects.iter().zip(&allowed))
-                    .filter(|(_, (defect, most))| !(defect.abs() <= **most));
-                return Err(NoStart::NotReached(open.map(|(k, _)| *k).collect()));
-            }
-            match change {
-                Some(change) => x.iter_mut().zip(change).for_each(|(x, change)| *x -= change),
-                None if is_there => break,
-                None => return Err(NoStart::Dependent),
-            }
-            if is_there {
-                break;
-            }
-        }
-    }
-    // What is fixed may leave a row nothing to move, which says nothing of the row.
-    let rows = &at(&found.position, &found.speed)[..count * r];
-    match fixed.is_empty() && least_change(rows, r, &vec![0.0; count]).is_none() {
-        true => Err(NoStart::Dependent),
-        false => Ok(found),
+    search.solve(1, &mut found)?;
+    let values = search.at(&found);
+    let rows: Vec<Row> = (0..search.count).map(|k| search.row(&values, k, 0.0)).collect();
+    let flat: Vec<usize> = (0..search.count).filter(|k| rows[*k].entries.iter().all(|x| *x == 0.0)).collect();
+    match least_change(&rows, 0.0) {
+        _ if !flat.is_empty() => Err(NoStart::Flat(flat)),
+        Ok(Least { follow, .. }) if follow.is_empty() => Ok(found),
+        _ => Err(NoStart::Dependent),
     }
 }
 
-/// The smallest change that takes defects away, `Gᵀ (G Gᵀ)⁻¹ d`; none where rows depend on each other.
-fn least_change(rows: &[f64], r: usize, defects: &[f64]) -> Option<Vec<f64>> {
-    let count = defects.len();
-    let row = |k: usize| &rows[k * r..(k + 1) * r];
-    // Gram-Schmidt tells what of each row is new.
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    for k in 0..count {
-        let size = dot(row(k), row(k)).sqrt();
-        let mut new: Vec<f64> = row(k).iter().map(|x| x / size).collect();
-        for _ in 0..2 {
-            for other in &basis {
-                let share = dot(&new, other);
-                new.iter_mut().zip(other).for_each(|(x, y)| *x -= share * y);
+/// One linear equation of a step.
+struct Row {
+    entries: Vec<f64>,
+    defect: f64,
+}
+
+/// The rows, and what is given, as numbers.
+struct Search<'a> {
+    given: &'a GivenRows,
+    plan: crate::plan::Plan,
+    memory: Vec<f64>,
+    wanted: Vec<Option<Expr>>,
+    timed: Vec<f64>,
+    count: usize,
+    r: usize,
+}
+
+impl<'a> Search<'a> {
+    /// Wanted are the kept rows, those of what is given, and of both what vanishes: of angles, then of speeds.
+    fn new(reduced: &Reduced, given: &'a GivenRows) -> Self {
+        let (r, count) = (reduced.degrees_of_freedom(), reduced.equations.kept.len());
+        let motion = Motion::new(reduced);
+        let first = reduced.equations.set_valued().count();
+        let shafts = || given.values.iter().flatten().map(|(shaft, _)| *shaft);
+        let entry = |row: &SparseRow, i: usize| row.get(&i).copied();
+        let kept = motion.frictions[first..].iter();
+        let rows = kept.chain(shafts().map(|shaft| &motion.basis[shaft]));
+        let mut wanted: Vec<Option<Expr>> = rows.flat_map(|row| (0..r).map(|i| entry(row, i))).collect();
+        wanted.extend(motion.kept.iter().map(|row| row.position));
+        wanted.extend(motion.kept.iter().map(|row| row.speed));
+        for (rate, given) in given.values.iter().enumerate() {
+            let of = if rate == 0 { &motion.angles } else { &motion.speeds };
+            wanted.extend(given.iter().map(|(shaft, _)| Some(of[*shaft])));
+        }
+        let outputs = wanted.iter().enumerate().filter_map(|(k, expr)| Some((k.to_string(), (*expr)?)));
+        // A plan without outputs is none.
+        let one = motion.graph.of_symbol(motion.symbols[0]).map(|expr| ("one".to_string(), expr));
+        let outputs: Vec<(String, Expr)> = outputs.chain(one).collect();
+        let plan = motion.compile(&outputs);
+        let timed = motion.timed.values(0.0).collect();
+        Self { given, memory: plan.memory(), plan, wanted, timed, count, r }
+    }
+
+    fn at(&mut self, found: &StartOnRows) -> Vec<f64> {
+        let given = found.position.iter().chain(&found.speed).chain(&self.timed);
+        self.memory.iter_mut().zip(given).for_each(|(place, value)| *place = *value);
+        let _ = self.plan.block().evaluate(&mut self.memory);
+        let mut output = 0;
+        let mut value = |expr: &Option<Expr>| match expr {
+            Some(_) => {
+                output += 1;
+                self.memory[self.plan.place(output - 1)]
+            }
+            None => 0.0,
+        };
+        self.wanted.iter().map(&mut value).collect()
+    }
+
+    /// A row by its number: a kept one, or behind these one of what is given.
+    fn row(&self, values: &[f64], number: usize, defect: f64) -> Row {
+        Row { entries: values[number * self.r..(number + 1) * self.r].to_vec(), defect }
+    }
+
+    /// Numbers of the kept rows that say something of angles, or of speeds.
+    fn own(&self, rate: usize) -> Vec<usize> {
+        let defects = (self.count + self.given.values.iter().map(Vec::len).sum::<usize>()) * self.r;
+        (0..self.count).filter(|k| self.wanted[defects + rate * self.count + k].is_some()).collect()
+    }
+
+    /// What is given of a rate, then the kept rows, each with what is to vanish.
+    fn rows(&self, values: &[f64], rate: usize, own: &[usize]) -> Vec<Row> {
+        let before = if rate == 0 { 0 } else { self.given.values[0].len() };
+        let defects = (self.count + self.given.values.iter().map(Vec::len).sum::<usize>()) * self.r;
+        let given = self.given.values[rate].iter().enumerate().map(|(k, (_, value))| {
+            let now = values[defects + 2 * self.count + before + k];
+            self.row(values, self.count + before + k, now - value)
+        });
+        let kept = own.iter().map(|k| self.row(values, *k, values[defects + rate * self.count + k]));
+        given.chain(kept).collect()
+    }
+
+    /// Newton's method for angles (rate 0), or speeds.
+    fn solve(&mut self, rate: usize, found: &mut StartOnRows) -> Result<(), NoStart> {
+        let (own, given) = (self.own(rate), self.given.values[rate].len());
+        for step in 0.. {
+            let values = self.at(found);
+            let rows = self.rows(&values, rate, &own);
+            if rows[given..].iter().all(|row| row.defect == 0.0) {
+                break;
+            }
+            let not_finite = |k: &usize| {
+                let Row { entries, defect } = &rows[given + k];
+                !defect.is_finite() || !entries.iter().all(|x| x.is_finite())
+            };
+            let broken: Vec<usize> = (0..own.len()).filter(not_finite).map(|k| own[k]).collect();
+            if !broken.is_empty() {
+                return Err(if step == 0 { NoStart::NotFinite(broken) } else { NoStart::NotReached(broken) });
+            }
+            let x = if rate == 0 { &mut found.position } else { &mut found.speed };
+            let size = x.iter().fold(1.0f64, |size, x| size.max(x.abs()));
+            // A row in another unit, as an area, is as large as its slope says.
+            let slope = |k: usize| dot(&rows[k].entries, &rows[k].entries).sqrt().max(1.0);
+            let is_left = |k: usize| !(rows[k].defect.abs() <= LEFT * size * slope(k));
+            let Least { change, follow } = match least_change(&rows, LEFT_BY_GIVEN * size) {
+                Ok(least) => least,
+                Err(_) if !(given..rows.len()).any(is_left) => break,
+                Err(Conflict { row, others }) => {
+                    let others: Vec<usize> = others.into_iter().filter(|k| *k < given).collect();
+                    return Err(match row.checked_sub(given) {
+                        Some(row) if !others.is_empty() => {
+                            NoStart::Contradiction { row: own[row], rate, given: others }
+                        }
+                        Some(row) if rows[given + row].entries.iter().all(|x| *x == 0.0) => {
+                            NoStart::Flat(vec![own[row]])
+                        }
+                        _ => NoStart::Dependent,
+                    });
+                }
+            };
+            let left: Vec<usize> = (given..rows.len()).filter(|k| !follow.contains(k) && is_left(*k)).collect();
+            if !left.is_empty() && step == MOST {
+                return Err(NoStart::NotReached(left.into_iter().map(|k| own[k - given]).collect()));
+            }
+            x.iter_mut().zip(change).for_each(|(x, change)| *x -= change);
+            if left.is_empty() {
+                break;
             }
         }
-        let left = dot(&new, &new).sqrt();
-        if !(left > DEPENDENT) {
+        Ok(())
+    }
+
+    /// The nearest of the places that are found from beside where the slopes of what is open vanish; only where something is given.
+    fn beside(&mut self, begin: &StartOnRows, open: &[usize]) -> Option<StartOnRows> {
+        if self.given.values[0].is_empty() {
             return None;
         }
-        basis.push(new.iter().map(|x| x / left).collect());
+        let mut nearest: Option<(f64, StartOnRows)> = None;
+        for moved in open.iter().map(std::slice::from_ref).chain([open]) {
+            for shift in BESIDE {
+                let mut found = begin.clone();
+                moved.iter().for_each(|k| found.position[*k] += shift);
+                if self.solve(0, &mut found).is_err() {
+                    continue;
+                }
+                let far: f64 = found.position.iter().zip(&begin.position).map(|(now, then)| (now - then).powi(2)).sum();
+                // Of two that are equally far the first one counts.
+                if nearest.as_ref().is_none_or(|(least, _)| far < least * (1.0 - LEFT_BY_GIVEN)) {
+                    nearest = Some((far, found));
+                }
+            }
+        }
+        nearest.map(|(_, found)| found)
     }
-    let gram: Vec<f64> = (0..count * count).map(|k| dot(row(k / count), row(k % count))).collect();
-    let (mut factor, mut share) = (Lu::new(count), defects.to_vec());
-    factor.factor(&gram);
-    factor.solve(&mut share);
-    Some((0..r).map(|i| (0..count).map(|k| row(k)[i] * share[k]).sum()).collect())
 }
 
-/// A model whose kept rows are linear ones: their coefficients at a position (of the reduced coordinates, rad), from there on exact. Small
+/// The smallest change that takes defects away, and numbers of rows that follow from those before them.
+struct Least {
+    change: Vec<f64>,
+    follow: Vec<usize>,
+}
+
+/// A row that contradicts those before it, and which of them.
+struct Conflict {
+    row: usize,
+    others: Vec<usize>,
+}
+
+/// `Gᵀ (G Gᵀ)⁻¹ d`, by Gram-Schmidt: it tells what of each row is new. A row that follows from others is satisfied where no more than `left` is left.
+fn least_change(rows: &[Row], left: f64) -> Result<Least, Conflict> {
+    let r = rows.first().map_or(0, |row| row.entries.len());
+    let mut out = Least { change: vec![0.0; r], follow: Vec::new() };
+    // Directions, with what makes them from the rows.
+    let mut basis: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
+    for (k, row) in rows.iter().enumerate() {
+        let size = dot(&row.entries, &row.entries).sqrt();
+        let scale = if size > 0.0 { 1.0 / size } else { 1.0 };
+        let mut new: Vec<f64> = row.entries.iter().map(|x| x * scale).collect();
+        let mut from = vec![0.0; rows.len()];
+        from[k] = scale;
+        for _ in 0..2 {
+            for (other, made) in &basis {
+                let share = dot(&new, other);
+                new.iter_mut().zip(other).for_each(|(x, y)| *x -= share * y);
+                from.iter_mut().zip(made).for_each(|(x, y)| *x -= share * y);
+            }
+        }
+        // What the change so far leaves of the defect.
+        let rest = row.defect - dot(&row.entries, &out.change);
+        let length = dot(&new, &new).sqrt();
+        if length > DEPENDENT {
+            let factor = rest * scale / length;
+            new.iter_mut().for_each(|x| *x /= length);
+            from.iter_mut().for_each(|x| *x /= length);
+            out.change.iter_mut().zip(&new).for_each(|(change, x)| *change += factor * x);
+            basis.push((new, from));
+        } else if rest.abs() <= left * size.max(1.0) {
+            out.follow.push(k);
+        } else {
+            let others = (0..k).filter(|other| {
+                (from[*other] * dot(&rows[*other].entries, &rows[*other].entries).sqrt()).abs() > DEPENDENT
+            });
+            return Err(Conflict { row: k, others: others.collect() });
+        }
+    }
+    Ok(out)
+}
+
+/// The first kept row that follows from those before it at all of these positions, to ten digits; none where one of them is no number.
+pub fn follows_everywhere(reduced: &Reduced, positions: &[Vec<f64>]) -> Option<usize> {
+    let given = GivenRows::default();
+    let mut search = Search::new(reduced, &given);
+    let speed = vec![0.0; search.r];
+    let mut at = |position: &Vec<f64>| -> Vec<usize> {
+        let values = search.at(&StartOnRows { position: position.clone(), speed: speed.clone() });
+        let rows: Vec<Row> = (0..search.count).map(|k| search.row(&values, k, 0.0)).collect();
+        match rows.iter().flat_map(|row| &row.entries).all(|x| x.is_finite()) {
+            true => least_change(&rows, 0.0).map_or_else(|_| Vec::new(), |least| least.follow),
+            false => Vec::new(),
+        }
+    };
+    let found: Vec<Vec<usize>> = positions.iter().map(&mut at).collect();
+    found.first()?.iter().copied().find(|row| found.iter().all(|own| own.contains(row)))
+}
+
+/// The inertia matrix with the squares of the kept rows at a position: definite if and only if all that these leave free there has inertia. Nothing
+/// where something is no number.
+pub fn inertia_with_rows(reduced: &Reduced, position: &[f64]) -> Option<Vec<crate::num::SparseRow>> {
+    let motion = Motion::at_time_zero(reduced);
+    let rows = &motion.frictions[motion.frictions.len() - motion.kept.len()..];
+    let entries: Vec<(usize, usize, Expr)> =
+        rows.iter().enumerate().flat_map(|(k, row)| row.iter().map(move |(i, entry)| (k, *i, *entry))).collect();
+    let outputs: Vec<(String, Expr)> =
+        entries.iter().enumerate().map(|(k, (.., entry))| (k.to_string(), *entry)).collect();
+    let plan = motion.compile(&outputs);
+    let mut memory = plan.memory();
+    memory.iter_mut().zip(position).for_each(|(place, value)| *place = *value);
+    let _ = plan.block().evaluate(&mut memory);
+    let mut numbers = vec![Vec::new(); rows.len()];
+    for (output, (k, i, _)) in entries.iter().enumerate() {
+        numbers[*k].push((*i, rational_from_f64(memory[plan.place(output)])?));
+    }
+    let mut numeric = super::Kinematics::new(reduced);
+    numeric.update(position, &vec![0.0; position.len()]);
+    if !numeric.basis.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let inertia = super::sparse_model(reduced, position).inertia;
+    let mut sum: Vec<std::collections::BTreeMap<usize, Rational>> =
+        inertia.into_iter().map(|row| row.into_iter().collect()).collect();
+    for row in &numbers {
+        for (i, x) in row {
+            for (j, y) in row {
+                *sum[*i].entry(*j).or_insert(Rational::ZERO) += x * y;
+            }
+        }
+    }
+    Some(sum.into_iter().map(|row| row.into_iter().filter(|(_, x)| !x.is_zero()).collect()).collect())
+}
+
+/// A model whose kept rows are linear ones: their coefficients at a position (of the reduced coordinates, rad), exact where they are fractions (times
+/// powers of π) for certain, else rounded, and from there on exact. Small
 /// motions around a rest on them are the same: where multipliers (N m) carry torques there, rows that turn turn these with them, which adds
 /// `−λ ∂a/∂q` to the stiffness. Of a row that is no surface it is not symmetric.
 ///
@@ -317,14 +542,22 @@ pub fn frozen(reduced: &Reduced, position: &[f64], multipliers: &[f64]) -> Resul
     numeric.update(position, &vec![0.0; r]);
     let mut equations = reduced.equations.clone();
     let mut entry = 0;
+    // A coordinate that is zero is so exactly; of another one the value is rounded.
+    let at_zero = |symbol: Symbol| {
+        let k = angles.iter().position(|angle| *angle == symbol)?;
+        (position[k] == 0.0).then_some(Rational::ZERO)
+    };
+    let known = lower(&motion.graph, &entries, &mut Rationals, at_zero);
     let exact = |output: usize| rational_from_f64(memory[plan.place(output)]).unwrap_or(Rational::ZERO);
     let kept = std::mem::take(&mut equations.kept);
     equations.kept_again.clear();
     for ((kept, rate), multiplier) in kept.into_iter().zip(&motion.kept).zip(multipliers) {
         let carries = rational_from_f64(*multiplier).unwrap_or(Rational::ZERO);
         let (mut row, mut offset) = (Vec::new(), Rational::ZERO);
+        let mut is_rounded = *multiplier != 0.0;
         for (shaft, _) in &rate.row {
-            let value = exact(entry);
+            let value = known[entry].clone().unwrap_or_else(|| exact(entry));
+            is_rounded |= known[entry].is_none();
             let slope = |j: usize| &carries * exact(entries.len() * (j + 1) + entry);
             let slopes = (0..r).map(|j| (reduced.coordinates[j], slope(j))).filter(|(_, slope)| !slope.is_zero());
             let torque = crate::assemble::RestTorque {
@@ -342,6 +575,9 @@ pub fn frozen(reduced: &Reduced, position: &[f64], multipliers: &[f64]) -> Resul
                 offset += &value * angle;
                 row.push((*shaft, value));
             }
+        }
+        if is_rounded {
+            equations.rounded.push(kept.element.clone());
         }
         row.sort_by_key(|(shaft, _)| *shaft);
         let place = equations.constraints.len() - equations.nodes.len();

@@ -34,7 +34,7 @@ pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;
 pub use first_order::{FirstOrder, motions_over_states, over_states, with_inertia};
 pub use initial::{GivenStart, StartConflict, start_position, start_speed};
-pub use kept::{NoStart, StartOnRows, frozen, start_on_rows, start_on_rows_with};
+pub use kept::{GivenRows, NoStart, StartOnRows, follows_everywhere, frozen, inertia_with_rows, start_on_rows};
 pub use kinematics::{Kinematics, Slope, slopes};
 pub use law_slopes::{
     GeometricStiffness, LawSlopes, OperatingPoint, geometric_stiffness, is_linear_law, law_slopes, law_slopes_at,

@@ -53,6 +53,9 @@ pub struct Design {
     pub others: Vec<String>,
     /// The model it is designed on, in words: `linear, at the initial position, beta = 0 deg`.
     pub design_model: String,
+    /// Constraints whose rows are rounded numbers at the operating point: what is proven holds for these numbers.
+    #[serde(rename = "rounded_constraints")]
+    pub rounded: Vec<String>,
     /// States of the design model after the reduction.
     pub states: Vec<String>,
     /// Inputs that it commands.

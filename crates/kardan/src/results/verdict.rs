@@ -134,6 +134,9 @@ pub(super) fn early(unfinished: Option<&str>) -> String {
 
 /// How far the proof reaches: `proven exactly`, with its conditions.
 fn proven(design: &Design) -> &'static str {
+    if !design.rounded.is_empty() {
+        return "proven for the linear design model with rounded rows of its constraints";
+    }
     match (&design.passage, &design.observer) {
         (None, None) => "proven exactly",
         (None, Some(_)) => "proven exactly for the true state",

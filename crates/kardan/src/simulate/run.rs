@@ -143,6 +143,8 @@ const OUT_OF_BALANCE: f64 = 10.0;
 const LONGEST: f64 = 1e9;
 /// How near the integrator comes to where rates end, relative to the time.
 const STUCK: f64 = 256.0 * f64::EPSILON;
+/// Of the largest speed, what putting a step back on kept rows changes at most where it passed no place at which they are dependent.
+const THROWN: f64 = 1e-3;
 /// A speed that no drivetrain reaches, rad/s.
 const DIVERGED: f64 = 1e6;
 
@@ -173,6 +175,8 @@ pub(super) struct RunningLoop {
     input_names: Vec<String>,
     input_units: Vec<&'static str>,
     shafts: Vec<String>,
+    /// Elements whose rows are kept.
+    rows: Vec<String>,
     /// Names of reduced coordinates and of their speeds, and what a tolerance is relative to where they are zero.
     state_names: Vec<(String, f64)>,
     time_grid: Vec<f64>,
@@ -402,6 +406,7 @@ impl RunningLoop {
             input_names,
             input_units: input_units(reduced),
             shafts: reduced.equations.coordinates.clone(),
+            rows: reduced.equations.kept.iter().map(|kept| kept.element.clone()).collect(),
             state_names: state_names(reduced).zip(absolute.iter().map(|x| x / tolerance.relative)).collect(),
             time_grid: Vec::with_capacity(scenario.times.len()),
             next_row: 0,
@@ -546,6 +551,9 @@ impl RunningLoop {
         }
         self.contradict()?;
         self.machine.stay_on_rows(0.0, &mut self.state);
+        if self.machine.watches_rows() {
+            self.machine.look_at_rows(0.0, &self.state);
+        }
         self.note_shared_friction();
         // What a blow has taken there was there, but for what came in with it.
         let [work, lost] = [2, 1].map(|back| self.state[self.state.len() - back]);
@@ -663,7 +671,7 @@ impl RunningLoop {
         if self.has_diverged() {
             return Err(self.diverged());
         }
-        let moved = self.machine.stay_on_rows(self.time, &mut self.state);
+        let moved = self.put_on_rows()?;
         if (moved || cut.is_some()) && !self.due.boundary {
             self.observe_until(self.time, None);
             let next = if cut.is_some() { 0.0 } else { self.solver.next_step() };
@@ -673,6 +681,76 @@ impl RunningLoop {
         self.rub()?;
         self.mesh()?;
         self.tell(progress)
+    }
+
+    /// Ends the run where kept rows become dependent within the step: what they carry is not determined there, nor how the motion goes on.
+    fn pass_rows(&mut self) -> Result<(), Outcome> {
+        if !self.machine.watches_rows() {
+            return Ok(());
+        }
+        if self.machine.rows_turned(self.time, &self.state) {
+            let (mut low, mut high) = (self.solver.previous_time(), self.time);
+            while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
+                let middle = 0.5 * (low + high);
+                self.solver.interpolate(middle, &mut self.looked);
+                if self.machine.rows_turned(middle, &self.looked) { high = middle } else { low = middle }
+            }
+            self.solver.interpolate(high, &mut self.looked);
+            if self.machine.rows_depend((high, &self.looked), (self.time, &self.state)) {
+                self.observe_until(low, None);
+                self.time = high;
+                return Err(failed(high, self.singular()));
+            }
+        }
+        self.machine.look_at_rows(self.time, &self.state);
+        Ok(())
+    }
+
+    /// Takes away what a step left of the kept rows, and tells whether anything was. A step leaves what its tolerance allows; where speeds change by far more, it
+    /// passed a place at which the rows are dependent, from where it went another way.
+    fn put_on_rows(&mut self) -> Result<bool, Outcome> {
+        self.pass_rows()?;
+        let r = self.machine.degrees_of_freedom();
+        self.looked.copy_from_slice(&self.state);
+        let moved = self.machine.stay_on_rows(self.time, &mut self.state);
+        if !moved || !self.machine.watches_rows() {
+            return Ok(moved);
+        }
+        let speeds = self.state[r..2 * r].iter().zip(&self.looked[r..2 * r]);
+        let (most, largest) = speeds
+            .fold((0.0f64, 0.0f64), |(most, size), (now, then)| (most.max((now - then).abs()), size.max(then.abs())));
+        if most <= THROWN.max(100.0 * self.tolerance) * largest {
+            return Ok(moved);
+        }
+        // Where the rows are nearest to it.
+        let (mut low, mut high) = (self.solver.previous_time(), self.time);
+        let least = |run: &mut Self, at: f64| {
+            run.solver.interpolate(at, &mut run.looked);
+            run.machine.least_pivot(at, &run.looked)
+        };
+        for _ in 0..100 {
+            let [first, second] = [1.0, 2.0].map(|part| low + (high - low) * part / 3.0);
+            if least(self, first) < least(self, second) { high = second } else { low = first }
+        }
+        self.observe_until(low, None);
+        self.time = high;
+        Err(failed(high, self.singular()))
+    }
+
+    fn rows_in_words(&self) -> String {
+        quoted(self.rows.iter().map(String::as_str))
+    }
+
+    /// Why a run ends where its kept rows depend on each other.
+    fn singular(&self) -> String {
+        let names = self.rows_in_words();
+        let what = match self.rows.len() {
+            1 => format!("{names} constrains nothing at this place"),
+            _ => format!("the constraints {names} become dependent at this place, as at a dead centre"),
+        };
+        format!(
+            "{what}: what they carry is not determined there, and the motion can go on in more than one way. Start it so that it does not come there, choose lengths with which there is no such place, or end the run before"
+        )
     }
 
     /// Ends the run where the torque of a friction is negative: it would drive.
@@ -801,7 +879,11 @@ impl RunningLoop {
         self.machine.evaluate(high, &self.state);
         self.time = high;
         let what = if self.machine.has_laws() { "the loop diverges" } else { "the motion grows without bound" };
-        failed(high, format!("{what}: {}", self.fastest()))
+        let rows = match self.machine.watches_rows() {
+            true => format!("; {} may leave no place to go on to, as where a rod is too short", self.rows_in_words()),
+            false => String::new(),
+        };
+        failed(high, format!("{what}: {}{rows}", self.fastest()))
     }
 
     /// Solves a linear loop up to the end of the segment; false if its numbers grow beyond what a drivetrain does, which the integrator then
@@ -1379,7 +1461,7 @@ impl RunningLoop {
             self.outputs
                 .signals
                 .iter()
-                .filter(|s| matches!(s.physical, Physical::Speed | Physical::Current))
+                .filter(|s| matches!(s.physical, Physical::Speed | Physical::Velocity | Physical::Current))
                 .nth(k)
                 .map_or_else(String::new, |s| format!("{} exceeds {DIVERGED:e} {}", s.name, s.physical.unit()))
         })

@@ -9,7 +9,7 @@ use crate::entries::Place;
 use crate::equations::{GROUND, Term};
 use crate::model::{ControlSpec, Document, Model, TableReader};
 use crate::num::{Definiteness, Rational, Scalar, SparseRow, definiteness_of_rows, dense_rows, rational_to_f64};
-use crate::reduce::{Dependency, Kinematics, ReduceError, Reduced, SparseModel, sparse_model};
+use crate::reduce::{Dependency, Kinematics, ReduceError, Reduced, SparseModel, inertia_with_rows, sparse_model};
 use crate::schema::{Field, Kind};
 use crate::synthesis::{Advice, SynthesisError};
 use std::collections::BTreeMap;
@@ -256,6 +256,7 @@ pub(super) fn check_matrices(
         };
         match definiteness_of_rows(&model.inertia) {
             Definiteness::Positive => {}
+            Definiteness::PositiveSemi { .. } if reduced.equations.braced => {}
             Definiteness::PositiveSemi { .. } if massless.is_empty() => {
                 massless.push(massless_motion(document, reduced, &model));
             }
@@ -294,6 +295,25 @@ pub(super) fn check_matrices(
         );
     }
     true
+}
+
+/// Positions at which nothing is special, rad.
+pub(super) fn generic_positions(coordinates: usize) -> Vec<Vec<f64>> {
+    let from = |first: f64| (0..coordinates).map(|k| first + 0.11 * k as f64).collect();
+    [0.3, 0.7, 1.9].map(from).to_vec()
+}
+
+/// Whether kept rows give what they leave free inertia everywhere, though not all coordinates have one: told at a generic position, with the rows
+/// as they are rounded there.
+pub(super) fn is_braced(reduced: &Reduced) -> bool {
+    let r = reduced.degrees_of_freedom();
+    let is_definite = |rows: &[SparseRow]| matches!(definiteness_of_rows(rows), Definiteness::Positive);
+    if reduced.equations.kept.is_empty() || !is_finite_at(reduced, &vec![0.0; r]) {
+        return false;
+    }
+    let alone = sparse_model(reduced, &vec![0.0; r]).inertia;
+    let with_rows = |position: &Vec<f64>| inertia_with_rows(reduced, position).is_some_and(|rows| is_definite(&rows));
+    !is_definite(&alone) && generic_positions(r).iter().any(with_rows)
 }
 
 /// The linear model at a position.
@@ -353,7 +373,19 @@ fn massless_motion(document: &Document, reduced: &Reduced, model: &SparseModel) 
         }
         [] => String::new(),
     };
-    let message = format!("a motion without inertia is possible: {names} can move while no mass does{proportion}");
+    let knows = |kept: &crate::assemble::KeptRow| {
+        let known = reduced.equations.coordinates_of_kept(&kept.law);
+        moves.iter().any(|(name, _)| reduced.coordinate(name).is_some_and(|shaft| known.contains(&shaft)))
+    };
+    let tied: Vec<&str> =
+        reduced.equations.kept.iter().filter(|kept| knows(kept)).map(|kept| kept.element.as_str()).collect();
+    let message = match &tied[..] {
+        [] => format!("a motion without inertia is possible: {names} can move while no mass does{proportion}"),
+        tied => format!(
+            "{names} can move without a mass, and with {} kept a motion remains that moves none",
+            quoted(tied.iter().copied())
+        ),
+    };
     let mistake = Diagnostic::error("model::massless", message)
         .help("give one of these shafts an inertia, or tie it to another shaft by a gear");
     at_each(document, moves.iter().map(|(name, _)| name.as_str()), "moves without inertia", mistake)

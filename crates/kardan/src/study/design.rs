@@ -3,7 +3,7 @@
 use super::blocks::unseen_loop;
 use super::coupling::cross_coupling;
 use super::explore::explore;
-use super::kept::nothing_free;
+use super::kept::{nothing_free, rounded_rows};
 use super::margins::{decay, responses, survey, verdict, warnings as margin_warnings};
 use super::margins_over::margins_along;
 use super::passage::{passage, warnings as passage_warnings};
@@ -19,8 +19,7 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::{Entries, Written};
 use crate::equations::{Domain, InputKind};
 use crate::model::ControlSpec;
-use crate::names::SignalName;
-use crate::names::unknown_name;
+use crate::names::{SignalName, carrier, unknown_name};
 use crate::num::{Matrix, discretise};
 use crate::results::{ControllerData, DataMatrix, Design, LoopResponses, NO_RESPONSES};
 use crate::schema::{Field, Kind};
@@ -162,13 +161,35 @@ fn design_own(
     for (signal, value) in &settings.at {
         keys.table_mut("at").set(signal, Written::Text(value.clone()));
     }
-    let mut changed = project.changed(|model| model.control_of(&own, keyword, keys).alone(&own));
+    let taken = taken_signals(variant, &inputs);
+    if !taken.is_empty() {
+        let names = quoted(taken.iter().map(String::as_str));
+        let own = "`signals` of `[scenario]`";
+        notes.push(format!(
+            "left out of {own}: {names}; the controller that is designed takes {}",
+            if taken.len() == 1 { "its place" } else { "their place" }
+        ));
+    }
+    let mut changed =
+        project.changed(|model| model.control_of(&own, keyword, keys).alone(&own).without_signals(&taken));
     if let Some(feedback) = &settings.feedback {
         changed = with_feedback(&changed, &own, feedback)?;
     }
     let mut design = design_named(&changed, &own, settings, progress)?;
     design.notes.extend(notes);
     Ok(design)
+}
+
+/// What `signals` of `[scenario]` may set that a controller in place of those of the file takes: its inputs, and the references of the others.
+fn taken_signals(variant: &PreparedVariant, inputs: &[String]) -> Vec<String> {
+    let model = &variant.model;
+    let references = |control: &ControlSpec| (control.law.references)(&control.values).into_iter().map(|one| one.name);
+    let of_others: Vec<String> = model.controls.iter().flat_map(references).collect();
+    let set = variant.scenario.signals.iter().map(|signal| variant.scenario.sources[signal.source].name.clone());
+    let is_taken = |name: &String| of_others.contains(name) || inputs.iter().any(|input| carrier(name) == input);
+    let mut taken: Vec<String> = set.filter(is_taken).collect();
+    taken.dedup();
+    taken
 }
 
 /// Designs the controller of that name.
@@ -378,6 +399,8 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
         design.design_model = plant.linear_where().into();
     }
     design.notes.extend(plant.told.iter().map(|told| format!("operating point: {told}")));
+    design.rounded.clone_from(&plant.reduced.equations.rounded);
+    design.notes.extend(rounded_rows(&plant.reduced));
     let why = plant
         .not_held
         .iter()

@@ -4,18 +4,29 @@ use super::read::of_dimension;
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::Place;
 use crate::equations::Domain;
-use crate::model::{Document, Instance, TableReader};
+use crate::model::{Document, Instance, Setting, TableReader};
 use crate::names::{Quantity, SignalName, carrier, unknown_name};
 use crate::reduce::{GivenStart, Reduced, StartConflict, start_position, start_speed};
 use crate::schema::{Sign, Value};
 
 /// An entry of `initial` of a coordinate, with its rank: 0 for its position, 1 for its rate.
-struct Entry {
-    name: String,
-    place: Place,
-    unit: &'static str,
-    rate: usize,
-    given: GivenStart,
+pub(super) struct Entry {
+    pub(super) name: String,
+    pub(super) place: Place,
+    pub(super) unit: &'static str,
+    pub(super) rate: usize,
+    pub(super) given: GivenStart,
+}
+
+/// What `initial` gives, of whatever moves; its mistakes are told where the scenario is read. Angles count where a run begins with them.
+pub(super) fn given_start(document: &Document, settings: &[Setting], reduced: &Reduced) -> Vec<Entry> {
+    if reduced.equations.kept.is_empty() {
+        return Vec::new();
+    }
+    let mut found = entries(&TableReader::new(document, settings), document, Some(reduced), &mut Vec::new());
+    let elsewhere = document.scenario.values.contains_key("start");
+    found.retain(|entry| entry.rate == 1 || !elsewhere);
+    found
 }
 
 /// Positions and speeds of the reduced coordinates; of none where these are not known.

@@ -3,7 +3,9 @@
 
 use std::sync::Arc;
 
+use super::checks::generic_positions;
 use super::equilibrium::{Rest, in_words};
+use super::initial::Entry;
 use super::places::{at_each, place_of};
 use super::{AnalysisSpec, Prepared, PreparedVariant};
 use crate::diagnostics::{Diagnostic, quoted};
@@ -13,8 +15,8 @@ use crate::expr::Expr;
 use crate::model::{ControlSpec, Document, TableReader};
 use crate::num::{Matrix, Rational, echelon};
 use crate::reduce::{
-    Kinematics, Motion, NoStart, OperatingPoint, ReduceError, Reduced, SparseRow, StartOnRows, frozen, held,
-    start_on_rows, start_on_rows_with,
+    GivenRows, Kinematics, Motion, NoStart, OperatingPoint, ReduceError, Reduced, SparseRow, StartOnRows,
+    follows_everywhere, frozen, held, start_on_rows,
 };
 use crate::simulate::Scenario;
 use crate::synthesis::Plant;
@@ -38,13 +40,15 @@ pub(super) fn check_kept(document: &Document, reduced: &Reduced, out: &mut Vec<D
         refuse(message, place.clone(), "this table", "take it out");
     }
     let (free, kept) = (reduced.degrees_of_freedom(), equations.kept.len());
-    if let Some(row) = superfluous(reduced) {
+    let no_motion = kept > free || kept == free && !equations.prescribes();
+    let follows = || no_motion.then(|| follows_everywhere(reduced, &generic_positions(free))).flatten();
+    if let Some(row) = superfluous(reduced).or_else(follows) {
         let name = &equations.kept[row].element;
         let message = format!("`{name}` holds no motion that the other constraints leave, at no position");
         let help = "remove it, or those that say the same: of kept rows only a sum of rows of speeds in the same unit is kept once";
         let mistake = Diagnostic::error("constraint::dependent", message);
         out.push(mistake.at(place_of(document, name), "this constraint").help(help));
-    } else if kept > free || kept == free && !equations.prescribes() {
+    } else if no_motion {
         let message = format!(
             "the constraints leave no motion: {} coordinates and {} more constraints",
             reduced.degrees_of_freedom(),
@@ -74,11 +78,18 @@ fn superfluous(reduced: &Reduced) -> Option<usize> {
     free.first().map(|column| known[*column].0)
 }
 
-/// Where a run begins: near `initial`, on the kept rows; there itself where none are, or there is no such place.
-pub(super) fn on_rows(reduced: &Reduced, scenario: &Scenario) -> Vec<f64> {
+/// Where a run begins: on the kept rows with what `initial` gives; there itself where none are, or there is no such place.
+pub(super) fn on_rows(reduced: &Reduced, given: &[Entry], scenario: &Scenario) -> Vec<f64> {
     let Scenario { position, speed, .. } = scenario;
-    let found = (!reduced.equations.kept.is_empty()).then(|| start_on_rows(reduced, position, speed));
+    let found = (!reduced.equations.kept.is_empty()).then(|| start_on_rows(reduced, &rows_of(given), position, speed));
     found.and_then(Result::ok).map_or_else(|| position.clone(), |start| start.position)
+}
+
+fn rows_of(given: &[Entry]) -> GivenRows {
+    let of = |rate: usize| given.iter().filter(move |entry| entry.rate == rate);
+    let values =
+        [0, 1].map(|rate| of(rate).map(|entry| (entry.given.coordinate, entry.given.value.to_f64())).collect());
+    GivenRows { values }
 }
 
 /// Whether two values differ by more than rounding.
@@ -86,10 +97,11 @@ fn moved(now: f64, then: f64) -> bool {
     (now - then).abs() > 1e-9 * now.abs().max(then.abs()).max(1e-3)
 }
 
-/// Puts the start of a run on the kept rows; tells what changed.
+/// Puts the start of a run on the kept rows; tells what follows of what `initial` leaves open.
 pub(super) fn begin_on_rows(
     document: &Document,
     reduced: &Reduced,
+    given: &[Entry],
     scenario: &mut Scenario,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<String> {
@@ -97,49 +109,90 @@ pub(super) fn begin_on_rows(
     if equations.kept.is_empty() {
         return Vec::new();
     }
-    let element = |k: usize| equations.kept[k].element.as_str();
-    match start_on_rows(reduced, &scenario.position, &scenario.speed) {
+    match start_on_rows(reduced, &rows_of(given), &scenario.position, &scenario.speed) {
         Ok(StartOnRows { position, speed }) => {
             let mut changed = Vec::new();
             let names = reduced.coordinate_names();
             for (rate, now, then) in [(0, &scenario.position, &position), (1, &scenario.speed, &speed)] {
-                for (k, (now, then)) in now.iter().zip(then).enumerate().filter(|(_, (now, then))| moved(**now, **then))
-                {
+                for (k, (_, then)) in now.iter().zip(then).enumerate().filter(|(_, (now, then))| moved(**now, **then)) {
                     let quantity = equations.domain(reduced.coordinates[k]).motion()[rate];
-                    changed.push(format!(
-                        "{} = {then} {} instead of {now}",
-                        quantity.of(&names[k]),
-                        quantity.physical().unit()
-                    ));
+                    changed.push(format!("{} = {then} {}", quantity.of(&names[k]), quantity.physical().unit()));
                 }
             }
             (scenario.position, scenario.speed) = (position, speed);
-            let rows = quoted((0..equations.kept.len()).map(element));
-            let note = format!("the run begins at the nearest place on {rows}: {}", changed.join(", "));
+            let rows = quoted(equations.kept.iter().map(|kept| kept.element.as_str()));
+            let note = format!("what `initial` leaves open follows at the start from {rows}: {}", changed.join(", "));
             if changed.is_empty() { Vec::new() } else { vec![note] }
         }
         Err(error) => {
-            let (message, rows): (_, Vec<usize>) = match error {
-                NoStart::NotReached(rows) => {
-                    let names = quoted(rows.iter().map(|k| element(*k)));
-                    (format!("no start was found near `initial` that satisfies {names}"), rows)
-                }
-                NoStart::Dependent => {
-                    let all = 0..equations.kept.len();
-                    let message = format!(
-                        "at the start the constraints {} depend on each other, to ten digits, or one of them constrains nothing there",
-                        quoted(all.clone().map(element))
-                    );
-                    (message, all.collect())
-                }
-            };
-            let mistake = Diagnostic::error("constraint::start", message)
-                .at(TableReader::place(&document.scenario, "initial"), "from here")
-                .help("give other angles by `initial` of `[scenario]`, or correct the constraint");
-            out.push(at_each(document, rows.into_iter().map(element), "this constraint", mistake));
+            out.push(no_start(document, reduced, given, &error));
             Vec::new()
         }
     }
+}
+
+/// Why a run has no start on the kept rows.
+fn no_start(document: &Document, reduced: &Reduced, given: &[Entry], error: &NoStart) -> Diagnostic {
+    let element = |k: usize| reduced.equations.kept[k].element.as_str();
+    let names = |rows: &[usize]| quoted(rows.iter().map(|k| element(*k)));
+    let all: Vec<usize> = (0..reduced.equations.kept.len()).collect();
+    let mut help = "give other angles by `initial` of `[scenario]`, or correct the constraint";
+    let mut places = Vec::new();
+    let (message, rows) = match error {
+        NoStart::NotReached(rows) => {
+            let kept = if given.is_empty() { "near `initial`" } else { "with what `initial` gives" };
+            (format!("no start was found {kept} that satisfies {}: there may be none", names(rows)), rows)
+        }
+        NoStart::NotFinite(rows) => {
+            let named = reduced.coordinate_names().join(", ");
+            (
+                format!(
+                    "{} has no finite value or slopes at the start; what `initial` does not give of {named} is zero there",
+                    names(rows)
+                ),
+                rows,
+            )
+        }
+        NoStart::Flat(rows) => {
+            help = "give other angles by `initial` of `[scenario]`, or write the constraint otherwise: `a - b` in place of `(a - b)^2`";
+            (format!("all slopes of {} are zero at the start: it constrains nothing there", names(rows)), rows)
+        }
+        NoStart::Dependent => {
+            let message = match &all[..] {
+                [_] => format!(
+                    "at the start {} constrains no motion that the other constraints leave, to ten digits",
+                    names(&all)
+                ),
+                _ => format!("at the start the constraints {} depend on each other, to ten digits", names(&all)),
+            };
+            help = "give other angles by `initial` of `[scenario]`; where they say the same everywhere, remove one of them";
+            (message, &all)
+        }
+        NoStart::Contradiction { row, rate, given: own } => {
+            let of_rate: Vec<&Entry> = given.iter().filter(|entry| entry.rate == *rate).collect();
+            let own: Vec<&Entry> = own.iter().filter_map(|k| of_rate.get(*k).copied()).collect();
+            let written = own.iter().map(|e| format!("`{}` = {} {}", e.name, e.given.value.to_f64(), e.unit));
+            let written = written.collect::<Vec<_>>().join(", ");
+            places.extend(own.iter().map(|entry| entry.place.clone()));
+            help = "take one of them out: what is not given follows; or give values that agree";
+            (
+                format!(
+                    "`initial` of `[scenario]`: {written} contradict{} {}",
+                    if own.len() == 1 { "s" } else { "" },
+                    names(&[*row])
+                ),
+                &vec![*row],
+            )
+        }
+    };
+    let mut mistake = Diagnostic::error("constraint::start", message);
+    if places.is_empty() {
+        mistake = mistake.at(TableReader::place(&document.scenario, "initial"), "from here");
+    }
+    for place in places {
+        mistake = mistake.at(place, "this one");
+    }
+    at_each(document, rows.iter().map(|k| element(*k)), "this constraint", mistake.help(help))
 }
 
 /// What an analysis sees: kept rows with their coefficients at the start.
@@ -232,8 +285,10 @@ impl Standing {
         let count = own.equations.kept.len();
         let asked = spec.position(&names, &variant.scenario.position);
         let is_named = |k: &usize| spec.at.iter().any(|(shaft, _)| *shaft == names[*k]);
-        let fixed: Vec<usize> = (0..names.len()).filter(is_named).collect();
-        let start = start_on_rows_with(own, &fixed, &asked, &still)
+        let fixed: Vec<(usize, f64)> =
+            (0..names.len()).filter(is_named).map(|k| (own.coordinates[k], asked[k])).collect();
+        let given = GivenRows { values: [fixed.clone(), Vec::new()] };
+        let start = start_on_rows(own, &given, &asked, &still)
             .map_err(|_| "no place was found on the constraints near these angles".to_string())?
             .position;
         let mut told = Vec::new();
@@ -283,6 +338,7 @@ impl Standing {
         }
         start_notes.extend(stands_still(&variant.reduced));
         let (reduced, point) = frozen_point(&variant.reduced, &point, &multipliers)?;
+        start_notes.extend(rounded_rows(&reduced));
         let position = point.position.clone();
         let speed = vec![0.0; position.len()];
         Ok(PreparedVariant {
@@ -302,6 +358,15 @@ impl Standing {
             start_notes,
         })
     }
+}
+
+/// What is told of rows that stand still with coefficients that are no fractions there.
+pub(super) fn rounded_rows(reduced: &Reduced) -> Option<String> {
+    let rounded = &reduced.equations.rounded;
+    (!rounded.is_empty()).then(|| {
+        let names = quoted(rounded.iter().map(String::as_str));
+        format!("the coefficients of {names} are rounded to 16 digits at the operating point: what is decided exactly is so of the rounded rows")
+    })
 }
 
 /// A model with its kept rows as they are at an operating point, and that point in its coordinates.

@@ -9,7 +9,7 @@ use crate::equations::InputKind;
 use crate::model::{ControlSpec, Document, Setting, TableReader};
 use crate::names::SignalName;
 use crate::reduce::{
-    Held, OperatingPoint, Reduced, held, is_linear_law, law_slopes_at, laws_are_linear, start_on_rows,
+    GivenRows, Held, OperatingPoint, Reduced, held, is_linear_law, law_slopes_at, laws_are_linear, start_on_rows,
 };
 
 /// The operating point that the controllers of a variant name together.
@@ -112,7 +112,7 @@ impl Asked {
         if self.named.is_empty() && !kept.is_empty() {
             // The design values may have rows of their own.
             let still = vec![0.0; start.len()];
-            start = start_on_rows(reduced, &start, &still).map_or(start, |found| found.position);
+            start = start_on_rows(reduced, &GivenRows::default(), &start, &still).map_or(start, |found| found.position);
         }
         self.named.iter().for_each(|(k, angle, _)| start[*k] = *angle);
         let fixed: Vec<usize> = match self.named.is_empty() {

@@ -4,13 +4,15 @@ use super::analysis::{Point, analysis_spec};
 use super::asked::{plots, requirements, tolerance};
 use super::blocks::check_blocks;
 use super::checks::{
-    check_connected, check_matrices, design_diagnostic, is_finite_at, is_representable, reduce_diagnostics, signals_of,
+    check_connected, check_matrices, design_diagnostic, is_braced, is_finite_at, is_representable, reduce_diagnostics,
+    signals_of,
 };
 use super::circuit::check_circuit;
 use super::computed::Computed;
 use super::effort::check_effort;
 use super::equilibrium::{Rest, in_words};
 use super::held::{check_readings, check_start, is_designable, without_massless};
+use super::initial::given_start;
 use super::kept::{
     begin_on_rows, check_free, check_kept, moves_by_itself, not_on_rows, on_frozen_rows, on_rows, rows_refused,
     stands_still, with_loop,
@@ -252,7 +254,8 @@ fn prepare_variant(
     // Laws are designed for the accelerations that torques cause.
     let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
     let mut scenario = scenario(document, &model, (&reduced.equations, Some(&reduced)), settings, out);
-    let start = on_rows(&reduced, &scenario);
+    let given = given_start(document, settings, &reduced);
+    let start = on_rows(&reduced, &given, &scenario);
     let asked = Asked::of(document, (&reduced, &start), controls, settings, out);
     let as_it_is = reduced.unrelaxed();
     let (point, multipliers) = standing(document, &reduced, controls, asked.as_ref(), out);
@@ -263,7 +266,7 @@ fn prepare_variant(
         .collect();
     let held = (!controls.is_empty()).then_some(&point);
     let mut start_notes = start_at_rest(document, (&reduced, held), &mut scenario, out);
-    start_notes.extend(begin_on_rows(document, &reduced, &mut scenario, out));
+    start_notes.extend(begin_on_rows(document, &reduced, &given, &mut scenario, out));
     if !is_finite_at(&reduced, &scenario.position) {
         out.push(
             Diagnostic::error("number::range", "at the initial position an angle is too large for a number")
@@ -434,7 +437,10 @@ fn reduced_model(
         return None;
     }
     let reduced = match reduce(assemble(&model.all_coordinates, &model.terms), model.coordinates.as_deref()) {
-        Ok(reduced) => reduced,
+        Ok(mut reduced) => {
+            reduced.equations.braced = is_braced(&reduced);
+            reduced
+        }
         Err(_) if purpose != Purpose::Analysis && !massless.is_empty() => {
             out.append(&mut massless);
             return None;

@@ -69,6 +69,95 @@ fn rows_are_judged_together() {
     }
 }
 
+fn masses(names: &[&str]) -> String {
+    names.iter().map(|name| format!("[mass.{name}]\nmass = \"1 kg\"\n")).collect()
+}
+
+/// All rows of a model: holonomic or not, and what is said of the first.
+fn all_rows(source: &str) -> (Vec<bool>, String) {
+    let found = analysis(source).class.unwrap().constraints;
+    (found.iter().map(|class| class.holonomic).collect(), found[0].reason.clone().unwrap())
+}
+
+/// Engel's system has no integral: `dω` of its second row vanishes beside both rows, but what that leaves is no system by itself.
+#[test]
+fn the_last_derived_system_decides() {
+    let engel = masses(&["w", "x", "y", "z"])
+        + "[constraint.c1]\nrates = { z = 1, x = \"-y.s / 1 m\" }\n[constraint.c2]\nrates = { w = 1, x = \"-z.s / 1 m\" }\n";
+    let (holonomic, reason) = all_rows(&engel);
+    assert_eq!(holonomic, [false; 2]);
+    assert!(reason.contains("of all 2 rows together follows no relation of positions"), "{reason}");
+    // With y held the first is d(z - c x), and the second follows by it.
+    let held = engel + "[constraint.c3]\nrates = { y = 1 }\n";
+    assert_eq!(all_rows(&held).0, [true; 3]);
+}
+
+/// A unicycle with n trailers on arms of 1 m: no relation of positions, whatever n.
+#[test]
+fn trailers_have_no_relation_of_positions() {
+    for n in [1, 2, 5, 11] {
+        let mut source = masses(&["x", "y"]);
+        for k in 0..=n {
+            source += &format!(
+                "[shaft.h{k}]\ninertia = \"1 kg m^2\"\n[constraint.c{k}]\nrates = {{ x = \"-sin(h{k}.phi)\", y = \"cos(h{k}.phi)\""
+            );
+            source += &(1..=k).map(|j| format!(", h{j} = \"-1 m * cos(h{k}.phi - h{j}.phi)\"")).collect::<String>();
+            source += " }\n";
+        }
+        let (holonomic, reason) = all_rows(&source);
+        assert_eq!(holonomic, vec![false; n + 1], "{n}");
+        assert!(reason.contains("follows no relation of positions"), "{reason}");
+    }
+}
+
+/// Two wheels on one axle: both roll, neither slides; their difference is the rate of `b h = r (p - q)`.
+#[test]
+fn the_heading_of_two_wheels_is_a_relation_of_positions() {
+    let robot = masses(&["x", "y"])
+        + "[parameters]\nr = \"0.1 m\"\nb = \"0.4 m\"\n[shaft.h]\ninertia = \"0.2 kg m^2\"\n[shaft.p]\ninertia = \"0.01 kg m^2\"\n\
+           [shaft.q]\ninertia = \"0.01 kg m^2\"\n[constraint.side]\nrates = { x = \"-sin(h.phi)\", y = \"cos(h.phi)\" }\n\
+           [constraint.right]\nrates = { x = \"cos(h.phi)\", y = \"sin(h.phi)\", h = \"b / 2\", p = \"-r\" }\n\
+           [constraint.left]\nrates = { x = \"cos(h.phi)\", y = \"sin(h.phi)\", h = \"-b / 2\", q = \"-r\" }\n";
+    let (holonomic, reason) = all_rows(&robot);
+    assert_eq!(holonomic, [false; 3]);
+    assert!(reason.contains("of all 3 rows together follows one relation of positions ("), "{reason}");
+    let said = [
+        "left - right says -0.4 h' + 0.1 p' - 0.1 q' = 0",
+        "right - left says 0.4 h' - 0.1 p' + 0.1 q' = 0",
+        "-right + left says -0.4 h' + 0.1 p' - 0.1 q' = 0",
+        "-left + right says 0.4 h' - 0.1 p' + 0.1 q' = 0",
+    ];
+    assert!(said.iter().any(|said| reason.contains(said)), "{reason}");
+}
+
+/// A heading that is prescribed is a function of the time: the row is rheonomic, and has no integral with the time as a variable. A ball on a line that
+/// turns has one: `x cos ωt + y sin ωt`'s rate less what the turn adds is not in it, the angle of a rolling disk geared to its heading is.
+#[test]
+fn the_time_is_a_variable() {
+    let bodies = masses(&["x", "y"]) + "[shaft.h]\ninertia = \"1 kg m^2\"\n";
+    let edge = "[constraint.row]\nrates = { x = \"-sin(h.phi)\", y = \"cos(h.phi)\" }\n";
+    for motion in [
+        "angle = \"2 rad/s * t\"",
+        "angle = \"1 rad * sin(2 pi t / 1 s)\"",
+        "speed = \"2 rad/s\"",
+        "acceleration = \"1 rad/s^2\"",
+    ] {
+        let source = format!("{bodies}{edge}[prescribed_motion.p]\nshaft = \"h\"\n{motion}\n");
+        let found = class(&source, "row");
+        let rheonomic = motion.starts_with("angle");
+        assert_eq!(words(&found), [false, !rheonomic, false], "{motion}: {found:?}");
+        assert_eq!(found.reason.unwrap().contains("depend on the time"), rheonomic);
+    }
+    // A disk that rolls and turns as a gear tells has relations: x = r/2 sin h, of angles in parts.
+    let disk = format!(
+        "{bodies}[shaft.roll]\ninertia = \"0.006 kg m^2\"\n[gear.g]\nshaft_1 = \"roll\"\nshaft_2 = \"h\"\nratio = 2\n\
+         [constraint.rx]\nrates = {{ x = 1, roll = \"-0.1 m * cos(h.phi)\" }}\n[constraint.ry]\nrates = {{ y = 1, roll = \"-0.1 m * sin(h.phi)\" }}\n"
+    );
+    for element in ["rx", "ry"] {
+        assert!(class(&disk, element).holonomic, "{element}");
+    }
+}
+
 #[test]
 fn relations_of_positions_and_prescribed_motions_have_their_class() {
     let row = |row: &str| format!("{BODIES}[constraint.row]\n{row}\n");

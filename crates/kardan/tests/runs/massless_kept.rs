@@ -4,7 +4,7 @@ use crate::common::{close, run_by, signal};
 use kardan::diagnostics::Severity;
 use kardan::results::Run;
 use kardan::simulate::Method;
-use kardan::study::{self, Project};
+use kardan::study;
 
 const METHODS: [Method; 4] = [Method::Automatic, Method::Taylor, Method::Dop853, Method::Radau];
 
@@ -232,18 +232,69 @@ fn what_takes_part_in_a_kept_row_is_refused() {
     refused(&(wheel.to_string() + held), &["`h`", "beside `along` it is not followed"]);
     let damped = held.replace("stiffness = \"1 N m/rad\"", "damping = \"1 N m s/rad\"");
     refused(&(wheel.to_string() + &damped), &["`h`", "beside `along` it is not followed"]);
-    let driven = "[shaft.p]\n[shaft.b]\ninertia = \"1 kg m^2\"\n[prescribed_motion.drive]\nshaft = \"p\"\nspeed = \"1 rad/s\"\n\
-        [spring_damper.d]\nshaft_1 = \"p\"\nshaft_2 = \"b\"\ndamping = \"1 N m s/rad\"\n";
-    refused(driven, &["`p`", "beside `drive` it is not followed"]);
-    // What helps is said, and helps: an angle takes no inertia.
-    let found = Project::open(driven).mistakes().to_vec();
-    assert!(
-        found[0]
-            .help
-            .as_deref()
-            .is_some_and(|help| help.contains("prescribe `angle` or `position` in place of the speed")),
-        "{found:#?}"
+}
+
+/// A shaft without inertia whose speed is prescribed drags a body through a damper: `J ẇ = d (v − w)`, and its drive gives `d (v − w)`.
+#[test]
+fn a_prescribed_speed_needs_no_inertia() {
+    let model =
+        "[shaft.p]\n[shaft.b]\ninertia = \"1 kg m^2\"\n[prescribed_motion.drive]\nshaft = \"p\"\nspeed = \"1 rad/s\"\n\
+        [spring_damper.d]\nshaft_1 = \"p\"\nshaft_2 = \"b\"\ndamping = \"2 N m s/rad\"\n"
+            .to_string()
+            + &scenario(1.0, 10, "");
+    for method in METHODS {
+        let run = run_by(&model, method, None);
+        for (row, t) in run.series.time.iter().enumerate() {
+            let slip = (-2.0 * t).exp();
+            close(signal(&run, "b.w")[row], 1.0 - slip, 1e-9, "the speed of the body");
+            close(signal(&run, "p.w")[row], 1.0, 1e-12, "the speed of the drive");
+            close(signal(&run, "drive.tau")[row].abs(), 2.0 * slip, 1e-8, "the torque of the drive");
+        }
+        balances(&run, "drag");
+    }
+}
+
+/// A bead on a cycloid, whose angle has no inertia of its own: it swings in the same time from everywhere, `sin(ϑ/2) = sin(A/2) cos(√(g/4R) t)`
+/// (Huygens). What the rows carry is the weight and the inertia of the bead.
+#[test]
+fn a_coordinate_without_inertia_follows_from_rows() {
+    let source = "[parameters]\nR = \"0.5 m\"\nm = \"1 kg\"\ng = \"9.81 m/s^2\"\n[mass.x]\nmass = \"m\"\n[mass.y]\nmass = \"m\"\n[shaft.th]\n\
+                  [constraint.cx]\nexpression = \"x.s - R * (th.phi + sin(th.phi))\"\n[constraint.cy]\nexpression = \"y.s - R * (1 - cos(th.phi))\"\n\
+                  [torque.w]\nmass = \"y\"\nlaw = \"-m * g\"\n"
+        .to_string()
+        + &scenario(10.0, 100, "initial = { \"th.phi\" = \"2 rad\" }");
+    for method in METHODS {
+        let run = run_by(&source, method, None);
+        for (row, &t) in run.series.time.iter().enumerate() {
+            let half = (signal(&run, "th.phi")[row] / 2.0).sin();
+            close(half, 1f64.sin() * ((9.81f64 / 2.0).sqrt() * t).cos(), 1e-7, "the half angle");
+        }
+        balances(&run, "cycloid");
+    }
+}
+
+/// The distance from the origin as a coordinate of its own, on which a spring acts, is the same as the spring's law over both coordinates.
+#[test]
+fn a_distance_without_mass_is_a_coordinate() {
+    let bodies = "[mass.x]\nmass = \"2 kg\"\n[mass.y]\nmass = \"2 kg\"\n";
+    let end = scenario(
+        2.0,
+        20,
+        "initial = { \"x.s\" = \"0.4 m\", \"y.s\" = \"0.3 m\", \"x.v\" = \"1 m/s\", \"y.v\" = \"2 m/s\" }",
     );
-    let angle = driven.replace("speed = \"1 rad/s\"", "angle = \"1 rad * sin(t / 1 s)\"");
-    assert!(Project::open(&angle).mistakes().is_empty(), "{:#?}", Project::open(&angle).mistakes());
+    let with = format!(
+        "{bodies}[mass.r]\n[constraint.c]\nexpression = \"r.s - sqrt(x.s^2 + y.s^2)\"\n\
+         [spring_damper.k]\nmass_1 = \"r\"\nmass_2 = \"ground\"\nstiffness = \"50 N/m\"\n{end}"
+    );
+    for method in METHODS {
+        let run = run_by(&with, method, None);
+        // A plane oscillator: x = x₀ cos ωt + v₀/ω sin ωt, ω = 5 rad/s.
+        for (row, &t) in run.series.time.iter().enumerate() {
+            let of = |x: f64, v: f64| x * (5.0 * t).cos() + v / 5.0 * (5.0 * t).sin();
+            let (x, y) = (of(0.4, 1.0), of(0.3, 2.0));
+            close(signal(&run, "x.s")[row], x, 1e-8, "x");
+            close(signal(&run, "r.s")[row], x.hypot(y), 1e-8, "r");
+            close(signal(&run, "c.f")[row].abs(), 50.0 * x.hypot(y), 1e-6, "what the row carries");
+        }
+    }
 }

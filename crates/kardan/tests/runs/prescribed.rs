@@ -281,7 +281,7 @@ expression = \"(slider.s - 0.1 m * cos(crank.phi))^2 / (0.3 m) + (0.1 m * sin(cr
 [scenario]
 duration = \"100 s\"
 output_step = \"0.1 s\"
-initial = { \"slider.s\" = \"0.41 m\", \"crank.w\" = \"10 rad/s\" }
+initial = { \"slider.s\" = \"0.4 m\", \"crank.w\" = \"10 rad/s\" }
 ";
     let (r, l, inertia, mass) = (0.1, 0.3, 0.5, 2.0);
     let place = |phi: f64| r * phi.cos() + (l * l - r * r * phi.sin().powi(2)).sqrt();

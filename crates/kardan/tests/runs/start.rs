@@ -127,3 +127,100 @@ fn what_follows_may_be_given_in_circuits_and_beside_constraints() {
     let message = told(&held, "\"b.w\" = \"1 rad/s\"");
     assert!(message.contains("the constraints of the model hold it at 0 rad/s"), "{message}");
 }
+
+fn wrong(source: &str) -> Vec<kardan::diagnostics::Diagnostic> {
+    study::prepare(source).1.into_iter().filter(|one| one.severity == Severity::Error).collect()
+}
+
+const PENDULUM: &str = "[parameters]\nl = \"0.7 m\"\n[mass.x]\nmass = \"2 kg\"\n[mass.y]\nmass = \"3 kg\"\n\
+                        [constraint.rod]\nexpression = \"(x.s^2 + y.s^2 - l^2) / l\"\n";
+
+const CRANK: &str = "[parameters]\nr = \"0.1 m\"\nl = \"0.3 m\"\n[shaft.crank]\ninertia = \"0.02 kg m^2\"\n[shaft.rod]\ninertia = \"0.004 kg m^2\"\n\
+                     [mass.p]\nmass = \"1.5 kg\"\n[constraint.a]\nexpression = \"p.s - r * cos(crank.phi) - l * cos(rod.phi)\"\n\
+                     [constraint.b]\nexpression = \"r * sin(crank.phi) - l * sin(rod.phi)\"\n";
+
+const DISK: &str = "[parameters]\nr = \"0.1 m\"\n[mass.x]\nmass = \"1 kg\"\n[mass.y]\nmass = \"1 kg\"\n[shaft.roll]\ninertia = \"0.01 kg m^2\"\n\
+                    [shaft.h]\ninertia = \"0.02 kg m^2\"\n[constraint.rx]\nrates = { x = 1, roll = \"-r * cos(h.phi)\" }\n\
+                    [constraint.ry]\nrates = { y = 1, roll = \"-r * sin(h.phi)\" }\n";
+
+/// Beside rows that are kept, what is given stays and the others follow from the rows.
+#[test]
+fn what_is_given_stays_beside_kept_rows() {
+    let is_near = |run: &Run, values: &[(&str, f64)]| {
+        for (name, value) in values {
+            close(signal(run, name)[0], *value, 1e-12, name);
+        }
+    };
+    let run = begins(DISK, "\"x.v\" = \"0.5 m/s\", \"h.phi\" = \"30 deg\"");
+    let roll = 5.0 / (30.0 * DEGREE).cos();
+    is_near(&run, &[("x.v", 0.5), ("roll.w", roll), ("y.v", 0.1 * roll * 0.5), ("h.w", 0.0)]);
+    // Of two places as near as each other the one ahead.
+    let height = (0.7f64 * 0.7 - 0.35 * 0.35).sqrt();
+    let run = begins(PENDULUM, "\"x.s\" = \"0.35 m\", \"x.v\" = \"1 m/s\"");
+    is_near(&run, &[("x.s", 0.35), ("x.v", 1.0), ("y.s", height), ("y.v", -0.35 / height)]);
+    let run = begins(PENDULUM, "\"x.s\" = \"0.35 m\", \"y.s\" = \"-sqrt(0.7^2 - 0.35^2) * 1 m\", \"y.v\" = \"1 m/s\"");
+    is_near(&run, &[("x.s", 0.35), ("y.s", -height), ("y.v", 1.0), ("x.v", height / 0.35)]);
+    let run = begins(CRANK, "\"crank.w\" = \"10 rad/s\"");
+    is_near(&run, &[("crank.w", 10.0), ("rod.w", 10.0 / 3.0), ("p.s", 0.4), ("p.v", 0.0), ("crank.phi", 0.0)]);
+    let run = begins(CRANK, "\"crank.phi\" = \"50 deg\", \"crank.w\" = \"10 rad/s\"");
+    let angle = ((50.0 * DEGREE).sin() / 3.0).asin();
+    is_near(
+        &run,
+        &[
+            ("crank.phi", 50.0 * DEGREE),
+            ("rod.phi", angle),
+            ("rod.w", 10.0 * (50.0 * DEGREE).cos() / 3.0 / angle.cos()),
+        ],
+    );
+}
+
+/// What is given and has no place on the rows is a mistake that names the row and what contradicts it, and nothing else.
+#[test]
+fn what_is_given_beside_kept_rows_may_contradict_them() {
+    for (model, initial, said) in [
+        (PENDULUM, "\"x.s\" = \"3 m\", \"y.s\" = \"4 m\"", "`x.s` = 3 m, `y.s` = 4 m contradict `rod`"),
+        (PENDULUM, "\"x.s\" = \"0.7 m\", \"x.v\" = \"1 m/s\"", "`x.v` = 1 m/s contradicts `rod`"),
+        (
+            CRANK,
+            "\"p.s\" = \"0.4 m\", \"crank.w\" = \"10 rad/s\", \"rod.w\" = \"3 rad/s\"",
+            "`crank.w` = 10 rad/s, `rod.w` = 3 rad/s contradict `b`",
+        ),
+        (
+            DISK,
+            "\"x.v\" = \"1 m/s\", \"roll.w\" = \"11 rad/s\", \"h.w\" = \"2 rad/s\"",
+            "`x.v` = 1 m/s, `roll.w` = 11 rad/s contradict `rx`",
+        ),
+        (PENDULUM, "\"x.s\" = \"3 m\"", "`x.s` = 3 m contradicts `rod`"),
+    ] {
+        let found = wrong(&format!("{model}[scenario]\nduration = \"1 ms\"\ninitial = {{ {initial} }}\n"));
+        assert!(found.len() == 1 && found[0].code == "constraint::start", "{initial}: {found:?}");
+        assert!(found[0].message.contains(said), "{initial}: {}", found[0].message);
+    }
+}
+
+/// What is no number, has no slopes or says the same twice at the start is told as what it is.
+#[test]
+fn rows_without_a_start_are_told_by_their_cause() {
+    let bodies = "[mass.x]\nmass = \"1 kg\"\n[mass.y]\nmass = \"1 kg\"\n";
+    for (expression, said) in [
+        ("1 m^2 / x.s - y.s", "`c` has no finite value or slopes at the start"),
+        ("1 m * ln(x.s / 1 m) - y.s", "`c` has no finite value or slopes at the start"),
+        ("1 m * asin(x.s / 1 m + 2) - y.s", "`c` has no finite value or slopes at the start"),
+        ("(x.s^2 + y.s^2 + 1 m^2) / 1 m", "all slopes of `c` are zero at the start"),
+    ] {
+        let found =
+            wrong(&format!("{bodies}[constraint.c]\nexpression = \"{expression}\"\n[scenario]\nduration = \"1 ms\"\n"));
+        assert!(found.len() == 1 && found[0].message.contains(said), "{expression}: {found:?}");
+    }
+    let twice = format!(
+        "{bodies}[constraint.c]\nexpression = \"(x.s^2 + y.s^2 - 1 m^2) / 1 m\"\n[constraint.d]\nexpression = \"sqrt(x.s^2 + y.s^2) - 1 m\"\n\
+         [scenario]\nduration = \"1 ms\"\ninitial = {{ \"x.s\" = \"1 m\" }}\n"
+    );
+    let found = wrong(&twice);
+    assert!(
+        found.len() == 1 && found[0].message.contains("`d` holds no motion that the other constraints leave"),
+        "{found:?}"
+    );
+    let empty = wrong(&format!("{bodies}[constraint.c]\nrates = {{}}\n[scenario]\nduration = \"1 ms\"\n"));
+    assert!(empty.len() == 1 && empty[0].message.contains("nothing is constrained"), "{empty:?}");
+}

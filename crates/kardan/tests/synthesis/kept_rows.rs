@@ -300,3 +300,60 @@ fn a_loop_that_diverges_beside_a_row_is_told() {
     let Outcome::Failed { cause, .. } = &study.runs[0].outcome else { panic!("it stands at a dead centre") };
     assert!(cause.contains("the loop diverges"), "{cause}");
 }
+
+/// A robot on two wheels, straight ahead: `m r² / 4 − J r² / b² = 0`, so that the motor of one wheel does not reach the other one. The same by rows with
+/// constant coefficients, by rows of speeds, and by relations.
+#[test]
+fn rows_with_exact_coefficients_stay_exact() {
+    let bodies = "[mass.x]\nmass = \"5 kg\"\n[shaft.h]\ninertia = \"0.2 kg m^2\"\n[shaft.p]\ninertia = \"0.01 kg m^2\"\n\
+                  [shaft.q]\ninertia = \"0.01 kg m^2\"\n[motor.mp]\nshaft = \"p\"\n[motor.mq]\nshaft = \"q\"\n";
+    let rows = |key: &str| {
+        format!(
+            "{bodies}[constraint.right]\n{key} = {{ x = 1, h = \"0.2 m\", p = \"-0.1 m\" }}\n[constraint.left]\n{key} = {{ x = 1, h = \"-0.2 m\", q = \"-0.1 m\" }}\n"
+        )
+    };
+    let surfaces = format!(
+        "{bodies}[constraint.right]\nexpression = \"x.s + 0.2 m * h.phi - 0.1 m * p.phi\"\n[constraint.left]\nexpression = \"x.s - 0.2 m * h.phi - 0.1 m * q.phi\"\n"
+    );
+    let words = |source: &str| match asked(source, "mp", "q.phi") {
+        Ok(design) => design.verdict().text,
+        Err(told) => told.into_iter().map(|one| one.message).collect(),
+    };
+    let by_hand = words(&rows("coefficients"));
+    assert!(by_hand.contains("q.phi"), "{by_hand}");
+    for source in [rows("rates"), surfaces] {
+        assert_eq!(words(&source), by_hand, "{source}");
+    }
+}
+
+fn asked(source: &str, input: &str, output: &str) -> Result<kardan::results::Design, Vec<Diagnostic>> {
+    let settings =
+        DesignSettings { inputs: vec![input.into()], outputs: vec![output.into()], ..DesignSettings::default() };
+    Project::open(source).design(&settings, &Silent)
+}
+
+/// Where coefficients are rounded nothing is said to be exact of the model; where they are fractions it is.
+#[test]
+fn rounded_rows_are_told() {
+    let crank = |angle: &str| {
+        format!(
+            "[shaft.crank]\ninertia = \"0.02 kg m^2\"\n[mass.slide]\nmass = \"2 kg\"\n[constraint.yoke]\nexpression = \"slide.s - 0.1 m * sin(crank.phi)\"\n\
+             [motor.m]\nshaft = \"crank\"\n[scenario]\nduration = \"1 s\"\ninitial = {{ \"crank.phi\" = \"{angle}\" }}\n"
+        )
+    };
+    for (angle, rounded) in [("0 deg", false), ("30 deg", true)] {
+        let design = asked(&crank(angle), "m", "crank.phi").expect("a design");
+        assert_eq!(design.verdict().text.contains("proven exactly"), !rounded, "{}", design.verdict().text);
+        assert_eq!(design.notes.iter().any(|note| note.contains("`yoke` are rounded")), rounded, "{:?}", design.notes);
+    }
+}
+
+/// A controller that is tried takes the place of the signals that set its motor, and says so.
+#[test]
+fn a_trial_takes_the_place_of_signals() {
+    let source = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"\n[motor.n]\nshaft = \"b\"\n\
+                  [scenario]\nduration = \"1 s\"\nsignals = { \"m.tau\" = \"1 N m * sin(t / 1 s)\", \"n.tau\" = \"1 N m * cos(t / 1 s)\" }\n";
+    let design = asked(source, "m", "a.phi").unwrap_or_else(|told| panic!("{told:?}"));
+    let told: Vec<_> = design.notes.iter().filter(|note| note.contains("`signals`")).collect();
+    assert!(told.len() == 1 && told[0].contains("`m.tau`") && !told[0].contains("`n.tau`"), "{told:?}");
+}

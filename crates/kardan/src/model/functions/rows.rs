@@ -74,6 +74,9 @@ impl Functions<'_, '_> {
             row.push((name.value.clone(), formula));
         }
         if sum.is_none() {
+            if entries.is_empty() {
+                return Some(row);
+            }
             if let Some((name, _)) = entries.iter().find(|(name, _)| self.reader.is_ground(&name.value)) {
                 let message = format!("{what}: it names nothing that moves");
                 let mistake = Diagnostic::error("name::ground", message).at(name.place.clone(), "stands still");
@@ -124,7 +127,7 @@ impl Functions<'_, '_> {
             let message = format!("{what}: it may bend or jump, and no motion follows that");
             let (span, words) = bend(expression, is_bent);
             let at = place.part(expression.text(), span);
-            let help = "leave out abs, min, max, if and sign, and tables with corners";
+            let help = "leave out abs, min, max, if and sign; of a table take `interpolation = \"cubic\"` with `beyond = \"straight\"`, which goes on without a corner";
             out.push(Diagnostic::error("motion::kink", message).at(at, words).help(help));
             return None;
         }

@@ -13,6 +13,7 @@ use super::response::Response;
 use super::sharing::Sharing;
 use super::slider_springs::Sliders;
 use super::timed::Timed;
+use super::watched::WatchedRows;
 use super::wired::{Computer, Setup, Wired};
 use crate::assemble::{Along, Equations};
 use crate::equations::InputKind;
@@ -280,6 +281,7 @@ impl Machine {
             evaluated: 0,
             scratch: vec![0.0; r.max(kept.end)],
             friction_torques: vec![0.0; kept.end],
+            watched: WatchedRows::new(kept.len(), r),
             kept: kept.clone(),
             drives,
             dynamics,

@@ -9,7 +9,49 @@ const MOST: usize = 12;
 /// Units in the last place that are rounding.
 const ROUNDED: f64 = 4.0;
 
+/// Of its size at the ends of a step, what of the smallest pivot of the rows is taken for a loss of their rank.
+const LOST: f64 = 1e-6;
+
 impl Machine {
+    /// Whether kept rows may become dependent along the motion.
+    pub fn watches_rows(&self) -> bool {
+        !self.kept.is_empty() && !self.hold_constant
+    }
+
+    fn take_rows(&mut self, time: f64, state: &[f64]) {
+        let r = self.degrees_of_freedom;
+        self.forces(time, state);
+        self.watched.matrix.copy_from_slice(&self.work.friction_rows[self.kept.start * r..self.kept.end * r]);
+    }
+
+    /// Looks at the kept rows at a state, for the steps to come.
+    pub fn look_at_rows(&mut self, time: f64, state: &[f64]) {
+        self.take_rows(time, state);
+        (self.watched.sign, self.watched.least) = self.watched.eliminate(true);
+    }
+
+    /// Whether their determinant has another sign than where they were looked at.
+    pub fn rows_turned(&mut self, time: f64, state: &[f64]) -> bool {
+        self.take_rows(time, state);
+        let (sign, _) = self.watched.eliminate(false);
+        self.watched.sign * sign < 0.0 || sign == 0.0 && self.watched.sign != 0.0
+    }
+
+    /// Their smallest pivot at a state.
+    pub fn least_pivot(&mut self, time: f64, state: &[f64]) -> f64 {
+        self.take_rows(time, state);
+        self.watched.eliminate(true).1
+    }
+
+    /// Whether they depend on each other at a state, beside what they are where they were looked at and at another state.
+    pub fn rows_depend(&mut self, (time, state): (f64, &[f64]), (other, there): (f64, &[f64])) -> bool {
+        let before = self.watched.least;
+        self.look_at_rows(other, there);
+        let usual = f64::max(before, self.watched.least);
+        self.look_at_rows(time, state);
+        self.watched.least < LOST * usual
+    }
+
     /// Puts angles and speeds back on the kept rows, by the smallest changes in the metric of the inertia; tells whether any changed. Between
     /// two steps only what the tolerance left is taken away, so that nothing adds up.
     pub fn stay_on_rows(&mut self, time: f64, state: &mut [f64]) -> bool {

@@ -25,6 +25,7 @@ mod sharing;
 mod slider_springs;
 mod sliders;
 mod timed;
+mod watched;
 mod wired;
 
 pub(super) use bends::Leap;
@@ -50,6 +51,7 @@ use response::Response;
 use sharing::Sharing;
 use slider_springs::Sliders;
 use timed::Timed;
+use watched::WatchedRows;
 use wired::{Computer, Wired};
 
 /// The closed loop: plant, motors, laws and sources, with the current modes.
@@ -141,6 +143,8 @@ pub struct Machine {
     evaluated: u64,
     /// Numbers of the kept rows among the directions: behind the frictions.
     pub(super) kept: Range<usize>,
+    /// What is looked at of them from step to step.
+    watched: WatchedRows,
     pub(super) friction_torques: Vec<f64>,
 }
 
