@@ -1,6 +1,7 @@
 //! Identification: the torque balance is linear in the coefficients of the terms, so each of them is a column of a regressor, for
 //! any model.
 
+mod corrected;
 mod determined;
 mod distribution;
 mod excitation;
@@ -12,6 +13,7 @@ mod samples;
 mod teeth;
 mod window;
 
+pub use corrected::Errors;
 pub use determined::{Excitation, undetermined};
 pub use distribution::student_quantile;
 pub use excitation::{Selection, d_optimal, expected_errors, information};
