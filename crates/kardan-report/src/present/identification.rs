@@ -254,7 +254,8 @@ fn silent(suggested: &Suggestions) -> String {
         }
     };
     let left: String = suggested.not_tried.iter().map(|one| format!(" Not tried: {one}.")).collect();
-    let silent = if names.is_empty() { String::new() } else { format!("Tried, and not told from zero: {}.", list(&names, 40)) };
+    let silent =
+        if names.is_empty() { String::new() } else { format!("Tried, and not told from zero: {}.", list(&names, 40)) };
     format!("{silent}{orders}{left}")
 }
 

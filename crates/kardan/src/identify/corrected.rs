@@ -72,8 +72,7 @@ impl Samples {
         let errors = self.errors.as_ref()?;
         let mut out = self.clone();
         let (rows, m, r, p) = (self.rows, self.inputs, self.degrees_of_freedom, self.columns);
-        let (size, slopes, variances) =
-            (m + 3 * r, errors.slopes_of(rows, m, r), Errors::variances_of(m, r));
+        let (size, slopes, variances) = (m + 3 * r, errors.slopes_of(rows, m, r), Errors::variances_of(m, r));
         let mut work = Work { g: vec![0.0; rows * size], spread: vec![0.0; rows * size], left: vec![0.0; rows] };
         for sample in 0..self.len() {
             let slopes = &errors.slopes[sample * slopes..(sample + 1) * slopes];

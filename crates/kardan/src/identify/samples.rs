@@ -169,7 +169,8 @@ impl Samples {
 
     /// How errors enter some of the columns.
     fn errors_of(&self, errors: &Errors, columns: &[usize]) -> Errors {
-        let (all, own) = (errors.slopes_of(self.rows, self.inputs, self.degrees_of_freedom), self.rows * self.degrees_of_freedom);
+        let (all, own) =
+            (errors.slopes_of(self.rows, self.inputs, self.degrees_of_freedom), self.rows * self.degrees_of_freedom);
         let known = all - errors.columns.len() * own;
         // Where each is among those told, and its new number.
         let kept: Vec<(usize, (usize, usize))> = columns
@@ -185,7 +186,11 @@ impl Samples {
             slopes.extend_from_slice(&sample[..known]);
             kept.iter().for_each(|(place, _)| slopes.extend_from_slice(&sample[known + place * own..][..own]));
         }
-        Errors { columns: kept.into_iter().map(|(_, column)| column).collect(), slopes, variances: errors.variances.clone() }
+        Errors {
+            columns: kept.into_iter().map(|(_, column)| column).collect(),
+            slopes,
+            variances: errors.variances.clone(),
+        }
     }
 
     /// Means over ranges of samples: a sample each.

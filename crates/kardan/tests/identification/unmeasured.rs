@@ -24,7 +24,8 @@ fn run(source: &str) -> (Vec<String>, Vec<Vec<f64>>) {
 /// A log of some columns of a run, each with noise, in steps of a sensor where they are above zero, and with a factor.
 fn log(run: &(Vec<String>, Vec<Vec<f64>>), columns: &[(&str, f64, f64, f64)], seed: u64) -> String {
     let mut random = Random::new(seed);
-    let place = |name: &str| run.0.iter().position(|own| own == name).unwrap_or_else(|| panic!("{name} in {:?}", run.0));
+    let place =
+        |name: &str| run.0.iter().position(|own| own == name).unwrap_or_else(|| panic!("{name} in {:?}", run.0));
     let times = &run.1[0];
     let mut out = format!("t,{}\n", columns.iter().map(|one| one.0).collect::<Vec<_>>().join(","));
     for (k, time) in times.iter().enumerate() {
@@ -44,7 +45,8 @@ fn tried(source: &str, logs: &[String], settings: &IdentifySettings) -> Result<I
         name: format!("log-{k}.csv"),
         bytes: in_memory(log.as_bytes().to_vec()),
     };
-    identify(source, logs.iter().enumerate().map(file).collect(), settings, &Silent).map_err(|wrong| plain(source, &wrong))
+    identify(source, logs.iter().enumerate().map(file).collect(), settings, &Silent)
+        .map_err(|wrong| plain(source, &wrong))
 }
 
 fn dynamic(parameters: &[&str]) -> IdentifySettings {
@@ -84,7 +86,8 @@ const TORQUES: [&str; 2] = [
     "0.05 N m + 0.15 N m * (sin(1.07 * t / 1 s + 1) + sin(2.6 * t / 1 s + 2) + sin(5.7 * t / 1 s) + sin(14.5 * t / 1 s + 4))",
     "-0.05 N m + 0.15 N m * (sin(1.07 * t / 1 s + 4) + sin(2.6 * t / 1 s) + sin(5.7 * t / 1 s + 3) + sin(14.5 * t / 1 s + 1))",
 ];
-const SENSORS: [(&str, f64, f64, f64); 3] = [("a.phi", 2e-6, 0.0, 1.0), ("b.phi", 2e-6, 0.0, 1.0), ("m.tau", 2e-3, 0.0, 1.0)];
+const SENSORS: [(&str, f64, f64, f64); 3] =
+    [("a.phi", 2e-6, 0.0, 1.0), ("b.phi", 2e-6, 0.0, 1.0), ("m.tau", 2e-3, 0.0, 1.0)];
 
 /// The far body's row is `0 = Xθ + e`: its coefficients do not shrink to nothing because it can be fitted so, with a term missing or not; and
 /// a missing one is told.
@@ -100,7 +103,10 @@ fn a_far_body_does_not_vanish() {
         assert!((value / truth - 1.0).abs() < 0.15, "{name}: {value} instead of {truth}");
     }
     let warned = found.warnings.join("; ");
-    assert!(!found.verdict().sound && warned.contains("the balance of b, ") && warned.contains("does not close"), "{warned}");
+    assert!(
+        !found.verdict().sound && warned.contains("the balance of b, ") && warned.contains("does not close"),
+        "{warned}"
+    );
 }
 
 /// Of the right model the intervals of 95 % hold the truth: of 10 times 8 intervals, of which those of one log go together as they share the
@@ -109,7 +115,8 @@ fn a_far_body_does_not_vanish() {
 fn intervals_of_a_far_body_cover() {
     let runs = TORQUES.map(|torque| run(&two(TRUE, torque)));
     let source = two(GUESS, TORQUES[0]);
-    let truths = ["a.inertia", "a.damping", "a.friction", "b.inertia", "b.damping", "b.friction", "k.stiffness", "k.damping"];
+    let truths =
+        ["a.inertia", "a.damping", "a.friction", "b.inertia", "b.damping", "b.friction", "k.stiffness", "k.damping"];
     let (mut held, mut farthest) = (0, 0.0_f64);
     for seed in 0..10 {
         let logs: Vec<String> =
@@ -161,11 +168,15 @@ fn what_was_measured_twice_is_compared() {
 /// Play between two measured angles that the file knows nothing of is told, with its width.
 #[test]
 fn play_that_the_file_does_not_know_is_told() {
-    let run = run(&geared("10", "backlash = \"0.1 rad\"\n"));
+    let run = run(&geared("10", "backlash = \"0.1 rad\"\n").replace("12 s", "6 s"));
     let channels = [("m.phi", 0.0, 3e-4, 1.0), ("l.phi", 0.0, 3e-5, 1.0), ("d.tau", 2e-3, 0.0, 1.0)];
     let found = found(&geared("10", ""), &[log(&run, &channels, 5)], &["l.inertia", "l.damping"]);
     let warned = found.warnings.join("; ");
-    assert!(warned.contains("there is play") && warned.contains("--parameters g.backlash"), "{warned} {:?}", found.notes);
+    assert!(
+        warned.contains("there is play") && warned.contains("--parameters g.backlash"),
+        "{warned} {:?}",
+        found.notes
+    );
     let width = warned.split("backlash = \"").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
     assert!((width.parse::<f64>().unwrap() / 0.1 - 1.0).abs() < 0.1, "{width}");
 }
@@ -188,7 +199,9 @@ fn masses_have_units_of_their_own() {
                 [identification]\nrest_speed = \"1 mm/s\"\n\
                 [[identification.extra]]\nkind = \"stribeck\"\nfriction = \"rotor\"\nspeed = \"2 mm/s\"\n";
     let found = found(&model("1", more), &[text], &["rotor.mass", "rotor.damping", "rotor.friction"]);
-    for (name, truth, unit) in [("rotor.mass", 2.0, "kg"), ("rotor.damping", 3.0, "N s/m"), ("rotor.friction", 0.5, "N")] {
+    for (name, truth, unit) in
+        [("rotor.mass", 2.0, "kg"), ("rotor.damping", 3.0, "N s/m"), ("rotor.friction", 0.5, "N")]
+    {
         let own = one(&found, name);
         assert!((own.value.unwrap() / truth - 1.0).abs() < 0.02 && own.unit == unit, "{own:?}");
     }
@@ -196,9 +209,13 @@ fn masses_have_units_of_their_own() {
     assert_eq!(channels, [("rotor.s", "m"), ("d.f", "N")]);
     assert_eq!(found.validation[0].unit, "N");
     let (written, left) = study::written(&model("1", more), &found).unwrap();
-    assert!(written.contains("mass = \"") && !written.contains("mass = \"1 kg\"") && left.is_empty(), "{left:?} {written}");
+    assert!(
+        written.contains("mass = \"") && !written.contains("mass = \"1 kg\"") && left.is_empty(),
+        "{left:?} {written}"
+    );
     // Masses are found unasked, and speeds of a bench are those of a mass.
-    let all = self::found(&model("1", ""), &[log(&run, &[("rotor.s", 1e-6, 0.0, 1.0), ("d.f", 1e-2, 0.0, 1.0)], 7)], &[]);
+    let all =
+        self::found(&model("1", ""), &[log(&run, &[("rotor.s", 1e-6, 0.0, 1.0), ("d.f", 1e-2, 0.0, 1.0)], 7)], &[]);
     assert_eq!(all.parameters[0].name, "rotor.mass");
     let bench = |speed: &str| {
         let source = model("1", &format!("[bench]\nspeed_limit = {{ rotor = \"{speed}\" }}\n"));
@@ -206,7 +223,10 @@ fn masses_have_units_of_their_own() {
     };
     assert!(bench("1 rad/s").is_some_and(|told| told.contains("velocity")));
     let told = bench("1 m/s");
-    assert!(told.as_ref().is_none_or(|told| !told.contains("speed_limit")), "{told:?}");
+    assert!(
+        told.as_ref().is_none_or(|told| !told.contains("no speed limit") && !told.contains("velocity")),
+        "{told:?}"
+    );
 }
 
 /// The backlash of a spring that is suggested counts windows beyond it alone.
@@ -257,7 +277,9 @@ fn messages_say_what_is_so() {
     assert!(remarks.contains("`d.tau` has no number in 2 of 12001 rows and is infinite in 1"), "{remarks}");
     // The loss in use is not proposed.
     let outliers = text.lines().enumerate().map(|(k, line)| match (k > 0 && k % 7 == 0, line.rsplit_once(',')) {
-        (true, Some((head, tail))) => format!("{head},{}\n", tail.parse::<f64>().unwrap() + 0.2 * f64::from(k as u32 % 5)),
+        (true, Some((head, tail))) => {
+            format!("{head},{}\n", tail.parse::<f64>().unwrap() + 0.2 * f64::from(k as u32 % 5))
+        }
         _ => format!("{line}\n"),
     });
     let outliers: String = outliers.collect();
@@ -271,5 +293,9 @@ fn messages_say_what_is_so() {
     let settings = IdentifySettings { suggest: true, ..dynamic(&["l.damping", "l.friction"]) };
     let found = tried(&geared("10", ""), &[text], &settings).unwrap();
     let suggestions = found.suggestions.unwrap();
-    assert!(suggestions.not_tried.iter().any(|one| one.contains("load") && one.contains('l')), "{:?}", suggestions.not_tried);
+    assert!(
+        suggestions.not_tried.iter().any(|one| one.contains("load") && one.contains('l')),
+        "{:?}",
+        suggestions.not_tried
+    );
 }

@@ -61,7 +61,7 @@ pub struct Fit {
 /// Rounds of reweighting.
 const ROUNDS: usize = 50;
 /// Rounds in which errors of the motion are taken out, and the change in standard errors that ends them.
-const CORRECTIONS: usize = 60;
+const CORRECTIONS: usize = 20;
 const SETTLED: f64 = 1e-3;
 /// Times that the covariance of the rows is taken anew, and samples for each column that it needs.
 const REWEIGHTED: usize = 3;

@@ -156,9 +156,7 @@ impl ExtraTerm {
             Law::Cogging(harmonic) => own("cogging", &format!("order = {}\n", harmonic.order)),
             Law::Ripple(harmonic) => own("ripple", &format!("order = {}\n", harmonic.order)),
             Law::Offset => own("offset", ""),
-            Law::Backlash { clear } => {
-                own("backlash", &format!("clear = \"{clear} {}\"\n", domain.motion()[0].unit()))
-            }
+            Law::Backlash { clear } => own("backlash", &format!("clear = \"{clear} {}\"\n", domain.motion()[0].unit())),
             Law::Teeth { .. } => own("teeth", ""),
             Law::Parameter { .. } => String::new(),
         }
@@ -239,9 +237,11 @@ impl Declared<'_> {
         let element = self.element(direction, out);
         let torque = self.element("torque", out);
         let own = |word: &str, law: Law| vec![ExtraTerm::new(&element, word, law)];
-        let along_masses = self.document.elements.iter().any(|one| {
-            one.name == element && (one.kind.keyword == "mass" || one.table.along_masses)
-        });
+        let along_masses = self
+            .document
+            .elements
+            .iter()
+            .any(|one| one.name == element && (one.kind.keyword == "mass" || one.table.along_masses));
         let domain = if along_masses { Domain::Translation } else { Domain::Rotation };
         let mut number = |key: &str, dimension: Dimension| {
             quantity(

@@ -222,9 +222,10 @@ impl GroupReader {
             (0, 0) => None,
             (0, infinite) => Some(format!("is infinite in {infinite} rows, which are left out")),
             (none, 0) => Some(format!("has no number in {none} of {} rows, which are left out", self.rows)),
-            (none, infinite) => {
-                Some(format!("has no number in {none} of {} rows and is infinite in {infinite}, which are left out", self.rows))
-            }
+            (none, infinite) => Some(format!(
+                "has no number in {none} of {} rows and is infinite in {infinite}, which are left out",
+                self.rows
+            )),
         }
     }
 

@@ -73,7 +73,9 @@ pub(super) fn plant(
     let reduced = reduce(equations, Some(&coordinates)).map_err(|error| failed(&error))?;
     let place = |is: &dyn Fn(&Quantity) -> bool| slots.iter().position(is);
     let sensors = reduced.coordinate_names().into_iter();
-    let sensors = sensors.map(|shaft| (place(&|slot| slot.is_angle_of(&shaft)), place(&|slot| slot.is_speed_of(&shaft)))).collect();
+    let sensors = sensors
+        .map(|shaft| (place(&|slot| slot.is_angle_of(&shaft)), place(&|slot| slot.is_speed_of(&shaft))))
+        .collect();
     let inputs = &reduced.equations.inputs;
     let torques: Vec<_> = inputs.iter().map(|input| place(&|slot| slot.is_torque_of(&input.element))).collect();
     let unmeasured =

@@ -77,10 +77,16 @@ pub(super) fn contradictions(plant: &Plant, material: &Material<'_>) -> Contradi
 
 impl Redundant {
     /// The motion of a slot, if it follows from others.
-    fn new(plant: &Plant, material: &Material<'_>, slot: usize, (shaft, coefficients): (usize, Vec<f64>)) -> Option<Self> {
+    fn new(
+        plant: &Plant,
+        material: &Material<'_>,
+        slot: usize,
+        (shaft, coefficients): (usize, Vec<f64>),
+    ) -> Option<Self> {
         let quantity = &material.slots[slot];
         let is_angle = matches!(quantity, Quantity::Angle(..));
-        if plant.sensors.iter().any(|(angle, speed)| *angle == Some(slot) || (*speed == Some(slot) && angle.is_none())) {
+        if plant.sensors.iter().any(|(angle, speed)| *angle == Some(slot) || (*speed == Some(slot) && angle.is_none()))
+        {
             return None;
         }
         let with: Vec<usize> = (0..coefficients.len()).filter(|&k| coefficients[k] != 0.0).collect();
@@ -115,12 +121,14 @@ impl Redundant {
             .collect();
         let width = with.len() + 1;
         let variance = |row: &[Reading], (slot, first): (usize, bool)| {
-            let gain = if first { Reading::FIRST_GAIN / (material.window * material.window) } else { Reading::VALUE_GAIN };
+            let gain =
+                if first { Reading::FIRST_GAIN / (material.window * material.window) } else { Reading::VALUE_GAIN };
             noise[slot] * noise[slot] * gain / row[slot].samples.max(1) as f64
         };
         let (mut square, mut count) = (0.0, 0.0);
         for recording in material.recorded {
-            let sections: std::collections::BTreeSet<usize> = recording.windows.keys().map(|(section, _)| *section).collect();
+            let sections: std::collections::BTreeSet<usize> =
+                recording.windows.keys().map(|(section, _)| *section).collect();
             for section in sections {
                 let first = out.rows.len();
                 for (_, row) in recording.windows.iter().filter(|((own, _), _)| *own == section) {
@@ -178,7 +186,8 @@ impl Redundant {
     fn wrong_ratio(&self, found: &[f64]) -> String {
         let sum = |of: &[f64]| {
             let part = |(x, name): (&f64, &String)| {
-                let inverse = if x.abs() < 1.0 && *x != 0.0 { format!(" (1 to {})", short(1.0 / x)) } else { String::new() };
+                let inverse =
+                    if x.abs() < 1.0 && *x != 0.0 { format!(" (1 to {})", short(1.0 / x)) } else { String::new() };
                 format!("{} {name}{inverse}", short(*x))
             };
             of.iter().zip(&self.of).map(part).collect::<Vec<_>>().join(" + ")

@@ -166,9 +166,11 @@ fn turning(carried: &[Carried], teeth: usize) -> Vec<bool> {
             let Some(own) = of(k) else { return false };
             let neighbours = [k.checked_sub(1), (k + 1 < carried.len()).then_some(k + 1)];
             // It may change within half a window by half of what it does to the next, and is curved.
-            neighbours.into_iter().flatten().filter(|&other| near(&carried[other], &carried[k])).any(|other| {
-                of(other).is_none_or(|other| own * other <= 0.0 || own.abs() < (own - other).abs())
-            })
+            neighbours
+                .into_iter()
+                .flatten()
+                .filter(|&other| near(&carried[other], &carried[k]))
+                .any(|other| of(other).is_none_or(|other| own * other <= 0.0 || own.abs() < (own - other).abs()))
         })
         .collect()
 }
@@ -351,8 +353,7 @@ fn senses(plant: &Plant, asked: &Asked, material: &Material<'_>, element: &str) 
     let (noise, mut motion) = (slot_noise(plant, material), Moving::new(plant));
     let domain = plant.reduced.equations.domain_of(&frictions[number]);
     let stated = asked.rest_speed.filter(|(_, own)| *own == domain).map(|(speed, _)| speed);
-    let rest =
-        stated.unwrap_or_else(|| rest_speeds(plant, std::slice::from_ref(&g), &noise, &mut motion, material)[0]);
+    let rest = stated.unwrap_or_else(|| rest_speeds(plant, std::slice::from_ref(&g), &noise, &mut motion, material)[0]);
     let mut ways = |recording: &Recording| {
         let mut out = [false; 2];
         for row in recording.windows.values() {

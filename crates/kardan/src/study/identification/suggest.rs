@@ -204,9 +204,10 @@ fn half_width(whole: &Whole<'_>, material: &Material<'_>, spring: &str, clear: f
     let found = fit(&samples, &chosen, &fit_options(&own, &all, whole.chosen.method))?;
     let equations = &whole.plant.reduced.equations;
     let number = equations.springs.iter().position(|term| term.element == spring)?;
-    let sought = all.kept.iter().position(|(k, _)| {
-        all.asked[*k].kind == Kind::Stiffness && all.asked[*k].terms.contains(&number)
-    });
+    let sought = all
+        .kept
+        .iter()
+        .position(|(k, _)| all.asked[*k].kind == Kind::Stiffness && all.asked[*k].terms.contains(&number));
     let stiffness = sought.map_or(equations.springs[number].value.stiffness.to_f64(), |k| found.values[k]);
     Some(found.values[samples.columns - 1] / stiffness).filter(|half| half.is_finite())
 }
@@ -228,7 +229,11 @@ fn backlashes(whole: &Whole<'_>, material: &Material<'_>) -> Vec<Vec<ExtraTerm>>
             largest =
                 largest.max((row.iter().map(|(shaft, a)| a * kinematics.angles[*shaft]).sum::<f64>() - rest).abs());
         }
-        let asked = whole.asked.extras.iter().any(|own| own.element == spring.element && matches!(own.law, Law::Backlash { .. }));
+        let asked = whole
+            .asked
+            .extras
+            .iter()
+            .any(|own| own.element == spring.element && matches!(own.law, Law::Backlash { .. }));
         if asked || !(largest > 0.0) {
             continue;
         }
@@ -439,12 +444,15 @@ impl<'a> Search<'a> {
             Some(same.gain(&self.validated(tried)?))
         });
         let unclear = told.is_some_and(|tried| self.unclear(k, tried));
-        let helps = impossible.is_none() && !unclear && gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
+        let helps =
+            impossible.is_none() && !unclear && gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
         let verdict = match (probability, &impossible, helps) {
             (None, ..) => "in these logs it is always seen together with terms that are there".into(),
             (Some(p), ..) if p >= level => "cannot be told from zero".into(),
             (_, Some(name), _) => format!("with it {name} would be below zero, which it cannot be"),
-            _ if unclear => "half the width found is not within the twist from which it was taken to be in touch".into(),
+            _ if unclear => {
+                "half the width found is not within the twist from which it was taken to be in touch".into()
+            }
             (.., false) => "predicts what was not seen no better".into(),
             _ => String::new(),
         };
@@ -510,7 +518,6 @@ impl<'a> Search<'a> {
     fn row_names(&self) -> Vec<String> {
         self.whole.plant.row_names(self.samples.rows)
     }
-
 
     /// Each log predicted by the others, as the model is and with terms; those of single logs are left out, as nothing is known of them in
     /// a log that was not seen.

@@ -184,7 +184,11 @@ fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
         .map(|test| ResidualTest {
             what: test_name(test.what, &rows, &speeds),
             probability: test.probability,
-            meaning: if test.probability < UNLIKELY { meaning(test.what, fitted.asked.loss).into() } else { String::new() },
+            meaning: if test.probability < UNLIKELY {
+                meaning(test.what, fitted.asked.loss).into()
+            } else {
+                String::new()
+            },
         })
         .collect()
 }
