@@ -1,33 +1,7 @@
 //! Rows of the balance on which no torque acts that was measured: they tell ratios of coefficients, never their size.
 
-use super::{Fit, Samples};
+use super::{Errors, Samples};
 use crate::num::{Cholesky, dot};
-
-/// How errors of what was measured enter the rows of samples.
-///
-/// Errors are those of the torques of all inputs, then of accelerations, speeds and positions of the reduced coordinates.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Errors {
-    /// Columns that a part of the motion multiplies, and which: 0 accelerations, 1 speeds, 2 positions.
-    pub columns: Vec<(usize, usize)>,
-    /// Sample by sample: what each error adds to `y − Xθ` by what is known (rows × errors), then for each of these columns what the errors of
-    /// its part add by its value (rows × degrees of freedom).
-    pub slopes: Vec<f64>,
-    /// Sample by sample: variances of the errors, then the covariances of accelerations and positions.
-    pub variances: Vec<f64>,
-}
-
-impl Errors {
-    /// Slopes of a sample.
-    pub fn slopes_of(&self, rows: usize, inputs: usize, degrees_of_freedom: usize) -> usize {
-        rows * (inputs + (3 + self.columns.len()) * degrees_of_freedom)
-    }
-
-    /// Variances of a sample.
-    pub fn variances_of(inputs: usize, degrees_of_freedom: usize) -> usize {
-        inputs + 4 * degrees_of_freedom
-    }
-}
 
 /// Part of a direction that must be left of it beside others.
 const APART: f64 = 1e-6;
@@ -61,14 +35,14 @@ fn complement<'a>(directions: impl Iterator<Item = &'a [f64]>, size: usize) -> V
 }
 
 impl Samples {
-    /// The samples with the errors of the motion taken out that rows without a measured torque tell at the values of a fit, so that the
-    /// residuals stay; and with the covariances at these values. The same where there are no such rows.
+    /// The samples with the errors of the motion taken out that rows without a measured torque tell at some values, so that what is
+    /// `left` of each sample and row stays; and with the covariances at these values. The same where there are no such rows.
     ///
     /// Such a row is `0 = Xθ + e` with an error that is as large as θ: least squares make θ small, and weights from its own residuals make
     /// it nothing. The likelihood of the errors `ε` of what was measured, `e = Gε`, has no such minimum: it is stationary where
     /// `Σ X̂ᵀS⁻¹(y − Xθ) = 0` with X̂ the signals less their most likely errors, `ε = ΛGᵀS⁻¹(y − Xθ)` \[Fuller 1987, 3.1; Britt, Luecke
     /// 1973\]. Of a row in which nothing is known X̂θ is zero: no scale of θ fits it better than another.
-    pub(super) fn corrected(&self, fit: &Fit) -> Option<Self> {
+    pub(super) fn corrected(&self, values: &[f64], left: &dyn Fn(usize, usize) -> f64) -> Option<Self> {
         let errors = self.errors.as_ref()?;
         let mut out = self.clone();
         let (rows, m, r, p) = (self.rows, self.inputs, self.degrees_of_freedom, self.columns);
@@ -81,10 +55,10 @@ impl Samples {
             work.g.copy_from_slice(known);
             for ((column, part), own) in errors.columns.iter().zip(of_columns.chunks_exact((rows * r).max(1))) {
                 for (i, j) in (0..rows).flat_map(|i| (0..r).map(move |j| (i, j))) {
-                    work.g[i * size + m + part * r + j] += fit.values[*column] * own[i * r + j];
+                    work.g[i * size + m + part * r + j] += values[*column] * own[i * r + j];
                 }
             }
-            (0..rows).for_each(|row| work.left[row] = self.y(sample)[row] - fit.prediction(self, sample, row));
+            (0..rows).for_each(|row| work.left[row] = left(sample, row));
             let Some((covariance, likely)) = work.likely(variances, (rows, m, r)) else { continue };
             out.covariance[sample * rows * rows..(sample + 1) * rows * rows].copy_from_slice(&covariance);
             for ((column, part), own) in errors.columns.iter().zip(of_columns.chunks_exact((rows * r).max(1))) {
@@ -92,7 +66,7 @@ impl Samples {
                 for i in 0..rows {
                     let change = dot(&own[i * r..(i + 1) * r], error);
                     out.x[(sample * rows + i) * p + column] += change;
-                    out.y[sample * rows + i] += fit.values[*column] * change;
+                    out.y[sample * rows + i] += values[*column] * change;
                 }
             }
         }

@@ -4,6 +4,7 @@
 mod corrected;
 mod determined;
 mod distribution;
+mod errors;
 mod excitation;
 mod extra;
 mod fit;
@@ -13,9 +14,9 @@ mod samples;
 mod teeth;
 mod window;
 
-pub use corrected::Errors;
 pub use determined::{Excitation, undetermined};
 pub use distribution::student_quantile;
+pub use errors::Errors;
 pub use excitation::{Selection, d_optimal, expected_errors, information};
 pub use extra::Extra;
 pub use fit::{Fit, FitOptions, Loss, Shape, Test, TestKind, cross_validate, fit, residual_tests};

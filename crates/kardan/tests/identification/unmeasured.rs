@@ -168,9 +168,16 @@ fn what_was_measured_twice_is_compared() {
 /// Play between two measured angles that the file knows nothing of is told, with its width.
 #[test]
 fn play_that_the_file_does_not_know_is_told() {
-    let run = run(&geared("10", "backlash = \"0.1 rad\"\n").replace("12 s", "6 s"));
-    let channels = [("m.phi", 0.0, 3e-4, 1.0), ("l.phi", 0.0, 3e-5, 1.0), ("d.tau", 2e-3, 0.0, 1.0)];
-    let found = found(&geared("10", ""), &[log(&run, &channels, 5)], &["l.inertia", "l.damping"]);
+    let model = |play: &str| {
+        format!(
+            "[shaft.a]\ninertia = \"0.01 kg m^2\"\n[shaft.b]\ninertia = \"0.1 kg m^2\"\ndamping = \"0.5 N m s/rad\"\n\
+             [gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 3\n{play}[motor.m]\nshaft = \"a\"\n\
+             [scenario]\nduration = \"10 s\"\noutput_step = \"1 ms\"\nsignals = {{ \"m.tau\" = \"2 N m * sin(3 * t / 1 s)\" }}\n"
+        )
+    };
+    let run = run(&model("backlash = \"0.1 rad\"\n"));
+    let channels = [("a.phi", 0.0, 3e-4, 1.0), ("b.phi", 0.0, 3e-5, 1.0), ("m.tau", 2e-3, 0.0, 1.0)];
+    let found = found(&model(""), &[log(&run, &channels, 5)], &["b.inertia", "b.damping"]);
     let warned = found.warnings.join("; ");
     assert!(
         warned.contains("there is play") && warned.contains("--parameters g.backlash"),

@@ -84,7 +84,7 @@ pub fn fit(samples: &Samples, chosen: &[usize], options: &FitOptions) -> Option<
     // Weights that depend on what is sought come last.
     let mut found = linear(samples, chosen, options, 0)?;
     for _ in 0..CORRECTIONS {
-        let Some(corrected) = samples.corrected(&found) else { break };
+        let Some(corrected) = found.corrected(samples) else { break };
         let next = linear(&corrected, chosen, options, REWEIGHTED)?;
         let moved = |k: usize| (next.values[k] - found.values[k]).abs() > SETTLED * next.standard_errors[k].abs();
         let settled = !(0..next.values.len()).any(moved);
@@ -191,6 +191,11 @@ impl Fit {
         let mut solved = own.clone();
         factor.solve(&mut solved);
         fisher_tail((count as f64, freedom), dot(&own, &solved) / count as f64)
+    }
+
+    /// The samples with the errors of the motion taken out that rows without a measured torque tell; none where that needs nothing.
+    fn corrected(&self, samples: &Samples) -> Option<Samples> {
+        samples.corrected(&self.values, &|sample, row| samples.y(sample)[row] - self.prediction(samples, sample, row))
     }
 
     /// What the fit predicts of a row of a sample, N m.

@@ -109,7 +109,7 @@ pub(super) fn asked(
         out.push(match plays.first() {
             Some(gear) => Diagnostic::error("identify::nothing", format!("`{gear}.backlash` alone leaves no torque balance to fit"))
                 .help("which way the teeth are pressed follows from that: name a damping or a friction of the model beside it"),
-            None => 
+            None =>
             Diagnostic::error("identify::nothing", "nothing is to be found: the model has no damping and no friction")
                 .help("name what is to be found with `--parameters shaft.damping,shaft.friction`"),
         });

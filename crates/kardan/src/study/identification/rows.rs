@@ -78,16 +78,7 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
     let mut motion = Moving::new(plant);
     let mut teeth = teeth(&plant.balance(&reduced, &columns.asked, asked));
     let basis = plant.basis();
-    let frictions = reduced.equations.frictions.iter().map(|term| in_coordinates(&term.row, &basis));
-    let teeth_rows = reduced.equations.meshes().map(|(hold, _)| in_coordinates(&hold.row, &basis));
-    let directions: Vec<Vec<f64>> = frictions.chain(teeth_rows).collect();
-    let frictions = reduced.equations.frictions.iter().map(|term| reduced.equations.domain_of(term));
-    let meshes = reduced.equations.meshes().map(|(hold, _)| reduced.equations.domain_of_hold(hold));
-    let domains: Vec<Domain> = frictions.chain(meshes).collect();
-    let mut rest = rest_speeds(plant, &directions, &noise, &mut motion, material);
-    if let Some((speed, domain)) = asked.rest_speed {
-        rest.iter_mut().zip(&domains).filter(|(_, own)| **own == domain).for_each(|(rest, _)| *rest = speed);
-    }
+    let rest = speeds_of_rest(plant, asked, &reduced, &noise, &mut motion, material);
     let (rest, of_teeth) = rest.split_at(reduced.equations.frictions.len());
     teeth.iter_mut().zip(of_teeth).for_each(|(one, speed)| one.rest_speed = *speed);
     let (mut plays, cuts): (Vec<Play>, Vec<_>) = cut_plays(plant, columns, asked).into_iter().unzip();
@@ -152,6 +143,29 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
     built.plays = plays;
     built.leave_turning_teeth(&columns.extras, &carried, asked.lenient);
     built
+}
+
+/// The speeds below which frictions, then teeth, are taken to rest: as stated for what is a speed of, else as the logs show.
+fn speeds_of_rest(
+    plant: &Plant,
+    asked: &Asked,
+    reduced: &Reduced,
+    noise: &[f64],
+    motion: &mut Moving,
+    material: &Material<'_>,
+) -> Vec<f64> {
+    let basis = plant.basis();
+    let frictions = reduced.equations.frictions.iter().map(|term| in_coordinates(&term.row, &basis));
+    let teeth_rows = reduced.equations.meshes().map(|(hold, _)| in_coordinates(&hold.row, &basis));
+    let directions: Vec<Vec<f64>> = frictions.chain(teeth_rows).collect();
+    let frictions = reduced.equations.frictions.iter().map(|term| reduced.equations.domain_of(term));
+    let meshes = reduced.equations.meshes().map(|(hold, _)| reduced.equations.domain_of_hold(hold));
+    let domains: Vec<Domain> = frictions.chain(meshes).collect();
+    let mut rest = rest_speeds(plant, &directions, noise, motion, material);
+    if let Some((speed, domain)) = asked.rest_speed {
+        rest.iter_mut().zip(&domains).filter(|(_, own)| **own == domain).for_each(|(rest, _)| *rest = speed);
+    }
+    rest
 }
 
 /// What teeth carry in a window: its log, section and middle, and the torque of each where it is known.
