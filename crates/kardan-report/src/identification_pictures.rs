@@ -13,6 +13,11 @@ const LOGS: usize = 6;
 /// Parameters in the picture of correlations.
 const CELLS: usize = 24;
 
+/// What has such a unit.
+fn effort(unit: &str) -> &'static str {
+    if unit == "N" { "force" } else { "torque" }
+}
+
 /// Torque measured and predicted without having seen it, over time, for each row and the first logs.
 pub(super) fn traces(found: &Identification) -> Vec<Picture> {
     let mut out = Vec::new();
@@ -24,7 +29,7 @@ pub(super) fn traces(found: &Identification) -> Vec<Picture> {
             let own: Vec<_> = trace.points.iter().filter(|point| point.log == log).collect();
             let both = own.iter().flat_map(|point| [(point.time, point.measured), (point.time, point.predicted)]);
             let frame = Frame::new(both, WIDTH, HEIGHT);
-            let mut body = frame.drawn("time, s", "torque, N m");
+            let mut body = frame.drawn("time, s", &format!("{}, {}", effort(&trace.unit), trace.unit));
             body += &frame.dots(own.iter().map(|point| (point.time, point.measured)), 0, 4.0);
             body += &frame.dots(own.iter().map(|point| (point.time, point.predicted)), 1, 2.0);
             body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured"), (1, "predicted, not having seen it")]);
@@ -51,8 +56,9 @@ pub(super) fn curves(found: &Identification) -> Vec<Picture> {
         let places =
             |points: &[FrictionPoint]| points.iter().map(|point| (point.speed, point.torque)).collect::<Vec<_>>();
         let (points, line) = (places(&curve.points), places(&curve.line));
+        let [speed, unit] = curve.units;
         let frame = Frame::new(points.iter().chain(&line).copied(), WIDTH, HEIGHT);
-        let mut body = frame.drawn("speed, rad/s", "friction torque, N m");
+        let mut body = frame.drawn(&format!("speed, {speed}"), &format!("friction {}, {unit}", effort(unit)));
         body += &frame.dots(points.into_iter(), 0, 3.4);
         body += &frame.curve(line.into_iter(), 1, |before, now| before < 0.0 && now > 0.0);
         body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured, less all other terms"), (1, "as found")]);
@@ -71,7 +77,7 @@ pub(super) fn residuals(found: &Identification) -> Vec<Picture> {
             return None;
         }
         let frame = Frame::new(points.iter().copied(), WIDTH, 0.6 * HEIGHT);
-        let mut body = frame.drawn("time, s", "residual, N m");
+        let mut body = frame.drawn("time, s", &format!("residual, {}", trace.unit));
         body += &frame.dots(points.iter().copied(), 0, 3.4);
         let drawn = drawing(LEFT + WIDTH + 16.0, frame.end(), &trace.row, &body);
         let caption = "Measured less predicted without having seen it, all logs upon each other.";

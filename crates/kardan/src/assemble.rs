@@ -78,13 +78,14 @@ impl CoefficientKind {
         }
     }
 
-    /// Its SI unit.
-    pub fn unit(self) -> &'static str {
+    /// Its SI unit along coordinates of a domain.
+    pub fn unit(self, domain: Domain) -> &'static str {
+        let [inertia, damping, stiffness] = domain.units();
         match self {
-            Self::Inertia => "kg m^2",
-            Self::Damping => "N m s/rad",
-            Self::Stiffness => "N m/rad",
-            Self::Friction => "N m",
+            Self::Inertia => inertia,
+            Self::Damping => damping,
+            Self::Stiffness => stiffness,
+            Self::Friction => domain.effort().unit(),
         }
     }
 }
@@ -399,6 +400,19 @@ impl Equations {
             return *domain;
         }
         along.row.first().map_or(Domain::Rotation, |(coordinate, _)| self.domain(*coordinate))
+    }
+
+    /// The domain of an element by its laws and inputs.
+    pub fn domain_of_element(&self, element: &str) -> Domain {
+        fn own<'a, T>(terms: &'a [Along<T>], element: &'a str, of: &Equations) -> Option<Domain> {
+            terms.iter().find(|term| term.element == element).map(|term| of.domain_of(term))
+        }
+        let found = own(&self.frictions, element, self)
+            .or_else(|| own(&self.dampers, element, self))
+            .or_else(|| own(&self.springs, element, self))
+            .or_else(|| own(&self.inertias, element, self))
+            .or_else(|| own(&self.inputs, element, self));
+        found.unwrap_or_default()
     }
 
     /// The domain of what holds along a direction; teeth rub along their first body, whatever their constraint is a length of.

@@ -134,14 +134,14 @@ fn validation(found: &Identification) -> Body {
     }
     let rows = found.validation.iter().map(|one| {
         let fit = percent(one.torque, one.unseen);
-        row![&one.row, one.torque, one.seen, one.unseen, fit]
+        row![&one.row, &one.unit, one.torque, one.seen, one.unseen, fit]
     });
     Body::default()
         .hint(
-            "Every segment was predicted once by a fit that had not seen it (five folds). Root mean squares in N m; the fit is \
-             one less the residual over the torque.",
+            "Every segment was predicted once by a fit that had not seen it (five folds). Root mean squares; the fit is one \
+             less the residual over the torque.",
         )
-        .table_of(ROWS, &["row", "#torque explained", "#residual, seen", "#residual, unseen", "#fit, unseen"], rows)
+        .table_of(ROWS, &["row", "unit", "#torque explained", "#residual, seen", "#residual, unseen", "#fit, unseen"], rows)
 }
 
 fn candidates(found: &Identification) -> Body {
@@ -246,7 +246,17 @@ fn silent(suggested: &Suggestions) -> String {
     if suggested.silent > 0 {
         names.push(format!("{} harmonics of angles", suggested.silent));
     }
-    if names.is_empty() { String::new() } else { format!("Tried, and not told from zero: {}.", list(&names, 40)) }
+    let orders = match suggested.orders.as_slice() {
+        [] => String::new(),
+        orders => {
+            let words: Vec<String> = orders.iter().map(|order| number(*order)).collect();
+            format!(" Harmonics were tried with {} periods in a turn, no others.", list(&words, 40))
+        }
+    };
+    let left: String = suggested.not_tried.iter().map(|one| format!(" Not tried: {one}.")).collect();
+    let silent =
+        if names.is_empty() { String::new() } else { format!("Tried, and not told from zero: {}.", list(&names, 40)) };
+    format!("{silent}{orders}{left}")
 }
 
 /// What is found with the terms that are suggested, and what is left over then.
@@ -270,7 +280,7 @@ fn damping(found: &Identification) -> Body {
     };
     let matrix = NamedMatrix {
         title: "reduced damping as found".into(),
-        unit: "N m s/rad".into(),
+        unit: damping.unit.clone(),
         rows: damping.coordinates.clone(),
         columns: damping.coordinates.clone(),
         values: damping.values.clone(),

@@ -1,8 +1,10 @@
 //! Identification: the torque balance is linear in the coefficients of the terms, so each of them is a column of a regressor, for
 //! any model.
 
+mod corrected;
 mod determined;
 mod distribution;
+mod errors;
 mod excitation;
 mod extra;
 mod fit;
@@ -14,6 +16,7 @@ mod window;
 
 pub use determined::{Excitation, undetermined};
 pub use distribution::student_quantile;
+pub use errors::Errors;
 pub use excitation::{Selection, d_optimal, expected_errors, information};
 pub use extra::Extra;
 pub use fit::{Fit, FitOptions, Loss, Shape, Test, TestKind, cross_validate, fit, residual_tests};

@@ -94,6 +94,8 @@ pub struct Regressor {
     rest_speeds: Vec<f64>,
     /// Half the time over which the sign must stay the same, s.
     half: f64,
+    /// Columns whose errors are told, with the part of the motion that they multiply.
+    told: Option<Vec<(usize, usize)>>,
 }
 
 impl Regressor {
@@ -180,6 +182,44 @@ impl Regressor {
             terms,
             rest_speeds: vec![rest_speed; equations.frictions.len()],
             half: 0.0,
+            told: None,
+        }
+    }
+
+    /// The same with what errors of the measured motion make of the rows, by column; after [`Self::with_extras`]. What [`Self::errors`] then
+    /// fills, and [`super::Samples::with_errors`] asks for.
+    pub fn with_errors(mut self) -> Self {
+        let motion = |(column, (kind, _)): (usize, &(usize, Vec<usize>))| {
+            (*kind != Kind::Friction as usize).then_some((column, *kind))
+        };
+        let told: Vec<(usize, usize)> = self.wanted.iter().enumerate().filter_map(motion).collect();
+        self.width += self.inputs.len() + (3 + told.len()) * self.degrees_of_freedom;
+        self.all = vec![0.0; self.degrees_of_freedom * self.width];
+        self.told = Some(told);
+        self
+    }
+
+    /// The columns whose errors are told.
+    pub fn told(&self) -> Option<&[(usize, usize)]> {
+        self.told.as_deref()
+    }
+
+    /// Slopes of the errors at the motion of the last [`Self::fill_weighted`], in the order of [`super::Errors::slopes`].
+    ///
+    /// # Panics
+    /// If the length does not fit.
+    pub fn errors(&self, slopes: &mut [f64]) {
+        let Some(told) = &self.told else { return };
+        let (r, n, rows) = (self.degrees_of_freedom, self.width, self.rows());
+        let known = self.inputs.len() + 3 * r;
+        let first = self.columns() + 1 + known;
+        let (of_known, of_columns) = slopes.split_at_mut(rows * known);
+        for i in 0..rows {
+            let row = &self.all[(r - rows + i) * n + first..(r - rows + i + 1) * n];
+            of_known[i * known..(i + 1) * known].copy_from_slice(&row[..known]);
+            for k in 0..told.len() {
+                of_columns[(k * rows + i) * r..][..r].copy_from_slice(&row[known + k * r..][..r]);
+            }
         }
     }
 
@@ -364,11 +404,12 @@ impl Regressor {
         let lengths = x.len() == rows * p && y.len() == rows && covariance.len() == rows * rows;
         assert!(lengths && speeds.len() == self.extras.len(), "lengths of a regressor");
         let row = |i: usize| &self.all[(r - rows + i) * n..(r - rows + i + 1) * n];
+        let noise = p + 1 + self.inputs.len() + 3 * r;
         for i in 0..rows {
             x[i * p..(i + 1) * p].copy_from_slice(&row(i)[..p]);
             y[i] = row(i)[p];
             for j in 0..rows {
-                covariance[i * rows + j] = dot(&row(i)[p + 1..], &row(j)[p + 1..]);
+                covariance[i * rows + j] = dot(&row(i)[p + 1..noise], &row(j)[p + 1..noise]);
             }
         }
         for (speed, extra) in speeds.iter_mut().zip(&self.extras) {
@@ -407,6 +448,7 @@ impl Regressor {
         certain &= self.fill_known();
         if let Some(variances) = variances {
             self.fill_spreads(variances);
+            self.fill_slopes();
         }
         self.eliminate();
         certain
@@ -520,6 +562,37 @@ impl Regressor {
         }
     }
 
+    /// What errors of the torques and of the motion add to y − Xθ, by what is known and by each column.
+    fn fill_slopes(&mut self) {
+        let Some(told) = &self.told else { return };
+        let (r, n, m) = (self.degrees_of_freedom, self.width, self.inputs.len());
+        let first = self.columns() + 1 + m + 3 * r;
+        for input in (0..m).filter(|input| !self.unmeasured.contains(input)) {
+            project(&self.inputs[input], &self.kinematics, &mut self.direction);
+            (0..r).for_each(|i| self.all[i * n + first + input] = self.direction[i]);
+        }
+        let known = self.known.iter().filter(|(kind, ..)| *kind != Kind::Friction as usize);
+        let known = known.map(|(kind, term, value)| (m + kind * r, *kind, *term, *value));
+        let sought = told.iter().enumerate().flat_map(|(k, (column, kind))| {
+            self.wanted[*column].1.iter().map(move |term| (m + (3 + k) * r, *kind, *term, 1.0))
+        });
+        for (place, kind, term, value) in known.chain(sought) {
+            project(&self.terms[kind][term].row, &self.kinematics, &mut self.direction);
+            for (i, k) in (0..r).flat_map(|i| (0..r).map(move |k| (i, k))) {
+                self.all[i * n + first + place + k] -= value * self.direction[i] * self.direction[k];
+            }
+        }
+        for (law, row) in self.laws.iter().enumerate() {
+            project(row, &self.kinematics, &mut self.direction);
+            for (shaft, by_speed, slope) in self.law_torques.slopes(law) {
+                let place = first + m + if by_speed { r } else { 2 * r };
+                for (i, k) in (0..r).flat_map(|i| (0..r).map(move |k| (i, k))) {
+                    self.all[i * n + place + k] += slope * self.kinematics.row(shaft)[k] * self.direction[i];
+                }
+            }
+        }
+    }
+
     /// Torques that expressions give at this motion; whether none jumps in the window.
     fn take_laws(&mut self) -> bool {
         let Kinematics { angles, speeds, .. } = &self.kinematics;
@@ -562,6 +635,11 @@ impl Regressor {
             carried -= along(row) * (self.law_torques.torque(law) + open.sum::<f64>());
         }
         Some(carried)
+    }
+
+    /// What teeth carried at the motion of the last [`Self::fill`] and the sign of the speed along them; none where it is not known.
+    pub fn carried(&self) -> &[Option<[f64; 2]>] {
+        &self.carried
     }
 
     /// What teeth lose, as the file says.

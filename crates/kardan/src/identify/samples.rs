@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use super::Errors;
+
 /// The motion in a window: what [`Samples`] are made of. Shapes: one entry for each reduced coordinate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Where {
@@ -44,12 +46,20 @@ pub struct Samples {
     pub motion: Vec<f64>,
     /// Torques of the inputs.
     pub torques: Vec<f64>,
+    /// How errors of what was measured enter, where it must be known.
+    pub errors: Option<Errors>,
 }
 
 impl Samples {
     /// No samples yet.
     pub fn new(rows: usize, columns: usize, extras: usize, degrees_of_freedom: usize, inputs: usize) -> Self {
         Self { rows, columns, extras, degrees_of_freedom, inputs, ..Self::default() }
+    }
+
+    /// The same, no samples yet, in which errors of the motion are told that is multiplied by these columns (see [`Errors::columns`]).
+    pub fn with_errors(mut self, columns: Vec<(usize, usize)>) -> Self {
+        self.errors = Some(Errors { columns, ..Errors::default() });
+        self
     }
 
     /// Number of samples.
@@ -77,11 +87,19 @@ impl Samples {
         let y = grown(&mut self.y, self.rows);
         let covariance = grown(&mut self.covariance, self.rows * self.rows);
         let speeds = grown(&mut self.speeds, self.extras);
+        let (rows, m, r) = (self.rows, self.inputs, self.degrees_of_freedom);
+        let errors = self.errors.as_mut().map(|errors| {
+            let size = errors.slopes_of(rows, m, r);
+            let slopes = grown(&mut errors.slopes, size);
+            let variances = grown(&mut errors.variances, Errors::variances_of(m, r));
+            (&mut errors.slopes[slopes..], &mut errors.variances[variances..])
+        });
         Room {
             x: &mut self.x[x..],
             y: &mut self.y[y..],
             covariance: &mut self.covariance[covariance..],
             speeds: &mut self.speeds[speeds..],
+            errors,
         }
     }
 
@@ -96,6 +114,10 @@ impl Samples {
         self.speeds.truncate(n * self.extras);
         self.motion.truncate(n * 3 * self.degrees_of_freedom);
         self.torques.truncate(n * self.inputs);
+        if let Some(errors) = &mut self.errors {
+            errors.slopes.truncate(n * errors.slopes_of(self.rows, self.inputs, self.degrees_of_freedom));
+            errors.variances.truncate(n * Errors::variances_of(self.inputs, self.degrees_of_freedom));
+        }
     }
 
     /// X of a sample.
@@ -140,13 +162,41 @@ impl Samples {
             extras,
             x: self.x.chunks_exact(p.max(1)).flat_map(|row| columns.iter().map(|&k| row[k])).collect(),
             speeds: (0..self.len()).flat_map(|k| chosen.iter().map(move |&c| self.speeds(k)[c - w])).collect(),
+            errors: self.errors.as_ref().map(|errors| self.errors_of(errors, columns)),
             ..self.clone()
+        }
+    }
+
+    /// How errors enter some of the columns.
+    fn errors_of(&self, errors: &Errors, columns: &[usize]) -> Errors {
+        let (all, own) =
+            (errors.slopes_of(self.rows, self.inputs, self.degrees_of_freedom), self.rows * self.degrees_of_freedom);
+        let known = all - errors.columns.len() * own;
+        // Where each is among those told, and its new number.
+        let kept: Vec<(usize, (usize, usize))> = columns
+            .iter()
+            .enumerate()
+            .filter_map(|(number, column)| {
+                let place = errors.columns.iter().position(|(of, _)| of == column)?;
+                Some((place, (number, errors.columns[place].1)))
+            })
+            .collect();
+        let mut slopes = Vec::with_capacity(errors.slopes.len());
+        for sample in errors.slopes.chunks_exact(all.max(1)) {
+            slopes.extend_from_slice(&sample[..known]);
+            kept.iter().for_each(|(place, _)| slopes.extend_from_slice(&sample[known + place * own..][..own]));
+        }
+        Errors {
+            columns: kept.into_iter().map(|(_, column)| column).collect(),
+            slopes,
+            variances: errors.variances.clone(),
         }
     }
 
     /// Means over ranges of samples: a sample each.
     pub fn averaged(&self, ranges: &[Range<usize>]) -> Self {
         let mut out = Self::new(self.rows, self.columns, self.extras, self.degrees_of_freedom, self.inputs);
+        out.errors = self.errors.as_ref().map(|errors| Errors { columns: errors.columns.clone(), ..Errors::default() });
         for range in ranges.iter().filter(|range| !range.is_empty()) {
             let n = range.len();
             let mean = |list: &[f64], size: usize| -> Vec<f64> {
@@ -171,6 +221,11 @@ impl Samples {
             out.speeds.extend(mean(&self.speeds, self.extras));
             out.motion.extend(mean(&self.motion, 3 * self.degrees_of_freedom));
             out.torques.extend(mean(&self.torques, self.inputs));
+            if let (Some(errors), Some(own)) = (&mut out.errors, &self.errors) {
+                let variances = mean(&own.variances, Errors::variances_of(self.inputs, self.degrees_of_freedom));
+                errors.slopes.extend(mean(&own.slopes, own.slopes_of(self.rows, self.inputs, self.degrees_of_freedom)));
+                errors.variances.extend(variances.iter().map(|c| c / n as f64));
+            }
         }
         out
     }
@@ -186,6 +241,8 @@ pub struct Room<'a> {
     pub covariance: &'a mut [f64],
     /// Speeds.
     pub speeds: &'a mut [f64],
+    /// Slopes and variances of [`Errors`], where they are told.
+    pub errors: Option<(&'a mut [f64], &'a mut [f64])>,
 }
 
 /// What counts as steady.

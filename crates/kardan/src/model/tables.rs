@@ -309,7 +309,7 @@ keys! {
                 "What is logged; left out: the angles of all shafts with an encoder (else of the coordinates), the \
                  torques of all motors, and the torque sensors.";
             speed_limit: Overrides,
-                "Largest speed of a shaft either way: { wg = \"60 rad/s\", cs = \"1 rad/s\" }; each coordinate needs \
+                "Largest speed of a shaft or a mass either way: { wg = \"60 rad/s\", cs = \"1 rad/s\" }; each coordinate needs \
                  one. Torques keep to four fifths of the limits of the motors.";
             least_speed: Overrides,
                 "Least speed of a shaft at a constant speed, below which it would creep: { fs = \"0.5 rad/s\" }; left \
@@ -428,8 +428,8 @@ keys! {
                  steady if neither inertias nor stiffnesses are asked for and the logs have such segments.";
             window: Quantity(Dimension::TIME, Sign::Positive),
                 "Width of the windows in which samples are smoothed; left out: 50 samples of the slowest channel.";
-            rest_speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
-                "Speed below which nobody knows the sign of a friction; left out: a hundredth of its largest, or what \
+            rest_speed: AnyQuantity,
+                "Speed below which nobody knows the sign of a friction, of shafts or (m/s) of masses; left out: a hundredth of its largest, or what \
                  noise hides.";
             steady_tolerance: Number(Sign::Positive) = "0.02",
                 "Change of a speed in a steady segment, as a part of its largest.";
@@ -478,14 +478,14 @@ keys! {
                 "The element in whose direction it acts; all kinds but `offset`, `backlash` and `teeth` need it.";
             shape: Choice(&["gaussian", "exponential", "peak"]) = "gaussian",
                 "Of Stribeck friction over x, the speed by the Stribeck speed: exp(-x^2), exp(-x), or x exp(1 - x).";
-            speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+            speed: AnyQuantity,
                 "The Stribeck speed, if it is known; left out: it is found too.";
             order: Number(Sign::Positive),
                 "Periods in a turn of the element, whose angle must be in the logs (`cogging`, `ripple`).";
             spring: Element(&["spring_damper"]), "The spring that has the backlash.";
             teeth: Element(&["gear", "harmonic_drive", "rack_and_pinion", "screw"]), "The element whose teeth rub.";
-            clear: Quantity(Dimension::ANGLE, Sign::Positive),
-                "Twist that is beyond the backlash for certain: windows with less do not count.";
+            clear: AnyQuantity,
+                "Twist (of masses: a length) that is beyond the backlash for certain: windows with less do not count.";
             torque: Element(&["motor", "disturbance"]), "The input whose torque loads the gear, or whose sensor has the offset (`load`, `offset`).";
         }
     }

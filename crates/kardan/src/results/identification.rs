@@ -196,6 +196,8 @@ pub struct IdentifiedDamping {
     pub coordinates: Vec<String>,
     /// Row by row, N m s/rad.
     pub values: Vec<Vec<f64>>,
+    /// That unit, of masses N s/m; that of each row by the speed of the column where there are both.
+    pub unit: String,
     /// Whether the damping is passive.
     pub passive: bool,
 }
@@ -346,7 +348,9 @@ pub struct ResidualTest {
 pub struct Validation {
     /// Row of the balance: a coordinate, or a combination where torques were eliminated.
     pub row: String,
-    /// Root mean square of the torque that the parameters explain, N m.
+    /// The SI unit of the row: N m, of a mass N.
+    pub unit: String,
+    /// Root mean square of the torque that the parameters explain, N m (of a mass N).
     #[serde(rename = "torque_rms_N_m")]
     pub torque: f64,
     /// Root mean square of the residual on the samples of the fit, N m.
@@ -381,6 +385,10 @@ pub struct Suggestions {
     pub tried: Vec<Suggestion>,
     /// Harmonics of angles that were tried in the last round and cannot be told from zero.
     pub silent: usize,
+    /// Orders of the harmonics that were tried: periods in a turn.
+    pub orders: Vec<f64>,
+    /// What was not tried, and why.
+    pub not_tried: Vec<String>,
     /// The terms to take, in order.
     pub taken: Vec<String>,
     /// What to write into the model file to take them.
@@ -479,6 +487,8 @@ fn prediction<S: Serializer>(error: &Option<PredictionError>, to: S) -> Result<S
 pub struct FrictionCurve {
     /// The element.
     pub element: String,
+    /// SI units of speed and torque.
+    pub units: [&'static str; 2],
     /// What was measured, less all other terms.
     pub points: Vec<FrictionPoint>,
     /// What was found: damping, Coulomb, Stribeck.
@@ -499,6 +509,8 @@ pub struct FrictionPoint {
 pub struct Trace {
     /// The row.
     pub row: String,
+    /// Its SI unit.
+    pub unit: String,
     /// Its points, log by log.
     pub points: Vec<TracePoint>,
 }

@@ -8,3 +8,4 @@ mod identification;
 mod identify;
 mod laws;
 mod terms;
+mod unmeasured;

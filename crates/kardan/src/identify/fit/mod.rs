@@ -60,6 +60,9 @@ pub struct Fit {
 
 /// Rounds of reweighting.
 const ROUNDS: usize = 50;
+/// Rounds in which errors of the motion are taken out, and the change in standard errors that ends them.
+const CORRECTIONS: usize = 20;
+const SETTLED: f64 = 1e-3;
 /// Times that the covariance of the rows is taken anew, and samples for each column that it needs.
 const REWEIGHTED: usize = 3;
 const FEW: usize = 2;
@@ -71,7 +74,30 @@ const FEW: usize = 2;
 /// projection). The covariance between rows is then taken from the residuals. Standard errors allow for errors that differ in size from
 /// sample to sample, with the degrees of freedom that go with them \[Bell, McCaffrey 2002\]; where samples follow each other and what
 /// is left of them is correlated (Ljung, Box), for that too \[Newey, West 1987\].
+///
+/// Rows on which no measured torque acts cannot tell how large their coefficients are: see [`Samples`] with errors, whose motion is
+/// corrected at each solution, until it stays.
 pub fn fit(samples: &Samples, chosen: &[usize], options: &FitOptions) -> Option<Fit> {
+    if samples.errors.is_none() {
+        return linear(samples, chosen, options, REWEIGHTED);
+    }
+    // Weights that depend on what is sought come last.
+    let mut found = linear(samples, chosen, options, 0)?;
+    for _ in 0..CORRECTIONS {
+        let Some(corrected) = found.corrected(samples) else { break };
+        let next = linear(&corrected, chosen, options, REWEIGHTED)?;
+        let moved = |k: usize| (next.values[k] - found.values[k]).abs() > SETTLED * next.standard_errors[k].abs();
+        let settled = !(0..next.values.len()).any(moved);
+        found = next;
+        if settled {
+            break;
+        }
+    }
+    Some(found)
+}
+
+/// Fits rows as they are.
+fn linear(samples: &Samples, chosen: &[usize], options: &FitOptions, reweighted: usize) -> Option<Fit> {
     let mut data = Whitened::new(samples, chosen);
     if data.len() == 0 {
         return None;
@@ -110,7 +136,7 @@ pub fn fit(samples: &Samples, chosen: &[usize], options: &FitOptions) -> Option<
     // What is left of the rows need not be as the sensors say: their covariance from the residuals \[Zellner 1962\].
     let scale = scale(&data, &solution, &shapes, &weights);
     let mut rows = Vec::new();
-    while data.rows > 1 && rows.len() < REWEIGHTED && data.len() > FEW * data.columns {
+    while data.rows > 1 && rows.len() < reweighted && data.len() > FEW * data.columns {
         let lower = factor(&row_covariance(&data, &solution, &shapes, &weights), data.rows);
         data.divide(&lower);
         rows.push(lower);
@@ -165,6 +191,11 @@ impl Fit {
         let mut solved = own.clone();
         factor.solve(&mut solved);
         fisher_tail((count as f64, freedom), dot(&own, &solved) / count as f64)
+    }
+
+    /// The samples with the errors of the motion taken out that rows without a measured torque tell; none where that needs nothing.
+    fn corrected(&self, samples: &Samples) -> Option<Samples> {
+        samples.corrected(&self.values, &|sample, row| samples.y(sample)[row] - self.prediction(samples, sample, row))
     }
 
     /// What the fit predicts of a row of a sample, N m.

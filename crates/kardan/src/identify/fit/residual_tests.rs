@@ -35,7 +35,8 @@ const BINS: usize = 10;
 
 /// Tests of the residuals of a fit on the samples that it was made of.
 pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Test> {
-    let mut data = Whitened::new(samples, chosen);
+    let corrected = fit.corrected(samples);
+    let mut data = Whitened::new(corrected.as_ref().unwrap_or(samples), chosen);
     fit.row_factors.iter().for_each(|lower| data.divide(lower));
     let series = series(&data, &fit.values[..fit.columns], &fit.shapes, &fit.weights);
     let mut out = Vec::new();

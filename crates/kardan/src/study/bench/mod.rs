@@ -601,7 +601,7 @@ fn why(refusal: Refusal, document: &Document, spec: &Spec, determinable: &str) -
         Refusal::NoLimit(shaft) => (
             "speed_limit",
             format!("the coordinate `{shaft}` has no speed limit"),
-            format!("add it: `speed_limit = {{ {shaft} = \"60 rad/s\" }}`"),
+            format!("add it: `speed_limit = {{ {shaft} = \"60 rad/s\" }}`, of a mass in m/s"),
         ),
         Refusal::TooMany(looked) => (
             "levels",

@@ -4,10 +4,12 @@ use kardan_rt::functions::{exp, ln, powi, sin};
 
 use super::inverse::Inverse;
 use super::spec::Spec;
+use crate::equations::Domain;
 use crate::identify::{
     Coefficient, Excitation, Motion, Regressor, d_optimal, expected_errors, information, undetermined,
 };
 use crate::model::tables::ExcitationPlan;
+use crate::names;
 use crate::num::{Cholesky, Matrix, Random, Scalar};
 use crate::reduce::{Kinematics, Reduced};
 use crate::results::{BenchPlan, BenchPoint, PlannedParameter};
@@ -170,6 +172,12 @@ impl Planner<'_> {
         self.reduced.equations.coordinates.iter().map(limit).collect()
     }
 
+    /// What a coefficient acts along.
+    fn domain(&self, one: &Coefficient) -> Domain {
+        let element = names::parameter(&one.name).map_or(one.name.as_str(), |(element, _)| element);
+        self.reduced.equations.domain_of_element(element)
+    }
+
     /// Least speed of each shaft at a constant speed, rad/s.
     fn least(&self, limits: &[f64]) -> Vec<f64> {
         let equations = &self.reduced.equations;
@@ -246,7 +254,7 @@ impl Planner<'_> {
         let parameter = |(one, error): (&Coefficient, f64)| PlannedParameter {
             name: one.name.clone(),
             nominal: one.value,
-            unit: one.kind.unit().into(),
+            unit: one.kind.unit(self.domain(one)).into(),
             standard_error: (self.spec.torque_noise > 0.0).then_some(error),
         };
         let known = all.iter().filter(|one| wanted.iter().all(|other| other.name != one.name));

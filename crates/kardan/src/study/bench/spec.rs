@@ -3,7 +3,7 @@
 use super::truth::{Entry, Truth};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::tables::ExcitationPlan;
-use crate::model::{Document, Setting, TableReader};
+use crate::model::{Document, Instance, Setting, TableReader};
 use crate::names::unknown_name;
 use crate::schema::{Placed, Sign, Table, Value};
 use crate::study::read::{of_dimension, quantity, read_word, read_words};
@@ -149,20 +149,24 @@ impl BenchTable<'_> {
         let mut speeds = Vec::new();
         for (name, scalar) in entries(self.table, key).unwrap_or_default() {
             let label = format!("`{}` in `{key}` of `[bench]`", shortened(&name.value));
-            let shafts =
-                || self.document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str());
-            if !shafts().any(|shaft| shaft == name.value) {
+            let moves = |e: &&Instance| matches!(e.kind.keyword, "shaft" | "mass");
+            let bodies = || self.document.elements.iter().filter(moves);
+            let Some(body) = bodies().find(|body| body.name == name.value) else {
                 if !self.document.doubts.has(&name.value) {
-                    let help = unknown_name(&name.value, shafts());
+                    let help = unknown_name(&name.value, bodies().map(|body| body.name.as_str()));
                     self.out.push(
-                        Diagnostic::error("name::unknown", format!("{label}: there is no such shaft"))
-                            .at(name.place.clone(), "not a shaft")
+                        Diagnostic::error("name::unknown", format!("{label}: there is no such shaft or mass"))
+                            .at(name.place.clone(), "not a shaft, not a mass")
                             .help(help),
                     );
                 }
                 continue;
-            }
-            let read = of_dimension(&self.reader, &scalar, (Dimension::ANGULAR_VELOCITY, Sign::Any), &label, self.out);
+            };
+            let dimension = match body.kind.keyword {
+                "mass" => Dimension::VELOCITY,
+                _ => Dimension::ANGULAR_VELOCITY,
+            };
+            let read = of_dimension(&self.reader, &scalar, (dimension, Sign::Any), &label, self.out);
             let Some(value) = read.map(|value| value.to_f64()) else { continue };
             let wrong = match sign {
                 Sign::Positive => (value <= 0.0).then_some("must be more than zero"),

@@ -3,14 +3,14 @@
 use super::extra::{ExtraTerm, declared_terms};
 use super::laws::law_terms;
 use super::settings::IdentifySettings;
-use super::wanted::{Wanted, possible, wanted};
+use super::wanted::{Wanted, parameter_name, possible, wanted};
 use crate::assemble::CoefficientKind as Kind;
 use crate::diagnostics::{Diagnostic, quoted, shortened};
-use crate::equations::Term;
+use crate::equations::{Domain, Term};
 use crate::identify::{Excitation, Loss, Steadiness};
 use crate::model::{Document, Model, Setting, TableReader};
 use crate::schema::{Sign, Table, Value};
-use crate::study::read::{quantity, read_word, read_words};
+use crate::study::read::{quantity, read_scalar, read_word, read_words};
 use crate::units::Dimension;
 
 /// What of a log counts.
@@ -64,7 +64,8 @@ pub(super) struct Asked {
     /// `None`: as the logs suggest.
     pub method: Option<Method>,
     pub window: Option<f64>,
-    pub rest_speed: Option<f64>,
+    /// With what it is a speed of.
+    pub rest_speed: Option<(f64, Domain)>,
     pub steadiness: Steadiness,
     pub shortest: Option<f64>,
     pub absent: Vec<String>,
@@ -105,10 +106,13 @@ pub(super) fn asked(
     let extras: Vec<ExtraTerm> = extras.into_iter().chain(laws).collect();
     let wanted = wanted_once(document, settings, &names, out);
     if wanted.is_empty() && extras.is_empty() && out.is_empty() {
-        out.push(
+        out.push(match plays.first() {
+            Some(gear) => Diagnostic::error("identify::nothing", format!("`{gear}.backlash` alone leaves no torque balance to fit"))
+                .help("which way the teeth are pressed follows from that: name a damping or a friction of the model beside it"),
+            None =>
             Diagnostic::error("identify::nothing", "nothing is to be found: the model has no damping and no friction")
                 .help("name what is to be found with `--parameters shaft.damping,shaft.friction`"),
-        );
+        });
     }
     let confidence = confidence(document, given, out);
     if names.iter().any(|name| name.is_empty()) {
@@ -124,7 +128,7 @@ pub(super) fn asked(
         candidates,
         method,
         window: given.window.or(number(document, "window", Dimension::TIME, out)),
-        rest_speed: number(document, "rest_speed", Dimension::ANGULAR_VELOCITY, out),
+        rest_speed: rest_speed(document, out),
         steadiness: Steadiness { tolerance, ..Steadiness::default() },
         shortest: number(document, "shortest_segment", Dimension::TIME, out),
         absent: words(table, "absent"),
@@ -163,7 +167,7 @@ fn all_parameters(document: &Document, model: &Model, inertial: bool) -> Vec<Str
             Term::Friction { .. } => (3, Kind::Friction),
             _ => continue,
         };
-        let name = format!("{}.{}", named.element, kind.key());
+        let name = parameter_name(document, &named.element, kind);
         if possible.contains(&name) && names.iter().all(|(_, other)| *other != name) {
             names.push((order, name));
         }
@@ -252,6 +256,19 @@ fn number(document: &Document, key: &str, dimension: Dimension, out: &mut Vec<Di
     let reader = TableReader::new(document, &[]);
     quantity(&reader, &document.identification, key, (dimension, Sign::Positive), "`[identification]`", out)
         .map(|x| x.to_f64())
+}
+
+/// A speed of shafts, or one of masses.
+fn rest_speed(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(f64, Domain)> {
+    let (table, reader) = (&document.identification, TableReader::new(document, &[]));
+    let scalar = read_scalar(table, "rest_speed")?;
+    let (value, dimension) = reader.scalar(&scalar, None, "`rest_speed` of `[identification]`", out)?;
+    let domain = match dimension {
+        Dimension::VELOCITY => Domain::Translation,
+        _ => Domain::Rotation,
+    };
+    let what = (domain.dimensions()[1], Sign::Positive);
+    quantity(&reader, table, "rest_speed", what, "`[identification]`", out).map(|_| (value.to_f64(), domain))
 }
 
 impl Asked {

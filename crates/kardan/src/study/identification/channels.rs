@@ -2,7 +2,7 @@
 
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::Domain;
-use crate::equations::{Measured, Term};
+use crate::equations::{Direction, Measured, Term};
 use crate::model::{Model, TableReader, wrong_dimension};
 use crate::names;
 use crate::names::SignalName;
@@ -24,12 +24,12 @@ pub(super) struct Harmonic {
 /// A measured quantity, or what follows from one sample by sample.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Quantity {
-    /// Of a shaft.
-    Angle(String),
-    /// Of a shaft.
-    Speed(String),
-    /// Of an input.
-    Torque(String),
+    /// Of a shaft, or the position of a mass.
+    Angle(String, Domain),
+    /// Of a shaft, or the velocity of a mass.
+    Speed(String, Domain),
+    /// Of an input, or its force.
+    Torque(String, Domain),
     /// Of an angle: it passes the same filter as the torque, so that windows may hold many of its periods.
     Harmonic(Harmonic),
 }
@@ -37,27 +37,43 @@ pub(super) enum Quantity {
 impl Quantity {
     pub fn dimension(&self) -> Dimension {
         match self {
-            Self::Angle(_) => Dimension::ANGLE,
-            Self::Speed(_) => Dimension::ANGULAR_VELOCITY,
-            Self::Torque(_) => Dimension::TORQUE,
+            Self::Angle(_, domain) => domain.dimensions()[0],
+            Self::Speed(_, domain) => domain.dimensions()[1],
+            Self::Torque(_, Domain::Translation) => Dimension::FORCE,
+            Self::Torque(..) => Dimension::TORQUE,
             Self::Harmonic(_) => Dimension::NONE,
         }
     }
 
     pub fn unit(&self) -> &'static str {
         match self {
-            Self::Angle(_) => "rad",
-            Self::Speed(_) => "rad/s",
-            Self::Torque(_) => "N m",
+            Self::Angle(_, domain) => domain.motion()[0].unit(),
+            Self::Speed(_, domain) => domain.motion()[1].unit(),
+            Self::Torque(_, domain) => domain.effort().unit(),
             Self::Harmonic(_) => "1",
         }
     }
 
+    /// Whether it is the angle of a shaft, or the position of a mass.
+    pub fn is_angle_of(&self, shaft: &str) -> bool {
+        matches!(self, Self::Angle(own, _) if own == shaft)
+    }
+
+    /// Whether it is the speed of a shaft or a mass.
+    pub fn is_speed_of(&self, shaft: &str) -> bool {
+        matches!(self, Self::Speed(own, _) if own == shaft)
+    }
+
+    /// Whether it is the torque or the force of an input.
+    pub fn is_torque_of(&self, input: &str) -> bool {
+        matches!(self, Self::Torque(own, _) if own == input)
+    }
+
     pub fn signal(&self) -> String {
         match self {
-            Self::Angle(shaft) => names::Quantity::Angle.of(shaft),
-            Self::Speed(shaft) => names::Quantity::Speed.of(shaft),
-            Self::Torque(input) => names::Quantity::Torque.of(input),
+            Self::Angle(shaft, domain) => domain.motion()[0].of(shaft),
+            Self::Speed(shaft, domain) => domain.motion()[1].of(shaft),
+            Self::Torque(input, domain) => domain.effort().of(input),
             Self::Harmonic(Harmonic { shaft, order, sine }) => {
                 format!("{}({order} {})", if *sine { "sin" } else { "cos" }, names::Quantity::Angle.of(shaft))
             }
@@ -79,25 +95,45 @@ pub(super) struct Wired {
     pub noise: Option<f64>,
 }
 
+/// What a coordinate of a model is.
+fn domain_of(model: &Model, coordinate: &str) -> Domain {
+    let own = model.terms.iter().find_map(|named| match &named.term {
+        Term::Position { name } | Term::Charge { name } if name == coordinate => Some(named.term.domain()),
+        _ => None,
+    });
+    own.unwrap_or_default()
+}
+
+/// What the first coordinate of a direction is.
+fn domain_along(model: &Model, along: &Direction) -> Domain {
+    along.entries.first().map_or(Domain::Rotation, |(name, _)| domain_of(model, name))
+}
+
 /// The quantity that a signal means, and the step of its sensor (rad), if it has one.
 pub(super) fn quantity_of(signal: &str, model: &Model) -> Option<(Quantity, Option<f64>)> {
     let name = SignalName::new(signal);
     let (head, asked) = (name.alone()?, name.quantity());
     if model.all_coordinates.iter().any(|shaft| shaft == head) {
-        let shaft = head.to_string();
+        let (shaft, domain) = (head.to_string(), domain_of(model, head));
         match asked {
-            Some(names::Quantity::Angle | names::Quantity::Position) => return Some((Quantity::Angle(shaft), None)),
-            Some(names::Quantity::Speed | names::Quantity::Velocity) => return Some((Quantity::Speed(shaft), None)),
+            Some(names::Quantity::Angle | names::Quantity::Position) => {
+                return Some((Quantity::Angle(shaft, domain), None));
+            }
+            Some(names::Quantity::Speed | names::Quantity::Velocity) => {
+                return Some((Quantity::Speed(shaft, domain), None));
+            }
             _ => {}
         }
     }
     model.terms.iter().filter(|named| named.element == head).find_map(|named| match &named.term {
-        Term::Input { .. } if name.is(names::Quantity::Torque) || name.is(names::Quantity::Force) => {
-            Some((Quantity::Torque(head.to_string()), None))
+        Term::Input { along, .. } if name.is(names::Quantity::Torque) || name.is(names::Quantity::Force) => {
+            Some((Quantity::Torque(head.to_string(), domain_along(model, along)), None))
         }
         Term::Output(sensor) if name.word.is_none() || reads(name, &sensor.measured) => match &sensor.measured {
-            Measured::Angle(shaft) => Some((Quantity::Angle(shaft.clone()), sensor.resolution)),
-            Measured::Speed(shaft) => Some((Quantity::Speed(shaft.clone()), None)),
+            Measured::Angle(shaft) => {
+                Some((Quantity::Angle(shaft.clone(), domain_of(model, shaft)), sensor.resolution))
+            }
+            Measured::Speed(shaft) => Some((Quantity::Speed(shaft.clone(), domain_of(model, shaft)), None)),
             _ => None,
         },
         _ => None,
@@ -115,10 +151,10 @@ fn reads(name: SignalName<'_>, measured: &Measured) -> bool {
 
 /// All signals that a channel may be.
 pub(super) fn signals(model: &Model) -> Vec<String> {
-    let shafts =
-        model.all_coordinates.iter().flat_map(|shaft| Domain::Rotation.motion().map(|quantity| quantity.of(shaft)));
-    let inputs = model.terms.iter().filter_map(|named| match named.term {
-        Term::Input { .. } => Some(names::Quantity::Torque.of(&named.element)),
+    let motion = |shaft: &String| domain_of(model, shaft).motion().map(|quantity| quantity.of(shaft));
+    let shafts = model.all_coordinates.iter().flat_map(motion);
+    let inputs = model.terms.iter().filter_map(|named| match &named.term {
+        Term::Input { along, .. } => Some(domain_along(model, along).effort().of(&named.element)),
         _ => None,
     });
     shafts.chain(inputs).collect()

@@ -3,7 +3,7 @@
 use super::channels::{Harmonic, Quantity};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::equations::Term;
+use crate::equations::{Domain, Term};
 use crate::identify::{Extra, Shape};
 use crate::model::{Document, Model, TableReader};
 use crate::names::did_you_mean;
@@ -111,14 +111,19 @@ impl ExtraTerm {
         if let Law::Cogging(harmonic) | Law::Ripple(harmonic) = &self.law { Some(harmonic) } else { None }
     }
 
-    pub fn unit(&self) -> &str {
-        match &self.law {
-            Law::Parameter { unit, .. } => unit,
-            Law::Load { .. } | Law::Teeth { .. } => "1",
-            Law::SenseDamping => "N m s/rad",
-            Law::Quadratic => "N m s^2/rad^2",
-            Law::Drift => "N m/s",
-            _ => "N m",
+    /// Its unit along coordinates of a domain.
+    pub fn unit(&self, domain: Domain) -> &str {
+        match (&self.law, domain) {
+            (Law::Parameter { unit, .. }, _) => unit,
+            (Law::Load { .. } | Law::Teeth { .. }, _) => "1",
+            (Law::SenseDamping, _) => domain.units()[1],
+            (Law::Quadratic, Domain::Rotation) => "N m s^2/rad^2",
+            (Law::Quadratic, Domain::Translation) => "N s^2/m^2",
+            (Law::Quadratic, Domain::Charge) => "V/A^2",
+            (Law::Drift, Domain::Rotation) => "N m/s",
+            (Law::Drift, Domain::Translation) => "N/s",
+            (Law::Drift, Domain::Charge) => "V/s",
+            _ => domain.effort().unit(),
         }
     }
 
@@ -129,8 +134,8 @@ impl ExtraTerm {
             || (self.shape().is_some() && name == format!("{}.stribeck_speed", self.element))
     }
 
-    /// How a model file declares it.
-    pub fn written(&self) -> String {
+    /// How a model file declares it, along coordinates of a domain.
+    pub fn written(&self, domain: Domain) -> String {
         let own = |kind: &str, more: &str| {
             let key = match self.law {
                 Law::Offset => "torque",
@@ -151,7 +156,7 @@ impl ExtraTerm {
             Law::Cogging(harmonic) => own("cogging", &format!("order = {}\n", harmonic.order)),
             Law::Ripple(harmonic) => own("ripple", &format!("order = {}\n", harmonic.order)),
             Law::Offset => own("offset", ""),
-            Law::Backlash { clear } => own("backlash", &format!("clear = \"{clear} rad\"\n")),
+            Law::Backlash { clear } => own("backlash", &format!("clear = \"{clear} {}\"\n", domain.motion()[0].unit())),
             Law::Teeth { .. } => own("teeth", ""),
             Law::Parameter { .. } => String::new(),
         }
@@ -232,6 +237,12 @@ impl Declared<'_> {
         let element = self.element(direction, out);
         let torque = self.element("torque", out);
         let own = |word: &str, law: Law| vec![ExtraTerm::new(&element, word, law)];
+        let along_masses = self
+            .document
+            .elements
+            .iter()
+            .any(|one| one.name == element && (one.kind.keyword == "mass" || one.table.along_masses));
+        let domain = if along_masses { Domain::Translation } else { Domain::Rotation };
         let mut number = |key: &str, dimension: Dimension| {
             quantity(
                 &TableReader::new(self.document, &[]),
@@ -257,7 +268,7 @@ impl Declared<'_> {
                 ExtraTerm::harmonics(&element, order, kind == "ripple").to_vec()
             }
             "backlash" => {
-                let clear = number("clear", Dimension::ANGLE).unwrap_or(0.0);
+                let clear = number("clear", domain.dimensions()[0]).unwrap_or(0.0);
                 own("backlash_torque", Law::Backlash { clear })
             }
             _ => {
@@ -266,7 +277,7 @@ impl Declared<'_> {
                     Some("peak") => Shape::Peak,
                     _ => Shape::Gaussian,
                 };
-                own("stribeck", Law::Stribeck { shape, speed: number("speed", Dimension::ANGULAR_VELOCITY) })
+                own("stribeck", Law::Stribeck { shape, speed: number("speed", domain.dimensions()[1]) })
             }
         };
         if out.len() == before { columns } else { Vec::new() }
@@ -316,7 +327,7 @@ impl Declared<'_> {
                 "torque" => ("motor or disturbance", "no such input"),
                 "spring" => ("spring_damper", "no such spring"),
                 "teeth" => ("gear, harmonic_drive, rack_and_pinion or screw", "no such teeth"),
-                _ => ("shaft or spring_damper", "no such element"),
+                _ => ("shaft, mass or spring_damper", "no such element"),
             };
             let help = did_you_mean(nearest(name, known.iter().copied()), || "name one of the model".into());
             out.push(
@@ -334,8 +345,8 @@ pub(super) fn with_harmonics(slots: Vec<Quantity>, extras: &[ExtraTerm]) -> Resu
     let mut out = slots;
     for extra in extras {
         let Some(harmonic) = extra.harmonic() else { continue };
-        if !out.contains(&Quantity::Angle(harmonic.shaft.clone())) {
-            let angles = out.iter().filter(|slot| matches!(slot, Quantity::Angle(_))).map(Quantity::signal);
+        if !out.iter().any(|slot| slot.is_angle_of(&harmonic.shaft)) {
+            let angles = out.iter().filter(|slot| matches!(slot, Quantity::Angle(..))).map(Quantity::signal);
             let angles: Vec<String> = angles.collect();
             let message =
                 format!("`{}` goes with the angle of `{}`, which is not in the logs", extra.term, extra.element);

@@ -30,6 +30,11 @@ impl Fitted<'_> {
         kept.chain(extras).chain(speeds.map(|extra| format!("{}.stribeck_speed", extra.element))).collect()
     }
 
+    /// The unit of a row of the balance by its name.
+    pub fn row_unit(&self, row: &str) -> &'static str {
+        self.plant.domain_of_coordinate(row).effort().unit()
+    }
+
     /// Names of the rows of the balance.
     pub fn row_names(&self) -> Vec<String> {
         self.plant.row_names(self.samples.rows)

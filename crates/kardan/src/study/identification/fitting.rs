@@ -25,6 +25,8 @@ pub(super) struct Chosen {
     pub built: Built,
     pub samples: Samples,
     pub notes: Vec<String>,
+    /// What the logs say against the model, whatever is fitted.
+    pub warnings: Vec<String>,
 }
 
 impl Chosen {
@@ -35,7 +37,7 @@ impl Chosen {
             Method::Steady => settled(&built, asked, material.window),
             Method::Dynamic => built.samples.clone(),
         };
-        Self { method, columns, built, samples, notes: Vec::new() }
+        Self { method, columns, built, samples, notes: Vec::new(), warnings: Vec::new() }
     }
 
     /// What became of the windows.

@@ -69,6 +69,8 @@ pub(super) struct GroupReader {
     gaps: usize,
     jumps: usize,
     repeated: u64,
+    /// For each channel the rows in which it has no number, and those in which it is infinite.
+    missing: Vec<[u64; 2]>,
     windows: Windows,
     /// Places of the channels among all slots.
     pub slots: Vec<usize>,
@@ -113,6 +115,7 @@ impl GroupReader {
             gaps: 0,
             jumps: 0,
             repeated: 0,
+            missing: vec![[0; 2]; channels.len()],
             windows,
             slots,
             zeros: channels.iter().map(|one| (one.zero_samples, 0.0, 0.0)).collect(),
@@ -148,6 +151,10 @@ impl GroupReader {
     /// Takes the rows of a block.
     pub fn add(&mut self, block: &mut Block, slots: usize, windows: &mut SlotWindows, remarks: &mut Vec<String>) {
         let first_column = self.timing.first_column();
+        for (missing, column) in self.missing.iter_mut().zip(&block.columns[first_column..]) {
+            missing[0] += column.iter().filter(|x| x.is_nan()).count() as u64;
+            missing[1] += column.iter().filter(|x| x.is_infinite()).count() as u64;
+        }
         self.zero(&mut block.columns[first_column..]);
         self.derive(&block.columns[first_column..]);
         let rows = block.rows;
@@ -205,6 +212,21 @@ impl GroupReader {
             }
         }
         self.rows += rows as u64;
+    }
+
+    /// What is to be said of the readings of a channel that are no numbers; one that is slower than others lacks most of them.
+    pub fn lacks(&self, channel: usize) -> Option<String> {
+        let [none, infinite] = self.missing[channel];
+        let slower = 2 * none >= self.rows;
+        match (if slower { 0 } else { none }, infinite) {
+            (0, 0) => None,
+            (0, infinite) => Some(format!("is infinite in {infinite} rows, which are left out")),
+            (none, 0) => Some(format!("has no number in {none} of {} rows, which are left out", self.rows)),
+            (none, infinite) => Some(format!(
+                "has no number in {none} of {} rows and is infinite in {infinite}, which are left out",
+                self.rows
+            )),
+        }
     }
 
     /// Ends the windows, and tells what is wrong with the clock.

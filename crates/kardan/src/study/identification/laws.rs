@@ -99,7 +99,7 @@ pub(super) fn with_harmonics_of_laws(slots: Vec<Quantity>, model: &Model) -> Vec
     for wave in law_waves(&equations) {
         let shaft = equations.coordinates[wave.shaft].clone();
         let slot = Quantity::Harmonic(Harmonic { shaft: shaft.clone(), order: wave.order, sine: wave.sine });
-        if out.contains(&Quantity::Angle(shaft)) && !out.contains(&slot) {
+        if out.iter().any(|slot| slot.is_angle_of(&shaft)) && !out.contains(&slot) {
             out.push(slot);
         }
     }

@@ -18,6 +18,7 @@ mod plant;
 mod plays;
 mod reading;
 mod recordings;
+mod redundant;
 mod rows;
 mod settings;
 mod stream;
@@ -38,6 +39,7 @@ use laws::with_harmonics_of_laws;
 use open_logs::OpenLogs;
 use plant::plant;
 use plays::Play;
+use redundant::contradictions;
 use rows::Material;
 pub use settings::{IdentifySettings, LogFile};
 use suggest::{suggest, with_all_harmonics};
@@ -148,7 +150,9 @@ fn of_project(
     // What was wrong with a log is likely to be why it does not suffice.
     let mut chosen =
         choose(&plant, &asked, &material).map_err(|mistakes| with_remarks(mistakes, &material.remarks()))?;
-    chosen.notes.extend(left);
+    let contradictions = contradictions(&plant, &material);
+    chosen.warnings = contradictions.warnings;
+    chosen.notes.extend(left.into_iter().chain(contradictions.notes));
     let options = fit_options(&asked, &chosen.columns, chosen.method);
     let fit = chosen.fit(&options)?;
     let whole = Whole { document, settings: &set, asked: &asked, plant: &plant, chosen: &chosen };
@@ -222,6 +226,7 @@ impl Fitting<'_> {
         out.logs = self.material.logs();
         out.windows = chosen.windows();
         out.notes.splice(0..0, chosen.notes.iter().cloned());
+        out.warnings.splice(0..0, chosen.warnings.iter().cloned());
         out
     }
 }

@@ -6,7 +6,7 @@ use super::extra::{ExtraTerm, Law};
 use super::fitted::{Fitted, short};
 use super::plays::Play;
 use crate::assemble::CoefficientKind as Kind;
-use crate::equations::Hold;
+use crate::equations::{Domain, Hold};
 use crate::identify::{Coefficient, Extra, Shape};
 use crate::num::{Definiteness, definiteness, rational_from_f64};
 use crate::reduce::linearise;
@@ -22,7 +22,7 @@ pub(super) fn parameters(fitted: &Fitted<'_>) -> Vec<IdentifiedParameter> {
     for (k, extra) in asked.extras.iter().enumerate() {
         let mut found = {
             let before = if let Law::Parameter { before, .. } = extra.law { Some(before) } else { None };
-            fitted.column(extra.name.clone(), extra.unit(), first + k, before)
+            fitted.column(extra.name.clone(), extra.unit(fitted.domain(&extra.element)), first + k, before)
         };
         if found.remark.is_empty() {
             found.remark.clone_from(&extra.remark);
@@ -48,6 +48,11 @@ fn published(asked: &Asked, name: &str) -> Option<f64> {
 }
 
 impl Fitted<'_> {
+    /// What an element acts along.
+    pub fn domain(&self, element: &str) -> Domain {
+        self.plant.reduced.equations.domain_of_element(element)
+    }
+
     /// What was found in a column of the fit.
     fn column(&self, name: String, unit: &str, column: usize, before: Option<f64>) -> IdentifiedParameter {
         let fit = self.fit;
@@ -79,10 +84,11 @@ impl Fitted<'_> {
     fn coefficient(&self, number: usize) -> IdentifiedParameter {
         let (columns, before) = (self.columns, self.asked.wanted[number].before);
         let Coefficient { name, kind, .. } = &columns.asked[number];
+        let unit = kind.unit(self.domain(&self.asked.wanted[number].keys[0].0));
         let Some(column) = columns.kept.iter().position(|(kept, _)| *kept == number) else {
             return IdentifiedParameter {
                 name: name.clone(),
-                unit: kind.unit().into(),
+                unit: unit.into(),
                 before,
                 value: before,
                 standard_error: Some(f64::INFINITY),
@@ -91,7 +97,7 @@ impl Fitted<'_> {
                 ..IdentifiedParameter::default()
             };
         };
-        let mut found = self.column(name.clone(), kind.unit(), column, before);
+        let mut found = self.column(name.clone(), unit, column, before);
         let with = &columns.kept[column].1;
         let part = |(other, factor): &(usize, f64)| {
             let sign = if *factor < 0.0 { "-" } else { "+" };
@@ -112,7 +118,8 @@ impl Fitted<'_> {
         given: Option<f64>,
         column: usize,
     ) -> IdentifiedParameter {
-        let mut found = self.column(format!("{}.stribeck_speed", extra.element), "rad/s", column, None);
+        let unit = self.domain(&extra.element).motion()[1].unit();
+        let mut found = self.column(format!("{}.stribeck_speed", extra.element), unit, column, None);
         if given.is_some() {
             found.remark = GIVEN.into();
             found.interval = None;
@@ -139,7 +146,7 @@ impl Fitted<'_> {
         let width = 2.0 * fit.values[column] / stiffness;
         let mut found = IdentifiedParameter {
             name: format!("{}.backlash", extra.element),
-            unit: "rad".into(),
+            unit: self.domain(&extra.element).motion()[0].unit().into(),
             value: width.is_finite().then_some(width),
             ..IdentifiedParameter::default()
         };
@@ -394,7 +401,11 @@ pub(super) fn damping(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -
     }
     let damping = linearise(&reduced, &vec![0.0; reduced.degrees_of_freedom()]).damping;
     let passive = !matches!(definiteness(&damping), Definiteness::Indefinite { .. });
-    Some(IdentifiedDamping { coordinates: reduced.coordinate_names(), values: damping.to_rows(), passive })
+    let coordinates = reduced.coordinate_names();
+    let mut units: Vec<&str> = coordinates.iter().map(|name| plant.domain_of_coordinate(name).units()[1]).collect();
+    units.dedup();
+    let unit = if let [unit] = units.as_slice() { (*unit).into() } else { "SI".into() };
+    Some(IdentifiedDamping { coordinates, values: damping.to_rows(), unit, passive })
 }
 
 /// The value of a parameter with the others of its combination as the file gives them.

@@ -30,6 +30,7 @@ pub(super) fn traces(fitted: &Fitted<'_>) -> Vec<Trace> {
         .into_iter()
         .enumerate()
         .map(|(row, name)| Trace {
+            unit: fitted.row_unit(&name).into(),
             row: name,
             points: (0..samples.len()).step_by(step).map(|k| point(k, row)).collect(),
         })
@@ -99,5 +100,7 @@ fn curve(fitted: &Fitted<'_>, element: &str, direction: &[f64]) -> Option<Fricti
         line.push(FrictionPoint { speed, torque: model });
     }
     line.sort_by(|a, b| a.speed.total_cmp(&b.speed));
-    Some(FrictionCurve { element: element.to_string(), points, line })
+    let domain = fitted.domain(element);
+    let units = [domain.motion()[1].unit(), domain.effort().unit()];
+    Some(FrictionCurve { element: element.to_string(), units, points, line })
 }

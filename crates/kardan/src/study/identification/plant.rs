@@ -9,7 +9,7 @@ use super::plays::open_plays;
 use super::wanted::{Wanted, coefficients, with_terms};
 use crate::assemble::{CoefficientKind as Kind, Equations, assemble};
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::{Hold, Meaning, Term};
+use crate::equations::{Domain, Hold, Meaning, Term};
 use crate::identify::{Coefficient, Extra, Regressor, undetermined};
 use crate::model::{Document, Model, Setting};
 use crate::num::{Matrix, Rational, echelon, rational_to_f64};
@@ -71,11 +71,13 @@ pub(super) fn plant(
     let free = reduce(equations.clone(), None).map_err(|error| failed(&error))?;
     let coordinates = measured_coordinates(&model, &free, slots)?;
     let reduced = reduce(equations, Some(&coordinates)).map_err(|error| failed(&error))?;
-    let place = |quantity: Quantity| slots.iter().position(|slot| *slot == quantity);
+    let place = |is: &dyn Fn(&Quantity) -> bool| slots.iter().position(is);
     let sensors = reduced.coordinate_names().into_iter();
-    let sensors = sensors.map(|shaft| (place(Quantity::Angle(shaft.clone())), place(Quantity::Speed(shaft)))).collect();
+    let sensors = sensors
+        .map(|shaft| (place(&|slot| slot.is_angle_of(&shaft)), place(&|slot| slot.is_speed_of(&shaft))))
+        .collect();
     let inputs = &reduced.equations.inputs;
-    let torques: Vec<_> = inputs.iter().map(|input| place(Quantity::Torque(input.element.clone()))).collect();
+    let torques: Vec<_> = inputs.iter().map(|input| place(&|slot| slot.is_torque_of(&input.element))).collect();
     let unmeasured =
         (0..inputs.len()).filter(|&k| torques[k].is_none() && !asked.absent.contains(&inputs[k].element)).collect();
     let step = |slot: &Quantity| {
@@ -108,7 +110,7 @@ fn wrong(message: String, help: impl Into<String>) -> Vec<Diagnostic> {
 fn measured_coordinates(model: &Model, free: &Reduced, slots: &[Quantity]) -> Result<Vec<String>, Vec<Diagnostic>> {
     let mut measured: Vec<String> = Vec::new();
     for slot in slots {
-        if let Quantity::Angle(shaft) | Quantity::Speed(shaft) = slot
+        if let Quantity::Angle(shaft, _) | Quantity::Speed(shaft, _) = slot
             && !measured.contains(shaft)
         {
             measured.push(shaft.clone());
@@ -225,6 +227,18 @@ impl Plant {
             ));
         }
         Ok(())
+    }
+
+    /// The speeds of the coordinates, as signals.
+    pub fn speed_names(&self) -> Vec<String> {
+        let speed = |shaft: &String| self.domain_of_coordinate(shaft).motion()[1].of(shaft);
+        self.reduced.coordinate_names().iter().map(speed).collect()
+    }
+
+    /// What a coordinate is; of another name rotation.
+    pub fn domain_of_coordinate(&self, name: &str) -> Domain {
+        let equations = &self.reduced.equations;
+        self.reduced.coordinate(name).map_or(Domain::Rotation, |number| equations.domain(number))
     }
 
     /// Names of so many rows of the balance.

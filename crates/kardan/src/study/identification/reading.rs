@@ -41,8 +41,7 @@ fn wanted(open: &OpenLog) -> Vec<(usize, usize)> {
 fn harmonics(slots: &[Quantity], channels: &[&Wired]) -> Vec<(usize, (usize, f64, bool))> {
     let of = |(slot, quantity): (usize, &Quantity)| {
         let Quantity::Harmonic(Harmonic { shaft, order, sine }) = quantity else { return None };
-        let angle = Quantity::Angle(shaft.clone());
-        let channel = channels.iter().position(|one| one.quantity == angle)?;
+        let channel = channels.iter().position(|one| one.quantity.is_angle_of(shaft))?;
         Some((slot, (channel, *order, *sine)))
     };
     slots.iter().enumerate().filter_map(of).collect()
@@ -170,7 +169,10 @@ impl Recording {
     fn add_channels(&mut self, group: &Group, reader: &GroupReader, channels: &[&Wired], read: &mut LogRead) {
         let before = read.span.unwrap_or(Span { from: reader.first, until: reader.last });
         read.span = Some(Span { from: before.from.min(reader.first), until: before.until.max(reader.last) });
-        for (slot, one) in reader.slots.iter().zip(channels) {
+        for (number, (slot, one)) in reader.slots.iter().zip(channels).enumerate() {
+            if let Some(lacks) = reader.lacks(number) {
+                read.remarks.push(format!("`{}` {lacks}", group.channels[one.channel].name));
+            }
             if let Some(noise) = one.noise {
                 self.noise[*slot] = (noise, true);
             }

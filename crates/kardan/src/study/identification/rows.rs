@@ -12,9 +12,10 @@ use super::plays::Play;
 use super::reading::Recording;
 use crate::equations::{Domain, Hold};
 use crate::identify::{
-    Coefficient, Motion, Reading, Regressor, Samples, Steadiness, Teeth, Variances, Where, steady_segments,
+    Coefficient, Extra, Motion, Reading, Regressor, Samples, Steadiness, Teeth, Variances, Where, steady_segments,
 };
-use crate::num::{Matrix, Rational, dot, rational_to_f64};
+use crate::num::{Matrix, Rational, dot, echelon, rational_to_f64};
+use crate::reduce::{Reduced, linearise};
 use crate::results::{LogRead, WindowCount};
 
 /// Noise that any sensor has, as a part of its largest reading.
@@ -60,6 +61,8 @@ pub(super) struct Built {
     pub noise: [Vec<f64>; 3],
     /// What the teeth of plays did.
     pub plays: Vec<Play>,
+    /// Of each sample the number of its window among those that were whole.
+    windows_of_samples: Vec<usize>,
 }
 
 /// Rows of the torque balance in every window that tells one.
@@ -75,13 +78,7 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
     let mut motion = Moving::new(plant);
     let mut teeth = teeth(&plant.balance(&reduced, &columns.asked, asked));
     let basis = plant.basis();
-    let frictions = reduced.equations.frictions.iter().map(|term| in_coordinates(&term.row, &basis));
-    let teeth_rows = reduced.equations.meshes().map(|(hold, _)| in_coordinates(&hold.row, &basis));
-    let directions: Vec<Vec<f64>> = frictions.chain(teeth_rows).collect();
-    let rest = match asked.rest_speed {
-        Some(speed) => vec![speed; directions.len()],
-        None => rest_speeds(plant, &directions, &noise, &mut motion, material),
-    };
+    let rest = speeds_of_rest(plant, asked, &reduced, &noise, &mut motion, material);
     let (rest, of_teeth) = rest.split_at(reduced.equations.frictions.len());
     teeth.iter_mut().zip(of_teeth).for_each(|(one, speed)| one.rest_speed = *speed);
     let (mut plays, cuts): (Vec<Play>, Vec<_>) = cut_plays(plant, columns, asked).into_iter().unzip();
@@ -96,10 +93,23 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
         .lenient(asked.lenient)
         .with_window(material.window)
         .with_rest_speeds(rest);
-    let samples = Samples::new(regressor.rows(), regressor.columns(), columns.extras.len(), r, m);
+    if has_silent_rows(plant, &reduced, material) {
+        regressor = regressor.with_errors();
+    }
+    let mut samples = Samples::new(regressor.rows(), regressor.columns(), columns.extras.len(), r, m);
+    if let Some(told) = regressor.told() {
+        samples = samples.with_errors(told.to_vec());
+    }
     let noise_of = [vec![0.0_f64; r], vec![0.0_f64; r], vec![0.0_f64; r]];
     let mut parts = vec![0.0; regressor.columns()];
-    let mut built = Built { samples, count: WindowCount::default(), noise: noise_of, plays: Vec::new() };
+    let mut carried: Vec<Carried> = Vec::new();
+    let mut built = Built {
+        samples,
+        count: WindowCount::default(),
+        noise: noise_of,
+        plays: Vec::new(),
+        windows_of_samples: Vec::new(),
+    };
     for (log, recording) in material.recorded.iter().enumerate() {
         for ((section, number), row) in &recording.windows {
             built.count.all += 1;
@@ -110,12 +120,18 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
             let since = (*number as f64 + 0.5) * material.window;
             let time = recording.origin + since;
             regressor.at(log, [since, time], &motion.harmonics);
+            let before = built.samples.len();
             built.add(
                 Where { log, section: *section, time, duration: material.window },
                 &motion,
                 &mut regressor,
                 asked.lenient,
             );
+            let known = regressor.carried().iter().map(|one| one.map(|[torque, _]| torque));
+            carried.push((log, *section, time, known.collect()));
+            if built.samples.len() > before {
+                built.windows_of_samples.push(carried.len() - 1);
+            }
             for (k, play) in plays.iter_mut().enumerate() {
                 if let Some(now) = regressor.play(k, &motion.torques, &mut parts) {
                     play.windows.push((log, *section, time, now));
@@ -125,7 +141,66 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
         }
     }
     built.plays = plays;
+    built.leave_turning_teeth(&columns.extras, &carried, asked.lenient);
     built
+}
+
+/// The speeds below which frictions, then teeth, are taken to rest: as stated for what is a speed of, else as the logs show.
+fn speeds_of_rest(
+    plant: &Plant,
+    asked: &Asked,
+    reduced: &Reduced,
+    noise: &[f64],
+    motion: &mut Moving,
+    material: &Material<'_>,
+) -> Vec<f64> {
+    let basis = plant.basis();
+    let frictions = reduced.equations.frictions.iter().map(|term| in_coordinates(&term.row, &basis));
+    let teeth_rows = reduced.equations.meshes().map(|(hold, _)| in_coordinates(&hold.row, &basis));
+    let directions: Vec<Vec<f64>> = frictions.chain(teeth_rows).collect();
+    let frictions = reduced.equations.frictions.iter().map(|term| reduced.equations.domain_of(term));
+    let meshes = reduced.equations.meshes().map(|(hold, _)| reduced.equations.domain_of_hold(hold));
+    let domains: Vec<Domain> = frictions.chain(meshes).collect();
+    let mut rest = rest_speeds(plant, &directions, noise, motion, material);
+    if let Some((speed, domain)) = asked.rest_speed {
+        rest.iter_mut().zip(&domains).filter(|(_, own)| **own == domain).for_each(|(rest, _)| *rest = speed);
+    }
+    rest
+}
+
+/// What teeth carry in a window: its log, section and middle, and the torque of each where it is known.
+type Carried = (usize, usize, f64, Vec<Option<f64>>);
+
+/// Windows in which what teeth carry changes its sense, or may: neither its mean size is that of its mean, nor is one of its losses that of all.
+fn turning(carried: &[Carried], teeth: usize) -> Vec<bool> {
+    let near = |a: &Carried, b: &Carried| (a.0, a.1) == (b.0, b.1);
+    let of = |k: usize| carried[k].3.get(teeth).copied().flatten();
+    (0..carried.len())
+        .map(|k| {
+            let Some(own) = of(k) else { return false };
+            let neighbours = [k.checked_sub(1), (k + 1 < carried.len()).then_some(k + 1)];
+            // It may change within half a window by half of what it does to the next, and is curved.
+            neighbours
+                .into_iter()
+                .flatten()
+                .filter(|&other| near(&carried[other], &carried[k]))
+                .any(|other| of(other).is_none_or(|other| own * other <= 0.0 || own.abs() < (own - other).abs()))
+        })
+        .collect()
+}
+
+/// Whether there are motions along which no torque acts that was measured and is not always zero.
+fn has_silent_rows(plant: &Plant, reduced: &Reduced, material: &Material<'_>) -> bool {
+    let acts = |slot: usize| {
+        let mut readings = material.recorded.iter().flat_map(|one| one.windows.values()).map(|row| row[slot].value);
+        readings.any(|x| x.is_finite() && x != 0.0)
+    };
+    let inputs = 0..plant.torques.len();
+    let acting: Vec<usize> =
+        inputs.filter(|&k| plant.unmeasured.contains(&k) || plant.torques[k].is_some_and(acts)).collect();
+    let input = linearise(reduced, &vec![0.0; reduced.degrees_of_freedom()]).input;
+    let columns = Matrix::from_fn(input.rows(), acting.len(), |i, j| input[(i, acting[j])].clone());
+    echelon(&columns, &(0..acting.len()).collect::<Vec<_>>()).pivots.len() < reduced.degrees_of_freedom()
 }
 
 /// What steps of the sensors, and the digits of the log, leave open of an angle along a direction, rad.
@@ -176,6 +251,30 @@ fn enters(plant: &Plant, element: &str, cut: &Teeth) -> bool {
 }
 
 impl Built {
+    /// Leaves out windows in which teeth whose losses are sought turn; or only their columns, where that is enough.
+    fn leave_turning_teeth(&mut self, extras: &[Extra], carried: &[Carried], lenient: bool) {
+        let (p, first) = (self.samples.columns, self.samples.columns - extras.len());
+        let mut left = vec![false; self.samples.len()];
+        for (column, extra) in extras.iter().enumerate() {
+            let Extra::Teeth { teeth, .. } = *extra else { continue };
+            let turning = turning(carried, teeth);
+            for (k, window) in self.windows_of_samples.iter().enumerate().filter(|(_, window)| turning[**window]) {
+                debug_assert_eq!(carried[*window].2, self.samples.places[k].time);
+                left[k] = true;
+                if lenient {
+                    let rows = self.samples.rows;
+                    let own = &mut self.samples.x[k * rows * p..(k + 1) * rows * p];
+                    own.chunks_exact_mut(p).for_each(|row| row[first + column] = f64::NAN);
+                }
+            }
+        }
+        if !lenient && left.contains(&true) {
+            self.count.resting += left.iter().filter(|left| **left).count();
+            let kept = (0..left.len()).filter(|&k| !left[k]).map(|k| k..k + 1);
+            self.samples = self.samples.averaged(&kept.collect::<Vec<_>>());
+        }
+    }
+
     /// The row of a window, unless something rests in it or its numbers are too large.
     fn add(&mut self, place: Where, motion: &Moving, regressor: &mut Regressor, lenient: bool) {
         let Moving { position, speed, acceleration, torques, .. } = motion;
@@ -188,6 +287,17 @@ impl Built {
         };
         let at = Motion { position, speed, acceleration };
         let known = regressor.fill_weighted(at, torques, variances, (room.x, room.y), (room.covariance, room.speeds));
+        if let Some((slopes, spread)) = room.errors {
+            regressor.errors(slopes);
+            let parts = [
+                &motion.torque_variance,
+                &motion.acceleration_variance,
+                &motion.speed_variance,
+                &motion.position_variance,
+                &motion.cross,
+            ];
+            spread.iter_mut().zip(parts.into_iter().flatten()).for_each(|(spread, variance)| *spread = *variance);
+        }
         let last = self.samples.len() - 1;
         let numbers = |x: &f64| x.is_finite() || (lenient && x.is_nan());
         let finite = self.samples.x(last).iter().all(numbers) && self.samples.y(last).iter().all(|x| x.is_finite());
@@ -204,7 +314,7 @@ impl Built {
 }
 
 /// Noise of a sample in each slot, over all recordings; an encoder has at least that of its step, any sensor a little.
-fn slot_noise(plant: &Plant, material: &Material<'_>) -> Vec<f64> {
+pub(super) fn slot_noise(plant: &Plant, material: &Material<'_>) -> Vec<f64> {
     let recorded = material.recorded;
     let noise = |slot: usize| {
         let seen = recorded.iter().map(|one| one.noise[slot].0).fold(0.0, f64::max);
@@ -255,9 +365,9 @@ fn senses(plant: &Plant, asked: &Asked, material: &Material<'_>, element: &str) 
     let Some(number) = frictions.iter().position(|term| term.element == element) else { return nowhere };
     let g = in_coordinates(&frictions[number].row, &plant.basis());
     let (noise, mut motion) = (slot_noise(plant, material), Moving::new(plant));
-    let rest = asked
-        .rest_speed
-        .unwrap_or_else(|| rest_speeds(plant, std::slice::from_ref(&g), &noise, &mut motion, material)[0]);
+    let domain = plant.reduced.equations.domain_of(&frictions[number]);
+    let stated = asked.rest_speed.filter(|(_, own)| *own == domain).map(|(speed, _)| speed);
+    let rest = stated.unwrap_or_else(|| rest_speeds(plant, std::slice::from_ref(&g), &noise, &mut motion, material)[0]);
     let mut ways = |recording: &Recording| {
         let mut out = [false; 2];
         for row in recording.windows.values() {
@@ -281,6 +391,8 @@ struct Moving {
     speed_variance: Vec<f64>,
     acceleration_variance: Vec<f64>,
     torque_variance: Vec<f64>,
+    /// Covariances of accelerations and positions.
+    cross: Vec<f64>,
     harmonics: Vec<f64>,
 }
 
@@ -297,6 +409,7 @@ impl Moving {
             speed_variance: zero(),
             acceleration_variance: zero(),
             torque_variance: vec![0.0; m],
+            cross: zero(),
             harmonics: vec![0.0; plant.harmonics.len()],
         }
     }
@@ -317,12 +430,15 @@ impl Moving {
                 (self.speed[k], self.acceleration[k]) = (found.first, found.second);
                 self.speed_variance[k] = variance * Reading::FIRST_GAIN / powi(window, 2);
                 self.acceleration_variance[k] = variance * Reading::SECOND_GAIN / powi(window, 4);
+                // ∫k k'' = −∫k'²
+                self.cross[k] = -self.speed_variance[k];
             }
             if let Some(slot) = speed {
                 let (found, variance) = reading(*slot);
                 (self.speed[k], self.acceleration[k]) = (found.value, found.first);
                 self.speed_variance[k] = variance * Reading::VALUE_GAIN;
                 self.acceleration_variance[k] = variance * Reading::FIRST_GAIN / powi(window, 2);
+                self.cross[k] = 0.0;
             }
         }
         for (k, slot) in plant.torques.iter().enumerate() {

@@ -8,7 +8,7 @@ use super::compare::{Whole, fold_squares, keep_places};
 use super::cutting::teeth_that_tell;
 use super::extra::{ExtraTerm, Law};
 use super::fitted::Fitted;
-use super::fitting::unseen;
+use super::fitting::{fit_options, unseen};
 use super::parameters::is_in_file;
 use super::plant::{Columns, columns, in_coordinates};
 use super::plays::Play;
@@ -16,8 +16,8 @@ use super::rows::{Material, rows, settled};
 use super::summary::{UNLIKELY, summary, test_name};
 use crate::assemble::Along;
 use crate::assemble::CoefficientKind as Kind;
-use crate::equations::InputKind;
-use crate::identify::{Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_tests};
+use crate::equations::{Domain, InputKind};
+use crate::identify::{Coefficient, Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_tests};
 use crate::num::Rational;
 use crate::reduce::Kinematics;
 use crate::results::{Suggestion, Suggestions, UnseenLogs};
@@ -31,8 +31,14 @@ const WORTH: f64 = 0.01;
 const SURE: f64 = 2.132;
 /// Difference of gains below which two terms are the same.
 const SAME: f64 = 1e-9;
-/// Part of the largest twist that a backlash is clear of.
+/// Part of the largest twist that a backlash is clear of at first, and the most of it.
 const CLEAR: f64 = 0.3;
+const CLEAREST: f64 = 0.8;
+/// What `clear` is of half the width found, and at least must be.
+const BEYOND: f64 = 1.3;
+const JUST_BEYOND: f64 = 1.1;
+/// Times that it is found anew.
+const CLEARINGS: usize = 8;
 /// Part of the samples that a term must tell of.
 const TOLD: f64 = 0.25;
 /// Terms that are taken at most.
@@ -50,7 +56,7 @@ pub(super) fn with_all_harmonics(slots: Vec<Quantity>) -> Vec<Quantity> {
     let mut out = slots;
     let angles: Vec<String> = out
         .iter()
-        .filter_map(|slot| if let Quantity::Angle(shaft) = slot { Some(shaft.clone()) } else { None })
+        .filter_map(|slot| if let Quantity::Angle(shaft, Domain::Rotation) = slot { Some(shaft.clone()) } else { None })
         .collect();
     for shaft in angles {
         for (order, sine) in ORDERS.iter().flat_map(|&order| [(order, false), (order, true)]) {
@@ -97,7 +103,7 @@ impl Pooled {
 
 /// All terms that may be tried: of each friction, each measured torque, each angle, of teeth and springs. A loss in proportion to a torque is
 /// among them only in rows of the balance that do not hold that torque: else it would explain itself.
-fn pool(whole: &Whole<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
+fn pool(whole: &Whole<'_>, material: &Material<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
     let (plant, asked) = (whole.plant, whole.asked);
     let equations = &plant.reduced.equations;
     let mut out: Vec<Vec<ExtraTerm>> = Vec::new();
@@ -130,13 +136,84 @@ fn pool(whole: &Whole<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
         }
     }
     out.extend(teeth_that_tell(&plant.balance(&plant.reduced, &whole.chosen.columns.asked, asked)));
-    out.extend(backlashes(whole));
+    out.extend(backlashes(whole, material));
     out.retain(|columns| !asked.extras.iter().any(|own| own.term == columns[0].term));
     out
 }
 
+/// Losses in proportion to a torque that are not tried, as the row of their friction holds that torque: it would explain itself.
+fn not_tried(whole: &Whole<'_>) -> Vec<String> {
+    let equations = &whole.plant.reduced.equations;
+    let basis = whole.plant.basis();
+    let acts = |row: &[(usize, Rational)]| in_coordinates(row, &basis);
+    let mut out: Vec<String> = Vec::new();
+    for friction in &equations.frictions {
+        let own = acts(&friction.row);
+        let declared = |input: &str| {
+            let load = Law::Load { torque: input.into() };
+            whole.asked.extras.iter().any(|extra| extra.element == friction.element && extra.law == load)
+        };
+        let inputs = equations.inputs.iter().zip(&whole.plant.torques).filter(|(_, slot)| slot.is_some());
+        for (input, _) in inputs.filter(|(input, _)| !declared(&input.element)) {
+            if acts(&input.row).iter().zip(&own).any(|(a, b)| *a != 0.0 && *b != 0.0) {
+                let note = format!(
+                    "a loss of {} in proportion to the torque of {} (`kind = \"load\"`), as that torque would explain itself; \
+                     declare it where the logs drive and brake",
+                    friction.element, input.element
+                );
+                out.extend((!out.contains(&note)).then_some(note));
+            }
+        }
+    }
+    out
+}
+
+/// Digits that can be written.
+fn few_digits(x: f64) -> f64 {
+    format!("{x:.1e}").parse().unwrap_or(0.0)
+}
+
+/// A twist that is beyond the backlash of a spring for certain: beyond half the width that is found with it. None where that is nearly the
+/// largest twist.
+fn clear_of(whole: &Whole<'_>, material: &Material<'_>, spring: &str, largest: f64) -> Option<f64> {
+    let mut clear = few_digits(CLEAR * largest);
+    for _ in 0..CLEARINGS {
+        let half = half_width(whole, material, spring, clear)?;
+        if half * JUST_BEYOND < clear {
+            return Some(clear);
+        }
+        clear = few_digits(BEYOND * half);
+        if clear > CLEAREST * largest {
+            return None;
+        }
+    }
+    None
+}
+
+/// Half the width of the backlash of a spring that is found on windows beyond a twist.
+fn half_width(whole: &Whole<'_>, material: &Material<'_>, spring: &str, clear: f64) -> Option<f64> {
+    let mut own = whole.asked.clone();
+    own.extras.push(ExtraTerm::new(spring, "backlash_torque", Law::Backlash { clear }));
+    let all = columns(whole.plant, &own, whole.chosen.method);
+    let built = rows(whole.plant, &own, &all, material);
+    let samples = match whole.chosen.method {
+        Method::Steady => settled(&built, &own, material.window),
+        Method::Dynamic => built.samples,
+    };
+    let chosen: Vec<usize> = (0..samples.len()).collect();
+    let found = fit(&samples, &chosen, &fit_options(&own, &all, whole.chosen.method))?;
+    let equations = &whole.plant.reduced.equations;
+    let number = equations.springs.iter().position(|term| term.element == spring)?;
+    let sought = all
+        .kept
+        .iter()
+        .position(|(k, _)| all.asked[*k].kind == Kind::Stiffness && all.asked[*k].terms.contains(&number));
+    let stiffness = sought.map_or(equations.springs[number].value.stiffness.to_f64(), |k| found.values[k]);
+    Some(found.values[samples.columns - 1] / stiffness).filter(|half| half.is_finite())
+}
+
 /// A backlash of each spring, clear of a part of its largest twist.
-fn backlashes(whole: &Whole<'_>) -> Vec<Vec<ExtraTerm>> {
+fn backlashes(whole: &Whole<'_>, material: &Material<'_>) -> Vec<Vec<ExtraTerm>> {
     let (reduced, samples) = (&whole.plant.reduced, &whole.chosen.built.samples);
     let mut kinematics = Kinematics::new(reduced);
     let damper = |element: &str| {
@@ -152,9 +229,15 @@ fn backlashes(whole: &Whole<'_>) -> Vec<Vec<ExtraTerm>> {
             largest =
                 largest.max((row.iter().map(|(shaft, a)| a * kinematics.angles[*shaft]).sum::<f64>() - rest).abs());
         }
-        // Of few digits, so that it can be written.
-        let clear: f64 = format!("{:.1e}", CLEAR * largest).parse().unwrap_or(0.0);
-        if clear > 0.0 {
+        let asked = whole
+            .asked
+            .extras
+            .iter()
+            .any(|own| own.element == spring.element && matches!(own.law, Law::Backlash { .. }));
+        if asked || !(largest > 0.0) {
+            continue;
+        }
+        if let Some(clear) = clear_of(whole, material, &spring.element, largest) {
             out.push(vec![ExtraTerm::new(&spring.element, "backlash_torque", Law::Backlash { clear })]);
         }
     }
@@ -171,6 +254,8 @@ struct Search<'a> {
     pool: Vec<Pooled>,
     /// Columns of the model as it is.
     base: usize,
+    /// Of the harmonics in the pool.
+    orders: Vec<f64>,
 }
 
 /// A model with some of the terms, fitted.
@@ -205,14 +290,16 @@ impl Validated {
 impl<'a> Search<'a> {
     fn new(whole: &'a Whole<'a>, material: &'a Material<'a>, options: &'a FitOptions) -> Self {
         let chosen = whole.chosen;
-        let size = |orders: &[f64]| {
-            let columns: usize = pool(whole, orders).iter().map(Vec::len).sum();
-            columns * chosen.built.samples.len() * chosen.samples.rows
-        };
-        let orders = if size(&ORDERS) > NUMBERS { &ORDERS[..FEW] } else { &ORDERS[..] };
+        let (mut orders, mut terms) = (&ORDERS[..], pool(whole, material, &ORDERS));
+        let columns_of_all: usize = terms.iter().map(Vec::len).sum();
+        if columns_of_all * chosen.built.samples.len() * chosen.samples.rows > NUMBERS {
+            orders = &ORDERS[..FEW];
+            let beyond = |extra: &ExtraTerm| extra.harmonic().is_some_and(|own| !orders.contains(&own.order));
+            terms.retain(|columns| !beyond(&columns[0]));
+        }
         let (mut own, base) = (Asked { lenient: true, ..whole.asked.clone() }, chosen.samples.columns);
         let mut pooled = Vec::new();
-        for extras in pool(whole, orders) {
+        for extras in terms {
             let mut single = Asked { extras, ..whole.asked.clone() };
             single.tell_recordings(whole.plant, material);
             if !single.extras.is_empty() {
@@ -243,7 +330,11 @@ impl<'a> Search<'a> {
         };
         pooled.retain(enough);
         samples.x.iter_mut().filter(|x| x.is_nan()).for_each(|x| *x = 0.0);
-        Self { whole, material, options, samples, pool: pooled, base }
+        let harmonic = |order: &f64| {
+            pooled.iter().any(|one: &Pooled| one.extras[0].harmonic().is_some_and(|own| own.order == *order))
+        };
+        let orders = orders.iter().copied().filter(harmonic).collect();
+        Self { whole, material, options, samples, pool: pooled, base, orders }
     }
 
     /// The model with some of the terms, on the samples that tell of them.
@@ -309,6 +400,19 @@ impl<'a> Search<'a> {
             .map(|(_, one)| one.name.clone())
     }
 
+    /// A backlash whose half width, found with all terms, is not below the twist that was to be beyond it.
+    fn unclear(&self, k: usize, tried: &Tried) -> bool {
+        let (extra, columns) = (&self.pool[k].extras[0], &self.whole.chosen.columns);
+        let Law::Backlash { clear } = extra.law else { return false };
+        let springs = &self.whole.plant.reduced.equations.springs;
+        let number = springs.iter().position(|term| term.element == extra.element);
+        let own = |one: &Coefficient| one.kind == Kind::Stiffness && number.is_some_and(|k| one.terms.contains(&k));
+        let sought = columns.kept.iter().position(|(kept, _)| own(&columns.asked[*kept]));
+        let given = number.map_or(f64::NAN, |k| springs[k].value.stiffness.to_f64());
+        let stiffness = sought.map_or(given, |column| tried.fit.values[column]);
+        !(tried.fit.values[tried.samples.columns - 1] / stiffness < clear)
+    }
+
     /// Tests that speak against a model.
     fn failing(tried: &Tried) -> Vec<TestKind> {
         let all: Vec<usize> = (0..tried.samples.len()).collect();
@@ -339,11 +443,16 @@ impl<'a> Search<'a> {
             let same = self.validated(&self.tried_on(taken, &with)?)?;
             Some(same.gain(&self.validated(tried)?))
         });
-        let helps = impossible.is_none() && gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
+        let unclear = told.is_some_and(|tried| self.unclear(k, tried));
+        let helps =
+            impossible.is_none() && !unclear && gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
         let verdict = match (probability, &impossible, helps) {
             (None, ..) => "in these logs it is always seen together with terms that are there".into(),
             (Some(p), ..) if p >= level => "cannot be told from zero".into(),
             (_, Some(name), _) => format!("with it {name} would be below zero, which it cannot be"),
+            _ if unclear => {
+                "half the width found is not within the twist from which it was taken to be in touch".into()
+            }
             (.., false) => "predicts what was not seen no better".into(),
             _ => String::new(),
         };
@@ -351,7 +460,7 @@ impl<'a> Search<'a> {
             round: taken.len() + 1,
             term: self.pool[k].term().into(),
             parameters: count,
-            raised_by: test_name(test, &self.row_names(), &self.coordinates()),
+            raised_by: test_name(test, &self.row_names(), &self.whole.plant.speed_names()),
             probability,
             gain: gain.map(|(gain, _)| gain),
             gain_spread: gain.map(|(_, error)| error),
@@ -401,12 +510,13 @@ impl<'a> Search<'a> {
         Some(best.1)
     }
 
-    fn row_names(&self) -> Vec<String> {
-        self.whole.plant.row_names(self.samples.rows)
+    /// What a term acts along.
+    fn domain(&self, extra: &ExtraTerm) -> Domain {
+        self.whole.plant.reduced.equations.domain_of_element(&extra.element)
     }
 
-    fn coordinates(&self) -> Vec<String> {
-        self.whole.plant.reduced.coordinate_names()
+    fn row_names(&self) -> Vec<String> {
+        self.whole.plant.row_names(self.samples.rows)
     }
 
     /// Each log predicted by the others, as the model is and with terms; those of single logs are left out, as nothing is known of them in
@@ -453,7 +563,7 @@ impl<'a> Search<'a> {
         }
         added.fold(out, |text, extra| {
             let between = if text.is_empty() { "" } else { "\n" };
-            text + between + &extra.written()
+            text + between + &extra.written(self.domain(extra))
         })
     }
 }
@@ -468,7 +578,7 @@ pub(super) fn suggest(
     progress: &dyn Progress,
 ) -> Option<Suggestions> {
     let search = Search::new(whole, material, options);
-    let mut out = Suggestions::default();
+    let mut out = Suggestions { orders: search.orders.clone(), not_tried: not_tried(whole), ..Suggestions::default() };
     let mut terms: Vec<usize> = Vec::new();
     while terms.len() < MOST && progress.stop().is_none() {
         let now = search.tried(&terms)?;
@@ -497,7 +607,7 @@ pub(super) fn suggest(
     out.text = search.text(&terms);
     out.unseen_logs = search.unseen_logs(&search.tried_on(&[], &terms)?, &terms);
     let declared = terms.iter().map(|&k| &search.pool[k].extras[0]).filter(|extra| !is_in_file(extra));
-    out.entries_for_file = declared.map(|extra| (extra.term.clone(), extra.written())).collect();
+    out.entries_for_file = declared.map(|extra| (extra.term.clone(), extra.written(search.domain(extra)))).collect();
     (out.for_file, out.terms_for_file, out.not_for_file) = (found.for_file, found.terms_for_file, found.not_for_file);
     (out.parameters, out.tests, out.validation, out.scale) =
         (found.parameters, found.tests, found.validation, found.scale);

@@ -2,6 +2,7 @@
 
 use kardan_rt::functions::powi;
 
+use super::extra::Law;
 use super::fitted::{Fitted, short};
 use super::parameters::{damping, for_file, parameters, terms_for_file};
 use super::pictures::{curves, traces};
@@ -18,6 +19,11 @@ use crate::results::{
 const CORRELATED: f64 = 0.99;
 /// Probability below which a test speaks.
 pub(super) const UNLIKELY: f64 = 0.01;
+/// Part of its largest torque, and times the noise, that may be left of a balance in which no torque is measured; and the part of the torques by
+/// the file's coefficients below which nothing is left of it.
+const OPEN: f64 = 0.05;
+const LOUD: f64 = 10.0;
+const NOTHING: f64 = 1e-3;
 /// Part of a variance that noise may make up before it is said.
 const NOISE: f64 = 0.01;
 
@@ -143,17 +149,17 @@ fn weak(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Vec<String> 
 }
 
 /// What a test says that holds.
-pub(super) fn test_name(test: TestKind, rows: &[String], coordinates: &[String]) -> String {
+pub(super) fn test_name(test: TestKind, rows: &[String], speeds: &[String]) -> String {
     match test {
         TestKind::Mean(row) => format!("mean zero: {}", rows[row]),
         TestKind::Serial => "independent in time".into(),
         TestKind::Normal => "normal".into(),
-        TestKind::Speed(k) => format!("no dependence on {}.w", coordinates[k]),
+        TestKind::Speed(k) => format!("no dependence on {}", speeds[k]),
     }
 }
 
 /// What it means if it does not hold.
-fn meaning(test: TestKind) -> &'static str {
+fn meaning(test: TestKind, loss: Loss) -> &'static str {
     match test {
         TestKind::Mean(_) => {
             "a constant torque is left over: an offset of a torque sensor, or friction that differs with the sense; --suggest tries them"
@@ -162,7 +168,8 @@ fn meaning(test: TestKind) -> &'static str {
             "something slow is missing in the model, or friction changes with time, angle or log; standard errors allow for it where \
              windows are fitted; --suggest tries such terms"
         }
-        TestKind::Normal => "outliers, or something missing; try the loss huber",
+        TestKind::Normal if loss == Loss::Squares => "outliers, or something missing; try the loss huber",
+        TestKind::Normal => "outliers, which the loss lets count less, or something missing",
         TestKind::Speed(_) => {
             "friction is no straight line over the speed: --suggest tries other curves; or a loss with a torque (load)"
         }
@@ -171,13 +178,17 @@ fn meaning(test: TestKind) -> &'static str {
 
 fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
     let chosen: Vec<usize> = (0..fitted.samples.len()).collect();
-    let (rows, coordinates) = (fitted.row_names(), fitted.plant.reduced.coordinate_names());
+    let (rows, speeds) = (fitted.row_names(), fitted.plant.speed_names());
     residual_tests(fitted.samples, &chosen, fitted.fit)
         .into_iter()
         .map(|test| ResidualTest {
-            what: test_name(test.what, &rows, &coordinates),
+            what: test_name(test.what, &rows, &speeds),
             probability: test.probability,
-            meaning: if test.probability < UNLIKELY { meaning(test.what).into() } else { String::new() },
+            meaning: if test.probability < UNLIKELY {
+                meaning(test.what, fitted.asked.loss).into()
+            } else {
+                String::new()
+            },
         })
         .collect()
 }
@@ -193,12 +204,52 @@ fn validation(fitted: &Fitted<'_>) -> Vec<Validation> {
         .into_iter()
         .enumerate()
         .map(|(row, name)| Validation {
+            unit: fitted.row_unit(&name).into(),
             row: name,
             torque: rms(&|k, row| samples.y(k)[row], row),
             seen: rms(&|k, row| samples.y(k)[row] - fit.prediction(samples, k, row), row),
             unseen: unseen.map(|unseen| rms(&|k, row| samples.y(k)[row] - unseen[k * r + row], row)),
         })
         .collect()
+}
+
+/// Rows without a measured torque whose balance does not close, and those of which nothing is left of the coefficients: no torque says how
+/// large these are, and a term that is missing shows in nothing else.
+fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
+    let Fitted { samples, fit, columns, .. } = fitted;
+    let Some(errors) = &samples.errors else { return Vec::new() };
+    let (n, p, rows, m) = (samples.len(), samples.columns, samples.rows, samples.inputs);
+    let size = errors.slopes_of(rows, m, samples.degrees_of_freedom);
+    let driven = |row: usize| {
+        let width = m + 3 * samples.degrees_of_freedom;
+        (0..n).any(|k| errors.slopes[k * size + row * width..][..m].iter().any(|x| *x != 0.0))
+    };
+    let rms = |of: &dyn Fn(usize) -> f64| ((0..n).map(|k| powi(of(k), 2)).sum::<f64>() / n.max(1) as f64).sqrt();
+    let part = |row: usize, column: usize| rms(&|k| samples.x(k)[row * p + column]);
+    let noise = |row: usize| rms(&|k| samples.covariance(k)[row * (rows + 1)].max(0.0).sqrt());
+    let mut out = Vec::new();
+    for (row, name) in fitted.row_names().iter().enumerate().filter(|(row, _)| !driven(*row)) {
+        let known = rms(&|k| samples.y(k)[row]);
+        let sizes = |values: &dyn Fn(usize) -> f64| {
+            (0..columns.kept.len()).map(|k| part(row, k) * values(k).abs()).fold(known, f64::max)
+        };
+        let largest = sizes(&|k| fit.values[k]);
+        let before = sizes(&|k| columns.asked[columns.kept[k].0].value);
+        let left = rms(&|k| samples.y(k)[row] - fit.prediction(samples, k, row));
+        if largest < NOTHING * before {
+            out.push(format!(
+                "nothing is left of the coefficients of {name}, on which no measured torque acts: a term of it is missing, or its motion is \
+                 noise; log a torque on it, or give one of its coefficients"
+            ));
+        } else if left > OPEN * largest && left > LOUD * noise(row) {
+            out.push(format!(
+                "the balance of {name}, on which no measured torque acts, does not close: what is left over is {:.0} % of its largest torque, \
+                 far more than noise; a friction or another term of it is missing: ask for it",
+                100.0 * left / largest
+            ));
+        }
+    }
+    out
 }
 
 /// Parameters whose signal is noise of the sensors for a good part: errors in what they are multiplied with make them too small.
@@ -236,12 +287,26 @@ fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
 fn warnings(fitted: &Fitted<'_>, out: &Identification) -> Vec<String> {
     let Fitted { asked, .. } = fitted;
     let mut warnings = drowned(fitted);
+    warnings.extend(open_balances(fitted));
     if let Some(IdentifiedDamping { passive: false, .. }) = &out.damping {
         warnings.push(
             "the damping found is not passive: some motion would gain energy from it; a single equivalent damping may be \
              negative, the reduced matrix may not. Look at the intervals, or ask for fewer parameters"
                 .into(),
         );
+    }
+    for extra in &asked.extras {
+        let Law::Backlash { clear } = extra.law else { continue };
+        let name = format!("{}.backlash", extra.element);
+        let width = out.parameters.iter().find(|one| one.name == name).and_then(|one| Some((one.value?, one)));
+        if let Some((width, one)) = width.filter(|(width, _)| *width / 2.0 >= clear) {
+            warnings.push(format!(
+                "half of {name} is {} {}, not within `clear = {}`: windows count in which the play may be open; write a larger `clear`",
+                short(width / 2.0),
+                one.unit,
+                short(clear)
+            ));
+        }
     }
     for one in out.parameters.iter().filter(|one| one.interval.is_some_and(|it| it.upper < 0.0)) {
         let kind = asked.wanted.iter().find(|wanted| wanted.name == one.name).map(|wanted| wanted.keys[0].1);

@@ -4,7 +4,7 @@ use super::extra::{ExtraTerm, Law};
 use crate::assemble::{CoefficientKind as Kind, Equations};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::identify::Coefficient;
-use crate::model::{Document, Setting, TableReader};
+use crate::model::{Document, Instance, Setting, TableReader};
 use crate::names;
 use crate::names::unknown_name;
 use crate::schema::{Placed, Scalar, Value};
@@ -12,13 +12,25 @@ use crate::units::{Dimension, Exact};
 
 const KINDS: [Kind; 4] = [Kind::Inertia, Kind::Damping, Kind::Stiffness, Kind::Friction];
 
-fn dimension(kind: Kind) -> Dimension {
-    match kind {
+fn dimension(kind: Kind, along_masses: bool) -> Dimension {
+    let dimension = match kind {
         Kind::Inertia => Dimension::INERTIA,
         Kind::Damping => Dimension::DAMPING,
         Kind::Stiffness => Dimension::STIFFNESS,
         Kind::Friction => Dimension::TORQUE,
-    }
+    };
+    if along_masses { dimension.along_masses() } else { dimension }
+}
+
+/// The key of an element that gives a coefficient.
+fn key(instance: &Instance, kind: Kind) -> &'static str {
+    if instance.kind.keyword == "mass" && kind == Kind::Inertia { "mass" } else { kind.key() }
+}
+
+/// The name of a coefficient of an element: `rotor.mass`.
+pub(super) fn parameter_name(document: &Document, element: &str, kind: Kind) -> String {
+    let own = document.elements.iter().find(|instance| instance.name == element);
+    format!("{element}.{}", own.map_or(kind.key(), |instance| key(instance, kind)))
 }
 
 /// A parameter asked for: a key of an element, or an entry of `[parameters]` that stands for several.
@@ -33,9 +45,10 @@ pub(super) struct Wanted {
 }
 
 /// Element and kind of `fs.damping`.
-fn split(name: &str) -> Option<(&str, Kind)> {
-    let (element, key) = names::parameter(name)?;
-    KINDS.into_iter().find(|kind| kind.key() == key).map(|kind| (element, kind))
+fn split<'a>(document: &Document, name: &'a str) -> Option<(&'a str, Kind)> {
+    let (element, word) = names::parameter(name)?;
+    let own = document.elements.iter().find(|instance| instance.name == element)?;
+    KINDS.into_iter().find(|kind| key(own, *kind) == word).map(|kind| (element, kind))
 }
 
 /// The keys that could be asked for of a model.
@@ -44,8 +57,8 @@ pub(super) fn possible(document: &Document) -> Vec<String> {
     let plain =
         document.elements.iter().filter(|instance| matches!(instance.kind.keyword, "shaft" | "mass" | "spring_damper"));
     let keys = plain.flat_map(|instance| {
-        let has = |kind: &Kind| instance.kind.fields.iter().any(|field| field.name == kind.key());
-        KINDS.into_iter().filter(has).map(|kind| format!("{}.{}", instance.name, kind.key()))
+        let has = |kind: &Kind| instance.kind.fields.iter().any(|field| field.name == key(instance, *kind));
+        KINDS.into_iter().filter(has).map(|kind| format!("{}.{}", instance.name, key(instance, kind)))
     });
     keys.collect()
 }
@@ -56,7 +69,7 @@ fn users(document: &Document, parameter: &str) -> Vec<(String, Kind)> {
     for instance in &document.elements {
         for kind in KINDS {
             if let Some(Placed { value: Value::Scalar(Scalar::Parameter(name)), .. }) =
-                instance.table.values.get(kind.key())
+                instance.table.values.get(key(instance, kind))
                 && name == parameter
             {
                 out.push((instance.name.clone(), kind));
@@ -69,7 +82,7 @@ fn users(document: &Document, parameter: &str) -> Vec<(String, Kind)> {
 /// The value that the file gives a key.
 fn given(document: &Document, settings: &[Setting], element: &str, kind: Kind) -> Option<f64> {
     let instance = document.elements.iter().find(|instance| instance.name == element)?;
-    let value = instance.table.values.get(kind.key())?;
+    let value = instance.table.values.get(key(instance, kind))?;
     let Value::Scalar(scalar) = &value.value else { return None };
     let scalar = Placed { value: scalar.clone(), place: value.place.clone() };
     let mut silent = Vec::new();
@@ -85,7 +98,7 @@ pub(super) fn wanted(
     out: &mut Vec<Diagnostic>,
 ) -> Option<Wanted> {
     let all = possible(document);
-    if let Some((element, kind)) = split(name)
+    if let Some((element, kind)) = split(document, name)
         && all.iter().any(|known| known == name)
     {
         let before = given(document, settings, element, kind);
@@ -168,9 +181,10 @@ pub(super) fn with_terms(
             continue;
         }
         let Some(instance) = out.elements.iter_mut().find(|instance| instance.name == element) else { continue };
-        let Some(field) = instance.kind.fields.iter().find(|field| field.name == kind.key()) else { continue };
-        let literal = Value::Scalar(Scalar::Literal(tiny.clone(), dimension(kind)));
-        match instance.table.values.get_mut(kind.key()) {
+        let key = key(instance, kind);
+        let Some(field) = instance.kind.fields.iter().find(|field| field.name == key) else { continue };
+        let literal = Value::Scalar(Scalar::Literal(tiny.clone(), dimension(kind, instance.table.along_masses)));
+        match instance.table.values.get_mut(key) {
             // An implicit parameter, or one of the file, that is zero.
             Some(Placed { value: Value::Scalar(Scalar::Parameter(name)), .. }) => {
                 set.retain(|setting| setting.name != *name);

@@ -1,0 +1,276 @@
+//! What was measured more than once: by the constraints the motion of some shafts tells that of others, and the logs may say otherwise.
+
+use super::channels::Quantity;
+use super::fitted::short;
+use super::plant::{Plant, in_coordinates};
+use super::rows::{Material, slot_noise};
+use crate::diagnostics::quoted;
+use crate::identify::{LeastSquares, Reading};
+use crate::num::{Rational, dot};
+use crate::reduce::Kinematics;
+
+/// Times the noise from which a difference is more than that.
+const LOUD: f64 = 3.0;
+/// Part of what is apart that other coefficients must leave at most, and by which part they must differ.
+const LEFT: f64 = 0.5;
+const APART: f64 = 1e-3;
+/// Part of the square of what is apart that goes with the torque, from which that is said.
+const GOES: f64 = 0.3;
+/// Fewest windows of a log in a row.
+const FEWEST: usize = 8;
+/// Part of the windows left out at either end of the range of what is apart.
+const TAIL: f64 = 0.02;
+/// What a wrong unit makes of a reading, and how near it must be.
+const UNITS: [(f64, &str); 6] = [
+    (180.0 / std::f64::consts::PI, "deg for rad"),
+    (30.0 / std::f64::consts::PI, "rpm for rad/s"),
+    (2.0 * std::f64::consts::PI, "turns for rad"),
+    (360.0, "turns for deg"),
+    (1000.0, "a thousandth of the unit for the unit"),
+    (60.0, "1/min for 1/s"),
+];
+const NEAR: f64 = 0.01;
+
+/// A measured motion that follows from others.
+struct Redundant {
+    signal: String,
+    unit: &'static str,
+    /// Elements whose constraints tie it, with their coefficients of it.
+    ties: Vec<(String, f64)>,
+    /// Signals that it follows from.
+    of: Vec<String>,
+    coefficients: Vec<f64>,
+    /// Motions, window by window: those it follows from, without their means over a log, then its own.
+    rows: Vec<f64>,
+    /// Torques of the measured inputs in the same windows.
+    torques: Vec<f64>,
+    /// What noise makes of the difference.
+    noise: f64,
+    /// Whether it is a rate.
+    rate: bool,
+}
+
+/// What contradicts the constraints, and what is only to be said.
+#[derive(Default)]
+pub(super) struct Contradictions {
+    pub warnings: Vec<String>,
+    pub notes: Vec<String>,
+}
+
+/// Compares all that was measured more than once.
+pub(super) fn contradictions(plant: &Plant, material: &Material<'_>) -> Contradictions {
+    let mut out = Contradictions::default();
+    let kinematics = Kinematics::new(&plant.reduced);
+    let basis = plant.basis();
+    for (slot, quantity) in material.slots.iter().enumerate() {
+        let (Quantity::Angle(shaft, _) | Quantity::Speed(shaft, _)) = quantity else { continue };
+        let Some(number) = plant.reduced.coordinate(shaft).filter(|number| !kinematics.is_varying(*number)) else {
+            continue;
+        };
+        let coefficients = in_coordinates(&[(number, Rational::ONE)], &basis);
+        if let Some(found) = Redundant::new(plant, material, slot, (number, coefficients)) {
+            found.tell(plant, &mut out);
+        }
+    }
+    out
+}
+
+impl Redundant {
+    /// The motion of a slot, if it follows from others.
+    fn new(
+        plant: &Plant,
+        material: &Material<'_>,
+        slot: usize,
+        (shaft, coefficients): (usize, Vec<f64>),
+    ) -> Option<Self> {
+        let quantity = &material.slots[slot];
+        let is_angle = matches!(quantity, Quantity::Angle(..));
+        if plant.sensors.iter().any(|(angle, speed)| *angle == Some(slot) || (*speed == Some(slot) && angle.is_none()))
+        {
+            return None;
+        }
+        let with: Vec<usize> = (0..coefficients.len()).filter(|&k| coefficients[k] != 0.0).collect();
+        let own = plant.sensors.iter().any(|(_, speed)| *speed == Some(slot));
+        let rate = !is_angle || with.iter().any(|&k| plant.sensors[k].0.is_none());
+        // Of the speed of a coordinate whose angle is measured too, that.
+        let source = |k: usize| match plant.sensors[k] {
+            (Some(angle), speed) if !rate || own || speed.is_none() => (angle, rate),
+            (_, speed) => (speed.unwrap_or(slot), false),
+        };
+        let sources: Vec<(usize, bool)> = with.iter().map(|&k| source(k)).collect();
+        let noise = slot_noise(plant, material);
+        let of = |row: &[Reading], (slot, first): (usize, bool)| if first { row[slot].first } else { row[slot].value };
+        let target = (slot, is_angle && rate);
+        let mut out = Self {
+            signal: quantity.signal(),
+            unit: quantity.unit(),
+            ties: Vec::new(),
+            of: sources.iter().map(|(slot, _)| material.slots[*slot].signal()).collect(),
+            coefficients: with.iter().map(|&k| coefficients[k]).collect(),
+            rows: Vec::new(),
+            torques: Vec::new(),
+            noise: 0.0,
+            rate,
+        };
+        let rows = plant.reduced.equations.constraints.iter().filter(|_| !own);
+        out.ties = rows
+            .filter_map(|row| {
+                let (_, x) = row.row.iter().find(|(other, _)| *other == shaft)?;
+                Some((row.element.clone(), crate::num::rational_to_f64(x)))
+            })
+            .collect();
+        let width = with.len() + 1;
+        let variance = |row: &[Reading], (slot, first): (usize, bool)| {
+            let gain =
+                if first { Reading::FIRST_GAIN / (material.window * material.window) } else { Reading::VALUE_GAIN };
+            noise[slot] * noise[slot] * gain / row[slot].samples.max(1) as f64
+        };
+        let (mut square, mut count) = (0.0, 0.0);
+        for recording in material.recorded {
+            let sections: std::collections::BTreeSet<usize> =
+                recording.windows.keys().map(|(section, _)| *section).collect();
+            for section in sections {
+                let first = out.rows.len();
+                for (_, row) in recording.windows.iter().filter(|((own, _), _)| *own == section) {
+                    let all: Vec<f64> = sources.iter().chain([&target]).map(|one| of(row, *one)).collect();
+                    if all.iter().any(|x| !x.is_finite()) {
+                        continue;
+                    }
+                    let of_sources = sources.iter().zip(&out.coefficients).map(|(one, k)| k * k * variance(row, *one));
+                    square += of_sources.sum::<f64>() + variance(row, target);
+                    count += 1.0;
+                    out.rows.extend(all);
+                    out.torques.extend(plant.torques.iter().map(|slot| slot.map_or(0.0, |slot| row[slot].value)));
+                }
+                if (out.rows.len() - first) / width < FEWEST {
+                    out.rows.truncate(first);
+                    out.torques.truncate(first / width * plant.torques.len());
+                    continue;
+                }
+                center(&mut out.rows[first..], width);
+            }
+        }
+        out.noise = (square / f64::max(count, 1.0)).sqrt();
+        (!out.rows.is_empty()).then_some(out)
+    }
+
+    /// By how much it is apart from what follows, window by window.
+    fn apart(&self) -> Vec<f64> {
+        let one = |row: &[f64]| row[self.of.len()] - dot(&row[..self.of.len()], &self.coefficients);
+        self.rows.chunks_exact(self.of.len() + 1).map(one).collect()
+    }
+
+    /// Says what is wrong with it, if anything is.
+    fn tell(&self, plant: &Plant, out: &mut Contradictions) {
+        let apart = self.apart();
+        let before = rms(&apart);
+        if before <= LOUD * self.noise {
+            return;
+        }
+        let mut problem = LeastSquares::new(self.of.len());
+        for row in self.rows.chunks_exact(self.of.len() + 1) {
+            problem.add(&row[..self.of.len()], row[self.of.len()], 1.0);
+        }
+        if let Some(found) = problem.solve().filter(|found| found.undetermined.is_empty()) {
+            let differs = found.values.iter().zip(&self.coefficients).any(|(a, b)| (a - b).abs() > APART * b.abs());
+            if differs && found.residual < LEFT * before {
+                out.warnings.push(self.wrong_ratio(&found.values));
+                return;
+            }
+        }
+        if !self.rate && !self.ties.is_empty() {
+            self.tell_play(plant, &apart, out);
+        }
+    }
+
+    fn wrong_ratio(&self, found: &[f64]) -> String {
+        let sum = |of: &[f64]| {
+            let part = |(x, name): (&f64, &String)| {
+                let inverse =
+                    if x.abs() < 1.0 && *x != 0.0 { format!(" (1 to {})", short(1.0 / x)) } else { String::new() };
+                format!("{} {name}{inverse}", short(*x))
+            };
+            of.iter().zip(&self.of).map(part).collect::<Vec<_>>().join(" + ")
+        };
+        let by = match self.ties.as_slice() {
+            [] => "it must be".to_string(),
+            ties => format!("by {} it would be", quoted(ties.iter().map(|(name, _)| name.as_str()))),
+        };
+        let quotients: Vec<f64> = found.iter().zip(&self.coefficients).map(|(a, b)| a / b).collect();
+        let all = |near: f64| quotients.iter().all(|q| (q / near - 1.0).abs() < NEAR);
+        let unit = |size: f64, word: &str| [size, 1.0 / size].iter().any(|x| all(*x)).then(|| word.to_string());
+        let units = UNITS.iter().find_map(|(size, word)| unit(*size, word).or_else(|| unit(-size, word)));
+        let hint = match (all(-1.0), units, self.ties.is_empty()) {
+            (true, ..) => "a sign is wrong: of the ratio, or of a channel (`factor = -1`)".into(),
+            (_, Some(unit), _) => format!("it looks as if a channel had another unit ({unit}): say it with `unit`"),
+            (.., true) => "check the unit or the scale of both channels".into(),
+            _ => "correct the ratio, or the unit or the scale of a channel".to_string(),
+        };
+        format!("measured, {} is {}, and {by} {}: {hint}", self.signal, sum(found), sum(&self.coefficients))
+    }
+
+    /// Play or twist: what is apart stays within bounds.
+    fn tell_play(&self, plant: &Plant, apart: &[f64], out: &mut Contradictions) {
+        let mut sorted = apart.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let tail = (TAIL * sorted.len() as f64) as usize;
+        let range = sorted[sorted.len() - 1 - tail] - sorted[tail];
+        let inputs = plant.torques.len();
+        let column = |k: usize, sign: bool| -> Vec<f64> {
+            let torques = self.torques.iter().skip(k).step_by(inputs.max(1));
+            torques.map(|x| if sign { x.signum() } else { *x }).collect()
+        };
+        let measured = (0..inputs).filter(|&k| plant.torques[k].is_some());
+        let best = |sign: bool| {
+            let rated = measured.clone().map(|k| (k, explained(&column(k, sign), apart)));
+            rated.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
+        };
+        let ((motor, by_sense), (_, by_torque)) = (best(true), best(false));
+        let names = quoted(self.ties.iter().map(|(name, _)| name.as_str()));
+        let size = format!(
+            "{} is apart from what {names} makes of {} by up to {} {}, {} times the noise",
+            self.signal,
+            self.of.join(", "),
+            short(range / 2.0),
+            self.unit,
+            short((range / 2.0 / self.noise).round())
+        );
+        let (element, factor) = &self.ties[0];
+        if by_sense > GOES && by_sense > by_torque {
+            out.warnings.push(format!(
+                "{size}, one way or the other as the torque of {} has its sense: there is play; give `{element}` some \
+                 `backlash = \"{} {}\"` and find it with `--parameters {element}.backlash`",
+                plant.reduced.equations.inputs[motor].element,
+                short(range * factor.abs()),
+                self.unit,
+            ));
+        } else if by_torque > GOES {
+            out.notes.push(format!("{size}, in proportion to a torque: something twists that is rigid in the model"));
+        } else {
+            out.notes.push(format!("{size}: play, twist, or readings that are not of the same time"));
+        }
+    }
+}
+
+/// Takes the mean of each column out of rows of so many.
+fn center(rows: &mut [f64], width: usize) {
+    let count = (rows.len() / width) as f64;
+    for k in 0..width {
+        let mean = rows.iter().skip(k).step_by(width).sum::<f64>() / count;
+        rows.iter_mut().skip(k).step_by(width).for_each(|x| *x -= mean);
+    }
+}
+
+fn rms(of: &[f64]) -> f64 {
+    (dot(of, of) / of.len().max(1) as f64).sqrt()
+}
+
+/// The part of the square of y that goes with x.
+fn explained(x: &[f64], y: &[f64]) -> f64 {
+    let (x, y) = (&mut x.to_vec(), &mut y.to_vec());
+    center(x, 1);
+    center(y, 1);
+    let both = dot(x, y);
+    let size = dot(x, x) * dot(y, y);
+    if size > 0.0 { both * both / size } else { 0.0 }
+}
