@@ -18,6 +18,7 @@ pub fn linearise(args: &LineariseArgs, quiet: bool) -> Result<u8, Failure> {
         inputs: args.inputs.clone(),
         outputs: args.outputs.clone(),
         eliminate_massless: args.eliminate_massless,
+        parity: None,
         ..AnalyzeSettings::default()
     };
     let (model, warnings) = match project.linearise(&settings, args.descriptor) {

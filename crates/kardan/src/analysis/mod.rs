@@ -44,7 +44,7 @@ pub use massless::{Eliminated, MasslessError, combination, eliminate_massless, m
 pub use modes::{
     exact_modes, exact_modes_beside, exact_modes_of_pencil, mode_of_motion, modes, modes_of_pencil, needs_modes,
 };
-pub use parity::{Fault, Known, Relation, StaticRelations, relations, static_relations};
+pub use parity::{Broken, Fault, Known, Relation, StaticRelations, relation_holds, relations, static_relations};
 pub use pencil::{OutputSignal, linear_system};
 pub use placement::{Candidate, Measure, place, with_candidates};
 pub use properties::properties;

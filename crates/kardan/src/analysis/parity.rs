@@ -1,7 +1,7 @@
 //! Relations between what sensors read that hold whatever the model does.
 
 use super::LinearSystem;
-use crate::num::{Matrix, Rational, Scalar, echelon};
+use crate::num::{Matrix, Rational, Scalar, echelon, exact_rank};
 
 /// A signal of a relation: what a sensor reads, or what is commanded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -55,20 +55,9 @@ const MOST_SETS: usize = 20_000;
 /// rate. Minimal dependent sets are the circuits of their matroid: of the relations those whose set of signals is least, found by
 /// demanding zeros until one is left. Exact.
 pub fn static_relations(system: &LinearSystem, known: &[usize]) -> StaticRelations {
-    let (n, p) = (system.states.len(), system.outputs.len());
-    let columns = n + system.inputs.len();
-    let mut signals: Vec<Known> = (0..p).map(Known::Output).collect();
-    signals.extend(known.iter().map(|&j| Known::Input(j)));
-    let own = echelon(&system.e, &(0..n).collect::<Vec<_>>());
-    let free = Matrix::from_fn(n - own.rank(), n, |i, j| own.transform[(own.rank() + i, j)].clone());
-    let (at_a, at_b) = (free.multiply(&system.a), free.multiply(&system.b));
-    let rows = Matrix::from_fn(signals.len() + free.rows(), columns, |i, j| match signals.get(i) {
-        Some(Known::Output(k)) if j < n => system.c[(*k, j)].clone(),
-        Some(Known::Output(k)) => system.d[(*k, j - n)].clone(),
-        Some(Known::Input(k)) => if j == n + k { Rational::ONE } else { Rational::ZERO },
-        None if j < n => at_a[(i - signals.len(), j)].clone(),
-        None => at_b[(i - signals.len(), j - n)].clone(),
-    });
+    let signals: Vec<Known> =
+        (0..system.outputs.len()).map(Known::Output).chain(known.iter().map(|&j| Known::Input(j))).collect();
+    let rows = stack(&signals.iter().map(|signal| row_of(system, *signal)).collect::<Vec<_>>(), &rateless(system));
     let found = left_null(&rows);
     let over_signals = Matrix::from_fn(found.rows(), signals.len(), |i, j| found[(i, j)].clone());
     let (circuits, all) = circuits(&over_signals);
@@ -78,6 +67,45 @@ pub fn static_relations(system: &LinearSystem, known: &[usize]) -> StaticRelatio
     };
     let independent = echelon(&over_signals, &(0..signals.len()).collect::<Vec<_>>()).rank();
     StaticRelations { relations: circuits.into_iter().map(relation).collect(), all, independent }
+}
+
+/// Whether a static relation holds for a system with the same signals.
+pub fn relation_holds(system: &LinearSystem, relation: &Relation) -> bool {
+    let mut sum = vec![Rational::ZERO; system.states.len() + system.inputs.len()];
+    for (signal, _, factor) in &relation.terms {
+        for (sum, x) in sum.iter_mut().zip(row_of(system, *signal)).filter(|(_, x)| !x.is_zero()) {
+            *sum = sum.plus(&factor.times(&x));
+        }
+    }
+    if sum.iter().all(Scalar::is_zero) {
+        return true;
+    }
+    let free = rateless(system);
+    exact_rank(&stack(&[sum], &free)) == exact_rank(&free)
+}
+
+/// A signal over states and inputs.
+fn row_of(system: &LinearSystem, signal: Known) -> Vec<Rational> {
+    let (n, m) = (system.states.len(), system.inputs.len());
+    match signal {
+        Known::Output(k) => system.c.row(k).iter().chain(system.d.row(k)).cloned().collect(),
+        Known::Input(k) => (0..n + m).map(|j| if j == n + k { Rational::ONE } else { Rational::ZERO }).collect(),
+    }
+}
+
+/// What states and inputs fulfil without a rate: rows `[wᵀA, wᵀB]` with `wᵀE = 0`.
+fn rateless(system: &LinearSystem) -> Matrix<Rational> {
+    let free = left_null(&system.e);
+    let (a, b) = (free.multiply(&system.a), free.multiply(&system.b));
+    let n = a.columns();
+    Matrix::from_fn(free.rows(), n + b.columns(), |i, j| if j < n { &a[(i, j)] } else { &b[(i, j - n)] }.clone())
+}
+
+/// Rows, and below them those of a matrix.
+fn stack(rows: &[Vec<Rational>], below: &Matrix<Rational>) -> Matrix<Rational> {
+    let count = rows.len();
+    let entry = |i: usize, j: usize| if i < count { &rows[i][j] } else { &below[(i - count, j)] }.clone();
+    Matrix::from_fn(count + below.rows(), below.columns(), entry)
 }
 
 /// Independent rows w with `wᵀM = 0` that span all of them.
@@ -147,17 +175,27 @@ pub enum Fault {
     Input(usize),
 }
 
+/// A relation that a fault breaks.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Broken {
+    /// The relation.
+    pub relation: Relation,
+    /// Inputs that are neither known nor unknown, taken as zero, that move it.
+    pub moved_by: Vec<usize>,
+}
+
 /// Most rows of the equations that are eliminated for a relation.
 const MOST_ROWS: usize = 160;
 
-/// For each fault a relation of the least order that it breaks, where there is one with few enough derivatives; `sees[k]` of a relation
-/// says with which inputs it changes beside those that are known. The inputs in `unknown` have no part in them.
+/// For each fault a relation of the least order that it breaks, where there is one with few enough derivatives, and which inputs move it
+/// beside those that are known. The inputs in `unknown` have no part in it.
 ///
 /// Method: outputs and equations of motion with their derivatives up to the order; of the rows that cancel all states, rates and unknown
 /// inputs one with few terms that the fault does not leave alone. Exact.
-pub fn relations(system: &LinearSystem, faults: &[Fault], known: &[usize], unknown: &[usize]) -> Vec<Option<Relation>> {
+pub fn relations(system: &LinearSystem, faults: &[Fault], known: &[usize], unknown: &[usize]) -> Vec<Option<Broken>> {
     let (n, p) = (system.states.len(), system.outputs.len());
-    let mut out: Vec<Option<Relation>> = vec![None; faults.len()];
+    let mut out: Vec<Option<Broken>> = vec![None; faults.len()];
+    let others: Vec<usize> = (0..system.inputs.len()).filter(|j| !known.contains(j) && !unknown.contains(j)).collect();
     for order in 0..=n {
         let stacked = Stacked { system, order };
         if (order + 1) * (n + p) > MOST_ROWS || out.iter().all(Option::is_some) {
@@ -166,7 +204,11 @@ pub fn relations(system: &LinearSystem, faults: &[Fault], known: &[usize], unkno
         let rows = stacked.reduced(known, unknown);
         for (fault, found) in faults.iter().zip(&mut out).filter(|(_, found)| found.is_none()) {
             let seeing = rows.iter().filter(|row| stacked.sees(row, *fault));
-            *found = seeing.map(|row| stacked.relation(row, known)).min_by_key(|relation| relation.terms.len());
+            let seeing = seeing.map(|row| (stacked.relation(row, known), row));
+            *found = seeing.min_by_key(|(relation, _)| relation.terms.len()).map(|(relation, row)| {
+                let moved_by = others.iter().copied().filter(|&j| stacked.sees(row, Fault::Input(j)));
+                Broken { relation, moved_by: moved_by.collect() }
+            });
         }
     }
     out
@@ -307,10 +349,12 @@ mod tests {
             Some(Relation { terms: terms.iter().map(|(k, d, x)| (*k, *d, Rational::from(*x))).collect() })
         };
         let [y, v, u] = [Known::Output(0), Known::Output(1), Known::Input(0)];
+        let found: Vec<Option<Relation>> = found.into_iter().map(|one| Some(one?.relation)).collect();
         assert_eq!(found[0], of(&[(y, 1, 1), (v, 0, -1)]));
         assert_eq!(found[2], of(&[(v, 1, 1), (u, 0, -1)]));
         // With the input unknown its own fault is nowhere seen.
         let found = relations(&system, &[Fault::Output(1), Fault::Input(0)], &[], &[0]);
+        let found: Vec<Option<Relation>> = found.into_iter().map(|one| Some(one?.relation)).collect();
         assert_eq!(found, [of(&[(y, 1, 1), (v, 0, -1)]), None]);
     }
 }

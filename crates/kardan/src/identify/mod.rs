@@ -13,7 +13,7 @@ mod teeth;
 mod window;
 
 pub use determined::{Excitation, undetermined};
-pub use distribution::student_quantile;
+pub use distribution::{normal_quantile, student_quantile, two_sided_normal};
 pub use excitation::{Selection, d_optimal, expected_errors, information};
 pub use extra::Extra;
 pub use fit::{Fit, FitOptions, Loss, Shape, Test, TestKind, cross_validate, fit, residual_tests};

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use super::PreparedVariant;
 use super::analysis::output;
 use super::checks::signals_of;
 use super::equilibrium::Rest;
 use super::kept::nothing_free;
 use super::others::{others, state_name};
 use super::stops::beyond_in_words;
+use super::{ParitySettings, PreparedVariant};
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::TransmissionRow;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -32,6 +32,8 @@ pub struct AnalyzeSettings {
     pub certify: bool,
     /// Eliminate motions without inertia instead of refusing them.
     pub eliminate_massless: bool,
+    /// Which faults sensors can tell; `None`: not asked.
+    pub parity: Option<ParitySettings>,
 }
 
 /// Where a variant is analysed, with its equations there.
