@@ -58,11 +58,15 @@ fn residuals(found: &Parity) -> Body {
             "{count} minimal residual{plural}, {} of them independent; these are all. Each is constant whatever the model does, and without one of its readings nothing is left of it.",
             found.independent
         ),
-        false => format!("{count} independent minimal residual{plural}; there are more, made of these, too many to list."),
+        false => {
+            format!("{count} independent minimal residual{plural}; there are more, made of these, too many to list.")
+        }
     };
-    let rows = found.residuals.iter().enumerate().map(|(k, one)| {
-        row![format!("r{}", k + 1), Cell::Code(sum(&one.terms)), constant(one), holds(one)]
-    });
+    let rows = found
+        .residuals
+        .iter()
+        .enumerate()
+        .map(|(k, one)| row![format!("r{}", k + 1), Cell::Code(sum(&one.terms)), constant(one), holds(one)]);
     let told = found.residuals.iter().enumerate().filter_map(|(k, one)| limits(k, one, one.threshold.as_ref()?));
     let moved = found.residuals.iter().enumerate().filter_map(|(k, one)| tolerances(k, one));
     let angles = found.residuals.iter().any(|one| one.up_to_constant);
@@ -105,7 +109,11 @@ fn limits(k: usize, one: &Residual, limit: &Threshold) -> Option<String> {
         true => format!("{samples} beyond it are an alarm, after {} s at the latest", number(limit.detection_time)),
         false => "it is read at every instant".into(),
     };
-    let times = if limit.different_times { " Its sensors have different sample times: add how far it moves within one." } else { "" };
+    let times = if limit.different_times {
+        " Its sensors have different sample times: add how far it moves within one."
+    } else {
+        ""
+    };
     Some(format!(
         "r{}: threshold {} {} (noise {}, steps up to {}): {alarms}; {late}. Changes that are seen with 99.9 %: {}.{times}",
         k + 1,
@@ -157,7 +165,9 @@ fn faults(found: &Parity) -> Body {
     });
     let decided = match found.exact {
         true => "Decided exactly.",
-        false => "Decided modulo random primes, wrong with a probability below 1e-12: for more than 24 states it is not decided exactly.",
+        false => {
+            "Decided modulo random primes, wrong with a probability below 1e-12: for more than 24 states it is not decided exactly."
+        }
     };
     Body::default()
         .list(sentences(found))
@@ -177,7 +187,8 @@ fn place(one: &FaultVerdict) -> String {
 
 /// What matters most, in words.
 fn sentences(found: &Parity) -> Vec<String> {
-    let named = |which: &dyn Fn(&&FaultVerdict) -> bool| found.faults.iter().filter(which).map(place).collect::<Vec<_>>();
+    let named =
+        |which: &dyn Fn(&&FaultVerdict) -> bool| found.faults.iter().filter(which).map(place).collect::<Vec<_>>();
     let silent = named(&|one| !one.shown);
     let alone = named(&|one| one.shown && one.same_as.is_empty());
     let mut groups: Vec<Vec<String>> = Vec::new();
@@ -190,7 +201,10 @@ fn sentences(found: &Parity) -> Vec<String> {
     }
     let mut out = Vec::new();
     if !silent.is_empty() {
-        out.push(format!("No residual at all shows a fault of {}: what is unknown explains every course of it.", words::list(&silent, NAMES)));
+        out.push(format!(
+            "No residual at all shows a fault of {}: what is unknown explains every course of it.",
+            words::list(&silent, NAMES)
+        ));
     }
     if !alone.is_empty() {
         out.push(format!("Shown, and told from every other single fault: {}.", words::list(&alone, NAMES)));

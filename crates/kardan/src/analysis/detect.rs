@@ -1,7 +1,7 @@
 //! Which faults outputs can tell at all, and from which others.
 
-use super::parity::{Fault, choices, subsets};
 use super::LinearSystem;
+use super::parity::{Fault, choices, subsets};
 use crate::num::{Matrix, ModularMatrix, PrimeField, Primes, Rational, Scalar, echelon, exact_rank};
 
 /// Most states for which ranks are decided exactly; with more of them they are decided modulo random primes.
@@ -164,7 +164,13 @@ pub fn constant_is_seen(system: &LinearSystem, fault: Fault, unknown: &[usize]) 
             (i, j) if i < n && j == n => acts(i),
             (i, j) if i < n && j < n + 1 + m => system.b[(i, unknown[j - n - 1])].clone(),
             (i, j) if i < n => Rational::ZERO.minus(&rates[(i, j - n - 1 - m)]),
-            (i, j) if i == n => if j > n + m { still(j - n - 1 - m) } else { Rational::ZERO },
+            (i, j) if i == n => {
+                if j > n + m {
+                    still(j - n - 1 - m)
+                } else {
+                    Rational::ZERO
+                }
+            }
             (i, j) if j < n => system.c[(i - n - 1, j)].clone(),
             (i, j) if j == n => shows(i - n - 1),
             (i, j) if j < n + 1 + m => system.d[(i - n - 1, unknown[j - n - 1])].clone(),
@@ -238,7 +244,8 @@ mod tests {
         let matrix = |rows: &[&[i64]]| Matrix::from_fn(rows.len(), rows[0].len(), |i, j| Rational::from(rows[i][j]));
         let system =
             LinearSystem::state_space(matrix(&[&[0, 1], &[0, 0]]), matrix(&[&[0], &[1]]), matrix(&[&[1, 0], &[0, 1]]));
-        let alone = LinearSystem { c: matrix(&[&[1, 0]]), d: Matrix::zeros(1, 1), outputs: vec!["y".into()], ..system.clone() };
+        let alone =
+            LinearSystem { c: matrix(&[&[1, 0]]), d: Matrix::zeros(1, 1), outputs: vec!["y".into()], ..system.clone() };
         let transfer = Transfer::new(&alone).unwrap();
         assert!(transfer.is_exact());
         assert!(transfer.detects(&[0], Fault::Output(0), &[]) && !transfer.detects(&[0], Fault::Output(0), &[0]));

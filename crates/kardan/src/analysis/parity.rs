@@ -137,7 +137,8 @@ fn circuits(span: &Matrix<Rational>) -> (Vec<Vec<Rational>>, bool) {
             continue;
         }
         let weights = solved.kernel();
-        let combined = weights.transpose().multiply(&Matrix::from_fn(d, span.columns(), |i, j| basis.form[(i, j)].clone()));
+        let combined =
+            weights.transpose().multiply(&Matrix::from_fn(d, span.columns(), |i, j| basis.form[(i, j)].clone()));
         let circuit = combined.row(0).to_vec();
         let same = |other: &Vec<Rational>| other.iter().zip(&circuit).all(|(a, b)| a.is_zero() == b.is_zero());
         if !found.iter().any(same) {
@@ -296,9 +297,8 @@ impl Stacked<'_> {
         let p = self.system.outputs.len();
         let read = (0..self.outputs()).map(|i| (Known::Output(i % p), i / p, row[i].clone()));
         let driven = known.iter().flat_map(|&j| (0..=self.order).map(move |level| (j, level)));
-        let driven = driven.map(|(j, level)| {
-            (Known::Input(j), level, Rational::ZERO.minus(&self.dot(row, &self.input(j, level))))
-        });
+        let driven = driven
+            .map(|(j, level)| (Known::Input(j), level, Rational::ZERO.minus(&self.dot(row, &self.input(j, level)))));
         Relation { terms: read.chain(driven).filter(|(_, _, x)| !x.is_zero()).collect() }.normalised()
     }
 }
@@ -342,7 +342,8 @@ mod tests {
     /// A mass on an integrator, position and velocity read: p' = v is a relation of order one, and v' = u as well.
     #[test]
     fn relations_of_a_double_integrator() {
-        let system = LinearSystem::state_space(matrix(&[&[0, 1], &[0, 0]]), matrix(&[&[0], &[1]]), matrix(&[&[1, 0], &[0, 1]]));
+        let system =
+            LinearSystem::state_space(matrix(&[&[0, 1], &[0, 0]]), matrix(&[&[0], &[1]]), matrix(&[&[1, 0], &[0, 1]]));
         assert_eq!(static_relations(&system, &[0]).relations, []);
         let found = relations(&system, &[Fault::Output(0), Fault::Output(1), Fault::Input(0)], &[0], &[]);
         let of = |terms: &[(Known, usize, i64)]| {

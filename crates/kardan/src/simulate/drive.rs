@@ -111,6 +111,9 @@ impl Drive {
         mode.iter_mut().for_each(|number| keeper.count(number));
         self.limit_mode = [Limit::Inside, Limit::High, Limit::Low][mode[0].min(2)];
         self.rate_mode = [Rate::Follow, Rate::Rise, Rate::Fall][mode[1].min(2)];
+        if let Some(limit) = &mut self.limit {
+            keeper.number(limit);
+        }
         self.at_limit.keep(keeper);
         self.at_rate_limit.keep(keeper);
     }

@@ -71,8 +71,11 @@ pub(super) fn parity(
     let all = subject.pencil(&subject.system, &subject.outputs);
     let Some(transfer) = Transfer::new(&all) else {
         return Err(vec![
-            Diagnostic::error("analysis::parity", "a motion has neither inertia nor damping nor spring, so nothing says how it goes")
-                .help("give its shaft an inertia or a damping, or leave `--parity` out"),
+            Diagnostic::error(
+                "analysis::parity",
+                "a motion has neither inertia nor damping nor spring, so nothing says how it goes",
+            )
+            .help("give its shaft an inertia or a damping, or leave `--parity` out"),
         ]);
     };
     let own = subject.pencil(&subject.system, &subject.outputs[..subject.sensors]);
@@ -92,10 +95,7 @@ pub(super) fn parity(
 }
 
 impl<'a> Subject<'a> {
-    fn of(
-        variant: &'a PreparedVariant,
-        settings: &AnalyzeSettings,
-    ) -> Result<Self, Vec<Diagnostic>> {
+    fn of(variant: &'a PreparedVariant, settings: &AnalyzeSettings) -> Result<Self, Vec<Diagnostic>> {
         let equations = &variant.reduced.equations;
         let mut settings = settings.clone();
         if settings.outputs.is_empty() {
@@ -175,7 +175,8 @@ impl<'a> Subject<'a> {
             Known::Input(_) => None,
         };
         let kinds: Vec<Option<&Measured>> = relation.terms.iter().map(|(known, ..)| measured(known)).collect();
-        let up_to_constant = kinds.iter().any(|kind| matches!(kind, Some(Measured::Angle(_) | Measured::SpringTorque(_))));
+        let up_to_constant =
+            kinds.iter().any(|kind| matches!(kind, Some(Measured::Angle(_) | Measured::SpringTorque(_))));
         let broken = conditions.iter().filter(|(_, without)| !relation_holds(without, relation));
         let errors: Option<Vec<(f64, &Reading)>> = relation
             .terms
@@ -250,7 +251,8 @@ impl<'a> Subject<'a> {
                 Some(Measured::Speed(_)) => 0.0,
                 Some(Measured::SpringTorque(element)) => {
                     let own = reduced.equations.springs.iter().filter(|spring| spring.element == *element);
-                    let twist = |row: Vec<(usize, f64)>| row.iter().map(|(k, x)| x * kinematics.angles[*k]).sum::<f64>();
+                    let twist =
+                        |row: Vec<(usize, f64)>| row.iter().map(|(k, x)| x * kinematics.angles[*k]).sum::<f64>();
                     own.map(|one| one.value.stiffness.to_f64() * (twist(one.row_f64()) - one.value.rest.to_f64())).sum()
                 }
                 _ => return None,
@@ -299,9 +301,10 @@ impl<'a> Subject<'a> {
 
     fn sets(&self, transfer: &Transfer) -> Vec<SensorSets> {
         let candidates: Vec<String> = self.outputs.iter().map(|output| output.name.clone()).collect();
-        let goals = self.known.iter().map(|&k| {
-            (format!("a fault of {} is shown", self.system.inputs[k].element), Goal::Shows(k))
-        });
+        let goals = self
+            .known
+            .iter()
+            .map(|&k| (format!("a fault of {} is shown", self.system.inputs[k].element), Goal::Shows(k)));
         let every = [
             ("every fault is shown, also of the set's own sensors", Goal::ShowsAll),
             ("every fault is shown and told from all others", Goal::TellsApart),

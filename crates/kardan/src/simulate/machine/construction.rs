@@ -20,6 +20,7 @@ use crate::program::Task;
 use crate::reduce::{Dynamics, Motion, Reduced, Work};
 use crate::simulate::clocked::Clocked;
 use crate::simulate::drive::Drive;
+use crate::simulate::faults::MotorFault;
 use crate::simulate::friction::{BoxProblem, Mode};
 use crate::simulate::scenario::{Profile, Scenario};
 use crate::synthesis::{Law, LinearLaw, Running, Seen, TaskLaw};
@@ -196,6 +197,13 @@ impl Compiled {
     }
 }
 
+/// The number of each motor that fails.
+fn failing(scenario: &Scenario, reduced: &Reduced) -> Vec<usize> {
+    let inputs = &reduced.equations.inputs;
+    let number = |fault: &MotorFault| inputs.iter().position(|input| input.element == fault.name);
+    scenario.faults.motors.iter().map(|fault| number(fault).expect("a motor that fails is there")).collect()
+}
+
 impl Machine {
     /// Wires plant, laws and scenario.
     ///
@@ -217,8 +225,8 @@ impl Machine {
         let laws = all_wired(&setup, &drives, &mut size);
         let flow = Flow::new(scenario, &mut size);
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
-        let (signals, blocks) = (&scenario.signals[..], flow.as_ref());
-        let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals, flow: blocks };
+        let (signals, blocks, faults) = (&scenario.signals[..], flow.as_ref(), &scenario.faults.motors[..]);
+        let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals, flow: blocks, faults };
         let Compiled { dynamics, work, places, timed, meshes, moving } =
             Compiled::new(reduced, scenario, (parts, 2 * r..size), also);
         let (sliders, holds) = (Sliders::new(reduced), Holds::new(&reduced.equations));
@@ -277,6 +285,9 @@ impl Machine {
             scratch: vec![0.0; r.max(kept.end)],
             friction_torques: vec![0.0; kept.end],
             kept: kept.clone(),
+            full_limits: drives.iter().map(|drive| drive.limit).collect(),
+            motor_faults: scenario.faults.motors.clone(),
+            failing: failing(scenario, reduced),
             drives,
             dynamics,
             work,

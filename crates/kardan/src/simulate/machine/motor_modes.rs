@@ -4,12 +4,28 @@ use super::Machine;
 use super::wired::Wired;
 use crate::results::MotorStrain;
 use crate::simulate::drive::{Drive, Limit, Rate};
+use crate::simulate::faults::MotorFaultKind;
 use crate::simulate::scenario::SourceTarget;
 
 /// Relative difference of two times within which a located event lies.
 const SAME_INSTANT: f64 = 1e-12;
 
 impl Machine {
+    /// Torque limits of motors whose supply is low from a time on.
+    pub(super) fn enter_faults(&mut self, time: f64) {
+        if self.motor_faults.is_empty() {
+            return;
+        }
+        for (k, (drive, full)) in self.drives.iter_mut().zip(&self.full_limits).enumerate() {
+            let mut own = self.motor_faults.iter().zip(&self.failing).filter(|(_, input)| **input == k);
+            let low = own.find(|(fault, _)| fault.holds(time));
+            drive.limit = full.map(|full| match low.map(|(fault, _)| fault.kind) {
+                Some(MotorFaultKind::Undervoltage(part)) => part * full,
+                _ => full,
+            });
+        }
+    }
+
     /// Motors whose limits no longer fit their mode at this point.
     pub fn drives_switch(
         &mut self,
