@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::sensitivity::Varied;
-use super::signals::WorkingPoint;
+use super::signals::{AnalyzeSettings, ParitySettings, WorkingPoint};
 use super::thresholds::{Reading, readings, threshold};
-use super::{AnalyzeSettings, Prepared, PreparedVariant};
+use super::{Prepared, PreparedVariant};
 use crate::analysis::{
     Broken, ConstrainedSystem, Fault, Goal, Known, LinearSystem, OutputSignal, Relation, Transfer, constant_is_seen,
     kept_constraints, linear_system, relation_holds, relations, smallest_sets, static_relations,
@@ -18,21 +18,6 @@ use crate::names::SignalName;
 use crate::num::{Rational, rational_to_f64};
 use crate::reduce::Kinematics;
 use crate::results::{FaultPlace, FaultVerdict, Parity, ParityTerm, Residual, SensorSets};
-
-/// What is asked of residuals.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ParitySettings {
-    /// False alarms that one residual may give, per hour.
-    pub false_alarms_per_hour: f64,
-    /// Samples one after the other beyond the threshold that make an alarm.
-    pub debounce: usize,
-}
-
-impl Default for ParitySettings {
-    fn default() -> Self {
-        Self { false_alarms_per_hour: 1e-3, debounce: 3 }
-    }
-}
 
 /// What is asked, and of what.
 struct Subject<'a> {

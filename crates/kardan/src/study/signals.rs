@@ -2,13 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use super::PreparedVariant;
 use super::analysis::output;
 use super::checks::signals_of;
 use super::equilibrium::Rest;
 use super::kept::nothing_free;
 use super::others::{others, state_name};
 use super::stops::beyond_in_words;
-use super::{ParitySettings, PreparedVariant};
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::TransmissionRow;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -34,6 +34,21 @@ pub struct AnalyzeSettings {
     pub eliminate_massless: bool,
     /// Which faults sensors can tell; `None`: not asked.
     pub parity: Option<ParitySettings>,
+}
+
+/// What is asked of residuals.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParitySettings {
+    /// False alarms that one residual may give, per hour.
+    pub false_alarms_per_hour: f64,
+    /// Samples one after the other beyond the threshold that make an alarm.
+    pub debounce: usize,
+}
+
+impl Default for ParitySettings {
+    fn default() -> Self {
+        Self { false_alarms_per_hour: 1e-3, debounce: 3 }
+    }
 }
 
 /// Where a variant is analysed, with its equations there.

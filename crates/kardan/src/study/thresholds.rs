@@ -1,7 +1,7 @@
 //! From which size a residual is an alarm: what noise and steps of its sensors make of it.
 
 use super::PreparedVariant;
-use super::parity::ParitySettings;
+use super::signals::ParitySettings;
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
 use crate::identify::{normal_quantile, two_sided_normal};

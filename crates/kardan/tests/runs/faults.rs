@@ -185,7 +185,7 @@ fn faults_that_cannot_be() {
         ("control = \"c\"\nat = \"1 s\"", "there is no controller `c`", "the model has no controller"),
         ("sensor = \"m\"\nat = \"1 s\"", "no controller reads a sensor `m`", "sensors are read by"),
         ("motor = \"m\"\nkind = \"lost\"\nat = \"1 s\"", "a motor cannot be `lost`", "choose one of"),
-        ("motor = \"m\"\nsensor = \"s\"\nat = \"1 s\"", "it names `sensor` and `motor`", "for each"),
+        ("motor = \"m\"\nsensor = \"s\"\nat = \"1 s\"", "it names `sensor`, `motor`", "for each"),
         ("at = \"1 s\"", "nothing is named that fails", "motor"),
         ("motor = \"m\"\nkind = \"reduced\"\nat = \"1 s\"", "`reduced` needs the key `by`", "by = "),
         ("motor = \"m\"\nkind = \"reduced\"\nby = 1.5\nat = \"1 s\"", "leaves all of it", "below one"),

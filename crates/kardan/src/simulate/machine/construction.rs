@@ -20,13 +20,12 @@ use crate::program::Task;
 use crate::reduce::{Dynamics, Motion, Reduced, Work};
 use crate::simulate::clocked::Clocked;
 use crate::simulate::drive::Drive;
-use crate::simulate::faults::MotorFault;
 use crate::simulate::friction::{BoxProblem, Mode};
 use crate::simulate::scenario::{Profile, Scenario};
 use crate::synthesis::{Law, LinearLaw, Running, Seen, TaskLaw};
 
 /// What drives the inputs; `size` grows by their states.
-fn drives(equations: &Equations, size: &mut usize) -> Vec<Drive> {
+fn drives(equations: &Equations, scenario: &Scenario, size: &mut usize) -> Vec<Drive> {
     let mut place = |needed: bool| {
         needed.then(|| {
             *size += 1;
@@ -38,7 +37,9 @@ fn drives(equations: &Equations, size: &mut usize) -> Vec<Drive> {
             InputKind::Motor(motor) => motor.clone(),
             InputKind::Disturbance => Default::default(),
         };
-        Drive::new(&motor, equations.domain_of(input), place(motor.rate_limit.is_some()), place(motor.lag.is_some()))
+        let states = [place(motor.rate_limit.is_some()), place(motor.lag.is_some())];
+        let own = scenario.faults.motors.iter().filter(|fault| fault.name == input.element);
+        Drive::new(&motor, equations.domain_of(input), states, own.cloned().collect())
     };
     equations.inputs.iter().map(drive).collect()
 }
@@ -197,13 +198,6 @@ impl Compiled {
     }
 }
 
-/// The number of each motor that fails.
-fn failing(scenario: &Scenario, reduced: &Reduced) -> Vec<usize> {
-    let inputs = &reduced.equations.inputs;
-    let number = |fault: &MotorFault| inputs.iter().position(|input| input.element == fault.name);
-    scenario.faults.motors.iter().map(|fault| number(fault).expect("a motor that fails is there")).collect()
-}
-
 impl Machine {
     /// Wires plant, laws and scenario.
     ///
@@ -221,12 +215,12 @@ impl Machine {
         let kept = m..m + reduced.equations.kept.len();
         let inputs = reduced.equations.inputs.len();
         let mut size = 2 * r;
-        let drives = drives(&reduced.equations, &mut size);
+        let drives = drives(&reduced.equations, scenario, &mut size);
         let laws = all_wired(&setup, &drives, &mut size);
         let flow = Flow::new(scenario, &mut size);
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
-        let (signals, blocks, faults) = (&scenario.signals[..], flow.as_ref(), &scenario.faults.motors[..]);
-        let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals, flow: blocks, faults };
+        let (signals, blocks) = (&scenario.signals[..], flow.as_ref());
+        let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals, flow: blocks };
         let Compiled { dynamics, work, places, timed, meshes, moving } =
             Compiled::new(reduced, scenario, (parts, 2 * r..size), also);
         let (sliders, holds) = (Sliders::new(reduced), Holds::new(&reduced.equations));
@@ -285,9 +279,6 @@ impl Machine {
             scratch: vec![0.0; r.max(kept.end)],
             friction_torques: vec![0.0; kept.end],
             kept: kept.clone(),
-            full_limits: drives.iter().map(|drive| drive.limit).collect(),
-            motor_faults: scenario.faults.motors.clone(),
-            failing: failing(scenario, reduced),
             drives,
             dynamics,
             work,

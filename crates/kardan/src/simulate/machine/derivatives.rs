@@ -17,8 +17,8 @@ impl Machine {
         }
         let (r, states) = (self.degrees_of_freedom, self.size - 2);
         let mut motion = Motion::new(reduced);
-        let Self { drives, laws, targets, signals, flow, motor_faults, .. } = self;
-        let parts = Parts { drives, laws, targets, signals, flow: flow.as_ref(), faults: motor_faults };
+        let Self { drives, laws, targets, signals, flow, .. } = self;
+        let parts = Parts { drives, laws, targets, signals, flow: flow.as_ref() };
         let (extension, places, _) = extend(&mut motion, reduced, parts, 2 * r..states);
         let mut given: Vec<Symbol> = motion.symbols.iter().chain(&extension.inputs).copied().collect();
         let more = places.states.clone().map(|state| extension.inputs[state]);

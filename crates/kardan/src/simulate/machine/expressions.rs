@@ -156,14 +156,13 @@ pub(super) struct Parts<'a> {
     pub targets: &'a [SourceTarget],
     pub signals: &'a [SourceSignal],
     pub flow: Option<&'a Flow>,
-    pub faults: &'a [MotorFault],
 }
 
 /// Everything between plant, motors, linear laws and scenario, written into the expressions of the motion; with the sources.
 pub(super) fn extend(
     motion: &mut Motion,
     reduced: &Reduced,
-    Parts { drives, laws, targets, signals, flow, faults }: Parts<'_>,
+    Parts { drives, laws, targets, signals, flow }: Parts<'_>,
     more_states: Range<usize>,
 ) -> (Extension, Places, Vec<Expr>) {
     let equations = &reduced.equations;
@@ -198,7 +197,7 @@ pub(super) fn extend(
     let given = (&commands[..], &limits[..], &follows[..], &limiter_rates[..]);
     let meant = driven(&mut all, drives, given, (&states, more_states.start, &mut rates));
     law_rates(&mut all, laws, (&meant, &sources, &states, more_states.start), &mut rates);
-    let torques = failing(&mut all, equations, &meant, faults);
+    let torques = failing(&mut all, equations, drives, &meant);
     let applied = rippled(&mut all, equations, drives, &torques);
     let SetValued { torques: friction, mut speeds, holds } = set_valued(&mut all, reduced, &senses);
     let meshes = MeshTerms::new(all.motion, reduced, &applied, &friction);
@@ -257,17 +256,16 @@ fn driven(
 }
 
 /// What motors that fail make of their torques.
-fn failing(all: &mut Loop<'_>, equations: &Equations, torques: &[Expr], faults: &[MotorFault]) -> Vec<Expr> {
+fn failing(all: &mut Loop<'_>, equations: &Equations, drives: &[Drive], torques: &[Expr]) -> Vec<Expr> {
     let mut out = torques.to_vec();
-    for (torque, input) in out.iter_mut().zip(&equations.inputs) {
-        let own: Vec<&MotorFault> = faults.iter().filter(|fault| fault.name == input.element).collect();
-        let scaled = fault_part(&own, "share", &|kind| match kind {
+    for ((torque, input), Drive { faults, .. }) in out.iter_mut().zip(&equations.inputs).zip(drives) {
+        let scaled = fault_part(faults, "share", &|kind| match kind {
             MotorFaultKind::Scaled(part) => part - 1.0,
             MotorFaultKind::Braking(_) => -1.0,
             MotorFaultKind::Undervoltage(_) => 0.0,
         });
         let braking = |kind| if let MotorFaultKind::Braking(damping) = kind { damping } else { 0.0 };
-        let braked = fault_part(&own, "braking", &braking);
+        let braked = fault_part(faults, "braking", &braking);
         let [scaled, braked] = [scaled, braked].map(|part| part.map(|part| all.motion.of_time(&part)));
         if let Some(more) = scaled {
             let factor = all.motion.graph.sum(Rational::ONE, &[(more, Rational::ONE)]);
@@ -286,7 +284,7 @@ fn failing(all: &mut Loop<'_>, equations: &Equations, torques: &[Expr], faults: 
 }
 
 /// A number over the time that is zero but in the windows of faults; nothing if it is zero in all of them.
-fn fault_part(faults: &[&MotorFault], what: &str, of: &dyn Fn(MotorFaultKind) -> f64) -> Option<OfTime> {
+fn fault_part(faults: &[MotorFault], what: &str, of: &dyn Fn(MotorFaultKind) -> f64) -> Option<OfTime> {
     let mut windows: Vec<[f64; 3]> = faults.iter().map(|fault| [fault.at, fault.until, of(fault.kind)]).collect();
     windows.retain(|[.., value]| *value != 0.0);
     windows.sort_by(|a, b| a[0].total_cmp(&b[0]));

@@ -16,7 +16,7 @@ impl Machine {
             && self.flow.is_none()
             && self.modes.is_empty()
             && self.timed.affine
-            && self.motor_faults.is_empty()
+            && self.drives.iter().all(|drive| drive.faults.is_empty())
             && self.laws.iter().all(linear)
             && self.drives.iter().all(|drive| drive.limit.is_none() && drive.rate.is_none() && drive.ripple.is_none())
     }

@@ -33,7 +33,6 @@ pub use wired::Setup;
 use std::ops::Range;
 
 use super::drive::Drive;
-use super::faults::MotorFault;
 use super::friction::{BoxProblem, Mode};
 use super::scenario::{Profile, SourceSignal, SourceTarget};
 use crate::num::{Cholesky, Keeper};
@@ -69,10 +68,6 @@ pub struct Machine {
     /// Where the inputs and outputs of the loop's expressions are.
     places: Places,
     drives: Vec<Drive>,
-    /// Their torque limits where the supply is whole; which motors fail, and what number each of these has.
-    full_limits: Vec<Option<f64>>,
-    motor_faults: Vec<MotorFault>,
-    failing: Vec<usize>,
     profiles: Vec<Profile>,
     targets: Vec<SourceTarget>,
     /// What blocks compute at every instant.

@@ -13,16 +13,10 @@ const SAME_INSTANT: f64 = 1e-12;
 impl Machine {
     /// Torque limits of motors whose supply is low from a time on.
     pub(super) fn enter_faults(&mut self, time: f64) {
-        if self.motor_faults.is_empty() {
-            return;
-        }
-        for (k, (drive, full)) in self.drives.iter_mut().zip(&self.full_limits).enumerate() {
-            let mut own = self.motor_faults.iter().zip(&self.failing).filter(|(_, input)| **input == k);
-            let low = own.find(|(fault, _)| fault.holds(time));
-            drive.limit = full.map(|full| match low.map(|(fault, _)| fault.kind) {
-                Some(MotorFaultKind::Undervoltage(part)) => part * full,
-                _ => full,
-            });
+        for drive in self.drives.iter_mut().filter(|drive| !drive.faults.is_empty()) {
+            let low = drive.faults.iter().find(|fault| fault.holds(time)).map(|fault| fault.kind);
+            let left = if let Some(MotorFaultKind::Undervoltage(part)) = low { part } else { 1.0 };
+            drive.limit = drive.full_limit.map(|limit| left * limit);
         }
     }
 
