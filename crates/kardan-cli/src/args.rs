@@ -140,7 +140,7 @@ fn relative_tolerance(text: &str) -> Result<f64, String> {
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:\n  kardan analyze two-bodies\n  kardan analyze my.toml --inputs motor --outputs \
                         rack.phi,rack.w --report analysis.html\n  kardan analyze my.toml --json | jq '.uncontrollable'\n  \
-                        kardan analyze my.toml --certify\n  kardan analyze --state-space abcd.json")]
+                        kardan analyze my.toml --certify\n  kardan analyze my.toml --parity --false-alarms 0.01\n  kardan analyze --state-space abcd.json")]
 pub struct AnalyzeArgs {
     /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
     /// model needs `./` before it.
@@ -174,6 +174,16 @@ pub struct AnalyzeArgs {
     /// Says nothing any more: motions without inertia (massless shafts) are eliminated by themselves.
     #[arg(long, conflicts_with = "state_space")]
     pub eliminate_massless: bool,
+    /// Tell which faults of sensors and inputs can be detected and told from each other at all, by which relations between the
+    /// readings, from which thresholds, and with which smallest sets of sensors; disturbances are unknown.
+    #[arg(long, conflicts_with = "state_space")]
+    pub parity: bool,
+    /// False alarms that a residual of `--parity` may give, per hour [default: 0.001].
+    #[arg(long, value_name = "PER_HOUR", value_parser = rate, requires = "parity")]
+    pub false_alarms: Option<f64>,
+    /// Samples one after the other beyond a threshold of `--parity` that are an alarm [default: 3].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000), requires = "parity")]
+    pub debounce: Option<u32>,
     #[command(flatten)]
     pub changes: Changes,
 }
@@ -266,6 +276,14 @@ pub struct Limits {
     /// Time after which the command ends early, s; what it has by then is written [default: none].
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "watch")]
     pub time_limit: Option<f64>,
+}
+
+/// A number of events per hour above zero.
+fn rate(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
+        _ => Err("not a number above zero: write 0.001 for one in a thousand hours".into()),
+    }
 }
 
 /// A time above zero, s.

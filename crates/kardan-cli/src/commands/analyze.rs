@@ -4,7 +4,7 @@ use std::path::Path;
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::results::Analysis;
-use kardan::study::{AnalyzeSettings, Part};
+use kardan::study::{AnalyzeSettings, ParitySettings, Part};
 use kardan::{export, study};
 use kardan_report as report;
 
@@ -22,6 +22,13 @@ pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
         inputs: args.inputs.clone(),
         outputs: args.outputs.clone(),
         certify: args.certify,
+        parity: args.parity.then(|| {
+            let left_out = ParitySettings::default();
+            ParitySettings {
+                false_alarms_per_hour: args.false_alarms.unwrap_or(left_out.false_alarms_per_hour),
+                debounce: args.debounce.map_or(left_out.debounce, |samples| samples as usize),
+            }
+        }),
     };
     let (analysis, origin) = match &args.state_space {
         Some(path) => of_matrices(path, args, &settings, quiet)?,

@@ -17,6 +17,7 @@ pub fn linearise(args: &LineariseArgs, quiet: bool) -> Result<u8, Failure> {
         variant: args.variant.clone(),
         inputs: args.inputs.clone(),
         outputs: args.outputs.clone(),
+        parity: None,
         ..AnalyzeSettings::default()
     };
     let (model, warnings) = match project.linearise(&settings, args.descriptor) {

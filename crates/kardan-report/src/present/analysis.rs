@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::descriptor::{descriptor, sentence};
+use super::parity::parity;
 use crate::analysis_pictures as pictures;
 use crate::model::{Alert, Body, Cell, Page, row};
 use crate::text::number;
@@ -52,6 +53,7 @@ fn page_with(analysis: &Analysis, drawn: bool) -> Page {
             ("transfer", "Relative degrees and zeros", transfer(structure, analysis.discrete.is_some())),
             ("least", "Least numbers of inputs and outputs", least(structure)),
             ("placement", "Placement", placement(analysis)),
+            ("parity", "Monitoring", parity(analysis)),
             ("sensitivity", "Sensitivity", analysis.sensitivity.as_ref().map(sensitivity).unwrap_or_default()),
             (
                 "distance",

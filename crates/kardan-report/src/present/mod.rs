@@ -7,6 +7,7 @@ mod descriptor;
 pub mod design;
 pub mod identification;
 mod margins;
+mod parity;
 mod responses;
 pub mod study;
 

@@ -7,6 +7,7 @@ mod class;
 mod constraint_forces;
 mod construction;
 mod descriptor;
+mod detect;
 mod distance;
 mod failing;
 mod family;
@@ -16,6 +17,7 @@ mod images;
 mod integrable;
 mod massless;
 mod modes;
+mod parity;
 mod pencil;
 mod placement;
 mod properties;
@@ -34,6 +36,7 @@ pub use class::{class, kept_constraints};
 pub use constraint_forces::constraint_forces;
 pub use construction::{MOST_CONSTRUCTED, construction};
 pub use descriptor::{DescriptorError, MOST_VARIABLES, SingularPencil, TakenApart, descriptor};
+pub use detect::{Goal, MOST_EXACT, SmallestSets, Transfer, constant_is_seen, smallest_sets};
 pub use distance::{MOST_FROM_BELOW, MOST_STATES, distance_of_matrices};
 pub use failing::{Mechanics, failing_modes};
 pub use family::{Family, Parameter, Pencil, SystemAt, uncontrollability_pencil};
@@ -42,6 +45,7 @@ pub use massless::{Eliminated, MasslessError, combination, eliminate_massless, m
 pub use modes::{
     exact_modes, exact_modes_beside, exact_modes_of_pencil, mode_of_motion, modes, modes_of_pencil, needs_modes,
 };
+pub use parity::{Broken, Fault, Known, Relation, StaticRelations, relation_holds, relations, static_relations};
 pub use pencil::{OutputSignal, linear_system};
 pub use placement::{Candidate, Measure, place, with_candidates};
 pub use properties::properties;

@@ -7,7 +7,7 @@ use super::printed::printed;
 use crate::results::serial::Ending;
 use crate::results::{
     Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, Counting, DescriptorSystem,
-    DiscreteTime, Elimination, Factor, FailingMode, MatrixDistances, Mechanism, Mode, Placement, Sensitivity,
+    DiscreteTime, Elimination, Factor, FailingMode, MatrixDistances, Mechanism, Mode, Parity, Placement, Sensitivity,
     SystemProperties, Zeros,
 };
 
@@ -83,6 +83,8 @@ pub(super) struct AnalysisView<'a> {
     descriptor: Option<&'a DescriptorSystem>,
     /// Of plain matrices: how far they are from losing controllability or observability.
     matrix_distance: Option<&'a MatrixDistances>,
+    /// Which faults sensors can tell, and by which relations between them; `null` without `--parity`.
+    parity: Option<&'a Parity>,
     /// Reduced matrices for three bases of the constraint kernel.
     bases: &'a [Basis],
     /// The projector of the constraint forces.
@@ -243,6 +245,7 @@ impl<'a> AnalysisView<'a> {
             discrete: analysis.discrete.as_ref(),
             descriptor: analysis.descriptor.as_ref(),
             matrix_distance: analysis.matrix_distance.as_ref(),
+            parity: analysis.parity.as_ref(),
             bases: &analysis.bases,
             constraint_forces: analysis.constraint_forces.as_ref(),
             certificate: &structure.certificate,

@@ -30,6 +30,16 @@ pub fn student_quantile(freedom: f64, confidence: f64) -> f64 {
     upper_point(widest * (1.0 + 1e-12), |t| student.sf(t) > tail)
 }
 
+/// z with `P(|Z| > z) = probability` for a normal number, also for the smallest probabilities.
+pub fn two_sided_normal(probability: f64) -> f64 {
+    std::f64::consts::SQRT_2 * erfc_inv(probability)
+}
+
+/// z with `P(Z > z) = probability` for a normal number.
+pub fn normal_quantile(probability: f64) -> f64 {
+    std::f64::consts::SQRT_2 * erfc_inv(2.0 * probability)
+}
+
 /// The median of χ² with so many degrees of freedom over their number, from the size of a normal number on.
 pub(super) fn chi_squared_median_ratio(freedom: f64) -> f64 {
     match ChiSquared::new(freedom) {

@@ -15,7 +15,7 @@ mod teeth;
 mod window;
 
 pub use determined::{Excitation, undetermined};
-pub use distribution::student_quantile;
+pub use distribution::{normal_quantile, student_quantile, two_sided_normal};
 pub use errors::Errors;
 pub use excitation::{Selection, d_optimal, expected_errors, information};
 pub use extra::Extra;

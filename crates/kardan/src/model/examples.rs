@@ -35,6 +35,12 @@ const FAULT: &str = "\
 sensor = \"wg_encoder\"
 at = \"0.5 s\"
 until = \"0.6 s\"
+
+[[scenario.fault]]
+motor = \"wg_motor\"
+kind = \"reduced\"
+by = 0.5
+at = \"1 s\"
 ";
 
 const REQUIREMENT: &str = "\

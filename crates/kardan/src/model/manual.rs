@@ -60,7 +60,7 @@ const STUDY: &[(&str, &str, &str)] = &[
         "[block.NAME]",
         "What a control unit computes beside its laws: filters, controllers, limits, switches, monitors, state machines.",
     ),
-    ("fault", "[[scenario.fault]]", "A sensor of a sampled controller that fails for a while, or for good."),
+    ("fault", "[[scenario.fault]]", "A sensor, a motor or a control unit that fails for a while, or for good."),
     ("requirement", "[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
     ("plot", "[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
     (

@@ -60,7 +60,7 @@ keys! {
             signals: Functions,
                 "What is added to references, disturbances, motor torques and voltages: expressions of the time `t`, parameters \
                  and the signals of `[signal.NAME]`: { load = \"knocks + 2 N m * sin(2 pi t / 1 s)\" }.";
-            fault: Tables(Fault), "Sensors that fail: `[[scenario.fault]]`.";
+            fault: Tables(Fault), "Sensors, motors and control units that fail: `[[scenario.fault]]`.";
         }
     }
 }
@@ -109,15 +109,27 @@ keys! {
     /// `[[scenario.fault]]`.
     table Fault {
         required {
-            sensor: Text,
-                "A sensor that the observer of a controller with a sample time reads, by its name or as it stands \
-                 there: `wg_encoder`, `rk.phi`.";
-            at: Quantity(Dimension::TIME, Sign::Positive), "When it begins: after the start, where sensors work.";
+            at: Quantity(Dimension::TIME, Sign::Positive), "When it begins: after the start, where all works.";
         }
         optional {
-            kind: Choice(&["lost", "stuck"]) = "lost",
-                "`lost`: it gives no number (NaN), and the controller holds the last good one; `stuck`: it goes on \
-                 giving its last reading.";
+            sensor: Text,
+                "A sensor that a controller with a sample time, or a block, reads, by its name or as it stands \
+                 there: `wg_encoder`, `rk.phi`. One of `sensor`, `motor` and `control` is named.";
+            motor: Text, "A motor.";
+            control: Text, "A controller with a sample time: its control unit fails.";
+            kind: Choice(&[
+                "lost", "stuck", "offset", "drift", "noise", "reversed", "dead", "reduced", "braking", "undervoltage",
+                "reset", "missed", "stale", "jitter",
+            ]),
+                "Of a sensor `lost`, if left out (no number: the controller holds the last good one), `stuck` at its last reading, \
+                 `offset`, `drift`, `noise` or `reversed` in sign; of a motor `dead`, if left out, `reduced`, `reversed`, `braking` \
+                 (short-circuited windings) or `undervoltage` (of its torque limit a part is left); of a controller `reset`, if left out \
+                 (it commands zero until the end, then starts anew), `missed` (it computes nothing, its commands hold), `stale` (no new \
+                 readings arrive) or `jitter` (its commands take effect late).";
+            by: AnyQuantity,
+                "How much: the offset, the drift per second, or the standard deviation of the noise, in the unit of what is read; the \
+                 part that is left of a torque (`reduced`) or of a limit (`undervoltage`); the braking torque per speed; the largest jitter, \
+                 drawn evenly from zero to it for each sample.";
             until: Quantity(Dimension::TIME, Sign::Positive), "When it ends; left out: never.";
         }
     }

@@ -7,8 +7,8 @@ use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
 use super::{
-    Complex, Definition, DescriptorSystem, DiscreteTime, Entry, Interval, Mechanism, NamedMatrix, Pole, Realisations,
-    SparseMatrix, SystemProperties,
+    Complex, Definition, DescriptorSystem, DiscreteTime, Entry, Interval, Mechanism, NamedMatrix, Parity, Pole,
+    Realisations, SparseMatrix, SystemProperties,
 };
 
 /// Everything that `kardan analyze` finds. Parts that do not apply (a plain state-space input has no elements) are empty
@@ -51,6 +51,8 @@ pub struct Analysis {
     pub descriptor: Option<DescriptorSystem>,
     /// Of plain matrices: how far they are from losing controllability or observability.
     pub matrix_distance: Option<MatrixDistances>,
+    /// Which faults sensors can tell, where it was asked for.
+    pub parity: Option<Parity>,
     /// What the reader must know: choices made for him, parts left out.
     pub notes: Vec<String>,
     /// Of an analysis that ended early: why, and which parts are missing. They are empty then, which says nothing of the model.

@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use kardan_rt::Health;
 
 use super::sampler::{Period, Quantity, Sampler, stiffness};
-use super::{FaultKind, Scenario, SensorFault};
+use super::{Scenario, SensorFault, SensorFaultKind, UnitFault, UnitFaultKind};
 use crate::names::SignalName;
-use crate::num::Keeper;
+use crate::num::{Keeper, Random};
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::synthesis::{Clock, Law, Running, Seen};
 
@@ -29,6 +29,11 @@ pub(super) struct Clocked {
     states: Vec<f64>,
     new_states: Vec<f64>,
     sensors: Vec<Source>,
+    /// What fails of its unit, and where times are drawn from.
+    faults: Vec<UnitFault>,
+    random: Random,
+    /// Whether it is to start anew.
+    down: bool,
     readings: Vec<f64>,
     /// Torques on average until the next sample.
     average: Vec<f64>,
@@ -40,6 +45,8 @@ struct Source {
     quantity: Quantity,
     sampler: Sampler,
     faults: Vec<SensorFault>,
+    /// Where the noise of a fault is drawn from.
+    noise: Random,
     /// What it gave last.
     last: f64,
 }
@@ -47,13 +54,18 @@ struct Source {
 impl Source {
     /// What the controller gets.
     fn reading(&mut self, time: f64) -> f64 {
-        match self.faults.iter().find(|fault| fault.holds(time)).map(|fault| fault.kind) {
-            Some(FaultKind::Lost) => f64::NAN,
-            Some(FaultKind::Stuck) => self.last,
-            None => {
-                self.last = self.sampler.held;
-                self.last
-            }
+        let held = self.sampler.held;
+        let Some(fault) = self.faults.iter().find(|fault| fault.holds(time)) else {
+            self.last = held;
+            return held;
+        };
+        match fault.kind {
+            SensorFaultKind::Lost => f64::NAN,
+            SensorFaultKind::Stuck => self.last,
+            SensorFaultKind::Offset(more) => held + more,
+            SensorFaultKind::Drift(rate) => held + rate * (time - fault.at),
+            SensorFaultKind::Noise(size) => held + size * self.noise.normal(),
+            SensorFaultKind::Reversed => -held,
         }
     }
 }
@@ -117,7 +129,9 @@ impl Clocked {
     /// # Panics
     /// If a sensor of the law measures what depends on accelerations (its design refuses that).
     pub fn new(law: &dyn Law, clock: Clock, reduced: &Reduced, scenario: &Scenario) -> Self {
-        let (faults, seed) = (&scenario.faults, scenario.seed);
+        let (faults, seed) = (&scenario.faults.sensors, scenario.seed);
+        let named = !scenario.faults.units.is_empty();
+        let controller = if named { law.describe().controller } else { String::new() };
         let sensors: Vec<Source> = law
             .sensors()
             .iter()
@@ -131,7 +145,8 @@ impl Clocked {
                     Sampler::new(head, sensor, stiffness(reduced, &signal.measured), seed)
                 });
                 let faults = faults.iter().filter(|fault| fault.concerns(&signal.name)).cloned().collect();
-                Source { quantity, sampler, faults, last: 0.0 }
+                let noise = Random::named(seed, &format!("fault of {head}"));
+                Source { quantity, sampler, faults, noise, last: 0.0 }
             })
             .collect();
         let (inputs, states) = (law.inputs().len(), law.states().len());
@@ -147,6 +162,9 @@ impl Clocked {
             new_states: vec![0.0; states],
             readings: vec![0.0; sensors.len()],
             sensors,
+            faults: scenario.faults.units.iter().filter(|fault| fault.name == controller).cloned().collect(),
+            random: Random::named(seed, &format!("jitter of {controller}")),
+            down: false,
             average: vec![0.0; inputs],
             tally: Tally::default(),
         }
@@ -165,10 +183,13 @@ impl Clocked {
             keeper.numbers(command);
         });
         self.queue.extend(waiting);
-        for Source { sampler, last, .. } in &mut self.sensors {
+        for Source { sampler, noise, last, .. } in &mut self.sensors {
             sampler.keep(keeper);
+            noise.keep(keeper);
             keeper.number(last);
         }
+        self.random.keep(keeper);
+        keeper.flag(&mut self.down);
         self.tally.keep(keeper);
         self.running.keep(keeper);
     }
@@ -189,6 +210,7 @@ impl Clocked {
     pub fn advance(
         &mut self,
         time: f64,
+        law: &dyn Law,
         references: &[f64],
         (dynamics, work): (&Dynamics, &Work),
         limits: &[Option<f64>],
@@ -203,7 +225,14 @@ impl Clocked {
         if self.period.at(self.next) > now {
             return;
         }
+        let fault = self.faults.iter().find(|fault| fault.holds(now)).map(|fault| fault.kind);
+        if self.pauses(law, fault, work) {
+            return;
+        }
         for (reading, source) in self.readings.iter_mut().zip(&mut self.sensors) {
+            if fault == Some(UnitFaultKind::Stale) {
+                break;
+            }
             if source.sampler.next_time().is_none() {
                 source.sampler.sample(now, || source.quantity.read(dynamics, work));
             }
@@ -226,13 +255,39 @@ impl Clocked {
         let mut health = self.running.health();
         health.commands_bounded += command.iter().zip(limits).filter(|both| beyond(*both)).count();
         self.tally.add(time, health);
-        self.queue.push_back((self.period.at(self.next) + self.clock.delay, command));
+        let late = match fault {
+            Some(UnitFaultKind::Jitter(most)) => most * self.random.unit(),
+            _ => 0.0,
+        };
+        self.queue.push_back((self.period.at(self.next) + self.clock.delay + late, command));
         self.apply(now);
         self.next += 1;
         self.average(time, limits);
         self.running.next(seen, &self.average, &mut self.new_states);
         (self.readings, self.states) = (readings, states);
         std::mem::swap(&mut self.states, &mut self.new_states);
+    }
+
+    /// Whether its unit computes nothing at this sample; after a reset it starts anew.
+    fn pauses(&mut self, law: &dyn Law, fault: Option<UnitFaultKind>, work: &Work) -> bool {
+        match fault {
+            Some(UnitFaultKind::Reset) => {
+                self.down = true;
+                self.held.fill(0.0);
+                self.spare.extend(self.queue.drain(..).map(|(_, command)| command));
+            }
+            Some(UnitFaultKind::Missed) => {}
+            _ => {
+                if self.down {
+                    self.running = law.run();
+                    law.start(&work.kinematics.angles, &work.kinematics.speeds, &mut self.states);
+                    self.down = false;
+                }
+                return false;
+            }
+        }
+        self.next += 1;
+        true
     }
 
     /// What happened to its controller, in sentences.

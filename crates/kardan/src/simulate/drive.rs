@@ -1,5 +1,6 @@
 //! A motor in the loop: torque limit, then rate limit, then lag.
 
+use super::faults::MotorFault;
 use crate::equations::{Domain, Motor};
 use crate::num::Keeper;
 use crate::results::Span;
@@ -31,6 +32,9 @@ pub(super) struct Drive {
     /// What it gives, as a word: a torque, a force or a voltage.
     pub(super) effort: &'static str,
     pub(super) limit: Option<f64>,
+    /// Its torque limit where the supply is whole, and how it fails.
+    pub(super) full_limit: Option<f64>,
+    pub(super) faults: Vec<MotorFault>,
     pub(super) rate: Option<f64>,
     pub(super) lag: Option<f64>,
     /// Amplitude of its ripple, N m, and periods per turn.
@@ -88,11 +92,18 @@ impl Spans {
 
 impl Drive {
     /// A motor whose rate limiter and lag have these places in the state, if it has them.
-    pub(super) fn new(motor: &Motor, domain: Domain, rate_state: Option<usize>, lag_state: Option<usize>) -> Self {
+    pub(super) fn new(
+        motor: &Motor,
+        domain: Domain,
+        [rate_state, lag_state]: [Option<usize>; 2],
+        faults: Vec<MotorFault>,
+    ) -> Self {
         let number = |x: &Option<Exact>| x.as_ref().map(Exact::to_f64);
         Self {
             effort: domain.effort_word(),
             limit: number(&motor.torque_limit),
+            full_limit: number(&motor.torque_limit),
+            faults,
             rate: number(&motor.rate_limit),
             lag: number(&motor.lag),
             ripple: motor.ripple.as_ref().map(|ripple| (ripple.torque.to_f64(), ripple.order.to_f64())),
@@ -111,6 +122,9 @@ impl Drive {
         mode.iter_mut().for_each(|number| keeper.count(number));
         self.limit_mode = [Limit::Inside, Limit::High, Limit::Low][mode[0].min(2)];
         self.rate_mode = [Rate::Follow, Rate::Rise, Rate::Fall][mode[1].min(2)];
+        if let Some(limit) = &mut self.limit {
+            keeper.number(limit);
+        }
         self.at_limit.keep(keeper);
         self.at_rate_limit.keep(keeper);
     }

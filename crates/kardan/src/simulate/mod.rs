@@ -3,6 +3,7 @@
 mod clocked;
 pub mod dop853;
 mod drive;
+mod faults;
 pub mod friction;
 mod integrator;
 mod linear;
@@ -19,8 +20,9 @@ mod stiffness;
 mod taylor;
 mod walk;
 
+pub use faults::{Failing, Faults, MotorFault, MotorFaultKind, SensorFault, SensorFaultKind, UnitFault, UnitFaultKind};
 pub use machine::{Machine, Setup};
 pub use outputs::signal_names;
 pub use run::{Method, Ready, RunResult, Tolerance, UNJAM, simulate, teeth_that_lock};
-pub use scenario::{FaultKind, Profile, Scenario, SensorFault, SignalEvent, Source, SourceSignal, SourceTarget};
+pub use scenario::{Profile, Scenario, SignalEvent, Source, SourceSignal, SourceTarget};
 pub use simulation::{InputId, SignalId, Simulation, SimulationError, Snapshot};

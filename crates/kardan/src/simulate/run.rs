@@ -10,7 +10,7 @@ use super::linear::{self, BLOCK, LinearSegment};
 use super::machine::{Leap, Prospect};
 use super::outputs::Outputs;
 use super::stiffness::is_stiff;
-use super::{FaultKind, Machine, Scenario, Setup};
+use super::{Machine, Scenario, Setup};
 use crate::equations::Domain;
 use crate::names::quoted;
 use crate::num::Keeper;
@@ -588,7 +588,7 @@ impl RunningLoop {
     fn open_segment(&mut self) {
         let time = self.time;
         let profiles = (0..self.scenario.sources.len()).flat_map(|k| self.machine.profile(k).breakpoints());
-        let faults = self.scenario.faults.iter().flat_map(|fault| [fault.at, fault.until]);
+        let faults = self.scenario.faults.times();
         let later = profiles.chain(faults).filter(|at| *at > time).fold(self.scenario.duration, f64::min);
         // What rounding alone parts is one breakpoint.
         let timed = self.machine.next_timed(time);
@@ -1422,17 +1422,8 @@ impl RunningLoop {
 
     /// Notes the steps and ramps of the scenario that begin at a time, and the faults that begin or end there.
     fn announce(&mut self, time: f64) {
-        for fault in &self.scenario.faults {
-            let happens = match fault.kind {
-                FaultKind::Lost => "gives no number any more",
-                FaultKind::Stuck => "goes on giving its last reading",
-            };
-            for (at, what) in [(fault.at, happens), (fault.until, "works again")] {
-                if at == time {
-                    self.events.push(Event { time, what: format!("{} {what}", fault.sensor) });
-                }
-            }
-        }
+        let told = self.scenario.faults.told().into_iter().filter(|(at, _)| *at == time);
+        self.events.extend(told.map(|(time, what)| Event { time, what }));
         for event in self.scenario.events.iter().filter(|event| event.at == time) {
             let source = &self.scenario.sources[event.source];
             let value = match source.physical {

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use super::Faults;
 use crate::expr::OfTime;
-use crate::names::SignalName;
 use crate::num::Keeper;
 use crate::program::Task;
 use crate::results::Physical;
@@ -54,46 +54,6 @@ pub struct SourceSignal {
     pub function: OfTime,
 }
 
-/// What a sensor does that fails.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FaultKind {
-    /// It gives no number (NaN).
-    Lost,
-    /// It goes on giving its last reading.
-    Stuck,
-}
-
-/// A sensor of sampled controllers that fails.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SensorFault {
-    /// Name of the sensor, or the signal that is read: `wg_encoder`, `rk.phi`.
-    pub sensor: String,
-    /// What it does.
-    pub kind: FaultKind,
-    /// Begin, s.
-    pub at: f64,
-    /// End, s; infinite if it does not end.
-    pub until: f64,
-}
-
-impl SensorFault {
-    /// Whether it is a fault of what a controller reads under this name.
-    ///
-    /// ```
-    /// use kardan::simulate::{FaultKind, SensorFault};
-    /// let fault = SensorFault { sensor: "wg_encoder".into(), kind: FaultKind::Lost, at: 0.5, until: 0.6 };
-    /// assert!(fault.concerns("wg_encoder.phi") && !fault.concerns("cs_encoder.phi"));
-    /// ```
-    pub fn concerns(&self, signal: &str) -> bool {
-        self.sensor == signal || self.sensor == SignalName::new(signal).element
-    }
-
-    /// Whether it is there at a time.
-    pub fn holds(&self, time: f64) -> bool {
-        (self.at..self.until).contains(&time)
-    }
-}
-
 /// A scenario for one run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
@@ -111,8 +71,8 @@ pub struct Scenario {
     pub tasks: Vec<Arc<Task>>,
     /// What blocks without a sample time compute at every instant.
     pub flow: Option<Arc<Task>>,
-    /// Sensors that fail.
-    pub faults: Vec<SensorFault>,
+    /// What fails.
+    pub faults: Faults,
     /// Seed of the noise of sensors.
     pub seed: u64,
     /// Names of the signals to record; `None`: all.

@@ -7,6 +7,7 @@ use kardan_rt::functions::{atan2, hypot, ln};
 use super::descriptor::taken_apart;
 use super::massless::{Mechanical, not_eliminated};
 use super::others::{Others, others, state_name};
+use super::parity::parity;
 use super::placement::Places;
 use super::prepare::is_error;
 use super::redundant::split_multipliers;
@@ -69,6 +70,7 @@ impl Project {
             let note = "what the tolerances allow is not looked at: a constraint is not solved for a coordinate";
             analysis.notes.push(note.into());
         }
+        analysis.parity = parity(self.read().0, prepared, variant, settings, &mut analysis.notes)?;
         analysis.notes.extend(diagnostics.iter().map(|warning| warning.message.clone()));
         progress.release();
         Ok(analysis)

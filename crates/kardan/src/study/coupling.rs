@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::progress::simulate_heard;
 use super::{PreparedVariant, Progress};
 use crate::results::{CrossCoupling, Design, Outcome, Physical, Series, TorquePeak};
-use crate::simulate::{RunResult, Scenario, Setup, SignalEvent, SourceTarget, Tolerance};
+use crate::simulate::{Faults, RunResult, Scenario, Setup, SignalEvent, SourceTarget, Tolerance};
 use crate::synthesis::Reference;
 
 /// Rows of a window.
@@ -185,7 +185,7 @@ fn step(variant: &PreparedVariant, reference: Option<&str>, window: f64) -> Scen
             .collect(),
         tasks: scenario.tasks.clone(),
         flow: scenario.flow.clone(),
-        faults: Vec::new(),
+        faults: Faults::default(),
         position: variant.point.position.clone(),
         speed: variant.point.rates.clone(),
     }

@@ -1,62 +1,49 @@
-//! The sensors of a scenario that fail.
+//! What fails in a scenario: sensors, motors, control units.
 
 use super::events::check_late;
 use super::read::{quantity, read_word};
+use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::equations::{Domain, InputKind, Measured};
 use crate::model::{Document, Model, TableReader};
 use crate::names::SignalName;
 use crate::program::Read;
 use crate::schema::{Sign, Table, Value};
-use crate::simulate::{FaultKind, SensorFault};
+use crate::simulate::{Failing, Faults, MotorFaultKind, SensorFaultKind, UnitFaultKind};
 use crate::units::{Dimension, Exact};
+
+/// What may fail, with what it may do; the first is meant where nothing is said.
+const PARTS: [(&str, &[&str]); 3] = [
+    ("sensor", &["lost", "stuck", "offset", "drift", "noise", "reversed"]),
+    ("motor", &["dead", "reduced", "reversed", "braking", "undervoltage"]),
+    ("control", &["reset", "missed", "stale", "jitter"]),
+];
 
 /// `[[scenario.fault]]` of a document, with the mistakes in it.
 pub(super) fn faults(
     reader: &TableReader<'_>,
-    document: &Document,
-    model: &Model,
+    (document, model, equations): (&Document, &Model, &Equations),
     duration: Option<&Exact>,
     out: &mut Vec<Diagnostic>,
-) -> Vec<SensorFault> {
-    let mut faults: Vec<SensorFault> = Vec::new();
+) -> Faults {
+    let mut faults = Faults::default();
     let Some(Value::Tables(tables)) = document.scenario.values.get("fault").map(|spanned| &spanned.value) else {
         return faults;
     };
     let readings = readings(model);
     for (i, table) in tables.iter().enumerate() {
-        let what = &format!("entry {} of `fault` of `[scenario]`", i + 1);
-        let Some(fault) = read(reader, table, duration, what, out) else { continue };
-        let concerned: Vec<&Reading<'_>> =
-            readings.iter().filter(|one| fault.concerns(one.sensor) || *one.sensor == fault.sensor).collect();
-        if concerned.is_empty() && document.doubts.has(&fault.sensor) {
-            continue;
+        let what = format!("entry {} of `fault` of `[scenario]`", i + 1);
+        let reading = Reader { reader, table, what: &what, document, model, equations, readings: &readings };
+        let Some((part, name)) = reading.part(out) else { continue };
+        let window = reading.window(duration, out);
+        let Some(kind) = reading.kind(part, out) else { continue };
+        let Some((at, until)) = window else { continue };
+        let fault = Failing { name: name.to_string(), kind: (), at, until };
+        match part {
+            "sensor" => reading.sensor(fault, kind, &mut faults, out),
+            "motor" => reading.motor(fault, kind, &mut faults, out),
+            _ => reading.unit(fault, kind, &mut faults, out),
         }
-        if let Some((message, help)) = cannot_fail(&fault.sensor, &concerned, &readings) {
-            out.push(
-                Diagnostic::error("name::unknown", format!("{what}: {message}"))
-                    .at(TableReader::place(table, "sensor"), "cannot fail")
-                    .help(help),
-            );
-            continue;
-        }
-        // In a loop in which nobody reads it, nothing happens.
-        if !concerned.iter().any(|one| one.in_loop) {
-            continue;
-        }
-        let same = |other: &&SensorFault| other.concerns(&fault.sensor) || fault.concerns(&other.sensor);
-        let both = |other: &&SensorFault| other.at < fault.until && fault.at < other.until;
-        if let Some(other) = faults.iter().filter(same).find(both) {
-            let end = if other.until.is_finite() { format!(" to {} s", other.until) } else { " on".into() };
-            let shown = shortened(&fault.sensor);
-            let message = format!("{what}: `{shown}` has another fault then, from {} s{end}", other.at);
-            out.push(
-                Diagnostic::error("fault::window", message)
-                    .at(TableReader::place(table, "at"), "at the same time")
-                    .help("let one fault end before the other begins"),
-            );
-            continue;
-        }
-        faults.push(fault);
     }
     faults
 }
@@ -93,38 +80,294 @@ fn readings(model: &Model) -> Vec<Reading<'_>> {
         .collect()
 }
 
-/// One table by itself.
-fn read(
-    reader: &TableReader<'_>,
-    table: &Table,
-    duration: Option<&Exact>,
-    what: &str,
-    out: &mut Vec<Diagnostic>,
-) -> Option<SensorFault> {
-    let mut time = |key: &str| {
-        let expected = (Dimension::TIME, Sign::Positive);
-        table.values.contains_key(key).then(|| quantity(reader, table, key, expected, what, out))
-    };
-    let (at, until) = (time("at"), time("until"));
-    let sensor = read_word(table, "sensor")?;
-    let kind = if read_word(table, "kind") == Some("stuck") { FaultKind::Stuck } else { FaultKind::Lost };
-    let at = at??;
-    let until = match until {
-        None => f64::INFINITY,
-        Some(until) => until?.to_f64(),
-    };
-    check_late(table, "fault", Some(&at), duration, out);
-    let at = at.to_f64();
-    if until <= at {
-        let message = format!("{what}: it would end at {until} s, before it begins at {at} s");
-        let help = "choose `until` after `at`, or leave it out for a fault that stays";
-        let place = TableReader::place(table, "until");
-        out.push(Diagnostic::error("fault::window", message).at(place, "not after the begin").help(help));
-        return None;
-    }
-    Some(SensorFault { sensor: sensor.into(), kind, at, until })
+/// One table, with what it may name.
+struct Reader<'a, 'r> {
+    reader: &'a TableReader<'r>,
+    table: &'a Table,
+    what: &'a str,
+    document: &'a Document,
+    model: &'a Model,
+    equations: &'a Equations,
+    readings: &'a [Reading<'a>],
 }
 
+impl<'a> Reader<'a, '_> {
+    fn mistake(&self, code: &'static str, message: &str, (key, label): (&str, &str), help: String) -> Diagnostic {
+        let place = TableReader::place(self.table, key);
+        Diagnostic::error(code, format!("{}: {message}", self.what)).at(place, label).help(help)
+    }
+
+    /// Which part fails, and its name.
+    fn part(&self, out: &mut Vec<Diagnostic>) -> Option<(&'static str, &'a str)> {
+        let here = |key: &str| self.table.values.contains_key(key) || self.table.unread.contains(&key);
+        let named: Vec<&'static str> = PARTS.iter().map(|(part, _)| *part).filter(|part| here(part)).collect();
+        match named[..] {
+            [part] => Some((part, read_word(self.table, part)?)),
+            [] => {
+                let message = format!("{}: nothing is named that fails", self.what);
+                let help = "add `sensor = \"...\"`, `motor = \"...\"` or `control = \"...\"`";
+                out.push(Diagnostic::error("key::missing", message).at(self.table.place.clone(), "no part").help(help));
+                None
+            }
+            [_, second, ..] => {
+                let message = format!("it names {}, and one fault is that of one part", quoted(named.iter().copied()));
+                let help = "write one `[[scenario.fault]]` for each; they may be at the same time".to_string();
+                out.push(self.mistake("fault::part", &message, (second, "a second part"), help));
+                None
+            }
+        }
+    }
+
+    /// Begin and end, s.
+    fn window(&self, duration: Option<&Exact>, out: &mut Vec<Diagnostic>) -> Option<(f64, f64)> {
+        let mut time = |key: &str| {
+            let expected = (Dimension::TIME, Sign::Positive);
+            let given = self.table.values.contains_key(key);
+            given.then(|| quantity(self.reader, self.table, key, expected, self.what, out))
+        };
+        let (at, until) = (time("at")??, time("until"));
+        let until = match until {
+            None => f64::INFINITY,
+            Some(until) => until?.to_f64(),
+        };
+        check_late(self.table, "fault", Some(&at), duration, out);
+        let at = at.to_f64();
+        if until <= at {
+            let message = format!("it would end at {until} s, before it begins at {at} s");
+            let help = "choose `until` after `at`, or leave it out for a fault that stays".to_string();
+            out.push(self.mistake("fault::window", &message, ("until", "not after the begin"), help));
+            return None;
+        }
+        Some((at, until))
+    }
+
+    /// What a part does.
+    fn kind(&self, part: &str, out: &mut Vec<Diagnostic>) -> Option<&'static str> {
+        let kinds = PARTS.iter().find(|(other, _)| *other == part).map_or(&[][..], |(_, kinds)| kinds);
+        if !self.table.values.contains_key("kind") {
+            // One that is no word is told where it is read.
+            return if self.table.unread.contains(&"kind") { None } else { kinds.first().copied() };
+        }
+        let word = read_word(self.table, "kind")?;
+        let found = kinds.iter().copied().find(|kind| *kind == word);
+        if found.is_none() {
+            let message = format!("a {part} cannot be `{word}`");
+            let help = format!("choose one of {}", quoted(kinds.iter().copied()));
+            out.push(self.mistake("fault::kind", &message, ("kind", "not of this part"), help));
+        }
+        found
+    }
+
+    /// How much: there if and only if the kind needs it.
+    fn amount(&self, kind: &str, expected: (Dimension, Sign), out: &mut Vec<Diagnostic>) -> Option<f64> {
+        if !self.table.values.contains_key("by") && !self.table.unread.contains(&"by") {
+            let message = format!("{}: `{kind}` needs the key `by`", self.what);
+            let help = format!("write how much: `by = \"{}\"`", expected.0.example());
+            let place = TableReader::place(self.table, "kind");
+            out.push(Diagnostic::error("key::missing", message).at(place, "`by` is missing").help(help));
+            return None;
+        }
+        quantity(self.reader, self.table, "by", expected, self.what, out).map(|x| x.to_f64())
+    }
+
+    /// Tells of an amount that says nothing.
+    fn no_amount(&self, kind: &str, out: &mut Vec<Diagnostic>) {
+        if self.table.values.contains_key("by") {
+            let message = format!("`by` says nothing for `{kind}`");
+            out.push(self.mistake("fault::kind", &message, ("by", "not used"), "remove it".into()));
+        }
+    }
+
+    /// A part of a whole, from zero to below one.
+    fn share(&self, kind: &str, out: &mut Vec<Diagnostic>) -> Option<f64> {
+        let share = self.amount(kind, (Dimension::NONE, Sign::NonNegative), out)?;
+        if share >= 1.0 {
+            let message = format!("`by` is the part that is left, and {share} leaves all of it");
+            let help = "write a number below one: `by = 0.5`".to_string();
+            out.push(self.mistake("number::range", &message, ("by", "not below one"), help));
+            return None;
+        }
+        Some(share)
+    }
+
+    /// Whether another fault of the same part is there at the same time, which is told.
+    fn is_free<A, B>(&self, fault: &Failing<A>, others: &[&Failing<B>], out: &mut Vec<Diagnostic>) -> bool {
+        let Some(other) = others.iter().find(|other| fault.overlaps(other)) else { return true };
+        let end = if other.until.is_finite() { format!(" to {} s", other.until) } else { " on".into() };
+        let shown = shortened(&fault.name);
+        let message = format!("`{shown}` has another fault then, from {} s{end}", other.at);
+        let help = "let one fault end before the other begins".to_string();
+        out.push(self.mistake("fault::window", &message, ("at", "at the same time"), help));
+        false
+    }
+
+    fn sensor(&self, fault: Failing<()>, kind: &str, faults: &mut Faults, out: &mut Vec<Diagnostic>) {
+        let Failing { name, at, until, .. } = fault;
+        let lost = Failing { name, kind: SensorFaultKind::Lost, at, until };
+        let concerned: Vec<&Reading<'_>> =
+            self.readings.iter().filter(|one| lost.concerns(one.sensor) || *one.sensor == lost.name).collect();
+        if concerned.is_empty() && self.document.doubts.has(&lost.name) {
+            return;
+        }
+        if let Some((message, help)) = cannot_fail(&lost.name, &concerned, self.readings) {
+            out.push(self.mistake("name::unknown", &message, ("sensor", "cannot fail"), help));
+            return;
+        }
+        let read = reads(&lost.name, self.equations).unwrap_or(Dimension::NONE);
+        let per_time = read.times(&Dimension::TIME, -1).unwrap_or(read);
+        let of = |amount: Option<f64>, kind: fn(f64) -> SensorFaultKind| amount.map(kind);
+        let found = match kind {
+            "offset" => of(self.amount(kind, (read, Sign::Any), out), SensorFaultKind::Offset),
+            "drift" => of(self.amount(kind, (per_time, Sign::Any), out), SensorFaultKind::Drift),
+            "noise" => of(self.amount(kind, (read, Sign::Positive), out), SensorFaultKind::Noise),
+            plain => {
+                self.no_amount(plain, out);
+                Some(match plain {
+                    "stuck" => SensorFaultKind::Stuck,
+                    "reversed" => SensorFaultKind::Reversed,
+                    _ => SensorFaultKind::Lost,
+                })
+            }
+        };
+        let Some(kind) = found else { return };
+        let others = faults.sensors.iter().filter(|other| other.concerns(&lost.name) || lost.concerns(&other.name));
+        // In a loop in which nobody reads it, nothing happens.
+        if concerned.iter().any(|one| one.in_loop) && self.is_free(&lost, &others.collect::<Vec<_>>(), out) {
+            faults.sensors.push(Failing { kind, ..lost });
+        }
+    }
+
+    fn motor(&self, fault: Failing<()>, kind: &str, faults: &mut Faults, out: &mut Vec<Diagnostic>) {
+        let motor = |input: &&crate::assemble::Along<InputKind>| matches!(input.value, InputKind::Motor(_));
+        let motors = || self.equations.inputs.iter().filter(motor);
+        let Some(input) = motors().find(|input| input.element == fault.name) else {
+            if self.document.doubts.has(&fault.name) {
+                return;
+            }
+            let names = || motors().map(|input| input.element.as_str());
+            let help = match nearest(&fault.name, names()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if names().next().is_none() => "the model has no motor".to_string(),
+                None => format!("there are {}", quoted(names())),
+            };
+            let message = format!("there is no motor `{}`", shortened(&fault.name));
+            out.push(self.mistake("name::unknown", &message, ("motor", "no such motor"), help));
+            return;
+        };
+        let domain = input.row.first().map_or(Domain::Rotation, |(k, _)| self.equations.domain(*k));
+        let damping = match domain {
+            Domain::Rotation | Domain::Number => Dimension::DAMPING,
+            Domain::Translation => Dimension::LINEAR_DAMPING,
+            Domain::Charge => Dimension::RESISTANCE,
+        };
+        let found = match kind {
+            "reduced" => self.share(kind, out).map(MotorFaultKind::Scaled),
+            "braking" => self.amount(kind, (damping, Sign::Positive), out).map(MotorFaultKind::Braking),
+            "undervoltage" => {
+                if !matches!(&input.value, InputKind::Motor(motor) if motor.torque_limit.is_some()) {
+                    let message = format!("`{}` has no limit that a low supply could lower", shortened(&fault.name));
+                    let help = format!("give it one: `torque_limit` under `[motor.{}]`", shortened(&fault.name));
+                    out.push(self.mistake("fault::kind", &message, ("kind", "no limit"), help));
+                    return;
+                }
+                self.share(kind, out).map(MotorFaultKind::Undervoltage)
+            }
+            plain => {
+                self.no_amount(plain, out);
+                Some(MotorFaultKind::Scaled(if plain == "reversed" { -1.0 } else { 0.0 }))
+            }
+        };
+        let Some(kind) = found else { return };
+        let others: Vec<_> = faults.motors.iter().filter(|other| other.name == fault.name).collect();
+        if self.is_free(&fault, &others, out) {
+            let Failing { name, at, until, .. } = fault;
+            faults.motors.push(Failing { name, kind, at, until });
+        }
+    }
+
+    fn unit(&self, fault: Failing<()>, kind: &str, faults: &mut Faults, out: &mut Vec<Diagnostic>) {
+        let all = || self.model.controls.iter().chain(&self.model.idle);
+        let shown = shortened(&fault.name);
+        let Some(control) = all().find(|control| control.name == fault.name) else {
+            if self.document.doubts.has(&fault.name) {
+                return;
+            }
+            let names = || all().map(|control| control.name.as_str());
+            let help = match nearest(&fault.name, names()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if names().next().is_none() => "the model has no controller".to_string(),
+                None => format!("there are {}", quoted(names())),
+            };
+            let message = format!("there is no controller `{shown}`");
+            out.push(self.mistake("name::unknown", &message, ("control", "no such controller"), help));
+            return;
+        };
+        let Some(period) = control.values.exact("sample_time").map(Exact::to_f64) else {
+            let message = format!("`{shown}` computes in continuous time, as no control unit does");
+            let help = format!("give it a sample time: `sample_time = \"1 ms\"` under `[control.{shown}]`");
+            out.push(self.mistake("fault::part", &message, ("control", "no unit"), help));
+            return;
+        };
+        let found = match kind {
+            "jitter" => {
+                let most = self.amount(kind, (Dimension::TIME, Sign::Positive), out);
+                if most.is_some_and(|most| most >= period) {
+                    let message = format!(
+                        "commands that are late by more than the sample time of {period} s overtake each other"
+                    );
+                    let help = "choose `by` below the sample time, or the fault `missed`".to_string();
+                    out.push(self.mistake("number::range", &message, ("by", "not below the sample time"), help));
+                    return;
+                }
+                most.map(UnitFaultKind::Jitter)
+            }
+            plain => {
+                self.no_amount(plain, out);
+                Some(match plain {
+                    "missed" => UnitFaultKind::Missed,
+                    "stale" => UnitFaultKind::Stale,
+                    _ => UnitFaultKind::Reset,
+                })
+            }
+        };
+        let Some(kind) = found else { return };
+        let others: Vec<_> = faults.units.iter().filter(|other| other.name == fault.name).collect();
+        let in_loop = self.model.controls.iter().any(|other| other.name == fault.name);
+        if in_loop && self.is_free(&fault, &others, out) {
+            let Failing { name, at, until, .. } = fault;
+            faults.units.push(Failing { name, kind, at, until });
+        }
+    }
+}
+
+/// What a sensor, or a signal of a shaft, is of.
+fn reads(name: &str, equations: &Equations) -> Option<Dimension> {
+    let signal = SignalName::new(name);
+    let domain = |carrier: &str| {
+        let found = equations.coordinates.iter().position(|other| other == carrier);
+        found.map(|k| equations.domain(k))
+    };
+    let effort = |domain: Domain| match domain {
+        Domain::Rotation | Domain::Number => Dimension::TORQUE,
+        Domain::Translation => Dimension::FORCE,
+        Domain::Charge => Dimension::VOLTAGE,
+    };
+    let Some((_, sensor)) = equations.sensors.iter().find(|(sensor, _)| sensor == signal.element) else {
+        let [position, rate] = domain(signal.element)?.dimensions();
+        return Some(if signal.is_rate() { rate } else { position });
+    };
+    match &sensor.measured {
+        Measured::Angle(carrier) => Some(domain(carrier)?.dimensions()[0]),
+        Measured::Speed(carrier) => Some(domain(carrier)?.dimensions()[1]),
+        Measured::SpringTorque(element) => {
+            let spring = equations.springs.iter().find(|spring| spring.element == *element)?;
+            Some(effort(equations.domain(spring.row.first()?.0)))
+        }
+        Measured::ConstraintTorque(_, carrier)
+        | Measured::ComplianceTorque(_, carrier)
+        | Measured::NetTorque(carrier) => domain(carrier).map(effort),
+    }
+}
 /// Why a sensor with these readings cannot fail, and what to do.
 fn cannot_fail(sensor: &str, concerned: &[&Reading<'_>], all: &[Reading<'_>]) -> Option<(String, String)> {
     let shown = shortened(sensor);

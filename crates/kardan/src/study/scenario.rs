@@ -33,7 +33,7 @@ pub(super) fn scenario(
     let (duration, step) = (time("duration"), time("output_step"));
     let sources = sources(model, equations, document, out);
     let given = events(&reader, document, model, &sources, duration.as_ref(), out);
-    let faults = faults(&reader, document, model, duration.as_ref(), out);
+    let faults = faults(&reader, (document, model, equations), duration.as_ref(), out);
     let ends = given.iter().flat_map(GivenEvent::times).collect::<Vec<_>>();
     let times = match (&duration, &step) {
         (Some(duration), Some(step)) if check_rows(document, duration, step, &ends, out) => {

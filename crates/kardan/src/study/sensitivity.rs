@@ -31,15 +31,59 @@ const SEED: u64 = 1;
 
 /// What is analysed, and where.
 struct Subject<'a> {
-    document: Document,
-    /// Parameter values of the variant.
-    settings: Vec<Setting>,
+    varied: Varied<'a>,
     variant: &'a PreparedVariant,
     at: WorkingPoint,
     structure: &'a Structure,
     modes: &'a [Mode],
     /// Shafts of the reduced coordinates.
     coordinates: Vec<usize>,
+}
+
+/// A model whose parameters may have other values.
+pub(super) struct Varied<'a> {
+    document: &'a Document,
+    /// Parameter values of the variant.
+    settings: Vec<Setting>,
+    variant: &'a PreparedVariant,
+    position: Vec<f64>,
+    stuck: BTreeSet<String>,
+}
+
+impl<'a> Varied<'a> {
+    /// A variant where it is analysed.
+    pub(super) fn of(
+        document: &'a Document,
+        prepared: &Prepared,
+        variant: &'a PreparedVariant,
+        at: &WorkingPoint,
+    ) -> Self {
+        let number = prepared.variants.iter().position(|other| other.name == variant.name).unwrap_or(0);
+        let settings = document.variant_settings().swap_remove(number).settings;
+        Self { document, settings, variant, position: at.position.clone(), stuck: at.stuck.clone() }
+    }
+
+    /// It with other values of some parameters.
+    pub(super) fn system(&self, values: &[(&str, &Rational)], inputs: &[String]) -> Option<ConstrainedSystem> {
+        let named = |name: &str| values.iter().any(|(other, _)| *other == name);
+        let mut settings: Vec<Setting> = self.settings.iter().filter(|s| !named(&s.name)).cloned().collect();
+        settings.extend(values.iter().map(|(name, value)| Setting {
+            name: (*name).into(),
+            value: Exact::new((*value).clone(), 0),
+            text: String::new(),
+        }));
+        let (model, _) = self.document.model(&settings);
+        let coordinates = self.variant.reduced.coordinate_names();
+        let reduced = reduce(assemble(&model.all_coordinates, &model.terms), Some(&coordinates)).ok()?;
+        Some(ConstrainedSystem::at(&reduced, &self.position, &self.stuck, inputs))
+    }
+
+    /// It at the two ends of the tolerance of each parameter, all others as they are.
+    pub(super) fn ends(&self, inputs: &[String]) -> Vec<[Option<ConstrainedSystem>; 2]> {
+        let tolerances = self.variant.model.tolerances.iter();
+        let end = |name: &str, value: &Exact| self.system(&[(name, &value.to_rational())], inputs);
+        tolerances.map(|t| [&t.lower, &t.upper].map(|value| end(&t.parameter, value))).collect()
+    }
 }
 
 /// Adds nearest losses, verdicts over the box of tolerances, and sampling; nothing if no parameter has a tolerance.
@@ -60,10 +104,8 @@ pub(super) fn sensitivity(
         return Ok(());
     }
     let at = WorkingPoint::of(variant, settings, &mut Vec::new())?;
-    let number = prepared.variants.iter().position(|other| other.name == variant.name).unwrap_or(0);
     let subject = Subject {
-        settings: document.variant_settings().swap_remove(number).settings,
-        document: document.clone(),
+        varied: Varied::of(document, prepared, variant, &at),
         variant,
         structure: &analysis.structure,
         modes: &analysis.modes,
@@ -114,17 +156,8 @@ impl Subject<'_> {
 
     /// The model with other values of the parameters.
     fn system(&self, parameters: &[Parameter], values: &[Rational]) -> Option<ConstrainedSystem> {
-        let named = |name: &str| parameters.iter().any(|p| p.name == name);
-        let mut settings: Vec<Setting> = self.settings.iter().filter(|s| !named(&s.name)).cloned().collect();
-        settings.extend(parameters.iter().zip(values).map(|(p, value)| Setting {
-            name: p.name.clone(),
-            value: Exact::new(value.clone(), 0),
-            text: String::new(),
-        }));
-        let (model, _) = self.document.model(&settings);
-        let coordinates = self.variant.reduced.coordinate_names();
-        let reduced = reduce(assemble(&model.all_coordinates, &model.terms), Some(&coordinates)).ok()?;
-        Some(ConstrainedSystem::at(&reduced, &self.at.position, &self.at.stuck, &self.at.inputs))
+        let named = parameters.iter().map(|p| p.name.as_str()).zip(values).collect::<Vec<_>>();
+        self.varied.system(&named, &self.at.inputs)
     }
 
     fn search(&self, family: &Family<'_>, side: Side, progress: &dyn Progress) -> DistanceToUncontrollability {

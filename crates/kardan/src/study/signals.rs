@@ -30,6 +30,23 @@ pub struct AnalyzeSettings {
     pub outputs: Vec<String>,
     /// Prove every answer over the rationals, however long it takes.
     pub certify: bool,
+    /// Which faults sensors can tell; `None`: not asked.
+    pub parity: Option<ParitySettings>,
+}
+
+/// What is asked of residuals.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParitySettings {
+    /// False alarms that one residual may give, per hour.
+    pub false_alarms_per_hour: f64,
+    /// Samples one after the other beyond the threshold that make an alarm.
+    pub debounce: usize,
+}
+
+impl Default for ParitySettings {
+    fn default() -> Self {
+        Self { false_alarms_per_hour: 1e-3, debounce: 3 }
+    }
 }
 
 /// Where a variant is analysed, with its equations there.

@@ -12,6 +12,7 @@ mod contact;
 mod drives;
 mod energy;
 mod examples;
+mod faults;
 mod figures;
 mod friction;
 mod golden;

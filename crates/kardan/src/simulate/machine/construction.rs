@@ -27,7 +27,7 @@ use crate::simulate::scenario::{Profile, Scenario};
 use crate::synthesis::{Law, LinearLaw, Running, Seen, TaskLaw};
 
 /// What drives the inputs; `size` grows by their states.
-fn drives(equations: &Equations, size: &mut usize) -> Vec<Drive> {
+fn drives(equations: &Equations, scenario: &Scenario, size: &mut usize) -> Vec<Drive> {
     let mut place = |needed: bool| {
         needed.then(|| {
             *size += 1;
@@ -39,7 +39,9 @@ fn drives(equations: &Equations, size: &mut usize) -> Vec<Drive> {
             InputKind::Motor(motor) => motor.clone(),
             InputKind::Disturbance => Default::default(),
         };
-        Drive::new(&motor, equations.domain_of(input), place(motor.rate_limit.is_some()), place(motor.lag.is_some()))
+        let states = [place(motor.rate_limit.is_some()), place(motor.lag.is_some())];
+        let own = scenario.faults.motors.iter().filter(|fault| fault.name == input.element);
+        Drive::new(&motor, equations.domain_of(input), states, own.cloned().collect())
     };
     equations.inputs.iter().map(drive).collect()
 }
@@ -217,7 +219,7 @@ impl Machine {
         let kept = m..m + reduced.equations.kept.len();
         let inputs = reduced.equations.inputs.len();
         let mut size = 2 * r;
-        let drives = drives(&reduced.equations, &mut size);
+        let drives = drives(&reduced.equations, scenario, &mut size);
         let laws = all_wired(&setup, &drives, &mut size);
         let flow = Flow::new(scenario, &mut size);
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();

@@ -1,17 +1,20 @@
 //! The loop as expressions of its state and of what is given at an instant: forces, commands, rates and powers in one plan with the motion.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::bends::parted;
 use super::flow::Flow;
 use super::hold_terms::HoldTerms;
 use super::mesh_terms::MeshTerms;
 use super::wired::{Computer, Wired};
-use crate::assemble::{Equations, FrictionLaw};
-use crate::expr::{Expr, Function, Symbol};
+use crate::assemble::{Along, Equations, FrictionLaw};
+use crate::equations::InputKind;
+use crate::expr::{Expr, Function, Graph, OfTime, Part, Pieces, Symbol};
 use crate::num::{Matrix, Rational, rational_from_f64};
 use crate::reduce::{Dynamics, Extension, KeptRate, Motion, Reduced, Relaxation, Work};
 use crate::simulate::drive::Drive;
+use crate::simulate::faults::{MotorFault, MotorFaultKind};
 use crate::simulate::scenario::{SourceSignal, SourceTarget};
 use crate::units::Dimension;
 
@@ -196,8 +199,10 @@ pub(super) fn extend(
     }
     let commands = commands(&mut all, laws, targets, (&sources, &held, &states, more_states.start));
     let given = (&commands[..], &limits[..], &follows[..], &limiter_rates[..]);
-    let (torques, applied) = driven(&mut all, equations, drives, given, (&states, more_states.start, &mut rates));
-    law_rates(&mut all, laws, (&torques, &sources, &states, more_states.start), &mut rates);
+    let meant = driven(&mut all, drives, given, (&states, more_states.start, &mut rates));
+    law_rates(&mut all, laws, (&meant, &sources, &states, more_states.start), &mut rates);
+    let torques = failing(&mut all, equations, drives, &meant);
+    let applied = rippled(&mut all, equations, drives, &torques);
     let SetValued { torques: friction, mut speeds, holds } = set_valued(&mut all, reduced, &senses);
     let meshes = MeshTerms::new(all.motion, reduced, &applied, &friction);
     let mut forces = forces(&mut all, &applied, &friction);
@@ -219,16 +224,15 @@ pub(super) fn extend(
     (Extension { inputs: all.inputs, outputs: all.outputs }, places, sources, leaps)
 }
 
-/// Torques that the inputs report and those that they apply, from their commands, with the rates of their states.
+/// Torques of the inputs from their commands, with the rates of their states.
 fn driven(
     all: &mut Loop<'_>,
-    equations: &Equations,
     drives: &[Drive],
     (commands, limits, follows, limiter_rates): (&[Expr], &[Expr], &[Expr], &[Expr]),
     (states, first, rates): (&[Expr], usize, &mut [Expr]),
-) -> (Vec<Expr>, Vec<Expr>) {
+) -> Vec<Expr> {
     let state = |place: usize| states[place - first];
-    let (mut torques, mut applied) = (Vec::new(), Vec::new());
+    let mut torques = Vec::new();
     for (k, drive) in drives.iter().enumerate() {
         let graph = &mut all.motion.graph;
         let mut torque = commands[k];
@@ -252,12 +256,64 @@ fn driven(
             torque = state(place);
         }
         torques.push(torque);
-        applied.push(match drive.ripple {
-            Some(ripple) => rippling(all, &equations.inputs[k].row, torque, ripple),
-            None => torque,
-        });
     }
-    (torques, applied)
+    torques
+}
+
+/// What motors that fail make of their torques.
+fn failing(all: &mut Loop<'_>, equations: &Equations, drives: &[Drive], torques: &[Expr]) -> Vec<Expr> {
+    let mut out = torques.to_vec();
+    for ((torque, input), Drive { faults, .. }) in out.iter_mut().zip(&equations.inputs).zip(drives) {
+        let scaled = fault_part(faults, "share", &|kind| match kind {
+            MotorFaultKind::Scaled(part) => part - 1.0,
+            MotorFaultKind::Braking(_) => -1.0,
+            MotorFaultKind::Undervoltage(_) => 0.0,
+        });
+        let braking = |kind| if let MotorFaultKind::Braking(damping) = kind { damping } else { 0.0 };
+        let braked = fault_part(faults, "braking", &braking);
+        let [scaled, braked] = [scaled, braked].map(|part| part.map(|part| all.motion.of_time(&part)));
+        if let Some(more) = scaled {
+            let factor = all.motion.graph.sum(Rational::ONE, &[(more, Rational::ONE)]);
+            *torque = all.motion.graph.multiply(factor, *torque);
+        }
+        if let Some(damping) = braked {
+            let speed = speed_along(all, &input.row);
+            let braking = all.motion.graph.multiply(damping, speed);
+            *torque = all.motion.graph.subtract(*torque, braking);
+        }
+        if scaled.is_some() || braked.is_some() {
+            *torque = all.motion.graph.group(*torque);
+        }
+    }
+    out
+}
+
+/// A number over the time that is zero but in the windows of faults; nothing if it is zero in all of them.
+fn fault_part(faults: &[MotorFault], what: &str, of: &dyn Fn(MotorFaultKind) -> f64) -> Option<OfTime> {
+    let mut windows: Vec<[f64; 3]> = faults.iter().map(|fault| [fault.at, fault.until, of(fault.kind)]).collect();
+    windows.retain(|[.., value]| *value != 0.0);
+    windows.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    // Where one ends as the next begins, the latter counts.
+    let ends = windows.iter().flat_map(|[at, until, value]| [(*at, *value), (*until, 0.0)]);
+    let pieces = Pieces::new(ends.filter(|(at, _)| at.is_finite()).map(|(at, value)| (at, [value, 0.0, 0.0, 0.0])));
+    let mut graph = Graph::default();
+    let time = graph.new_symbol("t".into(), Dimension::TIME);
+    let name = format!("{}.{what}", faults.first()?.name);
+    let symbol = graph.new_symbol(name.clone(), Dimension::NONE);
+    let part = Part { name, dimension: Dimension::NONE, pieces, told: false };
+    if windows.is_empty() {
+        return None;
+    }
+    OfTime::new(graph, time, vec![(symbol, Arc::new(part))], symbol, Dimension::NONE)
+}
+
+/// Torques with their ripples.
+fn rippled(all: &mut Loop<'_>, equations: &Equations, drives: &[Drive], torques: &[Expr]) -> Vec<Expr> {
+    let with = |((drive, torque), input): ((&Drive, &Expr), &Along<InputKind>)| match drive.ripple {
+        Some(ripple) => rippling(all, &input.row, *torque, ripple),
+        None => *torque,
+    };
+    drives.iter().zip(torques).zip(&equations.inputs).map(with).collect()
 }
 
 /// A torque with its ripple, of a size and an order, along the row of its input.

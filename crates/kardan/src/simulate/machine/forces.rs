@@ -18,6 +18,7 @@ impl Machine {
     /// Takes the lines of all sources, and pieces of functions of time, that hold from a time on.
     pub fn enter_segment(&mut self, time: f64) {
         self.timed.enter(time);
+        self.enter_faults(time);
         for (line, profile) in self.lines.iter_mut().zip(&self.profiles) {
             *line = profile.piece(time);
         }

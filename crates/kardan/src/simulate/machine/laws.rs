@@ -16,6 +16,7 @@ impl Machine {
             && self.flow.is_none()
             && self.modes.is_empty()
             && self.timed.affine
+            && self.drives.iter().all(|drive| drive.faults.is_empty())
             && self.laws.iter().all(linear)
             && self.drives.iter().all(|drive| drive.limit.is_none() && drive.rate.is_none() && drive.ripple.is_none())
     }
@@ -98,7 +99,7 @@ impl Machine {
                 *value = self.timed.values[source];
             }
             let model = (&self.dynamics, &self.work);
-            clocked.advance(time, &wired.reference_values, model, &wired.limits);
+            clocked.advance(time, &*wired.law, &wired.reference_values, model, &wired.limits);
             if wired.answers.is_empty() {
                 continue;
             }

@@ -4,12 +4,22 @@ use super::Machine;
 use super::wired::Wired;
 use crate::results::MotorStrain;
 use crate::simulate::drive::{Drive, Limit, Rate};
+use crate::simulate::faults::MotorFaultKind;
 use crate::simulate::scenario::SourceTarget;
 
 /// Relative difference of two times within which a located event lies.
 const SAME_INSTANT: f64 = 1e-12;
 
 impl Machine {
+    /// Torque limits of motors whose supply is low from a time on.
+    pub(super) fn enter_faults(&mut self, time: f64) {
+        for drive in self.drives.iter_mut().filter(|drive| !drive.faults.is_empty()) {
+            let low = drive.faults.iter().find(|fault| fault.holds(time)).map(|fault| fault.kind);
+            let left = if let Some(MotorFaultKind::Undervoltage(part)) = low { part } else { 1.0 };
+            drive.limit = drive.full_limit.map(|limit| left * limit);
+        }
+    }
+
     /// Motors whose limits no longer fit their mode at this point.
     pub fn drives_switch(
         &mut self,

@@ -31,7 +31,7 @@ use crate::num::Random;
 use crate::reduce::{Kinematics, Reduced, reduce};
 use crate::results::{Bench, BenchPlan, Run, Series, Signal, TrueValue};
 use crate::schema::{Given, Kind, Named, Quantity, Value};
-use crate::simulate::{Scenario, Setup, Tolerance, signal_names, simulate};
+use crate::simulate::{Faults, Scenario, Setup, Tolerance, signal_names, simulate};
 use crate::synthesis::Law;
 use plan::{Planner, Refusal, Tour};
 use servo::{Servo, ServoLaw, encoders};
@@ -505,7 +505,7 @@ impl PreparedBench {
                     signals: Vec::new(),
                     tasks: Vec::new(),
                     flow: None,
-                    faults: Vec::new(),
+                    faults: Faults::default(),
                     seed: spec.seed,
                     recorded: None,
                     position: vec![0.0; self.plant.degrees_of_freedom()],

@@ -1,0 +1,232 @@
+//! Which faults sensors can tell, and by which relations.
+
+use crate::model::{Body, Cell, Entry, row};
+use crate::text::number;
+use crate::words;
+use kardan::results::{Analysis, FaultPlace, FaultVerdict, Parity, ParityTerm, Residual, SensorSets, Threshold};
+
+/// More names, residuals or sets are counted where there is little room.
+const NAMES: usize = 12;
+const RESIDUALS: usize = 12;
+
+/// The section.
+pub fn parity(analysis: &Analysis) -> Body {
+    let Some(found) = &analysis.parity else { return Body::default() };
+    let unknown = match found.unknown.is_empty() {
+        true => "no other input acts".to_string(),
+        false => format!("of {} nothing is known", words::list(&found.unknown, NAMES)),
+    };
+    let commands = match found.commands.is_empty() {
+        true => "no input is known".to_string(),
+        false => format!("the torques of {} are known as commanded", words::list(&found.commands, NAMES)),
+    };
+    Body::default()
+        .say(format!("Read: {}; {commands}; {unknown}.", words::list(&found.sensors, NAMES)))
+        .part("Residuals at one instant", residuals(found))
+        .part("Faults", faults(found))
+        .part("Smallest sets of sensors", sets(&found.sets))
+}
+
+/// `wg_encoder − 51 cs_encoder`; derivatives have dashes.
+fn sum(terms: &[ParityTerm]) -> String {
+    let mut out = String::new();
+    for (k, term) in terms.iter().enumerate() {
+        let size = Entry { value: term.value.abs(), exact: Some(term.coefficient.trim_start_matches('-').into()) };
+        let (size, _) = size.written(6);
+        out += match (k, term.value < 0.0) {
+            (0, false) => "",
+            (0, true) => "−",
+            (_, false) => " + ",
+            (_, true) => " − ",
+        };
+        let size = if size == "1" { String::new() } else { format!("{size} ") };
+        out += &format!("{size}{}{}", term.signal, "'".repeat(term.derivative));
+    }
+    out
+}
+
+fn residuals(found: &Parity) -> Body {
+    if found.residuals.is_empty() {
+        return Body::default().say(
+            "None: at one instant the readings are independent of each other, so only their course in time can show a fault.",
+        );
+    }
+    let count = found.residuals.len();
+    let plural = if count == 1 { "" } else { "s" };
+    let all = match found.all_listed {
+        true => format!(
+            "{count} minimal residual{plural}, {} of them independent; these are all. Each is constant whatever the model does, and without one of its readings nothing is left of it.",
+            found.independent
+        ),
+        false => {
+            format!("{count} independent minimal residual{plural}; there are more, made of these, too many to list.")
+        }
+    };
+    let rows = found
+        .residuals
+        .iter()
+        .enumerate()
+        .map(|(k, one)| row![format!("r{}", k + 1), Cell::Code(sum(&one.terms)), constant(one), holds(one)]);
+    let told = found.residuals.iter().enumerate().filter_map(|(k, one)| limits(k, one, one.threshold.as_ref()?));
+    let moved = found.residuals.iter().enumerate().filter_map(|(k, one)| tolerances(k, one));
+    let angles = found.residuals.iter().any(|one| one.up_to_constant);
+    Body::default()
+        .say(all)
+        .table_of(RESIDUALS, &["", "residual", "#is", "holds"], rows)
+        .hint(if angles {
+            "How angle and torsion sensors are mounted adds a constant to a residual: take it from the start. An offset that is there from the start is then not seen."
+        } else {
+            ""
+        })
+        .list(told)
+        .list(moved)
+}
+
+fn constant(one: &Residual) -> String {
+    match one.constant {
+        None => "–".into(),
+        Some(value) if value == 0.0 => "0".into(),
+        Some(value) => format!("{} {}", number(value), one.unit),
+    }
+}
+
+fn holds(one: &Residual) -> String {
+    match one.linearised_at.is_empty() {
+        true => "everywhere".into(),
+        false => format!("near the operating point of {}", words::list(&one.linearised_at, NAMES)),
+    }
+}
+
+fn limits(k: usize, one: &Residual, limit: &Threshold) -> Option<String> {
+    let smallest = one.terms.iter().zip(&limit.smallest);
+    let smallest: Vec<String> = smallest.map(|(term, size)| format!("{} {}", term.signal, number(*size))).collect();
+    let alarms = match limit.false_alarms_per_hour {
+        rate if rate > 0.0 => format!("at most {} false alarms an hour from white Gaussian noise", number(rate)),
+        _ => "no false alarm: there is no noise, and no step exceeds it".into(),
+    };
+    let samples = if limit.debounce == 1 { "one sample".into() } else { format!("{} samples", limit.debounce) };
+    let late = match limit.sample_time > 0.0 {
+        true => format!("{samples} beyond it are an alarm, after {} s at the latest", number(limit.detection_time)),
+        false => "it is read at every instant".into(),
+    };
+    let times = if limit.different_times {
+        " Its sensors have different sample times: add how far it moves within one."
+    } else {
+        ""
+    };
+    Some(format!(
+        "r{}: threshold {} {} (noise {}, steps up to {}): {alarms}; {late}. Changes that are seen with 99.9 %: {}.{times}",
+        k + 1,
+        number(limit.threshold),
+        one.unit,
+        number(limit.noise),
+        number(limit.steps),
+        smallest.join(", ")
+    ))
+}
+
+fn tolerances(k: usize, one: &Residual) -> Option<String> {
+    let moved: Vec<String> = one
+        .terms
+        .iter()
+        .filter(|term| term.tolerance > 0.0)
+        .map(|term| format!("{} of {}", number(term.tolerance), term.signal))
+        .collect();
+    (!moved.is_empty()).then(|| format!("r{}: tolerances of the model add up to {}.", k + 1, moved.join(" and ")))
+}
+
+fn faults(found: &Parity) -> Body {
+    let friction = found.faults.iter().any(|one| one.despite_friction.is_some());
+    let mut columns = vec!["something added to", "is shown", "while it stays", "cannot be told from", "#derivatives"];
+    if friction {
+        columns.insert(2, "with friction unknown");
+    }
+    let yes = |holds: bool| Cell::Mark(holds, if holds { "yes" } else { "no" }.into());
+    let rows = found.faults.iter().map(|one| {
+        let stays = match one.stays {
+            _ if !one.shown => "–".into(),
+            None => Cell::from("not decided"),
+            Some(stays) => yes(stays),
+        };
+        let same = if one.same_as.is_empty() { "–".into() } else { words::list(&one.same_as, NAMES) };
+        let order = one.order.map_or("–".into(), |order| order.to_string());
+        let mut cells = row![place(one), yes(one.shown), stays, same, order];
+        if friction {
+            cells.insert(2, one.despite_friction.map_or("–".into(), yes));
+        }
+        cells
+    });
+    let relations = found.faults.iter().filter(|one| !one.relation.is_empty()).map(|one| {
+        let rubs = match one.friction_in_relation.is_empty() {
+            true => String::new(),
+            false => format!(" (friction of {} moves it too)", words::list(&one.friction_in_relation, NAMES)),
+        };
+        row![place(one), Cell::Code(format!("{} = 0", sum(&one.relation))), rubs.trim().to_string()]
+    });
+    let decided = match found.exact {
+        true => "Decided exactly.",
+        false => {
+            "Decided modulo random primes, wrong with a probability below 1e-12: for more than 24 states it is not decided exactly."
+        }
+    };
+    Body::default()
+        .list(sentences(found))
+        .table(&columns, rows)
+        .hint(format!(
+            "{decided} One fault at a time, of any course; `no` while it stays: a fault of one value looks like another start or disturbance and is seen only as it changes."
+        ))
+        .fold("Relations that the faults break", Body::default().table(&["fault of", "relation (a dash: a derivative)", ""], relations))
+}
+
+fn place(one: &FaultVerdict) -> String {
+    match one.place {
+        FaultPlace::Sensor => one.fault.clone(),
+        FaultPlace::Input => format!("{}.tau", one.fault),
+    }
+}
+
+/// What matters most, in words.
+fn sentences(found: &Parity) -> Vec<String> {
+    let named =
+        |which: &dyn Fn(&&FaultVerdict) -> bool| found.faults.iter().filter(which).map(place).collect::<Vec<_>>();
+    let silent = named(&|one| !one.shown);
+    let alone = named(&|one| one.shown && one.same_as.is_empty());
+    let mut groups: Vec<Vec<String>> = Vec::new();
+    for one in found.faults.iter().filter(|one| !one.same_as.is_empty()) {
+        let mut group = named(&|other| one.same_as.contains(&other.fault) || other.fault == one.fault);
+        group.sort();
+        if !groups.contains(&group) {
+            groups.push(group);
+        }
+    }
+    let mut out = Vec::new();
+    if !silent.is_empty() {
+        out.push(format!(
+            "No residual at all shows a fault of {}: what is unknown explains every course of it.",
+            words::list(&silent, NAMES)
+        ));
+    }
+    if !alone.is_empty() {
+        out.push(format!("Shown, and told from every other single fault: {}.", words::list(&alone, NAMES)));
+    }
+    for group in groups {
+        out.push(format!("Shown, but not told from each other: {}.", words::list(&group, NAMES)));
+    }
+    out
+}
+
+fn sets(found: &[SensorSets]) -> Body {
+    let one = |set: &Vec<String>| set.join(" + ");
+    let row = |sets: &SensorSets| {
+        let which = match (sets.sets.is_empty(), sets.all_tried) {
+            (true, true) => "no set of the candidates".to_string(),
+            (true, false) => "not found: there are too many sets to try".into(),
+            _ => words::list(&sets.sets.iter().map(one).collect::<Vec<_>>(), NAMES),
+        };
+        row![&sets.goal, which]
+    };
+    let candidates = found.first().map(|sets| words::list(&sets.candidates, NAMES)).unwrap_or_default();
+    Body::default()
+        .table(&["so that", "at least"], found.iter().map(row))
+        .hint(format!("Candidates: {candidates}. All smaller sets were tried, modulo random primes; other places are named by `[[analysis.sensor]]`."))
+}

@@ -1,0 +1,149 @@
+//! What fails during a run: sensors, motors, control units.
+
+use crate::names::SignalName;
+
+/// What a sensor does that fails.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SensorFaultKind {
+    /// It gives no number (NaN).
+    Lost,
+    /// It goes on giving its last reading.
+    Stuck,
+    /// It reads so much more, SI.
+    Offset(f64),
+    /// It reads more and more, SI per second.
+    Drift(f64),
+    /// White Gaussian noise of that standard deviation is added to each reading, SI.
+    Noise(f64),
+    /// It reads with the other sign.
+    Reversed,
+}
+
+/// What a motor does that fails.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum MotorFaultKind {
+    /// It gives that part of its torque: none of it where it is dead, less than zero where it is reversed.
+    Scaled(f64),
+    /// It gives no torque but brakes, N m s/rad: its windings are short-circuited.
+    Braking(f64),
+    /// Its supply is low: it reaches that part of its torque limit.
+    Undervoltage(f64),
+}
+
+/// What a control unit does that fails.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum UnitFaultKind {
+    /// It computes nothing and commands zero, then starts anew.
+    Reset,
+    /// It computes nothing; its last commands hold.
+    Missed,
+    /// What sensors read does not arrive: it computes with what it read last.
+    Stale,
+    /// Its commands take effect later by a time drawn between zero and this, s.
+    Jitter(f64),
+}
+
+/// A fault in a window of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Failing<Kind> {
+    /// The sensor or the signal that is read (`wg_encoder`, `rk.phi`), the motor, or the controller.
+    pub name: String,
+    /// What it does.
+    pub kind: Kind,
+    /// Begin, s.
+    pub at: f64,
+    /// End, s; infinite if it does not end.
+    pub until: f64,
+}
+
+impl<Kind> Failing<Kind> {
+    /// Whether it is there at a time.
+    pub fn holds(&self, time: f64) -> bool {
+        (self.at..self.until).contains(&time)
+    }
+
+    /// Whether both are there at some time.
+    pub fn overlaps<Other>(&self, other: &Failing<Other>) -> bool {
+        other.at < self.until && self.at < other.until
+    }
+}
+
+/// A sensor of sampled controllers that fails.
+pub type SensorFault = Failing<SensorFaultKind>;
+/// A motor that fails.
+pub type MotorFault = Failing<MotorFaultKind>;
+/// A controller with a sample time whose unit fails.
+pub type UnitFault = Failing<UnitFaultKind>;
+
+impl SensorFault {
+    /// Whether it is a fault of what a controller reads under this name.
+    ///
+    /// ```
+    /// use kardan::simulate::{SensorFault, SensorFaultKind};
+    /// let fault = SensorFault { name: "wg_encoder".into(), kind: SensorFaultKind::Lost, at: 0.5, until: 0.6 };
+    /// assert!(fault.concerns("wg_encoder.phi") && !fault.concerns("cs_encoder.phi"));
+    /// ```
+    pub fn concerns(&self, signal: &str) -> bool {
+        self.name == signal || self.name == SignalName::new(signal).element
+    }
+}
+
+/// All that fails in a run; of one part one at a time.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Faults {
+    /// Sensors of sampled controllers.
+    pub sensors: Vec<SensorFault>,
+    /// Motors.
+    pub motors: Vec<MotorFault>,
+    /// Units of sampled controllers.
+    pub units: Vec<UnitFault>,
+}
+
+impl Faults {
+    /// When something begins or ends, s.
+    pub fn times(&self) -> impl Iterator<Item = f64> {
+        let sensors = self.sensors.iter().map(|fault| [fault.at, fault.until]);
+        let motors = self.motors.iter().map(|fault| [fault.at, fault.until]);
+        let units = self.units.iter().map(|fault| [fault.at, fault.until]);
+        sensors.chain(motors).chain(units).flatten()
+    }
+
+    /// What happens, with its time: each begin and each end.
+    pub fn told(&self) -> Vec<(f64, String)> {
+        let mut out = Vec::new();
+        let mut add = |name: &str, at: f64, until: f64, what: &str| {
+            out.push((at, format!("{name} {what}")));
+            out.push((until, format!("{name} works again")));
+        };
+        for fault in &self.sensors {
+            let what = match fault.kind {
+                SensorFaultKind::Lost => "gives no number any more",
+                SensorFaultKind::Stuck => "goes on giving its last reading",
+                SensorFaultKind::Offset(_) => "reads with an offset",
+                SensorFaultKind::Drift(_) => "begins to drift",
+                SensorFaultKind::Noise(_) => "becomes noisy",
+                SensorFaultKind::Reversed => "reads with the other sign",
+            };
+            add(&fault.name, fault.at, fault.until, what);
+        }
+        for fault in &self.motors {
+            let what = match fault.kind {
+                MotorFaultKind::Scaled(0.0) => "gives no torque any more".to_string(),
+                MotorFaultKind::Scaled(part) => format!("gives {part} of its torque"),
+                MotorFaultKind::Braking(_) => "is short-circuited and brakes".into(),
+                MotorFaultKind::Undervoltage(part) => format!("reaches {part} of its torque limit"),
+            };
+            add(&fault.name, fault.at, fault.until, &what);
+        }
+        for fault in &self.units {
+            let what = match fault.kind {
+                UnitFaultKind::Reset => "is reset and commands zero",
+                UnitFaultKind::Missed => "computes nothing; its last commands hold",
+                UnitFaultKind::Stale => "gets no new readings",
+                UnitFaultKind::Jitter(_) => "commands late by a time that varies",
+            };
+            add(&fault.name, fault.at, fault.until, what);
+        }
+        out
+    }
+}

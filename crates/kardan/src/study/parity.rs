@@ -1,0 +1,306 @@
+//! `kardan analyze --parity`: which faults the sensors of a model can tell, and by which relations between them.
+
+use std::collections::BTreeSet;
+
+use super::sensitivity::Varied;
+use super::signals::{AnalyzeSettings, ParitySettings, WorkingPoint};
+use super::thresholds::{Reading, readings, threshold};
+use super::{Prepared, PreparedVariant};
+use crate::analysis::{
+    Broken, ConstrainedSystem, Fault, Goal, Known, LinearSystem, OutputSignal, Relation, Transfer, constant_is_seen,
+    kept_constraints, linear_system, relation_holds, relations, smallest_sets, static_relations,
+};
+use crate::assemble::Along;
+use crate::diagnostics::Diagnostic;
+use crate::equations::Measured;
+use crate::model::Document;
+use crate::names::SignalName;
+use crate::num::{Rational, rational_to_f64};
+use crate::reduce::Kinematics;
+use crate::results::{FaultPlace, FaultVerdict, Parity, ParityTerm, Residual, SensorSets};
+
+/// What is asked, and of what.
+struct Subject<'a> {
+    variant: &'a PreparedVariant,
+    at: WorkingPoint,
+    /// Those of the sensors, then those of places that may have one.
+    outputs: Vec<OutputSignal>,
+    sensors: usize,
+    /// With all inputs, and last the torques of friction.
+    system: ConstrainedSystem,
+    known: Vec<usize>,
+    unknown: Vec<usize>,
+    frictions: Vec<usize>,
+    /// The model at the ends of the tolerances of its parameters, one by one.
+    ends: Vec<[Option<ConstrainedSystem>; 2]>,
+}
+
+/// What sensors can tell of faults.
+pub(super) fn parity(
+    document: &Document,
+    prepared: &Prepared,
+    variant: &PreparedVariant,
+    settings: &AnalyzeSettings,
+    notes: &mut Vec<String>,
+) -> Result<Option<Parity>, Vec<Diagnostic>> {
+    let Some(asked) = &settings.parity else { return Ok(None) };
+    let mut subject = Subject::of(variant, settings)?;
+    if subject.sensors == 0 {
+        notes.push("parity: the model has no sensor".into());
+        return Ok(None);
+    }
+    // With kept rows the model is what it is at the operating point of the variant, which other values would move.
+    if variant.unfrozen.is_none() {
+        subject.ends = Varied::of(document, prepared, variant, &subject.at).ends(&subject.at.inputs);
+    }
+    let all = subject.pencil(&subject.system, &subject.outputs);
+    let Some(transfer) = Transfer::new(&all) else {
+        return Err(vec![
+            Diagnostic::error(
+                "analysis::parity",
+                "a motion has neither inertia nor damping nor spring, so nothing says how it goes",
+            )
+            .help("give its shaft an inertia or a damping, or leave `--parity` out"),
+        ]);
+    };
+    let own = subject.pencil(&subject.system, &subject.outputs[..subject.sensors]);
+    let found = static_relations(&own, &subject.known);
+    let name = |k: &usize| subject.system.inputs[*k].element.clone();
+    Ok(Some(Parity {
+        sensors: own.outputs.clone(),
+        commands: subject.known.iter().map(name).collect(),
+        unknown: subject.unknown.iter().map(name).collect(),
+        independent: found.independent,
+        all_listed: found.all,
+        residuals: subject.residuals(found.relations, asked),
+        exact: transfer.is_exact(),
+        faults: subject.verdicts(&own, &transfer),
+        sets: subject.sets(&transfer),
+    }))
+}
+
+impl<'a> Subject<'a> {
+    fn of(variant: &'a PreparedVariant, settings: &AnalyzeSettings) -> Result<Self, Vec<Diagnostic>> {
+        let equations = &variant.reduced.equations;
+        let mut settings = settings.clone();
+        if settings.outputs.is_empty() {
+            settings.outputs = equations.sensors.iter().map(|(name, _)| name.clone()).collect();
+        }
+        let known = WorkingPoint::of(variant, &settings, &mut Vec::new())?.inputs;
+        settings.inputs = equations.inputs.iter().map(|input| input.element.clone()).collect();
+        let at = WorkingPoint::of(variant, &settings, &mut Vec::new())?;
+        let mut outputs = at.outputs.clone();
+        let sensors = outputs.len();
+        for place in &variant.analysis.sensors {
+            let rate = SignalName::new(&place.signal).is_rate();
+            let measured = if rate { Measured::Speed } else { Measured::Angle }(place.shaft.clone());
+            if outputs.iter().all(|other| other.measured != measured && other.name != place.signal) {
+                outputs.push(OutputSignal { name: place.signal.clone(), measured });
+            }
+        }
+        let inputs = at.inputs.len();
+        let (known, unknown) = (0..inputs).partition(|&k| known.contains(&at.inputs[k]));
+        let mut system = at.system.clone();
+        let sliding = equations.frictions.iter().map(|one| (&one.element, &one.row));
+        let sliding = sliding.chain(equations.meshes().map(|(hold, _)| (&hold.element, &hold.row)));
+        let free = sliding.filter(|(element, _)| !at.stuck.contains(*element));
+        let rows = free.map(|(element, row)| Along { element: element.clone(), row: row.clone(), value: () });
+        system.inputs.extend(rows);
+        let frictions = (inputs..system.inputs.len()).collect();
+        Ok(Self { variant, at, outputs, sensors, system, known, unknown, frictions, ends: Vec::new() })
+    }
+
+    fn pencil(&self, system: &ConstrainedSystem, outputs: &[OutputSignal]) -> LinearSystem {
+        let (coordinates, basis) = system.explicit_basis(&self.variant.reduced.coordinates);
+        linear_system(system, &coordinates, &basis, outputs)
+    }
+
+    fn terms(&self, relation: &Relation) -> Vec<ParityTerm> {
+        let term = |(signal, derivative, coefficient): &(Known, usize, Rational)| ParityTerm {
+            signal: match signal {
+                Known::Output(k) => self.outputs[*k].name.clone(),
+                Known::Input(k) => format!("{}.tau", self.system.inputs[*k].element),
+            },
+            derivative: *derivative,
+            coefficient: coefficient.to_string(),
+            value: rational_to_f64(coefficient),
+            tolerance: 0.0,
+        };
+        relation.terms.iter().map(term).collect()
+    }
+
+    fn residuals(&self, relations: Vec<Relation>, asked: &ParitySettings) -> Vec<Residual> {
+        let readings = readings(self.variant, &self.outputs[..self.sensors]);
+        let end = |end: &Option<ConstrainedSystem>| {
+            let system = ConstrainedSystem { inputs: self.system.inputs.clone(), ..end.clone()? };
+            Some(self.pencil(&system, &self.outputs[..self.sensors]))
+        };
+        let corners: Vec<[Option<LinearSystem>; 2]> = self.ends.iter().map(|[a, b]| [end(a), end(b)]).collect();
+        let conditions = self.conditions();
+        let one = |relation: Relation| self.residual(&relation, &readings, &corners, &conditions, asked);
+        relations.into_iter().map(one).collect()
+    }
+
+    fn residual(
+        &self,
+        relation: &Relation,
+        readings: &[Reading],
+        corners: &[[Option<LinearSystem>; 2]],
+        conditions: &[(String, LinearSystem)],
+        asked: &ParitySettings,
+    ) -> Residual {
+        let mut terms = self.terms(relation);
+        for ends in corners {
+            for (k, tolerance) in self.tolerances(relation, ends).into_iter().enumerate() {
+                terms[k].tolerance += tolerance;
+            }
+        }
+        let measured = |known: &Known| match known {
+            Known::Output(k) => Some(&self.outputs[*k].measured),
+            Known::Input(_) => None,
+        };
+        let kinds: Vec<Option<&Measured>> = relation.terms.iter().map(|(known, ..)| measured(known)).collect();
+        let up_to_constant =
+            kinds.iter().any(|kind| matches!(kind, Some(Measured::Angle(_) | Measured::SpringTorque(_))));
+        let broken = conditions.iter().filter(|(_, without)| !relation_holds(without, relation));
+        let errors: Option<Vec<(f64, &Reading)>> = relation
+            .terms
+            .iter()
+            .map(|(known, _, x)| match known {
+                Known::Output(k) => Some((rational_to_f64(x), &readings[*k])),
+                Known::Input(_) => None,
+            })
+            .collect();
+        Residual {
+            terms,
+            unit: match relation.terms.first() {
+                Some((Known::Output(k), ..)) => readings[*k].unit.clone(),
+                _ => String::new(),
+            },
+            linearised_at: broken.map(|(element, _)| element.clone()).collect::<BTreeSet<_>>().into_iter().collect(),
+            up_to_constant,
+            constant: self.constant(relation, &kinds),
+            threshold: errors.and_then(|errors| threshold(&errors, asked)),
+        }
+    }
+
+    /// How far one parameter moves the coefficients of a relation within its tolerance.
+    fn tolerances(&self, relation: &Relation, ends: &[Option<LinearSystem>; 2]) -> Vec<f64> {
+        let support: Vec<Known> = relation.terms.iter().map(|(known, ..)| *known).collect();
+        let mut out = vec![0.0; support.len()];
+        for end in ends.iter().flatten().filter(|end| !relation_holds(end, relation)) {
+            let found = static_relations(end, &self.known).relations;
+            let same = |other: &&Relation| other.terms.iter().map(|(known, ..)| *known).eq(support.iter().copied());
+            let Some(moved) = found.iter().find(same) else { continue };
+            for (k, ((.., now), (.., nominal))) in moved.terms.iter().zip(&relation.terms).enumerate() {
+                out[k] = f64::max(out[k], (rational_to_f64(now) - rational_to_f64(nominal)).abs());
+            }
+        }
+        out
+    }
+
+    /// The model without one thing that is linear at the operating point alone: a relation that needs it holds there alone.
+    fn conditions(&self) -> Vec<(String, LinearSystem)> {
+        let equations = &self.variant.reduced.equations;
+        let kept = self.variant.unfrozen.iter().flat_map(|unfrozen| kept_constraints(unfrozen));
+        let mut elements: BTreeSet<String> = kept.map(|(class, _)| class.element).collect();
+        elements.extend(equations.transmissions.iter().map(|one| one.element.clone()));
+        elements.extend(self.at.stuck.iter().cloned());
+        elements.extend(self.system.loads.iter().map(|load| load.element.clone()));
+        let without = |element: &String| {
+            let mut system = self.system.clone();
+            system.constraints.retain(|one| one.element != *element);
+            system.loads.retain(|one| one.element != *element);
+            let pencil = self.pencil(&system, &self.outputs[..self.sensors]);
+            (element.clone(), pencil)
+        };
+        elements.iter().map(without).collect()
+    }
+
+    /// The value of a residual of angles, speeds and spring torques in the model at rest.
+    fn constant(&self, relation: &Relation, kinds: &[Option<&Measured>]) -> Option<f64> {
+        if self.variant.unfrozen.is_some() {
+            return None;
+        }
+        let reduced = &self.variant.reduced;
+        let mut kinematics = Kinematics::new(reduced);
+        kinematics.update(&self.at.position, &vec![0.0; self.at.position.len()]);
+        let angle = |name: &String| {
+            let shaft = reduced.equations.coordinates.iter().position(|shaft| shaft == name);
+            shaft.map_or(0.0, |shaft| kinematics.angles[shaft])
+        };
+        let (mut sum, mut size) = (0.0, 0.0);
+        for ((.., x), kind) in relation.terms.iter().zip(kinds) {
+            let value = match kind {
+                Some(Measured::Angle(name)) => angle(name),
+                Some(Measured::Speed(_)) => 0.0,
+                Some(Measured::SpringTorque(element)) => {
+                    let own = reduced.equations.springs.iter().filter(|spring| spring.element == *element);
+                    let twist =
+                        |row: Vec<(usize, f64)>| row.iter().map(|(k, x)| x * kinematics.angles[*k]).sum::<f64>();
+                    own.map(|one| one.value.stiffness.to_f64() * (twist(one.row_f64()) - one.value.rest.to_f64())).sum()
+                }
+                _ => return None,
+            };
+            let term: f64 = rational_to_f64(x) * value;
+            (sum, size) = (sum + term, size + term.abs());
+        }
+        // What rounding leaves of zero is zero.
+        Some(if f64::abs(sum) <= 1e-12 * size { 0.0 } else { sum })
+    }
+
+    fn faults(&self) -> Vec<Fault> {
+        (0..self.sensors).map(Fault::Output).chain(self.known.iter().map(|&k| Fault::Input(k))).collect()
+    }
+
+    fn verdicts(&self, own: &LinearSystem, transfer: &Transfer) -> Vec<FaultVerdict> {
+        let (faults, sensors) = (self.faults(), (0..self.sensors).collect::<Vec<_>>());
+        let name = |fault: &Fault| match fault {
+            Fault::Output(k) => own.outputs[*k].clone(),
+            Fault::Input(k) => self.system.inputs[*k].element.clone(),
+        };
+        let (groups, silent) = transfer.groups(&sensors, &faults, &self.unknown);
+        let found = relations(own, &faults, &self.known, &self.unknown);
+        let rubbed: Vec<usize> = self.unknown.iter().chain(&self.frictions).copied().collect();
+        let verdict = |(k, found): (usize, Option<Broken>)| {
+            let fault = faults[k];
+            let shown = !silent.contains(&k);
+            let others = groups.iter().find(|group| group.contains(&k)).into_iter().flatten();
+            let found = found.unwrap_or_default();
+            let friction: BTreeSet<&String> = found.moved_by.iter().map(|j| &self.system.inputs[*j].element).collect();
+            let relation = (!found.relation.terms.is_empty()).then_some(&found.relation);
+            FaultVerdict {
+                fault: name(&fault),
+                place: if matches!(fault, Fault::Output(_)) { FaultPlace::Sensor } else { FaultPlace::Input },
+                shown,
+                stays: if shown { constant_is_seen(own, fault, &self.unknown) } else { Some(false) },
+                despite_friction: (!self.frictions.is_empty()).then(|| transfer.detects(&sensors, fault, &rubbed)),
+                same_as: others.filter(|&&other| other != k).map(|&other| name(&faults[other])).collect(),
+                order: relation.map(Relation::order),
+                friction_in_relation: friction.into_iter().cloned().collect(),
+                relation: relation.map(|one| self.terms(one)).unwrap_or_default(),
+            }
+        };
+        found.into_iter().enumerate().map(verdict).collect()
+    }
+
+    fn sets(&self, transfer: &Transfer) -> Vec<SensorSets> {
+        let candidates: Vec<String> = self.outputs.iter().map(|output| output.name.clone()).collect();
+        let goals = self
+            .known
+            .iter()
+            .map(|&k| (format!("a fault of {} is shown", self.system.inputs[k].element), Goal::Shows(k)));
+        let every = [
+            ("every fault is shown, also of the set's own sensors", Goal::ShowsAll),
+            ("every fault is shown and told from all others", Goal::TellsApart),
+        ];
+        let goals = goals.chain(every.map(|(words, goal)| (words.to_string(), goal)));
+        let search = |(goal, asked)| {
+            let found = smallest_sets(transfer, asked, &self.known, &self.unknown);
+            let names = |set: Vec<usize>| set.into_iter().map(|k| candidates[k].clone()).collect();
+            let sets = found.sets.into_iter().map(names).collect();
+            SensorSets { goal, candidates: candidates.clone(), sets, all_tried: found.all }
+        };
+        goals.map(search).collect()
+    }
+}
