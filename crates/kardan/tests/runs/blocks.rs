@@ -74,7 +74,7 @@ fn blocks_are_those_of_the_firmware() {
         same("watch", watch[0]);
         let controller = kardan_rt::Pid {
             proportional: 2.0,
-            integral: 5.0,
+            integral: Some(5.0),
             derivative: 0.1,
             filter: 0.02,
             weights: [0.7, 0.2],

@@ -6,6 +6,7 @@ mod reading;
 #[cfg(test)]
 mod tests;
 mod tree;
+mod truth;
 
 use std::ops::Range;
 
@@ -17,6 +18,8 @@ use super::{Dimension, Exact, UnitError};
 /// An expression of numbers with units, names and functions, with what each part of it is in the text.
 ///
 /// `+ - * / ^`, parentheses, `pi`, and the functions `sqrt sin cos tan asin acos atan atan2 exp ln abs min max sign` and `if(a < b, x, y)`.
+/// A condition is 1 where it holds, else 0: comparisons (`< <= > >= == !=`) joined by `and`, `or` and `not`, where any other number stands for
+/// whether it is above a half.
 /// A number takes the units behind it, which bind closer than `*` and `/`: `2 pi / 60 s` divides by a minute, `100 N m/rad` is one
 /// stiffness. A fraction without spaces is a number: `51/50`, `1/2 s`. What is no number or unit behind one is a name: `m_rack`, the key of
 /// an element `wheel.inertia`, a signal `arm.phi`; within `'...'` a name may hold other letters.
