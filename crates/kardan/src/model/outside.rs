@@ -46,11 +46,7 @@ impl Document {
             let own = controls.iter_mut().filter(|control| control.name == name);
             own.for_each(|control| control.values.insert("commands", Resolved::Task(Arc::clone(&task))));
         }
-        let answers =
-            programs.tasks.iter().flat_map(|task| task.answers.iter().map(|answer| (answer, task.period.is_some())));
-        let of_blocks = answers.filter(|(answer, _)| self.signals.iter().all(|signal| signal.name != answer.name));
-        functions.blocks =
-            of_blocks.map(|(answer, sampled)| (answer.name.clone(), (answer.dimension, sampled))).collect();
+        functions.blocks = programs.answers().map(|answer| (answer.name.clone(), answer.dimension)).collect();
         programs
     }
 

@@ -807,7 +807,7 @@ impl<'a> Blocks<'a, '_, '_> {
             Some(period) => format!("blocks at {}", shown_quantity(period, Dimension::TIME)),
             None => "blocks at every instant".into(),
         };
-        Task { name, period, graph, reads, memory, answers, order: steps }
+        Task { name, period, graph, reads, memory, answers, names: Vec::new(), order: steps }
     }
 
     /// What a law commands, with the blocks of its sample time that it needs.
@@ -825,6 +825,8 @@ impl<'a> Blocks<'a, '_, '_> {
         let known: Vec<(Symbol, Expr)> =
             inside.filter_map(|answer| Some((symbol(&task.graph, &answer.name)?, answer.value))).collect();
         task.answers = Vec::new();
+        let names: BTreeSet<String> = commands.iter().flat_map(|command| command.reads.iter().cloned()).collect();
+        task.names = names.into_iter().collect();
         for Command { name, value, dimension, .. } in commands {
             let value = task.graph.substitute(&[value], &known)[0];
             task.answers.push(TaskAnswer { description: format!("command of {name}"), name, dimension, value });

@@ -17,6 +17,7 @@ mod realisation;
 mod reference;
 mod responses;
 mod robustness;
+mod signal_graph;
 pub(crate) mod serial;
 mod verdict;
 
@@ -44,6 +45,7 @@ pub use realisation::*;
 pub use reference::*;
 pub use responses::*;
 pub use robustness::*;
+pub use signal_graph::*;
 pub use verdict::*;
 
 /// The physical kind of a signal; fixes its SI unit and the unit a plot prints.
@@ -590,6 +592,8 @@ pub struct ModelSummary {
     pub elements: Vec<ElementSummary>,
     /// Who is joined to whom.
     pub mechanism: Mechanism,
+    /// Blocks and who reads whom, in the order in which they compute.
+    pub signals: Vec<SignalNode>,
     /// Shafts chosen as reduced coordinates.
     pub coordinates: Vec<String>,
     /// The reduced matrices at the initial position; none of more than 100 coordinates.
