@@ -9,7 +9,9 @@ use crate::model::{Body, Picture, row};
 use crate::text::number;
 
 /// Width and height of a box, and the room between columns and between rows, px.
-const BOX: [f64; 2] = [150.0, 40.0];
+const BOX: [f64; 2] = [184.0, 40.0];
+/// Width of the names of what comes from outside, px.
+const NAMES: f64 = 120.0;
 const BETWEEN: [f64; 2] = [64.0, 16.0];
 /// Width of a letter, px: longer names are cut.
 const LETTER: f64 = 6.6;
@@ -78,7 +80,8 @@ fn places(nodes: &[SignalNode]) -> BTreeMap<Place<'_>, [f64; 2]> {
         let mut heights: Vec<(f64, Place<'_>)> = all.iter().map(|one| (height(one), *one)).collect();
         heights.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (row, (_, one)) in heights.into_iter().enumerate() {
-            let x = MARGIN + column as f64 * (BOX[0] + BETWEEN[0]);
+            // Names on the left end where the boxes behind them leave off.
+            let x = MARGIN + column as f64 * (BOX[0] + BETWEEN[0]) - (BOX[0] - NAMES);
             found.insert(one, [x, MARGIN + row as f64 * (BOX[1] + BETWEEN[1])]);
         }
     }
@@ -94,7 +97,10 @@ fn short(name: &str) -> String {
 }
 
 fn when(node: &SignalNode) -> String {
-    node.sample_time.map_or("every instant".into(), |time| format!("{}\u{a0}s", number(time)))
+    node.sample_time.map_or("every instant".into(), |time| match time < 1.0 {
+        true => format!("{}\u{a0}ms", number(1e3 * time)),
+        false => format!("{}\u{a0}s", number(time)),
+    })
 }
 
 /// The drawing; none without blocks.
@@ -108,9 +114,12 @@ fn picture(nodes: &[SignalNode]) -> Option<Picture> {
     let (mut lines, mut boxes, mut lanes) = (String::new(), String::new(), 0.0);
     for (k, node) in nodes.iter().enumerate() {
         let [x, y] = places[&Place::Node(k)];
-        let count = node.reads.len() as f64;
-        for (port, name) in node.reads.iter().enumerate() {
-            let from = places[&place(nodes, name)];
+        // What a block reads of itself is no line.
+        let reads: Vec<Place<'_>> =
+            node.reads.iter().map(|name| place(nodes, name)).filter(|read| *read != Place::Node(k)).collect();
+        let count = reads.len() as f64;
+        for (port, read) in reads.iter().enumerate() {
+            let from = places[read];
             let (a, b) = (from[0] + BOX[0], from[1] + 0.5 * BOX[1]);
             let (c, d) = (x, y + BOX[1] * (port as f64 + 1.0) / (count + 1.0));
             let half = 0.5 * BETWEEN[0];

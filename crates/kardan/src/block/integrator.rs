@@ -61,7 +61,11 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
             )
         }
         None if wiring.values.has("rule") => {
-            return wiring.idle("rule", "without a sample time it is a differential equation", "take it out, or add a `sample_time`");
+            return wiring.idle(
+                "rule",
+                "without a sample time it is a differential equation",
+                "take it out, or add a `sample_time`",
+            );
         }
         None if reset.is_some() => {
             return Err(mistake("reset", "a reset needs a `sample_time`", "write `sample_time = \"1 ms\"`"));

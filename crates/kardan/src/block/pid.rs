@@ -132,7 +132,11 @@ fn tracking<'g>(
             return Ok(one);
         }
         None if !switched => {
-            wiring.idle("tracking_time", "there is no `integral` that would follow", "take it out, or add `integral`")?;
+            wiring.idle(
+                "tracking_time",
+                "there is no `integral` that would follow",
+                "take it out, or add `integral`",
+            )?;
             return Ok(one);
         }
         None if given.is_none() => {
@@ -158,9 +162,15 @@ fn tracking<'g>(
     match wiring.constant(found) {
         Some(time) if time <= shortest => {
             let key = if given.is_some() { "tracking_time" } else { "integral" };
-            let what = if given.is_some() { "`tracking_time`" } else { "`proportional`/`integral`, which stands for `tracking_time`," };
+            let what = if given.is_some() {
+                "`tracking_time`"
+            } else {
+                "`proportional`/`integral`, which stands for `tracking_time`,"
+            };
             let message = match &wiring.sample_time {
-                Some(_) => format!("{what} is {time} s, not above half of the sample time: at a bound the integral would swing up"),
+                Some(_) => format!(
+                    "{what} is {time} s, not above half of the sample time: at a bound the integral would swing up"
+                ),
                 None => format!("{what} is {time} s: at a bound the integral would run away"),
             };
             Err(mistake(key, message, "write a longer `tracking_time`"))

@@ -69,7 +69,8 @@ pub fn at_once(graph: &Graph, exprs: &[Expr], not_negative: &[Symbol], together:
             Point::TooMany => found = AtOnce::Unknown,
             Point::At(at) => {
                 let of = |k: usize| at.get(&k).cloned().unwrap_or(Rational::ZERO);
-                let place: Vec<(Symbol, Rational)> = symbols.iter().enumerate().map(|(k, symbol)| (*symbol, of(k))).collect();
+                let place: Vec<(Symbol, Rational)> =
+                    symbols.iter().enumerate().map(|(k, symbol)| (*symbol, of(k))).collect();
                 let of_symbol = |symbol| number(&symbol).map_or(0.0, |k| rational_to_f64(&of(k)));
                 let tried = lower(graph, exprs, &mut Floating::<f64>::default(), of_symbol);
                 if tried.iter().all(|value| *value > 0.5) {
@@ -131,7 +132,8 @@ struct Above {
 impl Above {
     /// None if it cannot be.
     fn of(sum: &Affine, strict: bool) -> Option<Self> {
-        let possible = !sum.terms.is_empty() || if strict { sum.constant > Rational::ZERO } else { sum.constant >= Rational::ZERO };
+        let possible = !sum.terms.is_empty()
+            || if strict { sum.constant > Rational::ZERO } else { sum.constant >= Rational::ZERO };
         possible.then(|| Self { sum: sum.clone(), strict })
     }
 }

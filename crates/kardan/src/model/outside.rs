@@ -37,6 +37,15 @@ impl Document {
             })
             .collect();
         let formulas = self.signals.iter().any(|signal| self.program_of(signal).is_some());
+        for control in self.controls.iter().filter(|control| laws.iter().any(|law| law.control == control.name)) {
+            if let Some(design) = control.table.values.get("design") {
+                let message = format!("`design` of control `{}` does nothing: a program is not designed", control.name);
+                let told = Diagnostic::warning("control::design", message).at(design.place.clone(), "not read");
+                out.push(
+                    told.help("take it out; what bends in a program is taken as it is where all that it reads is zero"),
+                );
+            }
+        }
         if self.blocks.is_empty() && laws.is_empty() && !formulas {
             return Programs::default();
         }

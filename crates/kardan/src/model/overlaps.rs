@@ -44,7 +44,8 @@ pub(super) fn check(
     for guard in guards {
         if decided(&[guard.when]) == AtOnce::Never {
             let [from, to] = [guard.transition.from, guard.transition.to].map(|state| &states[state]);
-            let message = format!("{what}: `when` of the way from `{from}` to `{to}` never holds, so it is never taken");
+            let message =
+                format!("{what}: `when` of the way from `{from}` to `{to}` never holds, so it is never taken");
             let told = Diagnostic::warning("block::transition", message).at(guard.place.clone(), "never holds");
             out.push(told.help("check its thresholds, or take the transition out"));
         } else {
@@ -61,7 +62,9 @@ pub(super) fn check(
             let (message, word) = match decided(&[first.when, second.when]) {
                 AtOnce::Never => continue,
                 AtOnce::At(at) if at.is_empty() => (
-                    format!("{what}: the ways from `{from}` to `{a}` and to `{b}` are both open whatever happens: the first in the list is taken"),
+                    format!(
+                        "{what}: the ways from `{from}` to `{a}` and to `{b}` are both open whatever happens: the first in the list is taken"
+                    ),
                     "open at once",
                 ),
                 AtOnce::At(at) => (
@@ -79,7 +82,9 @@ pub(super) fn check(
                 ),
             };
             let told = Diagnostic::warning("block::overlap", message).at(second.place.clone(), word);
-            out.push(told.help(format!("to say that the way to `{a}` comes first, write `and not (...)` with its condition into this one")));
+            out.push(told.help(format!(
+                "to say that the way to `{a}` comes first, write `and not (...)` with its condition into this one"
+            )));
         }
     }
     unreachable_states(what, (states, guards), &possible, out);

@@ -323,7 +323,10 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             given: given.into_iter().map(|(key, (expr, dimension))| (key, (traced(expr), dimension))).collect(),
             values,
             lists,
-            guards: guards.iter().map(|guard| Guard { transition: guard.transition, when: traced(guard.when) }).collect(),
+            guards: guards
+                .iter()
+                .map(|guard| Guard { transition: guard.transition, when: traced(guard.when) })
+                .collect(),
             table,
             sample_time,
             memory: Vec::new(),

@@ -116,11 +116,8 @@ impl Motion {
     pub fn answer(&mut self, answers: Vec<(String, Expr)>) {
         let (graph, timed) = (&mut self.graph, &mut self.timed);
         let value = |name: &str| answers.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
-        let known: Vec<(Symbol, Expr)> = timed
-            .blocks
-            .iter()
-            .filter_map(|(name, symbol)| Some((graph.symbol_of(*symbol)?, value(name)?)))
-            .collect();
+        let known: Vec<(Symbol, Expr)> =
+            timed.blocks.iter().filter_map(|(name, symbol)| Some((graph.symbol_of(*symbol)?, value(name)?))).collect();
         timed.blocks.retain(|(name, _)| value(name).is_none());
         if !known.is_empty() {
             self.passive = graph.substitute(&self.passive, &known);

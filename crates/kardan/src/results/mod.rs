@@ -17,8 +17,8 @@ mod realisation;
 mod reference;
 mod responses;
 mod robustness;
-mod signal_graph;
 pub(crate) mod serial;
+mod signal_graph;
 mod verdict;
 
 use crate::names::Quantity;

@@ -243,7 +243,8 @@ impl Clocked {
                 self.tally.notes(&format!("Control {controller}"), "the estimate overflowed and was kept as it was")
             }
             kept => {
-                let who = if kept == Kept::Command { format!("Control {controller}") } else { format!("The {controller}") };
+                let who =
+                    if kept == Kept::Command { format!("Control {controller}") } else { format!("The {controller}") };
                 let what = "something that is answered or remembered was no number (a reading that is lost, a division by zero, an overflow) \
                             and stayed as it was";
                 self.tally.notes(&who, what)

@@ -629,7 +629,7 @@ fn transitions_that_overlap_are_told() {
     let both = "block `mode`: the ways from `calm` to `wild` and to `off` are both open where";
     let end = ": the first in the list is taken";
     let overlap = [
-        ("lost", "mode.since > 0.2 s", "`lost` = 1, `mode.since` = 0.4 s"),
+        ("lost", "mode.since > 0.2 s", "`lost` = 1, `mode.since` = 1 s"),
         ("u > 1", "u >= 1", "`u` = 2"),
         ("u > 1 and u < 2", "u < 1.5", "`u` = 1.25"),
         ("arm.phi > 90 deg", "arm.w < -1 rad/s", "`arm.phi` = 3.141592653589793 rad, `arm.w` = -2 rad/s"),
@@ -784,6 +784,10 @@ fn proportional_control_forgets_its_switching() {
         let expected = if k < 10 { 4.0 } else { 1.5 + 2.5 * 0.9_f64.powi(k - 10) };
         assert!((at(&run, "p", t) - expected).abs() < 1e-12, "{} for {expected} at {t} s", at(&run, "p", t));
         let expected = (2.0 * at(&run, "held", t)).clamp(-1.0, 1.0);
-        assert!((at(&run, "bounded", t) - expected).abs() < 1e-12, "{} for {expected} at {t} s", at(&run, "bounded", t));
+        assert!(
+            (at(&run, "bounded", t) - expected).abs() < 1e-12,
+            "{} for {expected} at {t} s",
+            at(&run, "bounded", t)
+        );
     }
 }

@@ -60,7 +60,12 @@ pub(super) fn read(text: &str, of_time: bool) -> Result<Node, UnitError> {
         let help = match parser.reader.rest().chars().next() {
             Some('=') => "two things are compared by `==`",
             Some('&' | '|' | '!') => "write `and`, `or` and `not`",
-            Some('±') => "a tolerance is one of a number alone: declare `x = \"3 N m ± 5 %\"` under `[parameters]`, and write `x` here",
+            Some('±') => {
+                "a tolerance is one of a number alone: declare `x = \"3 N m ± 5 %\"` under `[parameters]`, and write `x` here"
+            }
+            Some('1') if parser.reader.rest().starts_with("1/") => {
+                "what is asked for each second is a quotient: write `5 / 1 s`, or `5 Hz`"
+            }
             _ if parser.at_unit() => "a unit stands behind a number: write `sin(beta) * 1 N m`",
             _ => "write `*` between two factors",
         };
@@ -169,7 +174,10 @@ impl Parser<'_> {
         let word = ["and", "or", "not"].into_iter().find(|word| self.at_word(word));
         if let Some(word) = word {
             let message = format!("expected a number, a name or `(`, found `{word}`");
-            let help = format!("`{word}` joins conditions: `a < b {} c > d`; quote a name: `'{word}'`", if word == "not" { "and not" } else { word });
+            let help = format!(
+                "`{word}` joins conditions: `a < b {} c > d`; quote a name: `'{word}'`",
+                if word == "not" { "and not" } else { word }
+            );
             return Err(syntax(start..start + word.len(), message, help));
         }
         let name = self.name()?;

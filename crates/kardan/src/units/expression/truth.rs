@@ -19,7 +19,8 @@ pub(super) fn compared(comparison: &'static str, left: Node, right: Node) -> Nod
 
 /// What a number is compared by: of a comparison itself, of any other number whether it is above a half.
 fn comparison(holds: Node) -> (&'static str, [Node; 2]) {
-    let is = |node: &Node, value: i64| matches!(&node.kind, Kind::Literal(found, _) if *found == Exact::from_integer(value));
+    let is =
+        |node: &Node, value: i64| matches!(&node.kind, Kind::Literal(found, _) if *found == Exact::from_integer(value));
     match holds.kind {
         Kind::If(comparison, parts) if is(&parts[2], 1) && is(&parts[3], 0) => {
             let [left, right, ..] = *parts;
