@@ -387,6 +387,9 @@ until = \"0.7 s\"
         assert_eq!(at(&run, "lost", t), f64::from(u8::from(alarm)), "at {t} s");
     }
     assert!(at(&run, "m.tau", 0.0) == 0.0 && at(&run, "m.tau", 0.02) > 1.0);
+    let told = "The blocks at 0.01 s: in 20 of 101 samples something that is answered or remembered was no number";
+    assert!(run.notes.iter().any(|note| note.starts_with(told)), "{:?}", run.notes);
+    assert!(run.notes.iter().all(|note| !note.contains("estimate")), "{:?}", run.notes);
 }
 
 /// A loop that is stopped, kept and put into another one goes on bit for bit, with what its blocks remember.
@@ -541,15 +544,15 @@ fn constants_without_sense() -> Vec<(&'static str, &'static str)> {
         ),
         (
             "[block.a]\nkind = \"monitor\"\nresidual = \"u\"\nthreshold = 1\ndebounce = \"-5 ms\"\nsample_time = \"1 ms\"\n",
-            "`debounce` of block `a` must be zero or more, found -0.005",
+            "`debounce` of block `a`: must not be negative, found -5 ms",
         ),
         (
             "[block.a]\nkind = \"delay\"\ninput = \"u\"\ntime = \"-5 ms\"\nsample_time = \"1 ms\"\n",
-            "`time` of block `a` must be positive, found -0.005",
+            "`time` of block `a`: must be more than zero, found -5 ms",
         ),
         (
             "[block.a]\nkind = \"delay\"\ninput = \"u\"\nsample_time = \"0 ms\"\n",
-            "`sample_time` of block `a` must be positive, found 0",
+            "`sample_time` of block `a`: must be more than zero, found 0 ms",
         ),
         (
             "[block.a]\nkind = \"dead_zone\"\ninput = \"u\"\nhigh = -1\n",
