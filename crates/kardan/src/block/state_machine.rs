@@ -65,11 +65,8 @@ const SINCE: &str = "since";
 fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     let h = wiring.period("it changes its state at samples")?;
     let states = wiring.values.words("states").unwrap_or_default().to_vec();
-    if let Some((k, name)) = states.iter().enumerate().find(|(k, name)| *name == SINCE || states[..*k].contains(name)) {
-        let message = match name == SINCE {
-            true => format!("`states`: `{SINCE}` is the time in a state, so no state is called like that"),
-            false => format!("`states`: `{name}` stands there twice, the second time as number {k}"),
-        };
+    if states.iter().any(|state| state == SINCE) {
+        let message = format!("`states`: `{SINCE}` is the time in a state, so no state is called like that");
         return Err(mistake("states", message, "choose another name"));
     }
     let outputs = std::mem::take(&mut wiring.lists);

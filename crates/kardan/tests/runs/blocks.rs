@@ -587,8 +587,8 @@ fn constants_without_sense() -> Vec<(&'static str, &'static str)> {
             "`input` of block `a`: division by zero: this part is 0",
         ),
         (
-            "[block.a]\nkind = \"state_machine\"\nstates = [\"x\", \"x\"]\ntransitions = [{ from = \"x\", to = \"x\", when = \"u\" }]\nsample_time = \"1 ms\"\n",
-            "block `a`: `states`: `x` stands there twice, the second time as number 1",
+            "[block.a]\nkind = \"state_machine\"\nstates = [\"x\", \"since\"]\ntransitions = [{ from = \"x\", to = \"since\", when = \"u\" }]\nsample_time = \"1 ms\"\n",
+            "block `a`: `states`: `since` is the time in a state, so no state is called like that",
         ),
         (
             "[block.a]\nkind = \"state_machine\"\nstates = [\"x\", \"y\"]\ntransitions = [{ from = \"x\", to = \"y\", when = \"u > 1 and arm.phi > 2\" }]\nsample_time = \"1 ms\"\n",
