@@ -26,6 +26,7 @@ pub mod model;
 mod pareto;
 mod present;
 mod prose;
+mod signal_graph;
 mod svg;
 mod terminal;
 mod text;

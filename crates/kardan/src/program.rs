@@ -87,6 +87,8 @@ pub struct Task {
     pub memory: Vec<Entry>,
     /// What it answers.
     pub answers: Vec<TaskAnswer>,
+    /// What its commands name as they are written, sorted; of blocks nothing.
+    pub names: Vec<String>,
     /// The order in which the blocks compute, for a reader: each with the names that it needs at once.
     pub order: Vec<Step>,
 }

@@ -2,7 +2,7 @@
 
 use kardan::diagnostics::Severity;
 use kardan::export;
-use kardan::study::listed_blocks;
+use kardan::study::{listed_blocks, signal_graph};
 
 use crate::args::CheckArgs;
 use crate::exit::DONE;
@@ -18,7 +18,8 @@ pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
     }
     render::show(Some(&source), &diagnostics);
     if args.json {
-        print(&(export::check_json(&source.to_string(), &source.text, &diagnostics) + "\n"))?;
+        let graph = project.prepared().variants.first().map(|variant| signal_graph(&variant.model)).unwrap_or_default();
+        print(&(export::check_json(&source.to_string(), &source.text, &graph, &diagnostics) + "\n"))?;
         return Ok(DONE);
     }
     // What is shown above must not be contradicted below.

@@ -32,6 +32,7 @@ fn with_plots(study: &Study, drawn: &[PlotFile]) -> Page {
     let new = Body::default;
     let mut sections = Page::sections([
         super::mechanism(&study.model.mechanism),
+        ("signals", "Signals and blocks", crate::signal_graph::body(&study.model.signals)),
         ("plots", "Plots", plots(study, drawn)),
         ("figures", "Key figures", key_figures(study)),
         ("requirements", "Requirements", requirements(study)),

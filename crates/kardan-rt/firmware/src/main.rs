@@ -223,7 +223,7 @@ macro_rules! blocks {
             count(Monitor { threshold: black_box(1.0), debounce: 2.0, hold: 3.0 }.step(input, &mut two));
             let pid = Pid {
                 proportional: black_box(2.0 as T),
-                integral: 3.0,
+                integral: Some(3.0),
                 derivative: 0.1,
                 filter: 0.01,
                 weights: [1.0, 0.0],

@@ -13,8 +13,8 @@ use crate::Arithmetic;
 pub struct Pid<N> {
     /// K.
     pub proportional: N,
-    /// Ki, 1/s times the unit of K.
-    pub integral: N,
+    /// Ki, 1/s times the unit of K; without it I is what bridges a switching, and fades: `I⁺ = I − h I/Tt`.
+    pub integral: Option<N>,
     /// Kd, s times the unit of K.
     pub derivative: N,
     /// Tf, s: the time constant of the filter of the derivative, not negative.
@@ -23,7 +23,7 @@ pub struct Pid<N> {
     pub weights: [N; 2],
     /// The smallest and the largest answer, if there are bounds.
     pub bounds: [Option<N>; 2],
-    /// Tt, s: how fast the integral follows where a bound holds the answer.
+    /// Tt, s, not zero: how fast the integral follows where a bound holds the answer, or what bridges a switching fades.
     pub tracking: N,
     /// h, s.
     pub sample_time: N,
@@ -49,7 +49,7 @@ impl<N: Arithmetic> Pid<N> {
     /// ```
     /// use kardan_rt::{Manual, Pid};
     /// let pid = Pid {
-    ///     proportional: 2.0, integral: 10.0, derivative: 0.0, filter: 0.0, weights: [1.0, 0.0], bounds: [None, Some(5.0)], tracking: 0.1, sample_time: 0.01,
+    ///     proportional: 2.0, integral: Some(10.0), derivative: 0.0, filter: 0.0, weights: [1.0, 0.0], bounds: [None, Some(5.0)], tracking: 0.1, sample_time: 0.01,
     /// };
     /// let mut memory = [0.0_f64; 5];
     /// assert!(pid.step(1.0, 0.5, Manual { on: 0.0, value: 3.0 }, &mut memory) && memory[0] == 3.0);
@@ -72,8 +72,11 @@ impl<N: Arithmetic> Pid<N> {
         let free = direct + integral;
         let bounded = within(free, low, high);
         let answer = half::<N>().select(on, bounded, manual.value);
-        let error = self.integral * (reference - measured);
-        let next = integral + time * (error + (bounded - free) / self.tracking);
+        let rate = match self.integral {
+            Some(by_time) => by_time * (reference - measured) + (bounded - free) / self.tracking,
+            None => -integral / self.tracking,
+        };
+        let next = integral + time * rate;
         let next = half::<N>().select(on, next, manual.value - direct);
         let new = [answer, next, slope, weighted, one()];
         remember(memory.iter_mut(), new.into_iter(), &[reference, measured, manual.on, manual.value])

@@ -590,7 +590,7 @@ fn signal_blocks<T: Number>() -> Vec<Case<T>> {
             block(5, move |x, memory| {
                 let pid = Pid {
                     proportional: of(2.0),
-                    integral: of(3.0),
+                    integral: Some(of(3.0)),
                     derivative: of(0.5),
                     filter: of(0.1),
                     weights: [of(0.8), of(0.1)],

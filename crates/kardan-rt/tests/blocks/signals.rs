@@ -10,7 +10,7 @@ use crate::state_space::numbers;
 fn pid() -> Pid<f64> {
     Pid {
         proportional: 2.0,
-        integral: 5.0,
+        integral: Some(5.0),
         derivative: 0.3,
         filter: 0.02,
         weights: [0.7, 0.2],
@@ -54,7 +54,7 @@ fn a_pid_is_the_sum_of_its_parts() {
     for k in 0..references.len() {
         assert!(pid().step(references[k], measured[k], ON, &mut memory));
         let p = proportional * (b * references[k] - measured[k]);
-        let i: f64 = (0..k).map(|j| h * integral * (references[j] - measured[j])).sum();
+        let i: f64 = (0..k).map(|j| h * integral.unwrap() * (references[j] - measured[j])).sum();
         let e = |j: usize| c * references[j] - measured[j];
         // What the filter keeps of each step of the derivative after so many samples.
         let kept = |j: usize| (filter / (filter + h)).powi((k - j) as i32) * derivative / (filter + h);
@@ -73,7 +73,7 @@ fn a_pid_does_not_wind_up() {
     }
     let v = memory[1] + pid.proportional * pid.weights[0] * 2.0;
     assert_eq!(memory[0], 3.0);
-    assert!(((v - 3.0) / pid.tracking - pid.integral * 2.0).abs() < 1e-9, "{v}");
+    assert!(((v - 3.0) / pid.tracking - pid.integral.unwrap() * 2.0).abs() < 1e-9, "{v}");
     // Without it the integral would be at 2000 samples · 0.01 s · 5/s · 2 = 200 and hold the bound for as long again.
     let samples = (1..).find(|_| pid.step(-1.0, 0.0, ON, &mut memory) && memory[0] < 3.0);
     assert!(samples < Some(60), "{samples:?}");
@@ -100,7 +100,7 @@ fn a_pid_takes_over_without_a_jump() {
 fn all<N: Arithmetic>(of: impl Fn(f64) -> N, inputs: impl Iterator<Item = [N; 2]>) -> Vec<N> {
     let pid = Pid {
         proportional: of(2.0),
-        integral: of(5.0),
+        integral: Some(of(5.0)),
         derivative: of(0.3),
         filter: of(0.02),
         weights: [of(0.7), of(0.2)],

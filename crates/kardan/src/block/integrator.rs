@@ -60,6 +60,13 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
                 [zero, start],
             )
         }
+        None if wiring.values.has("rule") => {
+            return wiring.idle(
+                "rule",
+                "without a sample time it is a differential equation",
+                "take it out, or add a `sample_time`",
+            );
+        }
         None if reset.is_some() => {
             return Err(mistake("reset", "a reset needs a `sample_time`", "write `sample_time = \"1 ms\"`"));
         }

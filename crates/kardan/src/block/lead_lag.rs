@@ -37,6 +37,7 @@ sample_time = \"1 ms\"
 
 fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     let (input, dimension) = wiring.input("input")?;
+    wiring.positive("lag", Dimension::TIME, "what it answers would grow by itself, or be a derivative")?;
     let [lead, lag] = [wiring.needed("lead", Dimension::TIME)?, wiring.needed("lag", Dimension::TIME)?];
     let start = wiring.of("initial", dimension)?.unwrap_or(Wiring::zero());
     let one = Wiring::one();

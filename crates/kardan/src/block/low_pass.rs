@@ -37,8 +37,9 @@ sample_time = \"1 ms\"
 fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     let (input, dimension) = wiring.input("input")?;
     let time = wiring.needed("time_constant", Dimension::TIME)?;
+    wiring.positive("time_constant", Dimension::TIME, "what it answers would grow by itself, or be its input")?;
     let one = Wiring::one();
-    let denominator = match wiring.of("damping_ratio", Dimension::NONE)? {
+    let denominator = match wiring.not_negative("damping_ratio", Dimension::NONE, "it would swing up by itself")? {
         Some(damping) => vec![one, (damping + damping) * time, time * time],
         None => vec![one, time],
     };

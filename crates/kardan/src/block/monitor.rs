@@ -1,4 +1,4 @@
-use super::wiring::{BlockKind, Wiring};
+use super::wiring::{BlockKind, Wiring, mistake};
 use crate::element::Mistake;
 use crate::expr::Traced;
 use crate::schema::{BlockKeys, Keys, Sign, keys};
@@ -43,6 +43,11 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     let (residual, of) = wiring.input("residual")?;
     wiring.period("it counts in samples")?;
     let threshold = wiring.needed("threshold", of)?;
+    wiring.not_negative("threshold", of, "every residual is beyond that, so there always is an alarm")?;
+    if let Some(value) = wiring.constant(residual) {
+        let message = format!("`residual` never changes: it is {value} in SI units, whatever happens");
+        return Err(mistake("residual", message, "write the difference of two things that should agree"));
+    }
     // As many samples as fill the time, the first at its begin.
     let count = |key, left_out: usize| -> Traced<'_> {
         let samples = |time: &Exact, period: &Exact| (time.to_rational() / period.to_rational()).ceil();

@@ -22,7 +22,8 @@ keys! {
             rate_weight: Expression, "c, the share of the reference in the derivative part; left out: 0.";
             low: Expression, "The smallest answer; left out: that below zero which `high` is above, if there is one.";
             high: Expression, "The largest answer; left out: no bound.";
-            tracking_time: Expression, "Tt, how fast the integral follows where a bound holds the answer; left out: K/Ki, with a K of 0 the sample time.";
+            tracking_time: Expression, "Tt, how fast the integral follows where a bound holds the answer; left out: K/Ki, with a K of 0 the sample time. \
+                 Without `integral`: how fast what bridges a switching fades.";
             on: Expression, "Whether it is on: above 0.5. Left out: always.";
             manual: Expression, "What it answers while it is not on; it takes over from there without a jump. Left out: 0.";
         }
@@ -33,7 +34,8 @@ pub(super) const PID: BlockKind = BlockKind {
     keyword: Pid::KEYWORD,
     summary: "A PID controller: filtered derivative, setpoint weights, bounds with anti-windup by back-calculation, bumpless switching.",
     formula: "v = K (b r - y) + I + D, answer = v within the bounds, rate of I = Ki (r - y) + (answer - v)/Tt, D = Kd s (c r - y)/(1 + Tf s).\n\
-              At a sample time h: I by the forward, D by the backward difference (Åström and Hägglund, Advanced PID Control).",
+              At a sample time h: I by the forward, D by the backward difference (Åström and Hägglund, Advanced PID Control). Without Ki, I is\n\
+              what bridges a switching, and fades: rate of I = -I/Tt.",
     fields: Pid::FIELDS,
     example: "\
 [block.position]
@@ -71,7 +73,15 @@ fn read<'g>(wiring: &Wiring<'g>) -> Result<Read<'g>, Mistake> {
     let (zero, one) = (Wiring::zero(), Wiring::one());
     let integral = wiring.of("integral", by_time)?;
     let derivative = wiring.of("derivative", times)?;
-    let filter = wiring.of("filter", Dimension::TIME)?;
+    let filter = match &wiring.sample_time {
+        Some(_) => wiring.not_negative("filter", Dimension::TIME, "it is a time constant")?,
+        None => wiring.positive("filter", Dimension::TIME, "at every instant a derivative needs a filter")?,
+    };
+    if derivative.is_none() {
+        for key in ["filter", "rate_weight"] {
+            wiring.idle(key, "there is no `derivative`", "take it out, or add `derivative`")?;
+        }
+    }
     if let (Some(_), None, None) = (derivative, filter, &wiring.sample_time) {
         return Err(mistake(
             "derivative",
@@ -82,21 +92,9 @@ fn read<'g>(wiring: &Wiring<'g>) -> Result<Read<'g>, Mistake> {
     let weight = |key, left_out| Ok(wiring.of(key, Dimension::NONE)?.unwrap_or(left_out));
     let weights = [weight("reference_weight", one)?, weight("rate_weight", zero)?];
     let bounds = wiring.bounds(dimension)?;
-    let tracking = match (wiring.of("tracking_time", Dimension::TIME)?, integral) {
-        (Some(given), _) => given,
-        // Without a proportional part K/Ki is no time.
-        (None, Some(_)) if wiring.is_zero(proportional) => match &wiring.sample_time {
-            Some(time) => wiring.exact(time),
-            None if bounds.iter().all(Option::is_none) => one,
-            None => {
-                let message = "`tracking_time` is missing: with a `proportional` of 0, K/Ki is no time";
-                return Err(mistake("proportional", message, "say how fast the integral is to follow at a bound"));
-            }
-        },
-        (None, Some(integral)) => proportional / integral,
-        (None, None) => one,
-    };
     let on = wiring.of("on", Dimension::NONE)?;
+    let integral = integral.filter(|integral| !wiring.is_zero(*integral));
+    let tracking = tracking(wiring, (proportional, integral), &bounds, on.is_some())?;
     let value = wiring.of("manual", dimension)?;
     if on.is_none() && value.is_some() {
         return Err(mistake("manual", "`manual` is answered while it is not `on`, which is not given", "add `on`"));
@@ -104,7 +102,7 @@ fn read<'g>(wiring: &Wiring<'g>) -> Result<Read<'g>, Mistake> {
     Ok(Read {
         pid: kardan_rt::Pid {
             proportional,
-            integral: integral.unwrap_or(zero),
+            integral,
             derivative: derivative.unwrap_or(zero),
             filter: filter.unwrap_or(zero),
             weights,
@@ -117,6 +115,68 @@ fn read<'g>(wiring: &Wiring<'g>) -> Result<Read<'g>, Mistake> {
         manual: on.map(|on| Manual { on, value: value.unwrap_or(zero) }),
         dimension,
     })
+}
+
+/// Tt, with its sense checked.
+fn tracking<'g>(
+    wiring: &Wiring<'g>,
+    (proportional, integral): (Traced<'g>, Option<Traced<'g>>),
+    bounds: &[Option<Traced<'g>>; 2],
+    switched: bool,
+) -> Result<Traced<'g>, Mistake> {
+    let (one, bounded) = (Wiring::one(), bounds.iter().any(Option::is_some));
+    let given = wiring.positive("tracking_time", Dimension::TIME, "the integral would run away from a bound")?;
+    match integral {
+        Some(_) if !bounded => {
+            wiring.idle("tracking_time", "no bound holds the answer", "take it out, or add `high`")?;
+            return Ok(one);
+        }
+        None if !switched => {
+            wiring.idle(
+                "tracking_time",
+                "there is no `integral` that would follow",
+                "take it out, or add `integral`",
+            )?;
+            return Ok(one);
+        }
+        None if given.is_none() => {
+            let message = "without an `integral` what bridges a switching from `manual` would stay for ever";
+            return Err(mistake("on", message, "say how fast it is to fade: `tracking_time = \"0.2 s\"`"));
+        }
+        _ => {}
+    }
+    let found = match (given, integral) {
+        (Some(given), _) => given,
+        // Without a proportional part K/Ki is no time.
+        (None, Some(_)) if wiring.is_zero(proportional) => match &wiring.sample_time {
+            Some(time) => wiring.exact(time),
+            None => {
+                let message = "`tracking_time` is missing: with a `proportional` of 0, K/Ki is no time";
+                return Err(mistake("proportional", message, "say how fast the integral is to follow at a bound"));
+            }
+        },
+        (None, Some(integral)) => proportional / integral,
+        (None, None) => one,
+    };
+    let shortest = wiring.sample_time.as_ref().map_or(0.0, |time| time.to_f64() / 2.0);
+    match wiring.constant(found) {
+        Some(time) if time <= shortest => {
+            let key = if given.is_some() { "tracking_time" } else { "integral" };
+            let what = if given.is_some() {
+                "`tracking_time`"
+            } else {
+                "`proportional`/`integral`, which stands for `tracking_time`,"
+            };
+            let message = match &wiring.sample_time {
+                Some(_) => format!(
+                    "{what} is {time} s, not above half of the sample time: at a bound the integral would swing up"
+                ),
+                None => format!("{what} is {time} s: at a bound the integral would run away"),
+            };
+            Err(mistake(key, message, "write a longer `tracking_time`"))
+        }
+        _ => Ok(found),
+    }
 }
 
 fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
@@ -153,13 +213,11 @@ fn flowing<'g>(
         wiring.next(first, &[late]);
         direct = direct + pid.derivative * late;
     }
-    if wiring.is_zero(pid.integral) {
-        return wiring.within(direct, pid.bounds);
-    }
+    let Some(by_time) = pid.integral else { return wiring.within(direct, pid.bounds) };
     let first = wiring.memory.len();
     let integral = wiring.remember(zero);
     let free = direct + integral;
     let answer = wiring.within(free, pid.bounds);
-    wiring.next(first, &[pid.integral * (reference - measured) + (answer - free) / pid.tracking]);
+    wiring.next(first, &[by_time * (reference - measured) + (answer - free) / pid.tracking]);
     answer
 }

@@ -42,7 +42,8 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     let h = wiring.period("how far it may go from one sample to the next follows from that")?;
     let rate = wiring.over("rise", dimension, Dimension::TIME, -1)?;
     let rise = wiring.needed("rise", rate)?;
-    let fall = wiring.of("fall", rate)?.unwrap_or(rise);
+    wiring.positive("rise", rate, "it is the fastest rise, and nothing would rise")?;
+    let fall = wiring.positive("fall", rate, "it is the size of the fastest fall, without a sign")?.unwrap_or(rise);
     let limit = kardan_rt::RateLimit { rise: rise * h, fall: fall * h };
     let [answer, _] = wiring.go_on(|memory| limit.step(input, memory), [Wiring::zero(); 2]);
     wiring.answer(answer, dimension);

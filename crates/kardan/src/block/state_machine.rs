@@ -12,7 +12,7 @@ keys! {
         required {
             from: Text, "The state that it leaves.";
             to: Text, "The state that it leads to.";
-            when: Expression, "It may be taken where this is above 0.5: a monitor, or `if(mode.since > 0.2 s, 1, 0)`.";
+            when: Expression, "The condition on which it may be taken: a monitor, `mode.since > 0.2 s and not hands_on`; any number counts above 0.5.";
         }
         optional {
         }
@@ -35,7 +35,7 @@ keys! {
 pub(super) const STATE_MACHINE: BlockKind = BlockKind {
     keyword: StateMachine::KEYWORD,
     summary: "A machine of states, guards and outputs; it needs a sample time.",
-    formula: "At each sample the first transition from its state whose guard is above 0.5 is taken. `NAME` is the number of the state, from 0;\n\
+    formula: "At each sample the first transition from its state whose guard is above 0.5 is taken; transitions that overlap are told. `NAME` is the number of the state, from 0;\n\
               `NAME.<state>` is 1 there, else 0; `NAME.since` how long it was in it when the sample began; `NAME.<output>` what is listed for it.",
     fields: StateMachine::FIELDS,
     example: "\
@@ -44,7 +44,7 @@ kind = \"state_machine\"
 states = [\"normal\", \"fading\", \"off\"]
 transitions = [
   { from = \"normal\", to = \"fading\", when = \"encoder_lost\" },
-  { from = \"fading\", to = \"off\", when = \"if(mode.since > 0.2 s, 1, 0)\" },
+  { from = \"fading\", to = \"off\", when = \"mode.since > 0.2 s\" },
 ]
 outputs = { gain = [1, 0.5, 0] }
 sample_time = \"1 ms\"
@@ -65,6 +65,10 @@ const SINCE: &str = "since";
 fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     let h = wiring.period("it changes its state at samples")?;
     let states = wiring.values.words("states").unwrap_or_default().to_vec();
+    if states.iter().any(|state| state == SINCE) {
+        let message = format!("`states`: `{SINCE}` is the time in a state, so no state is called like that");
+        return Err(mistake("states", message, "choose another name"));
+    }
     let outputs = std::mem::take(&mut wiring.lists);
     for (name, values) in &outputs {
         if name == SINCE || states.contains(name) {

@@ -92,6 +92,9 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
         let message = "`initial`: with a pole or a zero at 0 it is at rest at no one answer";
         return Err(mistake("initial", message, "take it out"));
     }
+    if start.is_some() && wiring.is_zero(gain) {
+        return Err(mistake("initial", "`initial`: with a `gain` of 0 it is at rest at 0 alone", "take it out"));
+    }
     let answer = filtered(wiring, (&numerator, &denominator), input, start.unwrap_or(Wiring::zero()))?;
     wiring.answer(answer, dimension);
     Ok(())

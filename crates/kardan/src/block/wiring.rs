@@ -267,12 +267,56 @@ impl<'g> Wiring<'g> {
         Ok([low, high])
     }
 
+    /// The expression of a key that must not be negative where it is known.
+    pub fn not_negative(&self, key: &'static str, wanted: Dimension, why: &str) -> Result<Option<Traced<'g>>, Mistake> {
+        self.signed(key, wanted, why, false)
+    }
+
+    /// The expression of a key that must be above zero where it is known.
+    pub fn positive(&self, key: &'static str, wanted: Dimension, why: &str) -> Result<Option<Traced<'g>>, Mistake> {
+        self.signed(key, wanted, why, true)
+    }
+
+    fn signed(
+        &self,
+        key: &'static str,
+        wanted: Dimension,
+        why: &str,
+        above: bool,
+    ) -> Result<Option<Traced<'g>>, Mistake> {
+        let value = self.of(key, wanted)?;
+        match value.and_then(|value| self.constant(value)) {
+            Some(found) if found < 0.0 || above && found == 0.0 => {
+                let message = format!("`{key}` is {}: {why}", if found < 0.0 { "below zero" } else { "zero" });
+                let help = match above {
+                    true => "write a value above zero, or take the block out",
+                    false => "check the sign",
+                };
+                Err(mistake(key, message, help))
+            }
+            _ => Ok(value),
+        }
+    }
+
+    /// Refuses a key that does nothing as it stands.
+    pub fn idle(&self, key: &'static str, why: &str, help: &str) -> Result<(), Mistake> {
+        match self.given.contains_key(key) || self.values.has(key) {
+            true => Err(mistake(key, format!("`{key}` does nothing: {why}"), help)),
+            false => Ok(()),
+        }
+    }
+
     /// Refuses two constants that are not in the order that they should be in.
     pub fn in_order(&self, keys: [&'static str; 2], [low, high]: [Traced<'g>; 2]) -> Result<(), Mistake> {
         match [self.constant(low), self.constant(high)] {
             [Some(a), Some(b)] if a > b => {
-                let message = format!("`{}` is above `{}`: {a} and {b} in SI units", keys[0], keys[1]);
-                Err(mistake(keys[0], message, "exchange them, or check a sign"))
+                let [lower, upper] = keys;
+                if !self.given.contains_key(lower) {
+                    let message = format!("`{upper}` is below zero, and `{lower}`, which is left out, is its opposite");
+                    return Err(mistake(upper, message, format!("write both, `{lower}` below `{upper}`")));
+                }
+                let message = format!("`{lower}` is above `{upper}`: {a} and {b} in SI units");
+                Err(mistake(lower, message, "exchange them, or check a sign"))
             }
             _ => Ok(()),
         }

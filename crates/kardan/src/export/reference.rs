@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::json::{Place, places};
 use super::printed::printed;
 use crate::diagnostics::Diagnostic;
-use crate::results::{BuiltinModel, ManualTable, MotionEquations};
+use crate::results::{BuiltinModel, ManualTable, MotionEquations, SignalNode};
 
 /// A model file without mistakes.
 #[derive(Serialize, JsonSchema)]
@@ -14,6 +14,8 @@ use crate::results::{BuiltinModel, ManualTable, MotionEquations};
 pub(super) struct CheckView<'a> {
     /// The model file that was read.
     checked: &'a str,
+    /// Blocks, formulas of signals and laws that are programs, in the order in which they compute; of the first variant.
+    signals: &'a [SignalNode],
     /// What its author should look at.
     warnings: Vec<Place<'a>>,
 }
@@ -54,9 +56,9 @@ pub(super) struct CompletionsView<'a> {
     script: &'a str,
 }
 
-/// Gives the warnings of a model file without mistakes as one JSON object on one line.
-pub fn check_json(checked: &str, source: &str, warnings: &[Diagnostic]) -> String {
-    printed(CheckView { checked, warnings: places(source, warnings) })
+/// Gives the blocks and the warnings of a model file without mistakes as one JSON object on one line.
+pub fn check_json(checked: &str, source: &str, signals: &[SignalNode], warnings: &[Diagnostic]) -> String {
+    printed(CheckView { checked, signals, warnings: places(source, warnings) })
 }
 
 /// Gives the equations of motion as one JSON object on one line.

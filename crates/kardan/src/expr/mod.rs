@@ -4,6 +4,7 @@
 //! their factors with whole powers, both in one order; only identities that hold exactly are used. The same graph is differentiated,
 //! printed, evaluated over any numbers ([`Domain`]), and compiled to a list of operations ([`crate::plan`]).
 
+mod at_once;
 mod derivative;
 mod domains;
 mod graph;
@@ -16,6 +17,7 @@ mod print;
 mod traced;
 mod written;
 
+pub use at_once::{AtOnce, Together, at_once};
 pub use domains::{Domain, Floating, Rationals};
 pub use graph::{Expr, Function, Graph, PiecewisePolynomial, Symbol};
 pub use interval::{Interval, Intervals};

@@ -172,7 +172,7 @@ mod tests {
         assert!(text(&graph, memory[0]).contains("x") && !text(&graph, memory[0]).contains('u'));
         let pid = Pid {
             proportional: Traced::Fraction(2, 1),
-            integral: zero,
+            integral: Some(zero),
             derivative: zero,
             filter: zero,
             weights: [Traced::Fraction(1, 1), zero],

@@ -138,7 +138,7 @@ const BLOCKS: &str = "\
 
 What a control unit computes beside its laws. A key that takes an expression may name angles and speeds (`rack.s`, `column.w`), sensors as
 they read (`encoder.phi`), references, disturbances, signals, other blocks, parameters and the time `t`; a signal whose expression names
-such things is a formula that blocks share. With `sample_time` a block reads its sensors then (resolution, noise, faults), computes once and
+such things is a formula that blocks share, and a column of its own (there with ideal sensors). With `sample_time` a block reads its sensors then (resolution, noise, faults), computes once and
 holds its answer, as in firmware: it is the block of kardan-rt. Without it, it is a differential equation of the loop.
 
 What a block answers has its name: a column of the results, and a name in the `reference` of a law, in torques as laws, in the torque of a
@@ -157,12 +157,14 @@ Named quantities: `NAME = \"130 kg mm^2\"`. Elements, laws and the study use the
 Expressions
   A quantity or number, here and in every key that takes one, may be computed from parameters:
     `m_rack * r_pinion^2`, `200 N * 7.5 mm`, `sqrt(c / J)`, `if(z > 20, 2, 3)`, `2 pi / 60 s * 3000`
-  There are + - * / ^, parentheses, pi, sqrt sin cos tan asin acos atan atan2 exp ln abs min max sign, and
-  if(a < b, x, y) with < <= > >= == !=. Units stand behind a number and bind closer than * and /; a fraction without
-  spaces is one number: 1/2 s. Units are checked; angles are not counted in what is computed. Values stay exact as
-  fractions and powers of pi; roots and functions are rounded once, to the nearest number of floating point. Variants
-  compute them anew; `kardan check` and `kardan analyze` tell what was rounded. Keys of elements are names too,
-  wherever they stand: `2 * wheel.inertia`. A name with `-` in it stands in quotes: `'my-shaft.inertia'`.
+  There are + - * / ^, parentheses, pi, sqrt sin cos tan asin acos atan atan2 exp ln abs min max sign, and if(a < b,
+  x, y) with < <= > >= == !=, joined by `and`, `or` and `not`. A condition is a number, 1 where it holds, else 0;
+  any other number counts as a condition where it is above 0.5. Units stand behind a number and bind closer than *
+  and /; a fraction without spaces is one number: 1/2 s. Units are checked; angles are not counted in what is
+  computed. Values stay exact as fractions and powers of pi; roots and functions are rounded once, to the nearest
+  number of floating point. Variants compute them anew; `kardan check` and `kardan analyze` tell what was rounded.
+  Keys of elements are names too, wherever they stand: `2 * wheel.inertia`. A name with `-` in it stands in quotes:
+  `'my-shaft.inertia'`.
 
 Tolerances
   A quantity here, or in the key of an element, may say how far it can be from its value:

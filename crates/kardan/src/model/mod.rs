@@ -14,6 +14,7 @@ mod keys;
 mod manual;
 mod mechanism;
 mod outside;
+mod overlaps;
 mod parameters;
 pub mod parse;
 pub mod programs;

@@ -36,7 +36,17 @@ impl Document {
                 Some(Commands { control: control.name.clone(), period, written: written(&control.name)? })
             })
             .collect();
-        if self.blocks.is_empty() && laws.is_empty() {
+        let formulas = self.signals.iter().any(|signal| self.program_of(signal).is_some());
+        for control in self.controls.iter().filter(|control| laws.iter().any(|law| law.control == control.name)) {
+            if let Some(design) = control.table.values.get("design") {
+                let message = format!("`design` of control `{}` does nothing: a program is not designed", control.name);
+                let told = Diagnostic::warning("control::design", message).at(design.place.clone(), "not read");
+                out.push(
+                    told.help("take it out; what bends in a program is taken as it is where all that it reads is zero"),
+                );
+            }
+        }
+        if self.blocks.is_empty() && laws.is_empty() && !formulas {
             return Programs::default();
         }
         let outside = self.outside(reader, controls.iter().chain(idle));
@@ -45,10 +55,7 @@ impl Document {
             let own = controls.iter_mut().filter(|control| control.name == name);
             own.for_each(|control| control.values.insert("commands", Resolved::Task(Arc::clone(&task))));
         }
-        let answers =
-            programs.tasks.iter().flat_map(|task| task.answers.iter().map(|answer| (answer, task.period.is_some())));
-        functions.blocks =
-            answers.map(|(answer, sampled)| (answer.name.clone(), (answer.dimension, sampled))).collect();
+        functions.blocks = programs.answers().map(|answer| (answer.name.clone(), answer.dimension)).collect();
         programs
     }
 
@@ -79,6 +86,24 @@ impl Document {
             add(disturbance.name.clone(), Read::Source(disturbance.name.clone()), dimension);
         }
         out
+    }
+
+    /// Whether a sensor can be read at every instant: what moves, and the twist of a spring.
+    pub(super) fn reads_at_every_instant(&self, sensor: &str) -> bool {
+        let Some(sensor) = self.elements.iter().find(|element| element.name == sensor) else { return false };
+        let word = |key: &str| match &sensor.table.values.get(key)?.value {
+            Value::Word(word) => Some(word.as_str()),
+            _ => None,
+        };
+        let twists = |name: &str| {
+            let found = self.elements.iter().find(|element| element.name == name);
+            found.is_some_and(|element| element.kind.keyword == "spring_damper")
+        };
+        match word("measures") {
+            Some("angle" | "speed") => true,
+            Some("torque") => word("element").is_some_and(twists),
+            _ => false,
+        }
     }
 
     /// The name of what a sensor reads, and what it is of.

@@ -4,15 +4,17 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::document::{BlockTable, Document};
+use super::document::{BlockTable, Document, SignalTable};
 use super::functions::Functions;
+use super::overlaps::{self, Known, WrittenGuard};
 use super::table_reader::TableReader;
 use crate::block::{BlockKind, Guard, Wiring};
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::element::{Mistake, Values};
 use crate::entries::Place;
 use crate::expr::{Expr, Floating, Graph, Lookup, Named, OfTime, Symbol, Traced, lower};
 use crate::names::SignalName;
+use crate::num::Rational;
 use crate::program::{Entry, Read, Step, Task, TaskAnswer};
 use crate::schema::{Kind, Placed, Scalar, Table, Value};
 use crate::units::{Dimension, Exact, Expression, UnitError, shown_quantity};
@@ -68,8 +70,6 @@ type Answers = Vec<(String, Expr, Dimension)>;
 type Memory = Vec<(Expr, Expr, Expr)>;
 /// Keys that are expressions.
 type Given = Vec<(&'static str, (Expr, Dimension))>;
-/// Transitions of a machine, and what they depend on.
-type Guards = Vec<(kardan_rt::Transition, Expr)>;
 
 /// A block that was written.
 #[derive(Debug, Clone)]
@@ -96,6 +96,12 @@ pub(crate) struct Blocks<'a, 'd, 'f> {
     /// Blocks and signals that wait for others.
     open: Vec<&'a str>,
     used_functions: Vec<(String, Arc<OfTime>)>,
+    /// Machines, with their states and transitions.
+    machines: Vec<(&'a str, Vec<String>, Vec<WrittenGuard>)>,
+}
+
+fn errors(out: &[Diagnostic]) -> usize {
+    out.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count()
 }
 
 /// The name of an answer outside.
@@ -134,6 +140,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             made: BTreeMap::new(),
             open: Vec::new(),
             used_functions: Vec::new(),
+            machines: Vec::new(),
         }
     }
 
@@ -143,13 +150,16 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         laws: &[Commands<'a>],
         out: &mut Vec<Diagnostic>,
     ) -> (Programs, Vec<(String, Arc<Task>)>) {
-        let before = out.len();
+        let before = errors(out);
         for block in &self.document.blocks {
             self.block(block, out);
         }
+        for signal in &self.document.signals {
+            self.column(signal, out);
+        }
         let commands: Vec<Vec<Command>> = laws.iter().map(|law| self.commands(law, out)).collect();
         let nothing = (Programs::default(), Vec::new());
-        if out.len() > before {
+        if errors(out) > before {
             return nothing;
         }
         self.check_rates(out);
@@ -160,9 +170,10 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 .iter()
                 .for_each(|command| self.check_reads(&what, &command.place, (&law.period, &command.reads), out));
         }
-        if out.len() > before {
+        if errors(out) > before {
             return nothing;
         }
+        self.check_transitions(out);
         let mut periods: Vec<Option<Exact>> = self.made.values().flatten().map(|made| made.period.clone()).collect();
         periods.sort_by_key(|period| period.as_ref().map(Exact::to_rational));
         periods.dedup();
@@ -253,10 +264,10 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     fn written(&mut self, block: &'a BlockTable, out: &mut Vec<Diagnostic>) -> Option<Made> {
         let BlockTable { kind, name, place, table } = block;
         let what = format!("block `{}`", shortened(name));
-        let before = out.len();
+        let before = errors(out);
         let values = self.reader.values(table.fields, table, &what, out);
         let unit = self.unit(table, &what, out);
-        if out.len() > before {
+        if errors(out) > before {
             return None;
         }
         let lists = self.lists(table, out);
@@ -283,6 +294,9 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             None => None,
         };
         let period = values.exact("sample_time").cloned();
+        if kind.keyword == "state_machine" {
+            self.machines.push((name, values.words("states").unwrap_or_default().to_vec(), guards.clone()));
+        }
         let found = self.wire(kind, (&values, period.clone(), called, lists), (given, guards));
         match found {
             Ok((answers, memory)) => self.finished(block, (answers, memory, period, reads), unit, out),
@@ -300,7 +314,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         &self,
         kind: &BlockKind,
         (values, sample_time, table, lists): (&Values, Option<Exact>, Option<Arc<Lookup>>, Lists),
-        (given, guards): (Given, Guards),
+        (given, guards): (Given, Vec<WrittenGuard>),
     ) -> Result<(Answers, Memory), Mistake> {
         let graph = &self.graph;
         let traced = |expr: Expr| Traced::new(graph, expr);
@@ -309,7 +323,10 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             given: given.into_iter().map(|(key, (expr, dimension))| (key, (traced(expr), dimension))).collect(),
             values,
             lists,
-            guards: guards.into_iter().map(|(transition, when)| Guard { transition, when: traced(when) }).collect(),
+            guards: guards
+                .iter()
+                .map(|guard| Guard { transition: guard.transition, when: traced(guard.when) })
+                .collect(),
             table,
             sample_time,
             memory: Vec::new(),
@@ -396,7 +413,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         what: &str,
         reads: &mut BTreeSet<String>,
         out: &mut Vec<Diagnostic>,
-    ) -> Option<Guards> {
+    ) -> Option<Vec<WrittenGuard>> {
         let Some(Placed { value: Value::Tables(tables), .. }) = table.values.get("transitions") else {
             return Some(Vec::new());
         };
@@ -426,12 +443,12 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             let (when, dimension) = self.expression(read, (place, &label), reads, out)?;
             if dimension != Dimension::NONE {
                 let message = format!("{label}: expected a number, found {}", dimension.noun());
-                let help = format!("compare it with a threshold: `if(... > 1 {}, 1, 0)`", dimension.si());
+                let help = format!("compare it with a threshold: `... > 1 {}`", dimension.si());
                 out.push(Diagnostic::error("unit::dimension", message).at(place.clone(), dimension.noun()).help(help));
                 return None;
             }
             let [Some(from), Some(to)] = ends else { return None };
-            found.push((kardan_rt::Transition { from, to }, when));
+            found.push(WrittenGuard { transition: kardan_rt::Transition { from, to }, when, place: place.clone() });
         }
         Some(found)
     }
@@ -565,6 +582,25 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         Some(Some(Named::Varying(expr, dimension)))
     }
 
+    /// A signal that names what moves, as something that is answered at every instant: so results have it. Not where it reads a sensor that
+    /// needs samples.
+    fn column(&mut self, signal: &'a SignalTable, out: &mut Vec<Diagnostic>) {
+        let Some(written) = self.document.program_of(signal) else { return };
+        let (mut reads, name, place) = (BTreeSet::new(), signal.name.as_str(), &written.place);
+        let label = format!("signal `{}`", shortened(name));
+        let found = self.signal(name, (written.clone(), &written.value, place, &label), &mut reads, out);
+        let Some(Some(Named::Varying(value, dimension))) = found else { return };
+        let needs_samples = |name: &String| {
+            let outside = self.outside.iter().find(|outside| outside.name == *name);
+            matches!(outside, Some(Outside { read: Read::Sensor(sensor), .. }) if !self.document.reads_at_every_instant(sensor))
+        };
+        if reads.iter().any(needs_samples) {
+            return;
+        }
+        let answers = vec![(String::new(), value, dimension)];
+        self.made.insert(name, Some(Made { period: None, answers, memory: Vec::new(), reads }));
+    }
+
     fn mistake(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
         let at = place.part(text, error.span.clone());
         let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'').to_string();
@@ -589,6 +625,31 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         }
         let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
         Diagnostic { help: error.help, ..diagnostic }
+    }
+}
+
+impl Blocks<'_, '_, '_> {
+    /// Warns of transitions that overlap, and of those that are never taken.
+    fn check_transitions(&self, out: &mut Vec<Diagnostic>) {
+        let graph = self.graph.borrow();
+        let symbol = |name: &str| self.answers.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
+        let mut known = Known::default();
+        let mut one_of = |names: Vec<String>| {
+            let symbols: Vec<Symbol> = names.iter().filter_map(|name| symbol(name)).collect();
+            known.not_negative.extend(&symbols);
+            known.together.push((symbols, Rational::ONE));
+        };
+        for block in self.document.blocks.iter().filter(|block| block.kind.keyword == "monitor") {
+            one_of(vec![block.name.clone()]);
+        }
+        for (name, states, _) in &self.machines {
+            one_of(states.iter().map(|state| outside_name(name, state)).collect());
+        }
+        let counts = self.machines.iter().flat_map(|(name, ..)| [outside_name(name, "since"), outside_name(name, "")]);
+        known.not_negative.extend(counts.filter_map(|name| symbol(&name)));
+        for (name, states, guards) in &self.machines {
+            overlaps::check(&format!("block `{}`", shortened(name)), (states, guards), (&graph, &known), out);
+        }
     }
 }
 
@@ -708,14 +769,16 @@ impl<'a> Blocks<'a, '_, '_> {
             else {
                 continue;
             };
-            let kind =
-                self.document.blocks.iter().find(|other| other.name == *block).map_or("", |block| block.kind.keyword);
+            let of_block = self.document.blocks.iter().find(|other| other.name == *block);
+            let kind = of_block.map_or("expression", |block| block.kind.keyword);
             let at_once = self.at_once(*value);
             let value = graph.substitute(&[*value], &values)[0];
             let symbol = self.answers.get(outside).and_then(|(expr, _)| graph.symbol_of(*expr));
             values.extend(symbol.filter(|_| !stands(block)).map(|symbol| (symbol, value)));
             let whose = kind.replace('_', " ");
-            let description = if answer.is_empty() {
+            let description = if of_block.is_none() {
+                "a formula of what moves".into()
+            } else if answer.is_empty() {
                 format!("what the {whose} answers")
             } else {
                 format!("{answer} of the {whose} {block}")
@@ -747,7 +810,7 @@ impl<'a> Blocks<'a, '_, '_> {
             Some(period) => format!("blocks at {}", shown_quantity(period, Dimension::TIME)),
             None => "blocks at every instant".into(),
         };
-        Task { name, period, graph, reads, memory, answers, order: steps }
+        Task { name, period, graph, reads, memory, answers, names: Vec::new(), order: steps }
     }
 
     /// What a law commands, with the blocks of its sample time that it needs.
@@ -765,6 +828,8 @@ impl<'a> Blocks<'a, '_, '_> {
         let known: Vec<(Symbol, Expr)> =
             inside.filter_map(|answer| Some((symbol(&task.graph, &answer.name)?, answer.value))).collect();
         task.answers = Vec::new();
+        let names: BTreeSet<String> = commands.iter().flat_map(|command| command.reads.iter().cloned()).collect();
+        task.names = names.into_iter().collect();
         for Command { name, value, dimension, .. } in commands {
             let value = task.graph.substitute(&[value], &known)[0];
             task.answers.push(TaskAnswer { description: format!("command of {name}"), name, dimension, value });

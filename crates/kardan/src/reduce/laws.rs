@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Motion, Reduced, SparseRow};
 use crate::equations::{Formula, Meaning};
-use crate::expr::{Expr, Named};
+use crate::expr::{Expr, Named, Symbol};
 use crate::num::Rational;
 use crate::units::Dimension;
 
@@ -103,12 +103,28 @@ impl Motion {
         if timed.begin {
             return graph.integer(0);
         }
-        if let Some((_, known)) = timed.blocks.iter().find(|(other, _)| other == name) {
+        let mut known = timed.answered.iter().chain(&timed.blocks);
+        if let Some((_, known)) = known.find(|(other, _)| other == name) {
             return *known;
         }
         let symbol = graph.new_symbol(name.to_string(), dimension);
         timed.blocks.push((name.to_string(), symbol));
         symbol
+    }
+
+    /// Puts what blocks answer at every instant in the place of what stands for it.
+    pub fn answer(&mut self, answers: Vec<(String, Expr)>) {
+        let (graph, timed) = (&mut self.graph, &mut self.timed);
+        let value = |name: &str| answers.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
+        let known: Vec<(Symbol, Expr)> =
+            timed.blocks.iter().filter_map(|(name, symbol)| Some((graph.symbol_of(*symbol)?, value(name)?))).collect();
+        timed.blocks.retain(|(name, _)| value(name).is_none());
+        if !known.is_empty() {
+            self.passive = graph.substitute(&self.passive, &known);
+            self.laws = graph.substitute(&self.laws, &known);
+            self.passive_terms.substitute(graph, &known);
+        }
+        timed.answered = answers;
     }
 
     /// The time; where it stands still a number.

@@ -18,6 +18,13 @@ pub type SparseRow = BTreeMap<usize, Expr>;
 pub struct Forces(Vec<BTreeMap<Expr, Vec<(Expr, Rational)>>>);
 
 impl Forces {
+    /// With other expressions in the place of symbols of what acts.
+    pub(super) fn substitute(&mut self, graph: &mut Graph, known: &[(Symbol, Expr)]) {
+        for (value, _) in self.0.iter_mut().flat_map(BTreeMap::values_mut).flatten() {
+            *value = graph.substitute(&[*value], known)[0];
+        }
+    }
+
     /// Adds `factor·value` along a direction.
     pub fn add(&mut self, graph: &mut Graph, row: &SparseRow, value: Expr, factor: &Rational) {
         for (column, entry) in row {
@@ -102,6 +109,8 @@ pub struct Timed {
     pub time: Option<Expr>,
     /// What blocks answer, each with its symbol.
     pub blocks: Vec<(String, Expr)>,
+    /// What of that is no symbol any more: blocks at every instant.
+    pub answered: Vec<(String, Expr)>,
     /// Parts, each with its symbol.
     pub parts: Vec<(Arc<Part>, Expr)>,
     /// Whether it stands still at zero: then there are no symbols.

@@ -19,6 +19,7 @@ mod reference;
 mod responses;
 mod robustness;
 pub(crate) mod serial;
+mod signal_graph;
 mod verdict;
 
 use crate::names::Quantity;
@@ -46,6 +47,7 @@ pub use realisation::*;
 pub use reference::*;
 pub use responses::*;
 pub use robustness::*;
+pub use signal_graph::*;
 pub use verdict::*;
 
 /// The physical kind of a signal; fixes its SI unit and the unit a plot prints.
@@ -596,6 +598,8 @@ pub struct ModelSummary {
     pub elements: Vec<ElementSummary>,
     /// Who is joined to whom.
     pub mechanism: Mechanism,
+    /// Blocks and who reads whom, in the order in which they compute.
+    pub signals: Vec<SignalNode>,
     /// Shafts chosen as reduced coordinates.
     pub coordinates: Vec<String>,
     /// The reduced matrices at the initial position; none of more than 100 coordinates.

@@ -9,7 +9,7 @@ use super::{Scenario, SensorFault, SensorFaultKind, UnitFault, UnitFaultKind};
 use crate::names::SignalName;
 use crate::num::{Keeper, Random};
 use crate::reduce::{Dynamics, Reduced, Work};
-use crate::synthesis::{Clock, Law, Running, Seen};
+use crate::synthesis::{Clock, Kept, Law, Running, Seen};
 
 /// Parts of a sample time within which two instants are one.
 const SAME: f64 = 1e-9;
@@ -107,17 +107,17 @@ impl Tally {
         }
     }
 
-    fn notes(&self, control: &str) -> Vec<String> {
+    fn notes(&self, who: &str, keeps: &str) -> Vec<String> {
         let all = [
             (self.readings_held, "a reading was no number, and the last good one was held"),
             (self.references_held, "a reference was not finite, and the last good one was held"),
             (self.governed, "the governor held a reference back, because a motor would have come to its limit"),
             (self.bounded, "a command was changed by the limits of its motor"),
-            (self.kept, "the estimate overflowed and was kept as it was"),
+            (self.kept, keeps),
         ];
         let sentence = |(found, what): (Option<(usize, f64)>, &str)| {
             let (count, first) = found?;
-            Some(format!("Control {control}: in {count} of {} samples {what} (first at {first:.6} s).", self.samples))
+            Some(format!("{who}: in {count} of {} samples {what} (first at {first:.6} s).", self.samples))
         };
         all.into_iter().filter_map(sentence).collect()
     }
@@ -291,8 +291,20 @@ impl Clocked {
     }
 
     /// What happened to its controller, in sentences.
-    pub fn notes(&self, control: &str) -> Vec<String> {
-        self.tally.notes(control)
+    pub fn notes(&self, law: &dyn Law) -> Vec<String> {
+        let controller = law.describe().controller;
+        match law.keeps() {
+            Kept::Estimate => {
+                self.tally.notes(&format!("Control {controller}"), "the estimate overflowed and was kept as it was")
+            }
+            kept => {
+                let who =
+                    if kept == Kept::Command { format!("Control {controller}") } else { format!("The {controller}") };
+                let what = "something that is answered or remembered was no number (a reading that is lost, a division by zero, an overflow) \
+                            and stayed as it was";
+                self.tally.notes(&who, what)
+            }
+        }
     }
 
     fn apply(&mut self, now: f64) {

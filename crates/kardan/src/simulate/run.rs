@@ -321,7 +321,7 @@ impl Ready {
     pub fn run(self, progress: &mut dyn FnMut(f64) -> Option<String>) -> RunResult {
         let mut running = self.0;
         let duration = running.scenario.duration;
-        let outcome = match running.proceed(duration, progress) {
+        let outcome = match running.proceed(duration, progress).and_then(|()| running.sample_at_end()) {
             Ok(()) => {
                 // The last row, at the end itself.
                 running.observe_until(f64::INFINITY, Some(duration));
@@ -582,6 +582,17 @@ impl RunningLoop {
         self.settle(time, &[])?;
         self.open_segment();
         Ok(())
+    }
+
+    /// What is due at a sample that falls on the end of the run: its row is like all others at samples.
+    fn sample_at_end(&mut self) -> Result<(), Outcome> {
+        let time = self.time;
+        if self.machine.next_tick() > time + SAME * time {
+            return Ok(());
+        }
+        self.machine.remember_commands(time, &mut self.state);
+        self.machine.tick(time, &self.state);
+        self.settle(time, &[])
     }
 
     /// Begins to integrate towards the next breakpoint or sample.

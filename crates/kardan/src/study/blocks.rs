@@ -7,10 +7,11 @@ use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::Meaning;
 use crate::model::{Document, Model};
 use crate::names::SignalName;
-use crate::program::Read;
+use crate::program::{Read, Task, TaskAnswer};
 use crate::reduce::Reduced;
+use crate::results::{SignalAnswer, SignalNode};
 use crate::synthesis::Law;
-use crate::units::{Dimension, shown_quantity};
+use crate::units::{Dimension, Exact, shown_quantity};
 
 /// Answers of blocks that follow from what moves, also by way of each other.
 fn moving(model: &Model) -> BTreeSet<String> {
@@ -99,6 +100,55 @@ pub(super) fn check_blocks(
         let mistake = place.into_iter().fold(mistake, |mistake, at| mistake.at(at, "this element"));
         out.push(mistake.help("a run has it; a law = \"program\" on a motor is in designs and margins too"));
     }
+}
+
+/// The blocks of a model, its signals that are formulas, and its laws that are programs: in the order in which they compute, and who reads whom.
+///
+/// ```
+/// let project = kardan::project::Project::open(
+///     "[shaft.arm]\ninertia = \"1 kg m^2\"\n[block.late]\nkind = \"delay\"\ninput = \"arm.phi\"\nsample_time = \"1 ms\"\n",
+/// );
+/// let graph = kardan::study::signal_graph(&project.prepared().variants[0].model);
+/// assert_eq!((graph[0].name.as_str(), graph[0].sample_time, graph[0].answers[0].unit.as_str()), ("late", Some(0.001), "rad"));
+/// assert_eq!((&graph[0].reads[..], graph[0].at_once.len()), (&["arm.phi".to_string()][..], 0));
+/// ```
+pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
+    let answer = |answer: &TaskAnswer| SignalAnswer { name: answer.name.clone(), unit: answer.dimension.si() };
+    let sample_time = |task: &Task| task.period.as_ref().map(Exact::to_f64);
+    let mut out = Vec::new();
+    for task in &model.programs.tasks {
+        for (k, step) in task.order.iter().enumerate() {
+            let own = |name: &str| SignalName::new(name).element == step.block || name == step.block;
+            let others: BTreeSet<&String> = step.at_once.iter().filter(|name| !own(name)).collect();
+            out.push(SignalNode {
+                name: step.block.clone(),
+                kind: step.kind.into(),
+                sample_time: sample_time(task),
+                order: k + 1,
+                answers: task.answers.iter().filter(|answer| own(&answer.name)).map(answer).collect(),
+                reads: step.reads.clone(),
+                at_once: others.into_iter().cloned().collect(),
+            });
+        }
+    }
+    for (k, (control, task)) in
+        model.controls.iter().filter_map(|control| Some((control, control.values.task("commands")?))).enumerate()
+    {
+        out.push(SignalNode {
+            name: control.name.clone(),
+            kind: "program".into(),
+            sample_time: sample_time(task),
+            order: k + 1,
+            answers: task.answers.iter().map(answer).collect(),
+            reads: task.names.clone(),
+            at_once: task.names.iter().filter(|name| is_answer(model, name)).cloned().collect(),
+        });
+    }
+    out
+}
+
+fn is_answer(model: &Model, name: &str) -> bool {
+    model.programs.answers().any(|answer| answer.name == name)
 }
 
 /// The blocks of a model and what they read, a line each, in the order in which they compute.

@@ -66,7 +66,7 @@ pub use bench::{
     BenchRun, BenchSettings, PreparedBench, bench, bench_controller, closed_loop, given_truth, prepare_bench,
     read_truth,
 };
-pub use blocks::listed_blocks;
+pub use blocks::{listed_blocks, signal_graph};
 pub use design::{DesignSettings, design};
 pub use effort::{Effort, MANY_STEPS, expected_effort};
 pub use equations::{EquationsForm, equations};

@@ -1,5 +1,6 @@
 //! The model of a variant in a few matrices.
 
+use super::blocks::signal_graph;
 use super::{Prepared, PreparedVariant};
 use crate::equations::Domain;
 use crate::num::Matrix;
@@ -42,6 +43,7 @@ pub(super) fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> Model
         description: prepared.description.clone(),
         elements: variant.model.elements.clone(),
         mechanism: variant.model.mechanism.clone(),
+        signals: signal_graph(&variant.model),
         coordinates: variant.reduced.coordinate_names(),
         matrices,
         laws: laws.iter().map(|law| law.describe().summary()).collect::<Vec<LawSummary>>(),

@@ -72,6 +72,10 @@ pub trait Law: Send + Sync {
     fn exact(&self) -> Option<ExactLoop> {
         None
     }
+    /// What stays as it was where a sample makes it no number.
+    fn keeps(&self) -> Kept {
+        Kept::Estimate
+    }
     /// What was designed, for a reader: everything that is known without the other controllers and without a run.
     fn describe(&self) -> Design;
 }
@@ -80,6 +84,17 @@ impl std::fmt::Debug for dyn Law {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "the law of {}", self.describe().controller)
     }
+}
+
+/// What stays as it was where a sample makes it no number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kept {
+    /// What is estimated.
+    Estimate,
+    /// What a program commands, and what its blocks remember.
+    Command,
+    /// What blocks answer and remember.
+    Answers,
 }
 
 /// A signal from the scenario to a law.

@@ -45,7 +45,7 @@ pub use counters::{Counters, counting_charges, without_counting};
 pub use design::design_law;
 #[cfg(test)]
 pub(crate) use design::designs_of;
-pub use designed::{Law, Reference};
+pub use designed::{Kept, Law, Reference};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLaw, ExactLoop, named, rounded};
 pub use exact_motions::{ExactMotions, exact_motions};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use kardan_rt::Health;
 
-use super::{Block, Clock, Law, LinearLaw, Reference, Seen};
+use super::{Block, Clock, Kept, Law, LinearLaw, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
 use crate::expr::{Floating, Symbol, lower};
@@ -23,6 +23,9 @@ enum Comes {
     Reference(usize),
     Time,
 }
+
+/// What stands for a law where a task only answers.
+const BLOCKS: &str = "blocks";
 
 /// What an ideal sensor reads: rows over angles and speeds, and what it reads at zero angles.
 #[derive(Debug, Clone, Default)]
@@ -81,7 +84,7 @@ impl TaskLaw {
     /// If it names what the model does not have (the model layer checks that before).
     pub fn new(task: &Arc<Task>, reduced: &Reduced) -> Self {
         let clock = task.period.as_ref().map(|period| Clock { period: period.to_f64(), delay: 0.0, single: false });
-        Self::with(task, reduced, ("blocks", clock))
+        Self::with(task, reduced, (BLOCKS, clock))
     }
 
     /// The same as a law of a keyword, with its clock.
@@ -363,6 +366,10 @@ impl Law for TaskLaw {
 
     fn clock(&self) -> Option<Clock> {
         self.clock
+    }
+
+    fn keeps(&self) -> Kept {
+        if self.law == BLOCKS { Kept::Answers } else { Kept::Command }
     }
 
     fn describe(&self) -> Design {

@@ -74,7 +74,7 @@ fn blocks_are_those_of_the_firmware() {
         same("watch", watch[0]);
         let controller = kardan_rt::Pid {
             proportional: 2.0,
-            integral: 5.0,
+            integral: Some(5.0),
             derivative: 0.1,
             filter: 0.02,
             weights: [0.7, 0.2],
@@ -387,6 +387,9 @@ until = \"0.7 s\"
         assert_eq!(at(&run, "lost", t), f64::from(u8::from(alarm)), "at {t} s");
     }
     assert!(at(&run, "m.tau", 0.0) == 0.0 && at(&run, "m.tau", 0.02) > 1.0);
+    let told = "The blocks at 0.01 s: in 20 of 101 samples something that is answered or remembered was no number";
+    assert!(run.notes.iter().any(|note| note.starts_with(told)), "{:?}", run.notes);
+    assert!(run.notes.iter().all(|note| !note.contains("estimate")), "{:?}", run.notes);
 }
 
 /// A loop that is stopped, kept and put into another one goes on bit for bit, with what its blocks remember.
@@ -486,11 +489,7 @@ fn mistakes_of_blocks_are_told() {
             "block `a`: `reference`: expected an angular velocity, found a number without a unit",
         ),
         (
-            "[block.a]\nkind = \"low_pass\"\ninput = \"arm.phi\"\ntime_constant = \"1 s\"\n[torque.x]\nshaft = \"arm\"\nlaw = \"2 N m/rad * a\"\n",
-            "`law` of torque `x`: the block `a` computes at every instant, and only what blocks answer at samples can stand here",
-        ),
-        (
-            "[signal.s]\nkind = \"expression\"\nvalue = \"2 N m/rad * arm.phi\"\n[torque.x]\nshaft = \"arm\"\nlaw = \"s\"\n",
+            "[sensor.n]\nmeasures = \"net_torque\"\nshaft = \"arm\"\n[signal.s]\nkind = \"expression\"\nvalue = \"2 * n\"\n[torque.x]\nshaft = \"arm\"\nlaw = \"s\"\n",
             "`law` of torque `x`: the signal `s` names what moves, a sensor or a block, so it is no function of time",
         ),
         (
@@ -502,12 +501,296 @@ fn mistakes_of_blocks_are_told() {
             "`m` in `commands` of control `c`: expected a torque, found an angle",
         ),
     ];
-    for (blocks, message) in cases {
+    for (blocks, message) in cases.into_iter().chain(constants_without_sense()) {
         let found = Project::open(beside(blocks)).run(&Settings::default(), &Silent);
         let told: Vec<String> = match found {
             Ok(_) => Vec::new(),
             Err(told) => told.iter().map(|one| one.message.clone()).collect(),
         };
         assert!(told.iter().any(|one| one == message), "{blocks}: {told:#?} for {message}");
+    }
+}
+
+/// Keys whose values make no sense, and those that do nothing.
+fn constants_without_sense() -> Vec<(&'static str, &'static str)> {
+    vec![
+        (
+            "[block.a]\nkind = \"low_pass\"\ninput = \"u\"\ntime_constant = \"-5 ms\"\n",
+            "block `a`: `time_constant` is below zero: what it answers would grow by itself, or be its input",
+        ),
+        (
+            "[block.a]\nkind = \"low_pass\"\ninput = \"u\"\ntime_constant = \"5 ms - 5 ms\"\nsample_time = \"1 ms\"\n",
+            "block `a`: `time_constant` is zero: what it answers would grow by itself, or be its input",
+        ),
+        (
+            "[block.a]\nkind = \"low_pass\"\ninput = \"u\"\ntime_constant = \"5 ms\"\ndamping_ratio = -1\n",
+            "block `a`: `damping_ratio` is below zero: it would swing up by itself",
+        ),
+        (
+            "[block.a]\nkind = \"lead_lag\"\ninput = \"u\"\nlead = \"5 ms\"\nlag = \"0 ms\"\n",
+            "block `a`: `lag` is zero: what it answers would grow by itself, or be a derivative",
+        ),
+        (
+            "[block.a]\nkind = \"rate_limit\"\ninput = \"u\"\nrise = \"1 / 1 s\"\nfall = \"-1 / 1 s\"\nsample_time = \"1 ms\"\n",
+            "block `a`: `fall` is below zero: it is the size of the fastest fall, without a sign",
+        ),
+        (
+            "[block.a]\nkind = \"monitor\"\nresidual = \"u\"\nthreshold = -1\nsample_time = \"1 ms\"\n",
+            "block `a`: `threshold` is below zero: every residual is beyond that, so there always is an alarm",
+        ),
+        (
+            "[block.a]\nkind = \"monitor\"\nresidual = \"u - u\"\nthreshold = 1\nsample_time = \"1 ms\"\n",
+            "block `a`: `residual` never changes: it is 0 in SI units, whatever happens",
+        ),
+        (
+            "[block.a]\nkind = \"monitor\"\nresidual = \"u\"\nthreshold = 1\ndebounce = \"-5 ms\"\nsample_time = \"1 ms\"\n",
+            "`debounce` of block `a`: must not be negative, found -5 ms",
+        ),
+        (
+            "[block.a]\nkind = \"delay\"\ninput = \"u\"\ntime = \"-5 ms\"\nsample_time = \"1 ms\"\n",
+            "`time` of block `a`: must be more than zero, found -5 ms",
+        ),
+        (
+            "[block.a]\nkind = \"delay\"\ninput = \"u\"\nsample_time = \"0 ms\"\n",
+            "`sample_time` of block `a`: must be more than zero, found 0 ms",
+        ),
+        (
+            "[block.a]\nkind = \"dead_zone\"\ninput = \"u\"\nhigh = -1\n",
+            "block `a`: `high` is below zero, and `low`, which is left out, is its opposite",
+        ),
+        (
+            "[block.a]\nkind = \"integrator\"\ninput = \"u\"\nrule = \"trapezoidal\"\n",
+            "block `a`: `rule` does nothing: without a sample time it is a differential equation",
+        ),
+        (
+            "[block.a]\nkind = \"pid\"\nreference = \"u\"\nmeasured = \"u\"\nproportional = 1\nfilter = \"1 ms\"\nsample_time = \"1 ms\"\n",
+            "block `a`: `filter` does nothing: there is no `derivative`",
+        ),
+        (
+            "[block.a]\nkind = \"pid\"\nreference = \"u\"\nmeasured = \"u\"\nproportional = 1\nrate_weight = 1\nsample_time = \"1 ms\"\n",
+            "block `a`: `rate_weight` does nothing: there is no `derivative`",
+        ),
+        (
+            "[block.a]\nkind = \"pid\"\nreference = \"u\"\nmeasured = \"u\"\nproportional = 1\nintegral = \"1 / 1 s\"\ntracking_time = \"1 s\"\nsample_time = \"1 ms\"\n",
+            "block `a`: `tracking_time` does nothing: no bound holds the answer",
+        ),
+        (
+            "[block.a]\nkind = \"pid\"\nreference = \"u\"\nmeasured = \"u\"\nproportional = -1\nintegral = \"1 / 1 s\"\nhigh = 1\nsample_time = \"1 ms\"\n",
+            "block `a`: `proportional`/`integral`, which stands for `tracking_time`, is -1 s, not above half of the sample time: at a bound the integral would swing up",
+        ),
+        (
+            "[block.a]\nkind = \"pid\"\nreference = \"u\"\nmeasured = \"u\"\nproportional = 1\non = \"u\"\nmanual = 1\nsample_time = \"1 ms\"\n",
+            "block `a`: without an `integral` what bridges a switching from `manual` would stay for ever",
+        ),
+        (
+            "[block.a]\nkind = \"gain\"\ninput = \"u / (2 - 2)\"\ngain = 1\n",
+            "`input` of block `a`: division by zero: this part is 0",
+        ),
+        (
+            "[block.a]\nkind = \"state_machine\"\nstates = [\"x\", \"since\"]\ntransitions = [{ from = \"x\", to = \"since\", when = \"u\" }]\nsample_time = \"1 ms\"\n",
+            "block `a`: `states`: `since` is the time in a state, so no state is called like that",
+        ),
+        (
+            "[block.a]\nkind = \"state_machine\"\nstates = [\"x\", \"y\"]\ntransitions = [{ from = \"x\", to = \"y\", when = \"u > 1 and arm.phi > 2\" }]\nsample_time = \"1 ms\"\n",
+            "`when` of transition 1 of block `a`: expected an angle, found a number without a unit",
+        ),
+        (
+            "[block.a]\nkind = \"state_machine\"\nstates = [\"x\", \"y\"]\ntransitions = [{ from = \"x\", to = \"y\", when = \"u && 1\" }]\nsample_time = \"1 ms\"\n",
+            "`when` of transition 1 of block `a`: unexpected `&` in an expression",
+        ),
+    ]
+}
+
+/// A machine with two ways out of its first state and one back, with what is told about it.
+fn told_of_machine(first: &str, second: &str) -> Vec<String> {
+    let source = beside(&format!(
+        "[block.lost]\nkind = \"monitor\"\nresidual = \"u\"\nthreshold = 1\nsample_time = \"10 ms\"\n\
+         [block.other]\nkind = \"state_machine\"\nstates = [\"a\", \"b\", \"c\"]\ntransitions = [{{ from = \"a\", to = \"b\", when = \"lost\" }}, {{ from = \"b\", to = \"c\", when = \"lost\" }}]\nsample_time = \"10 ms\"\n\
+         [block.mode]\nkind = \"state_machine\"\nstates = [\"calm\", \"wild\", \"off\"]\nsample_time = \"10 ms\"\n\
+         transitions = [{{ from = \"calm\", to = \"wild\", when = \"{first}\" }}, {{ from = \"calm\", to = \"off\", when = \"{second}\" }}, {{ from = \"wild\", to = \"calm\", when = \"mode.since > 95 ms\" }}]\n"
+    ));
+    Project::open(source).mistakes().iter().map(|one| one.message.clone()).collect()
+}
+
+/// Of two transitions out of one state it is decided whether they exclude each other, and a place is shown where they do not.
+#[test]
+fn transitions_that_overlap_are_told() {
+    let apart = [
+        ("lost", "not lost"),
+        ("u > 1", "u <= 1"),
+        ("u > 1 and lost", "u < 0 or not lost"),
+        ("2 * u + arm.phi / 1 rad > 3", "u + arm.phi / 2 rad <= 1.5"),
+        ("abs(u) > 1", "max(u, -u) < 0.5"),
+        ("if(arm.w > 1 rad/s, u, 0)", "arm.w < 0 rad/s and lost"),
+        ("other.a and lost", "other.b and lost"),
+        ("u^2 > 4 and arm.phi > 1 rad", "u^2 < 3"),
+        ("u == 2", "u != 2"),
+    ];
+    for (first, second) in apart {
+        assert_eq!(told_of_machine(first, second), Vec::<String>::new(), "{first} | {second}");
+    }
+    let both = "block `mode`: the ways from `calm` to `wild` and to `off` are both open where";
+    let end = ": the first in the list is taken";
+    let overlap = [
+        ("lost", "mode.since > 0.2 s", "`lost` = 1, `mode.since` = 1 s"),
+        ("u > 1", "u >= 1", "`u` = 2"),
+        ("u > 1 and u < 2", "u < 1.5", "`u` = 1.25"),
+        ("arm.phi > 90 deg", "arm.w < -1 rad/s", "`arm.phi` = 3.141592653589793 rad, `arm.w` = -2 rad/s"),
+    ];
+    for (first, second, at) in overlap {
+        let told = told_of_machine(first, second);
+        let [one] = &told[..] else { panic!("{first} | {second}: {told:?}") };
+        let place = one.strip_prefix(both).and_then(|rest| rest.strip_suffix(end)).map(str::trim);
+        let sorted = |text: &str| text.split(", ").map(str::to_string).collect::<std::collections::BTreeSet<_>>();
+        assert_eq!(place.map(sorted), Some(sorted(at)), "{first} | {second}: {one}");
+    }
+    for (first, second, message) in [
+        (
+            "u > 1 and u < 0",
+            "lost",
+            "block `mode`: `when` of the way from `calm` to `wild` never holds, so it is never taken",
+        ),
+        ("lost", "mode.since < 0 s", "block `mode`: no way leads from `calm`, where it starts, to its state `off`"),
+        (
+            "sin(arm.phi) > 2",
+            "u > 1",
+            "block `mode`: whether the ways from `calm` to `wild` and to `off` are ever open at once is not decided, as they compare more than sums of signals times constants: where both are, the first in the list is taken",
+        ),
+    ] {
+        let told = told_of_machine(first, second);
+        assert!(told.iter().any(|one| one == message), "{first} | {second}: {told:#?}");
+    }
+}
+
+/// A formula of what moves has a column of its own, is required and followed, without a block that reads it.
+#[test]
+fn formulas_are_columns() {
+    let source = "\
+[shaft.arm]
+inertia = \"1 kg m^2\"
+[motor.m]
+shaft = \"arm\"
+[torque.spring]
+shaft = \"arm\"
+law = \"-damp\"
+[signal.half]
+kind = \"expression\"
+value = \"2 N m/rad * arm.phi\"
+[signal.damp]
+kind = \"expression\"
+value = \"half + 0.4 N m s/rad * arm.w * (1 + (arm.w / 1 rad/s)^2)\"
+[scenario]
+duration = \"2 s\"
+output_step = \"10 ms\"
+initial = { \"arm.phi\" = \"1 rad\" }
+[[requirement]]
+signal = \"half\"
+measure = \"final\"
+above = \"-2.1 N m\"
+below = \"2.1 N m\"
+";
+    let plain = source.replace(
+        "law = \"-damp\"",
+        "law = \"-(2 N m/rad * arm.phi + 0.4 N m s/rad * arm.w * (1 + (arm.w / 1 rad/s)^2))\"",
+    );
+    for method in [Method::Taylor, Method::Dop853, Method::Radau] {
+        let (run, same) = (run_by(source, method, None), run_by(&plain, method, None));
+        for k in 0..=200 {
+            let t = f64::from(k) / 100.0;
+            let [phi, w] = ["arm.phi", "arm.w"].map(|name| at(&run, name, t));
+            assert!((at(&run, "half", t) - 2.0 * phi).abs() < 1e-12, "at {t} s");
+            assert!((at(&run, "damp", t) - 2.0 * phi - 0.4 * w * (1.0 + w * w)).abs() < 1e-12, "at {t} s");
+            assert!((at(&run, "spring.tau", t) + at(&run, "damp", t)).abs() < 1e-12, "at {t} s");
+            assert!((at(&same, "arm.phi", t) - phi).abs() < 1e-8, "at {t} s");
+        }
+    }
+}
+
+/// A torque, and what a clutch can hold, follow blocks at every instant: the same as where the block is written as a shaft of its own
+/// differential equation.
+#[test]
+fn torques_and_holds_read_blocks_at_every_instant() {
+    let source = "\
+[shaft.arm]
+inertia = \"1 kg m^2\"
+[shaft.fly]
+inertia = \"2 kg m^2\"
+[torque.back]
+shaft = \"arm\"
+law = \"-6 N m/rad * late\"
+[clutch.c]
+shaft_1 = \"arm\"
+shaft_2 = \"fly\"
+torque = \"0.1 N m + grip\"
+[block.late]
+kind = \"low_pass\"
+input = \"arm.phi\"
+time_constant = \"50 ms\"
+[block.grip]
+kind = \"gain\"
+input = \"abs(late)\"
+gain = \"0.5 N m/rad\"
+[scenario]
+duration = \"1 s\"
+output_step = \"5 ms\"
+initial = { \"arm.phi\" = \"1 rad\", \"fly.w\" = \"3 rad/s\" }
+";
+    for method in [Method::Taylor, Method::Dop853] {
+        let run = run_by(source, method, None);
+        assert_eq!(run.outcome, Outcome::Completed);
+        // The arm at 1e5 steps of the midpoint rule while the clutch slips forward, which it does until the speeds meet.
+        let (mut x, h) = ([1.0, 0.0, 0.0, 3.0], 1e-5);
+        let rates = |x: &[f64; 4]| {
+            let grip = 0.1 + 0.5 * x[2].abs();
+            [x[1], -6.0 * x[2] + grip, (x[0] - x[2]) / 0.05, -grip / 2.0]
+        };
+        for k in 1..=50_000 {
+            let first = rates(&x);
+            let middle = std::array::from_fn(|i| x[i] + 0.5 * h * first[i]);
+            let slope = rates(&middle);
+            x = std::array::from_fn(|i| x[i] + h * slope[i]);
+            if k % 5000 == 0 {
+                let t = f64::from(k) * h;
+                for (name, expected) in [("arm.phi", x[0]), ("arm.w", x[1]), ("late", x[2]), ("fly.w", x[3])] {
+                    let found = at(&run, name, t);
+                    assert!((found - expected).abs() < 1e-6, "{name}: {found} for {expected} at {t} s");
+                }
+            }
+        }
+    }
+}
+
+/// The last row shows what blocks answer then, like all rows at samples.
+#[test]
+fn the_last_row_is_a_sample() {
+    let run = run(&beside(
+        "[block.held]\nkind = \"hold\"\ninput = \"u\"\nsample_time = \"10 ms\"\n\
+         [block.coarse]\nkind = \"hold\"\ninput = \"u\"\nsample_time = \"40 ms\"\n",
+    ));
+    let u = |t: f64| 1.5 * (7.0 * t).sin() + f64::from(u8::from((t - 0.0501) % 0.31 < 0.13));
+    assert!((at(&run, "held", 1.0) - u(1.0)).abs() < 1e-12 && (at(&run, "held", 0.99) - u(0.99)).abs() < 1e-12);
+    assert!((at(&run, "coarse", 1.0) - u(1.0)).abs() < 1e-12 && (at(&run, "coarse", 0.99) - u(0.96)).abs() < 1e-12);
+}
+
+/// Without an integral part what bridges a switching fades with the tracking time, and a bound leaves nothing behind.
+#[test]
+fn proportional_control_forgets_its_switching() {
+    let run = run(&beside(
+        "[block.switch]\nkind = \"hold\"\ninput = \"t > 0.095 s\"\nsample_time = \"10 ms\"\n\
+         [block.p]\nkind = \"pid\"\nreference = 1\nmeasured = 0.25\nproportional = 2\non = \"switch\"\nmanual = 4\ntracking_time = \"0.1 s\"\nsample_time = \"10 ms\"\n\
+         [block.held]\nkind = \"hold\"\ninput = \"u\"\nsample_time = \"10 ms\"\n\
+         [block.bounded]\nkind = \"pid\"\nreference = \"held\"\nmeasured = 0\nproportional = 2\nhigh = 1\nsample_time = \"10 ms\"\n",
+    ));
+    for k in 0..100 {
+        let t = f64::from(k) / 100.0;
+        // From 4 to 1.5, a tenth less of what is left at each sample.
+        let expected = if k < 10 { 4.0 } else { 1.5 + 2.5 * 0.9_f64.powi(k - 10) };
+        assert!((at(&run, "p", t) - expected).abs() < 1e-12, "{} for {expected} at {t} s", at(&run, "p", t));
+        let expected = (2.0 * at(&run, "held", t)).clamp(-1.0, 1.0);
+        assert!(
+            (at(&run, "bounded", t) - expected).abs() < 1e-12,
+            "{} for {expected} at {t} s",
+            at(&run, "bounded", t)
+        );
     }
 }

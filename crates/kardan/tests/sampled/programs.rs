@@ -59,7 +59,7 @@ fn the_map_of_a_block_is_what_the_firmware_does() {
     let (j, d, h) = (0.01f64, 0.002f64, 0.002f64);
     let pid = Pid {
         proportional: 4.0,
-        integral: 6.0,
+        integral: Some(6.0),
         derivative: 0.3,
         filter: 0.003,
         weights: [1.0, 0.0],

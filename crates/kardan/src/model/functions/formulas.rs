@@ -107,11 +107,7 @@ impl Functions<'_, '_> {
                 Meaning::Constant(Exact::zero(), dimension)
             } else if name == "t" {
                 Meaning::Time
-            } else if let Some((dimension, sampled)) = self.blocks.get(name) {
-                if !sampled {
-                    out.push(at_every_instant(name, expression, (place, what)));
-                    return None;
-                }
+            } else if let Some(dimension) = self.blocks.get(name) {
                 Meaning::Block(name.to_string(), *dimension)
             } else if self.document.moves(name) {
                 out.push(no_function(name, expression, (place, what)));
@@ -222,17 +218,6 @@ impl Functions<'_, '_> {
         let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
         Diagnostic { help: error.help, ..diagnostic }
     }
-}
-
-/// A block that a law cannot read: it has no sample time.
-fn at_every_instant(name: &str, expression: &Expression, (place, what): (&Place, &str)) -> Diagnostic {
-    let span = expression.place_of(name).unwrap_or(0..expression.text().len());
-    let message = format!(
-        "{what}: the block `{name}` computes at every instant, and only what blocks answer at samples can stand here"
-    );
-    Diagnostic::error("block::instant", message)
-        .at(place.part(expression.text(), span), "no sample time")
-        .help(format!("give `[block.{name}]` a `sample_time`, or write its formula here"))
 }
 
 /// A signal that a law cannot read: it is a formula of what moves.

@@ -37,8 +37,8 @@ pub(crate) struct Functions<'a, 'd> {
     made: BTreeMap<&'a str, Option<(Expr, Dimension)>>,
     /// Signals that wait for others.
     open: Vec<&'a str>,
-    /// What blocks answer, and whether at samples.
-    pub(in crate::model) blocks: BTreeMap<String, (Dimension, bool)>,
+    /// What blocks and formulas of signals answer.
+    pub(in crate::model) blocks: BTreeMap<String, Dimension>,
     /// Tables that were made, nothing of one with a mistake.
     tables: BTreeMap<&'a str, Option<Arc<Lookup>>>,
 }

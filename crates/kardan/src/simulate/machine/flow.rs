@@ -68,6 +68,8 @@ impl Flow {
         };
         let answers: Vec<Expr> = task.answers.iter().map(|answer| written(answer.value)).collect();
         let rates = task.memory.iter().map(|entry| written(entry.next)).collect();
+        let named = task.answers.iter().zip(&answers).map(|(answer, value)| (answer.name.clone(), *value)).collect();
+        motion.answer(named);
         self.answers.iter().zip(answers).for_each(|(&source, answer)| sources[source] = answer);
         rates
     }

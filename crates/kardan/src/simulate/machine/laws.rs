@@ -85,7 +85,7 @@ impl Machine {
     /// What happened to the sampled laws, in sentences.
     pub(in crate::simulate) fn notes_of_laws(&self) -> Vec<String> {
         let sampled = self.laws.iter().filter_map(|wired| Some((wired, wired.clocked()?)));
-        sampled.flat_map(|(wired, clocked)| clocked.notes(&wired.law.describe().controller)).collect()
+        sampled.flat_map(|(wired, clocked)| clocked.notes(&*wired.law)).collect()
     }
 
     /// Lets sampled laws do what is due at a time.

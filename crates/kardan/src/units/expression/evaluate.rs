@@ -196,7 +196,9 @@ impl Node {
                 None if find_unit(name).is_some() => Err(self.error(
                     "name::unknown",
                     format!("there is no parameter `{name}`, and a unit stands behind a number"),
-                    format!("write `1 {name}`, or `/{name}` behind a unit without spaces"),
+                    format!(
+                        "write `1 {name}`, also below a line: `3 / 1 {name}`; or `/{name}` behind a unit without spaces"
+                    ),
                 )),
                 None => match unit_help(name) {
                     help if help.starts_with("did you mean") => {

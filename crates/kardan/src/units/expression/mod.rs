@@ -6,6 +6,7 @@ mod reading;
 #[cfg(test)]
 mod tests;
 mod tree;
+mod truth;
 
 use std::ops::Range;
 
@@ -17,6 +18,8 @@ use super::{Dimension, Exact, UnitError};
 /// An expression of numbers with units, names and functions, with what each part of it is in the text.
 ///
 /// `+ - * / ^`, parentheses, `pi`, and the functions `sqrt sin cos tan asin acos atan atan2 exp ln abs min max sign` and `if(a < b, x, y)`.
+/// A condition is 1 where it holds, else 0: comparisons (`< <= > >= == !=`) joined by `and`, `or` and `not`, where any other number stands for
+/// whether it is above a half.
 /// A number takes the units behind it, which bind closer than `*` and `/`: `2 pi / 60 s` divides by a minute, `100 N m/rad` is one
 /// stiffness. A fraction without spaces is a number: `51/50`, `1/2 s`; behind a `/` it is not, `a/2/3` goes from left to right. A power
 /// binds before all of these: `4 pi^2` is 4·π², `3/2^2 m` is 0.75 m, `x^1/2` the half of x; that of a unit is the unit's, `3 kg^2`. What is no number

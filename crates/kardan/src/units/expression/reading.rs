@@ -7,7 +7,10 @@ use super::super::quantity::check_length;
 use super::super::reader::Reader;
 use super::super::{Dimension, Exact, UnitError};
 use super::tree::{Called, Kind, Node};
+use super::truth;
 
+/// Signs that compare.
+const COMPARISONS: [&str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
 /// The longest expression, in bytes; of what moves, which elements put together.
 const TEXT_LIMIT: usize = 1024;
 const LAW_LIMIT: usize = 16 * TEXT_LIMIT;
@@ -31,8 +34,6 @@ const FUNCTIONS: [(&str, Called, Range<usize>); 14] = [
     ("sign", Called::Sign, 1..2),
 ];
 
-const COMPARISONS: [&str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
-
 fn syntax(span: Range<usize>, message: impl Into<String>, help: impl Into<String>) -> UnitError {
     UnitError::new("expression::syntax", span, message).help(help)
 }
@@ -51,13 +52,21 @@ pub(super) fn unknown_function(name: &str, span: Range<usize>, tables: &[&str]) 
 pub(super) fn read(text: &str, of_time: bool) -> Result<Node, UnitError> {
     check_length(text, if of_time { LAW_LIMIT } else { TEXT_LIMIT })?;
     let mut parser = Parser { reader: Reader { text, at: 0 }, depth: 0, of_time };
-    let root = parser.sum()?;
+    let root = parser.whole()?;
     parser.reader.spaces();
     if parser.reader.peek().is_some() {
         let (here, found) = (parser.reader.here(), parser.reader.found());
-        let help = match parser.at_unit() {
-            true => "a unit stands behind a number: write `sin(beta) * 1 N m`",
-            false => "write `*` between two factors",
+        let help = match parser.reader.rest().chars().next() {
+            Some('=') => "two things are compared by `==`",
+            Some('&' | '|' | '!') => "write `and`, `or` and `not`",
+            Some('±') => {
+                "a tolerance is one of a number alone: declare `x = \"3 N m ± 5 %\"` under `[parameters]`, and write `x` here"
+            }
+            Some('1') if parser.reader.rest().starts_with("1/") => {
+                "what is asked for each second is a quotient: write `5 / 1 s`, or `5 Hz`"
+            }
+            _ if parser.at_unit() => "a unit stands behind a number: write `sin(beta) * 1 N m`",
+            _ => "write `*` between two factors",
         };
         return Err(syntax(here, format!("unexpected {found} in an expression"), help));
     }
@@ -201,9 +210,18 @@ impl Parser<'_> {
         let reader = &mut self.reader;
         let start = reader.at;
         if reader.eat('(') {
-            let inner = self.sum()?;
+            let inner = self.whole()?;
             self.close(start)?;
             return Ok(Node { span: start..self.reader.at, ..inner });
+        }
+        let word = ["and", "or", "not"].into_iter().find(|word| self.at_word(word));
+        if let Some(word) = word {
+            let message = format!("expected a number, a name or `(`, found `{word}`");
+            let help = format!(
+                "`{word}` joins conditions: `a < b {} c > d`; quote a name: `'{word}'`",
+                if word == "not" { "and not" } else { word }
+            );
+            return Err(syntax(start..start + word.len(), message, help));
         }
         let name = self.name()?;
         if name.is_empty() {
@@ -331,6 +349,7 @@ impl Parser<'_> {
             if !group && !self.at_unit() {
                 if first
                     && !self.at_time()
+                    && !["and", "or"].into_iter().any(|word| self.at_word(word))
                     && self.reader.peek().is_some_and(|c| c.is_alphabetic() || c == '°' || c == '%')
                 {
                     let at = self.reader.at;
@@ -394,13 +413,13 @@ impl Parser<'_> {
         if known.is_none() && !self.of_time {
             return Err(unknown_function(name, span, &[]));
         }
-        let mut arguments = vec![self.sum()?];
+        let mut arguments = vec![self.whole()?];
         loop {
             self.reader.spaces();
             if !self.reader.eat(',') {
                 break;
             }
-            arguments.push(self.sum()?);
+            arguments.push(self.whole()?);
         }
         self.close(span.start)?;
         let span = span.start..self.reader.at;
@@ -421,26 +440,81 @@ impl Parser<'_> {
 
     fn condition(&mut self, span: Range<usize>) -> Result<Node, UnitError> {
         const HELP: &str = "write it like `if(a < b, x, y)`";
-        let left = self.sum()?;
-        self.reader.spaces();
-        let Some(comparison) = COMPARISONS.into_iter().find(|sign| self.reader.rest().starts_with(sign)) else {
-            let message = format!("expected a comparison, found {}", self.reader.found());
-            return Err(syntax(self.reader.here(), message, HELP));
-        };
-        self.reader.at += comparison.len();
-        let right = self.sum()?;
+        let holds = self.whole()?;
         let mut comma = || {
             self.reader.spaces();
             let found = self.reader.found();
             let here = self.reader.here();
             if self.reader.eat(',') {
-                self.sum()
+                self.whole()
             } else {
                 Err(syntax(here, format!("expected `,`, found {found}"), HELP))
             }
         };
         let (yes, no) = (comma()?, comma()?);
         self.close(span.start)?;
-        Ok(Node { span: span.start..self.reader.at, kind: Kind::If(comparison, Box::new([left, right, yes, no])) })
+        Ok(truth::chosen(span.start..self.reader.at, holds, yes, no))
+    }
+
+    /// A sum, or a condition, which is 1 where it holds, else 0.
+    fn whole(&mut self) -> Result<Node, UnitError> {
+        let mut left = self.all_of()?;
+        while self.eat_word("or") {
+            left = truth::either(left, self.all_of()?);
+        }
+        Ok(left)
+    }
+
+    fn all_of(&mut self) -> Result<Node, UnitError> {
+        let mut left = self.one_of_all()?;
+        while self.eat_word("and") {
+            left = truth::both(left, self.one_of_all()?);
+        }
+        Ok(left)
+    }
+
+    fn one_of_all(&mut self) -> Result<Node, UnitError> {
+        self.reader.spaces();
+        let start = self.reader.at;
+        if self.eat_word("not") {
+            self.depth += 1;
+            if self.depth > DEPTH_LIMIT {
+                return Err(syntax(start..self.reader.at, "too many `not`", "write one"));
+            }
+            let of = self.one_of_all()?;
+            self.depth -= 1;
+            return Ok(truth::not(start..of.span.end, of));
+        }
+        let left = self.sum()?;
+        let Some(comparison) = self.comparison() else { return Ok(left) };
+        let right = self.sum()?;
+        let here = self.reader.here();
+        if self.comparison().is_some() {
+            let help = "compare two at a time: `a < b and b < c`";
+            return Err(syntax(here, "a comparison of a comparison", help));
+        }
+        Ok(truth::compared(comparison, left, right))
+    }
+
+    fn comparison(&mut self) -> Option<&'static str> {
+        self.reader.spaces();
+        let found = COMPARISONS.into_iter().find(|sign| self.reader.rest().starts_with(sign))?;
+        self.reader.at += found.len();
+        Some(found)
+    }
+
+    /// Whether a word is next, and no longer name that begins with it.
+    fn at_word(&self, word: &str) -> bool {
+        let behind = self.reader.rest().trim_start().strip_prefix(word);
+        behind.is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_' || c == '.'))
+    }
+
+    fn eat_word(&mut self, word: &str) -> bool {
+        let found = self.at_word(word);
+        if found {
+            self.reader.spaces();
+            self.reader.at += word.len();
+        }
+        found
     }
 }

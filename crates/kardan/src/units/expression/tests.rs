@@ -102,6 +102,32 @@ fn other_values_are_rounded_once() {
 }
 
 #[test]
+fn conditions_are_one_or_zero() {
+    for (text, value) in [
+        ("1 < 2", 1),
+        ("2 <= 1", 0),
+        ("1 < 2 and 2 < 1", 0),
+        ("1 < 2 or 2 < 1", 1),
+        ("2 < 1 or 1 < 2 and 2 < 1", 0),
+        ("not 2 < 1 and 1 < 2", 1),
+        ("not (2 < 1 or 1 < 2)", 0),
+        ("(1 < 2) + (3 < 4)", 2),
+        ("not 0.6", 0),
+        ("0.6 and 0.4 or 0", 0),
+        ("if(0.6, 7, 8)", 7),
+        ("if(not 0.6 or 3 kg > 2 kg and m_rack == 2 kg, 7, 8)", 7),
+        ("if(3 > 2 and 3 > 4, 7, 8)", 8),
+    ] {
+        let Ok(found) = evaluate(text) else {
+            assert!(text.ends_with("and1"), "{text}");
+            continue;
+        };
+        assert!(found.exact && found.value == Exact::from_integer(value), "{text}: {}", found.value);
+        assert!(found.dimension.is_like(&Dimension::NONE), "{text}");
+    }
+}
+
+#[test]
 fn mistakes_are_told_at_their_place() {
     for (text, message, place) in [
         ("m_rack + r_pinion", "expected a mass, found a length", "r_pinion"),
@@ -120,7 +146,15 @@ fn mistakes_are_told_at_their_place() {
         ("sine(1)", "unknown function `sine`", "sine"),
         ("2 * (3 + 4", "a `(` without its `)`: found the end of the text", "(3 + 4"),
         ("atan2(1)", "`atan2` takes 2 values, not 1", "atan2(1)"),
-        ("if(1, 2, 3)", "expected a comparison, found `,`", ","),
+        ("if(1 kg, 2, 3)", "expected a number, found a mass", "1 kg"),
+        ("if(1 < 2 < 3, 2, 3)", "a comparison of a comparison", "<"),
+        ("m_rack > r_pinion", "expected a mass, found a length", "r_pinion"),
+        ("1 and m_rack", "expected a number, found a mass", "m_rack"),
+        ("1 < 2 and", "expected a number, a name or `(`, found the end of the text", ""),
+        ("1 < 2 and or 3", "expected a number, a name or `(`, found `or`", "or"),
+        ("not", "expected a number, a name or `(`, found the end of the text", ""),
+        ("1 = 2", "unexpected `=` in an expression", "="),
+        ("1 < 2 && 3 < 4", "unexpected `&` in an expression", "&"),
         ("2 kg 3", "unexpected `3` in an expression", "3"),
         ("3 foo * 2", "unknown unit `foo`", "foo"),
         ("2 * ", "expected a number, a name or `(`, found the end of the text", ""),
@@ -151,6 +185,8 @@ fn hostile_expressions_come_to_an_end() {
         "sin(1e300)".into(),
         "exp(".repeat(60) + "1" + &")".repeat(60),
         "if(1<2,".repeat(60),
+        "not ".repeat(250),
+        "(1<2 or 3<2) and ".repeat(50) + "1<2",
         "9".repeat(5000),
     ] {
         let _ = evaluate(&text);
