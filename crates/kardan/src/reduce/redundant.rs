@@ -7,7 +7,7 @@ use crate::assemble::{Along, Equations, KeptAgain, KeptRow};
 use crate::equations::{Domain, Kept};
 use crate::expr::{Expr, Graph};
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
-use crate::units::{Dimension, Exact};
+use crate::units::Exact;
 
 /// Takes the constraints that follow from those before them out of the equations.
 ///
@@ -91,74 +91,62 @@ fn redundant_rates(equations: &mut Equations) -> Vec<Redundant> {
     out
 }
 
+/// A row of speeds as a sum of different expressions, each the coefficient of one shaft; what is constant has none.
+type Parts = BTreeMap<(usize, Option<Expr>), Rational>;
+
 /// Takes rows of speeds that are sums of others of the same unit, times fractions, out of the kept ones: as expressions, at every position.
 fn keep_rates_once(equations: &mut Equations) {
-    let is_row = |kept: &KeptRow| matches!(kept.law, Kept::Rates(_));
-    if equations.kept.iter().filter(|kept| is_row(kept)).count() < 2 {
+    let is_row = |kept: &&KeptRow| matches!(kept.law, Kept::Rates(_));
+    if equations.kept.iter().filter(is_row).count() < 2 {
         return;
     }
     let mut graph = Graph::default();
+    let mut by_unit: BTreeMap<[i8; 7], Vec<(&KeptRow, Parts)>> = BTreeMap::new();
+    for kept in &equations.kept {
+        if let Some(parts) = parts_of(equations, &mut graph, kept) {
+            by_unit.entry(equations.dimension_of_kept(kept).exponents).or_default().push((kept, parts));
+        }
+    }
+    let found: Vec<KeptAgain> = by_unit.values().flat_map(|rows| sums(rows)).collect();
+    equations.kept.retain(|kept| found.iter().all(|one| one.row.element != kept.element));
+    equations.kept_again.extend(found);
+}
+
+/// What the coefficients of a row of speeds are made of; nothing of another constraint.
+fn parts_of(equations: &Equations, graph: &mut Graph, kept: &KeptRow) -> Option<Parts> {
+    let Kept::Rates(entries) = &kept.law else { return None };
     let dimension = |name: &str| {
         let number = equations.coordinates.iter().position(|own| own == name)?;
         Some(equations.domain(number).dimensions()[0])
     };
-    // Each row by the parts of its coefficients, which are different expressions.
-    let mut parts: Vec<(Option<Dimension>, BTreeMap<(usize, Option<Expr>), Rational>)> = Vec::new();
-    for kept in &equations.kept {
-        let mut row = BTreeMap::new();
-        let Kept::Rates(entries) = &kept.law else {
-            parts.push((None, row));
-            continue;
-        };
-        let mut known = true;
-        for (shaft, formula) in entries {
-            let Some(value) = formula.of_positions(&mut graph, &dimension) else {
-                known = false;
-                continue;
-            };
-            let (constant, terms) = graph.terms(value);
-            let all = terms.into_iter().map(|(part, factor)| (Some(part), factor)).chain([(None, constant)]);
-            for (part, factor) in all.filter(|(_, factor)| !factor.is_zero()) {
-                let sum: &mut Rational = row.entry((*shaft, part)).or_default();
-                *sum = sum.plus(&factor);
-            }
-        }
-        let unit = Dimension { angle: 0, ..equations.dimension_of_kept(kept) };
-        parts.push((known.then_some(unit), row));
-    }
-    let columns: Vec<(usize, Option<Expr>)> =
-        parts.iter().flat_map(|(_, row)| row.keys().copied()).collect::<BTreeSet<_>>().into_iter().collect();
-    let units: Vec<Dimension> = parts.iter().filter_map(|(unit, _)| *unit).collect();
-    let mut again = Vec::new();
-    let mut told: Vec<Dimension> = Vec::new();
-    for unit in units {
-        if told.contains(&unit) {
-            continue;
-        }
-        told.push(unit);
-        let rows: Vec<usize> = (0..parts.len()).filter(|k| parts[*k].0 == Some(unit)).collect();
-        let entry = |column: usize, k: usize| parts[rows[k]].1.get(&columns[column]).cloned().unwrap_or(Rational::ZERO);
-        let matrix = Matrix::from_fn(columns.len(), rows.len(), entry);
-        let e = echelon(&matrix, &(0..rows.len()).collect::<Vec<_>>());
-        for row in e.free() {
-            let shares = e.pivots.iter().enumerate().map(|(k, &other)| (rows[other], e.form[(k, row)].clone()));
-            let shares: Vec<(usize, Rational)> = shares.filter(|(_, share)| !share.is_zero()).collect();
-            // A row that says nothing is a mistake of its own.
-            if !shares.is_empty() {
-                again.push((rows[row], shares));
-            }
+    let mut out = Parts::new();
+    for (shaft, formula) in entries {
+        let value = formula.of_positions(graph, &dimension)?;
+        let (constant, terms) = graph.terms(value);
+        let terms = terms.into_iter().map(|(part, factor)| (Some(part), factor)).chain([(None, constant)]);
+        for (part, factor) in terms.filter(|(_, factor)| !factor.is_zero()) {
+            let sum = out.entry((*shaft, part)).or_default();
+            *sum = sum.plus(&factor);
         }
     }
-    let name = |k: usize| equations.kept[k].element.clone();
-    let found: Vec<KeptAgain> = again
-        .into_iter()
-        .map(|(row, shares)| KeptAgain {
-            row: equations.kept[row].clone(),
-            shares: shares.into_iter().map(|(other, share)| (name(other), share)).collect(),
-        })
-        .collect();
-    equations.kept.retain(|kept| found.iter().all(|one| one.row.element != kept.element));
-    equations.kept_again.extend(found);
+    Some(out)
+}
+
+/// The rows among these that are sums of those before them.
+fn sums(rows: &[(&KeptRow, Parts)]) -> Vec<KeptAgain> {
+    let columns: BTreeSet<(usize, Option<Expr>)> = rows.iter().flat_map(|(_, parts)| parts.keys().copied()).collect();
+    let columns: Vec<(usize, Option<Expr>)> = columns.into_iter().collect();
+    let entry = |column: usize, row: usize| rows[row].1.get(&columns[column]).cloned().unwrap_or(Rational::ZERO);
+    let matrix = Matrix::from_fn(columns.len(), rows.len(), entry);
+    let e = echelon(&matrix, &(0..rows.len()).collect::<Vec<_>>());
+    let again = |row: usize| {
+        let shares = e.pivots.iter().enumerate().map(|(k, &other)| (other, e.form[(k, row)].clone()));
+        let shares = shares.filter(|(_, share)| !share.is_zero());
+        let shares = shares.map(|(other, share)| (rows[other].0.element.clone(), share)).collect();
+        KeptAgain { row: rows[row].0.clone(), shares }
+    };
+    // A row that says nothing is a mistake of its own.
+    e.free().into_iter().map(again).filter(|one| !one.shares.is_empty()).collect()
 }
 
 /// Of each multiplier its combination of those that independent rows would carry alone, first of these rows, then of the redundant ones
