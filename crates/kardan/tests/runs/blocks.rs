@@ -591,12 +591,12 @@ fn constants_without_sense() -> Vec<(&'static str, &'static str)> {
             "block `a`: `states`: `since` is the time in a state, so no state is called like that",
         ),
         (
-            "[block.a]\nkind = \"state_machine\"\nstates = [\"x\", \"y\"]\ntransitions = [{ from = \"x\", to = \"y\", when = \"u > 1 and arm.phi > 2\" }]\nsample_time = \"1 ms\"\n",
-            "`when` of transition 1 of block `a`: expected an angle, found a number without a unit",
+            "[block.a]\nkind = \"state_machine\"\nstates = [\"x\", \"y\"]\ntransitions = [{ from = \"x\", to = \"y\", when = \"u > 1 and arm.w > 2\" }]\nsample_time = \"1 ms\"\n",
+            "`when` of transition 1 of block `a`: expected an angular velocity, found a number without a unit",
         ),
         (
             "[block.a]\nkind = \"state_machine\"\nstates = [\"x\", \"y\"]\ntransitions = [{ from = \"x\", to = \"y\", when = \"u && 1\" }]\nsample_time = \"1 ms\"\n",
-            "`when` of transition 1 of block `a`: unexpected `&` in an expression",
+            "`when` of entry 1 of `transitions` of block `a`: unexpected `&` in an expression",
         ),
     ]
 }
