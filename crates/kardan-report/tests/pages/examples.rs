@@ -125,6 +125,8 @@ pub fn train() -> Analysis {
         efficient: cost < 3.0,
     };
     Analysis {
+        counting: None,
+        parity: None,
         unfinished: None,
         mechanism: Default::default(),
         name: "train".into(),
@@ -476,6 +478,7 @@ pub fn decoupled_steering() -> Design {
     };
     let zero = Pole::new(-93.636_363_636_363_6, 948.853_587_154);
     Design {
+        rounded: Vec::new(),
         mechanism: Default::default(),
         unfinished: None,
         responses: None,

@@ -73,6 +73,7 @@ fn hostile() -> Study {
     Study {
         spectra: Vec::new(),
         model: ModelSummary {
+            signals: Vec::new(),
             mechanism: Default::default(),
             name: HOSTILE.into(),
             description: HOSTILE.into(),
