@@ -130,6 +130,7 @@ pub fn train() -> Analysis {
         unfinished: None,
         mechanism: Default::default(),
         name: "train".into(),
+        counting: None,
         elimination: Some(Elimination {
             motions: 1,
             direction: "joint - 2 rack".into(),
