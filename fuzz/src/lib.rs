@@ -284,11 +284,8 @@ pub fn run(bytes: &[u8]) {
 
 /// `kardan analyze`, of a model or of plain matrices.
 pub fn analyze(bytes: &[u8]) {
-    let settings = study::AnalyzeSettings {
-        certify: !bytes.len().is_multiple_of(2),
-        eliminate_massless: bytes.len().is_multiple_of(3),
-        ..study::AnalyzeSettings::default()
-    };
+    let settings =
+        study::AnalyzeSettings { certify: !bytes.len().is_multiple_of(2), ..study::AnalyzeSettings::default() };
     let found = if bytes.starts_with(b"{") {
         // Few states: exact numbers of any length stand in the file.
         match model::read_state_space(bytes) {

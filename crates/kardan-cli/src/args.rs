@@ -171,7 +171,7 @@ pub struct AnalyzeArgs {
     /// Prove every answer over the rationals; without it some are wrong with a tiny, stated probability.
     #[arg(long)]
     pub certify: bool,
-    /// Eliminate motions without inertia (massless shafts) instead of refusing them.
+    /// Says nothing any more: motions without inertia (massless shafts) are eliminated by themselves.
     #[arg(long, conflicts_with = "state_space")]
     pub eliminate_massless: bool,
     #[command(flatten)]
@@ -501,7 +501,7 @@ pub struct LineariseArgs {
     /// Leave the inertia on the left side: E ẋ = A x + B u.
     #[arg(long)]
     pub descriptor: bool,
-    /// Eliminate motions without inertia (massless shafts) instead of refusing them.
+    /// Says nothing any more: motions without inertia (massless shafts) are eliminated by themselves.
     #[arg(long)]
     pub eliminate_massless: bool,
     /// The same as `--format json`.

@@ -18,9 +18,14 @@ const LARGE: usize = 40;
 const ROWS: usize = 100;
 /// More columns of a matrix go below the first ones.
 const ACROSS: usize = 10;
-/// How to use charts.
-const CHARTS: &str = "<p class=\"hint\">Drag across a chart to zoom in time, double-click to return; all charts follow. Click a \
-                      name in a legend to hide or show its curve.</p>\n";
+/// How to use charts; `still`: whether some of them cannot be zoomed.
+fn charts(still: bool) -> String {
+    let others = if still { "the charts over the time follow, the others stand still" } else { "all charts follow" };
+    format!(
+        "<p class=\"hint\">Drag across a chart to zoom in time, double-click to return; {others}. Click a name in a legend to hide or \
+         show its curve.</p>\n"
+    )
+}
 /// Digits of rounded entries of a matrix.
 const DIGITS: usize = 6;
 
@@ -106,8 +111,8 @@ fn section(one: &Section) -> String {
     let (before, after) = all.split_at(all.iter().position(|block| anchored(block).is_some()).unwrap_or(all.len()));
     let contents = if parts.is_empty() { String::new() } else { contents(parts) };
     let (before, after) = (blocks(before, 3), blocks(after, 3));
-    let charts = all.iter().any(|block| matches!(block, Block::Chart(_)));
-    let hint = if charts { CHARTS } else { "" };
+    let of = |still: bool| all.iter().any(|block| matches!(block, Block::Chart(chart) if chart.still == still));
+    let hint = if of(false) { charts(of(true)) } else { String::new() };
     format!("<section id=\"{anchor}\">\n<h2>{title}</h2>\n{hint}{before}{contents}{after}</section>\n")
 }
 
@@ -298,4 +303,22 @@ fn palette() -> String {
         properties(&ON_WHITE),
         properties(&ON_DARK)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The hint is there where something can be zoomed, and names what does not follow.
+    #[test]
+    fn the_hint_tells_charts_that_zoom_from_those_that_stand_still() {
+        let page = |still: &[bool]| {
+            let chart = |still: &bool| Block::Chart(Chart { still: *still, ..Chart::default() });
+            section(&Section { body: Body(still.iter().map(chart).collect()), ..Section::default() })
+        };
+        assert!(page(&[false]).contains("all charts follow"));
+        assert!(!page(&[true]).contains("zoom"));
+        let both = page(&[true, false]);
+        assert!(both.contains("the others stand still") && !both.contains("all charts follow"), "{both}");
+    }
 }

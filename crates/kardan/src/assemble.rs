@@ -9,7 +9,8 @@ use crate::equations::{
 use crate::expr::OfTime;
 use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, dense_rows, rational_from_f64, rational_to_f64, sum_of_outer};
-use crate::units::Exact;
+use crate::results::Physical;
+use crate::units::{Dimension, Exact};
 
 /// A law along a numbered direction.
 #[derive(Debug, Clone)]
@@ -125,6 +126,15 @@ pub struct KeptRow {
     pub law: Kept<usize>,
 }
 
+/// A row of speeds that says what others say already.
+#[derive(Debug, Clone)]
+pub struct KeptAgain {
+    /// The row.
+    pub row: KeptRow,
+    /// What it is the sum of: elements of kept rows, with factors.
+    pub shares: Vec<(String, Rational)>,
+}
+
 /// A torque along a direction around a position at rest: `τ = τ₀ + gᵀ Δq`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RestTorque {
@@ -163,6 +173,8 @@ pub struct Equations {
     pub moving: BTreeMap<String, Arc<OfTime>>,
     /// Constraints that are not solved for a coordinate.
     pub kept: Vec<KeptRow>,
+    /// Those among them that follow from others; a reduced model has them here.
+    pub kept_again: Vec<KeptAgain>,
     /// Constraints that springs and dampers stand for, which are among `springs` and `dampers` under the same name; the value is the
     /// scale: torque of the spring and damper over it is the multiplier.
     pub compliances: Vec<Along<Exact>>,
@@ -418,7 +430,9 @@ impl Equations {
     pub fn shafts_of(&self, law: &Kept<usize>) -> Vec<usize> {
         let mut shafts: Vec<usize> = match law {
             Kept::Rates(row) => row.iter().map(|(shaft, _)| *shaft).collect(),
-            Kept::Speed(row, _) | Kept::Acceleration(row, _) => row.iter().map(|(shaft, _)| *shaft).collect(),
+            Kept::Position(row, _) | Kept::Speed(row, _) | Kept::Acceleration(row, _) => {
+                row.iter().map(|(shaft, _)| *shaft).collect()
+            }
             Kept::Surface(formula) => {
                 formula.coordinates().filter_map(|name| self.coordinates.iter().position(|own| own == name)).collect()
             }
@@ -438,20 +452,57 @@ impl Equations {
         found
     }
 
-    /// The domain of what a kept row adds up to.
-    pub fn domain_of_kept(&self, kept: &KeptRow) -> Domain {
+    /// The domain of what a kept row adds up to; none of a relation in another unit, as an area.
+    pub fn domain_of_kept(&self, kept: &KeptRow) -> Option<Domain> {
         let own = || self.shafts_of(&kept.law).first().map(|shaft| self.domain(*shaft));
-        match (&kept.law, self.measures.get(&kept.element)) {
-            (_, Some(domain)) => *domain,
-            (Kept::Speed(..) | Kept::Acceleration(..), None) => own().unwrap_or_default(),
-            _ => Domain::Rotation,
+        if kept.law.prescribes() {
+            return Some(self.measures.get(&kept.element).copied().or_else(own).unwrap_or_default());
         }
+        let found = self.dimension_of_kept(kept);
+        [Domain::Rotation, Domain::Translation].into_iter().find(|domain| domain.dimensions()[0].is_like(&found))
+    }
+
+    /// What a kept row adds up to; of rates what these are the rate of.
+    pub fn dimension_of_kept(&self, kept: &KeptRow) -> Dimension {
+        let over = match &kept.law {
+            Kept::Surface(formula) => Some(formula.dimension),
+            Kept::Rates(row) => {
+                row.first().and_then(|(shaft, a)| a.dimension.times(&self.domain(*shaft).dimensions()[0], 1))
+            }
+            Kept::Position(..) | Kept::Speed(..) | Kept::Acceleration(..) => {
+                self.domain_of_kept(kept).map(|domain| domain.dimensions()[0])
+            }
+        };
+        over.unwrap_or(Dimension::NONE)
+    }
+
+    /// What the multiplier of a kept row is: a torque, a force, a voltage, or energy over what the row adds up to.
+    pub fn multiplier_of_kept(&self, kept: &KeptRow) -> (Quantity, Physical) {
+        match self.domain_of_kept(kept) {
+            Some(domain) => (domain.effort(), domain.effort().physical()),
+            None => {
+                let found = Dimension { angle: 0, ..self.dimension_of_kept(kept) };
+                let unit = Dimension::TORQUE.times(&found, -1).unwrap_or(Dimension::NONE).si();
+                (Quantity::Multiplier, Physical::other(&unit))
+            }
+        }
+    }
+
+    /// Keeps constraints that move, by name, in place of solving them for a coordinate.
+    pub fn keep_moving(&mut self, names: &[String]) {
+        for name in names {
+            let place = self.constraints.iter().position(|constraint| constraint.element == *name);
+            let Some((place, function)) = place.zip(self.moving.remove(name)) else { continue };
+            let row = self.constraints.remove(place).row;
+            let row = row.into_iter().map(|(shaft, x)| (shaft, Exact::new(x, 0))).collect();
+            self.kept.push(KeptRow { element: name.clone(), law: Kept::Position(row, function) });
+        }
+        self.kept.sort_by(|a, b| a.element.cmp(&b.element));
     }
 
     /// Whether constraints prescribe speeds as functions of time.
     pub fn prescribes(&self) -> bool {
-        let of_time = |row: &KeptRow| matches!(row.law, Kept::Speed(..) | Kept::Acceleration(..));
-        !self.moving.is_empty() || self.kept.iter().any(of_time)
+        !self.moving.is_empty() || self.kept.iter().any(|row| row.law.prescribes())
     }
 
     /// The right-hand side of a linear constraint: a number, or a function of time.

@@ -204,12 +204,19 @@ impl Formula {
     /// The fraction that it is, where nothing in it varies.
     pub fn number(&self) -> Option<Rational> {
         let mut graph = Graph::default();
-        let mut named = |_: &mut Graph, name: &str| match self.names.iter().find(|(other, _)| other == name)? {
+        let value = self.of_positions(&mut graph, &|_| None)?;
+        graph.number_of(value).cloned()
+    }
+
+    /// What it is in a graph, where it is one of positions alone; `dimension` of a coordinate, if that may stand in it.
+    pub fn of_positions(&self, graph: &mut Graph, dimension: &dyn Fn(&str) -> Option<Dimension>) -> Option<Expr> {
+        let mut named = |graph: &mut Graph, name: &str| match self.names.iter().find(|(other, _)| other == name)? {
             (_, Meaning::Constant(value, dimension)) => Some(Named::Constant(value.clone(), *dimension)),
+            (_, Meaning::Table(table)) => Some(Named::Table(Arc::clone(table))),
+            (_, Meaning::Position(body)) => dimension(body).map(|own| Named::Varying(graph.symbol(body, own), own)),
             _ => None,
         };
-        let (value, _) = graph.written(&self.expression, &mut named).ok()?;
-        graph.number_of(value).cloned()
+        graph.written(&self.expression, &mut named).ok().map(|(value, _)| value)
     }
 
     /// Whether it is another one at another time, whatever moves.
@@ -375,6 +382,8 @@ pub enum Kept<Row> {
     Rates(Vec<(Row, Arc<Formula>)>),
     /// `φ(q) = 0`.
     Surface(Arc<Formula>),
+    /// `Σ a_i q_i` is a function of time.
+    Position(Vec<(Row, Exact)>, Arc<OfTime>),
     /// `Σ a_i q̇_i` is a function of time.
     Speed(Vec<(Row, Exact)>, Arc<OfTime>),
     /// `Σ a_i q̈_i` is a function of time.
@@ -388,6 +397,7 @@ impl<Row> Kept<Row> {
         match self {
             Self::Rates(row) => Kept::Rates(row.iter().map(|(own, a)| (name(own), Arc::clone(a))).collect()),
             Self::Surface(formula) => Kept::Surface(Arc::clone(formula)),
+            Self::Position(row, place) => Kept::Position(numbers(row), Arc::clone(place)),
             Self::Speed(row, rate) => Kept::Speed(numbers(row), Arc::clone(rate)),
             Self::Acceleration(row, rate) => Kept::Acceleration(numbers(row), Arc::clone(rate)),
         }
@@ -400,8 +410,13 @@ impl<Row> Kept<Row> {
         match self {
             Self::Rates(row) => row.iter().map(|(_, formula)| formula).collect(),
             Self::Surface(formula) => vec![formula],
-            Self::Speed(..) | Self::Acceleration(..) => Vec::new(),
+            Self::Position(..) | Self::Speed(..) | Self::Acceleration(..) => Vec::new(),
         }
+    }
+
+    /// Whether it prescribes a function of time.
+    pub fn prescribes(&self) -> bool {
+        matches!(self, Self::Position(..) | Self::Speed(..) | Self::Acceleration(..))
     }
 }
 
@@ -414,7 +429,9 @@ impl Kept<String> {
                 row.iter().map(|(name, _)| name.as_str()).chain(in_formulas).collect()
             }
             Self::Surface(formula) => formula.coordinates().collect(),
-            Self::Speed(row, _) | Self::Acceleration(row, _) => row.iter().map(|(name, _)| name.as_str()).collect(),
+            Self::Position(row, _) | Self::Speed(row, _) | Self::Acceleration(row, _) => {
+                row.iter().map(|(name, _)| name.as_str()).collect()
+            }
         }
     }
 }

@@ -22,7 +22,6 @@ pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
         inputs: args.inputs.clone(),
         outputs: args.outputs.clone(),
         certify: args.certify,
-        eliminate_massless: args.eliminate_massless,
     };
     let (analysis, origin) = match &args.state_space {
         Some(path) => of_matrices(path, args, &settings, quiet)?,

@@ -17,7 +17,6 @@ pub fn linearise(args: &LineariseArgs, quiet: bool) -> Result<u8, Failure> {
         variant: args.variant.clone(),
         inputs: args.inputs.clone(),
         outputs: args.outputs.clone(),
-        eliminate_massless: args.eliminate_massless,
         ..AnalyzeSettings::default()
     };
     let (model, warnings) = match project.linearise(&settings, args.descriptor) {

@@ -337,24 +337,19 @@ fn matrices_are_read_or_refused_kindly() {
 }
 
 #[test]
-fn massless_models_are_refused_with_a_way_out_and_analysed_with_it() {
+fn massless_models_are_analysed_and_what_is_eliminated_is_told() {
     let at = folder("massless");
     let model = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\n[spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\n\
                  stiffness = \"1 N m/rad\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"b\"\n";
     fs::write(at.join("light.toml"), model).unwrap();
-    let refused = output(&at, &["analyze", "light.toml", "--json"]);
-    assert_eq!(refused.status.code(), Some(2));
-    let object = printed(&refused.stdout);
-    assert_eq!(object["error"]["diagnostics"][0]["code"], "model::massless");
-    assert!(words(&refused.stderr).contains("`b` can move while no mass does"));
-    assert!(words(&refused.stderr).contains("--eliminate-massless"));
-
+    let plain = output(&at, &["analyze", "light.toml", "--json"]);
     let got = output(&at, &["analyze", "light.toml", "--eliminate-massless", "--json"]);
     assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
     let object = printed(&got.stdout);
     assert_eq!(object["elimination"]["removed"], serde_json::json!(["b.w"]));
     assert_eq!(object["state_names"], serde_json::json!(["a.phi", "b.phi", "a.w"]));
-    let shown = text(&output(&at, &["analyze", "light.toml", "--eliminate-massless"]).stdout);
+    assert_eq!(got.stdout, plain.stdout, "the flag says nothing any more");
+    let shown = text(&output(&at, &["analyze", "light.toml"]).stdout);
     assert!(shown.contains("Motions without inertia\n") && shown.contains("of 4 states 3 remain"), "{shown}");
     // In a run the damper makes it a state of first order.
     assert_eq!(output(&at, &["run", "light.toml"]).status.code(), Some(0));

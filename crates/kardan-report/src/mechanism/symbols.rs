@@ -128,8 +128,17 @@ fn parallel(part: &MechanismPart) -> Drawn {
     Drawn::new(leads.to_owned() + &thin(&path), 36.0, 10.0 * (count - 1.0).max(0.0) + 10.0)
 }
 
-/// An element with one end to the left and one to the right.
+/// An element with one end to the left and one to the right; play is two flanks across the end to the right.
 pub(super) fn between(part: &MechanismPart) -> Drawn {
+    let mut drawn = without_play(part);
+    if part.laws.iter().any(|law| law == "backlash") {
+        let end = drawn.half;
+        drawn.svg += &thin(&format!("M{} -6V6M{} -6V6", end - 9.0, end - 4.0));
+    }
+    drawn
+}
+
+fn without_play(part: &MechanismPart) -> Drawn {
     match part.symbol {
         Symbol::SpringDamper => parallel(part),
         Symbol::UniversalJoint => {

@@ -135,7 +135,7 @@ fn random(dice: &mut Dice) -> Mechanism {
         ("current_source", Symbol::CurrentSource),
     ];
     let shafts = 1 + dice.below(24);
-    let laws = ["inertia", "stiffness", "damping", "friction"];
+    let laws = ["inertia", "stiffness", "damping", "friction", "backlash"];
     let part = |dice: &mut Dice, kind: &str, symbol, name: String, terminals| MechanismPart {
         kind: kind.into(),
         name: name + &"_long".repeat(dice.below(12)),
@@ -263,4 +263,25 @@ fn a_drawing_does_not_change() {
     let mechanism = random(&mut Dice(5));
     assert_eq!(picture(&mechanism), picture(&mechanism));
     assert_eq!(picture(&Mechanism::default()), None);
+}
+
+/// Teeth with play have two flanks more than those without, and the caption says what they are.
+#[test]
+fn play_is_drawn_and_told() {
+    let gear = |laws: &[&str]| {
+        let mut mechanism = shafts(2, &[(0, 1)]);
+        let gear = &mut mechanism.parts[2];
+        (gear.kind, gear.symbol) = ("gear".into(), Symbol::Gear);
+        gear.laws = laws.iter().map(ToString::to_string).collect();
+        mechanism
+    };
+    let shown = |mechanism: &Mechanism| caption(mechanism, &scene(&Graph::of(mechanism)));
+    let (tight, loose) = (gear(&[]), gear(&["backlash"]));
+    assert!(
+        !shown(&tight).contains("play") && shown(&loose).contains("wo flanks across an end: play"),
+        "{}",
+        shown(&loose)
+    );
+    let drawn = |mechanism: &Mechanism| symbols::between(&mechanism.parts[2]).svg.matches("-6V6").count();
+    assert_eq!(drawn(&loose), drawn(&tight) + 2);
 }

@@ -99,7 +99,27 @@ fn rank_verdict(analysis: &Analysis) -> Option<Verdict> {
         );
         return Some(Verdict { sound: false, text });
     }
+    let counting = analysis.counting.as_ref();
+    let but = counting.map_or([false; 2], |found| [found.others_controllable, found.others_observable]);
+    let counts_only = (controllable || but[0]) && (observable || but[1]);
     let text = match (controllable, observable) {
+        _ if but != [false; 2] && counts_only => {
+            let names = counting.map_or(&[][..], |found| &found.charges[..]);
+            let (what, only) = match names.len() {
+                1 => ("a charge that only counts", "is"),
+                _ => ("charges that only count", "are"),
+            };
+            let names = words::list(names, 12);
+            match but {
+                [true, true] => {
+                    format!("Controllable and observable but for {names}, {what} what has flowed: all motions are.")
+                }
+                [true, false] => {
+                    format!("Controllable but for {names}, {what} what has flowed: all motions are; observable.")
+                }
+                _ => format!("Controllable; observable but for {names}, which {only} {what} what has flowed."),
+            }
+        }
         (true, true) => format!("Controllable and observable: all {states} states."),
         (false, true) => format!("Not controllable: rank {} of {states}; observable.", structure.controllable_rank),
         (true, false) => format!("Controllable; not observable: rank {} of {states}.", structure.observable_rank),
@@ -109,7 +129,7 @@ fn rank_verdict(analysis: &Analysis) -> Option<Verdict> {
         ),
     };
     let lost = words::within_last_digit(analysis.matrix_distance.as_ref());
-    let sound = structure.minimal() && analysis.unfinished.is_none() && lost.is_none();
+    let sound = counts_only && analysis.unfinished.is_none() && lost.is_none();
     let text = lost.map_or(text.clone(), |lost| format!("{text} {lost}"));
     Some(Verdict { sound, text })
 }

@@ -177,6 +177,23 @@ fn kept_breach(class: &ConstraintClass, value_at_zero: Option<&Rational>) -> Opt
 
 /// The classes of constraints that a run keeps with their multipliers, how they were decided, and what each breaks of (4.31) of the source.
 pub fn kept_constraints(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
+    let again = &reduced.equations.kept_again;
+    if again.is_empty() {
+        return kept_classes(reduced);
+    }
+    let mut all = reduced.clone();
+    all.equations.kept.extend(std::mem::take(&mut all.equations.kept_again).into_iter().map(|one| one.row));
+    let mut found = kept_classes(&all);
+    for (class, _) in &mut found {
+        if let Some(one) = again.iter().find(|one| one.row.element == class.element) {
+            let from: Vec<&str> = one.shares.iter().map(|(name, _)| name.as_str()).collect();
+            class.equation += &format!(", which follows from {}", from.join(", "));
+        }
+    }
+    found
+}
+
+fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
     let equations = &reduced.equations;
     let shafts = &equations.coordinates;
     let tests = integrable(reduced);
@@ -206,15 +223,14 @@ pub fn kept_constraints(reduced: &Reduced) -> Vec<(ConstraintClass, Option<Strin
             (class, breach)
         };
         let multiplier = "no theorem of the source solves it; a run keeps it with its multiplier (source, eq. 4.18)";
+        let prescribed = |row: String, function: String, why: &str| {
+            (format!("{row} = {function}"), true, false, format!("constant coefficients: {why}; {multiplier}"))
+        };
         let (equation, holonomic, scleronomic, reason) = match &kept.law {
             Kept::Surface(formula) => {
-                let slopes = if linear {
-                    "its exact derivatives are constant"
-                } else {
-                    "its exact derivatives depend on positions"
-                };
+                let slopes = if linear { "are constant" } else { "depend on positions" };
                 let reason = format!(
-                    "it has no speeds, so it is holonomic; {slopes}; of the form (4.5), with the row of (4.6), but not solved for a \
+                    "it has no speeds, so it is holonomic; its exact derivatives {slopes}; of the form (4.5), with the row of (4.6), but not solved for a \
                      coordinate: a run keeps it with its multiplier (source, eq. 4.18)"
                 );
                 (format!("{} = 0", formula.expression.text()), true, !of_time, reason)
@@ -225,45 +241,59 @@ pub fn kept_constraints(reduced: &Reduced) -> Vec<(ConstraintClass, Option<Strin
                     format!("({}) {}'", formula.expression.text(), shafts[*shaft])
                 };
                 let equation = format!("{} = 0", row.iter().map(term).collect::<Vec<_>>().join(" + "));
-                let (holonomic, why) = match &tests.rows[k] {
-                    Integrable::No(point) => (
-                        false,
-                        format!("Frobenius' test is not zero, exactly, at the generic point {point}: no relation of positions says the same{together}"),
-                    ),
-                    _ if linear => {
-                        let why = "its coefficients are constant, beside the other constraints: it is the rate of a linear relation of positions; \
-                                   the matrices are those of Theorem 4.1; a run keeps it with its multiplier (source, eq. 4.18)";
-                        return found(equation, [true, !of_time], why.into());
-                    }
-                    Integrable::AtAllPoints(points) => (
-                        true,
-                        format!("Frobenius' test is zero, exactly, at {points} generic points: it is a relation of positions, as far as these tell{together}"),
-                    ),
-                    Integrable::NotDecided => {
-                        (false, "taken as nonholonomic: Frobenius' test is not decided, a function in it has no values at rational points".into())
-                    }
-                };
+                let (holonomic, why) = judged(&tests.rows[k], linear, &together);
+                if linear {
+                    return found(equation, [holonomic, !of_time], why);
+                }
                 let moves =
                     if of_time { "; its coefficients depend on the time, by what is prescribed beside it" } else { "" };
                 (equation, holonomic, !of_time, format!("{why}{moves}; {multiplier}"))
             }
+            Kept::Position(row, function) => {
+                let why =
+                    "a kinematic excitation (source, sec. 4.1.1) behind a curve that is followed from its other end";
+                prescribed(numbers(row, ""), function.text(), why)
+            }
             Kept::Speed(row, function) => {
-                let equation = format!("{} = {}", numbers(row, "'"), function.text());
-                let reason =
-                    format!("constant coefficients: the integral by the time is a relation of positions; {multiplier}");
-                (equation, true, false, reason)
+                let why = "the integral by the time is a relation of positions";
+                prescribed(numbers(row, "'"), function.text(), why)
             }
             Kept::Acceleration(row, function) => {
-                let equation = format!("{} = {}", numbers(row, "''"), function.text());
-                let reason = format!(
-                    "constant coefficients: two integrals by the time are a relation of positions; {multiplier}"
-                );
-                (equation, true, false, reason)
+                let why = "two integrals by the time are a relation of positions";
+                prescribed(numbers(row, "''"), function.text(), why)
             }
         };
         found(equation, [holonomic, scleronomic], reason)
     };
     equations.kept.iter().enumerate().map(one).collect()
+}
+
+/// Whether a row of speeds is a relation of positions, and how that was decided.
+fn judged(test: &Integrable, linear: bool, together: &str) -> (bool, String) {
+    match test {
+        Integrable::No(point) => {
+            let why = format!(
+                "Frobenius' test is not zero, exactly, at the generic point {point}: no relation of positions says the same"
+            );
+            (false, why + together)
+        }
+        _ if linear => {
+            let why = "its coefficients are constant, beside the other constraints: it is the rate of a linear relation of positions; \
+                       the matrices are those of Theorem 4.1; a run keeps it with its multiplier (source, eq. 4.18)";
+            (true, why.into())
+        }
+        Integrable::AtAllPoints(points) => {
+            let why = format!(
+                "Frobenius' test is zero, exactly, at {points} generic points: it is a relation of positions, as far as these tell"
+            );
+            (true, why + together)
+        }
+        Integrable::NotDecided => (
+            false,
+            "taken as nonholonomic: Frobenius' test is not decided, a function in it has no values at rational points"
+                .into(),
+        ),
+    }
 }
 
 /// What several rows say together: how many relations of positions there are in them, and those that are simple.

@@ -20,8 +20,8 @@ keys! {
                 "The right-hand side, an angle or a length, or a smooth function of the time `t`, parameters, signals `[signal.NAME]` and \
                  tables: its value and its rate must not jump; left out: zero.";
             expression: Surface,
-                "In place of `coefficients`: an expression of angles and positions (`crank.phi`, `car.s`) that is zero all the time, itself a \
-                 number, an angle or a length (a sum of squares is divided by a length); smooth.";
+                "In place of `coefficients`: an expression of angles and positions (`crank.phi`, `car.s`) that is zero all the time, in any unit: \
+                 `\"x.s^2 + y.s^2 - l^2\"`; smooth.";
             rates: Formulas,
                 "In place of `coefficients`: coefficients of speeds by shaft and mass, expressions of angles and positions, whose sum is zero: \
                  `{ x = \"-sin(heading.phi)\", y = \"cos(heading.phi)\" }` is a wheel that rolls where it heads and does not slide aside.";
@@ -38,7 +38,8 @@ pub const CONSTRAINT: Element = Element {
     a1 q1 + a2 q2 + ... = offset(t)
     expression(q) = 0
     a1(q) q1' + a2(q) q2' + ... = 0",
-    signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is a_k times it. Where the sum is a length it is the force `<name>.f`. Where the offset \
+    signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is a_k times it. Where the sum is a length it is the force `<name>.f`; of a \
+            relation in another unit `<name>.lambda`, in that of energy over it: N/m where it is an area. Where the offset \
             moves, the multiplier times the rate of the offset is the power that the constraint gives.",
     symbol: Symbol::Relation,
     fields: Constraint::FIELDS,
@@ -68,7 +69,7 @@ fn check(values: &Values) -> Vec<Mistake> {
         let help = "take it out; an angle that an expression is to have stands in the expression";
         return vec![Mistake::new("offset", "it belongs to `coefficients`", help)];
     }
-    if values.formulas("rates").is_some_and(|(row, _)| row.is_empty()) {
+    if values.formulas("rates").is_some_and(|row| row.is_empty()) {
         let help = "give the coefficient of at least one speed, as in { x = 1, roll = \"-r\" }";
         return vec![Mistake::new("rates", "no coefficients, so nothing is constrained", help)];
     }
@@ -84,13 +85,12 @@ fn check(values: &Values) -> Vec<Mistake> {
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    if let Some((row, domain)) = values.formulas("rates").or_else(|| values.formulas("expression")) {
-        let measure = (domain == Domain::Translation).then_some(Term::Measure(domain));
+    if let Some(row) = values.formulas("rates").or_else(|| values.formulas("expression")) {
         let kept = match row.as_slice() {
             [(name, formula)] if name.is_empty() => Kept::Surface(Arc::clone(formula)),
             row => Kept::Rates(row.to_vec()),
         };
-        return measure.into_iter().chain([Term::Kept(kept)]).collect();
+        return vec![Term::Kept(kept)];
     }
     if !values.has("coefficients") {
         return Vec::new();

@@ -6,9 +6,9 @@ use serde::Serialize;
 use super::printed::printed;
 use crate::results::serial::Ending;
 use crate::results::{
-    Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, DescriptorSystem, DiscreteTime,
-    Elimination, Factor, FailingMode, MatrixDistances, Mechanism, Mode, Placement, Sensitivity, SystemProperties,
-    Zeros,
+    Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, Counting, DescriptorSystem,
+    DiscreteTime, Elimination, Factor, FailingMode, MatrixDistances, Mechanism, Mode, Placement, Sensitivity,
+    SystemProperties, Zeros,
 };
 
 /// The structure of a model: modes, controllability, observability, zeros, least numbers and places of motors and sensors.
@@ -27,6 +27,8 @@ pub(super) struct AnalysisView<'a> {
     coordinates: &'a [String],
     /// Motions without inertia that were eliminated; `null` if there was none.
     elimination: Option<&'a Elimination>,
+    /// Charges that only count, where it is they alone that are not reached or not seen; `null` if that is not so.
+    counting: Option<&'a Counting>,
     /// The modes, by size of their eigenvalue.
     modes: Vec<ModeView<'a>>,
     /// Whether every state can be reached; `null` where a proof was asked for and not found.
@@ -208,6 +210,7 @@ impl<'a> AnalysisView<'a> {
             class: analysis.class.as_ref(),
             coordinates: &analysis.coordinates,
             elimination: analysis.elimination.as_ref(),
+            counting: analysis.counting.as_ref(),
             modes: analysis.modes.iter().map(mode).collect(),
             controllable,
             observable,

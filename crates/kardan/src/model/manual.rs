@@ -378,7 +378,7 @@ fn describe(kind: &Kind) -> String {
         Kind::Functions => "functions of time by name".into(),
         Kind::Expressions => "expressions by motor".into(),
         Kind::Expression => "expression of measurements, signals and blocks".into(),
-        Kind::Surface => "expression of an angle or a length".into(),
+        Kind::Surface => "expression of angles and positions".into(),
         Kind::Formulas => "expressions by shaft or mass".into(),
         Kind::Formula(Dimension::NONE) => "expression of a number".into(),
         Kind::Formula(dimension) => {

@@ -2,7 +2,7 @@
 
 use super::document::Instance;
 use crate::element::Values;
-use crate::equations::{GROUND, Measured, Term};
+use crate::equations::{GROUND, Hold, Measured, Term};
 use crate::results::{JoinKind, MechanismPart, Symbol, Terminal};
 use crate::schema::{Field, Kind};
 
@@ -10,7 +10,8 @@ use crate::schema::{Field, Kind};
 pub(super) fn part(instance: &Instance, values: &Values, terms: &[Term], described: &str) -> MechanismPart {
     let kind = instance.kind;
     let mut laws: Vec<String> = Vec::new();
-    for law in terms.iter().flat_map(laws_of) {
+    let play = kind.symbol != Symbol::Stop && terms.iter().any(is_side);
+    for law in terms.iter().flat_map(laws_of).chain(play.then_some("backlash")) {
         let law = if values.along_masses { along_masses(law) } else { law };
         if !laws.iter().any(|known| known == law) {
             laws.push(law.into());
@@ -71,6 +72,11 @@ fn ends(field: &Field, values: &Values, symbol: Symbol) -> Vec<Terminal> {
         }
         _ => Vec::new(),
     }
+}
+
+/// Whether it is a side of a way, which play is between.
+fn is_side(term: &Term) -> bool {
+    matches!(term, Term::Hold { hold: Hold::Stop { .. } | Hold::Cushion { .. }, .. })
 }
 
 /// The word for what is measured of a mass.

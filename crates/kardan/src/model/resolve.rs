@@ -339,14 +339,14 @@ pub(super) fn element_values(
             function.into_iter().for_each(|found| values.insert(field.name, Resolved::OfTime(Arc::new(found))));
         }
         if let (Kind::Formulas, Value::Map(entries)) = (field.kind, &given.value) {
-            if let Some((row, domain)) = functions.row(entries, &label, out) {
-                values.insert(field.name, Resolved::Formulas(row, domain));
+            if let Some(row) = functions.row(entries, &label, out) {
+                values.insert(field.name, Resolved::Formulas(row));
             }
             continue;
         }
         if let (Kind::Surface, Value::Scalar(Scalar::Expression(expression))) = (field.kind, &given.value) {
-            if let Some((formula, domain)) = functions.surface(expression, (&given.place, &label), out) {
-                values.insert(field.name, Resolved::Formulas(vec![(String::new(), formula)], domain));
+            if let Some(formula) = functions.surface(expression, (&given.place, &label), out) {
+                values.insert(field.name, Resolved::Formulas(vec![(String::new(), formula)]));
             }
             continue;
         }

@@ -212,6 +212,14 @@ impl<'a> TableReader<'a> {
         if let Some(period) = wanted.of_other(&value, &found) {
             (value, found) = (period, wanted);
         }
+        let of = |name: &str| self.parameter(name).map(|found| found.declared.dimension);
+        if expression.mixes_turns(wanted, found, &of) {
+            let message = format!("{what}: expected {}, but this is {}", wanted.noun(), found.noun());
+            let turned = if found == Dimension::FREQUENCY { "times `2 pi`" } else { "divided by `2 pi`" };
+            let help = format!("a turn is 2 pi rad: write it {turned}");
+            out.push(Diagnostic::error("unit::dimension", message).at(place.clone(), found.noun()).help(help));
+            return None;
+        }
         if !wanted.is_like(&found) {
             let message = format!("{what}: expected {}, but this is {}", wanted.noun(), found.noun());
             out.push(

@@ -33,9 +33,11 @@ pub enum Quantity {
     Current,
     /// `v`: voltage, or potential against ground, V.
     Voltage,
+    /// `lambda`: the multiplier of a relation in another unit than those of angles and lengths; its unit is that of energy over that one.
+    Multiplier,
 }
 
-const WORDS: [(Quantity, &str); 14] = [
+const WORDS: [(Quantity, &str); 15] = [
     (Quantity::Angle, "phi"),
     (Quantity::Speed, "w"),
     (Quantity::Torque, "tau"),
@@ -51,6 +53,7 @@ const WORDS: [(Quantity, &str); 14] = [
     (Quantity::Charge, "q"),
     (Quantity::Current, "i"),
     (Quantity::Voltage, "v"),
+    (Quantity::Multiplier, "lambda"),
 ];
 
 impl Quantity {
@@ -75,9 +78,10 @@ impl Quantity {
         }
     }
 
-    /// The SI unit.
+    /// The SI unit; of what has one of its own none.
     pub fn unit(self) -> &'static str {
         match self {
+            Self::Multiplier => "",
             Self::Angle => "rad",
             Self::Speed => "rad/s",
             Self::Position => "m",

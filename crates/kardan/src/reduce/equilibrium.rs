@@ -5,10 +5,10 @@ use faer::{Mat, linalg::solvers::Qr};
 use kardan_rt::Operator;
 
 use super::{Motion, Reduced};
-use crate::equations::{Domain as Physical, Kept};
+use crate::equations::{Domain as Physical, Hold, Kept};
 use crate::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Rationals, Symbol, lower};
 use crate::num::{Matrix, Random, Rational, Scalar, echelon, rational_from_f64, rational_to_f64};
-use crate::units::Dimension;
+use crate::units::{Dimension, Exact};
 
 /// Newton steps that are made at most, and halvings of one.
 const STEPS: usize = 200;
@@ -93,8 +93,9 @@ struct Statics {
 }
 
 impl Statics {
-    /// The torques with these inputs; of the coordinates those in `fixed` are given, and what is prescribed stays where it starts.
-    fn new(reduced: &Reduced, (inputs, fixed): (&[usize], &[usize]), start: &[f64]) -> Self {
+    /// The torques with these inputs, and with these rigid stops touched; of the coordinates those in `fixed` are given, and what is prescribed
+    /// stays where it starts.
+    fn new(reduced: &Reduced, (inputs, fixed): (&[usize], &[usize]), stops: &[usize], start: &[f64]) -> Self {
         let reduced = &*reduced.unrelaxed();
         let (mut motion, r) = (Motion::at_time_zero(reduced), reduced.degrees_of_freedom());
         let (numbers, rows): (Vec<usize>, Vec<Expr>) =
@@ -139,6 +140,11 @@ impl Statics {
             }
         }
         torques.extend(rows.iter().map(|row| graph.copied(&motion.graph, *row, &values)));
+        Contacts { reduced, motion: &mut motion, values: &values }.press(&mut graph, &mut torques);
+        for &stop in stops {
+            let contacts = &mut Contacts { reduced, motion: &mut motion, values: &values };
+            symbols.extend(contacts.touch(stop, &mut graph, &mut torques));
+        }
         let torques: Vec<(usize, Expr)> =
             torques.into_iter().enumerate().filter(|(_, torque)| !graph.is_zero(*torque)).collect();
         let exprs: Vec<Expr> = torques.iter().map(|(_, torque)| *torque).collect();
@@ -370,7 +376,7 @@ fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> V
         match kept.law {
             Kept::Rates(_) => {}
             Kept::Surface(_) => out.extend(row.position.map(|position| (number, position))),
-            Kept::Speed(..) | Kept::Acceleration(..) => {
+            Kept::Position(..) | Kept::Speed(..) | Kept::Acceleration(..) => {
                 let terms =
                     row.row.iter().map(|(shaft, a)| (motion.graph.multiply(*a, motion.angles[*shaft]), Rational::ONE));
                 let terms: Vec<_> = terms.collect();
@@ -392,7 +398,7 @@ fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> V
 /// # Panics
 /// If `start` has not one entry per coordinate, or there is no such input.
 pub fn held(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize]) -> Held {
-    let (statics, r) = (Statics::new(reduced, (inputs, fixed), start), reduced.degrees_of_freedom());
+    let (statics, r) = (Statics::new(reduced, (inputs, fixed), &[], start), reduced.degrees_of_freedom());
     let mut from = start.to_vec();
     from.resize(statics.symbols.len(), 0.0);
     let found = statics.without_rounding(statics.newton(&from).0, inputs.len());
@@ -412,12 +418,84 @@ pub fn held(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize])
     }
 }
 
-/// Equilibria near a reduced position (rad or m), and those that starts within a turn around it lead to.
+/// Stops, cushions and play at rest, written into static torques.
+struct Contacts<'a> {
+    reduced: &'a Reduced,
+    motion: &'a mut Motion,
+    /// Of the symbols of the motion their expressions in the graph of the torques.
+    values: &'a [(Symbol, Expr)],
+}
+
+impl Contacts<'_> {
+    /// `aᵀq − offset`, in the graph of the motion.
+    fn gap(&mut self, hold: usize, offset: &Exact) -> Expr {
+        let row = &self.reduced.equations.holds[hold].row;
+        let angle = self.motion.sum(row, |motion, shaft| motion.angles[shaft]);
+        let offset = self.motion.exact(offset);
+        self.motion.graph.subtract(angle, offset)
+    }
+
+    /// Adds a torque along a hold.
+    fn push(&self, hold: usize, torque: Expr, graph: &mut Graph, torques: &mut [Expr]) {
+        let direction = &self.motion.frictions[self.reduced.equations.frictions.len() + hold];
+        for (k, entry) in direction {
+            let along = graph.copied(&self.motion.graph, *entry, self.values);
+            let part = graph.multiply(along, torque);
+            torques[*k] = graph.add(torques[*k], part);
+        }
+    }
+
+    /// Cushions press with their stiffness where their gap is negative.
+    fn press(&mut self, graph: &mut Graph, torques: &mut [Expr]) {
+        for (k, hold) in self.reduced.equations.holds.iter().enumerate() {
+            let Hold::Cushion { offset, stiffness, .. } = &hold.value else { continue };
+            let gap = self.gap(k, offset);
+            let stiffness = self.motion.exact(stiffness);
+            let own = &mut self.motion.graph;
+            let zero = own.integer(0);
+            let pressed = own.min(gap, zero);
+            let push = own.multiply(stiffness, pressed);
+            let push = own.negate(push);
+            let push = graph.copied(&self.motion.graph, push, self.values);
+            self.push(k, push, graph, torques);
+        }
+    }
+
+    /// A rigid stop is touched: its gap vanishes, and it pushes with a torque to be found, whose symbol is given back.
+    fn touch(&mut self, hold: usize, graph: &mut Graph, torques: &mut Vec<Expr>) -> Option<Symbol> {
+        let Hold::Stop { offset, .. } = &self.reduced.equations.holds[hold].value else { return None };
+        let gap = self.gap(hold, offset);
+        let held = graph.new_symbol(self.reduced.equations.holds[hold].element.clone(), Dimension::TORQUE);
+        self.push(hold, held, graph, torques);
+        torques.push(graph.copied(&self.motion.graph, gap, self.values));
+        graph.symbol_of(held)
+    }
+}
+
+/// Rigid stops of which all choices are tried.
+const STOPS: usize = 4;
+
+/// Equilibria near a reduced position (rad or m), and those that starts within a turn around it lead to. Where there is none with all rigid stops
+/// open, one that rests on some of them.
 ///
 /// # Panics
 /// If `start` has not one entry per coordinate.
 pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
-    let (statics, r) = (Statics::new(reduced, (&[], &[]), start), reduced.degrees_of_freedom());
+    let open = with_stops(reduced, start, &[]);
+    if !open.found.is_empty() {
+        return open;
+    }
+    let holds = reduced.equations.holds.iter().enumerate();
+    let stops: Vec<usize> = holds.filter(|(_, h)| matches!(h.value, Hold::Stop { .. })).map(|(k, _)| k).collect();
+    let count = stops.len().min(STOPS);
+    let choice = |bits: usize| (0..count).filter(|k| bits >> k & 1 == 1).map(|k| stops[k]).collect::<Vec<_>>();
+    let resting = (1..1 << count).map(|bits| with_stops(reduced, start, &choice(bits)));
+    resting.into_iter().find(|one| !one.found.is_empty()).unwrap_or(open)
+}
+
+/// Equilibria with these rigid stops touched and pushing, the others open.
+fn with_stops(reduced: &Reduced, start: &[f64], stops: &[usize]) -> Equilibria {
+    let (statics, r) = (Statics::new(reduced, (&[], &[]), stops, start), reduced.degrees_of_freedom());
     let free: Vec<usize> = (0..r).filter(|k| !statics.active.contains(k)).collect();
     let mut out = Equilibria { found: Vec::new(), free, constant: None, best: None };
     out.constant = statics.constant();
@@ -438,7 +516,11 @@ pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
         let (found, residual) = statics.newton(&from);
         let found = statics.without_rounding(found, 0);
         let (position, rest) = (found[..r].to_vec(), &found[r..]);
-        let (currents, multipliers) = rest.split_at(statics.counters.len());
+        let (currents, held) = rest.split_at(statics.counters.len());
+        let (multipliers, pushes) = held.split_at(held.len() - stops.len());
+        if pushes.iter().any(|push| *push < 0.0) {
+            continue;
+        }
         let near = |a: &f64, b: &f64| (a - b).abs() <= SAME * a.abs().max(1.0);
         let known = out.found.iter().any(|other| other.position.iter().zip(&position).all(|(a, b)| near(a, b)));
         if known {

@@ -25,7 +25,25 @@ use crate::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
 ///
 /// # Panics
 /// If `named` holds a name that is no shaft or holds one twice (the model checks this before).
-pub fn reduce(mut equations: Equations, named: Option<&[String]>) -> Result<Reduced, ReduceError> {
+pub fn reduce(equations: Equations, named: Option<&[String]>) -> Result<Reduced, ReduceError> {
+    let moving: Vec<String> = equations.moving.keys().cloned().collect();
+    let behind = (!moving.is_empty()).then(|| equations.clone());
+    let found = explicit(equations, named);
+    let (Err(ReduceError::NotExplicit { one_way, .. }), Some(equations)) = (&found, behind) else { return found };
+    if one_way.is_empty() {
+        return found;
+    }
+    // What is prescribed behind a curve that is followed from its other end alone is kept: of one such constraint, or of all.
+    let kept = |names: &[String]| {
+        let mut equations = equations.clone();
+        equations.keep_moving(names);
+        explicit(equations, named).ok()
+    };
+    moving.iter().find_map(|name| kept(std::slice::from_ref(name))).or_else(|| kept(&moving)).map_or(found, Ok)
+}
+
+/// The same where nothing that is prescribed stands behind a curve.
+fn explicit(mut equations: Equations, named: Option<&[String]>) -> Result<Reduced, ReduceError> {
     let redundant = keep_independent(&mut equations)?;
     let constraints = check_motion(&equations)?;
     let number = |name: &String| {

@@ -69,6 +69,19 @@ impl Motion {
             let (rate, change) = match &kept.law {
                 Kept::Rates(row) => self.take(Free::rates(reduced, row)),
                 Kept::Surface(formula) => self.take(Free::surface(reduced, formula)),
+                Kept::Position(row, function) => {
+                    let (row, speed) = self.constant_row(row);
+                    let [place, rate, bend] = [function.as_ref(), &function.rate(), &function.rate().rate()]
+                        .map(|function| self.of_time(function));
+                    let mut terms = vec![(place, Rational::from(-1))];
+                    for (shaft, x) in &row {
+                        terms.push((self.graph.multiply(*x, self.angles[*shaft]), Rational::ONE));
+                    }
+                    let position = Some(self.graph.sum(Rational::ZERO, &terms));
+                    let speed = Some(self.graph.subtract(speed, rate));
+                    let change = self.graph.negate(bend);
+                    (KeptRate { row, position, speed, rate }, change)
+                }
                 Kept::Speed(row, function) => {
                     let (row, speed) = self.constant_row(row);
                     let [rate, bend] = [function.as_ref(), &function.rate()].map(|function| self.of_time(function));
@@ -248,6 +261,12 @@ struct Row {
     defect: f64,
 }
 
+impl Row {
+    fn size(&self) -> f64 {
+        dot(&self.entries, &self.entries).sqrt()
+    }
+}
+
 /// The rows, and what is given, as numbers.
 struct Search<'a> {
     given: &'a GivenRows,
@@ -342,7 +361,8 @@ impl<'a> Search<'a> {
             }
             let x = if rate == 0 { &mut found.position } else { &mut found.speed };
             let size = x.iter().fold(1.0f64, |size, x| size.max(x.abs()));
-            let is_left = |k: usize| !(rows[k].defect.abs() <= LEFT * size);
+            // A row in another unit, as an area, is as large as its slope says.
+            let is_left = |k: usize| !(rows[k].defect.abs() <= LEFT * size * rows[k].size().max(1.0));
             let Least { change, follow } = match least_change(&rows, LEFT_BY_GIVEN * size) {
                 Ok(least) => least,
                 Err(_) if !(given..rows.len()).any(is_left) => break,
@@ -535,6 +555,7 @@ pub fn frozen(reduced: &Reduced, position: &[f64], multipliers: &[f64]) -> Resul
     let known = lower(&motion.graph, &entries, &mut Rationals, at_zero);
     let exact = |output: usize| rational_from_f64(memory[plan.place(output)]).unwrap_or(Rational::ZERO);
     let kept = std::mem::take(&mut equations.kept);
+    equations.kept_again.clear();
     for ((kept, rate), multiplier) in kept.into_iter().zip(&motion.kept).zip(multipliers) {
         let carries = rational_from_f64(*multiplier).unwrap_or(Rational::ZERO);
         let (mut row, mut offset) = (Vec::new(), Rational::ZERO);

@@ -31,6 +31,8 @@ pub struct Analysis {
     pub constraint_forces: Option<ConstraintForces>,
     /// What was eliminated because no mass moves with it.
     pub elimination: Option<Elimination>,
+    /// Charges that only count, where it is they alone that are not reached or not seen.
+    pub counting: Option<Counting>,
     /// The modes, by size of their eigenvalue.
     pub modes: Vec<Mode>,
     /// Exact answers on controllability, observability, zeros and the least numbers of inputs and outputs.
@@ -66,6 +68,17 @@ pub struct Elimination {
     pub removed: Vec<String>,
     /// States that are combinations of the original ones.
     pub definitions: Vec<Definition>,
+}
+
+/// Charges that act on nothing: they count what has flowed. The rest of the system is told without them.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct Counting {
+    /// Each charge, or sum of charges.
+    pub charges: Vec<String>,
+    /// Whether all other states are reached.
+    pub others_controllable: bool,
+    /// Whether all other states are seen, where no output shows these charges.
+    pub others_observable: bool,
 }
 
 /// Definition 4.4, judged.

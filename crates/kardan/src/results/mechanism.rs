@@ -98,7 +98,7 @@ pub struct MechanismPart {
     pub symbol: Symbol,
     /// Its values as one line.
     pub values: String,
-    /// What it does: `inertia`, `stiffness`, `damping`, `friction`; of a sensor what it measures.
+    /// What it does: `inertia`, `stiffness`, `damping`, `friction`, `backlash`; of a sensor what it measures.
     pub laws: Vec<String>,
     /// Its ratio, if it has one.
     pub ratio: Option<f64>,

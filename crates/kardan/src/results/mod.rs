@@ -148,6 +148,7 @@ impl Quantity {
             Self::Charge => Physical::Charge,
             Self::Current => Physical::Current,
             Self::Voltage => Physical::Voltage,
+            Self::Multiplier => Physical::other(""),
             Self::Torque | Self::Command | Self::Ripple | Self::Friction | Self::Disturbance | Self::Excess => {
                 Physical::Torque
             }

@@ -75,7 +75,7 @@ pub enum Kind {
     OfTime(Dimension),
     /// A table from names of shafts and masses to expressions of angles and positions.
     Formulas,
-    /// An expression of angles and positions that is to vanish: an angle or a length.
+    /// An expression of angles and positions that is to vanish, of any unit.
     Surface,
     /// A list of tables, each of the given shape.
     Tables(&'static [Field]),

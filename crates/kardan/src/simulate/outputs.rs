@@ -4,10 +4,10 @@ use super::machine::{Found, Machine};
 use super::readings::{Read, Readings};
 use super::sampler::{Compliance, Sampler, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
-use crate::assemble::{Along, KeptRow};
+use crate::assemble::Along;
 use crate::equations::{Domain, Hold, InputKind, Measured};
 use crate::names::Quantity;
-use crate::num::Keeper;
+use crate::num::{Keeper, rational_to_f64};
 use crate::reduce::{Motion, Multipliers, Reduced};
 use crate::results::{Physical, Signal};
 
@@ -125,18 +125,28 @@ impl Columns<'_> {
         }
     }
 
-    /// Multipliers of kept rows and what they do to shafts.
+    /// Multipliers of kept rows, and of those that follow from them, and what they do to shafts.
     fn add_kept(&mut self) {
         let equations = &self.reduced.equations;
-        let current = |kept: &KeptRow| equations.domain_of_kept(kept) == Domain::Charge;
-        for (k, kept) in equations.kept.iter().enumerate().filter(|(_, kept)| !current(kept)) {
-            let (element, shafts) = (&kept.element, equations.shafts_of(&kept.law));
-            let effort = equations.domain_of_kept(kept).effort();
+        let number = |name: &str| equations.kept.iter().position(|kept| kept.element == *name);
+        let own = equations.kept.iter().enumerate().map(|(k, kept)| (kept, vec![(k, 1.0)]));
+        let again = equations.kept_again.iter().map(|again| {
+            let parts = again.shares.iter().filter_map(|(name, x)| Some((number(name)?, rational_to_f64(x))));
+            (&again.row, parts.collect())
+        });
+        for ((kept, parts), shares) in own.chain(again).zip(self.reduced.split_of_kept()) {
+            if equations.domain_of_kept(kept) == Some(Domain::Charge) {
+                continue;
+            }
+            let shares: Vec<(usize, f64)> = shares.iter().map(|(k, x)| (*k, rational_to_f64(x))).collect();
+            let element = &kept.element;
+            let (multiplier, physical) = equations.multiplier_of_kept(kept);
             let description = format!("constraint multiplier of {element}");
-            self.add(effort.of(element), effort.physical(), description, Read::Kept(k));
-            for shaft in shafts {
+            self.add(multiplier.of(element), physical, description, Read::Kept(shares.clone()));
+            for shaft in equations.shafts_of(&kept.law) {
                 let what = |physical: Physical| format!("constraint {}", physical.word());
-                self.on_body(element, shaft, what, Read::KeptOn(k, shaft));
+                let parts: Vec<(usize, f64)> = Vec::clone(&parts);
+                self.on_body(element, shaft, what, Read::KeptOn(parts, shares.clone(), shaft));
             }
         }
     }

@@ -31,9 +31,10 @@ pub(super) enum Read {
     Friction(usize),
     /// Torques of holds, each times a number.
     Holds(Vec<(usize, f64)>),
-    /// The multiplier of a kept row, and what it does to a shaft.
-    Kept(usize),
-    KeptOn(usize, usize),
+    /// The multiplier of a kept row, as a sum of those of independent rows, each times a number.
+    Kept(Vec<(usize, f64)>),
+    /// What it does to a shaft: first the sum of independent rows that its row is.
+    KeptOn(Vec<(usize, f64)>, Vec<(usize, f64)>, usize),
     Law(usize),
     Source(usize),
     Sensor(usize),
@@ -165,12 +166,14 @@ impl Shared<'_> {
                     shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
                 self.motion.graph.sum(Rational::ZERO, &terms)
             }
-            Read::Kept(k) => self.kept(*k),
-            Read::KeptOn(k, shaft) => {
-                let multiplier = self.kept(*k);
-                let own = self.motion.kept[*k].row.iter().find(|(other, _)| other == shaft).map(|(_, entry)| *entry);
-                let zero = self.motion.graph.integer(0);
-                own.map_or(zero, |entry| self.motion.graph.multiply(entry, multiplier))
+            Read::Kept(shares) => self.kept(shares),
+            Read::KeptOn(parts, shares, shaft) => {
+                let multiplier = self.kept(shares);
+                let entry = |k: usize| self.motion.kept[k].row.iter().find(|(other, _)| other == shaft);
+                let entries: Vec<(Expr, Rational)> =
+                    parts.iter().filter_map(|(k, x)| Some((entry(*k)?.1, exact(*x)))).collect();
+                let entry = self.motion.graph.sum(Rational::ZERO, &entries);
+                self.motion.graph.multiply(entry, multiplier)
             }
             Read::Law(k) => self.motion.laws[*k],
             Read::Source(k) => self.found.source_values[*k],
@@ -179,9 +182,11 @@ impl Shared<'_> {
     }
 
     /// What holds a kept row acts against it as friction would; its multiplier is the opposite.
-    fn kept(&mut self, row: usize) -> Expr {
-        let held = self.frictions[self.reduced.equations.set_valued().count() + row];
-        self.motion.graph.negate(held)
+    fn kept(&mut self, shares: &[(usize, f64)]) -> Expr {
+        let first = self.reduced.equations.set_valued().count();
+        let terms: Vec<(Expr, Rational)> =
+            shares.iter().map(|(row, x)| (self.frictions[first + row], exact(-x))).collect();
+        self.motion.graph.sum(Rational::ZERO, &terms)
     }
 
     fn torques(&mut self, springs: &[usize], dampers: &[usize]) -> Expr {

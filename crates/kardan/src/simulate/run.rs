@@ -95,6 +95,8 @@ const LOOKS: usize = 6;
 const LEAST_LOOKS: usize = 2;
 /// What helps teeth that jam.
 pub const UNJAM: &str = "Give it less loss (a larger `efficiency_back`), more inertia before it or less behind it, or let a spring carry the load";
+/// Part of a step by series in which an event makes it end soon after.
+const SOON: f64 = 1e-6;
 /// Part of a step to which an event is located that the step is to be shortened for.
 const ROUGHLY: f64 = 1e-6;
 /// Steps of regula falsi towards an event.
@@ -141,7 +143,7 @@ const OUT_OF_BALANCE: f64 = 10.0;
 const LONGEST: f64 = 1e9;
 /// How near the integrator comes to where rates end, relative to the time.
 const STUCK: f64 = 256.0 * f64::EPSILON;
-/// Of the largest speed, what putting a step back on kept rows changes at most where it passed no place at which they are dependent.
+/// Of the largest speed, or of this many rad/s or m/s where all are slower, what putting a step back on kept rows changes at most where it passed no place at which they are dependent.
 const THROWN: f64 = 1e-3;
 /// A speed that no drivetrain reaches, rad/s.
 const DIVERGED: f64 = 1e6;
@@ -717,12 +719,12 @@ impl RunningLoop {
         let speeds = self.state[r..2 * r].iter().zip(&self.looked[r..2 * r]);
         let (most, largest) = speeds
             .fold((0.0f64, 0.0f64), |(most, size), (now, then)| (most.max((now - then).abs()), size.max(then.abs())));
-        if most <= THROWN.max(100.0 * self.tolerance) * largest {
+        if most <= THROWN.max(100.0 * self.tolerance) * largest.max(THROWN) {
             return Ok(moved);
         }
         // Where the rows are nearest to it.
         let (mut low, mut high) = (self.solver.previous_time(), self.time);
-        let mut least = |run: &mut Self, at: f64| {
+        let least = |run: &mut Self, at: f64| {
             run.solver.interpolate(at, &mut run.looked);
             run.machine.least_pivot(at, &run.looked)
         };
@@ -1091,6 +1093,14 @@ impl RunningLoop {
         match self.solver.prospect(&mut self.machine) {
             Prospect::Stays => return None,
             Prospect::Leaves(part) => {
+                // What is rounding is measured by the step: by no longer one than it takes.
+                let (part, length) = match &mut self.solver {
+                    Integrator::Taylor(solver) if part < SOON => {
+                        solver.end_earlier(2.0 * part);
+                        (0.5, 2.0 * part * length)
+                    }
+                    _ => (part, length),
+                };
                 self.machine.measure_step(length, self.solver.previous_state(), self.solver.state());
                 let zero = self.solver.previous_time() + part * length;
                 if let Some((low, high)) = self.confirm(zero) {

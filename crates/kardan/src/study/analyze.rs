@@ -6,7 +6,7 @@ use kardan_rt::functions::{atan2, hypot, ln};
 
 use super::descriptor::taken_apart;
 use super::massless::{Mechanical, not_eliminated};
-use super::others::{others, state_name};
+use super::others::{Others, others, state_name};
 use super::placement::Places;
 use super::prepare::is_error;
 use super::redundant::split_multipliers;
@@ -22,11 +22,14 @@ use crate::analysis::{
 use crate::diagnostics::Diagnostic;
 use crate::equations::Domain;
 use crate::model::{DataDigits, StateSpace, read_state_space};
+use crate::names::{Quantity, SignalName, carrier};
 use crate::num::{Definiteness, Matrix, Rational, definiteness, exact_rank, rational_to_f64};
 use crate::reduce::Reduced;
 use crate::results::{
-    Analysis, Basis, Breach, Class, ConstraintForces, DiscreteTime, MatrixDistance, MatrixDistances, Mode,
+    Analysis, Basis, Breach, Class, ConstraintForces, Counting, DiscreteTime, MatrixDistance, MatrixDistances, Mode,
+    Structure,
 };
+use crate::synthesis::without_counting;
 
 /// Analyses a model file.
 ///
@@ -123,12 +126,10 @@ pub(super) fn analyze_variant(
     let mechanical = Mechanical::new(pencil, names.clone());
     let (massless, mut linear, elimination) = if mechanical.is_regular() {
         (None, mechanical.into_pencil(), None)
-    } else if settings.eliminate_massless {
+    } else {
         let rest = mechanical.eliminate().map_err(|error| not_eliminated(error, &others, variant))?;
         let elimination = mechanical.elimination(&rest, &others);
         (Some(mechanical), rest.system, Some(elimination))
-    } else {
-        return Err(mechanical.refusal(variant));
     };
     linear.states.iter_mut().for_each(|state| *state = state_name(state, &others));
     let mut analysis = Analysis {
@@ -147,6 +148,7 @@ pub(super) fn analyze_variant(
         || Beside::of(system, reduced, massless.is_none()),
     );
     decided?;
+    analysis.counting = counting(&analysis.structure, &linear, &others);
     let modes = if massless.is_none() {
         exact_modes_beside(system, &beside.reduction, &analysis.structure.factors, || {
             beside.modes.unwrap_or_else(|| modes(system, &beside.reduction))
@@ -180,6 +182,23 @@ pub(super) fn analyze_variant(
     };
     analysis.placement = places.placement(&mut analysis.notes);
     Ok(analysis)
+}
+
+/// Charges that only count, where it is they alone that are not reached or not seen.
+fn counting(found: &Structure, linear: &LinearSystem, others: &Others) -> Option<Counting> {
+    let is_charge = |state: &String| {
+        let name = SignalName::new(state);
+        name.is(Quantity::Charge) && others.get(carrier(state)) == Some(&Domain::Charge)
+    };
+    let charges: Vec<usize> = (0..linear.states.len()).filter(|k| is_charge(&linear.states[*k])).collect();
+    if found.minimal() || charges.is_empty() {
+        return None;
+    }
+    let (charges, hidden, rest) = without_counting(linear, &charges)?;
+    let rest = structure(&rest).ok()?;
+    let others_controllable = !found.controllable() && rest.controllable();
+    let others_observable = !found.observable() && hidden && rest.observable();
+    (others_controllable || others_observable).then_some(Counting { charges, others_controllable, others_observable })
 }
 
 /// Constraint forces, if there are constraints, and orthogonal bases.

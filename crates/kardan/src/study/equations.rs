@@ -245,6 +245,7 @@ fn text_mark(name: &str, order: usize) -> String {
         6 => Quantity::Voltage.of(name),
         7 => Quantity::Force.of(name),
         8 => Quantity::Friction.of(name),
+        9 => Quantity::Multiplier.of(name),
         _ => format!("sgn({name}')"),
     }
 }
@@ -420,6 +421,7 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
             6 => format!("u_{{{index}}}"),
             7 => format!("f_{{{index}}}"),
             8 => format!(r"\tau_{{{index},\mathrm{{loss}}}}"),
+            9 => format!(r"\lambda_{{{index}}}"),
             _ => format!(r"\operatorname{{sgn}}\dot{letter}_{{{index}}}"),
         }
     };

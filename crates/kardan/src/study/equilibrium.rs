@@ -75,6 +75,12 @@ impl Rest {
         }
         let Some(first) = all.found.first() else {
             let (best, residual) = all.best.unwrap_or_default();
+            if residual == 0.0 && !best.is_empty() {
+                return Err(format!(
+                    "at {} no torque is left, but a law has no slope there: nothing tells whether it stays",
+                    place(&best)
+                ));
+            }
             return Err(format!(
                 "no equilibrium was found from {} starts within a turn (that there is none is not proven); at best {residual:.3e} are left, at {}",
                 STARTS + 1,

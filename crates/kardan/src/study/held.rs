@@ -6,7 +6,7 @@ use super::places::{place_of, places_in_control};
 use crate::analysis::combination;
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::{Domain, Kept};
+use crate::equations::Domain;
 use crate::model::{ControlSpec, Document, Model, TableReader};
 use crate::num::Rational;
 use crate::reduce::{NoEquilibrium, NoRelaxation, Reduced, equilibrium_rows, reduce, relaxation, sparse_model};
@@ -29,12 +29,12 @@ fn refusal(why: String, help: &'static str) -> Refusal {
 /// Why a motion that moves what a kept row constrains does not run.
 fn beside_kept(equations: &Equations, element: String) -> Refusal {
     let kept = equations.kept.iter().find(|kept| kept.element == element);
-    let help = match kept.map(|kept| equations.domain_of_kept(kept)) {
+    let help = match kept.and_then(|kept| equations.domain_of_kept(kept)) {
         Some(Domain::Charge) => {
             "put an inductor into this loop, or write the current as a sum whose integral is known: powers of `t`, sines, cosines and \
              exponentials of straight lines, cubic tables without their third power"
         }
-        _ if kept.is_some_and(|kept| matches!(kept.law, Kept::Speed(..) | Kept::Acceleration(..))) => {
+        _ if kept.is_some_and(|kept| kept.law.prescribes()) => {
             "give one of these shafts an inertia, or prescribe `angle` or `position` in place of the speed, of which no inertia is needed: `position = \"0.1 m/s * t\"`"
         }
         _ => "give one of these shafts an inertia, or let the constraint act on shafts that have one",

@@ -8,10 +8,9 @@ use super::equilibrium::{Rest, in_words};
 use super::initial::Entry;
 use super::places::{at_each, place_of};
 use super::{AnalysisSpec, Prepared, PreparedVariant};
-use crate::assemble::KeptRow;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::entries::Place;
-use crate::equations::{InputKind, Kept};
+use crate::equations::InputKind;
 use crate::expr::Expr;
 use crate::model::{ControlSpec, Document, TableReader};
 use crate::num::{Matrix, Rational, echelon};
@@ -46,8 +45,7 @@ pub(super) fn check_kept(document: &Document, reduced: &Reduced, out: &mut Vec<D
     if let Some(row) = superfluous(reduced).or_else(follows) {
         let name = &equations.kept[row].element;
         let message = format!("`{name}` holds no motion that the other constraints leave, at no position");
-        let help =
-            "remove it, or those that say the same: beside rows of speeds, and expressions, no row is kept twice";
+        let help = "remove it, or those that say the same: of kept rows only a sum of rows of speeds in the same unit is kept once";
         let mistake = Diagnostic::error("constraint::dependent", message);
         out.push(mistake.at(place_of(document, name), "this constraint").help(help));
     } else if no_motion {
@@ -230,8 +228,7 @@ pub(super) fn frozen_variant(variant: &PreparedVariant) -> Result<PreparedVarian
 
 /// Elements that prescribe a speed or an acceleration.
 fn prescribed(reduced: &Reduced) -> impl Iterator<Item = &str> {
-    let prescribes = |kept: &&KeptRow| matches!(kept.law, Kept::Speed(..) | Kept::Acceleration(..));
-    reduced.equations.kept.iter().filter(prescribes).map(|kept| kept.element.as_str())
+    reduced.equations.kept.iter().filter(|kept| kept.law.prescribes()).map(|kept| kept.element.as_str())
 }
 
 /// Elements whose offset, position, speed or acceleration is a function of time.

@@ -75,9 +75,10 @@ pub(super) fn kept_lines(
     };
     let line = |(k, kept): (usize, &crate::assemble::KeptRow)| {
         let effort = match equations.domain_of_kept(kept) {
-            Domain::Rotation => 3,
-            Domain::Charge => 6,
-            Domain::Translation => 7,
+            Some(Domain::Rotation) => 3,
+            Some(Domain::Charge) => 6,
+            Some(Domain::Translation) => 7,
+            None => 9,
         };
         let multiplier = mark(&kept.element, effort);
         let direction = &motion.frictions[first + k];
@@ -90,6 +91,7 @@ pub(super) fn kept_lines(
         };
         let equation = match (&kept.law, motion.kept[k].position) {
             (Kept::Surface(_), Some(position)) => format!("{} = 0", written(position)),
+            (Kept::Position(_, function), _) => format!("{} = {}", along(0), of_time(function, style)),
             (Kept::Speed(_, function), _) => format!("{} = {}", along(1), of_time(function, style)),
             (Kept::Acceleration(_, function), _) => format!("{} = {}", along(2), of_time(function, style)),
             _ => format!("{} = 0", along(1)),

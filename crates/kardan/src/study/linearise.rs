@@ -50,11 +50,11 @@ impl Project {
         let mut notes = Vec::new();
         let point = WorkingPoint::of(variant, settings, &mut notes)?;
         let others = others(&variant.reduced);
-        let mut system = system_at(variant, &point, settings, &others)?;
+        let mut system = system_at(variant, &point, &others, &mut notes)?;
         if !descriptor {
             system = system.explicit().ok_or_else(|| {
                 let message = "the inertia matrix is singular: there is no ẋ = A x + B u";
-                vec![Diagnostic::error("analysis::singular", message).help("add --eliminate-massless")]
+                vec![Diagnostic::error("analysis::singular", message).help("write the matrices with E: `--descriptor`")]
             })?;
         }
         let unit = |name: &String| NamedUnit { name: name.clone(), unit: SignalName::new(name).unit().into() };
@@ -92,8 +92,8 @@ impl Project {
 fn system_at(
     variant: &PreparedVariant,
     point: &WorkingPoint,
-    settings: &AnalyzeSettings,
     others: &Others,
+    notes: &mut Vec<String>,
 ) -> Result<LinearSystem, Vec<Diagnostic>> {
     let (coordinates, basis) = point.system.explicit_basis(&variant.reduced.coordinates);
     if coordinates.is_empty() {
@@ -104,10 +104,12 @@ fn system_at(
     let names = coordinates.iter().map(|&shaft| point.system.coordinates[shaft].clone()).collect();
     let pencil = linear_system(&point.system, &coordinates, &basis, &point.outputs);
     let mechanical = Mechanical::new(pencil, names);
-    let mut system = match (mechanical.is_regular(), settings.eliminate_massless) {
-        (true, _) => mechanical.into_pencil(),
-        (false, false) => return Err(mechanical.refusal(variant)),
-        (false, true) => mechanical.eliminate().map_err(|error| not_eliminated(error, others, variant))?.system,
+    let mut system = match mechanical.is_regular() {
+        true => mechanical.into_pencil(),
+        false => {
+            notes.push("motions without inertia are eliminated: what follows at once is no state".into());
+            mechanical.eliminate().map_err(|error| not_eliminated(error, others, variant))?.system
+        }
     };
     system.states.iter_mut().for_each(|state| *state = state_name(state, others));
     Ok(system)

@@ -3,8 +3,7 @@
 use super::PreparedVariant;
 use super::others::{Others, state_name};
 use crate::analysis::{
-    Eliminated, LinearSystem, MasslessError, Side, combination, eliminate_massless, massless_direction,
-    plain_combination,
+    Eliminated, LinearSystem, MasslessError, Side, eliminate_massless, massless_direction, plain_combination,
 };
 use crate::diagnostics::Diagnostic;
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, echelon};
@@ -109,23 +108,6 @@ impl Mechanical {
                 })
                 .collect(),
         }
-    }
-
-    /// Why the system cannot be analysed as it is.
-    pub(super) fn refusal(&self, variant: &PreparedVariant) -> Vec<Diagnostic> {
-        let way_out = "or eliminate the motion with `--eliminate-massless`";
-        if variant.massless.is_empty() {
-            let direction = massless_direction(&self.coordinates, &self.inertia()).unwrap_or_default();
-            let message = format!("at the operating point the motion along {} has no inertia", combination(&direction));
-            let help = format!("choose another point with `at` of `[analysis]`, {way_out}");
-            return vec![Diagnostic::error("model::massless", message).help(help)];
-        }
-        let mut out = variant.massless.clone();
-        for diagnostic in &mut out {
-            let help = diagnostic.help.take().unwrap_or_default();
-            diagnostic.help = Some(format!("{help}; {way_out}"));
-        }
-        out
     }
 }
 

@@ -191,7 +191,10 @@ fn are(names: &[&str]) -> String {
 fn left_in_words(reduced: &Reduced, found: &Held) -> String {
     if let Some((row, off)) = found.unmet.first() {
         let kept = &reduced.equations.kept[*row];
-        let unit = reduced.equations.domain_of_kept(kept).motion()[0].unit();
+        let unit = match reduced.equations.domain_of_kept(kept) {
+            Some(domain) => domain.motion()[0].unit().to_string(),
+            None => reduced.equations.dimension_of_kept(kept).si(),
+        };
         return format!("no position was found that `{}` allows: it is off by {off:.6} {unit} at best", kept.element);
     }
     let Some((k, torque)) = found.left else { return "a torque is left".into() };

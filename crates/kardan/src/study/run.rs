@@ -208,8 +208,7 @@ fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analys
     if states > MOST_STATES {
         return Err(format!("the structure of {states} states is not analysed in a run; `kardan analyze` does"));
     }
-    let eliminate_massless = variant.reduced.relaxation.is_some();
-    let settings = AnalyzeSettings { eliminate_massless, ..AnalyzeSettings::default() };
+    let settings = AnalyzeSettings::default();
     let mut found = match variant.reduced.equations.kept.is_empty() {
         true => analyze_variant(prepared, variant, &settings, &Silent),
         false => frozen_variant(variant)

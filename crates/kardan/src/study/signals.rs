@@ -30,8 +30,6 @@ pub struct AnalyzeSettings {
     pub outputs: Vec<String>,
     /// Prove every answer over the rationals, however long it takes.
     pub certify: bool,
-    /// Eliminate motions without inertia instead of refusing them.
-    pub eliminate_massless: bool,
 }
 
 /// Where a variant is analysed, with its equations there.

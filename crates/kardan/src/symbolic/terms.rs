@@ -192,7 +192,8 @@ fn kept(coordinates: &[String], law: &Kept<String>, letters: &mut Letters) -> Ke
             let row = row.iter().filter_map(|(name, a)| Some((number(name)?, formula(a))));
             KeptLaw::Rates(row.filter(|(_, entry)| !entry.is_zero()).collect())
         }
-        Kept::Speed(row, _) | Kept::Acceleration(row, _) => {
+        // An element brings none: it is a constraint that the reduction keeps.
+        Kept::Position(row, _) | Kept::Speed(row, _) | Kept::Acceleration(row, _) => {
             let along = Direction { entries: row.clone() };
             let row = self::row(entries(coordinates, &along, letters));
             if matches!(law, Kept::Speed(..)) { KeptLaw::Speed(row) } else { KeptLaw::Acceleration(row) }

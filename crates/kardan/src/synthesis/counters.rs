@@ -96,6 +96,25 @@ impl Left {
     }
 }
 
+/// Charges among these states that act on nothing, in words, whether no output shows them, and the system of all others. None where there are none,
+/// or where E is singular.
+pub fn without_counting(system: &LinearSystem, charges: &[usize]) -> Option<(Vec<String>, bool, LinearSystem)> {
+    let states = system.states.len();
+    let matrix = Matrix::from_fn(states, charges.len(), |i, j| system.a[(i, charges[j])].clone());
+    let e = echelon(&matrix, &(0..charges.len()).collect::<Vec<_>>());
+    let (kernel, place) = (e.kernel(), |k: usize| charges.iter().position(|charge| *charge == k));
+    if kernel.columns() == 0 {
+        return None;
+    }
+    let directions =
+        Matrix::from_fn(states, kernel.columns(), |i, j| place(i).map_or(Rational::ZERO, |i| kernel[(i, j)].clone()));
+    let column = |j: usize| (0..states).map(|i| directions[(i, j)].clone()).collect::<Vec<_>>();
+    let names = (0..directions.columns()).map(|j| in_words(&system.states, &column(j))).collect();
+    let hidden = system.c.multiply(&directions).as_slice().iter().all(Scalar::is_zero);
+    let counters = Counters { directions, measured: e.free().into_iter().map(|k| charges[k]).collect() };
+    Some((names, hidden, Left::of(&counters, states).system(&system.explicit()?)))
+}
+
 /// The charges that neither A nor C of a plant's system know.
 pub(super) fn counters_of(plant: &Plant, system: &LinearSystem) -> Counters {
     counters_beside(plant, system, &[])

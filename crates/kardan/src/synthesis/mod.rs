@@ -41,7 +41,7 @@ mod zeros;
 pub use clock::Clock;
 use clock::is_single;
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles, poles_without};
-pub use counters::{Counters, counting_charges};
+pub use counters::{Counters, counting_charges, without_counting};
 pub use design::design_law;
 #[cfg(test)]
 pub(crate) use design::designs_of;

@@ -14,7 +14,7 @@ const fn known(dimension: Dimension, word: &'static str, si: &'static str, examp
     Known { dimension, word, si, example }
 }
 
-pub(super) static KNOWN: [Known; 28] = [
+pub(super) static KNOWN: [Known; 30] = [
     known(Dimension::NONE, "number without a unit", "", "51/50"),
     known(Dimension::ANGLE, "angle", "rad", "30 deg"),
     known(Dimension::ANGULAR_VELOCITY, "angular velocity", "rad/s", "60 rpm"),
@@ -35,6 +35,8 @@ pub(super) static KNOWN: [Known; 28] = [
     known(Dimension::LINEAR_STIFFNESS, "stiffness along masses", "N/m", "20 N/mm"),
     known(Dimension::LINEAR_DAMPING, "damping along masses", "N s/m", "50 N s/m"),
     known(Dimension::LENGTH_PER_ANGLE, "length per angle", "m/rad", "50 mm/rev"),
+    known(Dimension::mechanical(1, 2, -1, 0), "angular momentum", "N m s", "2 N m s"),
+    known(Dimension::mechanical(1, 1, -1, 0), "momentum", "N s", "2 N s"),
     known(Dimension::CHARGE, "charge", "C", "2 uC"),
     known(Dimension::CURRENT, "current", "A", "5 A"),
     known(Dimension::VOLTAGE, "voltage", "V", "24 V"),
@@ -137,6 +139,10 @@ impl Dimension {
             && found == Self::mechanical(0, 0, -1, 0)
         {
             return format!("write it as \"{} rev/s\": a turn is 2 pi rad", value.to_f64());
+        }
+        if let (true, Ok((value, Self::ANGULAR_VELOCITY))) = (*self == Self::FREQUENCY, parse_quantity(text)) {
+            let turns = value.to_f64() / std::f64::consts::TAU;
+            return format!("write it as \"{turns} Hz\": a turn is 2 pi rad");
         }
         let bare = matches!(parse_quantity(text), Ok((_, Self::NONE)));
         let candidates = if !bare {

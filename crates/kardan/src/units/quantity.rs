@@ -35,6 +35,7 @@ pub fn parse_quantity(text: &str) -> Result<(Exact, Dimension), UnitError> {
     let (factor, dimension) = reader.unit()?;
     let value = &number * &factor;
     check_range(&value, text, 0..text.len())?;
+    check_fraction(text)?;
     Ok((value, dimension))
 }
 
@@ -82,6 +83,7 @@ pub fn parse_number(text: &str) -> Result<Exact, UnitError> {
         .help(format!("write \"{}\"", text[..end].trim())));
     }
     check_range(&number, text, 0..text.len())?;
+    check_fraction(text)?;
     Ok(number)
 }
 
@@ -147,6 +149,25 @@ pub(super) fn check_length(text: &str, limit: usize) -> Result<(), UnitError> {
         return Err(UnitError::new("number::syntax", 0..text.len(), message).help("write fewer digits"));
     }
     Ok(())
+}
+
+/// Whether it is clear what a `/` with spaces around it divides by: in `1 / 60 s` it may be `60` or `60 s`.
+fn check_fraction(text: &str) -> Result<(), UnitError> {
+    let spaced =
+        |at: &usize| text[..*at].ends_with(char::is_whitespace) || text[at + 1..].starts_with(char::is_whitespace);
+    let Some(at) = text.match_indices('/').map(|(at, _)| at).find(spaced) else { return Ok(()) };
+    let mut reader = Reader { text, at: at + 1 };
+    reader.spaces();
+    let start = reader.at;
+    let divisor = reader.factor_of_number()?;
+    let (top, first) = (text[..at].trim(), &text[start..reader.at]);
+    let rest = reader.rest().trim();
+    if divisor.is_none() || rest.is_empty() {
+        return Ok(());
+    }
+    let message = format!("it is not clear whether `/` also divides by `{rest}`");
+    let help = format!("write `{top}/{first} {rest}`, or `{top}/({first} {rest})`");
+    Err(UnitError::new("number::unclear", reader.at..text.len(), message).help(help))
 }
 
 /// Whether a number is one of floating point.

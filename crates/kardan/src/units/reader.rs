@@ -132,6 +132,16 @@ impl<'t> Reader<'t> {
         Ok(self.decimal()?.map(|rational| Exact::new(rational, 0)))
     }
 
+    /// `^` or `**`.
+    pub fn eat_power(&mut self) -> bool {
+        self.eat('^') || (self.rest().starts_with("**") && self.eat('*') && self.eat('*'))
+    }
+
+    /// Whether π is next.
+    pub fn at_pi(&self) -> bool {
+        Reader { ..*self }.eat_pi()
+    }
+
     pub fn eat_pi(&mut self) -> bool {
         let Some(after) = self.rest().strip_prefix("pi").or_else(|| self.rest().strip_prefix('π')) else {
             return false;
@@ -286,6 +296,13 @@ impl<'t> Reader<'t> {
     /// `^2`, `**-1`, `²`, `⁻¹`, or nothing.
     pub fn power(&mut self, start: usize) -> Result<i32, UnitError> {
         const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+        let name = &self.text[start..self.at];
+        let end = self.at;
+        // `kg ^ 2` is no power of a quantity.
+        self.spaces();
+        if !(self.rest().starts_with('^') || self.rest().starts_with("**")) {
+            self.at = end;
+        }
         let power_start = self.at;
         let raised = self.run(|c| RAISED.contains(&c) || c == '⁻' || c == '⁺');
         let digits: String = if !raised.is_empty() {
@@ -295,10 +312,10 @@ impl<'t> Reader<'t> {
                 None => '+',
             };
             raised.chars().map(plain).collect()
-        } else if self.eat('^') || (self.rest().starts_with("**") && self.eat('*') && self.eat('*')) {
+        } else if self.eat_power() {
+            self.spaces();
             self.run(|c| c.is_ascii_digit() || c == '-' || c == '+').to_string()
         } else {
-            let name = &self.text[start..self.at];
             let digits = self.run(|c| c.is_ascii_digit());
             if !digits.is_empty() && name != "1" {
                 return Err(UnitError::new("unit::syntax", start..self.at, format!("unexpected `{digits}` in a unit"))

@@ -14,10 +14,6 @@ fn drive(flexspline: &str) -> String {
     source.replace(body, &format!("[shaft.fs]\n{inertia}"))
 }
 
-fn eliminate() -> AnalyzeSettings {
-    AnalyzeSettings { eliminate_massless: true, ..AnalyzeSettings::default() }
-}
-
 fn analyze(source: &str, settings: &AnalyzeSettings) -> Result<Analysis, Vec<Diagnostic>> {
     let found = study::analyze(source, settings, &Silent);
     if let Err(told) = &found {
@@ -47,17 +43,10 @@ fn roots(analysis: &Analysis) -> Vec<Pole> {
 }
 
 #[test]
-fn a_motion_without_inertia_is_named_and_a_way_out_offered() {
+fn a_motion_without_inertia_is_named_and_eliminated() {
     let source = drive("");
-    let refused = only(&source, &AnalyzeSettings::default());
-    assert_eq!(refused.code, "model::massless");
-    // cs follows fs by 50/51.
-    for part in ["`fs`, `cs` can move", "along `fs` + 50/51·`cs`"] {
-        assert!(refused.message.contains(part), "{refused:?}");
-    }
-    assert!(refused.help.as_ref().unwrap().contains("--eliminate-massless"));
-    let places: Vec<&str> = refused.labels.iter().map(|label| &source[label.place.span()]).collect();
-    assert_eq!(places, ["fs", "cs"]);
+    let found = analyze(&source, &AnalyzeSettings::default()).unwrap().elimination.unwrap();
+    assert_eq!((found.motions, found.direction.as_str()), (1, "fs"));
     // A run knows the motion as one of first order; the net torque of a shaft without inertia is zero, whatever the inputs do.
     let told = study::run(&source, &Settings::default(), &Silent).unwrap_err();
     assert!(told.iter().all(|d| d.code != "model::massless"), "{told:?}");
@@ -65,13 +54,13 @@ fn a_motion_without_inertia_is_named_and_a_way_out_offered() {
     assert!(design.message.contains("no input reaches fs_torque.tau"), "{design:?}");
     // Other mistakes stay mistakes.
     let broken = format!("{source}\n[gear.more]\nshaft_1 = \"wg\"\nshaft_2 = \"nowhere\"\nratio = 2\n");
-    assert_eq!(only(&broken, &eliminate()).code, "name::unknown");
+    assert_eq!(only(&broken, &AnalyzeSettings::default()).code, "name::unknown");
 }
 
 /// One of six states goes; the others move as they do with a very small inertia.
 #[test]
 fn the_massless_flexspline_is_the_limit_of_a_light_one() {
-    let limit = analyze(&drive(""), &eliminate()).unwrap();
+    let limit = analyze(&drive(""), &AnalyzeSettings::default()).unwrap();
     let structure = &limit.structure;
     assert_eq!((structure.states.len(), limit.coordinates.len()), (5, 3));
     let elimination = limit.elimination.as_ref().unwrap();
@@ -79,7 +68,7 @@ fn the_massless_flexspline_is_the_limit_of_a_light_one() {
     assert!(elimination.definitions.is_empty());
     let mut last = f64::INFINITY;
     for light in ["1e-8", "1e-10"] {
-        let with = analyze(&drive(light), &eliminate()).unwrap();
+        let with = analyze(&drive(light), &AnalyzeSettings::default()).unwrap();
         assert_eq!((with.structure.states.len(), &with.elimination), (6, &None));
         let (found, expected) = (roots(&with), roots(&limit));
         assert_eq!((found.len(), expected.len()), (6, 5));
@@ -105,7 +94,7 @@ fn places_after_the_elimination_are_those_that_suffice() {
         "[[analysis.actuator]]\nshaft = \"wg\"",
         "[[analysis.actuator]]\nshaft = \"cs\"\n\n[[analysis.actuator]]\nshaft = \"wg\"",
     );
-    let placement = analyze(&source, &eliminate()).unwrap().placement;
+    let placement = analyze(&source, &AnalyzeSettings::default()).unwrap().placement;
     let (inputs, outputs) = (placement.inputs.unwrap(), placement.outputs.unwrap());
     assert_eq!((inputs.candidates.len(), inputs.exhaustive), (4, true));
     let listed = |search: &kardan::results::PlacementSearch, set: &[&str]| {
@@ -120,7 +109,7 @@ fn places_after_the_elimination_are_those_that_suffice() {
             let settings = AnalyzeSettings {
                 inputs: [first, second].map(|name| format!("{name}_motor")).to_vec(),
                 outputs: [first, second].map(|name| format!("{name}.phi")).to_vec(),
-                ..eliminate()
+                ..AnalyzeSettings::default()
             };
             match analyze(&source, &settings) {
                 Ok(with) => {
@@ -140,10 +129,9 @@ fn places_after_the_elimination_are_those_that_suffice() {
 }
 
 #[test]
-fn a_regular_model_is_analysed_the_same_with_and_without() {
+fn nothing_is_eliminated_of_a_regular_model() {
     for builtin in model::BUILTIN {
         let plain = analyze(builtin.source, &AnalyzeSettings::default()).unwrap();
-        assert_eq!(plain, analyze(builtin.source, &eliminate()).unwrap(), "{}", builtin.name);
         assert_eq!(plain.elimination, None);
     }
 }
@@ -153,9 +141,7 @@ fn a_regular_model_is_analysed_the_same_with_and_without() {
 fn a_circuit_without_inductance_keeps_its_charge() {
     let source = "[voltage_source.V]\nfrom = \"ground\"\nto = \"a\"\n[resistor.R]\nfrom = \"a\"\nto = \"b\"\n\
                   resistance = \"2 Ohm\"\n[capacitor.C]\nfrom = \"b\"\nto = \"ground\"\ncapacitance = \"0.25 F\"\n";
-    let refused = only(source, &AnalyzeSettings::default());
-    assert!(refused.message.contains("no inductance") && refused.help.unwrap().contains("--eliminate-massless"));
-    let settings = AnalyzeSettings { outputs: vec!["C.q".into(), "R.i".into()], ..eliminate() };
+    let settings = AnalyzeSettings { outputs: vec!["C.q".into(), "R.i".into()], ..AnalyzeSettings::default() };
     let found = analyze(source, &settings).unwrap();
     assert_eq!(found.modes.len(), 1);
     assert_eq!(found.structure.factors[0].polynomial, "s + 2");
@@ -174,14 +160,14 @@ fn a_winding_of_a_transformer_may_be_the_coordinate() {
                   to_2 = \"ground\"\nratio = 3\n[resistor.R2]\nfrom = \"c\"\nto = \"d\"\nresistance = \"1 Ohm\"\n\
                   [capacitor.C]\nfrom = \"d\"\nto = \"ground\"\ncapacitance = \"0.25 F\"\n\
                   [scenario]\nduration = \"1 s\"\ninitial = { \"zz.2.q\" = \"1 C\" }\n";
-    let found = analyze(source, &eliminate()).unwrap();
+    let found = analyze(source, &AnalyzeSettings::default()).unwrap();
     assert_eq!((&found.structure.states, &found.structure.outputs), (&vec!["zz.2.q".into()], &vec!["zz.2.q".into()]));
     assert_eq!(found.structure.factors[0].polynomial, "s + 36/11");
     assert_eq!(found.elimination.unwrap().removed, ["zz.2.i"]);
-    let (linear, _) = study::linearise(source, &eliminate(), false).unwrap();
+    let (linear, _) = study::linearise(source, &AnalyzeSettings::default(), false).unwrap();
     assert_eq!((linear.states[0].name.as_str(), linear.states[0].unit.as_str()), ("zz.2.q", "C"));
     assert_eq!(linear.a[(0, 0)].to_string(), "-36/11");
-    let asked = AnalyzeSettings { outputs: vec!["zz.1.i".into(), "zz.2.q".into()], ..eliminate() };
+    let asked = AnalyzeSettings { outputs: vec!["zz.1.i".into(), "zz.2.q".into()], ..AnalyzeSettings::default() };
     assert_eq!(analyze(source, &asked).unwrap().structure.relative_degrees, [[Some(0)], [Some(1)]]);
 }
 
@@ -190,25 +176,26 @@ fn what_cannot_be_eliminated_is_explained() {
     // b hangs on a spring, and a torque acts on it: its speed needs the derivative of the torque.
     let spring = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\n[spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\n\
                   stiffness = \"2 N m/rad\"\n[motor.m]\nshaft = \"b\"\n";
-    let told = only(spring, &AnalyzeSettings { outputs: vec!["b.w".into()], ..eliminate() });
+    let told = only(spring, &AnalyzeSettings { outputs: vec!["b.w".into()], ..AnalyzeSettings::default() });
     assert_eq!(told.code, "analysis::massless");
     for part in ["derivative 1", "`b.w`", "`m`"] {
         assert!(told.message.contains(part), "{told:?}");
     }
     assert_eq!(&spring[told.labels[0].place.span()], "b");
     // Its angle is fine: a + u/2.
-    let angle = analyze(spring, &AnalyzeSettings { outputs: vec!["b.phi".into()], ..eliminate() }).unwrap();
+    let angle =
+        analyze(spring, &AnalyzeSettings { outputs: vec!["b.phi".into()], ..AnalyzeSettings::default() }).unwrap();
     assert_eq!(
         (angle.structure.states.join(" "), angle.structure.relative_degrees[0][0]),
         ("a.phi a.w".into(), Some(0))
     );
     // c is tied to nothing at all.
     let loose = format!("{spring}[shaft.c]\n");
-    let told = only(&loose, &eliminate());
+    let told = only(&loose, &AnalyzeSettings::default());
     assert!(told.message.contains("`c` is not determined"), "{told:?}");
     // Nothing but a spring to the wall.
     let rigid = "[shaft.a]\n[spring_damper.s]\nshaft_1 = \"a\"\nstiffness = \"2 N m/rad\"\n[motor.m]\nshaft = \"a\"\n";
-    let told = only(rigid, &eliminate());
+    let told = only(rigid, &AnalyzeSettings::default());
     assert!(told.message.contains("no motion is left"), "{told:?}");
 }
 
@@ -216,7 +203,7 @@ fn what_cannot_be_eliminated_is_explained() {
 #[test]
 fn torques_on_massless_shafts_are_outputs() {
     let source = format!("{}[sensor.torque]\nmeasures = \"torque\"\nelement = \"hd\"\nshaft = \"fs\"\n", drive(""));
-    let settings = AnalyzeSettings { outputs: vec!["torque".into(), "fs.w".into()], ..eliminate() };
+    let settings = AnalyzeSettings { outputs: vec!["torque".into(), "fs.w".into()], ..AnalyzeSettings::default() };
     let found = analyze(&source, &settings).unwrap();
     // Two inputs, two outputs, one of which is 0.01 N m s/rad times the other.
     assert_eq!(found.structure.zeros.normal_rank, 1);
@@ -308,4 +295,27 @@ fn a_run_does_not_wait_for_the_analysis_of_a_large_model() {
     let study = study::run(&source, &Settings::default(), &Silent).unwrap();
     assert!(study.analysis.is_none() && study.runs.len() == 1);
     assert!(study.warnings.iter().any(|warning| warning.contains("`kardan analyze`")), "{:?}", study.warnings);
+}
+
+/// Behind a voltage the charge of a motor counts what has flowed, and k q − J ω − d φ never changes: the inputs do not reach that one
+/// combination. All motions they do reach, which is told; a second shaft that nothing drives is no matter of counting.
+#[test]
+fn a_charge_that_only_counts_is_told_apart_from_a_motion_that_is_not_reached() {
+    let motor = "[shaft.rotor]\ninertia = \"0.01 kg m^2\"\ndamping = \"0.02 N m s/rad\"\n[voltage_source.V]\nfrom = \"ground\"\nto = \"a\"\n\
+                 [dc_motor.M]\nfrom = \"a\"\nto = \"ground\"\nshaft = \"rotor\"\ntorque_constant = \"0.1 N m/A\"\nresistance = \"1 Ohm\"\n\
+                 inductance = \"2 mH\"\n";
+    let settings = AnalyzeSettings { outputs: vec!["rotor.phi".into()], ..AnalyzeSettings::default() };
+    let found = analyze(motor, &settings).unwrap();
+    assert_eq!((found.structure.controllable_rank, found.structure.states.len()), (3, 4));
+    let counting = found.counting.unwrap();
+    assert_eq!(counting.charges.len(), 1);
+    assert!(counting.charges[0].ends_with(".q"), "{counting:?}");
+    assert!(counting.others_controllable && counting.others_observable, "{counting:?}");
+    let alone = format!("{motor}[shaft.idle]\ninertia = \"1 kg m^2\"\n");
+    assert_eq!(analyze(&alone, &settings).unwrap().counting, None);
+    // A charge that an output shows is seen.
+    let shown = AnalyzeSettings { outputs: vec!["rotor.phi".into(), "M.q".into()], ..AnalyzeSettings::default() };
+    let found = analyze(motor, &shown).unwrap();
+    assert!(found.structure.observable());
+    assert!(found.counting.is_some_and(|counting| counting.others_controllable && !counting.others_observable));
 }

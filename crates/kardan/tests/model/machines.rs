@@ -186,7 +186,7 @@ fn the_structure_of_a_motor_is_decided_exactly() {
     assert!(broken.len() == 1 && broken[0].contains("inertia"), "{broken:?}");
     // Without inductance the current is no state: T = J R/(k² + R d).
     let quick = EXACT.replace("inductance = \"0.5 H\"\n", "");
-    let settings = AnalyzeSettings { eliminate_massless: true, ..AnalyzeSettings::default() };
+    let settings = AnalyzeSettings::default();
     let found = study::analyze(&quick, &settings, &Silent).unwrap();
     let polynomials: Vec<&str> = found.structure.factors.iter().map(|one| one.polynomial.as_str()).collect();
     assert!(polynomials.contains(&"s + 82/5"), "{polynomials:?}");

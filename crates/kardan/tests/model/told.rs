@@ -116,29 +116,19 @@ fn an_analysis_names_the_kink_of_a_law() {
     assert!(analyze(&smooth, &AnalyzeSettings::default(), &Silent).is_ok());
 }
 
-/// What is no length is told to be divided by what is left.
+/// A relation, and a row of speeds, may be of any unit; the terms of a row are one quantity all the same.
 #[test]
-fn a_relation_that_is_no_length_tells_what_to_divide_by() {
+fn a_relation_may_be_of_any_unit() {
     let circle = "(car.s - 5 cm * cos(a.phi))^2 + (5 cm * sin(a.phi))^2 - (15 cm)^2";
     let start = "[scenario]\ninitial = { \"car.s\" = \"0.2 m\" }\n";
     let source = format!("{SHAFT}{CAR}[constraint.rod]\nexpression = \"{circle}\"\n{start}");
-    let [code, message, .., help] = only(&source);
-    assert_eq!(code, "constraint::expression");
-    assert_eq!(
-        message,
-        "`expression` of constraint `rod`: expected an angle, a number or a length, found a quantity in m^2"
-    );
-    assert_eq!(
-        help,
-        "divide it by what is measured in m, such as `(...) / (1 m)`: then it is a length, and its multiplier a force"
-    );
-    right(&source.replace(circle, &format!("({circle}) / (1 m)")));
-    let rates = "[mass.b]\nmass = \"1 kg\"\n[constraint.r]\nrates = { car = \"b.s\", b = \"car.s\" }\n";
-    let [_, message, .., help] = only(&format!("{CAR}{rates}"));
-    assert_eq!(message, "`rates` of constraint `r`: its terms are a quantity in m^2/s, no speeds");
-    assert_eq!(help, "divide each coefficient by what is measured in m, such as `(1 m)`");
-    let divided = rates.replace("\"b.s\"", "\"b.s / (1 m)\"").replace("\"car.s\"", "\"car.s / (1 m)\"");
-    right(&format!("{CAR}{divided}[scenario]\ninitial = {{ \"car.s\" = \"1 m\" }}\n"));
+    right(&source);
+    right(&source.replace(circle, &format!("({circle}) * 3 kg / 1 s")));
+    let rates = "[mass.b]\nmass = \"1 kg\"\n[constraint.r]\nrates = { car = \"1 m + b.s\", b = \"car.s\" }\n";
+    right(&format!("{CAR}{rates}"));
+    let [code, message, ..] = only(&format!("{CAR}{}", rates.replace("\"car.s\"", "1")));
+    assert_eq!(code, "unit::dimension");
+    assert!(message.contains("but the term of `car` is a quantity in m^2/s"), "{message}");
 }
 
 /// The ground stands still: in rows it has no share, in expressions its motion is zero, and what names it alone acts on nothing.

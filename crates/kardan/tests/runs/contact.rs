@@ -557,3 +557,56 @@ fn locks_that_share_are_not_called_friction() {
         run.requirements.iter().map(|one| one.text.rsplit(" < ").next().unwrap_or_default()).collect();
     assert_eq!(texts, ["1e-12 rad/s", "3.5 rad/s", "1e9 rad/s"]);
 }
+
+/// A blow that loses nothing turns the relative speed about and keeps momentum, whatever rounding makes of the energy.
+#[test]
+fn a_blow_without_loss_loses_nothing() {
+    let mut dice = Dice(77);
+    for case in 0..40 {
+        let [m1, m2] = [1.0 + case as f64 / 7.0, 2.0];
+        let [v1, v2] = [1.1 + dice.below(1000) as f64 / 997.0, -0.7];
+        let source = format!(
+            "[mass.a]\nmass = \"{m1} kg\"\n[mass.b]\nmass = \"{m2} kg\"\n[end_stop.s]\nmass_1 = \"b\"\nmass_2 = \"a\"\nlower = \"0 m\"\nrestitution = 1\n\
+             [scenario]\nduration = \"1 s\"\ninitial = {{ \"a.v\" = \"{v1} m/s\", \"b.s\" = \"0.1 m\", \"b.v\" = \"{v2} m/s\" }}\n"
+        );
+        let mean = (m1 * v1 + m2 * v2) / (m1 + m2);
+        for method in METHODS {
+            let run = by(&source, method);
+            near(last(&run, "a.v"), 2.0 * mean - v1, 1e-12, &source);
+            near(last(&run, "b.v"), 2.0 * mean - v2, 1e-12, &source);
+        }
+    }
+}
+
+/// What bounces ever lower rests after √(2h/g) (1 + e)/(1 − e), however long the run goes on.
+#[test]
+fn a_bouncing_ball_rests_in_a_long_run() {
+    let source = ball("restitution = 0.7").replace("\"3 s\"", "\"36000 s\"").replace("10 ms", "3600 s");
+    let run = by(&source, Method::Automatic);
+    near(time_of(&run, "ground is rested on"), (2.0 * 0.8 / 10.0_f64).sqrt() * 1.7 / 0.3, 1e-9, "rests");
+    assert_eq!(last(&run, "ball.v"), 0.0);
+}
+
+/// A weight of 9.81 N rests on a rigid stop where it is, on a soft one of 1 kN/m 9.81 mm below, on a spring with 2 mm of play one more
+/// below: equilibria, at which a run stays.
+#[test]
+fn equilibria_rest_on_contacts() {
+    let weight = "[mass.a]\nmass = \"1 kg\"\n[torque.g]\nmass = \"a\"\nlaw = \"-9.81 N\"\n";
+    let run = "[scenario]\nduration = \"1 s\"\nstart = \"equilibrium\"\n";
+    for (contact, place) in [
+        ("[end_stop.k]\nmass_1 = \"a\"\nlower = \"-3 mm\"\n", -0.003),
+        ("[end_stop.k]\nmass_1 = \"a\"\nlower = \"0 m\"\nstiffness = \"1 kN/m\"\n", -0.00981),
+        (
+            "[spring_damper.k]\nmass_1 = \"a\"\nmass_2 = \"ground\"\nstiffness = \"1 kN/m\"\nbacklash = \"2 mm\"\n",
+            -0.01081,
+        ),
+    ] {
+        let source = format!("{weight}{contact}{run}");
+        for method in METHODS {
+            let run = by(&source, method);
+            for value in signal(&run, "a.s") {
+                near(*value, place, 1e-9, contact);
+            }
+        }
+    }
+}

@@ -277,7 +277,7 @@ fn commands_take_motions_without_inertia() {
         let study = Project::open(&source).run(&Settings::default(), &Silent).expect("a study");
         assert!(study.warnings.is_empty(), "{:?}", study.warnings);
         assert!(study.analysis.is_some(), "{source}");
-        let settings = AnalyzeSettings { eliminate_massless: true, ..AnalyzeSettings::default() };
+        let settings = AnalyzeSettings::default();
         Project::open(&source).analyze(&settings, &Silent).expect("an analysis");
         for form in [EquationsForm::Text, EquationsForm::Latex, EquationsForm::Plan] {
             Project::open(&source).equations(form).expect("equations");

@@ -182,8 +182,12 @@ fn try_form(rows: &[(usize, &[u8])], delimiter: u8, point: u8) -> Option<(f64, F
         let next = &are_rows[*index..are_rows.len().min(index + 8)];
         next[0] && 2 * next.iter().filter(|is_row| **is_row).count() >= next.len().min(3)
     };
-    let start = (0..rows.len()).find(goes_on).map(|index| rows[index].0);
-    form.start = start?;
+    let mut start = (0..rows.len()).find(goes_on)?;
+    // A row with numbers that is no row of units, below a header, is one of the numbers with a mistake: it is told where it is read.
+    while start > 1 && form.has_mistakes(rows[start - 1].1) {
+        start -= 1;
+    }
+    form.start = rows[start].0;
     Some((share, form))
 }
 
@@ -196,6 +200,15 @@ impl Form {
         row.len() == self.cells
             && row.iter().any(is_value)
             && row.iter().zip(&self.numeric).all(|(cell, numeric)| !numeric || *cell != Cell::Text)
+    }
+
+    /// Whether it has numbers and texts in the columns of numbers, and is no row of units.
+    fn has_mistakes(&self, line: &[u8]) -> bool {
+        let cells = cells_of(line, self.delimiter, self.point);
+        let mut texts = Vec::new();
+        cell::split(line, self.delimiter, &mut texts);
+        let texts: Vec<String> = texts.iter().map(|text| String::from_utf8_lossy(text).trim().to_owned()).collect();
+        cells.len() == self.cells && cells.iter().any(is_value) && !are_units(&texts)
     }
 
     fn layout(self, header: Header, rows: &[(usize, &[u8])], start: usize, encoding: Encoding) -> (Layout, Group) {
@@ -373,9 +386,11 @@ fn is_label(cell: &str) -> bool {
 }
 
 fn are_units(cells: &[String]) -> bool {
-    let units = cells.iter().filter(|cell| is_unit(without_brackets(cell))).count();
-    let texts = cells.iter().filter(|cell| !cell.is_empty() && *cell != "-" && !is_label(cell)).count();
-    units > 0 && 2 * units >= texts && !cells.iter().any(|cell| named_time(cell) && cell.len() > 1)
+    // `1` may stand for no unit, and tells nothing.
+    let cells = || cells.iter().filter(|cell| cell.parse::<f64>().is_err());
+    let units = cells().filter(|cell| is_unit(without_brackets(cell))).count();
+    let texts = cells().filter(|cell| !cell.is_empty() && *cell != "-" && !is_label(cell)).count();
+    units > 0 && 2 * units >= texts && !cells().any(|cell| named_time(cell) && cell.len() > 1)
 }
 
 fn is_time_unit(cell: &str) -> bool {

@@ -33,7 +33,7 @@ pub enum Resolved {
     /// What blocks and expressions compute.
     Task(Arc<Task>),
     /// Expressions by shaft or mass, and what their sum with the rates of these is.
-    Formulas(FormulaRow, Domain),
+    Formulas(FormulaRow),
 }
 
 /// The values of an element's keys, with parameters put in.
@@ -161,8 +161,8 @@ impl Values {
     }
 
     /// Expressions by shaft or mass, and what their sum with the rates of these is.
-    pub fn formulas(&self, key: &str) -> Option<(&FormulaRow, Domain)> {
-        if let Some(Resolved::Formulas(row, domain)) = self.get(key) { Some((row, *domain)) } else { None }
+    pub fn formulas(&self, key: &str) -> Option<&FormulaRow> {
+        if let Some(Resolved::Formulas(row)) = self.get(key) { Some(row) } else { None }
     }
 
     /// A list of tables.

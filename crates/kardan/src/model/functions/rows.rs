@@ -6,55 +6,37 @@ use super::Functions;
 use super::smooth::bend;
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
-use crate::equations::{Domain, Formula, FormulaRow, Meaning};
+use crate::equations::{Formula, FormulaRow, Meaning};
 use crate::expr::Graph;
 use crate::schema::{Placed, Scalar};
 use crate::units::{Dimension, Expression};
 
-/// The unit of what a quantity is another one times, if that is a power of a length, such as m^2.
-fn lengths_over(found: &Dimension, one: &Dimension) -> Option<String> {
-    let over = found.times(one, -1)?;
-    let powers = (1..=4).filter_map(|power| Dimension::NONE.times(&Dimension::LENGTH, power));
-    powers.into_iter().any(|power| power.is_like(&over)).then(|| over.si())
-}
-
 impl Functions<'_, '_> {
-    /// An expression of angles and positions that is to vanish: an angle or a length; and which of them it is.
+    /// An expression of angles and positions that is to vanish, of any unit.
     pub(crate) fn surface(
         &mut self,
         expression: &Expression,
         (place, what): (&Place, &str),
         out: &mut Vec<Diagnostic>,
-    ) -> Option<(Arc<Formula>, Domain)> {
+    ) -> Option<Arc<Formula>> {
         let (formula, found) = self.of_positions(expression, (place, what), out)?;
-        let domain =
-            [Domain::Rotation, Domain::Translation].into_iter().find(|domain| domain.dimensions()[0].is_like(&found));
-        if domain.is_none() || formula.coordinates().next().is_none() {
+        if formula.coordinates().next().is_none() {
             let at = place.part(expression.text(), 0..expression.text().len());
-            let message = match domain {
-                None => format!("{what}: expected an angle, a number or a length, found {}", found.noun()),
-                Some(_) => format!("{what}: no angle or position stands in it, so it constrains nothing"),
-            };
-            let help = match lengths_over(&found, &Dimension::LENGTH) {
-                Some(unit) => format!(
-                    "divide it by what is measured in {unit}, such as `(...) / (1 {unit})`: then it is a length, and its multiplier a force"
-                ),
-                None => "write what is to vanish, such as `q1.phi - 0.5 * sin(q2.phi)` or `crank * cos(a.phi) - car.s`"
-                    .into(),
-            };
+            let message = format!("{what}: no angle or position stands in it, so it constrains nothing");
+            let help = "write what is to vanish, such as `q1.phi - 0.5 * sin(q2.phi)` or `x.s^2 + y.s^2 - l^2`";
             out.push(Diagnostic::error("constraint::expression", message).at(at, found.noun()).help(help));
             return None;
         }
-        Some((formula, domain.unwrap_or_default()))
+        Some(formula)
     }
 
-    /// Coefficients by shaft and mass whose sum with the rates of these is a speed; and of what.
+    /// Coefficients by shaft and mass, whose sum with the rates of these is of any unit.
     pub(crate) fn row(
         &mut self,
         entries: &[(Placed<String>, Placed<Scalar>)],
         what: &str,
         out: &mut Vec<Diagnostic>,
-    ) -> Option<(FormulaRow, Domain)> {
+    ) -> Option<FormulaRow> {
         let before = out.len();
         let (mut row, mut sum) = (Vec::new(), None::<(Dimension, String)>);
         for (name, scalar) in entries {
@@ -91,9 +73,9 @@ impl Functions<'_, '_> {
             }
             row.push((name.value.clone(), formula));
         }
-        let Some((found, _)) = sum else {
+        if sum.is_none() {
             if entries.is_empty() {
-                return Some((row, Domain::default()));
+                return Some(row);
             }
             if let Some((name, _)) = entries.iter().find(|(name, _)| self.reader.is_ground(&name.value)) {
                 let message = format!("{what}: it names nothing that moves");
@@ -101,19 +83,8 @@ impl Functions<'_, '_> {
                 out.push(mistake.help("name a shaft or mass that moves"));
             }
             return None;
-        };
-        let domain =
-            [Domain::Rotation, Domain::Translation].into_iter().find(|domain| domain.dimensions()[1].is_like(&found));
-        if domain.is_none() && out.len() == before {
-            let message = format!("{what}: its terms are {}, no speeds", found.noun());
-            let help = match lengths_over(&found, &Dimension::VELOCITY) {
-                Some(unit) => format!("divide each coefficient by what is measured in {unit}, such as `(1 {unit})`"),
-                None => "coefficients are numbers, or lengths for the rates of angles".into(),
-            };
-            let place = entries.first().map(|(_, scalar)| scalar.place.clone()).unwrap_or_default();
-            out.push(Diagnostic::error("unit::dimension", message).at(place, found.noun()).help(help));
         }
-        (out.len() == before).then_some((row, domain?))
+        (out.len() == before).then_some(row)
     }
 
     /// An expression of angles and positions, smooth, without rates and without the time; and what it is of.

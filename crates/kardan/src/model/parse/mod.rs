@@ -484,15 +484,18 @@ impl Reader<'_> {
     /// What is no quantity, as an expression; if it is none either, why. Without names it is a value at once.
     fn expression(&self, error: UnitError, quoted: bool, text: &str) -> Result<Scalar, UnitError> {
         // A number with a unit where none may be is no expression either.
-        if !quoted || error.code == "number::not-finite" || parse_quantity(text).is_ok() {
+        if !quoted || ["number::not-finite", "number::unclear"].contains(&error.code) || parse_quantity(text).is_ok() {
             return Err(error);
         }
         // What has no sign of an expression is a quantity with a mistake.
         let called = |at: usize| text[..at].ends_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
         let calls = text.match_indices('(').any(|(at, _)| called(at));
         let meant = calls || text.contains('+') || [" * ", " - ", " / ", "^("].iter().any(|sign| text.contains(sign));
+        // What begins with a name or a parenthesis is no number.
+        let named = text.trim_start().starts_with(|c: char| c.is_alphabetic() || matches!(c, '(' | '_' | '\''));
         let read = match Expression::parse(text) {
             Ok(read) => read,
+            Err(own) if named && text.contains(['*', '/', '^', '(', '×', '·', ' ']) => return Err(own),
             Err(own) => {
                 let sums = [" + ", " - "].iter().any(|sign| text.contains(sign));
                 return Err(if meant && (sums || error.code != "unit::syntax") { own } else { error });
@@ -502,8 +505,8 @@ impl Reader<'_> {
             return Ok(Scalar::Expression(Box::new(read)));
         }
         let found = read.evaluate(&|_| None)?;
-        if !found.exact {
-            // It tells that it was rounded, where it is put in.
+        if !found.exact || *self.kind == Kind::AnyQuantity {
+            // It tells that it was rounded, and that it was computed, where it is put in.
             return Ok(Scalar::Expression(Box::new(read)));
         }
         let dimension = match *self.kind {

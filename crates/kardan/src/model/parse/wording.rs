@@ -67,7 +67,7 @@ pub(super) fn expected(kind: &Kind) -> String {
         Kind::Functions => "a table from names to functions of time".to_string(),
         Kind::Expressions => "a table from names of motors to expressions".to_string(),
         Kind::Expression => format!("an expression such as {}", example(kind)),
-        Kind::Surface => format!("an expression of an angle or a length such as {}", example(kind)),
+        Kind::Surface => format!("an expression of angles and positions such as {}", example(kind)),
         Kind::Formulas => "a table from names of shafts and masses to expressions".to_string(),
         Kind::Formula(dimension) => format!("an expression of {} such as {}", dimension.si(), example(kind)),
         Kind::OfTime(dimension) => format!("{}, or a function of time such as {}", dimension.noun(), example(kind)),

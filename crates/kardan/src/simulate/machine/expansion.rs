@@ -4,6 +4,8 @@
 //! coefficient k of the accelerations is what the same factors give for `f_k − Σ_j H_j a_(k−j) − Σ_j G_jᵀ λ_(k−j)` over j from 1, and
 //! that of the torques that hold makes `Σ_j g_j a_(k−j)` and the bias vanish along each direction.
 
+use kardan_rt::functions::powi;
+
 use super::hold_kinds::{Holds, Kind};
 use crate::num::bracket;
 use crate::plan::Series;
@@ -57,9 +59,11 @@ pub(super) struct Watch<'a> {
 
 /// Part of a limit that is kept clear of it.
 const CLEAR: f64 = 1e-9;
-/// Part of a step that a zero is looked for in at last, and halvings that are made for one margin.
+/// Part of the time since the begin of a step that a zero is looked for in at last, and halvings that are made for one margin.
 const LEAST: f64 = 1e-10;
 const HALVINGS: usize = 200;
+/// The same of a step where it begins: what bounces ever lower is back at once, however long nothing else happens.
+const LEAST_AT_BEGIN: f64 = 1e-20;
 /// Part of a step to which a zero of a series is found.
 const EXACTLY: f64 = 1e-16;
 /// A number that modes depend on and that rounding may make of nothing, SI.
@@ -282,7 +286,8 @@ fn margin(
 /// Method: Bernstein coefficients bound the polynomial; where they do not decide, the interval is halved (de Casteljau).
 fn first_zero(c: &[f64], clear: f64) -> Prospect {
     let Some((first, rest)) = c.split_first() else { return Prospect::Unknown };
-    let spare = rest.last().map_or(0.0, |last| last.abs()) + clear;
+    let last = rest.last().map_or(0.0, |last| last.abs());
+    let spare = last + clear;
     let sizes = rest.iter().fold(0.0, |sum, c| sum + c.abs());
     if !(*first >= 0.0 && sizes < f64::INFINITY && c.len() <= MOST) {
         return Prospect::Unknown;
@@ -303,7 +308,7 @@ fn first_zero(c: &[f64], clear: f64) -> Prospect {
         }
     }
     let mut halvings = HALVINGS;
-    let zero = Part { c, spare, from: 0.0, to: 1.0 }.first_zero(&b, &mut halvings);
+    let zero = Part { c, last, clear, from: 0.0, to: 1.0 }.first_zero(&b, &mut halvings);
     match zero {
         _ if halvings == 0 => Prospect::Unknown,
         Some(at) => Prospect::Leaves(at),
@@ -314,7 +319,9 @@ fn first_zero(c: &[f64], clear: f64) -> Prospect {
 /// A part of the interval that a polynomial is looked at in.
 struct Part<'a> {
     c: &'a [f64],
-    spare: f64,
+    /// The size of the last term at the end of the step, and what is to be left besides.
+    last: f64,
+    clear: f64,
     from: f64,
     to: f64,
 }
@@ -322,8 +329,9 @@ struct Part<'a> {
 impl Part<'_> {
     /// Where it becomes negative first in this part, whose Bernstein coefficients are given, if it is not certainly positive there.
     fn first_zero(&self, b: &[f64; MOST], halvings: &mut usize) -> Option<f64> {
-        let Self { c, spare, from, to } = *self;
+        let Self { c, last, clear, from, to } = *self;
         let n = c.len() - 1;
+        let spare = last * powi(to, n as i32) + clear;
         let own = &b[..=n];
         if own.iter().skip(1).all(|b| *b > spare) {
             return None;
@@ -333,7 +341,7 @@ impl Part<'_> {
             let at = |s: f64| c.iter().rev().fold(0.0, |sum, c| sum * s + c);
             return Some(bracket([(to, own[n]), (from, own[0])], EXACTLY, at)[0]);
         }
-        if to - from < LEAST || *halvings == 0 {
+        if to - from < (LEAST * from).max(LEAST_AT_BEGIN) || *halvings == 0 {
             // At the begin the modes know the sign; elsewhere nothing is certain if it does not become negative.
             if own[n] < 0.0 {
                 return Some(to);

@@ -16,6 +16,9 @@ use crate::simulate::friction::{Bounds, Mode, NOISE};
 /// rounding makes of the place.
 const LEAST_REBOUND: f64 = 1e-12;
 
+/// Part of what impulses give and take that rounding may make of an energy that is neither lost nor gained.
+const GAINED: f64 = 1e-12;
+
 /// Torques of friction above less than nothing by so much are rounding, N m.
 const LEAST_TORQUE: f64 = 1e-9;
 
@@ -376,7 +379,8 @@ impl Machine {
             let solved = self.box_problem.solve(&w, &right, bounds, &mut impulses);
             let after = |a: usize| before[a] - dot(&w[a * m..(a + 1) * m], &impulses);
             let lost: f64 = (0..m).map(|a| 0.5 * impulses[a] * (before[a] + after(a))).sum();
-            if !(solved && lost >= 0.0) && rebounds.iter().any(|e| *e != 0.0) {
+            let size: f64 = (0..m).map(|a| impulses[a].abs() * (before[a].abs() + after(a).abs())).sum();
+            if !(solved && lost >= -GAINED * size) && rebounds.iter().any(|e| *e != 0.0) {
                 rebounds.fill(0.0);
                 continue;
             }

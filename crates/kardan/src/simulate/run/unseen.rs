@@ -104,7 +104,8 @@ impl RunningLoop {
     /// Shortens a step by series until what the modes depend on is what the series say.
     pub(super) fn hold_to_series(&mut self) {
         while let Integrator::Taylor(solver) = &self.solver
-            && let (from, length, order) = (solver.previous_time(), solver.time() - solver.previous_time(), solver.order())
+            && let (from, length, order) =
+                (solver.previous_time(), solver.time() - solver.previous_time(), solver.order())
             && self.is_long(solver.time())
         {
             let mut most = 0.0f64;

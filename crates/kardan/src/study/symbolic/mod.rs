@@ -9,9 +9,9 @@ pub(super) use self::names::index;
 use super::equations::EquationsForm;
 use super::prepare::is_error;
 use super::{PreparedVariant, Project};
-use crate::assemble::assemble;
+use crate::assemble::{KeptRow, assemble};
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::Domain;
+use crate::equations::{Domain, Kept};
 use crate::model::NamedTerms;
 use crate::names::Quantity;
 use crate::reduce::{Reduced, reduce};
@@ -76,9 +76,14 @@ impl Project {
             let help = "name other coordinates in `[model]`, or look at the equations without --symbolic";
             vec![Diagnostic::error("symbolic::explicit", message).help(help)]
         })?;
-        if let Some(one) = reduced.redundant.first() {
-            let kept = one.shares.iter().map(|(row, _)| reduced.equations.constraints[*row].element.as_str());
-            let all = quoted(kept.chain([one.constraint.element.as_str()]));
+        let behind = reduced.equations.kept.iter().find(|kept| matches!(kept.law, Kept::Position(..)));
+        if let Some(KeptRow { element, .. }) = behind {
+            let message = format!("`{element}` prescribes a position behind a curve, which is not written in symbols");
+            let help = "prescribe the end that drives the curve, or look at the equations without --symbolic";
+            return Err(vec![Diagnostic::error("symbolic::curve", message).help(help)]);
+        }
+        if let Some(group) = reduced.sharing().first() {
+            let all = quoted(group.iter().map(String::as_str));
             let message = format!(
                 "the constraints {all} hold the same motion, so their torques are not unique and have no formulas"
             );

@@ -193,7 +193,11 @@ impl<'a> Names<'a> {
     /// The multiplier of a kept constraint.
     pub(super) fn multiplier(&self, k: usize, form: Form) -> String {
         let kept = &self.equations.kept[k];
-        effort(self.equations.domain_of_kept(kept), &kept.element, form)
+        match (self.equations.domain_of_kept(kept), form) {
+            (Some(domain), _) => effort(domain, &kept.element, form),
+            (None, Form::Latex) => format!(r"\lambda_{{{}}}", index(&kept.element)),
+            (None, Form::Text) => Quantity::Multiplier.of(&word(&kept.element)),
+        }
     }
 
     /// What an element carries by its modes, or loses in its teeth.

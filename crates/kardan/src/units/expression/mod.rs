@@ -18,8 +18,9 @@ use super::{Dimension, Exact, UnitError};
 ///
 /// `+ - * / ^`, parentheses, `pi`, and the functions `sqrt sin cos tan asin acos atan atan2 exp ln abs min max sign` and `if(a < b, x, y)`.
 /// A number takes the units behind it, which bind closer than `*` and `/`: `2 pi / 60 s` divides by a minute, `100 N m/rad` is one
-/// stiffness. A fraction without spaces is a number: `51/50`, `1/2 s`. What is no number or unit behind one is a name: `m_rack`, the key of
-/// an element `wheel.inertia`, a signal `arm.phi`; within `'...'` a name may hold other letters.
+/// stiffness. A fraction without spaces is a number: `51/50`, `1/2 s`; behind a `/` it is not, `a/2/3` goes from left to right. A power
+/// binds before all of these: `4 pi^2` is 4·π², `3/2^2 m` is 0.75 m, `x^1/2` the half of x; that of a unit is the unit's, `3 kg^2`. What is no number
+/// or unit behind one is a name: `m_rack`, the key of an element `wheel.inertia`, a signal `arm.phi`; within `'...'` a name may hold other letters.
 ///
 /// ```
 /// use kardan::units::{Dimension, Exact, Expression, parse_quantity};
@@ -104,6 +105,29 @@ impl Expression {
     /// Where a name first stands.
     pub(crate) fn place_of(&self, name: &str) -> Option<Range<usize>> {
         self.root.find(&|node| matches!(&node.kind, Kind::Name(other) if other == name)).map(|node| node.span.clone())
+    }
+
+    /// Whether it gives turns where radians are asked for, or the other way round: a frequency for an angular velocity or an angular velocity for a
+    /// frequency, of something that is one, without a `pi` to turn the one into the other. `of` tells dimensions of names.
+    pub(crate) fn mixes_turns(
+        &self,
+        wanted: Dimension,
+        found: Dimension,
+        of: &dyn Fn(&str) -> Option<Dimension>,
+    ) -> bool {
+        let pair = [Dimension::ANGULAR_VELOCITY, Dimension::FREQUENCY];
+        if wanted == found || !pair.contains(&wanted) || !pair.contains(&found) {
+            return false;
+        }
+        let is_word = |word: &str| word == "pi" || word == "π";
+        let turned =
+            self.text.split(|c: char| !(c.is_alphabetic() || c == '_')).any(is_word) || self.text.contains('π');
+        let leaf = |node: &Node| match &node.kind {
+            Kind::Literal(_, dimension) => *dimension == found,
+            Kind::Name(name) => of(name) == Some(found),
+            _ => false,
+        };
+        !turned && self.root.find(&leaf).is_some()
     }
 
     /// The parts that something is divided by; not those within `if(...)`, which may keep zero away.

@@ -2,8 +2,6 @@
 
 use std::ops::Range;
 
-use dashu_ratio::RBig;
-
 use super::super::catalogue::{find_unit, unit_help};
 use super::super::quantity::check_length;
 use super::super::reader::Reader;
@@ -99,12 +97,14 @@ impl Parser<'_> {
     }
 
     fn product(&mut self) -> Result<Node, UnitError> {
-        let mut left = self.signed()?;
+        let mut left = self.signed(true)?;
         loop {
+            let before = self.reader.at;
             self.reader.spaces();
             let operator = if self.reader.eat_times() {
                 '*'
             } else if self.reader.eat('/') {
+                self.tight_fraction(before)?;
                 '/'
             } else if self.at_time() {
                 if matches!(left.kind, Kind::Binary('/', _)) {
@@ -115,11 +115,33 @@ impl Parser<'_> {
             } else {
                 return Ok(left);
             };
-            left = Self::binary(operator, left, self.signed()?);
+            left = Self::binary(operator, left, self.signed(operator != '/')?);
         }
     }
 
-    fn signed(&mut self) -> Result<Node, UnitError> {
+    /// Behind a `/` with spaces around it, `a / 2/3` may mean either of two things; `a/2/3` goes from left to right.
+    fn tight_fraction(&self, before: usize) -> Result<(), UnitError> {
+        let mut ahead = Reader { ..self.reader };
+        ahead.spaces();
+        let start = ahead.at;
+        let mut number = || Ok::<_, UnitError>(ahead.factor_of_number()?.is_some());
+        let spaced = start > before + 1;
+        if !(spaced && number()?) {
+            return Ok(());
+        }
+        let first = &self.reader.text[start..ahead.at];
+        if !(ahead.eat('/') && ahead.factor_of_number()?.is_some()) {
+            return Ok(());
+        }
+        let fraction = &self.reader.text[start..ahead.at];
+        let last = &fraction[first.len() + 1..];
+        let message = format!("it is not clear whether the first `/` divides by `{first}` or by `{fraction}`");
+        let help = format!("write `/({fraction})`, or `/({first} * {last})`");
+        Err(syntax(start..ahead.at, message, help))
+    }
+
+    /// `fractions`: whether a number may be a fraction, which stands before `*` and `/`.
+    fn signed(&mut self, fractions: bool) -> Result<Node, UnitError> {
         self.reader.spaces();
         let start = self.reader.at;
         if matches!(self.reader.peek(), Some('-' | '−' | '+')) {
@@ -128,25 +150,50 @@ impl Parser<'_> {
                 return Err(syntax(start..start + 1, "too many signs", "write one sign"));
             }
             let negative = self.reader.sign();
-            let inner = self.signed()?;
+            let inner = self.signed(fractions)?;
             self.depth -= 1;
             let span = start..inner.span.end;
             return Ok(if negative { Node { span, kind: Kind::Negative(Box::new(inner)) } } else { inner });
         }
-        let base = self.atom()?;
-        self.reader.spaces();
-        if self.reader.eat('^') || self.reader.rest().starts_with("**") && self.reader.eat('*') && self.reader.eat('*')
-        {
-            // From the right: a^b^c is a^(b^c).
-            self.depth += 1;
-            if self.depth > DEPTH_LIMIT {
-                return Err(syntax(self.reader.here(), "too many powers", "write parentheses"));
-            }
-            let power = self.signed()?;
-            self.depth -= 1;
-            return Ok(Self::binary('^', base, power));
+        if let Some(number) = self.scalar(fractions)? {
+            return Ok(number);
         }
-        Ok(base)
+        let base = self.atom()?;
+        self.raised(base)
+    }
+
+    /// A part with the power behind it, from the right: `a^b^c` is `a^(b^c)`.
+    fn raised(&mut self, base: Node) -> Result<Node, UnitError> {
+        let before = self.reader.at;
+        self.reader.spaces();
+        if !self.reader.eat_power() {
+            self.reader.at = before;
+            return Ok(base);
+        }
+        Ok(Self::binary('^', base, self.exponent()?))
+    }
+
+    /// What stands behind `^`: of numbers one alone, as what follows it is no part of the exponent: `2^3 kg`, `x^1/2`.
+    fn exponent(&mut self) -> Result<Node, UnitError> {
+        self.reader.spaces();
+        let start = self.reader.at;
+        self.depth += 1;
+        if self.depth > DEPTH_LIMIT {
+            return Err(syntax(self.reader.here(), "too many powers", "write parentheses"));
+        }
+        let power = if matches!(self.reader.peek(), Some('-' | '−' | '+')) {
+            let negative = self.reader.sign();
+            let inner = self.exponent()?;
+            let span = start..inner.span.end;
+            if negative { Node { span, kind: Kind::Negative(Box::new(inner)) } } else { inner }
+        } else if let Some(number) = self.factor()? {
+            number
+        } else {
+            let base = self.atom()?;
+            self.raised(base)?
+        };
+        self.depth -= 1;
+        Ok(power)
     }
 
     fn atom(&mut self) -> Result<Node, UnitError> {
@@ -156,11 +203,6 @@ impl Parser<'_> {
             let inner = self.sum()?;
             self.close(start)?;
             return Ok(Node { span: start..self.reader.at, ..inner });
-        }
-        if let Some(number) = self.number()? {
-            let (factor, dimension) = self.units()?;
-            let kind = Kind::Literal(&number * &factor, dimension);
-            return Ok(Node { span: start..self.reader.at, kind });
         }
         let name = self.name()?;
         if name.is_empty() {
@@ -205,28 +247,58 @@ impl Parser<'_> {
         one && self.of_time && !next.next().is_some_and(|c| c.is_alphanumeric() || c == '_' || c == '.')
     }
 
-    /// A decimal, π, or a product or fraction of these without spaces around `/`.
-    fn number(&mut self) -> Result<Option<Exact>, UnitError> {
-        let Some(mut number) = self.reader.factor_of_number()? else { return Ok(None) };
+    /// A decimal or π, with its power.
+    fn factor(&mut self) -> Result<Option<Node>, UnitError> {
+        let start = self.reader.at;
+        let Some(number) = self.reader.factor_of_number()? else { return Ok(None) };
+        let kind = Kind::Literal(number, Dimension::NONE);
+        self.raised(Node { span: start..self.reader.at, kind }).map(Some)
+    }
+
+    /// Numbers and π, each with its power, as a fraction without spaces around `/` and as products with π, and the units of it all.
+    fn scalar(&mut self, fractions: bool) -> Result<Option<Node>, UnitError> {
+        let Some(mut number) = self.factor()? else { return Ok(None) };
         loop {
             let start = self.reader.at;
-            if self.reader.eat('/') {
-                if let Some(divisor) = self.reader.factor_of_number()? {
-                    number = number
-                        .div(&divisor)
-                        .ok_or_else(|| syntax(start..self.reader.at, "division by zero", "divide by another number"))?;
-                    continue;
-                }
+            let by = if fractions && self.reader.eat('/') {
+                Some('/')
             } else {
                 self.reader.spaces();
-                if self.reader.eat_pi() {
-                    number = &number * &Exact::new(RBig::ONE, 1);
-                    continue;
+                self.reader.at_pi().then_some('*')
+            };
+            match (by, if by.is_some() { self.factor()? } else { None }) {
+                (Some(by), Some(next)) => number = Self::folded(by, number, next)?,
+                _ => {
+                    self.reader.at = start;
+                    break;
                 }
             }
-            self.reader.at = start;
-            return Ok(Some(number));
         }
+        let start = self.reader.at;
+        let (size, dimension) = self.units()?;
+        if self.reader.at > start {
+            let kind = Kind::Literal(size, dimension);
+            number = Self::folded('*', number, Node { span: start..self.reader.at, kind })?;
+        }
+        let before = self.reader.at;
+        self.reader.spaces();
+        if self.reader.eat_power() {
+            let message = "it is not clear what this is a power of";
+            return Err(syntax(before..self.reader.at, message, "write parentheses around what it is a power of"));
+        }
+        self.reader.at = before;
+        Ok(Some(number))
+    }
+
+    /// A product or quotient of numbers: of literals a literal.
+    fn folded(operator: char, left: Node, right: Node) -> Result<Node, UnitError> {
+        let (Kind::Literal(a, _), Kind::Literal(b, dimension)) = (&left.kind, &right.kind) else {
+            return Ok(Self::binary(operator, left, right));
+        };
+        let span = left.span.start..right.span.end;
+        let value = if operator == '/' { a.div(b) } else { Some(a * b) };
+        let value = value.ok_or_else(|| syntax(span.clone(), "division by zero", "divide by another number"))?;
+        Ok(Node { span, kind: Kind::Literal(value, *dimension) })
     }
 
     /// Whether a unit is next, and no name or function.

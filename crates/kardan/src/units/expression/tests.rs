@@ -57,6 +57,25 @@ fn fractions_and_powers_of_pi_stay_exact() {
         ("if(beta < 0.6 rad, 1 kg, 2 kg) + if(2 >= 2, 1 kg, 1/zero * 1 kg)", "2 kg"),
         ("exp(0) + ln(1)", "1"),
         ("1 kHz^-1", "1 ms"),
+        // Powers bind before the product with π, fractions and units.
+        ("-4 pi^2 / (pi*pi)", "-4"),
+        ("2 pi^2 rad/s / pi^2", "2 rad/s"),
+        ("10^3 kg", "1000 kg"),
+        ("3/2^2 m", "0.75 m"),
+        ("pi/2^2 / pi", "1/4"),
+        ("1/4 pi^-1 * pi", "1/4"),
+        ("(4 pi)^2 / pi^2", "16"),
+        ("m^1/2", "2.5"),
+        ("m^2 * 3", "75"),
+        ("2^-1/2 s", "0.25 s"),
+        ("3 kg ^ 2 / (1 kg)", "3 kg"),
+        ("3 kg ** 2 / (3 kg)^2", "1/3"),
+        // From left to right.
+        ("m/2/5", "0.5"),
+        ("J*2/5", "0.008 kg m^2"),
+        ("1 m/2/5", "0.1 m"),
+        ("1/2/5", "0.1"),
+        ("m/2^2/5", "0.25"),
     ] {
         like(text, quantity);
     }
@@ -105,6 +124,11 @@ fn mistakes_are_told_at_their_place() {
         ("2 kg 3", "unexpected `3` in an expression", "3"),
         ("3 foo * 2", "unknown unit `foo`", "foo"),
         ("2 * ", "expected a number, a name or `(`, found the end of the text", ""),
+        ("2 kg^2^3", "it is not clear what this is a power of", "^"),
+        ("m / 2/5", "it is not clear whether the first `/` divides by `2` or by `2/5`", "2/5"),
+        ("1 / pi/5", "it is not clear whether the first `/` divides by `pi` or by `pi/5`", "pi/5"),
+        ("m^2 kg", "unexpected `k` in an expression", "k"),
+        ("2 pi^(1 kg)", "expected a number without a unit, found a mass", "(1 kg)"),
         ("1 N/m s + v", "it is not clear whether `/` also divides by `s`", "s"),
     ] {
         let error = evaluate(text).expect_err(text);
