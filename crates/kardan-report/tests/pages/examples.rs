@@ -125,7 +125,6 @@ pub fn train() -> Analysis {
         efficient: cost < 3.0,
     };
     Analysis {
-        counting: None,
         parity: None,
         unfinished: None,
         mechanism: Default::default(),

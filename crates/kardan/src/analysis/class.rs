@@ -241,24 +241,10 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
                     format!("({}) {}'", formula.expression.text(), shafts[*shaft])
                 };
                 let equation = format!("{} = 0", row.iter().map(term).collect::<Vec<_>>().join(" + "));
-                let (holonomic, why) = match &tests.rows[k] {
-                    Integrable::No(point) => (
-                        false,
-                        format!("Frobenius' test is not zero, exactly, at the generic point {point}: no relation of positions says the same{together}"),
-                    ),
-                    _ if linear => {
-                        let why = "its coefficients are constant, beside the other constraints: it is the rate of a linear relation of positions; \
-                                   the matrices are those of Theorem 4.1; a run keeps it with its multiplier (source, eq. 4.18)";
-                        return found(equation, [true, !of_time], why.into());
-                    }
-                    Integrable::AtAllPoints(points) => (
-                        true,
-                        format!("Frobenius' test is zero, exactly, at {points} generic points: it is a relation of positions, as far as these tell{together}"),
-                    ),
-                    Integrable::NotDecided => {
-                        (false, "taken as nonholonomic: Frobenius' test is not decided, a function in it has no values at rational points".into())
-                    }
-                };
+                let (holonomic, why) = judged(&tests.rows[k], linear, &together);
+                if linear {
+                    return found(equation, [holonomic, !of_time], why);
+                }
                 let moves =
                     if of_time { "; its coefficients depend on the time, by what is prescribed beside it" } else { "" };
                 (equation, holonomic, !of_time, format!("{why}{moves}; {multiplier}"))
@@ -284,6 +270,34 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
 
 /// Of a longer law the beginning is told.
 const MOST_OF_LAW: usize = 160;
+
+/// Whether a row of speeds is a relation of positions, and how that was decided.
+fn judged(test: &Integrable, linear: bool, together: &str) -> (bool, String) {
+    match test {
+        Integrable::No(point) => {
+            let why = format!(
+                "Frobenius' test is not zero, exactly, at the generic point {point}: no relation of positions says the same"
+            );
+            (false, why + together)
+        }
+        _ if linear => {
+            let why = "its coefficients are constant, beside the other constraints: it is the rate of a linear relation of positions; \
+                       the matrices are those of Theorem 4.1; a run keeps it with its multiplier (source, eq. 4.18)";
+            (true, why.into())
+        }
+        Integrable::AtAllPoints(points) => {
+            let why = format!(
+                "Frobenius' test is zero, exactly, at {points} generic points: it is a relation of positions, as far as these tell"
+            );
+            (true, why + together)
+        }
+        Integrable::NotDecided => (
+            false,
+            "taken as nonholonomic: Frobenius' test is not decided, a function in it has no values at rational points"
+                .into(),
+        ),
+    }
+}
 
 /// What several rows say together: how many relations of positions there are in them, and those that are simple.
 fn together(reduced: &Reduced, tests: &Integrals, motion: &Motion) -> String {

@@ -261,6 +261,12 @@ struct Row {
     defect: f64,
 }
 
+impl Row {
+    fn size(&self) -> f64 {
+        dot(&self.entries, &self.entries).sqrt()
+    }
+}
+
 /// The rows, and what is given, as numbers.
 struct Search<'a> {
     given: &'a GivenRows,
@@ -356,8 +362,7 @@ impl<'a> Search<'a> {
             let x = if rate == 0 { &mut found.position } else { &mut found.speed };
             let size = x.iter().fold(1.0f64, |size, x| size.max(x.abs()));
             // A row in another unit, as an area, is as large as its slope says.
-            let slope = |k: usize| dot(&rows[k].entries, &rows[k].entries).sqrt().max(1.0);
-            let is_left = |k: usize| !(rows[k].defect.abs() <= LEFT * size * slope(k));
+            let is_left = |k: usize| !(rows[k].defect.abs() <= LEFT * size * rows[k].size().max(1.0));
             let Least { change, follow } = match least_change(&rows, LEFT_BY_GIVEN * size) {
                 Ok(least) => least,
                 Err(_) if !(given..rows.len()).any(is_left) => break,

@@ -143,7 +143,7 @@ const OUT_OF_BALANCE: f64 = 10.0;
 const LONGEST: f64 = 1e9;
 /// How near the integrator comes to where rates end, relative to the time.
 const STUCK: f64 = 256.0 * f64::EPSILON;
-/// Of the largest speed, what putting a step back on kept rows changes at most where it passed no place at which they are dependent.
+/// Of the largest speed, or of this many rad/s or m/s where all are slower, what putting a step back on kept rows changes at most where it passed no place at which they are dependent.
 const THROWN: f64 = 1e-3;
 /// A speed that no drivetrain reaches, rad/s.
 const DIVERGED: f64 = 1e6;
@@ -730,7 +730,7 @@ impl RunningLoop {
         let speeds = self.state[r..2 * r].iter().zip(&self.looked[r..2 * r]);
         let (most, largest) = speeds
             .fold((0.0f64, 0.0f64), |(most, size), (now, then)| (most.max((now - then).abs()), size.max(then.abs())));
-        if most <= THROWN.max(100.0 * self.tolerance) * largest {
+        if most <= THROWN.max(100.0 * self.tolerance) * largest.max(THROWN) {
             return Ok(moved);
         }
         // Where the rows are nearest to it.

@@ -3,10 +3,11 @@
 use super::circuit::massless_loop;
 use super::places::{MOST_LABELS, at_all, at_each, at_places, place_of, place_of_value, places_in_control};
 use crate::analysis::{combination, massless_direction};
+use crate::assemble::KeptRow;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::element::Values;
 use crate::entries::Place;
-use crate::equations::{GROUND, Term};
+use crate::equations::{GROUND, Kept, Term};
 use crate::model::{ControlSpec, Document, Model, TableReader};
 use crate::num::{Definiteness, Rational, Scalar, SparseRow, definiteness_of_rows, dense_rows, rational_to_f64};
 use crate::reduce::{Dependency, Kinematics, ReduceError, Reduced, SparseModel, inertia_with_rows, sparse_model};
@@ -308,7 +309,10 @@ pub(super) fn generic_positions(coordinates: usize) -> Vec<Vec<f64>> {
 pub(super) fn is_braced(reduced: &Reduced) -> bool {
     let r = reduced.degrees_of_freedom();
     let is_definite = |rows: &[SparseRow]| matches!(definiteness_of_rows(rows), Definiteness::Positive);
-    if reduced.equations.kept.is_empty() || !is_finite_at(reduced, &vec![0.0; r]) {
+    // A motion that is prescribed may jump in its acceleration; what it takes is told where it is not followed (`without_massless`).
+    let by_positions = |kept: &KeptRow| matches!(kept.law, Kept::Rates(_) | Kept::Surface(_));
+    let kept = &reduced.equations.kept;
+    if kept.is_empty() || !kept.iter().all(by_positions) || !is_finite_at(reduced, &vec![0.0; r]) {
         return false;
     }
     let alone = sparse_model(reduced, &vec![0.0; r]).inertia;
@@ -373,7 +377,7 @@ fn massless_motion(document: &Document, reduced: &Reduced, model: &SparseModel) 
         }
         [] => String::new(),
     };
-    let knows = |kept: &crate::assemble::KeptRow| {
+    let knows = |kept: &KeptRow| {
         let known = reduced.equations.coordinates_of_kept(&kept.law);
         moves.iter().any(|(name, _)| reduced.coordinate(name).is_some_and(|shaft| known.contains(&shaft)))
     };

@@ -4,7 +4,7 @@ use crate::common::{close, run_by, signal};
 use kardan::diagnostics::Severity;
 use kardan::results::Run;
 use kardan::simulate::Method;
-use kardan::study;
+use kardan::study::{self, Project};
 
 const METHODS: [Method; 4] = [Method::Automatic, Method::Taylor, Method::Dop853, Method::Radau];
 
@@ -232,26 +232,20 @@ fn what_takes_part_in_a_kept_row_is_refused() {
     refused(&(wheel.to_string() + held), &["`h`", "beside `along` it is not followed"]);
     let damped = held.replace("stiffness = \"1 N m/rad\"", "damping = \"1 N m s/rad\"");
     refused(&(wheel.to_string() + &damped), &["`h`", "beside `along` it is not followed"]);
-}
-
-/// A shaft without inertia whose speed is prescribed drags a body through a damper: `J ẇ = d (v − w)`, and its drive gives `d (v − w)`.
-#[test]
-fn a_prescribed_speed_needs_no_inertia() {
-    let model =
-        "[shaft.p]\n[shaft.b]\ninertia = \"1 kg m^2\"\n[prescribed_motion.drive]\nshaft = \"p\"\nspeed = \"1 rad/s\"\n\
-        [spring_damper.d]\nshaft_1 = \"p\"\nshaft_2 = \"b\"\ndamping = \"2 N m s/rad\"\n"
-            .to_string()
-            + &scenario(1.0, 10, "");
-    for method in METHODS {
-        let run = run_by(&model, method, None);
-        for (row, t) in run.series.time.iter().enumerate() {
-            let slip = (-2.0 * t).exp();
-            close(signal(&run, "b.w")[row], 1.0 - slip, 1e-9, "the speed of the body");
-            close(signal(&run, "p.w")[row], 1.0, 1e-12, "the speed of the drive");
-            close(signal(&run, "drive.tau")[row].abs(), 2.0 * slip, 1e-8, "the torque of the drive");
-        }
-        balances(&run, "drag");
-    }
+    let driven = "[shaft.p]\n[shaft.b]\ninertia = \"1 kg m^2\"\n[prescribed_motion.drive]\nshaft = \"p\"\nspeed = \"1 rad/s\"\n\
+        [spring_damper.d]\nshaft_1 = \"p\"\nshaft_2 = \"b\"\ndamping = \"1 N m s/rad\"\n";
+    refused(driven, &["`p`", "beside `drive` it is not followed"]);
+    // What helps is said, and helps: an angle takes no inertia.
+    let found = Project::open(driven).mistakes().to_vec();
+    assert!(
+        found[0]
+            .help
+            .as_deref()
+            .is_some_and(|help| help.contains("prescribe `angle` or `position` in place of the speed")),
+        "{found:#?}"
+    );
+    let angle = driven.replace("speed = \"1 rad/s\"", "angle = \"1 rad * sin(t / 1 s)\"");
+    assert!(Project::open(&angle).mistakes().is_empty(), "{:#?}", Project::open(&angle).mistakes());
 }
 
 /// A bead on a cycloid, whose angle has no inertia of its own: it swings in the same time from everywhere, `sin(ϑ/2) = sin(A/2) cos(√(g/4R) t)`
