@@ -1,5 +1,6 @@
 //! The run: steps between events, events located on the dense output, modes decided anew, outputs on the grid.
 
+mod looks;
 mod unseen;
 
 use kardan_rt::functions::powi;
@@ -175,8 +176,6 @@ pub(super) struct RunningLoop {
     input_names: Vec<String>,
     input_units: Vec<&'static str>,
     shafts: Vec<String>,
-    /// Elements whose rows are kept.
-    rows: Vec<String>,
     /// Names of reduced coordinates and of their speeds, and what a tolerance is relative to where they are zero.
     state_names: Vec<(String, f64)>,
     time_grid: Vec<f64>,
@@ -271,14 +270,14 @@ impl Looks {
     /// How far each margin bends between three looks.
     fn measure_bends(&mut self) {
         for watch in 0..self.directions {
-            let bends = unseen::bends(self.count, |row| (self.times[row], self.at(row, watch)));
+            let bends = looks::bends(self.count, |row| (self.times[row], self.at(row, watch)));
             self.bends[watch] = bends.fold(0.0, f64::max);
         }
     }
 
     /// Whether the looks are too far apart to show what a margin does between them.
     fn are_coarse(&self) -> bool {
-        let coarse = |watch| unseen::is_coarse(self.count, |row| (self.times[row], self.at(row, watch)));
+        let coarse = |watch| looks::is_coarse(self.count, |row| (self.times[row], self.at(row, watch)));
         (0..self.directions).any(coarse)
     }
 }
@@ -362,7 +361,6 @@ impl RunningLoop {
     pub(super) fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let names: Vec<String> = reduced.equations.set_valued().map(|(element, _)| element.to_string()).collect();
-        let directions = names.len();
         let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
         let mut outputs = Outputs::new(reduced, scenario);
         let mut machine = Machine::with(setup, |motion, found| outputs.compile(motion, reduced, found));
@@ -385,7 +383,6 @@ impl RunningLoop {
         if matches!(solver, Some(Integrator::Taylor(_))) {
             outputs.prepare_series(&machine);
         }
-        let machine_is_blind = machine.is_blind();
         RunningLoop {
             solver: solver.unwrap_or_else(|| Integrator::dop853(tolerance.relative, &absolute)),
             segment: None,
@@ -398,15 +395,16 @@ impl RunningLoop {
             stepped: false,
             complete: false,
             resting: false,
+            blind: machine.is_blind(),
             machine,
             outputs,
+            looks: Looks::new(names.len()),
             names,
             kept_names: reduced.equations.kept.iter().map(|kept| kept.element.clone()).collect(),
             prescribing: reduced.equations.moving.keys().cloned().collect(),
             input_names,
             input_units: input_units(reduced),
             shafts: reduced.equations.coordinates.clone(),
-            rows: reduced.equations.kept.iter().map(|kept| kept.element.clone()).collect(),
             state_names: state_names(reduced).zip(absolute.iter().map(|x| x / tolerance.relative)).collect(),
             time_grid: Vec::with_capacity(scenario.times.len()),
             next_row: 0,
@@ -416,7 +414,6 @@ impl RunningLoop {
             due: Due { start: true, ..Due::default() },
             segment_end: 0.0,
             leap: None,
-            blind: machine_is_blind,
             coarse: false,
             breakpoint: 0.0,
             tick: 0.0,
@@ -427,7 +424,6 @@ impl RunningLoop {
             moved: vec![0.0; size],
             reversed: Vec::new(),
             switching: Vec::new(),
-            looks: Looks::new(directions),
             state,
             initial_energy: 0.0,
             work: 0.0,
@@ -749,13 +745,13 @@ impl RunningLoop {
     }
 
     fn rows_in_words(&self) -> String {
-        quoted(self.rows.iter().map(String::as_str))
+        quoted(self.kept_names.iter().map(String::as_str))
     }
 
     /// Why a run ends where its kept rows depend on each other.
     fn singular(&self) -> String {
         let names = self.rows_in_words();
-        let what = match self.rows.len() {
+        let what = match self.kept_names.len() {
             1 => format!("{names} constrains nothing at this place"),
             _ => format!("the constraints {names} become dependent at this place, as at a dead centre"),
         };
@@ -1162,7 +1158,7 @@ impl RunningLoop {
         let whole = length.max(self.solver.next_step());
         let looks = ((LOOKS as f64 * (to - from) / whole).ceil() as usize).clamp(LEAST_LOOKS, LOOKS);
         let looks = if self.blind { LOOKS } else { looks };
-        let part = |k: usize| if self.blind { unseen::LOOKS[k - 1] } else { k as f64 / looks as f64 };
+        let part = |k: usize| if self.blind { looks::LOOKS[k - 1] } else { k as f64 / looks as f64 };
         let places: [f64; LOOKS] = std::array::from_fn(|k| if k < looks { part(k + 1) } else { 1.0 });
         let (mut before, mut left) = (from, None);
         for k in 1..=looks {

@@ -495,7 +495,7 @@ impl Reader<'_> {
         let named = text.trim_start().starts_with(|c: char| c.is_alphabetic() || matches!(c, '(' | '_' | '\''));
         let read = match Expression::parse(text) {
             Ok(read) => read,
-            Err(own) if named && text.contains(['*', '/', '^', '(', '×', '·', ' ']) => return Err(own),
+            Err(own) if named && text.contains(['*', '/', '^', '(', '×', '·']) => return Err(own),
             Err(own) => {
                 let sums = [" + ", " - "].iter().any(|sign| text.contains(sign));
                 return Err(if meant && (sums || error.code != "unit::syntax") { own } else { error });

@@ -217,8 +217,7 @@ impl Machine {
         let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.set_valued().count());
         // Kept rows hold like frictions that never give way.
         let kept = m..m + reduced.equations.kept.len();
-        let inputs = reduced.equations.inputs.len();
-        let mut size = 2 * r;
+        let (inputs, mut size) = (reduced.equations.inputs.len(), 2 * r);
         let drives = drives(&reduced.equations, scenario, &mut size);
         let laws = all_wired(&setup, &drives, &mut size);
         let flow = Flow::new(scenario, &mut size);
@@ -229,7 +228,6 @@ impl Machine {
             Compiled::new(reduced, scenario, (parts, 2 * r..size), also);
         let (sliders, holds) = (Sliders::new(reduced), Holds::new(&reduced.equations));
         let bounds = holds.bounds(dynamics.breakaway_torques(), kept.len());
-        let profiles = profiles(scenario);
         let mut out = Self {
             relaxes: reduced.relaxation.is_some(),
             directions: (0..m).filter(|k| !sliders.directions.contains(k) && !holds.only_presses(*k)).collect(),
@@ -242,9 +240,9 @@ impl Machine {
             places,
             laws,
             targets,
-            lines: vec![(0.0, 0.0, 0.0); profiles.len()],
-            sources: vec![0.0; profiles.len()],
-            profiles,
+            lines: vec![(0.0, 0.0, 0.0); scenario.sources.len()],
+            sources: vec![0.0; scenario.sources.len()],
+            profiles: profiles(scenario),
             signals: scenario.signals.clone(),
             flow,
             timed,

@@ -64,6 +64,7 @@ const LEAST: f64 = 1e-10;
 const HALVINGS: usize = 200;
 /// The same of a step where it begins: what bounces ever lower is back at once, however long nothing else happens.
 const LEAST_AT_BEGIN: f64 = 1e-20;
+const BEGIN: f64 = 1e-3;
 /// Part of a step to which a zero of a series is found.
 const EXACTLY: f64 = 1e-16;
 /// A number that modes depend on and that rounding may make of nothing, SI.
@@ -331,7 +332,8 @@ impl Part<'_> {
     fn first_zero(&self, b: &[f64; MOST], halvings: &mut usize) -> Option<f64> {
         let Self { c, last, clear, from, to } = *self;
         let n = c.len() - 1;
-        let spare = last * powi(to, n as i32) + clear;
+        // What is left out is as large as the last term; that is nothing where a step begins.
+        let spare = if to < BEGIN { last * powi(to, n as i32) } else { last } + clear;
         let own = &b[..=n];
         if own.iter().skip(1).all(|b| *b > spare) {
             return None;

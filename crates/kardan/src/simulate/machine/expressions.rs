@@ -3,7 +3,6 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::bends::parted;
 use super::flow::Flow;
 use super::hold_terms::HoldTerms;
 use super::mesh_terms::MeshTerms;
@@ -432,6 +431,20 @@ fn set_valued(all: &mut Loop<'_>, reduced: &Reduced, senses: &[Expr]) -> SetValu
 fn find_holds(all: &mut Loop<'_>, places: &mut Places, holds: &[HoldTerms]) {
     places.hold_torques = all.found("hold", holds.iter().map(|hold| hold.torque).collect());
     places.holds = all.found("told", holds.iter().flat_map(|hold| hold.told).collect());
+}
+
+/// Expressions of some outputs whose zeros are places where they jump or bend: those of the time alone, and others.
+fn parted(graph: &mut Graph, outputs: &[Expr], given: &[Symbol]) -> [Vec<Expr>; 2] {
+    let mut all = Vec::new();
+    for output in outputs {
+        all.extend(graph.kinks(*output));
+    }
+    all.sort();
+    all.dedup();
+    let of_time = |kink: &Expr| graph.symbols(&[*kink]).iter().all(|symbol| given.contains(symbol));
+    let varying = |kink: &Expr| !graph.symbols(&[*kink]).is_empty();
+    let (of_time, others) = all.into_iter().filter(varying).partition(of_time);
+    [of_time, others]
 }
 
 /// What vanishes where forces, rates, or what holds jump or bend; given back what does so by the time alone.

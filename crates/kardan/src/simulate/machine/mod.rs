@@ -14,6 +14,7 @@ mod holds;
 mod jacobian;
 mod kept;
 mod laws;
+mod leaps;
 mod mesh_loads;
 mod mesh_modes;
 mod mesh_terms;
@@ -28,9 +29,9 @@ mod timed;
 mod watched;
 mod wired;
 
-pub(super) use bends::Leap;
 pub use expansion::Prospect;
 pub use expressions::Found;
+pub(super) use leaps::Leap;
 pub use wired::Setup;
 
 use std::ops::Range;

@@ -3,17 +3,12 @@
 //!
 //! Steps that may have passed some of it end before.
 
+use super::looks::{LOOKS, is_coarse};
 use super::{Outcome, RunningLoop};
 use crate::simulate::integrator::Integrator;
 
-/// Looks into a step, at parts of it that no period falls in with.
-pub(super) const LOOKS: [f64; 6] = [0.1386, 0.3517, 0.4892, 0.6871, 0.8229, 1.0];
 /// Part of a step in which a bend is left to its error: there a loop may go to and fro at one place.
 const SOON: f64 = 0.01;
-/// A number bends that much, in parts of its range over a step, where the looks do not show what it does between them; and so near to zero,
-/// in these parts, it may vanish there.
-const UNKNOWN: f64 = 0.6;
-const NEAR: f64 = 3.0;
 /// Part of such a step that is made instead.
 const LESS: f64 = 0.25;
 /// What a step has at least of the time of a run, to be made shorter.
@@ -21,24 +16,6 @@ const LEAST: f64 = 1e-9;
 /// What series may differ from what they are of, in parts of their terms, and where that is looked at.
 const DIFFERENCE: f64 = 1e-6;
 const PLACES: [f64; 2] = [0.381_966, 1.0];
-
-/// How far numbers at looks bend, each between its neighbours.
-pub(super) fn bends(count: usize, look: impl Fn(usize) -> (f64, f64)) -> impl Iterator<Item = f64> {
-    (0..count.saturating_sub(2)).map(move |row| {
-        let [before, here, after] = [row, row + 1, row + 2].map(&look);
-        let part = (here.0 - before.0) / (after.0 - before.0);
-        2.0 * (here.1 - before.1 - part * (after.1 - before.1)).abs()
-    })
-}
-
-/// Whether numbers at looks into a step may vanish between the looks unseen.
-pub(super) fn is_coarse(count: usize, look: impl Fn(usize) -> (f64, f64)) -> bool {
-    let ends = |(low, high): (f64, f64), row| (low.min(look(row).1), high.max(look(row).1));
-    let (least, most) = (0..count).fold((f64::INFINITY, f64::NEG_INFINITY), ends);
-    let near = if least > 0.0 { least } else { (-most).max(0.0) };
-    let known = least.is_finite() && most.is_finite() && near <= NEAR * (most - least);
-    known && bends(count, look).fold(0.0, f64::max) > UNKNOWN * (most - least)
-}
 
 impl RunningLoop {
     /// Where the last step is to end, before a time, so that it passes nothing unseen.

@@ -1,0 +1,99 @@
+//! Where a loop jumps or bends: places that a step of the integrator must not pass unseen.
+//!
+//! What depends on the time alone is found by intervals, before it comes: an interval of time whose values exclude zero has no such place.
+//! What depends on the state is looked at within each step.
+
+use std::ops::Range;
+
+use super::Machine;
+use super::bends::Bends;
+use super::timed::Timed;
+use crate::expr::{Expr, Interval};
+
+/// Intervals that are looked at for one place at most; beyond them it is left to the looks of each step.
+const INTERVALS: usize = 4000;
+/// Part of the time ahead in which one change of sign is all there is, and in which none is looked for any more.
+const SINGLE: f64 = 1e-6;
+const FINE: f64 = 1e-10;
+/// Where an interval is halved: not where numbers of a model like to lie.
+const HALF: f64 = 0.487_139;
+/// Values that are zero, rounded outward.
+const NOTHING: f64 = 1e-300;
+
+/// Where a loop jumps or bends by the time alone: the last number before, and the first one behind it.
+pub(in crate::simulate) type Leap = (f64, f64);
+
+impl Machine {
+    /// The first place between two times of the segment at which something jumps or bends by the time alone.
+    pub(in crate::simulate) fn next_leap(&mut self, from: f64, until: f64) -> Option<Leap> {
+        if self.bends.of_time.is_empty() || !(from < until && until.is_finite()) {
+            return None;
+        }
+        let bends = std::mem::take(&mut self.bends);
+        let mut first: Option<Leap> = None;
+        for kink in &bends.of_time {
+            let until = first.map_or(until, |(low, _)| low);
+            first = self.first_change(&bends, *kink, from, until).or(first);
+        }
+        self.bends = bends;
+        first
+    }
+
+    fn first_change(&mut self, bends: &Bends, kink: Expr, from: f64, until: f64) -> Option<Leap> {
+        let lines = self.lines.clone();
+        let at = |timed: &mut Timed, time: f64| {
+            let given: Vec<f64> = timed.at(time).to_vec();
+            bends.at(kink, time, &lines, &given)
+        };
+        let (mut open, mut left) = (vec![(from, until)], INTERVALS);
+        while let Some((low, high)) = open.pop() {
+            left = left.checked_sub(1)?;
+            let span = Interval { low, high };
+            let values = bends.between(kink, span, &lines, &self.timed.between(span));
+            let vanishes = values.low.abs() < NOTHING && values.high.abs() < NOTHING;
+            if values.low > 0.0 || values.high < 0.0 || vanishes {
+                continue;
+            }
+            let part = (high - low) / (until - from);
+            if part <= SINGLE {
+                let begin = at(&mut self.timed, low);
+                // What happens where the segment begins has happened.
+                if begin == 0.0 && low > from && at(&mut self.timed, low.next_up()) != 0.0 {
+                    return Some((low, low.next_up()));
+                }
+                if begin * at(&mut self.timed, high) < 0.0 {
+                    let found = halved(low, high, |time| at(&mut self.timed, time) * begin < 0.0);
+                    return Some(found).filter(|(low, _)| *low > from);
+                }
+            }
+            let middle = low + HALF * (high - low);
+            if part > FINE && low < middle && middle < high {
+                open.extend([(middle, high), (low, middle)]);
+            }
+        }
+        None
+    }
+
+    /// Whether the state may bring the loop to places where it jumps or bends.
+    pub(in crate::simulate) fn bends(&self) -> usize {
+        self.bends.of_state
+    }
+
+    /// The numbers whose zeros these places are, at a time and a state.
+    pub(in crate::simulate) fn find_bends(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
+        self.evaluate(time, state);
+        let places: Range<usize> = self.places.bends.clone();
+        out.iter_mut().zip(places).for_each(|(out, place)| *out = self.work.more(&self.dynamics, place));
+    }
+}
+
+/// Two neighbouring numbers of which the later one alone is beyond.
+fn halved(mut low: f64, mut high: f64, mut beyond: impl FnMut(f64) -> bool) -> Leap {
+    loop {
+        let middle = 0.5 * (low + high);
+        if !(low < middle && middle < high) {
+            return (low, high);
+        }
+        if beyond(middle) { high = middle } else { low = middle }
+    }
+}

@@ -1,0 +1,26 @@
+//! Looks into a step, and whether they are close enough.
+
+/// Looks into a step, at parts of it that no period falls in with.
+pub(super) const LOOKS: [f64; 6] = [0.1386, 0.3517, 0.4892, 0.6871, 0.8229, 1.0];
+/// A number bends that much, in parts of its range over a step, where the looks do not show what it does between them; and so near to zero,
+/// in these parts, it may vanish there.
+const UNKNOWN: f64 = 0.6;
+const NEAR: f64 = 3.0;
+
+/// How far numbers at looks bend, each between its neighbours.
+pub(super) fn bends(count: usize, look: impl Fn(usize) -> (f64, f64)) -> impl Iterator<Item = f64> {
+    (0..count.saturating_sub(2)).map(move |row| {
+        let [before, here, after] = [row, row + 1, row + 2].map(&look);
+        let part = (here.0 - before.0) / (after.0 - before.0);
+        2.0 * (here.1 - before.1 - part * (after.1 - before.1)).abs()
+    })
+}
+
+/// Whether numbers at looks into a step may vanish between the looks unseen.
+pub(super) fn is_coarse(count: usize, look: impl Fn(usize) -> (f64, f64)) -> bool {
+    let ends = |(low, high): (f64, f64), row| (low.min(look(row).1), high.max(look(row).1));
+    let (least, most) = (0..count).fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+    let near = if least > 0.0 { least } else { (-most).max(0.0) };
+    let known = least.is_finite() && most.is_finite() && near <= NEAR * (most - least);
+    known && bends(count, look).fold(0.0, f64::max) > UNKNOWN * (most - least)
+}
