@@ -96,8 +96,6 @@ const LOOKS: usize = 6;
 const LEAST_LOOKS: usize = 2;
 /// What helps teeth that jam.
 pub const UNJAM: &str = "Give it less loss (a larger `efficiency_back`), more inertia before it or less behind it, or let a spring carry the load";
-/// Part of a step by series in which an event makes it end soon after.
-const SOON: f64 = 1e-6;
 /// Part of a step to which an event is located that the step is to be shortened for.
 const ROUGHLY: f64 = 1e-6;
 /// Steps of regula falsi towards an event.
@@ -1100,14 +1098,6 @@ impl RunningLoop {
         match self.solver.prospect(&mut self.machine) {
             Prospect::Stays => return None,
             Prospect::Leaves(part) => {
-                // What is rounding is measured by the step: by no longer one than it takes.
-                let (part, length) = match &mut self.solver {
-                    Integrator::Taylor(solver) if part < SOON => {
-                        solver.end_earlier(2.0 * part);
-                        (0.5, 2.0 * part * length)
-                    }
-                    _ => (part, length),
-                };
                 self.machine.measure_step(length, self.solver.previous_state(), self.solver.state());
                 let zero = self.solver.previous_time() + part * length;
                 if let Some((low, high)) = self.confirm(zero) {

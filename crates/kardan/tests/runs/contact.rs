@@ -578,15 +578,6 @@ fn a_blow_without_loss_loses_nothing() {
     }
 }
 
-/// What bounces ever lower rests after √(2h/g) (1 + e)/(1 − e), however long the run goes on.
-#[test]
-fn a_bouncing_ball_rests_in_a_long_run() {
-    let source = ball("restitution = 0.7").replace("\"3 s\"", "\"36000 s\"").replace("10 ms", "3600 s");
-    let run = by(&source, Method::Automatic);
-    near(time_of(&run, "ground is rested on"), (2.0 * 0.8 / 10.0_f64).sqrt() * 1.7 / 0.3, 1e-9, "rests");
-    assert_eq!(last(&run, "ball.v"), 0.0);
-}
-
 /// A weight of 9.81 N rests on a rigid stop where it is, on a soft one of 1 kN/m 9.81 mm below, on a spring with 2 mm of play one more
 /// below: equilibria, at which a run stays.
 #[test]

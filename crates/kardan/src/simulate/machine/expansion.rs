@@ -4,8 +4,6 @@
 //! coefficient k of the accelerations is what the same factors give for `f_k − Σ_j H_j a_(k−j) − Σ_j G_jᵀ λ_(k−j)` over j from 1, and
 //! that of the torques that hold makes `Σ_j g_j a_(k−j)` and the bias vanish along each direction.
 
-use kardan_rt::functions::powi;
-
 use super::hold_kinds::{Holds, Kind};
 use crate::num::bracket;
 use crate::plan::Series;
@@ -59,12 +57,9 @@ pub(super) struct Watch<'a> {
 
 /// Part of a limit that is kept clear of it.
 const CLEAR: f64 = 1e-9;
-/// Part of the time since the begin of a step that a zero is looked for in at last, and halvings that are made for one margin.
+/// Part of a step that a zero is looked for in at last, and halvings that are made for one margin.
 const LEAST: f64 = 1e-10;
 const HALVINGS: usize = 200;
-/// The same of a step where it begins: what bounces ever lower is back at once, however long nothing else happens.
-const LEAST_AT_BEGIN: f64 = 1e-20;
-const BEGIN: f64 = 1e-3;
 /// Part of a step to which a zero of a series is found.
 const EXACTLY: f64 = 1e-16;
 /// A number that modes depend on and that rounding may make of nothing, SI.
@@ -332,8 +327,7 @@ impl Part<'_> {
     fn first_zero(&self, b: &[f64; MOST], halvings: &mut usize) -> Option<f64> {
         let Self { c, last, clear, from, to } = *self;
         let n = c.len() - 1;
-        // What is left out is as large as the last term; that is nothing where a step begins.
-        let spare = if to < BEGIN { last * powi(to, n as i32) } else { last } + clear;
+        let spare = last + clear;
         let own = &b[..=n];
         if own.iter().skip(1).all(|b| *b > spare) {
             return None;
@@ -343,7 +337,7 @@ impl Part<'_> {
             let at = |s: f64| c.iter().rev().fold(0.0, |sum, c| sum * s + c);
             return Some(bracket([(to, own[n]), (from, own[0])], EXACTLY, at)[0]);
         }
-        if to - from < (LEAST * from).max(LEAST_AT_BEGIN) || *halvings == 0 {
+        if to - from < LEAST || *halvings == 0 {
             // At the begin the modes know the sign; elsewhere nothing is certain if it does not become negative.
             if own[n] < 0.0 {
                 return Some(to);
