@@ -85,7 +85,7 @@ fn residuals(found: &Parity) -> Body {
 fn constant(one: &Residual) -> String {
     match one.constant {
         None => "–".into(),
-        Some(value) if value == 0.0 => "0".into(),
+        Some(0.0) => "0".into(),
         Some(value) => format!("{} {}", number(value), one.unit),
     }
 }

@@ -34,7 +34,7 @@ pub(super) struct Integrals {
     /// How many independent relations of positions are in them, as far as the points tell.
     pub relations: Option<usize>,
     /// Sums of several rows whose coefficients are constant: factors of the rows, coefficients over the reduced coordinates.
-    pub sums: Vec<(Vec<Rational>, Vec<(usize, Rational)>)>,
+    pub sums: Vec<Sum>,
 }
 
 /// Generic points that are tried.
@@ -313,11 +313,7 @@ fn at_point(rows: &Rows, field: PrimeField, point: i64) -> Option<(Along, Found)
 }
 
 /// A sum of rows, if its coefficients are numbers.
-fn sum_of_rows(
-    rows: &Rows,
-    field: &PrimeField,
-    factors: &[Residue],
-) -> Option<(Vec<Rational>, Vec<(usize, Rational)>)> {
+fn sum_of_rows(rows: &Rows, field: &PrimeField, factors: &[Residue]) -> Option<Sum> {
     let mut known = Reconstruction::new();
     known.add(field.prime(), &factors.iter().map(|x| field.value(*x)).collect::<Vec<_>>());
     let factors = known.fractions()?;
@@ -339,6 +335,9 @@ fn sum_of_rows(
     }
     Some((factors, out))
 }
+
+/// Factors of the rows, and what they are together: a row over the coordinates.
+pub type Sum = (Vec<Rational>, Vec<(usize, Rational)>);
 
 /// A point by the numbers that the rows take there.
 fn in_words(rows: &Rows, along: &mut Along) -> String {

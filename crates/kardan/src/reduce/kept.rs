@@ -404,7 +404,8 @@ impl<'a> Search<'a> {
                 if self.solve(0, &mut found).is_err() {
                     continue;
                 }
-                let far: f64 = found.position.iter().zip(&begin.position).map(|(now, then)| (now - then).powi(2)).sum();
+                let far: f64 =
+                    found.position.iter().zip(&begin.position).map(|(now, then)| (now - then) * (now - then)).sum();
                 // Of two that are equally far the first one counts.
                 if nearest.as_ref().is_none_or(|(least, _)| far < least * (1.0 - LEFT_BY_GIVEN)) {
                     nearest = Some((far, found));

@@ -41,7 +41,7 @@ fn a_run_ends_at_a_singular_place() {
     let expected = h / 3.0 * (slowness(0.0) + inner + slowness(right));
     for method in [Method::Automatic, Method::Taylor, Method::Dop853, Method::Radau] {
         let settings = study::Settings { method, ..study::Settings::default() };
-        let run = Project::open(&slider_crank(50)).run(&settings, &study::Silent).expect("a run").runs.remove(0);
+        let run = Project::open(slider_crank(50)).run(&settings, &study::Silent).expect("a run").runs.remove(0);
         let Outcome::Failed { time, cause } = &run.outcome else { panic!("{method:?}: {:?}", run.outcome) };
         assert!((time - expected).abs() < 1e-5, "{method:?}: {time} {expected}");
         assert!(cause.contains("`rod` constrains nothing at this place"), "{cause}");

@@ -86,7 +86,8 @@ fn read(kind: &str) -> Run {
 
 #[test]
 fn sensors_that_read_something_else() {
-    let cases: [(&str, fn(f64) -> f64); 4] = [
+    type Case = (&'static str, fn(f64) -> f64);
+    let cases: [Case; 4] = [
         ("kind = \"offset\"\nby = \"3 rad\"", |t| t + 3.0),
         ("kind = \"drift\"\nby = \"-2 rad/s\"", |t| t - 2.0 * (t - 0.5)),
         ("kind = \"reversed\"", |t| -t),
@@ -157,7 +158,7 @@ fn control_units_that_stop_or_come_late() {
             if since > 1e-3 && since < 5e-3 {
                 (early, late) = (early + u32::from(fresh), late + u32::from(!fresh));
             }
-        } else if time < 0.5 || time > 0.706 {
+        } else if !(0.5..=0.706).contains(&time) {
             near(&jitter, "m.tau", sampled(time));
         }
     }

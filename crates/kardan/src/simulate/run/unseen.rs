@@ -23,7 +23,7 @@ impl RunningLoop {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let shorter = self.coarse && self.is_long(until) && until == to;
         let bend = if self.machine.bends() == 0 { None } else { self.bend(until) };
-        let Some(at) = bend.or(shorter.then(|| from + LESS * (to - from))) else { return Ok(None) };
+        let Some(at) = bend.or(shorter.then_some(from + LESS * (to - from))) else { return Ok(None) };
         if matches!(self.solver, Integrator::Taylor(_)) {
             return Ok(Some(at));
         }
@@ -54,7 +54,7 @@ impl RunningLoop {
             before = time(row);
         }
         let coarse = |k: usize| is_coarse(LOOKS.len() + 1, |row| (time(row), found[row * count + k]));
-        (self.is_long(until) && (0..count).any(coarse)).then(|| from + LESS * (until - from))
+        (self.is_long(until) && (0..count).any(coarse)).then_some(from + LESS * (until - from))
     }
 
     /// Whether the last step is so long up to a time that it may be made shorter.
