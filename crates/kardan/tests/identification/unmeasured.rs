@@ -236,34 +236,6 @@ fn masses_have_units_of_their_own() {
     );
 }
 
-/// The backlash of a spring that is suggested counts windows beyond it alone.
-#[test]
-fn a_suggested_backlash_is_clear_of_itself() {
-    let spring = |backlash: &str| two(TRUE, TORQUES[0]).replace("[motor.m]", &format!("{backlash}[motor.m]"));
-    let runs = TORQUES.map(|torque| {
-        run(&two(TRUE, torque).replace("[motor.m]", "backlash = \"3 deg\"\n[motor.m]").replace("0.15 N m", "0.3 N m"))
-    });
-    let sensors = [("a.phi", 2e-5, 0.0, 1.0), ("b.phi", 2e-5, 0.0, 1.0), ("m.tau", 2e-3, 0.0, 1.0)];
-    let logs: Vec<String> = runs.iter().enumerate().map(|(k, run)| log(run, &sensors, 20 + k as u64)).collect();
-    let settings = IdentifySettings { suggest: true, ..dynamic(&[]) };
-    let found = tried(&spring(""), &logs, &settings).unwrap();
-    let suggestions = found.suggestions.as_ref().unwrap();
-    assert!(suggestions.taken.iter().any(|term| term == "k.backlash_torque"), "{:?}", suggestions.tried);
-    let value = |name: &str| {
-        let own = suggestions.parameters.iter().find(|one| one.name == name).unwrap();
-        (own.value.unwrap(), own.standard_error.unwrap())
-    };
-    let clear = suggestions.text.split("clear = \"").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
-    let (width, _) = value("k.backlash");
-    assert!(clear.parse::<f64>().unwrap() > width / 2.0, "{clear} {width}");
-    assert!((width / 3.0_f64.to_radians() - 1.0).abs() < 0.02, "{width}");
-    assert!((value("k.stiffness").0 / 30.0 - 1.0).abs() < 0.03, "{:?}", value("k.stiffness"));
-    // One that is declared too small is told.
-    let declared = spring("") + "[[identification.extra]]\nkind = \"backlash\"\nspring = \"k\"\nclear = \"5 mrad\"\n";
-    let found = self::found(&declared, &logs, &[]);
-    assert!(found.warnings.join("; ").contains("write a larger `clear`"), "{:?}", found.warnings);
-}
-
 /// What is said of what was asked, dropped and not tried.
 #[test]
 fn messages_say_what_is_so() {
