@@ -16,6 +16,9 @@ const LEFT: f64 = 0.5;
 const APART: f64 = 1e-3;
 /// Part of the square of what is apart that goes with the torque, from which that is said.
 const GOES: f64 = 0.3;
+/// Part of the range that counts as its end, and the part of the windows at either end from which it is a play: of a sine 0.41 are there.
+const NEAR_END: f64 = 0.1;
+const AT_ENDS: f64 = 0.55;
 /// Fewest windows of a log in a row.
 const FEWEST: usize = 8;
 /// Part of the windows left out at either end of the range of what is apart.
@@ -236,7 +239,10 @@ impl Redundant {
             short((range / 2.0 / self.noise).round())
         );
         let (element, factor) = &self.ties[0];
-        if by_sense > GOES && by_sense > by_torque {
+        // Teeth lie at either end; what twists goes through the middle as often.
+        let near_end = |x: &&f64| (**x - sorted[tail]).min(sorted[sorted.len() - 1 - tail] - **x) < NEAR_END * range;
+        let at_ends = apart.iter().filter(near_end).count() as f64 > AT_ENDS * apart.len() as f64;
+        if by_sense > GOES && (by_sense > by_torque || at_ends) {
             out.warnings.push(format!(
                 "{size}, one way or the other as the torque of {} has its sense: there is play; give `{element}` some \
                  `backlash = \"{} {}\"` and find it with `--parameters {element}.backlash`",
