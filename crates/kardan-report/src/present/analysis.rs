@@ -518,3 +518,54 @@ fn certificate(structure: &Structure) -> Body {
         Body::default().fold("Each statement and how it was decided", statements.hint(hint)),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kardan::results::{Counting, Structure};
+
+    /// A charge that only counts is told apart from a motion that is not reached, and is nothing bad.
+    #[test]
+    fn the_headline_names_charges_that_only_count() {
+        let told = |ranks: [usize; 2], counting: Option<[bool; 2]>| {
+            let structure = Structure {
+                states: ["M.q", "a.phi", "M.i", "a.w"].map(String::from).to_vec(),
+                controllable_rank: ranks[0],
+                observable_rank: ranks[1],
+                ..Structure::default()
+            };
+            let counting = counting.map(|[others_controllable, others_observable]| Counting {
+                charges: vec!["M.q".into()],
+                others_controllable,
+                others_observable,
+            });
+            let verdict = rank_verdict(&Analysis { structure, counting, ..Analysis::default() }).unwrap();
+            (verdict.sound, verdict.text)
+        };
+        for (ranks, counting, sound, text) in [
+            ([3, 4], None, false, "Not controllable: rank 3 of 4; observable."),
+            (
+                [3, 4],
+                Some([true, false]),
+                true,
+                "Controllable but for M.q, a charge that only counts what has flowed: all motions are; observable.",
+            ),
+            (
+                [3, 3],
+                Some([true, true]),
+                true,
+                "Controllable and observable but for M.q, a charge that only counts what has flowed: all motions are.",
+            ),
+            (
+                [4, 3],
+                Some([false, true]),
+                true,
+                "Controllable; observable but for M.q, which is a charge that only counts what has flowed.",
+            ),
+            // What is not seen besides stays a mistake.
+            ([3, 2], Some([true, false]), false, "Neither controllable (rank 3 of 4) nor observable (rank 2 of 4)."),
+        ] {
+            assert_eq!(told(ranks, counting), (sound, text.to_string()));
+        }
+    }
+}
