@@ -8,7 +8,7 @@ use kardan_rt::functions::powi;
 use super::dop853::StepError;
 use super::integrator::Integrator;
 use super::linear::{self, BLOCK, LinearSegment};
-use super::machine::{Leap, Prospect};
+use super::machine::Prospect;
 use super::outputs::Outputs;
 use super::stiffness::is_stiff;
 use super::{Machine, Scenario, Setup};
@@ -17,6 +17,7 @@ use crate::names::quoted;
 use crate::num::Keeper;
 use crate::reduce::Reduced;
 use crate::results::{Effort, Energy, Event, MotorStrain, Outcome, Physical, Series};
+use looks::Guard;
 
 /// How accurately a run is integrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,7 +143,8 @@ const OUT_OF_BALANCE: f64 = 10.0;
 const LONGEST: f64 = 1e9;
 /// How near the integrator comes to where rates end, relative to the time.
 const STUCK: f64 = 256.0 * f64::EPSILON;
-/// Of the largest speed, or of this many rad/s or m/s where all are slower, what putting a step back on kept rows changes at most where it passed no place at which they are dependent.
+/// Of the largest speed, or of this many rad/s or m/s where all are slower, what putting a step back on kept rows changes at most where it passed no
+/// place at which they are dependent.
 const THROWN: f64 = 1e-3;
 /// A speed that no drivetrain reaches, rad/s.
 const DIVERGED: f64 = 1e6;
@@ -185,12 +187,7 @@ pub(super) struct RunningLoop {
     due: Due,
     /// Where the equations of now end, s: a breakpoint of the scenario, or a sample.
     segment_end: f64,
-    /// Where the loop jumps or bends by the time alone, if that ends the segment.
-    leap: Option<Leap>,
-    /// Whether modes may depend on what no state feels.
-    blind: bool,
-    /// Whether the last step was too long to tell whether they are kept.
-    coarse: bool,
+    guard: Guard,
     /// The next breakpoint of the scenario, and the next sample, s.
     breakpoint: f64,
     tick: f64,
@@ -393,7 +390,7 @@ impl RunningLoop {
             stepped: false,
             complete: false,
             resting: false,
-            blind: machine.is_blind(),
+            guard: Guard::new(machine.is_blind(), machine.bends()),
             machine,
             outputs,
             looks: Looks::new(names.len()),
@@ -411,8 +408,6 @@ impl RunningLoop {
             time: 0.0,
             due: Due { start: true, ..Due::default() },
             segment_end: 0.0,
-            leap: None,
-            coarse: false,
             breakpoint: 0.0,
             tick: 0.0,
             chatter: Chatter::default(),
@@ -515,6 +510,7 @@ impl RunningLoop {
         keeper.number(&mut self.initial_energy);
         keeper.counts(&mut self.reversed);
         self.looks.keep(keeper);
+        self.guard.keep(keeper);
         for count in [&mut self.located, &mut self.unheard, &mut self.jams] {
             keeper.count(count);
         }
@@ -558,7 +554,7 @@ impl RunningLoop {
 
     /// What is due at a breakpoint of the scenario or at a sample.
     fn cross(&mut self) -> Result<(), Outcome> {
-        if let Some((low, high)) = self.leap.take()
+        if let Some((low, high)) = self.guard.leap.take()
             && self.time == low
         {
             self.observe_until(high, None);
@@ -603,8 +599,8 @@ impl RunningLoop {
         // A sample that falls on a breakpoint but for rounding sees what holds from there on.
         let sooner = self.tick < self.breakpoint - SAME * self.breakpoint || self.breakpoint.is_infinite();
         self.segment_end = if sooner { self.tick } else { self.breakpoint };
-        self.leap = self.machine.next_leap(time, self.segment_end);
-        if let Some((low, _)) = self.leap {
+        self.guard.leap = self.machine.next_leap(time, self.segment_end);
+        if let Some((low, _)) = self.guard.leap {
             self.segment_end = low;
         }
         self.chatter = Chatter { since: time, ..Chatter::default() };
@@ -1090,8 +1086,8 @@ impl RunningLoop {
     /// The first event within the last step, where the series tell it and the modes confirm it, or where it is found by looking; roughly where the
     /// step is then made anew. `length` is that of the step, s.
     fn find_event(&mut self, length: f64) -> Option<f64> {
-        self.coarse = false;
-        if self.blind {
+        self.guard.coarse = false;
+        if self.guard.blind {
             self.hold_to_series();
         }
         let length = length.min(self.solver.time() - self.solver.previous_time());
@@ -1147,8 +1143,8 @@ impl RunningLoop {
         // A step that was cut short needs fewer looks: as many as its part of a whole one.
         let whole = length.max(self.solver.next_step());
         let looks = ((LOOKS as f64 * (to - from) / whole).ceil() as usize).clamp(LEAST_LOOKS, LOOKS);
-        let looks = if self.blind { LOOKS } else { looks };
-        let part = |k: usize| if self.blind { looks::LOOKS[k - 1] } else { k as f64 / looks as f64 };
+        let looks = if self.guard.blind { LOOKS } else { looks };
+        let part = |k: usize| if self.guard.blind { looks::LOOKS[k - 1] } else { k as f64 / looks as f64 };
         let places: [f64; LOOKS] = std::array::from_fn(|k| if k < looks { part(k + 1) } else { 1.0 });
         let (mut before, mut left) = (from, None);
         for k in 1..=looks {
@@ -1167,7 +1163,7 @@ impl RunningLoop {
         }
         let dip = if friction { self.dip() } else { None };
         let Some((low, high)) = dip.or(left.map(|at| (before, at))) else {
-            self.coarse = self.blind && friction && self.looks.are_coarse();
+            self.guard.coarse = self.guard.blind && friction && self.looks.are_coarse();
             return None;
         };
         let least = if exactly { 0.0 } else { ROUGHLY * (to - from) };

@@ -11,7 +11,7 @@ use super::timed::Timed;
 use crate::expr::{Expr, Interval};
 
 /// Intervals that are looked at for one place at most; beyond them it is left to the looks of each step.
-const INTERVALS: usize = 4000;
+const INTERVALS: usize = 1000;
 /// Part of the time ahead in which one change of sign is all there is, and in which none is looked for any more.
 const SINGLE: f64 = 1e-6;
 const FINE: f64 = 1e-10;
@@ -29,49 +29,14 @@ impl Machine {
         if self.bends.of_time.is_empty() || !(from < until && until.is_finite()) {
             return None;
         }
-        let bends = std::mem::take(&mut self.bends);
+        let (bends, lines) = (std::mem::take(&mut self.bends), std::mem::take(&mut self.lines));
         let mut first: Option<Leap> = None;
         for kink in &bends.of_time {
             let until = first.map_or(until, |(low, _)| low);
-            first = self.first_change(&bends, *kink, from, until).or(first);
+            first = first_change(&mut self.timed, (&bends, *kink), &lines, (from, until)).or(first);
         }
-        self.bends = bends;
+        (self.bends, self.lines) = (bends, lines);
         first
-    }
-
-    fn first_change(&mut self, bends: &Bends, kink: Expr, from: f64, until: f64) -> Option<Leap> {
-        let lines = self.lines.clone();
-        let at = |timed: &mut Timed, time: f64| {
-            let given: Vec<f64> = timed.at(time).to_vec();
-            bends.at(kink, time, &lines, &given)
-        };
-        let (mut open, mut left) = (vec![(from, until)], INTERVALS);
-        while let Some((low, high)) = open.pop() {
-            left = left.checked_sub(1)?;
-            let span = Interval { low, high };
-            let values = bends.between(kink, span, &lines, &self.timed.between(span));
-            let vanishes = values.low.abs() < NOTHING && values.high.abs() < NOTHING;
-            if values.low > 0.0 || values.high < 0.0 || vanishes {
-                continue;
-            }
-            let part = (high - low) / (until - from);
-            if part <= SINGLE {
-                let begin = at(&mut self.timed, low);
-                // What happens where the segment begins has happened.
-                if begin == 0.0 && low > from && at(&mut self.timed, low.next_up()) != 0.0 {
-                    return Some((low, low.next_up()));
-                }
-                if begin * at(&mut self.timed, high) < 0.0 {
-                    let found = halved(low, high, |time| at(&mut self.timed, time) * begin < 0.0);
-                    return Some(found).filter(|(low, _)| *low > from);
-                }
-            }
-            let middle = low + HALF * (high - low);
-            if part > FINE && low < middle && middle < high {
-                open.extend([(middle, high), (low, middle)]);
-            }
-        }
-        None
     }
 
     /// Whether the state may bring the loop to places where it jumps or bends.
@@ -96,4 +61,47 @@ fn halved(mut low: f64, mut high: f64, mut beyond: impl FnMut(f64) -> bool) -> L
         }
         if beyond(middle) { high = middle } else { low = middle }
     }
+}
+
+/// The first change of sign of one place's number between two times.
+fn first_change(
+    timed: &mut Timed,
+    (bends, kink): (&Bends, Expr),
+    lines: &[(f64, f64, f64)],
+    (from, until): (f64, f64),
+) -> Option<Leap> {
+    let at = |timed: &mut Timed, time: f64| {
+        let given: Vec<f64> = timed.at(time).to_vec();
+        bends.at(kink, time, lines, &given)
+    };
+    let (mut open, mut left) = (vec![(from, until)], INTERVALS);
+    while let Some((low, high)) = open.pop() {
+        left = left.checked_sub(1)?;
+        let span = Interval { low, high };
+        let values = bends.between(kink, span, lines, &timed.between(span));
+        let vanishes = values.low.abs() < NOTHING && values.high.abs() < NOTHING;
+        if values.low > 0.0 || values.high < 0.0 || vanishes {
+            continue;
+        }
+        let part = (high - low) / (until - from);
+        if part <= SINGLE {
+            let begin = at(timed, low);
+            // What happens where the segment begins has happened.
+            if begin == 0.0 && low > from && at(timed, low.next_up()) != 0.0 {
+                return Some((low, low.next_up()));
+            }
+            if begin * at(timed, high) < 0.0 {
+                let found = halved(low, high, |time| at(timed, time) * begin < 0.0);
+                if found.0 > from {
+                    return Some(found);
+                }
+                continue;
+            }
+        }
+        let middle = low + HALF * (high - low);
+        if part > FINE && low < middle && middle < high {
+            open.extend([(middle, high), (low, middle)]);
+        }
+    }
+    None
 }

@@ -162,6 +162,7 @@ impl Machine {
         }
         keeper.flag(&mut self.stands);
         self.holds.keep(keeper);
+        self.watched.keep(keeper);
         self.prepare_holding();
         self.couple_sliders();
         keeper.number(&mut self.step_length);

@@ -1,5 +1,7 @@
 //! Whether kept rows become dependent along a motion.
 
+use crate::num::Keeper;
+
 /// The determinant of the kept rows over as many coordinates: those in which it was largest where it was last looked at. It changes its sign where
 /// the rows become dependent along the motion, and where another choice of coordinates would do, which the pivots tell apart.
 #[derive(Debug, Clone)]
@@ -16,6 +18,12 @@ pub(super) struct WatchedRows {
 impl WatchedRows {
     pub(super) fn new(rows: usize, columns: usize) -> Self {
         Self { columns: (0..columns).collect(), matrix: vec![0.0; rows * columns], sign: 0.0, least: 0.0 }
+    }
+
+    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.counts(&mut self.columns);
+        keeper.number(&mut self.sign);
+        keeper.number(&mut self.least);
     }
 
     /// The sign of the determinant and the smallest pivot; with `choose` over the coordinates with the largest pivots, else over those chosen.

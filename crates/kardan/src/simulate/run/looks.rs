@@ -1,4 +1,7 @@
-//! Looks into a step, and whether they are close enough.
+//! Looks into a step, whether they are close enough, and what is kept of what a step must not pass.
+
+use crate::num::Keeper;
+use crate::simulate::machine::Leap;
 
 /// Looks into a step, at parts of it that no period falls in with.
 pub(super) const LOOKS: [f64; 6] = [0.1386, 0.3517, 0.4892, 0.6871, 0.8229, 1.0];
@@ -23,4 +26,28 @@ pub(super) fn is_coarse(count: usize, look: impl Fn(usize) -> (f64, f64)) -> boo
     let near = if least > 0.0 { least } else { (-most).max(0.0) };
     let known = least.is_finite() && most.is_finite() && near <= NEAR * (most - least);
     known && bends(count, look).fold(0.0, f64::max) > UNKNOWN * (most - least)
+}
+
+/// What keeps steps from passing something unseen.
+pub(super) struct Guard {
+    /// Where the loop jumps or bends by the time alone, if that ends the segment.
+    pub(super) leap: Option<Leap>,
+    /// Whether modes may depend on what no state feels.
+    pub(super) blind: bool,
+    /// Whether the last step was too long to tell whether they are kept.
+    pub(super) coarse: bool,
+    /// Memory for the numbers that vanish where the loop jumps or bends by its state: at each look, and the sides that they are on.
+    pub(super) numbers: Vec<f64>,
+}
+
+impl Guard {
+    pub(super) fn new(blind: bool, bends: usize) -> Self {
+        Self { leap: None, blind, coarse: false, numbers: vec![0.0; (LOOKS.len() + 2) * bends] }
+    }
+
+    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        let [mut low, mut high] = self.leap.map_or([f64::INFINITY; 2], |(low, high)| [low, high]);
+        [&mut low, &mut high].into_iter().for_each(|time| keeper.number(time));
+        self.leap = low.is_finite().then_some((low, high));
+    }
 }

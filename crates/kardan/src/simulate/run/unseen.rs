@@ -13,15 +13,19 @@ const SOON: f64 = 0.01;
 const LESS: f64 = 0.25;
 /// What a step has at least of the time of a run, to be made shorter.
 const LEAST: f64 = 1e-9;
-/// What series may differ from what they are of, in parts of their terms, and where that is looked at.
+/// What series may differ from what they are of, in parts of their terms.
 const DIFFERENCE: f64 = 1e-6;
+/// What is left of a difference in a shorter step is less than this; of rounding it is more, and that is slight.
+const ROUNDING: f64 = 0.5;
+const SLIGHT: f64 = 1e-2;
+/// Where that is looked at, in parts of the step.
 const PLACES: [f64; 2] = [0.381_966, 1.0];
 
 impl RunningLoop {
     /// Where the last step is to end, before a time, so that it passes nothing unseen.
     pub(super) fn unseen(&mut self, until: f64) -> Result<Option<f64>, Outcome> {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
-        let shorter = self.coarse && self.is_long(until) && until == to;
+        let shorter = self.guard.coarse && self.is_long(until) && until == to;
         let bend = if self.machine.bends() == 0 { None } else { self.bend(until) };
         let Some(at) = bend.or(shorter.then_some(from + LESS * (to - from))) else { return Ok(None) };
         if matches!(self.solver, Integrator::Taylor(_)) {
@@ -36,22 +40,26 @@ impl RunningLoop {
     /// The first place within the last step, up to a time, at which the loop jumps or bends by its state: just behind it. A step that is too
     /// long to tell ends within.
     fn bend(&mut self, until: f64) -> Option<f64> {
+        let mut numbers = std::mem::take(&mut self.guard.numbers);
+        let found = self.bend_by(until, &mut numbers);
+        self.guard.numbers = numbers;
+        found
+    }
+
+    fn bend_by(&mut self, until: f64, numbers: &mut [f64]) -> Option<f64> {
         let (from, count) = (self.solver.previous_time(), self.machine.bends());
-        let mut found = vec![0.0; (LOOKS.len() + 1) * count];
+        let (found, sides) = numbers.split_at_mut((LOOKS.len() + 1) * count);
         let time = |row: usize| if row == 0 { from } else { from + LOOKS[row - 1] * (until - from) };
         self.bends_at(from, &mut found[..count]);
-        let mut before = from;
+        sides.copy_from_slice(&found[..count]);
         for row in 1..=LOOKS.len() {
-            let (known, now) = found.split_at_mut(row * count);
-            self.bends_at(time(row), &mut now[..count]);
+            let now = &mut found[row * count..][..count];
+            self.bends_at(time(row), now);
             // Of what begins at zero the side is where it goes.
-            let sides = &mut known[..count];
             sides.iter_mut().zip(&*now).for_each(|(side, now)| *side = if *side == 0.0 { *now } else { *side });
-            let sides = sides.to_vec();
-            if passed(&sides, &now[..count]) {
-                return self.first_bend(&sides, (before, time(row)), until);
+            if passed(sides, now) {
+                return self.first_bend(sides, (time(row - 1), time(row)), (now, until));
             }
-            before = time(row);
         }
         let coarse = |k: usize| is_coarse(LOOKS.len() + 1, |row| (time(row), found[row * count + k]));
         (self.is_long(until) && (0..count).any(coarse)).then_some(from + LESS * (until - from))
@@ -62,13 +70,18 @@ impl RunningLoop {
         until - self.solver.previous_time() > LEAST * self.scenario.duration.min(until)
     }
 
-    fn first_bend(&mut self, sides: &[f64], (mut low, mut high): (f64, f64), until: f64) -> Option<f64> {
+    /// Just behind the first place between two looks at which a number is on the other side; `now` is memory for them.
+    fn first_bend(
+        &mut self,
+        sides: &[f64],
+        (mut low, mut high): (f64, f64),
+        (now, until): (&mut [f64], f64),
+    ) -> Option<f64> {
         let from = self.solver.previous_time();
-        let mut now = vec![0.0; sides.len()];
         while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
             let middle = 0.5 * (low + high);
-            self.bends_at(middle, &mut now);
-            if passed(sides, &now) { high = middle } else { low = middle }
+            self.bends_at(middle, now);
+            if passed(sides, now) { high = middle } else { low = middle }
         }
         (high - from > SOON * (until - from)).then_some(high)
     }
@@ -78,8 +91,9 @@ impl RunningLoop {
         self.machine.find_bends(time, &self.looked, out);
     }
 
-    /// Shortens a step by series until what the modes depend on is what the series say.
+    /// Shortens a step by series until what the modes depend on is what the series say, but for rounding, which falls slowly with the length.
     pub(super) fn hold_to_series(&mut self) {
+        let mut before = f64::INFINITY;
         while let Integrator::Taylor(solver) = &self.solver
             && let (from, length, order) =
                 (solver.previous_time(), solver.time() - solver.previous_time(), solver.order())
@@ -92,9 +106,10 @@ impl RunningLoop {
                 self.machine.evaluate(at, &self.looked);
                 most = most.max(self.machine.difference_of_series(place * length, order));
             }
-            if most <= DIFFERENCE {
+            if most <= DIFFERENCE || most < SLIGHT && most > ROUNDING * before {
                 return;
             }
+            before = most;
             let less = kardan_rt::functions::powf(DIFFERENCE / most, 1.0 / order as f64).clamp(0.1, 0.7);
             if let Integrator::Taylor(solver) = &mut self.solver {
                 solver.end_earlier(less);
