@@ -93,6 +93,9 @@ pub struct RunArgs {
     /// Keep only these variants (may be given several times).
     #[arg(long = "variant", value_name = "NAME")]
     pub variants: Vec<String>,
+    /// Let these faults of the file happen too, `[fault.NAME]`, separated by commas.
+    #[arg(long = "fault", value_name = "NAMES", value_delimiter = ',')]
+    pub faults: Vec<String>,
     /// Run controllers too that are unstable at their sample time, or whose references no motor can hold.
     #[arg(long)]
     pub force: bool,

@@ -1,7 +1,9 @@
 //! A model as a program writes it.
 
 use crate::entries::{Entries, Entry, Written};
-use crate::model::tables::{Analysis, Bench, Event, Header, Identification, Log, Plot, Requirement, Scenario, Variant};
+use crate::model::tables::{
+    Analysis, Bench, Event, Fault, Header, Identification, Log, Plot, Requirement, Safety, Scenario, Variant,
+};
 use crate::schema::{BlockKeys, ElementKeys, Given, Keys, LawKeys, Quantities, Quantity, SignalKeys};
 
 /// A model that a program builds, or changes: every table of a model file as a typed struct. What is wrong with it is told by the
@@ -160,6 +162,18 @@ impl Builder {
     pub fn event(mut self, event: Event) -> Self {
         self.entries.table_mut("scenario").list_mut("event").push(Entry::from(event.written()));
         self
+    }
+
+    /// `[fault.NAME]`
+    #[must_use]
+    pub fn fault(self, name: &str, fault: Fault) -> Self {
+        self.named("fault", name, fault.entries())
+    }
+
+    /// `[safety]`
+    #[must_use]
+    pub fn safety(self, safety: Safety) -> Self {
+        self.table("safety", &safety)
     }
 
     /// A `[[requirement]]` behind those that are there.

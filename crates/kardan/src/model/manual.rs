@@ -60,7 +60,17 @@ const STUDY: &[(&str, &str, &str)] = &[
         "[block.NAME]",
         "What a control unit computes beside its laws: filters, controllers, limits, switches, monitors, state machines.",
     ),
-    ("fault", "[[scenario.fault]]", "A sensor, a motor or a control unit that fails for a while, or for good."),
+    (
+        "fault",
+        "[[scenario.fault]]",
+        "A sensor, a motor, a control unit, a bar or teeth that fail for a while, or for good. As `[fault.NAME]`: in the variants that name it, \
+         with `kardan run --fault NAME`, and in `kardan safety`.",
+    ),
+    (
+        "safety",
+        "[safety]",
+        "What `kardan safety` tries: faults, variants and values; what says that a fault was detected, and which effects are bounded.",
+    ),
     ("requirement", "[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
     ("plot", "[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
     (
@@ -93,6 +103,7 @@ pub(super) const STUDY_TABLES: &[(&str, &[Field])] = &[
     ("scenario", tables::Scenario::FIELDS),
     ("event", tables::Event::FIELDS),
     ("fault", tables::Fault::FIELDS),
+    ("safety", tables::Safety::FIELDS),
     ("requirement", tables::Requirement::FIELDS),
     ("plot", tables::Plot::FIELDS),
     ("analysis", tables::Analysis::FIELDS),

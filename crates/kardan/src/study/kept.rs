@@ -350,6 +350,8 @@ impl Standing {
             designed: variant.designed.clone(),
             running: variant.running.clone(),
             scenario: Scenario { position, speed, ..variant.scenario.clone() },
+            faults: variant.faults.clone(),
+            has_faults: variant.has_faults,
             computed: variant.computed.clone(),
             analysis: AnalysisSpec { at: Vec::new(), ..variant.analysis.clone() },
             massless: Vec::new(),

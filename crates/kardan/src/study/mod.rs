@@ -70,6 +70,7 @@ pub use blocks::{listed_blocks, signal_graph};
 pub use design::{DesignSettings, design};
 pub use effort::{Effort, MANY_STEPS, expected_effort};
 pub use equations::{EquationsForm, equations};
+pub use faults::NamedFault;
 pub use identification::{IdentifySettings, LogFile, identify, written};
 pub use linearise::linearise;
 pub use margins::overrule;
