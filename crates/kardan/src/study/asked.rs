@@ -42,7 +42,7 @@ pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec
     let reader = &TableReader::new(known.document, &[]);
     let duration = quantity(reader, &known.document.scenario, "duration", TIME, "", &mut Vec::new());
     let end = duration.map_or(f64::INFINITY, |x| x.to_f64());
-    let asked = Requirements { known, reader, variants, end };
+    let asked = Requirements { known, reader, variants, end, what: REQUIREMENT.into() };
     known.document.requirements.iter().filter_map(|table| asked.read(table, out)).collect()
 }
 
@@ -52,12 +52,14 @@ const TIME: (Dimension, Sign) = (Dimension::TIME, Sign::NonNegative);
 const REQUIREMENT: &str = "`[[requirement]]`";
 
 /// What the tables of requirements are read with.
-struct Requirements<'a> {
-    known: &'a Known<'a>,
-    reader: &'a TableReader<'a>,
-    variants: &'a [String],
+pub(super) struct Requirements<'a> {
+    pub(super) known: &'a Known<'a>,
+    pub(super) reader: &'a TableReader<'a>,
+    pub(super) variants: &'a [String],
     /// The end of a run, s.
-    end: f64,
+    pub(super) end: f64,
+    /// What the table is called in messages.
+    pub(super) what: String,
 }
 
 impl Requirements<'_> {
@@ -102,12 +104,12 @@ impl Requirements<'_> {
     }
 
     /// A value of a dimension; of one without a name angles are not counted.
-    fn like(&self, table: &Table, key: &str, expected: Dimension, out: &mut Vec<Diagnostic>) -> Option<f64> {
+    pub(super) fn like(&self, table: &Table, key: &str, expected: Dimension, out: &mut Vec<Diagnostic>) -> Option<f64> {
         if expected.word().is_some() {
             return self.number(table, key, (expected, Sign::Any), out);
         }
         let scalar = read_scalar(table, key)?;
-        let label = format!("`{key}` of {REQUIREMENT}");
+        let label = format!("`{key}` of {}", self.what);
         let (value, found) = self.reader.scalar(&scalar, None, &label, out)?;
         if !expected.is_like(&found) {
             out.push(wrong_dimension(&label, expected, found, scalar.place));
@@ -139,7 +141,7 @@ impl Requirements<'_> {
     }
 
     /// The unit of the bounds as the file writes it, `None` if it is the SI unit.
-    fn unit_of_bounds(&self, table: &Table, physical: Physical) -> Option<DisplayUnit> {
+    pub(super) fn unit_of_bounds(&self, table: &Table, physical: Physical) -> Option<DisplayUnit> {
         let text = ["below", "above"].into_iter().find_map(|key| table.written.get(key))?;
         let named = || self.known.document.all_parameters().find(|parameter| &parameter.name == text);
         let text = named().map_or(text, |parameter| &parameter.text);
@@ -147,7 +149,7 @@ impl Requirements<'_> {
     }
 
     fn number(&self, table: &Table, key: &str, expected: (Dimension, Sign), out: &mut Vec<Diagnostic>) -> Option<f64> {
-        quantity(self.reader, table, key, expected, REQUIREMENT, out).map(|x| x.to_f64())
+        quantity(self.reader, table, key, expected, &self.what, out).map(|x| x.to_f64())
     }
 
     /// Tells of a window in which no time is left.

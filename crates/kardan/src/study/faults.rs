@@ -194,7 +194,8 @@ impl<'a> Reader<'a, '_> {
         let word = read_word(self.table, "kind")?;
         let found = kinds.iter().copied().find(|kind| *kind == word);
         if found.is_none() {
-            let message = format!("a {part} cannot be `{word}`");
+            let article = if part == "element" { "an" } else { "a" };
+            let message = format!("{article} {part} cannot be `{word}`");
             let help = format!("choose one of {}", quoted(kinds.iter().copied()));
             out.push(self.mistake("fault::kind", &message, ("kind", "not of this part"), help));
         }

@@ -204,6 +204,7 @@ pub(super) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Diagnostic> 
         variants: prepared.variants.iter().map(one).collect::<Result<_, _>>()?,
         requirements: Vec::new(),
         plots: Vec::new(),
+        safety: None,
         tolerance: prepared.tolerance,
     })
 }

@@ -25,6 +25,7 @@ use super::passage::check_passage;
 use super::places::places_in_control;
 use super::progress::Progress;
 use super::redundant::check_redundant;
+use super::safety::safety_spec;
 use super::scenario::scenario;
 use super::stops::check_stops;
 use super::{Prepared, PreparedVariant};
@@ -114,6 +115,8 @@ pub(super) fn prepare_document(
     let names: Vec<String> = all_settings.into_iter().map(|variant| variant.name).collect();
     prepared.requirements = requirements(&known, &names, &mut mistakes);
     prepared.plots = plots(&known, &names, &mut mistakes);
+    let faults = prepared.variants.first().map(|variant| variant.faults.clone()).unwrap_or_default();
+    prepared.safety = safety_spec(&known, &names, &faults, &mut mistakes);
     prepared.tolerance = tolerance(document, &mut mistakes);
     if !document.doubts.equations {
         super::bench::check(document, &all_settings_of_first, &mut mistakes);

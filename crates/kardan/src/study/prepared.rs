@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::computed::Computed;
 use super::faults::NamedFault;
-use super::{AnalysisSpec, Requirement};
+use super::{AnalysisSpec, Requirement, SafetySpec};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::Model;
 use crate::names::unknown_name;
@@ -26,6 +26,8 @@ pub struct Prepared {
     pub requirements: Vec<Requirement>,
     /// Plots of the report.
     pub plots: Vec<Plot>,
+    /// What `kardan safety` tries; nothing in a file without faults that have names.
+    pub safety: Option<SafetySpec>,
     /// Accuracy of the runs.
     pub tolerance: Tolerance,
 }
