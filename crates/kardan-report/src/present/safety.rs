@@ -2,7 +2,7 @@
 
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::text::number;
-use kardan::results::{DisplayUnit, EffectMeasured, Safety, SafetyEffect, SafetyRow, Verdict};
+use kardan::results::{DisplayUnit, EffectMeasured, Safety, SafetyEffect, SafetyRow, StateEntered, Verdict};
 
 /// What stands in the place of a fault in a run without one.
 const NO_FAULT: &str = "none";
@@ -60,7 +60,7 @@ fn head(row: &SafetyRow, several: bool) -> Vec<Cell> {
     if several {
         cells.extend(row![&row.variant]);
     }
-    cells.extend(row.values.iter().map(|value| Cell::Text(value.value.clone())));
+    cells.extend(row.values.iter().map(|value| Cell::Text(kept(&value.value))));
     cells
 }
 
@@ -80,6 +80,8 @@ fn rows(table: &Safety) -> Body {
     let several = several(table);
     let mut columns = titles(table);
     columns.extend(["#detected after ms", "reaction", "worst effect", "bound", "verdict"].map(String::from));
+    let noted = table.rows.iter().any(|row| row.note.is_some());
+    columns.extend(noted.then(|| "note".to_string()));
     let one = |one: &SafetyRow| {
         let mut cells = head(one, several);
         let after = one.detected_after.filter(|_| !one.faults.is_empty());
@@ -88,13 +90,16 @@ fn rows(table: &Safety) -> Body {
             (None, Some(at)) => format!("at {} s", number(at)),
             (None, None) => String::new(),
         };
-        let states: Vec<String> =
-            one.reaction.iter().map(|state| format!("{} ({} ms)", state.state, number(1e3 * state.after))).collect();
+        let entered = |state: &StateEntered| kept(&format!("{} ({} ms)", state.state, number(1e3 * state.after)));
+        let states: Vec<String> = one.reaction.iter().map(entered).collect();
         let worst = one.worst.and_then(|k| Some((table.effects.get(k)?, one.effects.get(k)?)));
-        let (effect, bound) = worst.map_or_else(Default::default, |(effect, found)| (shown_of(effect, found), bound(effect)));
+        let (effect, bound) =
+            worst.map_or_else(Default::default, |(effect, found)| (shown_of(effect, found), bound(effect)));
         cells.extend([shown, states.join(", "), effect, bound].map(Cell::Text));
-        let words = one.note.as_ref().map_or_else(String::new, |note| format!(": {note}"));
-        cells.push(Cell::Mark(one.verdict.passes(), format!("{}{words}", one.verdict.words())));
+        cells.push(Cell::Mark(one.verdict.passes(), one.verdict.words().into()));
+        if noted {
+            cells.push(Cell::Text(one.note.clone().unwrap_or_default()));
+        }
         cells
     };
     let detected = table.detected.as_ref().map_or_else(String::new, |condition| {
@@ -112,14 +117,19 @@ fn shown_of(effect: &SafetyEffect, found: &EffectMeasured) -> String {
 
 fn in_unit(value: f64, effect: &SafetyEffect) -> String {
     match &effect.display {
-        Some(unit) => format!("{}\u{a0}{}", number(DisplayUnit::of(unit, value)), unit.unit),
-        None => format!("{}\u{a0}{}", number(value), effect.unit),
+        Some(unit) => kept(&format!("{} {}", number(DisplayUnit::of(unit, value)), unit.unit)),
+        None => kept(&format!("{} {}", number(value), effect.unit)),
     }
 }
 
+/// What is not to be broken into lines.
+fn kept(text: &str) -> String {
+    text.replace(' ', "\u{a0}")
+}
+
 fn bound(effect: &SafetyEffect) -> String {
-    let below = effect.below.map(|bound| format!("< {}", in_unit(bound, effect)));
-    let above = effect.above.map(|bound| format!("> {}", in_unit(bound, effect)));
+    let below = effect.below.map(|bound| format!("<\u{a0}{}", in_unit(bound, effect)));
+    let above = effect.above.map(|bound| format!(">\u{a0}{}", in_unit(bound, effect)));
     above.into_iter().chain(below).collect::<Vec<_>>().join(", ")
 }
 

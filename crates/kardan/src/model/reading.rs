@@ -459,7 +459,8 @@ fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>,
             (Some(meant), _) => format!("did you mean `{meant}`?"),
             (None, "event" | "events") => "write each as `[[scenario.event]]`".to_string(),
             (None, "faults") => {
-                "write each as `[[scenario.fault]]`, or, where it happens in some runs only, as `[fault.NAME]`".to_string()
+                "write each as `[[scenario.fault]]`, or, where it happens in some runs only, as `[fault.NAME]`"
+                    .to_string()
             }
             (None, "extra" | "candidate") => format!("write each as `[[identification.{name}]]`"),
             (None, "channel" | "channels") => "write each as `[[log.NAME.channel]]`".to_string(),

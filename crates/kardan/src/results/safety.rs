@@ -97,8 +97,8 @@ pub struct SafetyRow {
     pub values: Vec<SafetyValue>,
     /// When the first fault begins, s.
     pub begins: Option<f64>,
-    /// Time from there to the first row in which the condition of detection holds and does not hold without the fault, s; of a run without a
-    /// fault the time of the first row in which it holds.
+    /// Time to the first row in which the condition of detection holds and does not hold without the fault, from the begin of the fault that began
+    /// last before it, s; of a run without a fault the time of the first row in which it holds.
     pub detected_after: Option<f64>,
     /// How long before the row of the detection the row before it stands, s: so much earlier it may have been.
     pub known_to: Option<f64>,

@@ -86,7 +86,10 @@ impl<Kind> Failing<Kind> {
 }
 
 /// Whether none of these is there at the same time; else its name.
-fn free<'a, Kind: 'a>(fault: &Failing<Kind>, mut others: impl Iterator<Item = &'a Failing<Kind>>) -> Result<(), String> {
+fn free<'a, Kind: 'a>(
+    fault: &Failing<Kind>,
+    mut others: impl Iterator<Item = &'a Failing<Kind>>,
+) -> Result<(), String> {
     others.find(|other| fault.overlaps(other)).map_or(Ok(()), |other| Err(other.name.clone()))
 }
 

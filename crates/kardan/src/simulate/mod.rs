@@ -21,8 +21,8 @@ mod taylor;
 mod walk;
 
 pub use faults::{
-    Failing, Faults, MechanicalFault, MechanicalFaultKind, MotorFault, MotorFaultKind, SensorFault, SensorFaultKind, UnitFault,
-    UnitFaultKind,
+    Failing, Faults, MechanicalFault, MechanicalFaultKind, MotorFault, MotorFaultKind, SensorFault, SensorFaultKind,
+    UnitFault, UnitFaultKind,
 };
 pub use machine::{Machine, Setup};
 pub use outputs::signal_names;

@@ -160,7 +160,8 @@ impl Computed {
         let known = |text: &str| signals.iter().any(|(name, _)| name == text);
         let words = |table: &Table| -> Vec<String> {
             let lists = ["signals", "references"].into_iter().flat_map(|key| read_words(table, key));
-            let single = ["signal", "over", "detected"].into_iter().filter_map(|key| read_word(table, key)).map(str::to_string);
+            let single =
+                ["signal", "over", "detected"].into_iter().filter_map(|key| read_word(table, key)).map(str::to_string);
             lists.map(|word| word.value.clone()).chain(single).collect()
         };
         let effects: &[Table] = match document.safety.values.get("effect").map(|found| &found.value) {

@@ -412,7 +412,8 @@ impl<'a> Reader<'a, '_> {
             return;
         }
         if fault.until.is_finite() {
-            let message = format!("`{shown}` stays {}", if kind == "jump" { "where it has jumped to" } else { "broken" });
+            let message =
+                format!("`{shown}` stays {}", if kind == "jump" { "where it has jumped to" } else { "broken" });
             out.push(self.mistake("fault::window", &message, ("until", "for good"), "remove `until`".into()));
             return;
         }
@@ -458,7 +459,10 @@ impl<'a> Reader<'a, '_> {
         }
         if !has(element) && (kind == "jump" || !damps || keyword == "shaft") {
             let why = format!("the {} `{shown}` is rigid: it has no spring to be `{kind}`", keyword.replace('_', " "));
-            return Some((why, "give its teeth a `stiffness`, or put a `spring_damper` with a short shaft beside it".into()));
+            return Some((
+                why,
+                "give its teeth a `stiffness`, or put a `spring_damper` with a short shaft beside it".into(),
+            ));
         }
         if kind == "broken" && equations.frictions.iter().any(|friction| friction.element == element) {
             let why = format!("`{shown}` has Coulomb friction, which would still hold what is broken");

@@ -337,7 +337,8 @@ fn add_faults(
         match scenario.faults.with(&fault.faults) {
             Ok(all) => scenario.faults = all,
             Err(part) => {
-                let message = format!("variant `{variant}`: its fault `{}` is a second one of `{part}` then", fault.name);
+                let message =
+                    format!("variant `{variant}`: its fault `{}` is a second one of `{part}` then", fault.name);
                 let place = document.faults.iter().find(|(name, _)| name.value == fault.name);
                 let place = place.map_or_else(|| document.scenario.place.clone(), |(name, _)| name.place.clone());
                 out.push(

@@ -216,7 +216,8 @@ fn faults_that_cannot_be() {
 fn a_torque_that_sticks() {
     let limits = ["", "lag = \"50 ms\"", "torque_limit = \"2.5 N m\"", "rate_limit = \"3 N m/s\""];
     for limit in limits {
-        let source = wheel(limit, &["kind = \"stuck\"\nat = \"1 s\"\nuntil = \"2 s\""]).replace("to = \"4 N m\"", "to = \"4 N m\"\nover = \"2.5 s\"");
+        let source = wheel(limit, &["kind = \"stuck\"\nat = \"1 s\"\nuntil = \"2 s\""])
+            .replace("to = \"4 N m\"", "to = \"4 N m\"\nover = \"2.5 s\"");
         every_method(&source, |run| {
             let held = at(run, "m.tau", 1.0);
             assert!((at(run, "m.tau", 0.99) - held).abs() < 0.04 && held > 1.0, "{limit}: {held}");
@@ -325,14 +326,22 @@ fn blocks_fail_with_their_unit() {
 #[test]
 fn what_cannot_break() {
     let bare = two_wheels("").replace("damping = \"D\"\n", "");
-    let gear = bare.clone() + "[shaft.c]\ninertia = \"1 kg m^2\"\n[gear.g]\nshaft_1 = \"b\"\nshaft_2 = \"c\"\nratio = 2\n";
-    let play = bare.replace("[sensor.felt]\nmeasures = \"torque\"\nelement = \"bar\"\n", "").replace("\"felt\"", "\"a.phi\"")
+    let gear =
+        bare.clone() + "[shaft.c]\ninertia = \"1 kg m^2\"\n[gear.g]\nshaft_1 = \"b\"\nshaft_2 = \"c\"\nratio = 2\n";
+    let play = bare
+        .replace("[sensor.felt]\nmeasures = \"torque\"\nelement = \"bar\"\n", "")
+        .replace("\"felt\"", "\"a.phi\"")
         .replace("stiffness =", "backlash = \"0.1 rad\"\nstiffness =");
     let rubs = bare.replace("stiffness =", "friction = \"1 N m\"\nstiffness =");
     let cases = [
         (&bare, "element = \"bat\"\nat = \"1 s\"", "there is no element `bat`", "did you mean `bar`?"),
         (&bare, "element = \"a\"\nat = \"1 s\"", "is rigid", "stiffness"),
-        (&gear, "element = \"g\"\nkind = \"jump\"\nby = \"0.1 rad\"\nat = \"1 s\"", "the gear `g` is rigid", "stiffness"),
+        (
+            &gear,
+            "element = \"g\"\nkind = \"jump\"\nby = \"0.1 rad\"\nat = \"1 s\"",
+            "the gear `g` is rigid",
+            "stiffness",
+        ),
         (&bare, "element = \"bar\"\nkind = \"jump\"\nat = \"1 s\"", "`jump` needs the key `by`", "by = "),
         (&bare, "element = \"bar\"\nkind = \"jump\"\nby = \"1 N m\"\nat = \"1 s\"", "expected an angle", "deg"),
         (&bare, "element = \"bar\"\nat = \"1 s\"\nuntil = \"1.5 s\"", "stays broken", "remove `until`"),

@@ -15,7 +15,10 @@ impl Machine {
     /// before it.
     pub fn stick_motors(&mut self, time: f64, state: &[f64]) {
         let begins = |drive: &Drive| {
-            drive.faults.iter().any(|fault| fault.kind == MotorFaultKind::Stuck && fault.holds(time) && fault.at == time)
+            drive
+                .faults
+                .iter()
+                .any(|fault| fault.kind == MotorFaultKind::Stuck && fault.holds(time) && fault.at == time)
         };
         if !self.drives.iter().any(begins) {
             return;

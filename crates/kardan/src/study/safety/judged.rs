@@ -73,14 +73,32 @@ pub(super) struct Judged {
     pub(super) note: Option<String>,
 }
 
-pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: f64) -> Judged {
-    let first = run.first(begins);
+/// When faults begin: the first and the last of them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Begins {
+    pub(super) all: [f64; 2],
+}
+
+impl Begins {
+    /// Time since the one that began last before a row.
+    fn since(self, time: f64) -> f64 {
+        let [first, last] = self.all;
+        (time - if time >= last * (1.0 - 1e-12) { last } else { first }).max(0.0)
+    }
+}
+
+pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begins) -> Judged {
+    let first = run.first(begins.all[0]);
     let at = detection(run, free, first);
-    let detected_after = at.map(|row| (run.time[row] - begins).max(0.0));
-    let known_to = at.map(|row| row.checked_sub(1).map_or(0.0, |before| run.time[row] - run.time[before].max(begins)));
+    let detected_after = at.map(|row| begins.since(run.time[row]));
+    let known_to = at.map(|row| {
+        let before = row.checked_sub(1).map_or(0.0, |before| run.time[row] - run.time[before]);
+        before.min(begins.since(run.time[row]))
+    });
     let measures = spec.effects.iter().enumerate();
-    let found: Vec<Result<f64, &str>> =
-        measures.map(|(k, effect)| measure(effect, (&run.effects[k], &free.effects[k]), run, (first, begins))).collect();
+    let found: Vec<Result<f64, &str>> = measures
+        .map(|(k, effect)| measure(effect, (&run.effects[k], &free.effects[k]), run, (first, begins)))
+        .collect();
     let effects: Vec<EffectMeasured> =
         spec.effects.iter().zip(&found).map(|(effect, found)| held(effect, found.as_ref().ok().copied())).collect();
     let in_time = detected_after.is_some_and(|after| spec.within.is_none_or(|within| after <= within * (1.0 + 1e-9)));
@@ -90,8 +108,8 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: f64)
     };
     let mut notes: Vec<String> = run.failed.iter().cloned().collect();
     notes.extend(free.failed.as_ref().map(|why| format!("without the fault {why}")));
-    if let (Some(after), false, Some(within)) = (detected_after, in_time, spec.within) {
-        notes.push(format!("detected after {after:.6} s, later than {within} s"));
+    if let (Some(_), false, Some(within)) = (detected_after, in_time, spec.within) {
+        notes.push(format!("detected later than {within} s"));
     }
     for (effect, found) in spec.effects.iter().zip(&found) {
         notes.extend(found.err().map(|why| format!("{}: {why}", effect.told.name)));
@@ -138,7 +156,7 @@ fn before(run: &Traces, free: &Traces, first: usize) -> bool {
 }
 
 /// The states that are entered from the begin on, where they are not at that time without the fault.
-fn reaction(spec: &SafetySpec, run: &Traces, free: &Traces, (first, begins): (usize, f64)) -> Vec<StateEntered> {
+fn reaction(spec: &SafetySpec, run: &Traces, free: &Traces, (first, begins): (usize, Begins)) -> Vec<StateEntered> {
     let Some(((_, names), (values, others))) =
         spec.reaction.as_ref().zip(run.reaction.as_ref().zip(free.reaction.as_ref()))
     else {
@@ -149,20 +167,20 @@ fn reaction(spec: &SafetySpec, run: &Traces, free: &Traces, (first, begins): (us
         let (now, before, other) = (values[row], values[row - 1], others.get(row));
         if now != before && other.is_none_or(|other| *other != now) {
             let state = names.get(now.round().max(0.0) as usize).cloned().unwrap_or_else(|| format!("{now}"));
-            out.push(StateEntered { state, after: (run.time[row] - begins).max(0.0) });
+            out.push(StateEntered { state, after: begins.since(run.time[row]) });
         }
     }
     out
 }
 
-/// An effect from the begin of the fault to the end of its window.
+/// An effect from the begin of the first fault to the end of its window behind that of the last.
 fn measure(
     effect: &Effect,
     (values, others): (&[f64], &[f64]),
     run: &Traces,
-    (first, begins): (usize, f64),
+    (first, begins): (usize, Begins),
 ) -> Result<f64, &'static str> {
-    let until = (begins + effect.window) * (1.0 + 1e-12);
+    let until = (begins.all[1] + effect.window) * (1.0 + 1e-12);
     let rows = first..run.time.partition_point(|at| *at <= until).max(first);
     let values = values.get(rows.clone()).ok_or("the run has no such row")?;
     let times = &run.time[rows.clone()];
@@ -178,7 +196,8 @@ fn measure(
 
 fn held(effect: &Effect, measured: Option<f64>) -> EffectMeasured {
     let bounds = [effect.told.below, effect.told.above];
-    let within = |value: f64| bounds[0].is_none_or(|below| value < below) && bounds[1].is_none_or(|above| value > above);
+    let within =
+        |value: f64| bounds[0].is_none_or(|below| value < below) && bounds[1].is_none_or(|above| value > above);
     let bounded = bounds.iter().any(Option::is_some);
     EffectMeasured { measured, holds: bounded.then(|| measured.is_some_and(within)) }
 }

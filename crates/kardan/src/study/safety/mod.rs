@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use judged::{Judged, Traces, judge};
+use judged::{Begins, Judged, Traces, judge};
 pub use spec::SafetySpec;
 pub(in crate::study) use spec::safety_spec;
 
@@ -136,7 +136,13 @@ impl Project {
     }
 
     /// The rows of all variants at some values.
-    fn at_values(&self, values: &[SafetyValue], variants: &[String], table: &Table<'_>, heard: &Heard<'_>) -> Vec<Found> {
+    fn at_values(
+        &self,
+        values: &[SafetyValue],
+        variants: &[String],
+        table: &Table<'_>,
+        heard: &Heard<'_>,
+    ) -> Vec<Found> {
         let texts: Vec<String> = values.iter().map(|one| format!("{}={}", one.name, one.value)).collect();
         let changed = (!texts.is_empty()).then(|| self.with(&texts));
         let other = match &changed {
@@ -191,7 +197,9 @@ fn chosen(prepared: &Prepared, spec: &SafetySpec) -> Result<Vec<String>, Diagnos
 /// Faults that happen in all runs.
 fn always(prepared: &Prepared) -> Option<String> {
     let some = prepared.all().any(|variant| !variant.has_faults && !variant.scenario.faults.is_empty());
-    some.then(|| "The faults of `[[scenario.fault]]` happen in all runs, also in those that count as without a fault.".into())
+    some.then(|| {
+        "The faults of `[[scenario.fault]]` happen in all runs, also in those that count as without a fault.".into()
+    })
 }
 
 /// What fails in a row.
@@ -263,7 +271,8 @@ struct Table<'a> {
 impl Table<'_> {
     /// The run without a fault, then all others, several at once; those that the end of the command cuts short are left out.
     fn variant(&self, prepared: &Prepared, name: &str, heard: &Heard<'_>) -> Found {
-        let (Some(spec), Some(variant)) = (&prepared.safety, prepared.all().find(|variant| variant.name == name)) else {
+        let (Some(spec), Some(variant)) = (&prepared.safety, prepared.all().find(|variant| variant.name == name))
+        else {
             return self.refused(name, "the variant is not there at these values", heard);
         };
         let run = |faults: &[String]| {
@@ -289,6 +298,7 @@ impl Table<'_> {
             let traces = run(faults)?;
             let Judged { detected_after, known_to, reaction, effects, worst, verdict, note } =
                 judge(spec, &traces, &free, begins);
+            let begins = begins.all[0];
             let raised = traces.raised_beside(&free, begins);
             let raised = raised.into_iter().map(|number| (number, Some(faults.join("+")), name.to_string()));
             let row = self.row(name, faults, verdict, note);
@@ -362,11 +372,12 @@ impl Table<'_> {
     }
 }
 
-/// When the first of some faults begins in a variant; nothing if none of them does anything there.
-fn begin(variant: &PreparedVariant, faults: &[String]) -> Option<f64> {
+/// When the first and the last of some faults begin in a variant; nothing if none of them does anything there.
+fn begin(variant: &PreparedVariant, faults: &[String]) -> Option<Begins> {
     let own = variant.faults.iter().filter(|fault| faults.contains(&fault.name));
-    let begins = own.map(super::NamedFault::begins).fold(f64::INFINITY, f64::min);
-    begins.is_finite().then_some(begins)
+    let mut begins: Vec<f64> = own.map(super::NamedFault::begins).filter(|begins| begins.is_finite()).collect();
+    begins.sort_by(f64::total_cmp);
+    Some(Begins { all: [*begins.first()?, *begins.last()?] })
 }
 
 /// A word of a command line, in quotes where it needs them.
@@ -407,8 +418,12 @@ fn finished(mut out: Safety, why: Option<String>) -> Safety {
     {
         out.notes.push(format!("No fault of this list ever makes `{condition}` hold."));
     }
-    let alarms: BTreeSet<&str> =
-        out.rows.iter().filter(|row| row.verdict == SafetyVerdict::FalseAlarm).map(|row| row.variant.as_str()).collect();
+    let alarms: BTreeSet<&str> = out
+        .rows
+        .iter()
+        .filter(|row| row.verdict == SafetyVerdict::FalseAlarm)
+        .map(|row| row.variant.as_str())
+        .collect();
     if !alarms.is_empty() {
         out.notes.push(format!("The condition of detection holds without a fault in {}.", quoted(alarms)));
     }

@@ -87,7 +87,8 @@ pub(in crate::study) fn safety_spec<'a>(
     for name in &spec.variants {
         let own = document.named_variants.iter().find(|variant| variant.name.value == *name);
         if own.is_some_and(|variant| !variant.faults.is_empty()) {
-            let message = format!("{SAFETY}: the variant `{name}` has faults of its own, so no run of it is without a fault");
+            let message =
+                format!("{SAFETY}: the variant `{name}` has faults of its own, so no run of it is without a fault");
             out.push(
                 Diagnostic::error("safety::variant", message)
                     .at(TableReader::place(table, "variants"), "with faults")
@@ -113,12 +114,20 @@ pub(in crate::study) fn safety_spec<'a>(
                 fault.begins()
             );
             let place = TableReader::place(table, "window");
-            out.push(Diagnostic::error("safety::window", message).at(place, "beyond the end").help("lengthen `duration`, or shorten it"));
+            out.push(
+                Diagnostic::error("safety::window", message)
+                    .at(place, "beyond the end")
+                    .help("lengthen `duration`, or shorten it"),
+            );
         }
         if let Some(other) = spec.effects.iter().find(|other| other.told.name == effect.told.name) {
             let message = format!("there are two effects named `{}`", other.told.name);
             let place = TableReader::place(table, "name");
-            out.push(Diagnostic::error("name::duplicate", message).at(place, "again here").help("give each a name of its own"));
+            out.push(
+                Diagnostic::error("name::duplicate", message)
+                    .at(place, "again here")
+                    .help("give each a name of its own"),
+            );
         }
         spec.effects.push(effect);
     }
@@ -166,12 +175,15 @@ fn value_names(reader: &TableReader<'_>, document: &Document, out: &mut Vec<Diag
                     None => format!("there are {}", quoted(names())),
                 };
                 let message = format!("{label}: there is no such parameter");
-                out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "no such parameter").help(help));
+                out.push(
+                    Diagnostic::error("name::unknown", message).at(name.place.clone(), "no such parameter").help(help),
+                );
             }
             continue;
         };
         if document.is_varied(&name.value) {
-            let message = format!("{label}: it differs between the variants, so that a value here would change nothing");
+            let message =
+                format!("{label}: it differs between the variants, so that a value here would change nothing");
             out.push(
                 Diagnostic::error("safety::varied", message)
                     .at(name.place.clone(), "a varied parameter")
@@ -202,7 +214,7 @@ fn condition(known: &Known<'_>, out: &mut Vec<Diagnostic>) -> Option<String> {
     let (text, place) = (read_word(table, "detected")?, TableReader::place(table, "detected"));
     let what = format!("`detected` of {SAFETY}");
     let found = asked(text, &place, known, &what, out)?;
-    if !found.dimension.is_like(&Dimension::NONE) || found.dimension.word().is_some() {
+    if found.dimension != Dimension::NONE {
         let message = format!("{what}: `{}` is {}, not a condition", shortened(text), found.dimension.noun());
         let help = "compare it: `abs(residual) > 1 deg`, or name a monitor or `MACHINE.STATE`";
         out.push(Diagnostic::error("unit::dimension", message).at(place, "no condition").help(help));
@@ -220,7 +232,9 @@ fn reaction(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(String, V
             let names = || machines().map(|block| block.name.as_str());
             let help = match nearest(name, names()) {
                 Some(near) => format!("did you mean `{near}`?"),
-                None if names().next().is_none() => "write one: `[block.mode]` with `kind = \"state_machine\"`".to_string(),
+                None if names().next().is_none() => {
+                    "write one: `[block.mode]` with `kind = \"state_machine\"`".to_string()
+                }
                 None => format!("there are {}", quoted(names())),
             };
             let message = format!("`reaction` of {SAFETY}: there is no state machine `{}`", shortened(name));
@@ -270,7 +284,11 @@ fn effect<'a>(
     {
         let message = format!("{what}: nothing is above {above} and below {below}");
         let place = TableReader::place(table, "below");
-        out.push(Diagnostic::error("requirement::bounds", message).at(place, "not above `above`").help("let `above` be less than `below`"));
+        out.push(
+            Diagnostic::error("requirement::bounds", message)
+                .at(place, "not above `above`")
+                .help("let `above` be less than `below`"),
+        );
     }
     let window = quantity(reader, table, "window", (Dimension::TIME, Sign::Positive), &what, out);
     let window = window.map_or(f64::INFINITY, |x| x.to_f64());
@@ -293,6 +311,8 @@ fn check_varied(document: &Document, table: &Table, (key, what): (&str, &str), o
     };
     if let Some((name, place)) = found {
         let message = format!("`{key}` of {what}: `{name}` differs between the variants");
-        out.push(Diagnostic::error("requirement::varied", message).at(place, "a varied parameter").help("write a number"));
+        out.push(
+            Diagnostic::error("requirement::varied", message).at(place, "a varied parameter").help("write a number"),
+        );
     }
 }
