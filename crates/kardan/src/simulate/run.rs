@@ -356,7 +356,11 @@ impl RunningLoop {
     pub(super) fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
         // What fails of springs and dampers is in the equations of the run.
         let weakened = setup.scenario.faults.weakened(setup.reduced);
-        let setup = Setup { reduced: weakened.as_ref().unwrap_or(setup.reduced), ..setup };
+        Self::of(Setup { reduced: weakened.as_ref().unwrap_or(setup.reduced), ..setup }, tolerance)
+    }
+
+    /// The same with equations in which everything is that fails.
+    fn of(setup: Setup<'_>, tolerance: Tolerance) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let names: Vec<String> = reduced.equations.set_valued().map(|(element, _)| element.to_string()).collect();
         let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
