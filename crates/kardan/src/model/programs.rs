@@ -26,6 +26,8 @@ pub struct Programs {
     pub tasks: Vec<Arc<Task>>,
     /// Functions of time that tasks read, by name.
     pub functions: Vec<(String, Arc<OfTime>)>,
+    /// What sampled laws tell that tasks read, by name: `column.rk.disturbance`.
+    pub told: Vec<(String, Dimension)>,
 }
 
 impl Programs {
@@ -183,7 +185,13 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             (law.control.clone(), Arc::new(task))
         });
         let of_laws = of_laws.collect();
-        (Programs { tasks, functions: std::mem::take(&mut self.used_functions) }, of_laws)
+        (Programs { tasks, functions: std::mem::take(&mut self.used_functions), told: self.told() }, of_laws)
+    }
+
+    /// What was read of sampled laws, sorted.
+    fn told(&self) -> Vec<(String, Dimension)> {
+        let of_law = |name: &String| self.document.controls.iter().any(|law| law.name == SignalName::new(name).element);
+        self.read.iter().filter(|(name, _)| of_law(name)).map(|(name, (_, of))| (name.clone(), *of)).collect()
     }
 
     /// What a law commands; what is wrong is told.

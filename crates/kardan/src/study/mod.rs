@@ -58,6 +58,7 @@ mod strain;
 mod summary;
 mod symbolic;
 mod thresholds;
+mod without;
 
 pub use analysis::{AnalysisSpec, Site};
 pub use analyze::{analyze, analyze_state_space};
