@@ -18,7 +18,9 @@ pub use crate::model::{BUILTIN, Builder, Builtin, builtin};
 pub use crate::schema::{
     BlockKeys, ElementKeys, Given, Keys, LawKeys, Lists, Named, Quantities, Quantity, SignalKeys, Words,
 };
-pub use crate::signal::{Chirp, ExpressionSignal, Multisine, MultisineLine, Noise, Pulses, Ramp, Sine, TableSignal};
+pub use crate::signal::{
+    Chirp, ExpressionSignal, Multisine, MultisineLine, Noise, Pulses, Ramp, Sine, SineWithDwell, SmoothStep, TableSignal,
+};
 pub use crate::study::Project;
 pub use crate::synthesis::{
     ComputedTorque, ComputedTorqueChannel, Decoupling, DecouplingChannel, Flatness, FlatnessChannel, Lqr, LqrChannel,

@@ -1,7 +1,7 @@
 //! A model as a program writes it.
 
 use crate::entries::{Entries, Entry, Written};
-use crate::model::tables::{Analysis, Bench, Event, Header, Identification, Log, Plot, Requirement, Scenario, Variant};
+use crate::model::tables::{Analysis, Bench, Event, Figure, Header, Identification, Log, Plot, Requirement, Scenario, Variant};
 use crate::schema::{BlockKeys, ElementKeys, Given, Keys, LawKeys, Quantities, Quantity, SignalKeys};
 
 /// A model that a program builds, or changes: every table of a model file as a typed struct. What is wrong with it is told by the
@@ -168,6 +168,12 @@ impl Builder {
         self.listed("requirement", &requirement)
     }
 
+    /// A `[[figure]]` behind those that are there.
+    #[must_use]
+    pub fn figure(self, figure: Figure) -> Self {
+        self.listed("figure", &figure)
+    }
+
     /// A `[[plot]]` behind those that are there.
     #[must_use]
     pub fn plot(self, plot: Plot) -> Self {
@@ -215,7 +221,7 @@ impl Builder {
     pub fn alone(mut self, control: &str) -> Self {
         let others = self.entries.table_mut("control");
         *others = others.iter().filter(|entry| entry.key == control).cloned().collect();
-        self = self.without(&["scenario", "event"]).without(&["requirement"]).without(&["plot"]);
+        self = self.without(&["scenario", "event"]).without(&["requirement"]).without(&["figure"]).without(&["plot"]);
         if self.entries.get("variant").is_some() {
             for variant in self.entries.list_mut("variant") {
                 if let Written::Table(variant) = &mut variant.value {

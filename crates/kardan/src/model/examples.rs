@@ -50,6 +50,27 @@ measure = \"max_abs\"
 below = \"1.3 N m\"
 ";
 
+const FIGURE: &str = "\
+[[figure]]
+name = \"peak\"
+signal = \"rk.phi\"
+measure = \"max\"
+display = \"deg\"
+
+[[figure]]
+name = \"peak_time\"
+signal = \"rk.phi\"
+measure = \"time_of_max\"
+
+[[figure]]
+name = \"product\"
+value = \"peak_time * peak\"
+
+[[requirement]]
+figure = \"product\"
+below = \"0.1 rad s\"
+";
+
 const PLOT: &str = "\
 [[plot]]
 name = \"rack-angle\"
@@ -174,6 +195,7 @@ pub(super) fn example_of(page: &str) -> &'static str {
         "event" => EVENT,
         "fault" => FAULT,
         "requirement" => REQUIREMENT,
+        "figure" => FIGURE,
         "plot" => PLOT,
         "variant" => VARIANT,
         "analysis" => ANALYSIS,

@@ -53,7 +53,7 @@ const STUDY: &[(&str, &str, &str)] = &[
     (
         "signal",
         "[signal.NAME]",
-        "A function of time by name: sine, chirp, pulses, ramp, multisine, noise, table, expression.",
+        "A function of time by name: sine, chirp, pulses, ramp, smooth_step, sine_with_dwell, multisine, noise, table, expression.",
     ),
     (
         "block",
@@ -62,6 +62,7 @@ const STUDY: &[(&str, &str, &str)] = &[
     ),
     ("fault", "[[scenario.fault]]", "A sensor, a motor or a control unit that fails for a while, or for good."),
     ("requirement", "[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
+    ("figure", "[[figure]]", "A number of each run, measured of a signal or computed from others: the report tells it beside the requirements."),
     ("plot", "[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
     (
         "table",
@@ -94,6 +95,7 @@ pub(super) const STUDY_TABLES: &[(&str, &[Field])] = &[
     ("event", tables::Event::FIELDS),
     ("fault", tables::Fault::FIELDS),
     ("requirement", tables::Requirement::FIELDS),
+    ("figure", tables::Figure::FIELDS),
     ("plot", tables::Plot::FIELDS),
     ("analysis", tables::Analysis::FIELDS),
     ("table", tables::LookupTable::FIELDS),

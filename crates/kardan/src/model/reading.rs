@@ -29,7 +29,18 @@ pub const CONTROL: &[Field] = &[Field::required("law", Kind::Choice(LAWS), "Whic
 pub const SIGNAL: &[Field] = &[Field::required("kind", Kind::Choice(SIGNALS), "Which kind of signal.")];
 
 /// The keywords of [`signal::REGISTRY`]; a test keeps them equal.
-const SIGNALS: &[&str] = &["sine", "chirp", "pulses", "ramp", "multisine", "noise", "table", "expression"];
+const SIGNALS: &[&str] = &[
+    "sine",
+    "chirp",
+    "pulses",
+    "ramp",
+    "smooth_step",
+    "sine_with_dwell",
+    "multisine",
+    "noise",
+    "table",
+    "expression",
+];
 
 /// What tells the kind of a `[block.<name>]`, and what all kinds have; the other keys are those of the kind.
 pub const BLOCK: &[Field] = &[
@@ -123,6 +134,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     document.identification = single(&root, "identification", tables::Identification::FIELDS, &mut study);
     document.bench = single(&root, "bench", tables::Bench::FIELDS, &mut study);
     document.requirements = several(&root, "requirement", tables::Requirement::FIELDS, &mut study);
+    document.figures = several(&root, "figure", tables::Figure::FIELDS, &mut study);
     document.plots = several(&root, "plot", tables::Plot::FIELDS, &mut study);
     let mut following = read_parameters(&root, &mut document, &mut out);
     let tables = several(&root, "variant", tables::Variant::FIELDS, &mut study);
@@ -195,7 +207,7 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
         }
     }
     let mut named = BTreeSet::new();
-    let inputs = ["motor", "disturbance", "voltage_source", "plot", "requirement"];
+    let inputs = ["motor", "disturbance", "voltage_source", "plot", "requirement", "figure"];
     let others = entries.iter().filter(|found| !inputs.contains(&found.key.as_str()));
     others.for_each(|found| texts(&found.entry.value, &mut named));
     if let Some(signals) = entries.table("scenario").and_then(|scenario| scenario.table("signals")) {
@@ -427,7 +439,8 @@ fn reserved(name: &str, document: &Document) -> Option<&'static str> {
 }
 
 /// The study's tables; all others make the equations.
-const STUDY: [&str; 8] = ["scenario", "signal", "requirement", "plot", "analysis", "bench", "identification", "log"];
+const STUDY: [&str; 9] =
+    ["scenario", "signal", "requirement", "figure", "plot", "analysis", "bench", "identification", "log"];
 
 /// Reports tables that a model file does not have.
 fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>, study: &mut Vec<Diagnostic>) {

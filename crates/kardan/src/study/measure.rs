@@ -65,8 +65,23 @@ pub(super) fn measured(
         Measure::Energy => both(&integral),
         Measure::Overshoot => return overshoot(window, target),
         Measure::SettlingTime => return settling_time(window, target, band),
-        Measure::TimeAtLimit | Measure::Events => return Err("it is no measure of a signal alone"),
+        Measure::Mean => both(&mean),
+        Measure::PeakToPeak => {
+            let ((most, above), (least, below)) = (highest(window, |x| x), highest(window, |x| -x));
+            Measured { value: most + least, grid: above + below }
+        }
+        Measure::TimeOfMax => time_of(window, 1.0),
+        Measure::TimeOfMin => time_of(window, -1.0),
+        _ => return Err("it is no measure of a signal alone"),
     })
+}
+
+/// When a signal is largest, from the begin of the window, and the distance of the rows there.
+fn time_of(window: Window<'_>, sign: f64) -> Measured {
+    let Window { times, values } = window;
+    let best = (1..values.len()).fold(0, |best, k| if sign * values[k] > sign * values[best] { k } else { best });
+    let gap = |k: usize| times.get(k + 1).map_or(0.0, |next| next - times[k]);
+    Measured { value: times[best] - times[0], grid: gap(best).max(best.checked_sub(1).map_or(0.0, gap)) }
 }
 
 /// Every other row, and the last one.

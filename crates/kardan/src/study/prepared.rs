@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::computed::Computed;
-use super::{AnalysisSpec, Requirement};
+use super::{AnalysisSpec, Figure, Requirement};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::Model;
 use crate::names::unknown_name;
@@ -23,6 +23,8 @@ pub struct Prepared {
     pub variants: Vec<Arc<PreparedVariant>>,
     /// Bounds on signals.
     pub requirements: Vec<Requirement>,
+    /// Numbers of each run.
+    pub figures: Vec<Figure>,
     /// Plots of the report.
     pub plots: Vec<Plot>,
     /// Accuracy of the runs.

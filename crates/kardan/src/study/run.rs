@@ -12,6 +12,7 @@ use super::left_tables::left_tables;
 use super::prepare::is_error;
 use super::progress::simulate_heard;
 use super::redundant::sharing_notes;
+use super::figure::figures_of;
 use super::requirement::{Judged, Ran, judge};
 use super::spectrum::spectra;
 use super::summary::summarise;
@@ -334,16 +335,19 @@ fn run_variant(
     result.series.signals.extend(variant.computed.signals(&result.series));
     let completed = result.outcome == Outcome::Completed;
     let ran = Ran { strains: &result.strains, events: &result.events, completed };
+    let told = (variant.name.as_str(), &result.series, &ran);
+    let (figures, of_figures) = figures_of(&prepared.figures, &variant.computed.parameters, told);
     let judged: Vec<Judged> = prepared
         .requirements
         .iter()
         .filter(|requirement| requirement.variants.is_empty() || requirement.variants.contains(&variant.name))
-        .map(|requirement| judge(requirement, &result.series, &ran))
+        .map(|requirement| judge(requirement, &result.series, &ran, &figures))
         .collect();
     let (mut notes, mut requirements) = (result.notes, Vec::new());
     notes.extend(variant.start_notes.iter().cloned());
     notes.extend(sharing_notes(&variant.reduced));
     notes.extend(left_tables(&variant.reduced, &result.series));
+    notes.extend(of_figures);
     for Judged { result, note } in judged {
         requirements.push(result);
         notes.extend(note);
@@ -356,6 +360,7 @@ fn run_variant(
         events: result.events,
         outcome: result.outcome,
         requirements,
+        figures,
         notes,
         warnings: result.warnings,
         strains: result.strains,
