@@ -59,6 +59,7 @@ pub mod file;
 #[doc(hidden)]
 pub mod identify;
 #[doc(hidden)]
+pub mod manoeuvre;
 pub mod model;
 #[doc(hidden)]
 pub mod names;

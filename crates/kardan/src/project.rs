@@ -8,11 +8,12 @@ pub use crate::block::{
     StateMachine, StateMachineTransition, TableBlock, TransferFunction,
 };
 pub use crate::element::{
-    Brake, Capacitor, Clutch, Constraint, Disturbance, EndStop, Gear, HarmonicDrive, Inductor, Lock, Mass, Motor,
+    Brake, Capacitor, Clutch, Constraint, Disturbance, Driver, EndStop, Gear, HarmonicDrive, Inductor, Lock, Mass, Motor,
     OneWayClutch, Planetary, PrescribedMotion, Pulley, RackAndPinion, Resistor, Screw, Sensor, Shaft, SpringDamper,
     Torque, Transformer, UniversalJoint, VoltageSource,
 };
 pub use crate::entries::{Entries, Place};
+pub use crate::manoeuvre::{Manoeuvre, Path};
 pub use crate::model::tables::*;
 pub use crate::model::{BUILTIN, Builder, Builtin, builtin};
 pub use crate::schema::{

@@ -1,6 +1,7 @@
 //! A model as a program writes it.
 
 use crate::entries::{Entries, Entry, Written};
+use crate::manoeuvre::{Manoeuvre, Path};
 use crate::model::tables::{Analysis, Bench, Event, Figure, Header, Identification, Log, Plot, Requirement, Scenario, Variant};
 use crate::schema::{BlockKeys, ElementKeys, Given, Keys, LawKeys, Quantities, Quantity, SignalKeys};
 
@@ -121,6 +122,18 @@ impl Builder {
         table.set("kind", Written::Text(B::KEYWORD.into()));
         block.entries().iter().for_each(|entry| table.set(&entry.key, entry.entry.value.clone()));
         self.named("block", name, table)
+    }
+
+    /// A manoeuvre `[manoeuvre.NAME]`, in place of one of that name.
+    #[must_use]
+    pub fn manoeuvre(self, name: &str, manoeuvre: Manoeuvre) -> Self {
+        self.named("manoeuvre", name, manoeuvre.entries())
+    }
+
+    /// Lanes `[path.NAME]`, in place of those of that name.
+    #[must_use]
+    pub fn path(self, name: &str, path: Path) -> Self {
+        self.named("path", name, path.entries())
     }
 
     /// A key of a table, by its path: `&["control", "column", "feedback"]`. Tables on the way are made where there are none.

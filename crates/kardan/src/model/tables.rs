@@ -154,6 +154,8 @@ choice! {
         TimeAtLimit = "time_at_limit",
         /// How far it goes beyond its target, as a part of its way there.
         Overshoot = "overshoot",
+        /// When it enters the band around its target first, s.
+        RiseTime = "rise_time",
         /// When it enters the band around its target for good, s.
         SettlingTime = "settling_time",
         /// Integral of the size of its distance from the target.
@@ -270,8 +272,8 @@ const MEASURE: Field = Field::optional(
      squares over the time; `ripple`: the same around its mean, what is left of a torque at rest without \
      what it holds; `time_of_max`, `time_of_min`: when, from the begin of the window, s; `time_at_limit`: how long in the window the motor of this \
      torque or force, or the source of this voltage, is at its limit, s. With x the signal, x0 its first value in the window, r the `target`: \
-     `overshoot`: the largest (x - r)/(r - x0), at least 0; `settling_time`: time from the begin of the window to where |x - r| <= `band` \
-     for good; `iae`: the integral of |x - r| over the time; `energy`: the integral of a power over the time; \
+     `overshoot`: the largest (x - r)/(r - x0), at least 0; `rise_time`, `settling_time`: time from the begin of the window to where |x - r| <= `band` \
+     first, or for good; `iae`: the integral of |x - r| over the time; `energy`: the integral of a power over the time; \
      `events`: number of events of the element of this signal, of all of them for the signal `t`. With y the signal `over`: `gradient`: dx/dy \
      where y passes zero rising, the mean of all passages; `slope`: that of the straight line that fits x over y best; `hysteresis`: how far \
      x where y falls through zero is from x where it rises, means of all passages; `gain`, `lag`, `phase_lag`: by what the waves of the \
@@ -283,14 +285,14 @@ const MEASURE: Field = Field::optional(
 const TARGET: Field = Field::optional(
     "target",
     Kind::AnyQuantity,
-    "Value that the signal is to reach, of `overshoot`, `settling_time` and `iae`; left out: its last value in the \
+    "Value that the signal is to reach, of `overshoot`, `rise_time`, `settling_time` and `iae`; left out: its last value in the \
      window, and zero of `iae`.",
 );
 
 const BAND: Field = Field::optional(
     "band",
     Kind::AnyQuantity,
-    "How near to its target the signal must stay, of `settling_time`: in its unit, or as a part of the way from \
+    "How near to its target the signal must come, of `rise_time` and `settling_time`: in its unit, or as a part of the way from \
      its first value in the window to the target, 0.02.",
 );
 
@@ -334,6 +336,9 @@ keys! {
             set: Overrides,
                 "Parameter values that make it: { step = \"1 rad\", friction = \"0 N m\" }; left out: those of the \
                  file.";
+            manoeuvre: Text,
+                "The manoeuvre that it drives, `[manoeuvre.NAME]`: its length, its signal, its parameter values, its figures and criteria. Where a \
+                 file has manoeuvres and no variant, each manoeuvre is one.";
             controls: Words,
                 "The controllers that are in the loop; left out: all. So controllers for the same motors can be \
                  compared.";

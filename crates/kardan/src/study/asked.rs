@@ -415,7 +415,11 @@ const BAND_HELP: &str = "write a part of the way to the target, `band = 0.02`, o
 /// The dimension of a measure; nothing of a power that is none, and of what lacks its other signal.
 fn measured_dimension(measure: Measure, signal: Dimension, over: Option<Dimension>) -> Option<Dimension> {
     match measure {
-        Measure::TimeAtLimit | Measure::SettlingTime | Measure::TimeOfMax | Measure::TimeOfMin => Some(Dimension::TIME),
+        Measure::TimeAtLimit
+        | Measure::RiseTime
+        | Measure::SettlingTime
+        | Measure::TimeOfMax
+        | Measure::TimeOfMin => Some(Dimension::TIME),
         Measure::Lag => over.map(|_| Dimension::TIME),
         Measure::PhaseLag => over.map(|_| Dimension::ANGLE),
         Measure::Overshoot | Measure::Events => Some(Dimension::NONE),
@@ -438,7 +442,12 @@ fn measured_dimension(measure: Measure, signal: Dimension, over: Option<Dimensio
 }
 
 fn unit_of(measure: Measure, dimension: Dimension) -> String {
-    if measure == Measure::Energy { Physical::Energy.unit().to_string() } else { dimension.si() }
+    match measure {
+        Measure::Energy => Physical::Energy.unit().to_string(),
+        // What is divided by a time is no frequency.
+        _ if dimension == Dimension::FREQUENCY => "1/s".to_string(),
+        _ => dimension.si(),
+    }
 }
 
 /// Tells of an energy that is asked of what is no power.
@@ -462,7 +471,7 @@ fn needs(measure: Measure) -> &'static [(&'static str, &'static str)] {
     const OVER: (&str, &str) = ("over", "name the other signal, `over = \"car.a_y\"`");
     const FREQUENCY: (&str, &str) = ("frequency", "write that of the wave, `frequency = \"0.2 Hz\"`");
     match measure {
-        Measure::SettlingTime => &[("band", BAND_HELP)],
+        Measure::RiseTime | Measure::SettlingTime => &[("band", BAND_HELP)],
         Measure::At => &[("at", "write the time, `at = \"1.5 s\"`")],
         Measure::Gradient | Measure::Slope | Measure::Hysteresis => &[OVER],
         Measure::Gain | Measure::Lag | Measure::PhaseLag => &[OVER, FREQUENCY],
@@ -483,7 +492,7 @@ fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: 
         );
     }
     let takes = |key: &str| match key {
-        "target" => matches!(measure, Measure::Overshoot | Measure::SettlingTime | Measure::Iae),
+        "target" => matches!(measure, Measure::Overshoot | Measure::RiseTime | Measure::SettlingTime | Measure::Iae),
         "from" | "until" => measure != Measure::At,
         _ => needs(measure).iter().any(|(needed, _)| *needed == key),
     };
@@ -491,8 +500,8 @@ fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: 
     for key in all.into_iter().filter(|key| here(key) && !takes(key)) {
         let message = format!("{what}: `{key}` says nothing for the measure `{word}`");
         let help = match key {
-            "target" => "remove it, or measure `overshoot`, `settling_time` or `iae`",
-            "band" => "remove it, or measure `settling_time`",
+            "target" => "remove it, or measure `overshoot`, `rise_time`, `settling_time` or `iae`",
+            "band" => "remove it, or measure `rise_time` or `settling_time`",
             "at" => "remove it, or measure `at`",
             "over" => "remove it, or measure `gradient`, `slope`, `hysteresis`, `gain`, `lag` or `phase_lag`",
             "frequency" => "remove it, or measure `gain`, `lag` or `phase_lag`",
