@@ -8,9 +8,9 @@ pub use crate::block::{
     StateMachine, StateMachineTransition, TableBlock, TransferFunction,
 };
 pub use crate::element::{
-    Brake, Capacitor, Clutch, Constraint, Disturbance, Driver, EndStop, Gear, HarmonicDrive, Inductor, Lock, Mass, Motor,
-    OneWayClutch, Planetary, PrescribedMotion, Pulley, RackAndPinion, Resistor, Screw, Sensor, Shaft, SpringDamper,
-    Torque, Transformer, UniversalJoint, VoltageSource,
+    Brake, Capacitor, Clutch, Constraint, Disturbance, Driver, EndStop, Gear, HarmonicDrive, Inductor, Lock, Mass,
+    Motor, OneWayClutch, Planetary, PrescribedMotion, Pulley, RackAndPinion, Resistor, Screw, Sensor, Shaft,
+    SpringDamper, Torque, Transformer, UniversalJoint, VoltageSource,
 };
 pub use crate::entries::{Entries, Place};
 pub use crate::manoeuvre::{Manoeuvre, Path};
@@ -20,7 +20,8 @@ pub use crate::schema::{
     BlockKeys, ElementKeys, Given, Keys, LawKeys, Lists, Named, Quantities, Quantity, SignalKeys, Words,
 };
 pub use crate::signal::{
-    Chirp, ExpressionSignal, Multisine, MultisineLine, Noise, Pulses, Ramp, Sine, SineWithDwell, SmoothStep, TableSignal,
+    Chirp, ExpressionSignal, Multisine, MultisineLine, Noise, Pulses, Ramp, Sine, SineWithDwell, SmoothStep,
+    TableSignal,
 };
 pub use crate::study::Project;
 pub use crate::synthesis::{

@@ -171,13 +171,18 @@ impl Person<'_> {
         let one = ("gain", "1".to_string());
         let kind = |kind: &str| ("kind", kind.to_string());
         let input = |text: String| ("input", text);
-        self.add(out, "block", "ahead", &[kind("gain"), one.clone(), input(format!("{x} + {time} * {u}")), period.clone()]);
+        self.add(
+            out,
+            "block",
+            "ahead",
+            &[kind("gain"), one.clone(), input(format!("{x} + {time} * {u}")), period.clone()],
+        );
         self.add(out, "block", "target", &[kind("gain"), one.clone(), input(wanted), period.clone()]);
         let there = format!("{y} + {time} * ({u} * sin({heading}) + {v} * cos({heading}))");
         let beside = format!("({gain}) * ({} - ({there}))", quoted(self.part("target")));
-        let at_once = self.formula("reaction").is_some_and(|text| {
-            crate::units::parse_quantity(&text).is_ok_and(|(value, _)| value.is_zero())
-        });
+        let at_once = self
+            .formula("reaction")
+            .is_some_and(|text| crate::units::parse_quantity(&text).is_ok_and(|(value, _)| value.is_zero()));
         let keys = match at_once {
             true => vec![kind("gain"), one, input(beside), period],
             false => vec![kind("delay"), ("time", self.own("reaction")), input(beside), period],
@@ -215,6 +220,9 @@ mod tests {
 
     #[test]
     fn a_word_is_replaced_whole() {
-        assert_eq!(with_word("a * lane(ahead) + ahead.x - aheads", "ahead", "d_ahead"), "a * lane(d_ahead) + ahead.x - aheads");
+        assert_eq!(
+            with_word("a * lane(ahead) + ahead.x - aheads", "ahead", "d_ahead"),
+            "a * lane(d_ahead) + ahead.x - aheads"
+        );
     }
 }

@@ -10,8 +10,8 @@ use super::printed::printed;
 use crate::diagnostics::{Diagnostic, Lines, Severity};
 use crate::results::serial::by_name;
 use crate::results::{
-    Accuracy, Effort, Energy, Event, FigureResult, Mechanism, Outcome, ParameterValue, Physical, RequirementResult, Run, Signal,
-    StrainView, Study, extremes,
+    Accuracy, Effort, Energy, Event, FigureResult, Mechanism, Outcome, ParameterValue, Physical, RequirementResult,
+    Run, Signal, StrainView, Study, extremes,
 };
 
 /// The files that were written for a study.

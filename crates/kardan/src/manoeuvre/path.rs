@@ -81,10 +81,12 @@ pub fn lanes(kind: &str, width: &str, offset: Option<&str>, start: &str, side: &
         let between = |a: &str, b: &str| format!("{choice}({a}, {b})");
         let (there, back) = (between(&lanes[0], &lanes[1]), between(&lanes[1], &lanes[2]));
         let mut points = Vec::new();
-        for (from, until, y) in [(0, 1, &lanes[0]), (1, 2, &there), (2, 3, &lanes[1]), (3, 4, &back), (4, 5, &lanes[2])] {
+        for (from, until, y) in [(0, 1, &lanes[0]), (1, 2, &there), (2, 3, &lanes[1]), (3, 4, &back), (4, 5, &lanes[2])]
+        {
             // A millimetre from one to the next: a table has no steps.
             let inside = from % 2 == 1;
-            let by = |end: usize, sign: &str| if inside { format!("{} {sign} 1 mm", ends[end]) } else { ends[end].clone() };
+            let by =
+                |end: usize, sign: &str| if inside { format!("{} {sign} 1 mm", ends[end]) } else { ends[end].clone() };
             let y = if sign.is_empty() { y.clone() } else { format!("-({y})") };
             points.push((by(from, "+"), y.clone()));
             points.push((by(until, "-"), y));

@@ -33,7 +33,7 @@ fn write(given: &Given<'_>, made: &mut Made) {
         made.figure(given, name, &[&keys[..], more].concat());
     };
     if let Some(torque) = &given.torque {
-        over("torque_gradient", torque, "gradient", &a_y, &[]);
+        over("torque_gradient", torque, "gradient", &a_y, &[("display", "N m s^2/m")]);
         over("torque_hysteresis", torque, "hysteresis", &a_y, &[]);
         over("a_y_hysteresis", &a_y, "hysteresis", torque, &[]);
     }

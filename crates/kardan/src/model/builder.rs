@@ -2,7 +2,9 @@
 
 use crate::entries::{Entries, Entry, Written};
 use crate::manoeuvre::{Manoeuvre, Path};
-use crate::model::tables::{Analysis, Bench, Event, Figure, Header, Identification, Log, Plot, Requirement, Scenario, Variant};
+use crate::model::tables::{
+    Analysis, Bench, Event, Figure, Header, Identification, Log, Plot, Requirement, Scenario, Variant,
+};
 use crate::schema::{BlockKeys, ElementKeys, Given, Keys, LawKeys, Quantities, Quantity, SignalKeys};
 
 /// A model that a program builds, or changes: every table of a model file as a typed struct. What is wrong with it is told by the

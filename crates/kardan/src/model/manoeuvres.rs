@@ -16,6 +16,8 @@ use crate::schema::{Keys, Placed, Table, Value};
 
 /// The parameter that is the length of a run.
 const DURATION: &str = "run_duration";
+/// The parameter that is the number of the manoeuvre, zero for none.
+const NUMBER: &str = "manoeuvre";
 
 fn text<'a>(table: &'a Entries, key: &str) -> Option<&'a str> {
     if let Some(Written::Text(text)) = table.get(key) { Some(text) } else { None }
@@ -41,6 +43,8 @@ fn first(entries: &Entries, keyword: &str) -> Option<String> {
 /// A manoeuvre with what it stands for.
 struct Driven<'a> {
     name: &'a str,
+    /// From one on.
+    number: usize,
     place: &'a Place,
     keys: &'a Entries,
     made: Made,
@@ -55,18 +59,25 @@ impl Driven<'_> {
         text(self.keys, "steers").unwrap_or(other).to_string()
     }
 
+    /// An expression that is one where it is driven, else zero.
     fn switch(&self) -> String {
-        format!("{}_on", self.name)
+        format!("if({NUMBER} == {}, 1, 0)", self.number)
+    }
+
+    fn is_steered(&self) -> bool {
+        self.made.angle.is_some() || self.made.path.is_some()
     }
 }
 
 /// The manoeuvres that can be read, each with what it stands for.
 fn driven(entries: &Entries) -> Vec<Driven<'_>> {
     let (car, driver) = (first(entries, "vehicle"), first(entries, "driver"));
-    let wheel = entries.table("driver").and_then(|all| all.iter().find_map(|found| match &found.entry.value {
-        Written::Table(table) => text(table, "wheel").map(str::to_string),
-        _ => None,
-    }));
+    let wheel = entries.table("driver").and_then(|all| {
+        all.iter().find_map(|found| match &found.entry.value {
+            Written::Table(table) => text(table, "wheel").map(str::to_string),
+            _ => None,
+        })
+    });
     let mut out = Vec::new();
     for found in entries.table("manoeuvre").into_iter().flat_map(Entries::iter) {
         let Written::Table(keys) = &found.entry.value else { continue };
@@ -91,7 +102,8 @@ fn driven(entries: &Entries) -> Vec<Driven<'_>> {
             made.figures.clear();
             made.requirements.clear();
         }
-        out.push(Driven { name: &found.key, place: &found.place, keys, made, variants: Vec::new() });
+        let number = out.len() + 1;
+        out.push(Driven { name: &found.key, number, place: &found.place, keys, made, variants: Vec::new() });
     }
     out
 }
@@ -160,8 +172,9 @@ fn variants(all: &mut [Driven<'_>], out: &mut Entries) {
         }
     };
     parameter(out, DURATION, usual.unwrap_or(Written::Text("1 s".into())), &place);
-    for one in all.iter().filter(|one| one.made.angle.is_some() || one.made.path.is_some()) {
-        parameter(out, &one.switch(), Written::Number("0".into()), one.place);
+    let steered = all.iter().any(Driven::is_steered);
+    if steered {
+        parameter(out, NUMBER, Written::Number("0".into()), &place);
     }
     put(out.table_mut("scenario"), "duration", Written::Text(DURATION.into()), &place);
     for variant in out.list_mut("variant") {
@@ -170,8 +183,8 @@ fn variants(all: &mut [Driven<'_>], out: &mut Entries) {
         let Some(one) = named.and_then(|name| all.iter_mut().find(|one| one.name == name)) else { continue };
         one.variants.extend(text(table, "name").map(str::to_string));
         let mut set = one.keys.table("set").cloned().unwrap_or_default();
-        if one.made.angle.is_some() || one.made.path.is_some() {
-            put(&mut set, &one.switch(), Written::Number("1".into()), one.place);
+        if steered {
+            put(&mut set, NUMBER, Written::Number(one.number.to_string()), one.place);
         }
         let duration = one.made.duration.clone().unwrap_or_default();
         put(&mut set, DURATION, Written::Text(duration), one.place);
@@ -182,7 +195,11 @@ fn variants(all: &mut [Driven<'_>], out: &mut Entries) {
         }
         let place = table.keyed("set").map_or(&variant.place, |set| &set.place).clone();
         table.remove("set");
-        table.push(KeyedEntry { key: "set".into(), place: place.clone(), entry: Entry { value: Written::Table(set), place } });
+        table.push(KeyedEntry {
+            key: "set".into(),
+            place: place.clone(),
+            entry: Entry { value: Written::Table(set), place },
+        });
     }
 }
 
@@ -193,9 +210,8 @@ fn steer(all: &[Driven<'_>], out: &mut Entries) {
     names.dedup();
     for name in names {
         let own = || all.iter().filter(|one| one.steers() == name);
-        let switched = |expression: &str, one: &Driven<'_>| format!("{} * ({expression})", manoeuvre::quoted(&one.switch()));
-        let angles: Vec<String> =
-            own().filter_map(|one| Some(switched(one.made.angle.as_deref()?, one))).collect();
+        let switched = |expression: &str, one: &Driven<'_>| format!("{} * ({expression})", one.switch());
+        let angles: Vec<String> = own().filter_map(|one| Some(switched(one.made.angle.as_deref()?, one))).collect();
         if let (false, Some(first)) = (angles.is_empty(), own().find(|one| one.made.angle.is_some())) {
             let value = angles.join(" + ");
             let signal = manoeuvre::table(&[("kind", "expression"), ("value", &value)]);
@@ -205,12 +221,14 @@ fn steer(all: &[Driven<'_>], out: &mut Entries) {
         if paths.is_empty() {
             continue;
         }
-        let on: Vec<String> = own().filter(|one| one.made.path.is_some()).map(|one| manoeuvre::quoted(&one.switch())).collect();
+        let on: Vec<String> = own().filter(|one| one.made.path.is_some()).map(|one| one.switch()).collect();
         let drivers: Vec<String> =
             out.table("driver").into_iter().flat_map(Entries::iter).map(|found| found.key.clone()).collect();
         for driver in drivers {
             let driver = out.table_mut("driver").table_mut(&driver);
-            let (Some(path), Some(gain)) = (driver.keyed("path").cloned(), driver.keyed("gain").cloned()) else { continue };
+            let (Some(path), Some(gain)) = (driver.keyed("path").cloned(), driver.keyed("gain").cloned()) else {
+                continue;
+            };
             if !matches!(&path.entry.value, Written::Text(text) if *text == name) {
                 continue;
             }

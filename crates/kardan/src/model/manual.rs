@@ -66,10 +66,18 @@ const STUDY: &[(&str, &str, &str)] = &[
         "[manoeuvre.NAME]",
         "What steering engineers drive: steady circle, step, sine, weave, double lane change, sine with dwell, parking, with figures and criteria.",
     ),
-    ("path", "[path.NAME]", "Lanes between cones, as tables over x: NAME the middle, NAME_left and NAME_right the limits."),
+    (
+        "path",
+        "[path.NAME]",
+        "Lanes between cones, as tables over x: NAME the middle, NAME_left and NAME_right the limits.",
+    ),
     ("fault", "[[scenario.fault]]", "A sensor, a motor or a control unit that fails for a while, or for good."),
     ("requirement", "[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
-    ("figure", "[[figure]]", "A number of each run, measured of a signal or computed from others: the report tells it beside the requirements."),
+    (
+        "figure",
+        "[[figure]]",
+        "A number of each run, measured of a signal or computed from others: the report tells it beside the requirements.",
+    ),
     ("plot", "[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
     (
         "table",
@@ -271,7 +279,12 @@ fn manoeuvre_page() -> Option<String> {
         };
         let keys: Vec<String> = kind.keys.iter().map(key).collect();
         let (word, summary) = (kind.keyword, kind.summary);
-        let _ = writeln!(out, "  kind = \"{word}\": {summary}\n      Keys: {}.\n      Measures: {}", keys.join(", "), kind.measures);
+        let _ = writeln!(
+            out,
+            "  kind = \"{word}\": {summary}\n      Keys: {}.\n      Measures: {}",
+            keys.join(", "),
+            kind.measures
+        );
     }
     Some(out)
 }

@@ -31,18 +31,8 @@ pub const CONTROL: &[Field] = &[Field::required("law", Kind::Choice(LAWS), "Whic
 pub const SIGNAL: &[Field] = &[Field::required("kind", Kind::Choice(SIGNALS), "Which kind of signal.")];
 
 /// The keywords of [`signal::REGISTRY`]; a test keeps them equal.
-const SIGNALS: &[&str] = &[
-    "sine",
-    "chirp",
-    "pulses",
-    "ramp",
-    "smooth_step",
-    "sine_with_dwell",
-    "multisine",
-    "noise",
-    "table",
-    "expression",
-];
+const SIGNALS: &[&str] =
+    &["sine", "chirp", "pulses", "ramp", "smooth_step", "sine_with_dwell", "multisine", "noise", "table", "expression"];
 
 /// What tells the kind of a `[block.<name>]`, and what all kinds have; the other keys are those of the kind.
 pub const BLOCK: &[Field] = &[
@@ -459,8 +449,19 @@ fn reserved(name: &str, document: &Document) -> Option<&'static str> {
 }
 
 /// The study's tables; all others make the equations.
-const STUDY: [&str; 11] =
-    ["scenario", "signal", "manoeuvre", "path", "requirement", "figure", "plot", "analysis", "bench", "identification", "log"];
+const STUDY: [&str; 11] = [
+    "scenario",
+    "signal",
+    "manoeuvre",
+    "path",
+    "requirement",
+    "figure",
+    "plot",
+    "analysis",
+    "bench",
+    "identification",
+    "log",
+];
 
 /// Reports tables that a model file does not have.
 fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>, study: &mut Vec<Diagnostic>) {

@@ -302,7 +302,8 @@ const OVER: Field = Field::optional(
     "The other signal of `gradient`, `slope`, `hysteresis`, `gain`, `lag` and `phase_lag`, or an expression.",
 );
 
-const AT: Field = Field::optional("at", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "When, of the measure `at`.");
+const AT: Field =
+    Field::optional("at", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "When, of the measure `at`.");
 
 const FREQUENCY: Field = Field::optional(
     "frequency",
@@ -310,21 +311,17 @@ const FREQUENCY: Field = Field::optional(
     "Waves in a second, of `gain`, `lag` and `phase_lag`.",
 );
 
-const FROM: Field = Field::with_default(
-    "from",
-    Kind::Quantity(Dimension::TIME, Sign::NonNegative),
-    "0 s",
-    "Begin of the window.",
-);
+const FROM: Field =
+    Field::with_default("from", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "0 s", "Begin of the window.");
 
-const UNTIL: Field = Field::optional(
-    "until",
-    Kind::Quantity(Dimension::TIME, Sign::Positive),
-    "End of the window; left out: the end.",
-);
+const UNTIL: Field =
+    Field::optional("until", Kind::Quantity(Dimension::TIME, Sign::Positive), "End of the window; left out: the end.");
 
-const OF_VARIANTS: Field =
-    Field::optional("variants", Kind::Words, "Variants that it applies to, a `[[variant]]` with all values of `[variants]`; left out: all.");
+const OF_VARIANTS: Field = Field::optional(
+    "variants",
+    Kind::Words,
+    "Variants that it applies to, a `[[variant]]` with all values of `[variants]`; left out: all.",
+);
 
 keys! {
     /// `[[variant]]`.

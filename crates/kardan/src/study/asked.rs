@@ -99,7 +99,14 @@ fn figure(reading: &Measuring<'_>, table: &Table, before: &[Figure], out: &mut V
     let place = TableReader::place(table, "value");
     let dimension = dimension_of(&text, before, reading.known, (&what, &place), out)?;
     let display = told_in(table, dimension, &what, out);
-    Some(Figure { name, of: FigureOf::Value(text), dimension, unit: dimension.si(), display, variants })
+    Some(Figure {
+        name,
+        of: FigureOf::Value(text),
+        dimension,
+        unit: unit_of(Measure::Final, dimension),
+        display,
+        variants,
+    })
 }
 
 /// What has the name of a figure already.
@@ -137,8 +144,10 @@ fn dimension_of(
             true => format!("write `[[figure]]` of `{name}` above it"),
             false => match nearest(name, before.iter().map(|figure| figure.name.as_str())) {
                 Some(near) => format!("did you mean `{near}`?"),
-                None => "name figures that stand before it, and parameters; a signal is measured by a figure of its own"
-                    .to_string(),
+                None => {
+                    "name figures that stand before it, and parameters; a signal is measured by a figure of its own"
+                        .to_string()
+                }
             },
         };
         let at = place.part(text, law.place_of(name).unwrap_or(0..text.len()));
@@ -179,7 +188,7 @@ fn told_in(table: &Table, dimension: Dimension, what: &str, out: &mut Vec<Diagno
         return None;
     }
     let size = size.to_f64();
-    (size != 1.0).then(|| DisplayUnit { unit: unit.into(), size })
+    (size != 1.0 || unit != dimension.si()).then(|| DisplayUnit { unit: unit.into(), size })
 }
 
 /// A time that is zero or more.
@@ -228,12 +237,7 @@ impl Measuring<'_> {
     }
 
     /// What a requirement on a figure judges.
-    fn figure(
-        &self,
-        table: &Table,
-        figures: &[Figure],
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<(Requirement, Dimension)> {
+    fn figure(&self, table: &Table, figures: &[Figure], out: &mut Vec<Diagnostic>) -> Option<(Requirement, Dimension)> {
         self.alone(table, "figure", REQUIREMENT, out);
         let name = read_word(table, "figure")?;
         let Some(found) = figures.iter().find(|figure| figure.name == name) else {
@@ -307,7 +311,8 @@ impl Measuring<'_> {
         let (signal, measure, found, dimension) = (signal?.into(), measure?, found?, dimension?);
         let (from, until) = (from.unwrap_or_default(), until.unwrap_or(f64::INFINITY));
         let own = dimension == found.dimension;
-        let unit = if own { found.physical.unit().to_string() } else { unit_of(measure, dimension) };
+        let told = own && dimension != Dimension::FREQUENCY;
+        let unit = if told { found.physical.unit().to_string() } else { unit_of(measure, dimension) };
         let over = over.map(|over| over.name);
         let (dimension_of_signal, none) = (found.dimension, Requirement::default());
         let measured = Requirement { signal, measure, over, at, frequency, unit, target, band, from, until, ..none };
@@ -415,11 +420,9 @@ const BAND_HELP: &str = "write a part of the way to the target, `band = 0.02`, o
 /// The dimension of a measure; nothing of a power that is none, and of what lacks its other signal.
 fn measured_dimension(measure: Measure, signal: Dimension, over: Option<Dimension>) -> Option<Dimension> {
     match measure {
-        Measure::TimeAtLimit
-        | Measure::RiseTime
-        | Measure::SettlingTime
-        | Measure::TimeOfMax
-        | Measure::TimeOfMin => Some(Dimension::TIME),
+        Measure::TimeAtLimit | Measure::RiseTime | Measure::SettlingTime | Measure::TimeOfMax | Measure::TimeOfMin => {
+            Some(Dimension::TIME)
+        }
         Measure::Lag => over.map(|_| Dimension::TIME),
         Measure::PhaseLag => over.map(|_| Dimension::ANGLE),
         Measure::Overshoot | Measure::Events => Some(Dimension::NONE),

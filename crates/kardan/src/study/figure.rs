@@ -40,11 +40,10 @@ fn written(
     figures: &[Figure],
     value: &dyn Fn(&str) -> Option<(Exact, Dimension)>,
 ) -> Result<(Expr, Dimension), UnitError> {
-    let mut names =
-        |graph: &mut Graph, name: &str| match figures.iter().find(|figure| figure.name == name) {
-            Some(figure) => Some(Named::Varying(graph.symbol(name, figure.dimension), figure.dimension)),
-            None => value(name).map(|(value, dimension)| Named::Constant(value, dimension)),
-        };
+    let mut names = |graph: &mut Graph, name: &str| match figures.iter().find(|figure| figure.name == name) {
+        Some(figure) => Some(Named::Varying(graph.symbol(name, figure.dimension), figure.dimension)),
+        None => value(name).map(|(value, dimension)| Named::Constant(value, dimension)),
+    };
     graph.written(law, &mut names)
 }
 

@@ -168,12 +168,7 @@ fn described(requirement: &Requirement, ran: &Ran<'_>) -> String {
     format!("{name} from {from} s to {end}")
 }
 
-pub(super) fn judge(
-    requirement: &Requirement,
-    series: &Series,
-    ran: &Ran<'_>,
-    figures: &[FigureResult],
-) -> Judged {
+pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>, figures: &[FigureResult]) -> Judged {
     let Requirement { unit, display, below, above, until, .. } = requirement;
     let completed = ran.completed;
     let found = measure_of(requirement, series, ran, figures);
