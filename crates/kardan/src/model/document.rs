@@ -181,6 +181,8 @@ pub struct Document {
     pub bench: Table,
     /// `[[requirement]]`
     pub requirements: Vec<Table>,
+    /// `[[figure]]`
+    pub figures: Vec<Table>,
     /// `[[plot]]`
     pub plots: Vec<Table>,
     /// `[identification]`

@@ -354,7 +354,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     fn finished(
         &mut self,
         block: &'a BlockTable,
-        (answers, memory, period, reads): (Answers, Memory, Option<Exact>, BTreeSet<String>),
+        (mut answers, memory, period, reads): (Answers, Memory, Option<Exact>, BTreeSet<String>),
         unit: Option<Dimension>,
         out: &mut Vec<Diagnostic>,
     ) -> Option<Made> {
@@ -367,6 +367,9 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             let mistake = Diagnostic::error("unit::dimension", message).at(at, "another unit");
             out.push(mistake.help(format!("write a unit such as {}, or leave `unit` out", found.example())));
             return None;
+        }
+        if let (Some(unit), Some(answer)) = (unit, answers.first_mut()) {
+            answer.2 = unit;
         }
         let varies = |expr: Expr| !self.graph.borrow().symbols(&[expr]).is_empty();
         if memory.iter().any(|(_, start, _)| varies(*start)) {

@@ -1,7 +1,7 @@
 //! Everything that can be known before a run: all mistakes of a model file at once, and the runs ready to start.
 
 use super::analysis::{Point, analysis_spec};
-use super::asked::{plots, requirements, tolerance};
+use super::asked::{figures_and_requirements, plots, tolerance};
 use super::blocks::check_blocks;
 use super::checks::{
     check_connected, check_matrices, design_diagnostic, is_braced, is_finite_at, is_representable, reduce_diagnostics,
@@ -110,8 +110,8 @@ pub(super) fn prepare_document(
         }
         (None, None) => Known { document, signals: Vec::new(), doubtful: BTreeSet::new() },
     };
+    (prepared.figures, prepared.requirements) = figures_and_requirements(&known, &all_settings, &mut mistakes);
     let names: Vec<String> = all_settings.into_iter().map(|variant| variant.name).collect();
-    prepared.requirements = requirements(&known, &names, &mut mistakes);
     prepared.plots = plots(&known, &names, &mut mistakes);
     prepared.tolerance = tolerance(document, &mut mistakes);
     if !document.doubts.equations {

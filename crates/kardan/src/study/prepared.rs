@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::computed::Computed;
-use super::{AnalysisSpec, Requirement};
+use super::{AnalysisSpec, Figure, Requirement};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::Model;
 use crate::names::unknown_name;
@@ -24,6 +24,8 @@ pub struct Prepared {
     pub variants: Vec<Arc<PreparedVariant>>,
     /// Bounds on signals.
     pub requirements: Vec<Requirement>,
+    /// Numbers of each run.
+    pub figures: Vec<Figure>,
     /// Plots of the report.
     pub plots: Vec<Plot>,
     /// Accuracy of the runs.
