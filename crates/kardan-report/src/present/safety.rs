@@ -1,9 +1,11 @@
 //! The table of faults as a page.
 
 use crate::model::{Body, Cell, Page, row, warnings};
-use crate::text::number;
+use crate::text::{figure, number};
 use kardan::results::{DisplayUnit, EffectMeasured, Safety, SafetyEffect, SafetyRow, StateEntered, Verdict};
 
+/// Digits of an effect.
+const DIGITS: usize = 3;
 /// What stands in the place of a fault in a run without one.
 const NO_FAULT: &str = "none";
 
@@ -90,7 +92,7 @@ fn rows(table: &Safety) -> Body {
             (None, Some(at)) => format!("at {} s", number(at)),
             (None, None) => String::new(),
         };
-        let entered = |state: &StateEntered| kept(&format!("{} ({} ms)", state.state, number(1e3 * state.after)));
+        let entered = |state: &StateEntered| format!("{} {}\u{a0}ms", state.state, number(1e3 * state.after));
         let states: Vec<String> = one.reaction.iter().map(entered).collect();
         let worst = one.worst.and_then(|k| Some((table.effects.get(k)?, one.effects.get(k)?)));
         let (effect, bound) =
@@ -117,8 +119,8 @@ fn shown_of(effect: &SafetyEffect, found: &EffectMeasured) -> String {
 
 fn in_unit(value: f64, effect: &SafetyEffect) -> String {
     match &effect.display {
-        Some(unit) => kept(&format!("{} {}", number(DisplayUnit::of(unit, value)), unit.unit)),
-        None => kept(&format!("{} {}", number(value), effect.unit)),
+        Some(unit) => kept(&format!("{} {}", figure(DisplayUnit::of(unit, value), DIGITS), unit.unit)),
+        None => kept(&format!("{} {}", figure(value, DIGITS), effect.unit)),
     }
 }
 

@@ -43,5 +43,5 @@ pub use linear::{linear_json, linear_mat, linear_python, realisations_json, real
 pub use reference::{check_json, completions_json, elements_json, equations_json, models_json};
 pub use safety::{safety_csv, safety_json};
 pub use schema::{SCHEMAS, schema, schemas_json};
-pub use tables::{csv, mat, mdf, parquet};
+pub use tables::{csv, figures_csv, mat, mdf, parquet};
 pub use truth::truth_toml;

@@ -1,8 +1,9 @@
 //! A model as a program writes it.
 
 use crate::entries::{Entries, Entry, Written};
+use crate::manoeuvre::{Manoeuvre, Path};
 use crate::model::tables::{
-    Analysis, Bench, Event, Fault, Header, Identification, Log, Plot, Requirement, Safety, Scenario, Variant,
+    Analysis, Bench, Event, Fault, Figure, Header, Identification, Log, Plot, Requirement, Safety, Scenario, Variant,
 };
 use crate::schema::{BlockKeys, ElementKeys, Given, Keys, LawKeys, Quantities, Quantity, SignalKeys};
 
@@ -125,6 +126,18 @@ impl Builder {
         self.named("block", name, table)
     }
 
+    /// A manoeuvre `[manoeuvre.NAME]`, in place of one of that name.
+    #[must_use]
+    pub fn manoeuvre(self, name: &str, manoeuvre: Manoeuvre) -> Self {
+        self.named("manoeuvre", name, manoeuvre.entries())
+    }
+
+    /// Lanes `[path.NAME]`, in place of those of that name.
+    #[must_use]
+    pub fn path(self, name: &str, path: Path) -> Self {
+        self.named("path", name, path.entries())
+    }
+
     /// A key of a table, by its path: `&["control", "column", "feedback"]`. Tables on the way are made where there are none.
     #[must_use]
     pub fn set(mut self, path: &[&str], value: impl Given) -> Self {
@@ -182,6 +195,12 @@ impl Builder {
         self.listed("requirement", &requirement)
     }
 
+    /// A `[[figure]]` behind those that are there.
+    #[must_use]
+    pub fn figure(self, figure: Figure) -> Self {
+        self.listed("figure", &figure)
+    }
+
     /// A `[[plot]]` behind those that are there.
     #[must_use]
     pub fn plot(self, plot: Plot) -> Self {
@@ -229,7 +248,7 @@ impl Builder {
     pub fn alone(mut self, control: &str) -> Self {
         let others = self.entries.table_mut("control");
         *others = others.iter().filter(|entry| entry.key == control).cloned().collect();
-        self = self.without(&["scenario", "event"]).without(&["requirement"]).without(&["plot"]);
+        self = self.without(&["scenario", "event"]).without(&["requirement"]).without(&["figure"]).without(&["plot"]);
         if self.entries.get("variant").is_some() {
             for variant in self.entries.list_mut("variant") {
                 if let Written::Table(variant) = &mut variant.value {

@@ -131,9 +131,12 @@ pub enum SafetyVerdict {
     /// Detected in time, and an effect beyond its bound.
     #[serde(rename = "detected, harmful")]
     DetectedHarmful,
-    /// Not detected, or too late, and all effects within bounds.
+    /// Not detected, and all effects within bounds.
     #[serde(rename = "harmless")]
     Harmless,
+    /// Detected too late, and all effects within bounds.
+    #[serde(rename = "detected late, harmless")]
+    LateHarmless,
     /// Detected too late, and an effect beyond its bound.
     #[serde(rename = "detected late, harmful")]
     LateHarmful,
@@ -154,7 +157,7 @@ pub enum SafetyVerdict {
 impl SafetyVerdict {
     /// Whether nothing speaks against it.
     pub fn passes(self) -> bool {
-        matches!(self, Self::NoAlarm | Self::Detected | Self::Harmless | Self::Absent)
+        matches!(self, Self::NoAlarm | Self::Detected | Self::Harmless | Self::LateHarmless | Self::Absent)
     }
 
     /// As it stands in the table.
@@ -165,6 +168,7 @@ impl SafetyVerdict {
             Self::Detected => "detected",
             Self::DetectedHarmful => "detected, harmful",
             Self::Harmless => "harmless",
+            Self::LateHarmless => "detected late, harmless",
             Self::LateHarmful => "detected late, harmful",
             Self::Harmful => "not detected and harmful",
             Self::NotDetected => "not detected",

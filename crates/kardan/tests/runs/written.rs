@@ -29,6 +29,7 @@ fn run(name: &str, time: Vec<f64>, values: Vec<f64>) -> Run {
             display: None,
             passed: false,
         }],
+        figures: Vec::new(),
         notes: vec!["the split is not unique".into()],
         warnings: Vec::new(),
         strains: vec![],

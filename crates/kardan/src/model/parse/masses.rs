@@ -4,7 +4,7 @@ use super::Node;
 use crate::entries::{Entries, Written};
 use crate::schema::{Field, Kind};
 
-/// Whether an element acts along masses: the first body that it names is one, or, where it names an element, one of that.
+/// Whether an element acts along masses: the first body that it names is one, or, where it names an element and no shaft, one of that.
 pub(super) fn moves_along(fields: &[Field], node: &Node<'_>) -> bool {
     let Some(model) = node.known.model else { return false };
     let word = |field: &Field| {
@@ -16,6 +16,9 @@ pub(super) fn moves_along(fields: &[Field], node: &Node<'_>) -> bool {
     let named = bodies.filter_map(word).find(|name| is_in(model, "mass", name) || is_in(model, "shaft", name));
     if let Some(name) = named {
         return is_in(model, "mass", name);
+    }
+    if fields.iter().any(|field| field.kind == Kind::Shaft && word(field).is_some()) {
+        return false;
     }
     let elements = fields.iter().filter_map(|field| match field.kind {
         Kind::Element(kinds) => Some((kinds, word(field)?)),

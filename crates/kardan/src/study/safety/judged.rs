@@ -108,9 +108,6 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begi
     };
     let mut notes: Vec<String> = run.failed.iter().cloned().collect();
     notes.extend(free.failed.as_ref().map(|why| format!("without the fault {why}")));
-    if let (Some(_), false, Some(within)) = (detected_after, in_time, spec.within) {
-        notes.push(format!("detected later than {within} s"));
-    }
     for (effect, found) in spec.effects.iter().zip(&found) {
         notes.extend(found.err().map(|why| format!("{}: {why}", effect.told.name)));
     }
@@ -136,6 +133,7 @@ fn verdict(effects: &[EffectMeasured], in_time: bool, ever: bool) -> SafetyVerdi
         (true, true) => SafetyVerdict::DetectedHarmful,
         (false, true) if ever => SafetyVerdict::LateHarmful,
         (false, true) => SafetyVerdict::Harmful,
+        (false, false) if bounded && ever => SafetyVerdict::LateHarmless,
         (false, false) if bounded => SafetyVerdict::Harmless,
         (false, false) => SafetyVerdict::NotDetected,
     }

@@ -186,7 +186,12 @@ fn chosen(prepared: &Prepared, spec: &SafetySpec) -> Result<Vec<String>, Diagnos
         true => !variant.has_faults,
         false => spec.variants.contains(&variant.name),
     });
-    let names: Vec<String> = all.map(|variant| variant.name.clone()).collect();
+    let all: Vec<&PreparedVariant> = all.collect();
+    if let Some(own) = all.iter().find(|variant| variant.has_faults) {
+        let message = format!("the variant `{}` has faults of its own, so no run of it is without a fault", own.name);
+        return Err(Diagnostic::error("safety::variant", message).help("name a variant without `faults`"));
+    }
+    let names: Vec<String> = all.into_iter().map(|variant| variant.name.clone()).collect();
     if names.is_empty() {
         let message = "every variant has faults of its own: none is left to compare with";
         return Err(Diagnostic::error("safety::variant", message).help("add a variant without `faults`"));
@@ -295,6 +300,12 @@ impl Table<'_> {
                 let note = "nothing in the loop of this variant reads or computes what fails".to_string();
                 return Some((self.row(name, faults, SafetyVerdict::Absent, Some(note)), Vec::new()));
             };
+            let (at, end) = (begins.all[1], variant.scenario.duration);
+            if at >= end {
+                heard.count(1);
+                let note = format!("it would begin at {at} s, and the run ends at {end} s");
+                return Some((self.row(name, faults, SafetyVerdict::Failed, Some(note)), Vec::new()));
+            }
             let traces = run(faults)?;
             let Judged { detected_after, known_to, reaction, effects, worst, verdict, note } =
                 judge(spec, &traces, &free, begins);

@@ -7,7 +7,7 @@ use crate::model::{Document, TableReader, no_such_fault};
 use crate::results::SafetyEffect;
 use crate::schema::{Placed, Scalar as Written, Sign, Table, Value};
 use crate::study::NamedFault;
-use crate::study::asked::{Requirements, known_variants};
+use crate::study::asked::{Measuring, known_variants};
 use crate::study::computed::asked;
 use crate::study::known::Known;
 use crate::study::read::{quantity, read_scalar, read_word, read_words};
@@ -58,7 +58,7 @@ pub struct Effect {
 pub(in crate::study) fn safety_spec<'a>(
     known: &'a Known<'a>,
     variants: &'a [String],
-    faults: &[NamedFault],
+    (faults, ends): (&[NamedFault], &'a [(String, f64)]),
     out: &mut Vec<Diagnostic>,
 ) -> Option<SafetySpec> {
     let (document, table) = (known.document, &known.document.safety);
@@ -71,7 +71,6 @@ pub(in crate::study) fn safety_spec<'a>(
         let found = quantity(&reader, table, key, (Dimension::TIME, Sign::Positive), SAFETY, out);
         found.map(|x| x.to_f64())
     };
-    let duration = time("duration", &document.scenario, &mut Vec::new()).unwrap_or(f64::INFINITY);
     let mut spec = SafetySpec {
         faults: fault_names(document, asked_for, out),
         pairs: read_word(table, "pairs") == Some("yes"),
@@ -84,23 +83,13 @@ pub(in crate::study) fn safety_spec<'a>(
         monitors: monitors(document),
     };
     check_alone(document, &spec, out);
-    for name in &spec.variants {
-        let own = document.named_variants.iter().find(|variant| variant.name.value == *name);
-        if own.is_some_and(|variant| !variant.faults.is_empty()) {
-            let message =
-                format!("{SAFETY}: the variant `{name}` has faults of its own, so no run of it is without a fault");
-            out.push(
-                Diagnostic::error("safety::variant", message)
-                    .at(TableReader::place(table, "variants"), "with faults")
-                    .help("name a variant without `faults`"),
-            );
-        }
-    }
+    let tried = |name: &String| spec.variants.is_empty() || spec.variants.contains(name);
+    let duration = ends.iter().filter(|(name, _)| tried(name)).map(|(_, end)| *end).fold(f64::INFINITY, f64::min);
     let Some(Value::Tables(tables)) = table.values.get("effect").map(|found| &found.value) else {
         return Some(spec);
     };
     for table in tables {
-        let Some(effect) = effect(known, &reader, (table, variants, duration), out) else { continue };
+        let Some(effect) = effect(known, &reader, (table, variants, ends), out) else { continue };
         let late = |fault: &&NamedFault| {
             let (begins, end) = (fault.begins(), fault.begins() + effect.window);
             spec.faults.contains(&fault.name) && begins < duration && end.is_finite() && end > duration * (1.0 + 1e-12)
@@ -266,7 +255,7 @@ fn check_alone(document: &Document, spec: &SafetySpec, out: &mut Vec<Diagnostic>
 fn effect<'a>(
     known: &'a Known<'a>,
     reader: &'a TableReader<'a>,
-    (table, variants, end): (&Table, &'a [String], f64),
+    (table, variants, ends): (&Table, &'a [String], &'a [(String, f64)]),
     out: &mut Vec<Diagnostic>,
 ) -> Option<Effect> {
     let name = read_word(table, "name")?.to_string();
@@ -274,10 +263,10 @@ fn effect<'a>(
     let signal = read_word(table, "signal")?;
     let found = asked(signal, &TableReader::place(table, "signal"), known, &what, out)?;
     let measure = read_word(table, "measure").and_then(Measure::of)?;
-    let asked = Requirements { known, reader, variants, end, what: what.clone() };
+    let asked = Measuring { known, reader, variants, ends };
     let bounds = ["below", "above"].map(|key| {
         check_varied(known.document, table, (key, &what), out);
-        asked.like(table, key, found.dimension, out)
+        asked.like(table, key, found.dimension, &what, out)
     });
     if let [Some(below), Some(above)] = bounds
         && above >= below
@@ -293,7 +282,7 @@ fn effect<'a>(
     let window = quantity(reader, table, "window", (Dimension::TIME, Sign::Positive), &what, out);
     let window = window.map_or(f64::INFINITY, |x| x.to_f64());
     let difference = read_word(table, "against") != Some("zero");
-    let display = asked.unit_of_bounds(table, found.physical);
+    let display = asked.unit_of_bounds(table, found.dimension);
     let within = if window.is_finite() { format!(" within {window} s") } else { String::new() };
     let against = if difference { ", against no fault" } else { "" };
     let text = format!("{} {signal}{within}{against}", measure.word());
