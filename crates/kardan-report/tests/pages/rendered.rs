@@ -37,6 +37,7 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
             display: None,
             passed: false,
         }],
+        figures: Vec::new(),
         notes: vec!["the split is not unique".into(), text],
         warnings: Vec::new(),
         strains: vec![MotorStrain {
