@@ -194,12 +194,12 @@ const TIME: (Dimension, Sign) = (Dimension::TIME, Sign::NonNegative);
 const REQUIREMENT: &str = "`[[requirement]]`";
 
 /// What the tables of requirements and figures are read with.
-struct Measuring<'a> {
-    known: &'a Known<'a>,
-    reader: &'a TableReader<'a>,
-    variants: &'a [String],
+pub(super) struct Measuring<'a> {
+    pub(super) known: &'a Known<'a>,
+    pub(super) reader: &'a TableReader<'a>,
+    pub(super) variants: &'a [String],
     /// The ends of the runs, s, by their names.
-    ends: &'a [(String, f64)],
+    pub(super) ends: &'a [(String, f64)],
 }
 
 impl Measuring<'_> {
@@ -317,7 +317,7 @@ impl Measuring<'_> {
     }
 
     /// A value of a dimension; of one without a name angles are not counted.
-    fn like(
+    pub(super) fn like(
         &self,
         table: &Table,
         key: &str,
@@ -361,7 +361,7 @@ impl Measuring<'_> {
     }
 
     /// The unit of the bounds as the file writes it, `None` if it is the SI unit.
-    fn unit_of_bounds(&self, table: &Table, dimension: Dimension) -> Option<DisplayUnit> {
+    pub(super) fn unit_of_bounds(&self, table: &Table, dimension: Dimension) -> Option<DisplayUnit> {
         let text = ["below", "above"].into_iter().find_map(|key| table.written.get(key))?;
         let named = || self.known.document.all_parameters().find(|parameter| &parameter.name == text);
         let text = named().map_or(text, |parameter| &parameter.text);
