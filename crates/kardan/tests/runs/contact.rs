@@ -69,6 +69,24 @@ fn a_bouncing_ball_comes_to_rest() {
     }
 }
 
+/// Where nothing bounds a step of series, as in a long run, the speeds at its end are far above those of the last blows: the ball comes to rest all the same.
+#[test]
+fn a_ball_comes_to_rest_in_long_runs() {
+    for (duration, e) in [(60.0, 0.7), (1000.0, 0.7), (3600.0, 0.9)] {
+        let source = ball(&format!("restitution = {e}"))
+            .replace("3 s", &format!("{duration} s"))
+            .replace("10 ms", &format!("{} s", duration / 100.0));
+        for method in METHODS {
+            let run = by(&source, method);
+            let rests = (2.0 * 0.8 / 10.0_f64).sqrt() * (1.0 + e) / (1.0 - e);
+            let what = format!("{method:?} {duration} s");
+            near(time_of(&run, "ground is rested on"), rests, 1e-8, &what);
+            near(run.energy.dissipated, 16.0, 1e-9, &what);
+            assert!(run.effort.events < 600, "{what}: {:?}", run.effort);
+        }
+    }
+}
+
 /// Elastic blows lose nothing: after a thousand of them the ball is as high as before.
 #[test]
 fn elastic_blows_lose_nothing() {
