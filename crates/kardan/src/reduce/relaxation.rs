@@ -19,7 +19,12 @@ pub enum NoRelaxation {
     /// The ratio of a transmission changes with its angle.
     Bends,
     /// Frictions act along them beside dampers, or more of them than there are motions.
-    Friction(Vec<String>),
+    Friction {
+        /// Elements of the frictions.
+        frictions: Vec<String>,
+        /// Elements of dampers along them.
+        dampers: Vec<String>,
+    },
     /// Springs hold a motion that slips against one that relaxes: these frictions.
     Coupled(Vec<String>),
     /// Frictions along them hold more at rest than in motion.
@@ -95,6 +100,12 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     let sliders: Vec<usize> = (0..frictions.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero())).collect();
     check_laws(reduced, &model.basis, &directions, !sliders.is_empty())?;
     let names = || sliders.iter().map(|&k| frictions[k].element.clone()).collect::<Vec<_>>();
+    let dampers = || {
+        let dampers = &reduced.equations.dampers;
+        let felt = projected(dampers.iter().map(|term| &term.row), &model.basis).multiply(&directions);
+        let own = (0..dampers.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero()));
+        own.map(|k| dampers[k].element.clone()).collect::<Vec<_>>()
+    };
     let falls = sliders.iter().map(|&k| &frictions[k]).filter(|friction| friction.value.stribeck.is_some());
     let falls: Vec<String> = falls.map(|friction| friction.element.clone()).collect();
     if !falls.is_empty() {
@@ -108,7 +119,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
         Matrix::zeros(r, 0)
     } else {
         slips(&model.damping.multiply(&directions), &felt, &directions, damped.columns())
-            .ok_or_else(|| NoRelaxation::Friction(names()))?
+            .ok_or_else(|| NoRelaxation::Friction { frictions: names(), dampers: dampers() })?
     };
     if damped.columns() > 0 && definiteness(&own) != Definiteness::Positive {
         return Err(NoRelaxation::Damping);

@@ -77,6 +77,24 @@ fn in_digits(number: f64) -> String {
     if number == 0.0 || (1e-4..1e7).contains(&number.abs()) { number.to_string() } else { format!("{number:e}") }
 }
 
+/// What a measure is of: its target in the unit of the signal, and its band; nothing of one that has none.
+fn aim(requirement: &Requirement, unit: &str) -> String {
+    let Requirement { measure, target, band, .. } = requirement;
+    let with_unit = |value: f64| format!("{} {unit}", in_digits(in_15_digits(value))).trim_end().to_string();
+    let target = match (measure, target) {
+        (Measure::Overshoot | Measure::SettlingTime | Measure::Iae, Some(target)) => with_unit(*target),
+        (Measure::Overshoot | Measure::SettlingTime, None) => "its last value".to_string(),
+        (Measure::Iae, None) => "0".to_string(),
+        _ => return String::new(),
+    };
+    let band = match band.filter(|_| *measure == Measure::SettlingTime) {
+        None => String::new(),
+        Some(Band::Size(size)) => format!(" ± {}", with_unit(size)),
+        Some(Band::Part(part)) => format!(" ± {} % of the way", in_digits(in_15_digits(100.0 * part))),
+    };
+    format!(" (to {target}{band})")
+}
+
 pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Judged {
     let Requirement { signal, measure, unit, display, below, above, from, until, .. } = requirement;
     let completed = ran.completed;
@@ -95,7 +113,10 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -
             let what = own.map_or("torque", MotorStrain::effort);
             format!("time of {} at its {what} limit", motor_of(signal).unwrap_or(signal))
         }
-        _ => format!("{} {signal}", measure.word()),
+        _ => {
+            let own = series.signal(signal).map_or("", |found| found.physical.unit());
+            format!("{} {signal}{}", measure.word(), aim(requirement, own))
+        }
     };
     let window = if *from > 0.0 || until.is_finite() {
         let end = if until.is_finite() { format!("{until} s") } else { "the end".to_string() };
@@ -112,6 +133,7 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -
         (None, Some(below)) => format!("{name}{window} < {below} {told}"),
         (None, None) => format!("{name}{window}"),
     };
+    let text = text.trim_end().to_string();
     let note = match found {
         Err(why) if complete => Some(format!("`{text}` has no value: {why}")),
         Ok(Measured { value, grid }) if [below, above].iter().any(|bound| near(**bound, value, grid)) => {
@@ -134,7 +156,10 @@ fn near(bound: Option<f64>, value: f64, grid: f64) -> bool {
 
 /// A bound in the unit of the file, without the digits that the change of units rounded: 15 remain.
 fn written(bound: f64, unit: &DisplayUnit) -> f64 {
-    let value = unit.of(bound);
+    in_15_digits(unit.of(bound))
+}
+
+fn in_15_digits(value: f64) -> f64 {
     format!("{value:.14e}").parse().unwrap_or(value)
 }
 

@@ -596,6 +596,22 @@ fn a_blow_without_loss_loses_nothing() {
     }
 }
 
+/// What rests beyond a rigid stop rests nowhere: equilibria are those within, or on the stop.
+#[test]
+fn equilibria_lie_within_rigid_stops() {
+    // A spring that relaxes at −5 m, beyond the stop: it rests on that; nothing does where it is drawn away from both.
+    let spring = "[mass.a]\nmass = \"1 kg\"\n[torque.g]\nmass = \"a\"\nlaw = \"-10 N - 2 N/m * a.s\"\n[end_stop.k]\nmass_1 = \"a\"\nlower = \"-1 m\"\n";
+    let run = "[scenario]\nduration = \"1 s\"\nstart = \"equilibrium\"\n";
+    for method in METHODS {
+        let run = by(&format!("{spring}{run}"), method);
+        assert!(signal(&run, "a.s").iter().all(|value| *value == -1.0));
+    }
+    let unstable = spring.replace("-10 N - 2 N/m * a.s", "10 N + 2 N/m * a.s");
+    let told = study::check(&format!("{unstable}{run}"));
+    let words = "the equilibrium a.s = -5.000000 m lies beyond the stop of `k`, which nothing can pass";
+    assert!(told.len() == 1 && told[0].message.contains(words), "{told:?}");
+}
+
 /// A weight of 9.81 N rests on a rigid stop where it is, on a soft one of 1 kN/m 9.81 mm below, on a spring with 2 mm of play one more
 /// below: equilibria, at which a run stays.
 #[test]
