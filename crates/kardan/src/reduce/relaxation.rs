@@ -70,6 +70,14 @@ fn projected<'a>(rows: impl Iterator<Item = &'a Vec<(usize, Rational)>>, basis: 
     Matrix::from_fn(rows.len(), basis.columns(), |i, j| sum(rows[i], j))
 }
 
+/// Frictions along motions of all coordinates, with the dampers there.
+fn not_alone(reduced: &Reduced, frictions: Vec<String>, motions: &Matrix<Rational>) -> NoRelaxation {
+    let dampers = &reduced.equations.dampers;
+    let felt = projected(dampers.iter().map(|term| &term.row), motions);
+    let own = (0..dampers.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero()));
+    NoRelaxation::Friction { frictions, dampers: own.map(|k| dampers[k].element.clone()).collect() }
+}
+
 /// Takes the motions without inertia of a model apart from the others, exactly; `None` if there are none.
 ///
 /// Where dampers act along them, they relax; where as many frictions as motions do and no damper, they slip.
@@ -100,12 +108,6 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     let sliders: Vec<usize> = (0..frictions.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero())).collect();
     check_laws(reduced, &model.basis, &directions, !sliders.is_empty())?;
     let names = || sliders.iter().map(|&k| frictions[k].element.clone()).collect::<Vec<_>>();
-    let dampers = || {
-        let dampers = &reduced.equations.dampers;
-        let felt = projected(dampers.iter().map(|term| &term.row), &model.basis).multiply(&directions);
-        let own = (0..dampers.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero()));
-        own.map(|k| dampers[k].element.clone()).collect::<Vec<_>>()
-    };
     let falls = sliders.iter().map(|&k| &frictions[k]).filter(|friction| friction.value.stribeck.is_some());
     let falls: Vec<String> = falls.map(|friction| friction.element.clone()).collect();
     if !falls.is_empty() {
@@ -119,7 +121,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
         Matrix::zeros(r, 0)
     } else {
         slips(&model.damping.multiply(&directions), &felt, &directions, damped.columns())
-            .ok_or_else(|| NoRelaxation::Friction { frictions: names(), dampers: dampers() })?
+            .ok_or_else(|| not_alone(reduced, names(), &model.basis.multiply(&directions)))?
     };
     if damped.columns() > 0 && definiteness(&own) != Definiteness::Positive {
         return Err(NoRelaxation::Damping);
