@@ -1504,6 +1504,10 @@ impl RunningLoop {
                 let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
                 let what = self.machine.not_finite(at, &self.state, names);
                 match what {
+                    // Of finite numbers no operation makes this but one without a value.
+                    Some(what) if what.ends_with(" is NaN") && what.contains(", as ") => format!(
+                        "{what}: it has no value there. Keep what it is of where it has one, such as by `max(0, ...)` or `if(...)`"
+                    ),
                     Some(what) => format!("{what}: {diverges}, or the inertia becomes singular"),
                     None => format!(
                         "within the next step, however short, the equations have no finite value: {diverges}, or the inertia becomes \
