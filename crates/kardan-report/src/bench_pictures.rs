@@ -30,6 +30,7 @@ fn named(run: &Run, name: String, experiment: &Experiment) -> Run {
         events: run.events.clone(),
         outcome: run.outcome.clone(),
         requirements: Vec::new(),
+        figures: Vec::new(),
         notes: Vec::new(),
         warnings: Vec::new(),
         strains: Vec::new(),

@@ -31,7 +31,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
             .control("hands", PositionLoop::new("fs.phi", "driver", "ref_fs").design([("beta", "0 deg")]))
             .scenario(Scenario::new().duration("3 s"))
             .event(Event::new("1 s", "ref_rk", "180 deg"))
-            .requirement(Requirement::new("driver.tau", "max_abs").below("0.21 N m")),
+            .requirement(Requirement::on("driver.tau", "max_abs").below("0.21 N m")),
     );
     println!("{}", project.to_toml().lines().take(9).collect::<Vec<_>>().join("\n"));
     let words = |mistakes: Vec<kardan::diagnostics::Diagnostic>| mistakes[0].to_string();

@@ -601,6 +601,39 @@ impl Term {
         }
     }
 
+    /// The coordinates that it names, without those that it declares.
+    pub fn coordinates(&self) -> Vec<&str> {
+        let along: fn(&Direction) -> Vec<&str> = |row| row.entries.iter().map(|(name, _)| name.as_str()).collect();
+        match self {
+            Self::Inertia { along: row, .. }
+            | Self::Spring { along: row, .. }
+            | Self::Damper { along: row, .. }
+            | Self::Friction { along: row, .. }
+            | Self::Constraint { along: row, .. }
+            | Self::Compliance { along: row, .. }
+            | Self::Input { along: row, .. }
+            | Self::Balance { along: row, .. } => along(row),
+            Self::Hold { along: row, hold } => along(row)
+                .into_iter()
+                .chain(hold.formula().into_iter().flat_map(|formula| formula.coordinates()))
+                .collect(),
+            Self::Torque { along: row, law } => along(row).into_iter().chain(law.coordinates()).collect(),
+            Self::Transmission { driven, driving, .. } => vec![driven, driving],
+            Self::Output(sensor) => match &sensor.measured {
+                Measured::Angle(shaft) | Measured::Speed(shaft) | Measured::NetTorque(shaft) => vec![shaft],
+                Measured::ConstraintTorque(_, shaft) | Measured::ComplianceTorque(_, shaft) => vec![shaft],
+                Measured::SpringTorque(_) => Vec::new(),
+            },
+            Self::Kept(row) => row.coordinates(),
+            Self::Angle { .. }
+            | Self::Position { .. }
+            | Self::State { .. }
+            | Self::Measure(_)
+            | Self::Moving(_)
+            | Self::Charge { .. } => Vec::new(),
+        }
+    }
+
     /// What a coordinate that it declares is.
     pub fn domain(&self) -> Domain {
         match self {

@@ -13,7 +13,7 @@
 //!         .element("motor", Motor::new("axle").torque_limit("1 N m"))
 //!         .scenario(Scenario::new().duration("0.5 s"))
 //!         .event(Event::new("0.1 s", "motor.tau", "0.05 N m"))
-//!         .requirement(Requirement::new("axle.w", Measure::Max).below("50 rad/s")),
+//!         .requirement(Requirement::on("axle.w", Measure::Max).below("50 rad/s")),
 //! );
 //! assert!(project.mistakes().is_empty());
 //! let study = project.run(&Settings::default(), &Silent).unwrap();
@@ -59,6 +59,7 @@ pub mod file;
 #[doc(hidden)]
 pub mod identify;
 #[doc(hidden)]
+pub mod manoeuvre;
 pub mod model;
 #[doc(hidden)]
 pub mod names;

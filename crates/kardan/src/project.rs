@@ -8,17 +8,21 @@ pub use crate::block::{
     StateMachine, StateMachineTransition, TableBlock, TransferFunction,
 };
 pub use crate::element::{
-    Brake, Capacitor, Clutch, Constraint, Disturbance, EndStop, Gear, HarmonicDrive, Inductor, Lock, Mass, Motor,
-    OneWayClutch, Planetary, PrescribedMotion, Pulley, RackAndPinion, Resistor, Screw, Sensor, Shaft, SpringDamper,
-    Torque, Transformer, UniversalJoint, VoltageSource,
+    Brake, Capacitor, Clutch, Constraint, Disturbance, Driver, EndStop, Gear, HarmonicDrive, Inductor, Lock, Mass,
+    Motor, OneWayClutch, Planetary, PrescribedMotion, Pulley, RackAndPinion, Resistor, Screw, Sensor, Shaft,
+    SpringDamper, Torque, Transformer, UniversalJoint, VoltageSource,
 };
 pub use crate::entries::{Entries, Place};
+pub use crate::manoeuvre::{Manoeuvre, Path};
 pub use crate::model::tables::*;
 pub use crate::model::{BUILTIN, Builder, Builtin, builtin};
 pub use crate::schema::{
     BlockKeys, ElementKeys, Given, Keys, LawKeys, Lists, Named, Quantities, Quantity, SignalKeys, Words,
 };
-pub use crate::signal::{Chirp, ExpressionSignal, Multisine, MultisineLine, Noise, Pulses, Ramp, Sine, TableSignal};
+pub use crate::signal::{
+    Chirp, ExpressionSignal, Multisine, MultisineLine, Noise, Pulses, Ramp, Sine, SineWithDwell, SmoothStep,
+    TableSignal,
+};
 pub use crate::study::Project;
 pub use crate::synthesis::{
     ComputedTorque, ComputedTorqueChannel, Decoupling, DecouplingChannel, Flatness, FlatnessChannel, Lqr, LqrChannel,

@@ -75,7 +75,7 @@ fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str, qui
     if args.json {
         print(&(export::json(study, &files) + "\n"))?;
     } else {
-        let written = files.runs.iter().flatten().chain(&files.report).chain(&files.plots);
+        let written = files.runs.iter().flatten().chain(&files.figures).chain(&files.report).chain(&files.plots);
         let mut written: String = written.map(|path| format!("wrote {path}\n")).collect();
         files.report.iter().for_each(|report| written += &where_to_look(report));
         print(&(in_words(&page, origin) + "\n" + &render::visible(&written)))?;
@@ -96,6 +96,16 @@ fn write(study: &Study, page: &report::Page, folder: &mut Folder, args: &RunArgs
     for (run, table) in study.runs.iter().zip(tables) {
         let written = table.and_then(|(extension, bytes)| folder.write(&run.name, extension, &bytes));
         files.runs.push(written.map_err(|problem| problems.push(problem)).into_iter().collect());
+    }
+    if let Some(figures) = export::figures_csv(study) {
+        let mut name = String::from("figures");
+        while study.runs.iter().any(|run| run.name.eq_ignore_ascii_case(&name)) {
+            name.push('_');
+        }
+        match folder.write(&name, "csv", figures.as_bytes()) {
+            Ok(path) => files.figures = Some(path),
+            Err(problem) => problems.push(problem),
+        }
     }
     if !args.no_report {
         let drawing = report::mechanism(&study.model.mechanism);

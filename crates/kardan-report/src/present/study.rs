@@ -35,6 +35,7 @@ fn with_plots(study: &Study, drawn: &[PlotFile]) -> Page {
         ("signals", "Signals and blocks", crate::signal_graph::body(&study.model.signals)),
         ("plots", "Plots", plots(study, drawn)),
         ("figures", "Key figures", key_figures(study)),
+        ("measured", "Figures", figures(study)),
         ("requirements", "Requirements", requirements(study)),
         ("motors", "Motors and their limits", motors(study)),
         ("energy", "Energy balance", energy(study)),
@@ -253,6 +254,39 @@ fn motors(study: &Study) -> Body {
     super::margins::strains(strains.map(|(run, strain)| (variant_label(study, run), strain, run.length())))
 }
 
+/// The figures, each for every variant.
+fn figures(study: &Study) -> Body {
+    let mut names: Vec<&String> = Vec::new();
+    for figure in study.runs.iter().flat_map(|run| &run.figures) {
+        if !names.contains(&&figure.name) {
+            names.push(&figure.name);
+        }
+    }
+    let mut rows = Vec::new();
+    for name in names {
+        let all = study.runs.iter().flat_map(|run| run.figures.iter().map(move |figure| (run, figure)));
+        let all: Vec<_> = all.filter(|(_, figure)| &figure.name == name).collect();
+        for (index, (run, figure)) in all.iter().enumerate() {
+            let text = format!("{name}: {}", figure.text);
+            let value = measured(figure.value, figure.display.as_ref(), &figure.unit);
+            rows.push(row![span(&text, index, all.len()), variant_label(study, run), value]);
+        }
+    }
+    match rows.is_empty() {
+        true => Body::default(),
+        false => Body::default().table(&["figure", "variant", "#value"], rows),
+    }
+}
+
+/// A number in the unit that is asked for, if there is one.
+fn measured(value: Option<f64>, display: Option<&DisplayUnit>, unit: &str) -> String {
+    match (value.filter(|value| value.is_finite()), display) {
+        (Some(value), Some(display)) => format!("{} {}", number(display.of(value)), display.unit),
+        (Some(value), None) => format!("{} {unit}", number(value)).trim_end().to_string(),
+        (None, _) => "not measured".into(),
+    }
+}
+
 /// The requirements, each for every variant.
 fn requirements(study: &Study) -> Body {
     let mut texts: Vec<&String> = Vec::new();
@@ -266,13 +300,7 @@ fn requirements(study: &Study) -> Body {
         let judged = study.runs.iter().flat_map(|run| run.requirements.iter().map(move |judged| (run, judged)));
         let judged: Vec<_> = judged.filter(|(_, judged)| &judged.text == text).collect();
         for (index, (run, requirement)) in judged.iter().enumerate() {
-            let measured = match requirement.measured.filter(|measured| measured.is_finite()) {
-                Some(measured) => match &requirement.display {
-                    Some(display) => format!("{} {}", number(display.of(measured)), display.unit),
-                    None => format!("{} {}", number(measured), requirement.unit),
-                },
-                None => "not measured".into(),
-            };
+            let measured = measured(requirement.measured, requirement.display.as_ref(), &requirement.unit);
             let passed = requirement.passed;
             let verdict = Cell::Mark(passed, if passed { "passed" } else { "failed" }.into());
             rows.push(row![span(text, index, judged.len()), variant_label(study, run), measured, verdict]);
@@ -452,6 +480,7 @@ mod tests {
             events: vec![],
             outcome: Outcome::Completed,
             requirements: vec![],
+            figures: vec![],
             notes: vec![],
             warnings: vec![],
             strains: vec![],

@@ -11,6 +11,7 @@ mod coupled_inductors;
 mod current_source;
 mod dc_motor;
 mod disturbance;
+mod driver;
 mod end_stop;
 mod gear;
 mod harmonic_drive;
@@ -44,6 +45,7 @@ pub use coupled_inductors::CoupledInductors;
 pub use current_source::CurrentSource;
 pub use dc_motor::DcMotor;
 pub use disturbance::Disturbance;
+pub use driver::Driver;
 pub use end_stop::EndStop;
 pub use gear::Gear;
 pub use harmonic_drive::HarmonicDrive;
@@ -72,11 +74,13 @@ pub use vehicle::Vehicle;
 pub use voltage_source::VoltageSource;
 
 use crate::entries::Entries;
+use driver::DRIVER;
 use vehicle::VEHICLE;
 
 /// All kinds of elements.
 pub const REGISTRY: &[Element] = &[
     VEHICLE,
+    DRIVER,
     shaft::SHAFT,
     mass::MASS,
     harmonic_drive::HARMONIC_DRIVE,
@@ -116,8 +120,12 @@ pub fn find(keyword: &str) -> Option<&'static Element> {
 
 /// The tables that an element is put together of, where it is none of its own: by its keyword, its name, what is given, and whether that names a mass.
 pub fn parts(keyword: &str, name: &str, given: &Entries, along_masses: bool) -> Option<Entries> {
-    if keyword == VEHICLE.keyword { vehicle::parts(name, given, along_masses) } else { None }
+    match keyword {
+        _ if keyword == VEHICLE.keyword => vehicle::parts(name, given, along_masses),
+        _ if keyword == DRIVER.keyword => driver::parts(name, given),
+        _ => None,
+    }
 }
 
 /// The kinds that are put together of others.
-pub const COMPOSITES: [&Element; 1] = [&VEHICLE];
+pub const COMPOSITES: [&Element; 2] = [&VEHICLE, &DRIVER];

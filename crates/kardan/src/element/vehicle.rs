@@ -90,7 +90,7 @@ pub const VEHICLE: Element = Element {
             others may name: the mass `<name>_lateral` (`.v`: lateral velocity), the shafts `<name>_yaw` (`.phi`: heading, `.w`: yaw rate) and `<name>_wheel` \
             (angle of the front wheels), the gear `<name>_steering` with the force on what steers, the torques `<name>_side` and `<name>_side_rear` of \
             the tyres, states `<name>_front`, `<name>_rear` (tangent of the slip angle) and `<name>_bore` (twist). Blocks and programs read \
-            `<name>.yaw_rate`, `.heading`, `.v_y`, `.a_y`, `.x`, `.y`, and with `track` the speeds of the wheels `.v_fl`, `.v_fr`, `.v_rl`, `.v_rr`.",
+            `<name>.yaw_rate`, `.heading`, `.v_x`, `.v_y`, `.a_y`, `.x`, `.y`, and with `track` the speeds of the wheels `.v_fl`, `.v_fr`, `.v_rl`, `.v_rr`.",
     symbol: Symbol::Vehicle,
     fields: Vehicle::FIELDS,
     example: "\
@@ -461,12 +461,15 @@ impl Car<'_> {
         let mut add = |name: &str, kind: &str, input: String| {
             let mut table = Entries::default();
             let gain = (kind == "gain").then(|| ("gain", "1".to_string()));
-            let keys = [("kind", kind.to_string()), ("input", input)].into_iter().chain(gain);
+            // Of a slip angle nothing is left in its unit.
+            let unit = (name == "a_y").then(|| ("unit", "m/s^2".to_string()));
+            let keys = [("kind", kind.to_string()), ("input", input)].into_iter().chain(gain).chain(unit);
             keys.for_each(|(key, text)| table.set(key, Written::Text(text)));
             out.table_mut("block").set(&format!("{}.{name}", self.name), Written::Table(table));
         };
         add("yaw_rate", "gain", r.clone());
         add("heading", "gain", psi.clone());
+        add("v_x", "gain", u.clone());
         add("v_y", "gain", v.clone());
         let turned = if self.magic() { format!(" * cos({delta})") } else { String::new() };
         let more: String = self.formula("wind").into_iter().chain(self.downhill()).map(|x| format!(" + {x}")).collect();

@@ -10,8 +10,8 @@ use super::printed::printed;
 use crate::diagnostics::{Diagnostic, Lines, Severity};
 use crate::results::serial::by_name;
 use crate::results::{
-    Accuracy, Effort, Energy, Event, Mechanism, Outcome, ParameterValue, Physical, RequirementResult, Run, Signal,
-    StrainView, Study, extremes,
+    Accuracy, Effort, Energy, Event, FigureResult, Mechanism, Outcome, ParameterValue, Physical, RequirementResult,
+    Run, Signal, StrainView, Study, extremes,
 };
 
 /// The files that were written for a study.
@@ -19,6 +19,8 @@ use crate::results::{
 pub struct Files {
     /// Paths for each run, in the order of [`Study::runs`]; a run beyond the end has none.
     pub runs: Vec<Vec<String>>,
+    /// Path of the table of the figures of all runs.
+    pub figures: Option<String>,
     /// Path of the report.
     pub report: Option<String>,
     /// Paths of the plots.
@@ -37,6 +39,8 @@ pub(super) struct StudyView<'a> {
     mechanism: &'a Mechanism,
     /// One run for each variant, in the order of the file.
     variants: Vec<RunView<'a>>,
+    /// Path of the table of the figures of all runs; `null` if the model has none.
+    figures: Option<&'a str>,
     /// Path of the report; `null` if none was written.
     report: Option<&'a str>,
     /// Paths of the plots.
@@ -70,6 +74,8 @@ struct RunView<'a> {
     energy: Energy,
     /// The model file's requirements.
     requirements: &'a [RequirementResult],
+    /// Its figures.
+    figures: &'a [FigureResult],
     /// Events in order of time.
     events: &'a [Event],
     /// What the reader must know.
@@ -177,6 +183,7 @@ pub fn json(study: &Study, files: &Files) -> String {
             .enumerate()
             .map(|(i, run)| variant(run, files.runs.get(i).map_or(&[], Vec::as_slice)))
             .collect(),
+        figures: files.figures.as_deref(),
         report: files.report.as_deref(),
         plots: &files.plots,
         warnings: &study.warnings,
@@ -225,6 +232,7 @@ fn variant<'a>(run: &'a Run, files: &'a [String]) -> RunView<'a> {
         signals: run,
         energy: run.energy,
         requirements: &run.requirements,
+        figures: &run.figures,
         events: &run.events,
         notes: &run.notes,
         warnings: &run.warnings,

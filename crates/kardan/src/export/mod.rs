@@ -40,5 +40,5 @@ pub use json::{Files, json, json_error};
 pub use linear::{linear_json, linear_mat, linear_python, realisations_json, realisations_mat};
 pub use reference::{check_json, completions_json, elements_json, equations_json, models_json};
 pub use schema::{SCHEMAS, schema, schemas_json};
-pub use tables::{csv, mat, mdf, parquet};
+pub use tables::{csv, figures_csv, mat, mdf, parquet};
 pub use truth::truth_toml;

@@ -3,7 +3,7 @@
 use kardan_tables::write::{self, ParquetError};
 use kardan_tables::{Column, Table};
 
-use crate::results::{Run, Series};
+use crate::results::{Run, Series, Study};
 
 /// The run as CSV, see [`write::csv`].
 ///
@@ -54,6 +54,23 @@ pub fn mat(series: &Series) -> Option<Vec<u8>> {
 pub fn mdf(rasters: &[(&str, &Series)]) -> Vec<u8> {
     let tables: Vec<_> = rasters.iter().map(|(name, series)| (*name, table(series))).collect();
     write::mdf(&tables.iter().map(|(name, table)| (*name, table)).collect::<Vec<_>>())
+}
+
+/// The figures of all runs as CSV, a row for each with its variant, in SI; `None` if the model has no figures. One that a run does not have
+/// is an empty cell.
+pub fn figures_csv(study: &Study) -> Option<String> {
+    let cell = |text: &str| match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_string(),
+    };
+    let mut out = String::from("variant,figure,value,unit\n");
+    let rows = study.runs.iter().flat_map(|run| run.figures.iter().map(move |figure| (run, figure)));
+    for (run, figure) in rows.clone() {
+        let value = figure.value.filter(|value| value.is_finite());
+        let value = value.map(|value| zmij::Buffer::new().format(value).to_string()).unwrap_or_default();
+        out += &format!("{},{},{value},{}\n", cell(&run.name), cell(&figure.name), cell(&figure.unit));
+    }
+    rows.clone().next().map(|_| out)
 }
 
 fn table(series: &Series) -> Table<'_> {

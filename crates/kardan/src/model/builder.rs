@@ -1,7 +1,10 @@
 //! A model as a program writes it.
 
 use crate::entries::{Entries, Entry, Written};
-use crate::model::tables::{Analysis, Bench, Event, Header, Identification, Log, Plot, Requirement, Scenario, Variant};
+use crate::manoeuvre::{Manoeuvre, Path};
+use crate::model::tables::{
+    Analysis, Bench, Event, Figure, Header, Identification, Log, Plot, Requirement, Scenario, Variant,
+};
 use crate::schema::{BlockKeys, ElementKeys, Given, Keys, LawKeys, Quantities, Quantity, SignalKeys};
 
 /// A model that a program builds, or changes: every table of a model file as a typed struct. What is wrong with it is told by the
@@ -123,6 +126,18 @@ impl Builder {
         self.named("block", name, table)
     }
 
+    /// A manoeuvre `[manoeuvre.NAME]`, in place of one of that name.
+    #[must_use]
+    pub fn manoeuvre(self, name: &str, manoeuvre: Manoeuvre) -> Self {
+        self.named("manoeuvre", name, manoeuvre.entries())
+    }
+
+    /// Lanes `[path.NAME]`, in place of those of that name.
+    #[must_use]
+    pub fn path(self, name: &str, path: Path) -> Self {
+        self.named("path", name, path.entries())
+    }
+
     /// A key of a table, by its path: `&["control", "column", "feedback"]`. Tables on the way are made where there are none.
     #[must_use]
     pub fn set(mut self, path: &[&str], value: impl Given) -> Self {
@@ -166,6 +181,12 @@ impl Builder {
     #[must_use]
     pub fn requirement(self, requirement: Requirement) -> Self {
         self.listed("requirement", &requirement)
+    }
+
+    /// A `[[figure]]` behind those that are there.
+    #[must_use]
+    pub fn figure(self, figure: Figure) -> Self {
+        self.listed("figure", &figure)
     }
 
     /// A `[[plot]]` behind those that are there.
@@ -215,7 +236,7 @@ impl Builder {
     pub fn alone(mut self, control: &str) -> Self {
         let others = self.entries.table_mut("control");
         *others = others.iter().filter(|entry| entry.key == control).cloned().collect();
-        self = self.without(&["scenario", "event"]).without(&["requirement"]).without(&["plot"]);
+        self = self.without(&["scenario", "event"]).without(&["requirement"]).without(&["figure"]).without(&["plot"]);
         if self.entries.get("variant").is_some() {
             for variant in self.entries.list_mut("variant") {
                 if let Written::Table(variant) = &mut variant.value {

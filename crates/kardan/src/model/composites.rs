@@ -32,7 +32,7 @@ pub(super) fn with_parts(entries: &Entries) -> Cow<'_, Entries> {
 }
 
 /// An entry, and all within it, at a place.
-fn placed(entry: &KeyedEntry, place: &Place) -> KeyedEntry {
+pub(super) fn placed(entry: &KeyedEntry, place: &Place) -> KeyedEntry {
     KeyedEntry { key: entry.key.clone(), place: place.clone(), entry: placed_value(&entry.entry, place) }
 }
 

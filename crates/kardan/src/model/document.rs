@@ -181,6 +181,8 @@ pub struct Document {
     pub bench: Table,
     /// `[[requirement]]`
     pub requirements: Vec<Table>,
+    /// `[[figure]]`
+    pub figures: Vec<Table>,
     /// `[[plot]]`
     pub plots: Vec<Table>,
     /// `[identification]`
@@ -252,7 +254,8 @@ impl Document {
         seen.push(&signal.name);
         let moves = |name: &str| {
             let head = SignalName::new(name).element;
-            let is_element = head != name && self.elements.iter().any(|element| element.name == head);
+            let of_element = || self.elements.iter().any(|element| element.name == head);
+            let is_element = head != name && (of_element() || self.controls.iter().any(|law| law.name == head));
             let is_sensor = self.elements.iter().any(|one| one.name == name && one.kind.keyword == "sensor");
             is_element || is_sensor || self.blocks.iter().any(|block| block.name == head) || self.is_reference(name)
         };

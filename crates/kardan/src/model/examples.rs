@@ -50,6 +50,49 @@ measure = \"max_abs\"
 below = \"1.3 N m\"
 ";
 
+const FIGURE: &str = "\
+[[figure]]
+name = \"peak\"
+signal = \"rk.phi\"
+measure = \"max\"
+display = \"deg\"
+
+[[figure]]
+name = \"peak_time\"
+signal = \"rk.phi\"
+measure = \"time_of_max\"
+
+[[figure]]
+name = \"product\"
+value = \"peak_time * peak\"
+
+[[requirement]]
+figure = \"product\"
+below = \"0.1 rad s\"
+";
+
+const MANOEUVRE: &str = "\
+[parameters]
+pace = \"20 m/s\"
+
+[manoeuvre.turn]
+kind = \"free\"
+course = \"30 deg * sin(2 pi t / 5 s)\"
+duration = \"pace * 10 s / (20 m/s)\"
+set = { pace = \"100 km/h\" }
+
+[[variant]]
+name = \"fast\"
+manoeuvre = \"turn\"
+";
+
+const PATH: &str = "\
+[path.lane]
+kind = \"iso_3888_1\"
+width = \"1.8 m\"
+start = \"30 m\"
+";
+
 const PLOT: &str = "\
 [[plot]]
 name = \"rack-angle\"
@@ -174,6 +217,9 @@ pub(super) fn example_of(page: &str) -> &'static str {
         "event" => EVENT,
         "fault" => FAULT,
         "requirement" => REQUIREMENT,
+        "manoeuvre" => MANOEUVRE,
+        "path" => PATH,
+        "figure" => FIGURE,
         "plot" => PLOT,
         "variant" => VARIANT,
         "analysis" => ANALYSIS,

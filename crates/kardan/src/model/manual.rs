@@ -7,6 +7,7 @@ use super::reading::{BLOCK, CONTROL, SIGNAL};
 use super::tables;
 use crate::block;
 use crate::element;
+use crate::manoeuvre::{self, Manoeuvre, Need, Path};
 use crate::results::{ManualKey, ManualTable};
 use crate::schema::{Field, Keys, Kind, Sign};
 use crate::signal;
@@ -53,15 +54,30 @@ const STUDY: &[(&str, &str, &str)] = &[
     (
         "signal",
         "[signal.NAME]",
-        "A function of time by name: sine, chirp, pulses, ramp, multisine, noise, table, expression.",
+        "A function of time by name: sine, chirp, pulses, ramp, smooth_step, sine_with_dwell, multisine, noise, table, expression.",
     ),
     (
         "block",
         "[block.NAME]",
         "What a control unit computes beside its laws: filters, controllers, limits, switches, monitors, state machines.",
     ),
+    (
+        "manoeuvre",
+        "[manoeuvre.NAME]",
+        "What steering engineers drive: steady circle, step, sine, weave, double lane change, sine with dwell, parking, with figures and criteria.",
+    ),
+    (
+        "path",
+        "[path.NAME]",
+        "Lanes between cones, as tables over x: NAME the middle, NAME_left and NAME_right the limits.",
+    ),
     ("fault", "[[scenario.fault]]", "A sensor, a motor or a control unit that fails for a while, or for good."),
     ("requirement", "[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
+    (
+        "figure",
+        "[[figure]]",
+        "A number of each run, measured of a signal or computed from others: the report tells it beside the requirements.",
+    ),
     ("plot", "[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
     (
         "table",
@@ -94,6 +110,9 @@ pub(super) const STUDY_TABLES: &[(&str, &[Field])] = &[
     ("event", tables::Event::FIELDS),
     ("fault", tables::Fault::FIELDS),
     ("requirement", tables::Requirement::FIELDS),
+    ("manoeuvre", Manoeuvre::FIELDS),
+    ("path", Path::FIELDS),
+    ("figure", tables::Figure::FIELDS),
     ("plot", tables::Plot::FIELDS),
     ("analysis", tables::Analysis::FIELDS),
     ("table", tables::LookupTable::FIELDS),
@@ -236,12 +255,36 @@ pub fn manual_of(name: &str) -> Option<String> {
             let _ = writeln!(out, "  kind = \"{}\": {}", kind.keyword, kind.summary);
         }
         let _ = write!(out, "\nExample\n\n{}", example_of(name));
+    } else if name == "manoeuvre" {
+        out = manoeuvre_page()?;
     } else if name == "variants" {
         out.push_str(VARIANTS);
     } else if name == "parameters" {
         out.push_str(PARAMETERS);
     } else {
         out = study_page(name)?;
+    }
+    Some(out)
+}
+
+/// The page of manoeuvres: the keys, then each kind with those that it takes.
+fn manoeuvre_page() -> Option<String> {
+    let mut out = study_page("manoeuvre")?;
+    out.push_str("\nKinds\n");
+    for kind in manoeuvre::REGISTRY {
+        let key = |(name, need): &(&str, Need)| match need {
+            Need::Required => format!("{name} (required)"),
+            Need::Optional => (*name).to_string(),
+            Need::Default(value) => format!("{name} (left out: {value})"),
+        };
+        let keys: Vec<String> = kind.keys.iter().map(key).collect();
+        let (word, summary) = (kind.keyword, kind.summary);
+        let _ = writeln!(
+            out,
+            "  kind = \"{word}\": {summary}\n      Keys: {}.\n      Measures: {}",
+            keys.join(", "),
+            kind.measures
+        );
     }
     Some(out)
 }

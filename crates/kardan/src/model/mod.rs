@@ -11,6 +11,7 @@ mod examples;
 mod functions;
 mod json_schema;
 mod keys;
+mod manoeuvres;
 mod manual;
 mod mechanism;
 mod outside;

@@ -49,7 +49,8 @@ impl Document {
         if self.blocks.is_empty() && laws.is_empty() && !formulas {
             return Programs::default();
         }
-        let outside = self.outside(reader, controls.iter().chain(idle));
+        let all: Vec<&ControlSpec> = controls.iter().chain(idle).collect();
+        let outside = self.outside(reader, &all);
         let (programs, tasks) = Blocks::new((reader, self), functions, outside).tasks(&laws, out);
         for (name, task) in tasks {
             let own = controls.iter_mut().filter(|control| control.name == name);
@@ -59,7 +60,7 @@ impl Document {
         programs
     }
 
-    fn outside<'c>(&self, reader: &TableReader<'_>, controls: impl Iterator<Item = &'c ControlSpec>) -> Vec<Outside> {
+    fn outside(&self, reader: &TableReader<'_>, controls: &[&ControlSpec]) -> Vec<Outside> {
         let mut out = vec![Outside { name: "t".into(), read: Read::Time, dimension: Dimension::TIME }];
         let mut add = |name: String, read: Read, dimension: Dimension| out.push(Outside { name, read, dimension });
         for [position, rate] in reader.all_motions() {
@@ -74,7 +75,7 @@ impl Document {
             add(name, read(), dimension);
             add(sensor.name.clone(), read(), dimension);
         }
-        for reference in controls.flat_map(|control| (control.law.references)(&control.values)) {
+        for reference in controls.iter().flat_map(|control| control.law.all_references(&control.values)) {
             let Ok((_, dimension)) = parse_quantity(&format!("1 {}", reference.physical.unit())) else { continue };
             if self.blocks.iter().all(|block| block.name != reference.name) {
                 add(reference.name.clone(), Read::Source(reference.name), dimension);
@@ -84,6 +85,47 @@ impl Document {
             let torque = Dimension::TORQUE;
             let dimension = if disturbance.table.along_masses { torque.along_masses() } else { torque };
             add(disturbance.name.clone(), Read::Source(disturbance.name.clone()), dimension);
+        }
+        out.extend(self.told(reader, controls));
+        out
+    }
+
+    /// What sampled laws tell, by their names: what their observers find, `column.rk.disturbance`, `column.fs.w`, and what they last commanded,
+    /// `column.wg_motor.command`.
+    fn told(&self, reader: &TableReader<'_>, controls: &[&ControlSpec]) -> Vec<Outside> {
+        let sampled = |control: &&&ControlSpec| {
+            control.values.has("sample_time") && self.blocks.iter().all(|block| block.name != control.name)
+        };
+        let mut out = Vec::new();
+        for control in controls.iter().filter(sampled) {
+            let mut add = |name: String, dimension: Dimension| {
+                let name = format!("{}.{name}", control.name);
+                out.push(Outside { read: Read::Source(name.clone()), name, dimension });
+            };
+            for input in (control.law.inputs)(&control.values) {
+                if let Some(element) =
+                    self.elements.iter().find(|element| element.name == input && element.kind.keyword == "motor")
+                {
+                    let torque = Dimension::TORQUE;
+                    add(
+                        format!("{input}.command"),
+                        if element.table.along_masses { torque.along_masses() } else { torque },
+                    );
+                }
+            }
+            if !control.values.has("observer") {
+                continue;
+            }
+            for [position, rate] in reader.all_motions() {
+                let body = SignalName::new(&position).element.to_string();
+                let domain = reader.domain_of(&body);
+                let [of_position, of_rate] = domain.dimensions();
+                let torque = Dimension::TORQUE;
+                let effort = if domain == Domain::Translation { torque.along_masses() } else { torque };
+                add(format!("{body}.disturbance"), effort);
+                add(position, of_position);
+                add(rate, of_rate);
+            }
         }
         out
     }

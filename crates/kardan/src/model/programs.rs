@@ -26,6 +26,8 @@ pub struct Programs {
     pub tasks: Vec<Arc<Task>>,
     /// Functions of time that tasks read, by name.
     pub functions: Vec<(String, Arc<OfTime>)>,
+    /// What sampled laws tell that tasks read, by name: `column.rk.disturbance`.
+    pub told: Vec<(String, Dimension)>,
 }
 
 impl Programs {
@@ -183,7 +185,13 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             (law.control.clone(), Arc::new(task))
         });
         let of_laws = of_laws.collect();
-        (Programs { tasks, functions: std::mem::take(&mut self.used_functions) }, of_laws)
+        (Programs { tasks, functions: std::mem::take(&mut self.used_functions), told: self.told() }, of_laws)
+    }
+
+    /// What was read of sampled laws, sorted.
+    fn told(&self) -> Vec<(String, Dimension)> {
+        let of_law = |name: &String| self.document.controls.iter().any(|law| law.name == SignalName::new(name).element);
+        self.read.iter().filter(|(name, _)| of_law(name)).map(|(name, (_, of))| (name.clone(), *of)).collect()
     }
 
     /// What a law commands; what is wrong is told.
@@ -346,7 +354,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     fn finished(
         &mut self,
         block: &'a BlockTable,
-        (answers, memory, period, reads): (Answers, Memory, Option<Exact>, BTreeSet<String>),
+        (mut answers, memory, period, reads): (Answers, Memory, Option<Exact>, BTreeSet<String>),
         unit: Option<Dimension>,
         out: &mut Vec<Diagnostic>,
     ) -> Option<Made> {
@@ -359,6 +367,9 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             let mistake = Diagnostic::error("unit::dimension", message).at(at, "another unit");
             out.push(mistake.help(format!("write a unit such as {}, or leave `unit` out", found.example())));
             return None;
+        }
+        if let (Some(unit), Some(answer)) = (unit, answers.first_mut()) {
+            answer.2 = unit;
         }
         let varies = |expr: Expr| !self.graph.borrow().symbols(&[expr]).is_empty();
         if memory.iter().any(|(_, start, _)| varies(*start)) {

@@ -7,6 +7,7 @@ use super::composites::with_parts;
 use super::document::{BlockTable, Control, Document, Doubts, Instance, SignalTable};
 use super::examples::example_of;
 use super::keys::named_keys;
+use super::manoeuvres::{check_manoeuvres, leave_made_out, with_manoeuvres};
 use super::parameters::{REMOVE_TOLERANCE, follow, implicit_parameters, read_parameters, refuse_tolerances};
 use super::parse::{Node, check_name, table, value};
 use super::tables;
@@ -16,6 +17,7 @@ use crate::diagnostics::{Diagnostic, Severity, shortened};
 use crate::element;
 use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
 use crate::file::syntax;
+use crate::manoeuvre::{Manoeuvre, Path};
 use crate::names::{SignalName, how_to_hold, nearest_or_alike, stands_still};
 use crate::schema::{Field, Keys, Kind, Sign, Table};
 use crate::signal;
@@ -29,7 +31,8 @@ pub const CONTROL: &[Field] = &[Field::required("law", Kind::Choice(LAWS), "Whic
 pub const SIGNAL: &[Field] = &[Field::required("kind", Kind::Choice(SIGNALS), "Which kind of signal.")];
 
 /// The keywords of [`signal::REGISTRY`]; a test keeps them equal.
-const SIGNALS: &[&str] = &["sine", "chirp", "pulses", "ramp", "multisine", "noise", "table", "expression"];
+const SIGNALS: &[&str] =
+    &["sine", "chirp", "pulses", "ramp", "smooth_step", "sine_with_dwell", "multisine", "noise", "table", "expression"];
 
 /// What tells the kind of a `[block.<name>]`, and what all kinds have; the other keys are those of the kind.
 pub const BLOCK: &[Field] = &[
@@ -110,7 +113,8 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     if broken && entries.is_empty() {
         return (document, mistakes);
     }
-    let entries = &*with_parts(entries);
+    let driven = with_manoeuvres(entries);
+    let entries = &*with_parts(&driven);
     // Two lists: mistakes that leave the equations in doubt and others. Both begin with what is broken, for `table`.
     let broken = mistakes.len();
     let mut study = mistakes.clone();
@@ -123,6 +127,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     document.identification = single(&root, "identification", tables::Identification::FIELDS, &mut study);
     document.bench = single(&root, "bench", tables::Bench::FIELDS, &mut study);
     document.requirements = several(&root, "requirement", tables::Requirement::FIELDS, &mut study);
+    document.figures = several(&root, "figure", tables::Figure::FIELDS, &mut study);
     document.plots = several(&root, "plot", tables::Plot::FIELDS, &mut study);
     let mut following = read_parameters(&root, &mut document, &mut out);
     let tables = several(&root, "variant", tables::Variant::FIELDS, &mut study);
@@ -136,6 +141,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     read_signals(&root, &mut document, &mut study);
     read_blocks(&root, &mut document, &mut study);
     read_tables(&root, &mut document, &mut out);
+    read_manoeuvres(&root, &tables, &document, (&mut out, &mut study));
     check_unique(&document, &mut out);
     check_named_controls(&document, &mut study);
     let is_error = |d: &Diagnostic| d.severity == Severity::Error;
@@ -195,7 +201,7 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
         }
     }
     let mut named = BTreeSet::new();
-    let inputs = ["motor", "disturbance", "voltage_source", "plot", "requirement"];
+    let inputs = ["motor", "disturbance", "voltage_source", "plot", "requirement", "figure"];
     let others = entries.iter().filter(|found| !inputs.contains(&found.key.as_str()));
     others.for_each(|found| texts(&found.entry.value, &mut named));
     if let Some(signals) = entries.table("scenario").and_then(|scenario| scenario.table("signals")) {
@@ -346,6 +352,22 @@ fn read_tables(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnosti
     }
 }
 
+/// Checks manoeuvres and paths, which are other tables already.
+fn read_manoeuvres(
+    root: &Node<'_>,
+    variants: &[Table],
+    document: &Document,
+    (out, study): (&mut Vec<Diagnostic>, &mut Vec<Diagnostic>),
+) {
+    let mut told = Vec::new();
+    let [manoeuvres, paths] = [("manoeuvre", Manoeuvre::FIELDS), ("path", Path::FIELDS)]
+        .map(|(keyword, fields)| named_tables(root, keyword, fields, &mut Doubts::default(), &mut told));
+    let wrong = check_manoeuvres([&manoeuvres, &paths], variants, document, &mut told);
+    let nodes = [manoeuvres, paths].concat();
+    [out, &mut *study].into_iter().for_each(|out| leave_made_out(&nodes, &wrong, out));
+    study.extend(told);
+}
+
 fn read_signals(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     for node in named_tables(root, "signal", SIGNAL, &mut Doubts::default(), out) {
         let what = format!("signal `{}`", shortened(node.name));
@@ -427,7 +449,19 @@ fn reserved(name: &str, document: &Document) -> Option<&'static str> {
 }
 
 /// The study's tables; all others make the equations.
-const STUDY: [&str; 8] = ["scenario", "signal", "requirement", "plot", "analysis", "bench", "identification", "log"];
+const STUDY: [&str; 11] = [
+    "scenario",
+    "signal",
+    "manoeuvre",
+    "path",
+    "requirement",
+    "figure",
+    "plot",
+    "analysis",
+    "bench",
+    "identification",
+    "log",
+];
 
 /// Reports tables that a model file does not have.
 fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>, study: &mut Vec<Diagnostic>) {

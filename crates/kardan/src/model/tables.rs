@@ -1,6 +1,6 @@
 //! The tables of a model beside its elements and laws: header, scenario, requirements, plots, analysis, bench, logs.
 
-use crate::schema::{Sign, choice, keys};
+use crate::schema::{Field, Kind, Sign, choice, keys};
 use crate::units::Dimension;
 
 /// The elements that can hold, by Coulomb friction or otherwise; a test keeps them equal to the registry.
@@ -136,7 +136,7 @@ keys! {
 }
 
 choice! {
-    /// What a requirement measures of a signal.
+    /// What a requirement or a figure measures of a signal.
     Measure {
         /// The largest value in the window.
         Max = "max",
@@ -154,6 +154,8 @@ choice! {
         TimeAtLimit = "time_at_limit",
         /// How far it goes beyond its target, as a part of its way there.
         Overshoot = "overshoot",
+        /// When it enters the band around its target first, s.
+        RiseTime = "rise_time",
         /// When it enters the band around its target for good, s.
         SettlingTime = "settling_time",
         /// Integral of the size of its distance from the target.
@@ -162,6 +164,28 @@ choice! {
         Energy = "energy",
         /// Number of events.
         Events = "events",
+        /// The value at a time.
+        At = "at",
+        /// Its mean over the time.
+        Mean = "mean",
+        /// The largest value less the smallest.
+        PeakToPeak = "peak_to_peak",
+        /// When it is largest, from the begin of the window, s.
+        TimeOfMax = "time_of_max",
+        /// When it is smallest.
+        TimeOfMin = "time_of_min",
+        /// Its slope over another signal where that passes zero rising.
+        Gradient = "gradient",
+        /// The slope of the straight line that fits it best over another signal.
+        Slope = "slope",
+        /// How far its branches of rising and falling `over` are apart where that is zero.
+        Hysteresis = "hysteresis",
+        /// Amplitude at a frequency over that of another signal.
+        Gain = "gain",
+        /// By how much it comes later than another signal at a frequency, s.
+        Lag = "lag",
+        /// The same as an angle of that wave.
+        PhaseLag = "phase_lag",
     }
 }
 
@@ -181,34 +205,123 @@ keys! {
     /// `[[requirement]]`.
     table Requirement {
         required {
-            signal: Signal,
-                "The signal to judge, or an expression of signals, parameters and the time `t`: `cj.phi - cs.phi`, \
-                 `motor.tau * shaft.w`; names with `-` stand in quotes there: `'my-shaft.phi'`.";
-            measure: Choice(Measure::WORDS),
-                "Largest, smallest, largest in size, or last value in the window; `rms`: root of the mean of its \
-                 squares over the time; `ripple`: the same around its mean, what is left of a torque at rest without \
-                 what it holds; `time_at_limit`: how long in the window the motor of this torque or force, or \
-                 the source of this voltage, is at its limit, s. With x the signal, x0 its first value in the window, r the `target`: `overshoot`: the largest \
-                 (x - r)/(r - x0), at least 0; `settling_time`: time from the begin of the window to where |x - r| <= `band` \
-                 for good; `iae`: the integral of |x - r| over the time; `energy`: the integral of a power over the time; \
-                 `events`: number of events of the element of this signal, of all of them for the signal `t`. Between rows \
-                 straight lines are taken; a verdict that this leaves open is told in the notes.";
         }
         optional {
+            signal: Signal,
+                "The signal to judge, or an expression of signals, parameters and the time `t`: `cj.phi - cs.phi`, \
+                 `motor.tau * shaft.w`; names with `-` stand in quotes there: `'my-shaft.phi'`. It is needed with `measure`, or `figure` alone.";
+            measure: Choice(Measure::WORDS) as MEASURE;
+            figure: Text, "The figure to judge, by its name, in place of `signal` and `measure`.";
             below: AnyQuantity, "The measure must be less than this.";
             above: AnyQuantity, "The measure must be more than this.";
-            target: AnyQuantity,
-                "Value that the signal is to reach, of `overshoot`, `settling_time` and `iae`; left out: its last value in the \
-                 window, and zero of `iae`.";
-            band: AnyQuantity,
-                "How near to its target the signal must stay, of `settling_time`: in its unit, or as a part of the way from \
-                 its first value in the window to the target, 0.02.";
-            from: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "Begin of the window.";
-            until: Quantity(Dimension::TIME, Sign::Positive), "End of the window; left out: the end.";
-            variants: Words, "Variants that it applies to; left out: all.";
+            target: AnyQuantity as TARGET;
+            band: AnyQuantity as BAND;
+            over: Signal as OVER;
+            at: Quantity(Dimension::TIME, Sign::NonNegative) as AT;
+            frequency: Quantity(Dimension::FREQUENCY, Sign::Positive) as FREQUENCY;
+            from: Quantity(Dimension::TIME, Sign::NonNegative) as FROM;
+            until: Quantity(Dimension::TIME, Sign::Positive) as UNTIL;
+            variants: Words as OF_VARIANTS;
         }
     }
 }
+
+keys! {
+    /// `[[figure]]`.
+    table Figure {
+        required {
+            name: Name, "Its name; other figures and requirements name it.";
+        }
+        optional {
+            signal: Signal,
+                "The signal that is measured, or an expression of signals, parameters and the time `t`. It is needed with `measure`, or `value` \
+                 alone.";
+            measure: Choice(Measure::WORDS) as MEASURE;
+            value: Signal,
+                "An expression of parameters and of figures that stand before it, in place of `signal` and `measure`: `peak_time * sideslip`.";
+            display: Text, "Unit in which it is told, `deg/s`; left out: the SI unit.";
+            target: AnyQuantity as TARGET;
+            band: AnyQuantity as BAND;
+            over: Signal as OVER;
+            at: Quantity(Dimension::TIME, Sign::NonNegative) as AT;
+            frequency: Quantity(Dimension::FREQUENCY, Sign::Positive) as FREQUENCY;
+            from: Quantity(Dimension::TIME, Sign::NonNegative) as FROM;
+            until: Quantity(Dimension::TIME, Sign::Positive) as UNTIL;
+            variants: Words as OF_VARIANTS;
+        }
+    }
+}
+
+impl Requirement {
+    /// A bound on a measure of a signal.
+    ///
+    /// ```
+    /// use kardan::project::{Measure, Requirement};
+    /// let _ = Requirement::on("axle.w", Measure::Max).below("50 rad/s");
+    /// ```
+    pub fn on(signal: impl Into<String>, measure: impl Into<String>) -> Self {
+        Self::new().signal(signal).measure(measure)
+    }
+}
+
+/// What is measured.
+const MEASURE: Field = Field::optional(
+    "measure",
+    Kind::Choice(Measure::WORDS),
+    "Largest, smallest, largest in size, or last value in the window, or that `at` a time; `mean`, `peak_to_peak`; `rms`: root of the mean of its \
+     squares over the time; `ripple`: the same around its mean, what is left of a torque at rest without \
+     what it holds; `time_of_max`, `time_of_min`: when, from the begin of the window, s; `time_at_limit`: how long in the window the motor of this \
+     torque or force, or the source of this voltage, is at its limit, s. With x the signal, x0 its first value in the window, r the `target`: \
+     `overshoot`: the largest (x - r)/(r - x0), at least 0; `rise_time`, `settling_time`: time from the begin of the window to where |x - r| <= `band` \
+     first, or for good; `iae`: the integral of |x - r| over the time; `energy`: the integral of a power over the time; \
+     `events`: number of events of the element of this signal, of all of them for the signal `t`. With y the signal `over`: `gradient`: dx/dy \
+     where y passes zero rising, the mean of all passages; `slope`: that of the straight line that fits x over y best; `hysteresis`: how far \
+     x where y falls through zero is from x where it rises, means of all passages; `gain`, `lag`, `phase_lag`: by what the waves of the \
+     `frequency` in x and y differ, fitted by least squares with their means over the last whole periods of the window: ratio of amplitudes, and how \
+     much later x is, in time (at most half a period either way) or as an angle. Between rows straight lines are taken; a verdict that this leaves \
+     open is told in the notes.",
+);
+
+const TARGET: Field = Field::optional(
+    "target",
+    Kind::AnyQuantity,
+    "Value that the signal is to reach, of `overshoot`, `rise_time`, `settling_time` and `iae`; left out: its last value in the \
+     window, and zero of `iae`.",
+);
+
+const BAND: Field = Field::optional(
+    "band",
+    Kind::AnyQuantity,
+    "How near to its target the signal must come, of `rise_time` and `settling_time`: in its unit, or as a part of the way from \
+     its first value in the window to the target, 0.02.",
+);
+
+const OVER: Field = Field::optional(
+    "over",
+    Kind::Signal,
+    "The other signal of `gradient`, `slope`, `hysteresis`, `gain`, `lag` and `phase_lag`, or an expression.",
+);
+
+const AT: Field =
+    Field::optional("at", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "When, of the measure `at`.");
+
+const FREQUENCY: Field = Field::optional(
+    "frequency",
+    Kind::Quantity(Dimension::FREQUENCY, Sign::Positive),
+    "Waves in a second, of `gain`, `lag` and `phase_lag`.",
+);
+
+const FROM: Field =
+    Field::with_default("from", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "0 s", "Begin of the window.");
+
+const UNTIL: Field =
+    Field::optional("until", Kind::Quantity(Dimension::TIME, Sign::Positive), "End of the window; left out: the end.");
+
+const OF_VARIANTS: Field = Field::optional(
+    "variants",
+    Kind::Words,
+    "Variants that it applies to, a `[[variant]]` with all values of `[variants]`; left out: all.",
+);
 
 keys! {
     /// `[[variant]]`.
@@ -220,6 +333,9 @@ keys! {
             set: Overrides,
                 "Parameter values that make it: { step = \"1 rad\", friction = \"0 N m\" }; left out: those of the \
                  file.";
+            manoeuvre: Text,
+                "The manoeuvre that it drives, `[manoeuvre.NAME]`: its length, its signal, its parameter values, its figures and criteria. Where a \
+                 file has manoeuvres and no variant, each manoeuvre is one.";
             controls: Words,
                 "The controllers that are in the loop; left out: all. So controllers for the same motors can be \
                  compared.";

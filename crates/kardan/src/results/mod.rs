@@ -295,6 +295,21 @@ pub struct RequirementResult {
     pub passed: bool,
 }
 
+/// A figure of the model file: a number of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct FigureResult {
+    /// Its name.
+    pub name: String,
+    /// What it is, in words: `gain car.yaw_rate over wheel.phi at 0.2 Hz`.
+    pub text: String,
+    /// Its value, SI; `None` if the run has none.
+    pub value: Option<f64>,
+    /// Its SI unit.
+    pub unit: String,
+    /// The unit in which the file wants it told, where that is another one.
+    pub display: Option<DisplayUnit>,
+}
+
 /// What a run asked of a motor that has limits.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MotorStrain {
@@ -461,6 +476,8 @@ pub struct Run {
     pub outcome: Outcome,
     /// The model file's requirements.
     pub requirements: Vec<RequirementResult>,
+    /// Its figures.
+    pub figures: Vec<FigureResult>,
     /// What the reader must know, such as a split between parallel friction elements that is not unique.
     pub notes: Vec<String>,
     /// What speaks against its numbers, such as an energy balance that does not close.

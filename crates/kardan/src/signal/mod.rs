@@ -11,6 +11,8 @@ mod noise;
 mod pulses;
 mod ramp;
 mod sine;
+mod sine_with_dwell;
+mod smooth_step;
 mod table;
 
 pub use chirp::Chirp;
@@ -21,6 +23,8 @@ pub use noise::Noise;
 pub use pulses::Pulses;
 pub use ramp::Ramp;
 pub use sine::Sine;
+pub use sine_with_dwell::SineWithDwell;
+pub use smooth_step::SmoothStep;
 pub use table::TableSignal;
 
 /// All kinds of signals.
@@ -29,6 +33,8 @@ pub const REGISTRY: &[SignalKind] = &[
     chirp::CHIRP,
     pulses::PULSES,
     ramp::RAMP,
+    smooth_step::SMOOTH_STEP,
+    sine_with_dwell::SINE_WITH_DWELL,
     multisine::MULTISINE,
     noise::NOISE,
     table::TABLE,

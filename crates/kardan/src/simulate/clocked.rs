@@ -9,7 +9,7 @@ use super::{Scenario, SensorFault, SensorFaultKind, UnitFault, UnitFaultKind};
 use crate::names::SignalName;
 use crate::num::{Keeper, Random};
 use crate::reduce::{Dynamics, Reduced, Work};
-use crate::synthesis::{Clock, Kept, Law, Running, Seen};
+use crate::synthesis::{Clock, Kept, Law, Running, Seen, Told};
 
 /// Parts of a sample time within which two instants are one.
 const SAME: f64 = 1e-9;
@@ -192,6 +192,14 @@ impl Clocked {
         keeper.flag(&mut self.down);
         self.tally.keep(keeper);
         self.running.keep(keeper);
+    }
+
+    /// What its law tells blocks.
+    pub fn told(&self, what: Told) -> f64 {
+        match what {
+            Told::State(k) => self.states[k],
+            Told::Command(k) => self.queue.back().map_or(&self.held, |(_, command)| command)[k],
+        }
     }
 
     /// Sets the law's states at the start of a run.

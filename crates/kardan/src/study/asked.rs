@@ -1,7 +1,8 @@
 //! What a study asks for: requirements, plots, accuracy.
 
 use super::Requirement;
-use super::computed::{Asked, POWER, asked, reference};
+use super::computed::{Asked, POWER, asked, kind_of, reference};
+use super::figure::{Figure, FigureOf, figure_dimension};
 use super::known::Known;
 use super::measure::Band;
 use super::read::{physical_dimension, quantity, read_scalar, read_word, read_words};
@@ -10,11 +11,12 @@ use super::spectrum::LEAST_ROWS;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
 use crate::model::tables::Measure;
-use crate::model::{Document, TableReader, wrong_dimension};
+use crate::model::{Document, TableReader, VariantSettings, wrong_dimension};
+use crate::names::unknown_name;
 use crate::results::{DisplayUnit, Physical, Plot, PlotUnit, PlottedReference, Span};
 use crate::schema::{Placed, Scalar as Written, Sign, Table};
 use crate::simulate::Tolerance;
-use crate::units::{Dimension, Exact, unit_as_written};
+use crate::units::{Dimension, Exact, Expression, UnitError, unit_as_written};
 
 pub(super) fn known_variants(
     table: &Table,
@@ -25,7 +27,9 @@ pub(super) fn known_variants(
 ) -> Vec<String> {
     let words = read_words(table, "variants");
     let doubts = &known.document.doubts;
-    for word in words.iter().filter(|word| !names.contains(&word.value) && !doubts.variants && !doubts.all) {
+    let named = |word: &str| known.document.named_variants.iter().any(|variant| variant.name.value == word);
+    let there = |word: &str| names.iter().any(|name| name == word) || named(word);
+    for word in words.iter().filter(|word| !there(&word.value) && !doubts.variants && !doubts.all) {
         let there: Vec<&str> = names.iter().map(String::as_str).filter(|name| !name.is_empty()).collect();
         let help = match nearest(&word.value, there.iter().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
@@ -35,15 +39,156 @@ pub(super) fn known_variants(
         let message = format!("{what}: there is no variant `{}`", shortened(&word.value));
         out.push(Diagnostic::error("name::unknown", message).at(word.place.clone(), "no such variant").help(help));
     }
-    words.iter().map(|word| word.value.clone()).collect()
+    // A `[[variant]]` stands for its runs with all values of `[variants]`.
+    let runs = |word: &Placed<String>| -> Vec<String> {
+        let own = |name: &&String| name.strip_prefix(word.value.as_str()).is_some_and(|rest| rest.starts_with('_'));
+        match names.contains(&word.value) || !named(&word.value) {
+            true => vec![word.value.clone()],
+            false => names.iter().filter(own).cloned().collect(),
+        }
+    };
+    words.iter().flat_map(runs).collect()
 }
 
-pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagnostic>) -> Vec<Requirement> {
+/// Figures and requirements, each in the order of the file.
+pub(super) fn figures_and_requirements(
+    known: &Known<'_>,
+    variants: &[VariantSettings],
+    out: &mut Vec<Diagnostic>,
+) -> (Vec<Figure>, Vec<Requirement>) {
+    let duration = |variant: &VariantSettings| {
+        let reader = TableReader::new(known.document, &variant.settings);
+        let duration = quantity(&reader, &known.document.scenario, "duration", TIME, "", &mut Vec::new());
+        (variant.name.clone(), duration.map_or(f64::INFINITY, |x| x.to_f64()))
+    };
+    let ends: Vec<(String, f64)> = variants.iter().map(duration).collect();
+    let names: Vec<String> = ends.iter().map(|(name, _)| name.clone()).collect();
     let reader = &TableReader::new(known.document, &[]);
-    let duration = quantity(reader, &known.document.scenario, "duration", TIME, "", &mut Vec::new());
-    let end = duration.map_or(f64::INFINITY, |x| x.to_f64());
-    let asked = Requirements { known, reader, variants, end };
-    known.document.requirements.iter().filter_map(|table| asked.read(table, out)).collect()
+    let reading = Measuring { known, reader, variants: &names, ends: &ends };
+    let mut figures = Vec::new();
+    for table in &known.document.figures {
+        let found = figure(&reading, table, &figures, out);
+        figures.extend(found);
+    }
+    let requirements = known.document.requirements.iter().filter_map(|table| reading.bounded(table, &figures, out));
+    let requirements = requirements.collect();
+    (figures, requirements)
+}
+
+/// A number of each run that a table asks for; what is wrong with it is reported.
+fn figure(reading: &Measuring<'_>, table: &Table, before: &[Figure], out: &mut Vec<Diagnostic>) -> Option<Figure> {
+    let name = read_word(table, "name")?.to_string();
+    let what = format!("figure `{name}`");
+    let place = TableReader::place(table, "name");
+    if let Some(reason) = taken(&name, before, reading.known) {
+        let message = format!("there is {reason} `{name}` already");
+        let help = "give each figure a name of its own: expressions of figures name parameters too";
+        out.push(Diagnostic::error("name::duplicate", message).at(place.clone(), "again here").help(help));
+    }
+    let variants = known_variants(table, reading.variants, reading.known, &what, out);
+    let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
+    if !here("value") {
+        let found = reading.measure(table, &variants, &what, out)?;
+        let (measure, dimension) = found;
+        let display = told_in(table, dimension, &what, out);
+        let unit = measure.unit.clone();
+        return Some(Figure { name, of: FigureOf::Measure(Box::new(measure)), dimension, unit, display, variants });
+    }
+    reading.alone(table, "value", &what, out);
+    let text = read_word(table, "value")?.to_string();
+    let place = TableReader::place(table, "value");
+    let dimension = dimension_of(&text, before, reading.known, (&what, &place), out)?;
+    let display = told_in(table, dimension, &what, out);
+    Some(Figure {
+        name,
+        of: FigureOf::Value(text),
+        dimension,
+        unit: unit_of(Measure::Final, dimension),
+        display,
+        variants,
+    })
+}
+
+/// What has the name of a figure already.
+fn taken(name: &str, before: &[Figure], known: &Known<'_>) -> Option<&'static str> {
+    let is_parameter = || known.document.parameters.iter().any(|parameter| parameter.name == name);
+    match name {
+        _ if before.iter().any(|other| other.name == name) => Some("a figure"),
+        "pi" => Some("a number"),
+        _ => is_parameter().then_some("a parameter"),
+    }
+}
+
+/// The dimension of an expression of figures and parameters; what is wrong with it is reported.
+fn dimension_of(
+    text: &str,
+    before: &[Figure],
+    known: &Known<'_>,
+    (what, place): (&str, &Place),
+    out: &mut Vec<Diagnostic>,
+) -> Option<Dimension> {
+    let told = |error: UnitError| {
+        let at = place.part(text, error.span);
+        let told = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
+        Diagnostic { help: error.help, ..told }
+    };
+    let law = Expression::parse_law(text).map_err(|error| out.push(told(error))).ok()?;
+    let reader = TableReader::new(known.document, &[]);
+    let there = |name: &str| before.iter().any(|figure| figure.name == name) || reader.exact_value(name).is_some();
+    if let Some(name) = law.names().into_iter().find(|name| !there(name)) {
+        let later = |table: &Table| read_word(table, "name") == Some(name);
+        if known.document.doubts.has_key(name) || known.document.figures.iter().any(later) && doubtful(name, known) {
+            return None;
+        }
+        let help = match known.document.figures.iter().any(later) {
+            true => format!("write `[[figure]]` of `{name}` above it"),
+            false => match nearest(name, before.iter().map(|figure| figure.name.as_str())) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => {
+                    "name figures that stand before it, and parameters; a signal is measured by a figure of its own"
+                        .to_string()
+                }
+            },
+        };
+        let at = place.part(text, law.place_of(name).unwrap_or(0..text.len()));
+        let message = format!("{what}: no figure before it and no parameter has the name `{}`", shortened(name));
+        out.push(Diagnostic::error("name::unknown", message).at(at, "no such figure").help(help));
+        return None;
+    }
+    match figure_dimension(&law, before, &|name| reader.exact_value(name)) {
+        Ok(dimension) => Some(dimension),
+        Err(error) => {
+            out.push(told(error));
+            None
+        }
+    }
+}
+
+/// Whether a figure could not be read, which is told.
+fn doubtful(name: &str, known: &Known<'_>) -> bool {
+    let named = |table: &&Table| read_word(table, "name") == Some(name);
+    known.document.figures.iter().find(named).is_some_and(|table| !table.unread.is_empty())
+}
+
+/// The unit in which a figure is told.
+fn told_in(table: &Table, dimension: Dimension, what: &str, out: &mut Vec<Diagnostic>) -> Option<DisplayUnit> {
+    let text = read_word(table, "display")?.trim();
+    let place = TableReader::place(table, "display");
+    let Some((unit, size, found)) = unit_as_written(&format!("1 {text}")).map(|(_, size, found)| (text, size, found))
+    else {
+        let message = format!("{what}: `{}` is no unit", shortened(text));
+        let help = "write a unit such as `deg`, `deg/s` or `mN m`";
+        out.push(Diagnostic::error("unit::unknown", message).at(place, "no unit").help(help));
+        return None;
+    };
+    if !dimension.is_like(&found) {
+        let message = format!("{what}: `{}` is {}, and it is {}", shortened(text), found.noun(), dimension.noun());
+        let help = format!("write a unit such as {}", dimension.example());
+        out.push(Diagnostic::error("unit::dimension", message).at(place, "another quantity").help(help));
+        return None;
+    }
+    let size = size.to_f64();
+    (size != 1.0 || unit != dimension.si()).then(|| DisplayUnit { unit: unit.into(), size })
 }
 
 /// A time that is zero or more.
@@ -51,37 +196,30 @@ const TIME: (Dimension, Sign) = (Dimension::TIME, Sign::NonNegative);
 /// The table of a requirement in messages.
 const REQUIREMENT: &str = "`[[requirement]]`";
 
-/// What the tables of requirements are read with.
-struct Requirements<'a> {
+/// What the tables of requirements and figures are read with.
+struct Measuring<'a> {
     known: &'a Known<'a>,
     reader: &'a TableReader<'a>,
     variants: &'a [String],
-    /// The end of a run, s.
-    end: f64,
+    /// The ends of the runs, s, by their names.
+    ends: &'a [(String, f64)],
 }
 
-impl Requirements<'_> {
-    fn read(&self, table: &Table, out: &mut Vec<Diagnostic>) -> Option<Requirement> {
+impl Measuring<'_> {
+    /// A requirement.
+    fn bounded(&self, table: &Table, figures: &[Figure], out: &mut Vec<Diagnostic>) -> Option<Requirement> {
         let (known, document) = (self.known, self.known.document);
         let variants = known_variants(table, self.variants, known, REQUIREMENT, out);
-        check_keys(table, document, out);
-        let signal = read_word(table, "signal");
-        let place = TableReader::place(table, "signal");
-        let found = signal.and_then(|name| asked(name, &place, known, REQUIREMENT, out));
-        let (from, until) = (self.number(table, "from", TIME, out), self.number(table, "until", TIME, out));
-        let measure = read_word(table, "measure").and_then(Measure::of);
-        if let (Some(Measure::TimeAtLimit), Some(name), Some(_)) = (measure, signal, &found) {
-            check_limited(name, &place, document, out);
-        }
-        check_measure_keys(table, measure, out);
-        let dimension = found.as_ref().zip(measure).and_then(|(found, measure)| {
-            check_power(found, measure, &place, out);
-            measured_dimension(measure, found.dimension)
-        });
-        let bounds = dimension.map(|dimension| ["below", "above"].map(|key| self.like(table, key, dimension, out)));
-        let target = found.as_ref().and_then(|found| self.like(table, "target", found.dimension, out));
-        let band = found.as_ref().and_then(|found| self.band(table, found.dimension, out));
-        self.check_window(table, from.unwrap_or_default(), until, out);
+        check_bounds(table, out);
+        let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
+        let judged = match here("figure") {
+            true => self.figure(table, figures, out),
+            false => self.measure(table, &variants, REQUIREMENT, out),
+        };
+        let bounds = judged
+            .as_ref()
+            .map(|(_, dimension)| ["below", "above"].map(|key| self.like(table, key, *dimension, REQUIREMENT, out)));
+        check_varied(table, document, &["below", "above"], REQUIREMENT, out);
         if let Some([Some(below), Some(above)]) = bounds
             && above >= below
         {
@@ -92,22 +230,109 @@ impl Requirements<'_> {
                     .help("let `above` be less than `below`, or write two requirements"),
             );
         }
-        let ([below, above], signal, measure) = (bounds?, signal?.into(), measure?);
+        let ((measure, dimension), [below, above]) = (judged?, bounds?);
+        let told = measure.figure.is_some() || dimension == measure.dimension;
+        let display = told.then(|| self.unit_of_bounds(table, dimension)).flatten().or(measure.display.clone());
+        Some(Requirement { below, above, display, variants, ..measure })
+    }
+
+    /// What a requirement on a figure judges.
+    fn figure(&self, table: &Table, figures: &[Figure], out: &mut Vec<Diagnostic>) -> Option<(Requirement, Dimension)> {
+        self.alone(table, "figure", REQUIREMENT, out);
+        let name = read_word(table, "figure")?;
+        let Some(found) = figures.iter().find(|figure| figure.name == name) else {
+            if self.known.document.figures.iter().any(|table| read_word(table, "name") == Some(name)) {
+                return None;
+            }
+            let names = figures.iter().map(|figure| figure.name.as_str());
+            let help = match figures {
+                [] => "the model has no `[[figure]]`".to_string(),
+                _ => unknown_name(name, names),
+            };
+            let message = format!("{REQUIREMENT}: there is no figure `{}`", shortened(name));
+            let place = TableReader::place(table, "figure");
+            out.push(Diagnostic::error("name::unknown", message).at(place, "no such figure").help(help));
+            return None;
+        };
+        let judged = Requirement {
+            figure: Some(name.into()),
+            unit: found.unit.clone(),
+            display: found.display.clone(),
+            dimension: found.dimension,
+            ..Requirement::default()
+        };
+        Some((judged, found.dimension))
+    }
+
+    /// Tells of keys beside one that says all.
+    fn alone(&self, table: &Table, key: &'static str, what: &str, out: &mut Vec<Diagnostic>) {
+        let measuring = ["signal", "measure", "over", "at", "frequency", "target", "band", "from", "until"];
+        for other in measuring.into_iter().filter(|key| table.values.contains_key(key)) {
+            let message = format!("{what}: `{other}` says nothing beside `{key}`");
+            let place = TableReader::place(table, other);
+            let help = format!("remove it, or write `signal` and `measure` in place of `{key}`");
+            out.push(Diagnostic::error("requirement::key", message).at(place, "not used").help(help));
+        }
+    }
+
+    /// What is measured, and its dimension.
+    fn measure(
+        &self,
+        table: &Table,
+        variants: &[String],
+        what: &str,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<(Requirement, Dimension)> {
+        let (known, document) = (self.known, self.known.document);
+        check_named(table, what, out);
+        check_varied(table, document, &["target", "band", "at", "frequency", "from", "until"], what, out);
+        let asked_as = |key: &str, out: &mut Vec<Diagnostic>| {
+            let place = TableReader::place(table, key);
+            read_word(table, key).and_then(|name| asked(name, &place, known, what, out))
+        };
+        let signal = read_word(table, "signal");
+        let place = TableReader::place(table, "signal");
+        let (found, over) = (asked_as("signal", out), asked_as("over", out));
+        let (from, until) = (self.number(table, "from", TIME, what, out), self.number(table, "until", TIME, what, out));
+        let at = self.number(table, "at", TIME, what, out);
+        let frequency = self.number(table, "frequency", (Dimension::FREQUENCY, Sign::Positive), what, out);
+        let measure = read_word(table, "measure").and_then(Measure::of);
+        if let (Some(Measure::TimeAtLimit), Some(name), Some(_)) = (measure, signal, &found) {
+            check_limited(name, &place, document, what, out);
+        }
+        check_measure_keys(table, measure, what, out);
+        let dimension = found.as_ref().zip(measure).and_then(|(found, measure)| {
+            check_power(found, measure, &place, what, out);
+            measured_dimension(measure, found.dimension, over.as_ref().map(|over| over.dimension))
+        });
+        let target = found.as_ref().and_then(|found| self.like(table, "target", found.dimension, what, out));
+        let band = found.as_ref().and_then(|found| self.band(table, found.dimension, what, out));
+        self.check_window(table, (from.unwrap_or_default(), until, at), (variants, what), out);
+        let (signal, measure, found, dimension) = (signal?.into(), measure?, found?, dimension?);
         let (from, until) = (from.unwrap_or_default(), until.unwrap_or(f64::INFINITY));
-        let (found, dimension) = (found?, dimension?);
         let own = dimension == found.dimension;
-        let display = own.then(|| self.unit_of_bounds(table, found.physical)).flatten();
-        let unit = if own { found.physical.unit().to_string() } else { unit_of(measure, dimension) };
-        Some(Requirement { signal, measure, unit, target, band, display, below, above, from, until, variants })
+        let told = own && dimension != Dimension::FREQUENCY;
+        let unit = if told { found.physical.unit().to_string() } else { unit_of(measure, dimension) };
+        let over = over.map(|over| over.name);
+        let (dimension_of_signal, none) = (found.dimension, Requirement::default());
+        let measured = Requirement { signal, measure, over, at, frequency, unit, target, band, from, until, ..none };
+        Some((Requirement { dimension: dimension_of_signal, ..measured }, dimension))
     }
 
     /// A value of a dimension; of one without a name angles are not counted.
-    fn like(&self, table: &Table, key: &str, expected: Dimension, out: &mut Vec<Diagnostic>) -> Option<f64> {
+    fn like(
+        &self,
+        table: &Table,
+        key: &str,
+        expected: Dimension,
+        what: &str,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<f64> {
         if expected.word().is_some() {
-            return self.number(table, key, (expected, Sign::Any), out);
+            return self.number(table, key, (expected, Sign::Any), what, out);
         }
         let scalar = read_scalar(table, key)?;
-        let label = format!("`{key}` of {REQUIREMENT}");
+        let label = format!("`{key}` of {what}");
         let (value, found) = self.reader.scalar(&scalar, None, &label, out)?;
         if !expected.is_like(&found) {
             out.push(wrong_dimension(&label, expected, found, scalar.place));
@@ -117,9 +342,9 @@ impl Requirements<'_> {
     }
 
     /// How near to its target a signal must stay: in its unit, or a part of its way.
-    fn band(&self, table: &Table, dimension: Dimension, out: &mut Vec<Diagnostic>) -> Option<Band> {
+    fn band(&self, table: &Table, dimension: Dimension, what: &str, out: &mut Vec<Diagnostic>) -> Option<Band> {
         let scalar = read_scalar(table, "band")?;
-        let label = format!("`band` of {REQUIREMENT}");
+        let label = format!("`band` of {what}");
         let (value, found) = self.reader.scalar(&scalar, None, &label, out)?;
         if value.signum() <= 0 {
             let message = format!("{label} must be more than zero");
@@ -139,23 +364,48 @@ impl Requirements<'_> {
     }
 
     /// The unit of the bounds as the file writes it, `None` if it is the SI unit.
-    fn unit_of_bounds(&self, table: &Table, physical: Physical) -> Option<DisplayUnit> {
+    fn unit_of_bounds(&self, table: &Table, dimension: Dimension) -> Option<DisplayUnit> {
         let text = ["below", "above"].into_iter().find_map(|key| table.written.get(key))?;
         let named = || self.known.document.all_parameters().find(|parameter| &parameter.name == text);
         let text = named().map_or(text, |parameter| &parameter.text);
-        display_unit(unit_as_written(text)?, physical)
+        let (unit, size, found) = unit_as_written(text)?;
+        let size = size.to_f64();
+        (dimension.is_like(&found) && size != 1.0).then(|| DisplayUnit { unit: unit.into(), size })
     }
 
-    fn number(&self, table: &Table, key: &str, expected: (Dimension, Sign), out: &mut Vec<Diagnostic>) -> Option<f64> {
-        quantity(self.reader, table, key, expected, REQUIREMENT, out).map(|x| x.to_f64())
+    fn number(
+        &self,
+        table: &Table,
+        key: &str,
+        expected: (Dimension, Sign),
+        what: &str,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<f64> {
+        quantity(self.reader, table, key, expected, what, out).map(|x| x.to_f64())
     }
 
-    /// Tells of a window in which no time is left.
-    fn check_window(&self, table: &Table, begin: f64, until: Option<f64>, out: &mut Vec<Diagnostic>) {
-        let end = until.unwrap_or(f64::INFINITY).min(self.end);
+    /// Tells of a window in which no time is left in any of its runs.
+    fn check_window(
+        &self,
+        table: &Table,
+        (begin, until, at): (f64, Option<f64>, Option<f64>),
+        (variants, what): (&[String], &str),
+        out: &mut Vec<Diagnostic>,
+    ) {
+        let own = self.ends.iter().filter(|(name, _)| variants.is_empty() || variants.contains(name));
+        let last = own.map(|(_, end)| *end).reduce(f64::max).unwrap_or(f64::INFINITY);
+        let end = until.unwrap_or(f64::INFINITY).min(last);
+        if let Some(at) = at.filter(|at| *at > last) {
+            let message = format!("{what}: `at` is {at} s, and the run ends at {last} s");
+            out.push(
+                Diagnostic::error("requirement::window", message)
+                    .at(TableReader::place(table, "at"), "after the end")
+                    .help("let `at` come before the end of the run (`duration`)"),
+            );
+        }
         if begin > end {
             let (key, other) = if until.is_some_and(|until| until <= end) { ("until", end) } else { ("from", end) };
-            let message = format!("{REQUIREMENT}: the window is empty: it begins at {begin} s and ends at {other} s");
+            let message = format!("{what}: the window is empty: it begins at {begin} s and ends at {other} s");
             out.push(
                 Diagnostic::error("requirement::window", message)
                     .at(TableReader::place(table, key), "no time is left")
@@ -167,26 +417,47 @@ impl Requirements<'_> {
 
 const BAND_HELP: &str = "write a part of the way to the target, `band = 0.02`, or a size in the unit of the signal";
 
-/// The dimension of a measure; nothing of a power that is none.
-fn measured_dimension(measure: Measure, signal: Dimension) -> Option<Dimension> {
+/// The dimension of a measure; nothing of a power that is none, and of what lacks its other signal.
+fn measured_dimension(measure: Measure, signal: Dimension, over: Option<Dimension>) -> Option<Dimension> {
     match measure {
-        Measure::TimeAtLimit | Measure::SettlingTime => Some(Dimension::TIME),
+        Measure::TimeAtLimit | Measure::RiseTime | Measure::SettlingTime | Measure::TimeOfMax | Measure::TimeOfMin => {
+            Some(Dimension::TIME)
+        }
+        Measure::Lag => over.map(|_| Dimension::TIME),
+        Measure::PhaseLag => over.map(|_| Dimension::ANGLE),
         Measure::Overshoot | Measure::Events => Some(Dimension::NONE),
         Measure::Iae => signal.times(&Dimension::TIME, 1),
         Measure::Energy => POWER.is_like(&signal).then_some(Dimension::TORQUE),
-        Measure::Max | Measure::Min | Measure::MaxAbs | Measure::Final | Measure::Rms | Measure::Ripple => Some(signal),
+        Measure::Gradient | Measure::Slope | Measure::Gain => {
+            signal.times(&over?, -1).map(|quotient| kind_of(quotient).1)
+        }
+        Measure::Hysteresis => over.map(|_| signal),
+        Measure::Max
+        | Measure::Min
+        | Measure::MaxAbs
+        | Measure::Final
+        | Measure::Rms
+        | Measure::Ripple
+        | Measure::At
+        | Measure::Mean
+        | Measure::PeakToPeak => Some(signal),
     }
 }
 
 fn unit_of(measure: Measure, dimension: Dimension) -> String {
-    if measure == Measure::Energy { Physical::Energy.unit().to_string() } else { dimension.si() }
+    match measure {
+        Measure::Energy => Physical::Energy.unit().to_string(),
+        // What is divided by a time is no frequency.
+        _ if dimension == Dimension::FREQUENCY => "1/s".to_string(),
+        _ => dimension.si(),
+    }
 }
 
 /// Tells of an energy that is asked of what is no power.
-fn check_power(found: &Asked, measure: Measure, place: &Place, out: &mut Vec<Diagnostic>) {
+fn check_power(found: &Asked, measure: Measure, place: &Place, what: &str, out: &mut Vec<Diagnostic>) {
     if measure == Measure::Energy && !POWER.is_like(&found.dimension) {
         let message = format!(
-            "{REQUIREMENT}: an energy is the integral of a power, and `{}` is {}",
+            "{what}: an energy is the integral of a power, and `{}` is {}",
             shortened(&found.name),
             found.dimension.noun()
         );
@@ -198,33 +469,67 @@ fn check_power(found: &Asked, measure: Measure, place: &Place, out: &mut Vec<Dia
     }
 }
 
+/// What measures of one signal over another one need and take beyond the others.
+fn needs(measure: Measure) -> &'static [(&'static str, &'static str)] {
+    const OVER: (&str, &str) = ("over", "name the other signal, `over = \"car.a_y\"`");
+    const FREQUENCY: (&str, &str) = ("frequency", "write that of the wave, `frequency = \"0.2 Hz\"`");
+    match measure {
+        Measure::RiseTime | Measure::SettlingTime => &[("band", BAND_HELP)],
+        Measure::At => &[("at", "write the time, `at = \"1.5 s\"`")],
+        Measure::Gradient | Measure::Slope | Measure::Hysteresis => &[OVER],
+        Measure::Gain | Measure::Lag | Measure::PhaseLag => &[OVER, FREQUENCY],
+        _ => &[],
+    }
+}
+
 /// Tells of keys that a measure needs, and of those that say nothing for it.
-fn check_measure_keys(table: &Table, measure: Option<Measure>, out: &mut Vec<Diagnostic>) {
+fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: &mut Vec<Diagnostic>) {
     let Some(measure) = measure else { return };
     let word = measure.word();
     let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
-    if measure == Measure::SettlingTime && !here("band") {
-        let message = format!("{REQUIREMENT}: `{word}` needs the key `band`");
+    for (key, help) in needs(measure).iter().filter(|(key, _)| !here(key)) {
+        let message = format!("{what}: `{word}` needs the key `{key}`");
         let place = TableReader::place(table, "measure");
-        out.push(Diagnostic::error("key::missing", message).at(place, "`band` is missing").help(BAND_HELP));
+        out.push(
+            Diagnostic::error("key::missing", message).at(place, format!("`{key}` is missing")).help(help.to_string()),
+        );
     }
     let takes = |key: &str| match key {
-        "target" => matches!(measure, Measure::Overshoot | Measure::SettlingTime | Measure::Iae),
-        _ => measure == Measure::SettlingTime,
+        "target" => matches!(measure, Measure::Overshoot | Measure::RiseTime | Measure::SettlingTime | Measure::Iae),
+        "from" | "until" => measure != Measure::At,
+        _ => needs(measure).iter().any(|(needed, _)| *needed == key),
     };
-    for key in ["target", "band"].into_iter().filter(|key| here(key) && !takes(key)) {
-        let message = format!("{REQUIREMENT}: `{key}` says nothing for the measure `{word}`");
+    let all = ["target", "band", "over", "at", "frequency", "from", "until"];
+    for key in all.into_iter().filter(|key| here(key) && !takes(key)) {
+        let message = format!("{what}: `{key}` says nothing for the measure `{word}`");
         let help = match key {
-            "target" => "remove it, or measure `overshoot`, `settling_time` or `iae`",
-            _ => "remove it, or measure `settling_time`",
+            "target" => "remove it, or measure `overshoot`, `rise_time`, `settling_time` or `iae`",
+            "band" => "remove it, or measure `rise_time` or `settling_time`",
+            "at" => "remove it, or measure `at`",
+            "over" => "remove it, or measure `gradient`, `slope`, `hysteresis`, `gain`, `lag` or `phase_lag`",
+            "frequency" => "remove it, or measure `gain`, `lag` or `phase_lag`",
+            _ => "remove it: the value at a time has no window",
         };
         let place = TableReader::place(table, key);
         out.push(Diagnostic::error("requirement::key", message).at(place, "not used").help(help));
     }
 }
 
-/// Tells of a requirement without a bound, and of one that differs between the variants.
-fn check_keys(table: &Table, document: &Document, out: &mut Vec<Diagnostic>) {
+/// Tells of a table that does not say what is measured.
+fn check_named(table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
+    let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
+    let other = if what == REQUIREMENT { "figure" } else { "value" };
+    for (key, example) in [("signal", "rk.phi"), ("measure", "max_abs")].into_iter().filter(|(key, _)| !here(key)) {
+        out.push(
+            Diagnostic::error("key::missing", format!("{what} needs the key `{key}`"))
+                .at(table.place.clone(), format!("`{key}` is missing"))
+                .help(format!("add `{key} = \"{example}\"`, or `{other}` in place of `signal` and `measure`")),
+        );
+    }
+}
+
+/// Tells of a requirement without a bound.
+fn check_bounds(table: &Table, out: &mut Vec<Diagnostic>) {
     let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
     if !here("below") && !here("above") {
         out.push(
@@ -233,22 +538,32 @@ fn check_keys(table: &Table, document: &Document, out: &mut Vec<Diagnostic>) {
                 .help("add `below = \"...\"`, `above = \"...\"` or both"),
         );
     }
-    for key in ["below", "above", "target", "band", "from", "until"] {
-        if let Some(Placed { value: Written::Parameter(name), place }) = read_scalar(table, key)
-            && document.is_varied(&name)
-        {
-            let message = format!("`{key}` of {REQUIREMENT}: `{name}` differs between the variants");
+}
+
+/// Tells of values that differ between the variants.
+fn check_varied(table: &Table, document: &Document, keys: &[&str], what: &str, out: &mut Vec<Diagnostic>) {
+    for key in keys {
+        let Some(Placed { value, place }) = read_scalar(table, key) else { continue };
+        let names: Vec<String> = match value {
+            Written::Parameter(name) => vec![name],
+            Written::Expression(read) => read.names().into_iter().map(str::to_string).collect(),
+            _ => Vec::new(),
+        };
+        if let Some(name) = names.into_iter().find(|name| document.is_varied(name)) {
             out.push(
-                Diagnostic::error("requirement::varied", message)
-                    .at(place, "a varied parameter")
-                    .help("write a number, and one requirement for each variant: `variants = [...]`"),
+                Diagnostic::error(
+                    "requirement::varied",
+                    format!("`{key}` of {what}: `{name}` differs between the variants"),
+                )
+                .at(place, "a varied parameter")
+                .help("write a number, and one requirement for each variant: `variants = [...]`"),
             );
         }
     }
 }
 
 /// Tells of a requirement on the time at a limit that the signal is not what a motor or a source with a limit gives.
-fn check_limited(signal: &str, place: &Place, document: &Document, out: &mut Vec<Diagnostic>) {
+fn check_limited(signal: &str, place: &Place, document: &Document, what: &str, out: &mut Vec<Diagnostic>) {
     let limit = |keyword: &str| match keyword {
         "motor" => Some("torque_limit"),
         "voltage_source" => Some("voltage_limit"),
@@ -277,7 +592,7 @@ fn check_limited(signal: &str, place: &Place, document: &Document, out: &mut Vec
         }
         Some(_) => return,
     };
-    let message = format!("`[[requirement]]`: {}", problem.0);
+    let message = format!("{what}: {}", problem.0);
     out.push(Diagnostic::error("requirement::limit", message).at(place.clone(), "no limit").help(problem.1));
 }
 

@@ -15,7 +15,7 @@ use crate::units::{Dimension, Exact, shown_quantity};
 
 /// Answers of blocks that follow from what moves, also by way of each other.
 fn moving(model: &Model) -> BTreeSet<String> {
-    let mut found: BTreeSet<String> = BTreeSet::new();
+    let mut found: BTreeSet<String> = model.programs.told.iter().map(|(name, _)| name.clone()).collect();
     loop {
         let before = found.len();
         for task in &model.programs.tasks {
@@ -62,6 +62,9 @@ pub(super) fn check_blocks(
     (model, reduced, laws): (&Model, &Reduced, &[Arc<dyn Law>]),
     out: &mut Vec<Diagnostic>,
 ) {
+    if laws.len() == model.controls.len() {
+        check_told(document, model, laws, out);
+    }
     let moving = moving(model);
     for (control, law) in model.controls.iter().zip(laws) {
         let read =
@@ -99,6 +102,31 @@ pub(super) fn check_blocks(
         let mistake = Diagnostic::warning("block::loop", message);
         let mistake = place.into_iter().fold(mistake, |mistake, at| mistake.at(at, "this element"));
         out.push(mistake.help("a run has it; a law = \"program\" on a motor is in designs and margins too"));
+    }
+}
+
+/// Refuses what blocks read of a law that does not tell it.
+fn check_told(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out: &mut Vec<Diagnostic>) {
+    for (name, _) in &model.programs.told {
+        let head = SignalName::new(name).element;
+        let own = model.controls.iter().zip(laws).find(|(control, _)| control.name == head);
+        let Some((control, law)) = own else { continue };
+        let found: Vec<String> = law.tells().into_iter().map(|(found, _)| format!("{head}.{found}")).collect();
+        if found.contains(name) {
+            continue;
+        }
+        let message = format!("control `{head}` does not tell `{name}`, which blocks read");
+        let help = format!(
+            "it tells {}; `disturbances` of its observer names where unknown torques act",
+            quoted(found.iter().map(String::as_str))
+        );
+        let mistake = Diagnostic::error("block::told", message);
+        let place = document
+            .controls
+            .iter()
+            .find(|one| one.name == head)
+            .map_or(control.place.clone(), |one| one.place.clone());
+        out.push(mistake.at(place, "this controller").help(help));
     }
 }
 

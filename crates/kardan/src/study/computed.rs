@@ -29,7 +29,7 @@ pub(super) struct Asked {
 }
 
 /// The kind of a signal with this dimension. An angle is no unit of its own in what is computed, but for those that are named after it.
-fn kind_of(dimension: Dimension) -> (Physical, Dimension) {
+pub(super) fn kind_of(dimension: Dimension) -> (Physical, Dimension) {
     use Physical::{Angle, Charge, Current, Force, Position, Speed, Torque, Velocity, Voltage};
     // What an angle has to do with a power is not told by its unit.
     if dimension.is_like(&POWER) {
@@ -147,15 +147,21 @@ pub(super) fn reference(text: &str, known: &Known<'_>) -> PlottedReference {
     if is_name { opposite } else { PlottedReference { signal: text.into(), opposite: false } }
 }
 
+fn names_of(law: &Expression) -> Vec<String> {
+    law.names().into_iter().map(str::to_string).collect()
+}
+
 /// What a study computes from the signals of a run.
 #[derive(Debug, Clone, Default)]
 pub struct Computed {
     columns: Vec<(String, Physical)>,
     plan: Plan,
+    /// Values that figures are computed with.
+    pub(super) parameters: Vec<(String, Exact, Dimension)>,
 }
 
 impl Computed {
-    /// All expressions in requirements and plots, in one plan; those with a mistake are left out.
+    /// All expressions in requirements, figures and plots, in one plan; those with a mistake are left out.
     pub(super) fn of(document: &Document, settings: &[Setting], signals: &[(String, Physical)]) -> Self {
         let known = |text: &str| signals.iter().any(|(name, _)| name == text);
         let words = |table: &Table| -> Vec<String> {
@@ -163,7 +169,7 @@ impl Computed {
             let single = ["signal", "over"].into_iter().filter_map(|key| read_word(table, key)).map(str::to_string);
             lists.map(|word| word.value.clone()).chain(single).collect()
         };
-        let tables = document.requirements.iter().chain(&document.plots);
+        let tables = document.requirements.iter().chain(&document.figures).chain(&document.plots);
         let mut texts: BTreeSet<String> = tables.flat_map(words).filter(|text| !known(text)).collect();
         texts.retain(|text| !text.strip_prefix('-').is_some_and(known));
         let reader = TableReader::new(document, settings);
@@ -181,9 +187,13 @@ impl Computed {
             columns.push((text.clone(), kind_of(dimension).0));
             wanted.push((text, expr));
         }
+        let values = document.figures.iter().filter_map(|table| Expression::parse_law(read_word(table, "value")?).ok());
+        let named: BTreeSet<String> = values.flat_map(|law| names_of(&law)).collect();
+        let constant = |name: String| value(&name).map(|(value, dimension)| (name, value, dimension));
+        let parameters = named.into_iter().filter_map(constant).collect();
         match compile(&graph, &symbols, &wanted) {
-            Ok(plan) => Self { columns, plan },
-            Err(_) => Self::default(),
+            Ok(plan) => Self { columns, plan, parameters },
+            Err(_) => Self { parameters, ..Self::default() },
         }
     }
 

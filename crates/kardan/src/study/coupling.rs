@@ -143,7 +143,7 @@ impl Coupling {
 
 fn torque_limit(variant: &PreparedVariant, input: &str) -> Option<f64> {
     let number = variant.reduced.equations.inputs.iter().position(|other| other.element == input)?;
-    variant.design_models.first()?.torque_limit(number)
+    (!variant.design_models.is_empty()).then(|| variant.whole_model(0).torque_limit(number))?
 }
 
 /// A run from rest at the operating point in which one reference steps by one, or none.

@@ -183,7 +183,8 @@ fn design_own(
 /// What `signals` of `[scenario]` may set that a controller in place of those of the file takes: its inputs, and the references of the others.
 fn taken_signals(variant: &PreparedVariant, inputs: &[String]) -> Vec<String> {
     let model = &variant.model;
-    let references = |control: &ControlSpec| (control.law.references)(&control.values).into_iter().map(|one| one.name);
+    let references =
+        |control: &ControlSpec| control.law.all_references(&control.values).into_iter().map(|one| one.name);
     let of_others: Vec<String> = model.controls.iter().flat_map(references).collect();
     let set = variant.scenario.signals.iter().map(|signal| variant.scenario.sources[signal.source].name.clone());
     let is_taken = |name: &String| of_others.contains(name) || inputs.iter().any(|input| carrier(name) == input);
@@ -406,6 +407,9 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
         .iter()
         .map(|why| format!("operating point: {}, where the model does not rest: {why}", plant.default_point()));
     design.notes.extend(why);
+    if let Some(names) = control.values.words("without").filter(|names| !names.is_empty()) {
+        design.design_model += &format!(", without {}", quoted(names.iter().map(String::as_str)));
+    }
     let values: Vec<String> = control.design.iter().map(|set| format!("{} = {}", set.name, set.text)).collect();
     if !values.is_empty() {
         design.design_model += &format!(", {}", values.join(", "));
@@ -425,13 +429,16 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
 
 /// What is proven of the linear loop, and its poles.
 fn add_poles(variant: &PreparedVariant, number: usize, design: &mut Design) {
-    let (laws, plant) = (&variant.designed, &variant.design_models[number]);
-    let counters = counting_charges(plant, laws);
-    design.counters = counters.names(plant);
+    let (laws, plant, whole) = (&variant.designed, &variant.design_models[number], &*variant.whole_model(number));
+    let counters = counting_charges(whole, laws);
+    design.counters = counters.names(whole);
     if let Some(exact) = laws[number].exact() {
         prove(&exact, plant, design);
-        check_others(&exact, plant, laws, number, design);
-        if laws.len() == 1 {
+        // What is proven is about the loop without what the design leaves out.
+        if !variant.leaves_out(number) {
+            check_others(&exact, plant, laws, number, design);
+        }
+        if laws.len() == 1 && !variant.leaves_out(number) {
             // Alone in the loop, whose poles are exact; those of an observer's error stand beside them.
             design.closed_loop_poles = exact_poles(&exact, design);
             // The poles of a Kalman filter come from its Riccati equation.
@@ -441,7 +448,7 @@ fn add_poles(variant: &PreparedVariant, number: usize, design: &mut Design) {
     }
     // Of a law that is designed for its sample time the sampled loop tells.
     if design.closed_loop_poles.is_empty() && laws.iter().all(|law| law.clock().is_none()) {
-        match poles_without(&plant.linear, laws, &counters) {
+        match poles_without(&whole.linear, laws, &counters) {
             Some(poles) => design.closed_loop_poles = poles,
             None => design.notes.push("the eigenvalue iteration failed: no poles of the closed loop are listed".into()),
         }

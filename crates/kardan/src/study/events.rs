@@ -26,7 +26,7 @@ pub(super) fn sources(
     let blocks = of_programs(model, &mut sources);
     for control in &model.controls {
         commanded.extend((control.law.inputs)(&control.values));
-        for reference in (control.law.references)(&control.values) {
+        for reference in control.law.all_references(&control.values) {
             let element = document.elements.iter().find(|e| e.name == reference.name);
             if let Some((_, answer)) = blocks.iter().find(|(name, _)| *name == reference.name) {
                 of_block(document, control, &reference, answer, out);
@@ -59,7 +59,7 @@ pub(super) fn sources(
             }
         }
     }
-    for reference in model.idle.iter().flat_map(|control| (control.law.references)(&control.values)) {
+    for reference in model.idle.iter().flat_map(|control| control.law.all_references(&control.values)) {
         let is_block = blocks.iter().any(|(name, _)| *name == reference.name);
         if !is_block && sources.iter().all(|source| source.name != reference.name) {
             sources.push(Source {
@@ -98,6 +98,9 @@ fn of_programs(model: &Model, sources: &mut Vec<Source>) -> Vec<(String, Dimensi
     sources.extend(answers().map(|answer| source(&answer.name, answer.dimension, &answer.description)));
     let functions = model.programs.functions.iter();
     sources.extend(functions.map(|(name, function)| source(name, function.dimension(), &format!("signal {name}"))));
+    let found = |name: &str| format!("what the control {} tells", SignalName::new(name).element);
+    let told = model.programs.told.iter();
+    sources.extend(told.map(|(name, dimension)| source(name, *dimension, &found(name))));
     answers().map(|answer| (answer.name.clone(), answer.dimension)).collect()
 }
 
@@ -155,7 +158,7 @@ pub(super) fn not_settable(
     if let Some(kind) = commanded {
         let commands = |control: &&ControlSpec| (control.law.inputs)(&control.values).iter().any(|input| input == head);
         let control = model.controls.iter().find(commands)?;
-        let references: Vec<String> = (control.law.references)(&control.values).into_iter().map(|r| r.name).collect();
+        let references: Vec<String> = control.law.all_references(&control.values).into_iter().map(|r| r.name).collect();
         let message = format!("control `{}` commands the {kind} `{head}`, so {who} cannot set `{shown}`", control.name);
         return Some((message, format!("set {} instead", quoted(references.iter().map(String::as_str)))));
     }

@@ -61,6 +61,9 @@ pub(super) fn explore(
         ));
     }
     let Some(base) = clock(&control.values).ok().flatten() else { return Err("it has no sample time".into()) };
+    if variant.leaves_out(number) {
+        return Err("its design leaves elements out, and no other design is looked for beside such a one".into());
+    }
     let plant = &variant.design_models[number];
     let changes = changes(plant, &control.values);
     let subject = alternative(variant, number, &changes[0], base)?.0;

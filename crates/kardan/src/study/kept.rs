@@ -213,6 +213,7 @@ pub(super) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Diagnostic> 
         description: prepared.description.clone(),
         variants: prepared.variants.iter().map(one).collect::<Result<_, _>>()?,
         requirements: Vec::new(),
+        figures: Vec::new(),
         plots: Vec::new(),
         tolerance: prepared.tolerance,
     })

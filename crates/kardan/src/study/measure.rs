@@ -64,9 +64,25 @@ pub(super) fn measured(
         Measure::Iae => both(&|window| absolute_error(window, target.unwrap_or(0.0))),
         Measure::Energy => both(&integral),
         Measure::Overshoot => return overshoot(window, target),
+        Measure::RiseTime => return rise_time(window, target, band),
         Measure::SettlingTime => return settling_time(window, target, band),
-        Measure::TimeAtLimit | Measure::Events => return Err("it is no measure of a signal alone"),
+        Measure::Mean => both(&mean),
+        Measure::PeakToPeak => {
+            let ((most, above), (least, below)) = (highest(window, |x| x), highest(window, |x| -x));
+            Measured { value: most + least, grid: above + below }
+        }
+        Measure::TimeOfMax => time_of(window, 1.0),
+        Measure::TimeOfMin => time_of(window, -1.0),
+        _ => return Err("it is no measure of a signal alone"),
     })
+}
+
+/// When a signal is largest, from the begin of the window, and the distance of the rows there.
+fn time_of(window: Window<'_>, sign: f64) -> Measured {
+    let Window { times, values } = window;
+    let best = (1..values.len()).fold(0, |best, k| if sign * values[k] > sign * values[best] { k } else { best });
+    let gap = |k: usize| times.get(k + 1).map_or(0.0, |next| next - times[k]);
+    Measured { value: times[best] - times[0], grid: gap(best).max(best.checked_sub(1).map_or(0.0, gap)) }
 }
 
 /// Every other row, and the last one.
@@ -143,26 +159,54 @@ fn overshoot(window: Window<'_>, target: Option<f64>) -> Result<Measured, &'stat
     Ok(Measured { value: most.max(0.0), grid })
 }
 
-/// When a signal enters the band around its target for good, counted from the begin of the window.
-fn settling_time(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> Result<Measured, &'static str> {
-    let Window { times, values } = window;
-    let last = values.len() - 1;
-    let target = target.unwrap_or(values[last]);
+/// The target and the half width of the band around it.
+fn band_around(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> (f64, f64) {
+    let values = window.values;
+    let target = target.unwrap_or(values[values.len() - 1]);
     let band = match band.unwrap_or(Band::Part(0.02)) {
         Band::Size(size) => size,
         Band::Part(part) => part * (target - values[0]).abs(),
     };
+    (target, band)
+}
+
+/// When a signal enters the band around its target first, counted from the begin of the window.
+fn rise_time(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> Result<Measured, &'static str> {
+    let (target, band) = band_around(window, target, band);
+    let values = window.values;
+    // Straight through the band between two rows is inside too.
+    let inside = |k: &usize| {
+        let from = values[k.saturating_sub(1)] - target;
+        (values[*k] - target).abs() <= band || from * (values[*k] - target) < 0.0
+    };
+    match (0..values.len()).find(inside) {
+        None => Err("it does not come to its band in the window"),
+        Some(0) => Ok(Measured { value: 0.0, grid: 0.0 }),
+        Some(first) => Ok(enters(window, first - 1, target, band)),
+    }
+}
+
+/// When a signal enters the band around its target for good, counted from the begin of the window.
+fn settling_time(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> Result<Measured, &'static str> {
+    let (target, band) = band_around(window, target, band);
+    let values = window.values;
+    let last = values.len() - 1;
     let outside = |k: &usize| (values[*k] - target).abs() > band;
     let Some(before) = (0..=last).rev().find(outside) else { return Ok(Measured { value: 0.0, grid: 0.0 }) };
     if before == last {
         return Err("it is outside of its band at the end of the window");
     }
-    // On the straight line between the last row outside and the first one inside.
+    Ok(enters(window, before, target, band))
+}
+
+/// Where the straight line from a row outside of a band to the next row enters it.
+fn enters(window: Window<'_>, before: usize, target: f64, band: f64) -> Measured {
+    let Window { times, values } = window;
     let [from, until] = [values[before] - target, values[before + 1] - target];
     let length = times[before + 1] - times[before];
     let edge = if from > 0.0 { band } else { -band };
     let part = if until == from { 1.0 } else { (edge - from) / (until - from) };
-    Ok(Measured { value: times[before] + part.clamp(0.0, 1.0) * length - times[0], grid: length })
+    Measured { value: times[before] + part.clamp(0.0, 1.0) * length - times[0], grid: length }
 }
 
 #[cfg(test)]

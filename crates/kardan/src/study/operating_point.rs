@@ -76,6 +76,14 @@ impl Asked {
         (out.len() == before).then_some(asked)
     }
 
+    /// At zero angles of a model, by the motors of one controller.
+    pub fn anywhere(reduced: &Reduced, control: &ControlSpec) -> Self {
+        let inputs = (control.law.inputs)(&control.values).into_iter();
+        let number = |name: String| reduced.equations.inputs.iter().position(|input| input.element == name);
+        let start = vec![0.0; reduced.degrees_of_freedom()];
+        Self { named: Vec::new(), inputs: inputs.filter_map(number).collect(), start }
+    }
+
     /// Whether a controller names a point.
     pub fn is_named(document: &Document, control: &ControlSpec) -> bool {
         let own = document.controls.iter().find(|own| own.place == control.place);

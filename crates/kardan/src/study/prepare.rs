@@ -1,7 +1,7 @@
 //! Everything that can be known before a run: all mistakes of a model file at once, and the runs ready to start.
 
 use super::analysis::{Point, analysis_spec};
-use super::asked::{plots, requirements, tolerance};
+use super::asked::{figures_and_requirements, plots, tolerance};
 use super::blocks::check_blocks;
 use super::checks::{
     check_connected, check_matrices, design_diagnostic, is_braced, is_finite_at, is_representable, reduce_diagnostics,
@@ -26,6 +26,7 @@ use super::progress::Progress;
 use super::redundant::check_redundant;
 use super::scenario::scenario;
 use super::stops::check_stops;
+use super::without::{left_out, model_without};
 use super::{Prepared, PreparedVariant};
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity, quoted};
@@ -37,7 +38,7 @@ use crate::num::{Definiteness, Scalar, definiteness_of_rows};
 use crate::reduce::{OperatingPoint, Reduced, equilibrium_rows, reduce, sparse_model};
 use crate::schema::{LawKeys, Value};
 use crate::simulate::{Scenario, SignalEvent, signal_names};
-use crate::synthesis::{Law, Plant, Program, design_law, running};
+use crate::synthesis::{Law, Plant, Program, design_law, running, within};
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
@@ -109,8 +110,8 @@ pub(super) fn prepare_document(
         }
         (None, None) => Known { document, signals: Vec::new(), doubtful: BTreeSet::new() },
     };
+    (prepared.figures, prepared.requirements) = figures_and_requirements(&known, &all_settings, &mut mistakes);
     let names: Vec<String> = all_settings.into_iter().map(|variant| variant.name).collect();
-    prepared.requirements = requirements(&known, &names, &mut mistakes);
     prepared.plots = plots(&known, &names, &mut mistakes);
     prepared.tolerance = tolerance(document, &mut mistakes);
     if !document.doubts.equations {
@@ -470,7 +471,7 @@ fn designed_law(
 ) -> Option<(Arc<dyn Law>, Arc<dyn Law>)> {
     let before = out.len();
     for signal in signals_of(control.law.fields, &control.values) {
-        let shaft = SignalName::new(&signal).angle_of().and_then(|name| reduced.coordinate(name));
+        let shaft = SignalName::new(&signal).angle_of().and_then(|name| plant.reduced.coordinate(name));
         if shaft.is_some_and(|shaft| plant.linear.direction(shaft).row(0).iter().all(Scalar::is_zero)) {
             let message =
                 format!("control `{}`: the output `{signal}` cannot move: the constraints hold it", control.name);
@@ -485,6 +486,11 @@ fn designed_law(
         return None;
     }
     let law = design_law(control.law, &control.name, &control.values, plant);
+    let without = control.values.words("without").filter(|names| !names.is_empty());
+    let whole = |law: Arc<dyn Law>| match without {
+        Some(names) => within(law, &plant.reduced, reduced, &quoted(names.iter().map(String::as_str))),
+        None => law,
+    };
     if law.as_ref().is_ok_and(|law| law.on_full_model()) && Asked::is_named(document, control) {
         let message = format!("control `{}`: a law on the full nonlinear model has no operating point", control.name);
         out.push(
@@ -514,7 +520,7 @@ fn designed_law(
             }
             let why = plant.not_held.as_ref().filter(|_| !law.on_full_model());
             out.extend(why.map(|why| not_held(control, plant.default_point(), why)));
-            Some((law, running))
+            Some((whole(law), whole(running)))
         }
         Ok(_) => {
             let message =
@@ -595,7 +601,8 @@ fn design_model(
                 .help("a torque that it is not to know is a `disturbance` with a function of time"),
         );
     }
-    if control.design.is_empty() {
+    let left_out = left_out(document, control, out)?;
+    if control.design.is_empty() && left_out.is_empty() {
         return plant_at(document, control, reduced.clone(), asked, out);
     }
     let kept = settings.iter().filter(|s| control.design.iter().all(|d| d.name != s.name));
@@ -618,27 +625,36 @@ fn design_model(
     if wrong {
         return None;
     }
-    let design = reduced_design((control, place), &model, reduced, out)?;
-    plant_at(document, control, design, asked, out)
+    if left_out.is_empty() {
+        let names = reduced.coordinate_names();
+        let design = reduced_design((control, place), (&model, &names), reduced, out)?;
+        return plant_at(document, control, design, asked, out);
+    }
+    let model = model_without(&model, &left_out);
+    let names: Vec<String> = reduced.coordinate_names().into_iter().filter(|name| !left_out.contains(name)).collect();
+    let design = reduced_design((control, place), (&model, &names), reduced, out)?;
+    let asked = Asked::anywhere(&design, control);
+    plant_at(document, control, design, &asked, out)
 }
 
 /// The model with the design values of a controller in explicit form, in the coordinates of the model itself.
 fn reduced_design(
     (control, place): (&ControlSpec, Place),
-    model: &Model,
+    (model, names): (&Model, &[String]),
     reduced: &Reduced,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Reduced> {
-    let zero = vec![0.0; reduced.degrees_of_freedom()];
+    let zero = vec![0.0; names.len()];
     let equations = assemble(&model.all_coordinates, &model.terms);
     // Where this fails something else than springs holds such a motion, or nothing.
     let rows = equilibrium_rows(&equations).unwrap_or_default();
-    match reduce(equations.with_equilibria(rows), Some(&reduced.coordinate_names())) {
+    match reduce(equations.with_equilibria(rows), Some(names)) {
         Ok(design) => {
             let able = is_finite_at(&design, &zero) && {
                 let linear = sparse_model(&design, &zero);
                 let indefinite = matches!(definiteness_of_rows(&linear.inertia), Definiteness::Indefinite { .. });
-                !indefinite && is_representable(&linear) && is_designable(&design, reduced)
+                let whole = names.len() == reduced.degrees_of_freedom();
+                !indefinite && is_representable(&linear) && (!whole || is_designable(&design, reduced))
             };
             if !able {
                 let message = format!(

@@ -1,9 +1,10 @@
 //! What is ready to run: the plain data between preparation and the studies.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::computed::Computed;
-use super::{AnalysisSpec, Requirement};
+use super::{AnalysisSpec, Figure, Requirement};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::Model;
 use crate::names::unknown_name;
@@ -23,6 +24,8 @@ pub struct Prepared {
     pub variants: Vec<Arc<PreparedVariant>>,
     /// Bounds on signals.
     pub requirements: Vec<Requirement>,
+    /// Numbers of each run.
+    pub figures: Vec<Figure>,
     /// Plots of the report.
     pub plots: Vec<Plot>,
     /// Accuracy of the runs.
@@ -93,9 +96,23 @@ impl PreparedVariant {
         linearise_at(&self.reduced, &self.point)
     }
 
+    /// The model of the loop of a controller, as laws see all of it: that of its design, where that leaves nothing out.
+    pub(super) fn whole_model(&self, number: usize) -> Cow<'_, Plant> {
+        let design = &self.design_models[number];
+        match self.leaves_out(number) {
+            false => Cow::Borrowed(design),
+            true => Cow::Owned(Plant::at(self.reduced.clone(), self.point.clone())),
+        }
+    }
+
+    /// Whether the design of a controller leaves elements out.
+    pub(super) fn leaves_out(&self, number: usize) -> bool {
+        self.design_models[number].coordinates() != self.reduced.equations.coordinates
+    }
+
     /// The time constant of each input's motor, s.
     fn lags(&self) -> Vec<f64> {
-        self.design_models.first().map(Plant::lags).unwrap_or_default()
+        if self.design_models.is_empty() { Vec::new() } else { self.whole_model(0).lags() }
     }
 
     /// The linear plant of its loop at the operating point, with its motors and sensors.

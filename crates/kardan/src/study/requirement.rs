@@ -1,17 +1,29 @@
 //! A bound on a signal, and whether a run keeps it.
 
 use super::measure::{Band, Measured, Window, measured};
+use super::measure_over::measured_over;
 use crate::model::tables::Measure;
 use crate::names::{Quantity, SignalName};
-use crate::results::{DisplayUnit, Event, MotorStrain, RequirementResult, Series};
+use crate::results::{DisplayUnit, Event, FigureResult, MotorStrain, RequirementResult, Series};
+use crate::units::Dimension;
 
-/// A bound on a signal.
+/// A bound on a signal, or on a figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Requirement {
     /// Signal, or an expression of signals.
     pub signal: String,
     /// What is measured of it.
     pub measure: Measure,
+    /// The figure that is judged instead.
+    pub figure: Option<String>,
+    /// The signal that it is measured over.
+    pub over: Option<String>,
+    /// The time at which it is measured, s.
+    pub at: Option<f64>,
+    /// The frequency at which it is measured, Hz.
+    pub frequency: Option<f64>,
+    /// What the signal is of.
+    pub dimension: Dimension,
     /// The SI unit of the measure.
     pub unit: String,
     /// The value that the signal is to reach, SI.
@@ -32,6 +44,29 @@ pub struct Requirement {
     pub variants: Vec<String>,
 }
 
+impl Default for Requirement {
+    fn default() -> Self {
+        Self {
+            signal: String::new(),
+            measure: Measure::Final,
+            figure: None,
+            over: None,
+            at: None,
+            frequency: None,
+            dimension: Dimension::NONE,
+            unit: String::new(),
+            target: None,
+            band: None,
+            display: None,
+            below: None,
+            above: None,
+            from: 0.0,
+            until: f64::INFINITY,
+            variants: Vec::new(),
+        }
+    }
+}
+
 /// A requirement that was judged, and what the reader must know of the verdict.
 pub(super) struct Judged {
     pub(super) result: RequirementResult,
@@ -46,15 +81,28 @@ pub(super) struct Ran<'a> {
 }
 
 /// The measure of a requirement in a run.
-fn measure_of(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Result<Measured, &'static str> {
+fn measure_of(
+    requirement: &Requirement,
+    series: &Series,
+    ran: &Ran<'_>,
+    figures: &[FigureResult],
+) -> Result<Measured, &'static str> {
     let Requirement { signal, measure, target, band, from, until, .. } = requirement;
     let alone = |value: f64| Measured { value, grid: 0.0 };
-    let found = series.signal(signal);
-    let values = found.map(|signal| signal.values.as_slice()).unwrap_or_default();
-    let rows = series.time.iter().zip(values).filter(|(time, _)| (*from..=*until).contains(*time));
-    let (times, values): (Vec<f64>, Vec<f64>) = rows.map(|(time, value)| (*time, *value)).unzip();
+    if let Some(name) = &requirement.figure {
+        let found = figures.iter().find(|figure| figure.name == *name).and_then(|figure| figure.value);
+        return found.map(alone).ok_or("the figure has none in this run");
+    }
+    let column = |name: &str| series.signal(name).map(|signal| signal.values.as_slice()).unwrap_or_default();
+    let inside = |values: &[f64]| -> (Vec<f64>, Vec<f64>) {
+        let rows = series.time.iter().zip(values).filter(|(time, _)| (*from..=*until).contains(*time));
+        rows.map(|(time, value)| (*time, *value)).unzip()
+    };
+    let (times, values) = inside(column(signal));
+    let window = Window { times: &times, values: &values };
     match measure {
         _ if values.is_empty() => Err("no row lies in its window"),
+        Measure::At => value_at(&series.time, column(signal), requirement.at.unwrap_or(f64::NAN)),
         Measure::TimeAtLimit => {
             let strain = ran.strains.iter().find(|strain| motor_of(signal) == Some(strain.motor.as_str()));
             strain.map(|strain| alone(strain.seconds_at_limit(*from, *until))).ok_or("the motor has no limit")
@@ -68,8 +116,25 @@ fn measure_of(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Resu
             let inside = ran.events.iter().filter(|event| (*from..=*until).contains(&event.time));
             Ok(alone(inside.filter(of_element).count() as f64))
         }
-        _ => measured(*measure, Window { times: &times, values: &values }, *target, *band),
+        _ => match &requirement.over {
+            Some(over) => measured_over(*measure, window, &inside(column(over)).1, requirement.frequency),
+            None => measured(*measure, window, *target, *band),
+        },
     }
+}
+
+/// The value at a time, on the straight line between the rows beside it.
+fn value_at(times: &[f64], values: &[f64], at: f64) -> Result<Measured, &'static str> {
+    let behind = times.iter().position(|time| *time >= at).ok_or("the run ended before it")?;
+    let line = |a: usize, b: usize| {
+        if a == b { values[b] } else { values[a] + (at - times[a]) / (times[b] - times[a]) * (values[b] - values[a]) }
+    };
+    let before = if times[behind] == at { behind } else { behind.saturating_sub(1) };
+    let value = line(before, behind);
+    // What the next rows on both sides would make of it.
+    let wider = line(before.saturating_sub(1), (behind + 1).min(times.len() - 1));
+    let grid = if before == behind { 0.0 } else { (value - wider).abs() };
+    if value.is_finite() { Ok(Measured { value, grid }) } else { Err("the expression is no number there") }
 }
 
 /// A number of a file again: digits, or a power of ten where they would be many zeros.
@@ -82,12 +147,14 @@ fn aim(requirement: &Requirement, unit: &str) -> String {
     let Requirement { measure, target, band, .. } = requirement;
     let with_unit = |value: f64| format!("{} {unit}", in_digits(in_15_digits(value))).trim_end().to_string();
     let target = match (measure, target) {
-        (Measure::Overshoot | Measure::SettlingTime | Measure::Iae, Some(target)) => with_unit(*target),
-        (Measure::Overshoot | Measure::SettlingTime, None) => "its last value".to_string(),
+        (Measure::Overshoot | Measure::RiseTime | Measure::SettlingTime | Measure::Iae, Some(target)) => {
+            with_unit(*target)
+        }
+        (Measure::Overshoot | Measure::RiseTime | Measure::SettlingTime, None) => "its last value".to_string(),
         (Measure::Iae, None) => "0".to_string(),
         _ => return String::new(),
     };
-    let band = match band.filter(|_| *measure == Measure::SettlingTime) {
+    let band = match band.filter(|_| matches!(measure, Measure::RiseTime | Measure::SettlingTime)) {
         None => String::new(),
         Some(Band::Size(size)) => format!(" ± {}", with_unit(size)),
         Some(Band::Part(part)) => format!(" ± {} % of the way", in_digits(in_15_digits(100.0 * part))),
@@ -95,43 +162,55 @@ fn aim(requirement: &Requirement, unit: &str) -> String {
     format!(" (to {target}{band})")
 }
 
-pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Judged {
-    let Requirement { signal, measure, unit, display, below, above, from, until, .. } = requirement;
-    let completed = ran.completed;
-    let found = measure_of(requirement, series, ran);
-    let measured = found.ok().map(|found| found.value);
-    // A run that ended inside the window cannot pass: nobody knows what would have come.
-    let complete = completed || series.time.last().is_some_and(|last| last >= until);
-    let passed = complete
-        && below.is_none_or(|bound| measured.is_some_and(|measured| measured < bound))
-        && above.is_none_or(|bound| measured.is_some_and(|measured| measured > bound));
-    let name = match measure {
-        Measure::MaxAbs => format!("max |{signal}|"),
-        Measure::Events if signal == "t" => "events".to_string(),
-        Measure::TimeAtLimit => {
+/// What is measured, in words.
+fn described(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> String {
+    let Requirement { signal, measure, figure, over, at, frequency, from, until, .. } = requirement;
+    if let Some(figure) = figure {
+        return figure.clone();
+    }
+    let over = over.as_ref().map(|over| format!(" over {over}")).unwrap_or_default();
+    let name = match (measure, at, frequency) {
+        (Measure::MaxAbs, ..) => format!("max |{signal}|"),
+        (Measure::At, Some(at), _) => format!("{signal} at {at} s"),
+        (Measure::Events, ..) if signal == "t" => "events".to_string(),
+        (Measure::TimeAtLimit, ..) => {
             let own = ran.strains.iter().find(|strain| motor_of(signal) == Some(strain.motor.as_str()));
             let what = own.map_or("torque", MotorStrain::effort);
             format!("time of {} at its {what} limit", motor_of(signal).unwrap_or(signal))
         }
+        (_, _, Some(frequency)) => format!("{} {signal}{over} at {frequency} Hz", measure.word()),
         _ => {
             let own = series.signal(signal).map_or("", |found| found.physical.unit());
-            format!("{} {signal}{}", measure.word(), aim(requirement, own))
+            format!("{} {signal}{over}{}", measure.word(), aim(requirement, own))
         }
     };
-    let window = if *from > 0.0 || until.is_finite() {
-        let end = if until.is_finite() { format!("{until} s") } else { "the end".to_string() };
-        format!(" from {from} s to {end}")
-    } else {
-        String::new()
-    };
+    if *from == 0.0 && until.is_infinite() {
+        return name;
+    }
+    let end = if until.is_finite() { format!("{until} s") } else { "the end".to_string() };
+    format!("{name} from {from} s to {end}")
+}
+
+pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>, figures: &[FigureResult]) -> Judged {
+    let Requirement { unit, display, below, above, until, .. } = requirement;
+    let completed = ran.completed;
+    let found = measure_of(requirement, series, ran, figures);
+    let measured = found.ok().map(|found| found.value);
+    // A run that ended inside the window cannot pass: nobody knows what would have come.
+    let until = requirement.at.unwrap_or(*until);
+    let complete = completed || series.time.last().is_some_and(|last| *last >= until);
+    let passed = complete
+        && below.is_none_or(|bound| measured.is_some_and(|measured| measured < bound))
+        && above.is_none_or(|bound| measured.is_some_and(|measured| measured > bound));
+    let name = described(requirement, series, ran);
     let told = display.as_ref().map_or(unit.as_str(), |display| &display.unit);
     let bound =
         |bound: &Option<f64>| bound.map(|bound| in_digits(display.as_ref().map_or(bound, |unit| written(bound, unit))));
     let text = match (bound(above), bound(below)) {
-        (Some(above), Some(below)) => format!("{above} < {name}{window} < {below} {told}"),
-        (Some(above), None) => format!("{name}{window} > {above} {told}"),
-        (None, Some(below)) => format!("{name}{window} < {below} {told}"),
-        (None, None) => format!("{name}{window}"),
+        (Some(above), Some(below)) => format!("{above} < {name} < {below} {told}"),
+        (Some(above), None) => format!("{name} > {above} {told}"),
+        (None, Some(below)) => format!("{name} < {below} {told}"),
+        (None, None) => format!("{name}"),
     };
     let text = text.trim_end().to_string();
     let note = match found {

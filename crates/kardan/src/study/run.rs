@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::accuracy;
 use super::analyze::analyze_variant;
 use super::design::designed;
+use super::figure::figures_of;
 use super::kept::frozen_variant;
 use super::left_tables::left_tables;
 use super::prepare::is_error;
@@ -334,16 +335,19 @@ fn run_variant(
     result.series.signals.extend(variant.computed.signals(&result.series));
     let completed = result.outcome == Outcome::Completed;
     let ran = Ran { strains: &result.strains, events: &result.events, completed };
+    let told = (variant.name.as_str(), &result.series, &ran);
+    let (figures, of_figures) = figures_of(&prepared.figures, &variant.computed.parameters, told);
     let judged: Vec<Judged> = prepared
         .requirements
         .iter()
         .filter(|requirement| requirement.variants.is_empty() || requirement.variants.contains(&variant.name))
-        .map(|requirement| judge(requirement, &result.series, &ran))
+        .map(|requirement| judge(requirement, &result.series, &ran, &figures))
         .collect();
     let (mut notes, mut requirements) = (result.notes, Vec::new());
     notes.extend(variant.start_notes.iter().cloned());
     notes.extend(sharing_notes(&variant.reduced));
     notes.extend(left_tables(&variant.reduced, &result.series));
+    notes.extend(of_figures);
     for Judged { result, note } in judged {
         requirements.push(result);
         notes.extend(note);
@@ -356,6 +360,7 @@ fn run_variant(
         events: result.events,
         outcome: result.outcome,
         requirements,
+        figures,
         notes,
         warnings: result.warnings,
         strains: result.strains,

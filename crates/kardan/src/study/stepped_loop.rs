@@ -213,7 +213,9 @@ fn torque_along(
         .filter(|&input| equations.inputs[input].row.iter().any(|(other, _)| *other == shaft))
         .collect();
     if others.is_empty() {
-        let inertia = rational_to_f64(&effective_inertia(&variant.design_models[number].linear, shaft));
+        let model = &variant.design_models[number];
+        let own = model.reduced.coordinate(&equations.coordinates[shaft]).unwrap_or(shaft);
+        let inertia = rational_to_f64(&effective_inertia(&model.linear, own));
         return (format!("torque along {output}"), Watch::Acceleration(shaft, vec![(None, inertia)]));
     }
     let names: Vec<&str> = others.iter().map(|&k| equations.inputs[k].element.as_str()).collect();

@@ -150,6 +150,11 @@ impl Law for Around {
         self.law.states()
     }
 
+    /// Angles, speeds and torques of motors are deviations there.
+    fn estimates(&self) -> Vec<(String, usize)> {
+        self.law.estimates().into_iter().filter(|(name, _)| name.ends_with(".disturbance")).collect()
+    }
+
     fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
         let angles: Vec<f64> = angles.iter().zip(&self.rest.angles).map(|(angle, rest)| angle - rest).collect();
         let speeds: Vec<f64> = speeds.iter().zip(&self.rest.speeds).map(|(speed, rest)| speed - rest).collect();

@@ -4,6 +4,9 @@ use super::{Block, Clock, ExactLoop, LinearLaw, Running};
 use crate::analysis::OutputSignal;
 use crate::results::{Design, Physical};
 
+/// How the names of states begin that are estimates.
+const ESTIMATE: &str = "estimate of ";
+
 /// A designed law. Measures angles and speeds of shafts, commands inputs; it holds nothing of any run.
 pub trait Law: Send + Sync {
     /// Names of the inputs that it commands, in the order of `out` of [`Block::command`].
@@ -17,6 +20,18 @@ pub trait Law: Send + Sync {
     /// Names of its own states: estimates of an observer, integrators, filters.
     fn states(&self) -> Vec<String> {
         Vec::new()
+    }
+    /// What its observer finds, for blocks to read: names without that of the law (`rk.disturbance`, `fs.w`), and which of its states each
+    /// is, as they are foretold for its next sample.
+    fn estimates(&self) -> Vec<(String, usize)> {
+        let estimate = |(k, name): (usize, String)| Some((name.strip_prefix(ESTIMATE)?.to_string(), k));
+        self.states().into_iter().enumerate().filter_map(estimate).collect()
+    }
+    /// All that blocks may read of a law at its samples, by names without its own: what its observer finds, and what it last commanded.
+    fn tells(&self) -> Vec<(String, Told)> {
+        let commands = self.inputs().iter().enumerate();
+        let commands = commands.map(|(k, input)| (format!("{input}.command"), Told::Command(k)));
+        self.estimates().into_iter().map(|(name, k)| (name, Told::State(k))).chain(commands).collect()
     }
     /// Its own states at the start, from the angles (rad) and speeds (rad/s) of all shafts there.
     fn start(&self, _angles: &[f64], _speeds: &[f64], out: &mut [f64]) {
@@ -84,6 +99,15 @@ impl std::fmt::Debug for dyn Law {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "the law of {}", self.describe().controller)
     }
+}
+
+/// Where something stands that a sampled law tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Told {
+    /// Among its states, as they are at its next sample.
+    State(usize),
+    /// Among its commands, as it gave them at its last sample.
+    Command(usize),
 }
 
 /// What stays as it was where a sample makes it no number.

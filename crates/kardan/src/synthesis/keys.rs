@@ -22,9 +22,15 @@ macro_rules! law_keys {
                         "From the reading of the sensors to the change of the torques, any part of a sample time or several.";
                     precision: Choice(&["double", "single"]) = "double",
                         "The arithmetic in which the controller computes.";
+                    fade: Name,
+                        "Name of a signal or a block from 0 to 1 that its commands are multiplied by: 1 gives them whole, 0 none; its observer knows \
+                         what the motors get. Needs `sample_time`. Left out: 1.";
                     design: Overrides,
                         "Parameter values of the model that the law is designed on, where they differ: \
                          { beta = \"0 deg\" }. Coulomb friction is left out of every design.";
+                    without: Words,
+                        "Elements that its design leaves out, with their parts: the car behind a rack, a load that is not known. What they do \
+                         is a disturbance to the law; an observer may estimate it.";
                     at: Overrides,
                         "Operating point, angles of reduced coordinates: { \"arm.phi\" = \"60 deg\" }: the law is designed on the linear \
                          model there, measures from there, and gives the constant torques that hold it there. Coordinates that are left \

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Law, Plant, Reference, SynthesisError};
+use super::{Law, Plant, Reference, SynthesisError, fade};
 use crate::element::Values;
 use crate::entries::Entries;
 use crate::schema::Field;
@@ -28,6 +28,13 @@ pub struct LawKind {
     pub samples: bool,
     /// The design.
     pub design: fn(&Request<'_>) -> Result<Arc<dyn Law>, SynthesisError>,
+}
+
+impl LawKind {
+    /// All references that the keys of a controller introduce: those of the law, and the signal that fades its commands.
+    pub fn all_references(&self, values: &Values) -> Vec<Reference> {
+        (self.references)(values).into_iter().chain(fade(values)).collect()
+    }
 }
 
 /// What a law is designed for.

@@ -17,6 +17,7 @@ mod designed;
 mod error;
 mod exact;
 mod exact_motions;
+mod faded;
 pub mod inversion;
 mod kind;
 mod law;
@@ -35,6 +36,7 @@ mod sampled;
 mod stability;
 mod state_feedback;
 mod task_law;
+mod within;
 mod words;
 mod zeros;
 
@@ -45,10 +47,11 @@ pub use counters::{Counters, counting_charges, without_counting};
 pub use design::design_law;
 #[cfg(test)]
 pub(crate) use design::designs_of;
-pub use designed::{Kept, Law, Reference};
+pub use designed::{Kept, Law, Reference, Told};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLaw, ExactLoop, named, rounded};
 pub use exact_motions::{ExactMotions, exact_motions};
+pub use faded::fade;
 pub use kind::{LawKind, Request};
 pub use law::*;
 pub use linear_part::LinearLaw;
@@ -64,5 +67,6 @@ pub use sampled::{
 };
 pub use stability::{Stability, stability};
 pub use task_law::TaskLaw;
+pub use within::within;
 pub use words::in_words;
 pub use zeros::roots;

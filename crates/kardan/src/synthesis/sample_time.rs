@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::faded::faded;
 use super::{Clock, Law, SynthesisError, sampled};
 use crate::element::Values;
 
@@ -21,7 +22,7 @@ pub const LONGEST_DELAY: f64 = 10.0;
 pub fn clock(values: &Values) -> Result<Option<Clock>, SynthesisError> {
     let allowed = SHORTEST_SAMPLE_TIME..=LONGEST_SAMPLE_TIME;
     let Some(period) = values.number("sample_time") else {
-        return match ["delay", "precision"].into_iter().find(|key| values.has(key)) {
+        return match ["delay", "precision", "fade"].into_iter().find(|key| values.has(key)) {
             Some(key) => Err(SynthesisError::NeedsSampleTime { key }),
             None => Ok(None),
         };
@@ -42,7 +43,10 @@ pub fn clock(values: &Values) -> Result<Option<Clock>, SynthesisError> {
 /// If its keys are wrong, or its numbers overflow at this sample time.
 pub fn running(law: Arc<dyn Law>, values: &Values) -> Result<Arc<dyn Law>, SynthesisError> {
     match clock(values)? {
-        Some(clock) => sampled(law, clock).ok_or(SynthesisError::SampledOverflow { time: clock.period }),
+        Some(clock) => match sampled(law, clock) {
+            Some(law) => Ok(faded(law, values)),
+            None => Err(SynthesisError::SampledOverflow { time: clock.period }),
+        },
         None => Ok(law),
     }
 }

@@ -24,6 +24,7 @@ mod laws;
 mod limits;
 mod linear;
 mod losses;
+mod manoeuvres;
 mod massless;
 mod massless_kept;
 mod modelica;

@@ -28,6 +28,7 @@ const LAYERS: &[&str] = &[
     "element",     // named handfuls of terms, one registry
     "signal",      // functions of time by name, one registry
     "block",       // what a program of signals is made of, one registry
+    "manoeuvre",   // what steering engineers drive, one registry
     "assemble",    // terms to matrices
     "reduce",      // constraints out of the equations
     "symbolic",    // the same in the names of values

@@ -42,7 +42,7 @@ pub(super) fn meant_bodies<'a>(fields: &'a [Field], node: &'a Node<'_>) -> Vec<M
     out
 }
 
-/// Whether an element acts along masses: the first body that it names is one, or, where it names an element, one of that; nothing where it names none.
+/// Whether an element acts along masses: the first body that it names is one, or, where it names an element and no shaft, one of that; nothing where it names none.
 pub(super) fn moves_along(fields: &[Field], node: &Node<'_>) -> Option<bool> {
     let model = node.known.model?;
     let word = |field: &Field| {
@@ -55,6 +55,9 @@ pub(super) fn moves_along(fields: &[Field], node: &Node<'_>) -> Option<bool> {
     let meant = meant_bodies(fields, node);
     if let Some(name) = named.or_else(|| Some(meant.first()?.body)) {
         return Some(is_in(model, "mass", name));
+    }
+    if fields.iter().any(|field| field.kind == Kind::Shaft && word(field).is_some()) {
+        return Some(false);
     }
     let elements = fields.iter().filter_map(|field| match field.kind {
         Kind::Element(kinds) => Some((kinds, word(field)?)),

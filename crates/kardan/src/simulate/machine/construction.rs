@@ -17,14 +17,15 @@ use super::watched::WatchedRows;
 use super::wired::{Computer, Setup, Wired};
 use crate::assemble::{Along, Equations};
 use crate::equations::InputKind;
+use crate::names::SignalName;
 use crate::num::{Cholesky, Matrix};
 use crate::program::Task;
 use crate::reduce::{Dynamics, Motion, Reduced, Work};
 use crate::simulate::clocked::Clocked;
 use crate::simulate::drive::Drive;
 use crate::simulate::friction::{BoxProblem, Mode};
-use crate::simulate::scenario::{Profile, Scenario};
-use crate::synthesis::{Law, LinearLaw, Running, Seen, TaskLaw};
+use crate::simulate::scenario::{Profile, Scenario, Source, SourceTarget};
+use crate::synthesis::{Law, LinearLaw, Running, Seen, TaskLaw, Told};
 
 /// What drives the inputs; `size` grows by their states.
 fn drives(equations: &Equations, scenario: &Scenario, size: &mut usize) -> Vec<Drive> {
@@ -125,9 +126,25 @@ fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usi
         limits,
         inputs,
         answers: Vec::new(),
+        told: told(&**law, scenario),
         references,
         law: Arc::clone(law),
     }
+}
+
+/// The sources that are what a law tells blocks.
+fn told(law: &dyn Law, scenario: &Scenario) -> Vec<(usize, Told)> {
+    let dotted =
+        |source: &Source| source.target == SourceTarget::Block && SignalName::new(&source.name).alone().is_none();
+    if law.clock().is_none() || !scenario.sources.iter().any(dotted) {
+        return Vec::new();
+    }
+    let controller = law.describe().controller;
+    let numbered = |(name, told): (String, Told)| {
+        let name = format!("{controller}.{name}");
+        Some((scenario.sources.iter().position(|source| source.name == name)?, told))
+    };
+    law.tells().into_iter().filter_map(numbered).collect()
 }
 
 /// A task of blocks: its answers are sources.
@@ -148,6 +165,7 @@ fn task(task: &Arc<Task>, setup: &Setup<'_>) -> Wired {
         limits: vec![None; answers.len()],
         inputs: Vec::new(),
         answers,
+        told: Vec::new(),
         references,
         law,
     }

@@ -68,7 +68,12 @@ impl Machine {
         let kinematics = &self.work.kinematics;
         for wired in &mut self.laws {
             match &mut wired.computer {
-                Computer::Clocked(clocked) => clocked.start(&*wired.law, &kinematics.angles, &kinematics.speeds),
+                Computer::Clocked(clocked) => {
+                    clocked.start(&*wired.law, &kinematics.angles, &kinematics.speeds);
+                    for (source, told) in &wired.told {
+                        self.profiles[*source].hold(0.0, clocked.told(*told));
+                    }
+                }
                 Computer::Linear(_) | Computer::Continuous(_) => {
                     wired.law.start(&kinematics.angles, &kinematics.speeds, &mut state[wired.states.clone()])
                 }
@@ -100,14 +105,16 @@ impl Machine {
             }
             let model = (&self.dynamics, &self.work);
             clocked.advance(time, &*wired.law, &wired.reference_values, model, &wired.limits);
-            if wired.answers.is_empty() {
+            if wired.answers.is_empty() && wired.told.is_empty() {
                 continue;
             }
-            for (&source, value) in wired.answers.iter().zip(&clocked.held) {
-                self.lines[source] = (*value, 0.0, time);
-                self.profiles[source].hold(time, *value);
-                self.sources[source] = *value;
-                self.timed.answer(source, *value);
+            let answers = wired.answers.iter().copied().zip(clocked.held.iter().copied());
+            let told = wired.told.iter().map(|(source, told)| (*source, clocked.told(*told)));
+            for (source, value) in answers.chain(told) {
+                self.lines[source] = (value, 0.0, time);
+                self.profiles[source].hold(time, value);
+                self.sources[source] = value;
+                self.timed.answer(source, value);
             }
             self.timed.find_sources(&self.sources, time, state);
         }

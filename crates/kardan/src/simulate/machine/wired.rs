@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::reduce::{Kinematics, Reduced};
 use crate::simulate::clocked::Clocked;
 use crate::simulate::scenario::Scenario;
-use crate::synthesis::{Law, LinearLaw, Running, Seen};
+use crate::synthesis::{Law, LinearLaw, Running, Seen, Told};
 
 /// A law with its wiring.
 pub(super) struct Wired {
@@ -17,6 +17,8 @@ pub(super) struct Wired {
     pub limits: Vec<Option<f64>>,
     /// Sources that its commands are, of a task of blocks.
     pub answers: Vec<usize>,
+    /// Sources that are what it tells blocks.
+    pub told: Vec<(usize, Told)>,
     pub references: Vec<usize>,
     pub reference_values: Vec<f64>,
     pub commands: Vec<f64>,

@@ -235,6 +235,7 @@ impl PreparedBench {
             events: result.events,
             outcome: result.outcome,
             requirements: Vec::new(),
+            figures: Vec::new(),
             notes: result.notes,
             warnings: result.warnings,
             strains: result.strains,

@@ -100,7 +100,7 @@ pub(super) fn errors(
     let law = &survey.laws[number];
     let motors = survey.motors();
     let mut out = of_motors(survey, motors.as_ref(), true);
-    let model = &variant.design_models[number];
+    let model = &*variant.whole_model(number);
     let readings = survey.parts().and_then(|(parts, plant)| {
         let sensors = sensor_rows(model, &**law);
         ControlLoop { plant: &plant, parts: &parts, number }.readings(&sensors, &model.motion_names())

@@ -146,7 +146,7 @@ fn check_limits(
         for (&input, name) in part.inputs.iter().zip(law.inputs()) {
             let command = |z: &Vec<f64>| -> f64 { found.commands.row(input).iter().zip(z).map(|(a, b)| a * b).sum() };
             let needed = command(&ends[LOOKS.len() - 1]);
-            let limit = variant.design_models[number].torque_limit(input);
+            let limit = variant.whole_model(number).torque_limit(input);
             let Some(limit) = limit.filter(|limit| needed.abs() > limit * (1.0 + 1e-6)) else { continue };
             if ends.iter().any(|z| (command(z) - needed).abs() > SETTLED * needed.abs()) {
                 continue;

@@ -67,7 +67,7 @@ pub(in crate::study) fn responses(
     let laws = &variant.running;
     let plant = variant.loop_plant();
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
-    let (law, model) = (&*laws[number], &variant.design_models[number]);
+    let (law, model) = (&*laws[number], &*variant.whole_model(number));
     let view = ControlLoop { plant: &plant, parts: &parts, number };
     let motors = view.motors().ok_or(
         "controllers and sensors have several sample times (or none in common with this one), or a number overflows; \

@@ -93,7 +93,7 @@ pub(in crate::study) fn survey(
         free,
         free_poles: known.as_ref().map_or(0, |known| known.zeros),
         free_known: known.as_ref().map(|known| known.how).unwrap_or_default(),
-        only_count: exact.as_ref().is_some_and(|exact| only_count(exact, &variant.design_models[number], laws)),
+        only_count: exact.as_ref().is_some_and(|exact| only_count(exact, &variant.whole_model(number), laws)),
         next_to_zero: known.map(|known| known.next_to_zero).unwrap_or_default(),
         drift: as_it_is.as_ref().map_or(0.0, |found| found.drift),
         channels,

@@ -1,0 +1,181 @@
+//! What a kind of manoeuvre is, and what it writes itself into.
+
+use crate::entries::{Entries, Entry, Written};
+use crate::schema::{Sign, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// `[manoeuvre.<name>]`.
+    table Manoeuvre {
+        required {
+            kind: Choice(KINDS), "Which manoeuvre; which of the other keys it takes, and what holds for those left out, is listed with it.";
+        }
+        optional {
+            steers: Name,
+                "The signal that it makes, for a driver to follow: the angle of the wheel, left out: `steer`; of a double lane change the path, left \
+                 out: `lane`. Manoeuvres may share one: in each variant it is that of its own.";
+            car: Element(&["vehicle"]), "The car; left out: the one of the model.";
+            wheel: Shaft, "The steering wheel, whose angle is measured; left out: that of the driver.";
+            torque: Signal, "The steering torque that is measured, a signal or an expression; left out: that of the driver's hands.";
+            set: Overrides, "Parameter values of the variants that drive it, such as the speed: { pace = \"80 km/h\" }.";
+            duration: Quantity(Dimension::TIME, Sign::Positive), "Length of the run.";
+            measures: Choice(&["yes", "no"]) = "yes", "Whether its figures and criteria are taken.";
+            amplitude: Quantity(Dimension::ANGLE, Sign::NonZero), "Angle of the steering wheel, to the left where positive.";
+            start: AnyQuantity, "When it begins (of a double lane change: x where the first lane begins).";
+            frequency: Quantity(Dimension::FREQUENCY, Sign::Positive), "Waves in a second (in Hz).";
+            rate: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive), "How fast the wheel is turned.";
+            over: Quantity(Dimension::TIME, Sign::Positive), "How long it takes until the wheel is at its angle.";
+            dwell: Quantity(Dimension::TIME, Sign::NonNegative), "How long the wheel waits at its second peak.";
+            periods: Number(Sign::Positive), "Whole waves that are measured, the last ones.";
+            width: Quantity(Dimension::LENGTH, Sign::Positive), "Width of the car, which the lanes are made for.";
+            offset: Quantity(Dimension::LENGTH, Sign::Positive), "By how much the second lane lies aside.";
+            side: Choice(&["left", "right"]), "To which side it lies.";
+            course: Text, "The angle of the wheel as an expression of the time and signals.";
+        }
+    }
+}
+
+/// The keywords of the registry; a test keeps them equal.
+const KINDS: &[&str] = &[
+    "steady_circle",
+    "step_steer",
+    "sine_steer",
+    "weave",
+    "double_lane_change",
+    "obstacle_avoidance",
+    "sine_with_dwell",
+    "parking",
+    "free",
+];
+
+/// The description of a kind of manoeuvre.
+#[derive(Debug, Clone, Copy)]
+pub struct ManoeuvreKind {
+    /// The word after `kind =`, and the name of the file here.
+    pub keyword: &'static str,
+    /// What it is, in one sentence.
+    pub summary: &'static str,
+    /// Its figures and criteria, in words.
+    pub measures: &'static str,
+    /// The keys that it takes beside those that all take.
+    pub keys: &'static [(&'static str, Need)],
+    /// Writes what it is.
+    pub write: fn(&Given<'_>, &mut Made),
+}
+
+/// Whether a key is needed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Need {
+    /// It must be there.
+    Required,
+    /// It may be left out.
+    Optional,
+    /// It may be left out, and then has this value.
+    Default(&'static str),
+}
+
+/// Keys that all kinds take.
+pub const COMMON: [&str; 7] = ["kind", "steers", "car", "wheel", "torque", "set", "measures"];
+
+/// What is given for a manoeuvre.
+pub struct Given<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its kind.
+    pub kind: &'static ManoeuvreKind,
+    /// Its keys.
+    pub keys: &'a Entries,
+    /// The car.
+    pub car: Option<String>,
+    /// The steering wheel.
+    pub wheel: Option<String>,
+    /// The steering torque.
+    pub torque: Option<String>,
+}
+
+/// What a manoeuvre stands for.
+#[derive(Debug, Clone, Default)]
+pub struct Made {
+    /// Tables by their groups and names.
+    pub tables: Vec<(&'static str, String, Entries)>,
+    /// The angle of the wheel, an expression.
+    pub angle: Option<String>,
+    /// The path, an expression of `ahead`.
+    pub path: Option<String>,
+    /// Figures.
+    pub figures: Vec<Entries>,
+    /// Criteria.
+    pub requirements: Vec<Entries>,
+    /// The length of its run, an expression.
+    pub duration: Option<String>,
+}
+
+/// A name as expressions have it.
+pub fn quoted(name: &str) -> String {
+    if name.contains('-') { format!("'{name}'") } else { name.to_string() }
+}
+
+/// A table of texts.
+pub fn table(keys: &[(&str, &str)]) -> Entries {
+    let mut out = Entries::default();
+    keys.iter().for_each(|(key, text)| out.set(key, Written::Text((*text).into())));
+    out
+}
+
+impl Given<'_> {
+    /// A value as an expression: what is written, or what holds where it is left out.
+    pub fn value(&self, key: &str) -> Option<String> {
+        match self.keys.get(key) {
+            Some(Written::Text(text) | Written::Number(text)) => Some(format!("({text})")),
+            Some(Written::Quantity(value, dimension)) => Some(crate::units::written_quantity(value, *dimension)),
+            Some(_) => None,
+            None => self.kind.keys.iter().find(|(name, _)| *name == key).and_then(|(_, need)| match need {
+                Need::Default(text) => Some(format!("({text})")),
+                _ => None,
+            }),
+        }
+    }
+
+    /// The same; empty where there is none, and that is told where its keys are read.
+    pub fn text(&self, key: &str) -> String {
+        self.value(key).unwrap_or_default()
+    }
+
+    /// The name of something of it.
+    pub fn own(&self, part: &str) -> String {
+        format!("{}_{part}", self.name)
+    }
+
+    /// A signal of the car.
+    pub fn of_car(&self, word: &str) -> String {
+        quoted(&format!("{}.{word}", self.car.as_deref().unwrap_or("car")))
+    }
+}
+
+impl Made {
+    /// Adds a figure: the name behind that of the manoeuvre, and its keys.
+    pub fn figure(&mut self, given: &Given<'_>, name: &str, keys: &[(&str, &str)]) {
+        let own = given.own(name);
+        let mut out = table(&[("name", own.as_str())]);
+        keys.iter().for_each(|(key, text)| out.set(key, Written::Text((*text).into())));
+        self.figures.push(out);
+    }
+
+    /// Adds a criterion: a figure of the manoeuvre with a bound.
+    pub fn criterion(&mut self, given: &Given<'_>, figure: &str, bound: (&str, &str)) {
+        let own = given.own(figure);
+        self.requirements.push(table(&[("figure", own.as_str()), bound]));
+    }
+
+    /// Adds the angle of the wheel as a signal of a kind.
+    pub fn steer(&mut self, given: &Given<'_>, keys: &[(&str, &str)]) {
+        let name = given.own("steer");
+        self.tables.push(("signal", name.clone(), table(keys)));
+        self.angle = Some(quoted(&name));
+    }
+}
+
+/// A list of names.
+pub fn list(names: &[String]) -> Written {
+    Written::List(names.iter().map(|name| Entry::from(Written::Text(name.clone()))).collect())
+}

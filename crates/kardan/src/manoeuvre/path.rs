@@ -1,0 +1,148 @@
+//! Lanes between cones.
+
+use super::kind::{Given, Made, Need, quoted};
+use crate::entries::{Entries, Entry, Written};
+use crate::schema::{Sign, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// `[path.<name>]`.
+    table Path {
+        required {
+            kind: Choice(&["iso_3888_1", "iso_3888_2"]), "Double lane change of ISO 3888-1, or obstacle avoidance of ISO 3888-2.";
+            width: Quantity(Dimension::LENGTH, Sign::Positive), "Width of the car, which the lanes are made for.";
+        }
+        optional {
+            start: Quantity(Dimension::LENGTH, Sign::Any) = "0 m", "The x where the first lane begins.";
+            offset: Quantity(Dimension::LENGTH, Sign::Positive),
+                "Of part 1 the distance of the middles of first and second lane, left out: 3.5 m; of part 2 that of the edges that face each other, left out: \
+                 1 m.";
+            side: Choice(&["left", "right"]) = "left", "To which side the second lane lies.";
+        }
+    }
+}
+
+/// Lengths of the sections, m; widths of the three lanes by that of the car.
+struct Track {
+    lengths: [&'static str; 5],
+    widths: [&'static str; 3],
+    offset: &'static str,
+}
+
+const PART_1: Track = Track {
+    lengths: ["15 m", "30 m", "25 m", "25 m", "30 m"],
+    widths: ["(1.1 * W + 0.25 m)", "(1.2 * W + 0.25 m)", "(1.3 * W + 0.25 m)"],
+    offset: "(3.5 m)",
+};
+
+const PART_2: Track = Track {
+    lengths: ["12 m", "13.5 m", "11 m", "12.5 m", "12 m"],
+    widths: ["(1.1 * W + 0.25 m)", "(W + 1 m)", "max(1.3 * W + 0.25 m, 3 m)"],
+    offset: "(1 m)",
+};
+
+/// A curve through points, as the table of a model.
+fn curve(points: &[(String, String)], interpolation: &str) -> Entries {
+    let texts = |of: &dyn Fn(&(String, String)) -> String| {
+        Written::List(points.iter().map(|point| Entry::from(Written::Text(of(point)))).collect())
+    };
+    let mut lists = Entries::default();
+    lists.set("x", texts(&|point| point.0.clone()));
+    lists.set("value", texts(&|point| point.1.clone()));
+    let mut out = Entries::default();
+    out.set("points", Written::Table(lists));
+    out.set("interpolation", Written::Text(interpolation.into()));
+    out
+}
+
+/// The tables of a path: its middle, smooth, and the limits on both sides, which between two lanes are those of the wider choice.
+pub fn lanes(kind: &str, width: &str, offset: Option<&str>, start: &str, side: &str) -> [(&'static str, Entries); 3] {
+    let track = if kind == "iso_3888_2" { PART_2 } else { PART_1 };
+    let [first, second, third] = track.widths.map(|text| text.replace('W', width));
+    let offset = offset.unwrap_or(track.offset);
+    let middle = match kind {
+        "iso_3888_2" => format!("({first} / 2 + {offset} + {second} / 2)"),
+        _ => offset.to_string(),
+    };
+    let sign = if side == "right" { "-" } else { "" };
+    let mut ends = vec![start.to_string()];
+    for length in track.lengths {
+        ends.push(format!("{} + {length}", ends[ends.len() - 1]));
+    }
+    let at = |k: usize, y: &str| (ends[k].clone(), y.to_string());
+    let second_middle = format!("{sign}{middle}");
+    let smooth = [(0, "0 m"), (1, "0 m"), (2, &second_middle), (3, &second_middle), (4, "0 m"), (5, "0 m")];
+    let centre = curve(&smooth.map(|(k, y)| at(k, y)), "cubic");
+    // Limits as they are for a second lane to the left: y and the half widths; a right one has them in the mirror.
+    let limit = |outer: bool| {
+        let half = |w: &str| format!("{}{w} / 2", if outer { "" } else { "-" });
+        let lanes = [half(&first), format!("{middle} + ({})", half(&second)), half(&third)];
+        let choice = if outer { "max" } else { "min" };
+        let between = |a: &str, b: &str| format!("{choice}({a}, {b})");
+        let (there, back) = (between(&lanes[0], &lanes[1]), between(&lanes[1], &lanes[2]));
+        let mut points = Vec::new();
+        for (from, until, y) in [(0, 1, &lanes[0]), (1, 2, &there), (2, 3, &lanes[1]), (3, 4, &back), (4, 5, &lanes[2])]
+        {
+            // A millimetre from one to the next: a table has no steps.
+            let inside = from % 2 == 1;
+            let by =
+                |end: usize, sign: &str| if inside { format!("{} {sign} 1 mm", ends[end]) } else { ends[end].clone() };
+            let y = if sign.is_empty() { y.clone() } else { format!("-({y})") };
+            points.push((by(from, "+"), y.clone()));
+            points.push((by(until, "-"), y));
+        }
+        curve(&points, "linear")
+    };
+    let (outer, inner) = (limit(true), limit(false));
+    let (left, right) = if sign.is_empty() { (outer, inner) } else { (inner, outer) };
+    [("", centre), ("_left", left), ("_right", right)]
+}
+
+/// What both double lane changes take.
+pub(super) const KEYS: &[(&str, Need)] = &[
+    ("width", Need::Required),
+    ("duration", Need::Required),
+    ("start", Need::Default("30 m")),
+    ("offset", Need::Optional),
+    ("side", Need::Default("left")),
+];
+
+/// A double lane change: its path, how far the corners of the car stay within its lanes, and what that takes.
+pub(super) fn lane_change(given: &Given<'_>, made: &mut Made, kind: &str) {
+    let (width, start) = (given.text("width"), given.text("start"));
+    let side = given.text("side");
+    let (path, offset) = (given.own("path"), given.value("offset"));
+    for (part, table) in lanes(kind, &width, offset.as_deref(), &start, side.trim_matches(['(', ')'])) {
+        made.tables.push(("table", format!("{path}{part}"), table));
+    }
+    made.path = Some(format!("{}(ahead)", quoted(&path)));
+    made.duration = given.value("duration");
+    let [x, y, heading] = ["x", "y", "heading"].map(|word| given.of_car(word));
+    let [left, right] = ["_left", "_right"].map(|part| quoted(&format!("{path}{part}")));
+    let mut room = String::new();
+    for (along, axle) in [("", "front_axle"), ("-", "rear_axle")] {
+        for across in ["", "-"] {
+            let (a, b) = (format!("{along}{}", given.of_car(axle)), format!("{across}{width} / 2"));
+            let at = format!("{x} + ({a}) * cos({heading}) - ({b}) * sin({heading})");
+            let beside = format!("{y} + ({a}) * sin({heading}) + ({b}) * cos({heading})");
+            let own = format!("min({left}({at}) - ({beside}), {beside} - {right}({at}))");
+            room = if room.is_empty() { own } else { format!("min({room}, {own})") };
+        }
+    }
+    let signal = given.own("room");
+    made.tables.push(("signal", signal.clone(), super::table(&[("kind", "expression"), ("value", &room)])));
+    let signal = quoted(&signal);
+    made.figure(given, "room", &[("signal", &signal), ("measure", "min")]);
+    made.criterion(given, "room", ("above", "0 m"));
+    for (name, word) in [("a_y", "a_y"), ("yaw_rate", "yaw_rate")] {
+        made.figure(given, name, &[("signal", &given.of_car(word)), ("measure", "max_abs")]);
+    }
+    if let Some(wheel) = &given.wheel {
+        let [phi, w] = ["phi", "w"].map(|word| quoted(&format!("{wheel}.{word}")));
+        made.figure(given, "angle", &[("signal", &phi), ("measure", "max_abs"), ("display", "deg")]);
+        made.figure(given, "rate", &[("signal", &w), ("measure", "max_abs"), ("display", "deg/s")]);
+    }
+    if let Some(torque) = &given.torque {
+        made.figure(given, "torque", &[("signal", torque), ("measure", "max_abs")]);
+    }
+}

@@ -1,0 +1,37 @@
+use super::kind::{Given, Made, ManoeuvreKind, Need};
+
+/// The sine of ISO 7401.
+pub(super) const SINE_STEER: ManoeuvreKind = ManoeuvreKind {
+    keyword: "sine_steer",
+    summary: "One wave of the sinusoidal input of ISO 7401.",
+    measures: "`yaw_lag_1`, `yaw_lag_2`: how much later than the first and the second peak of the wave those of the yaw rate are; `a_y_lag_1`, `a_y_lag_2`: the \
+               same of the lateral acceleration; `yaw_rate`, `a_y`: largest sizes. Criteria: none.",
+    keys: &[
+        ("amplitude", Need::Required),
+        ("start", Need::Default("1 s")),
+        ("frequency", Need::Default("0.5 Hz")),
+        ("duration", Need::Optional),
+    ],
+    write,
+};
+
+fn write(given: &Given<'_>, made: &mut Made) {
+    let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| given.text(key));
+    let wave = [("kind", "sine_with_dwell"), ("dwell", "0 s"), ("amplitude", amplitude.as_str())];
+    made.steer(given, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
+    made.duration = given.value("duration").or(Some(format!("{start} + 1 / {frequency} + 2 s")));
+    for (word, name) in [("yaw_rate", "yaw"), ("a_y", "a_y")] {
+        let signal = given.of_car(word);
+        let turned = format!("{signal} / {amplitude}");
+        for (number, measure, part) in [(1, "time_of_max", "0.25"), (2, "time_of_min", "0.75")] {
+            let peak = format!("{name}_peak_{number}");
+            made.figure(given, &peak, &[("signal", &turned), ("measure", measure), ("from", &start)]);
+            let own = super::quoted(&given.own(&peak));
+            let lag = format!("{own} - {part} / {frequency}");
+            made.figure(given, &format!("{name}_lag_{number}"), &[("value", &lag), ("display", "ms")]);
+        }
+    }
+    for name in ["yaw_rate", "a_y"] {
+        made.figure(given, name, &[("signal", &given.of_car(name)), ("measure", "max_abs")]);
+    }
+}

@@ -1,0 +1,43 @@
+use super::kind::{Given, Made, ManoeuvreKind, Need};
+
+/// The sine with dwell of FMVSS 126 and UN R140.
+pub(super) const SINE_WITH_DWELL: ManoeuvreKind = ManoeuvreKind {
+    keyword: "sine_with_dwell",
+    summary: "The sine with dwell of FMVSS 126 and UN R140.",
+    measures: "`peak`: largest yaw rate against the first half wave, from the middle of the wave to its end; `ratio_1`, `ratio_2`: yaw rate 1.0 s and 1.75 s behind \
+               the end as a part of it; `way`: size of y 1.07 s behind the begin, the start being at y = 0. Criteria: `ratio_1` below 0.35, `ratio_2` \
+               below 0.2, `way` above 1.83 m (cars up to 3.5 t, from five times the angle that gives 0.3 g on).",
+    keys: &[
+        ("amplitude", Need::Required),
+        ("start", Need::Default("1 s")),
+        ("frequency", Need::Default("0.7 Hz")),
+        ("dwell", Need::Default("0.5 s")),
+        ("duration", Need::Optional),
+    ],
+    write,
+};
+
+fn write(given: &Given<'_>, made: &mut Made) {
+    let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| given.text(key));
+    let dwell = given.text("dwell");
+    let wave = [("kind", "sine_with_dwell"), ("amplitude", amplitude.as_str()), ("dwell", dwell.as_str())];
+    made.steer(given, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
+    let end = format!("{start} + 1 / {frequency} + {dwell}");
+    made.duration = given.value("duration").or(Some(format!("{end} + 2 s")));
+    let against = format!("-{} / {amplitude}", given.of_car("yaw_rate"));
+    let middle = format!("{start} + 0.5 / {frequency}");
+    let window = [("from", middle.as_str()), ("until", end.as_str())];
+    made.figure(given, "peak", &[&[("signal", against.as_str()), ("measure", "max")][..], &window].concat());
+    let peak = super::quoted(&given.own("peak"));
+    for (number, later, bound) in [(1, "1 s", "0.35"), (2, "1.75 s", "0.2")] {
+        let (rest, at) = (format!("rest_{number}"), format!("{end} + {later}"));
+        made.figure(given, &rest, &[("signal", &against), ("measure", "at"), ("at", &at)]);
+        let ratio = format!("{} / {peak}", super::quoted(&given.own(&rest)));
+        let name = format!("ratio_{number}");
+        made.figure(given, &name, &[("value", &ratio)]);
+        made.criterion(given, &name, ("below", bound));
+    }
+    let way = format!("abs({})", given.of_car("y"));
+    made.figure(given, "way", &[("signal", &way), ("measure", "at"), ("at", &format!("{start} + 1.07 s"))]);
+    made.criterion(given, "way", ("above", "1.83 m"));
+}

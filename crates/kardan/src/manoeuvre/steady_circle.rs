@@ -1,0 +1,39 @@
+use super::kind::{Given, Made, ManoeuvreKind, Need};
+
+/// The steady circle of ISO 4138.
+pub(super) const STEADY_CIRCLE: ManoeuvreKind = ManoeuvreKind {
+    keyword: "steady_circle",
+    summary: "Steady circles of ISO 4138 at one speed: the wheel is turned slowly up to an angle.",
+    measures: "`understeer`: understeer gradient, the slope over the lateral acceleration of what the front wheels are turned beyond the angle of Ackermann; \
+               `a_y`: largest lateral acceleration; `sideslip`: slope of the angle of sideslip; `torque`: largest steering torque. They are measured from a \
+               quarter of the way on. Criteria: none.",
+    keys: &[
+        ("amplitude", Need::Required),
+        ("start", Need::Default("1 s")),
+        ("over", Need::Default("30 s")),
+        ("duration", Need::Optional),
+    ],
+    write,
+};
+
+fn write(given: &Given<'_>, made: &mut Made) {
+    let [amplitude, start, over] = ["amplitude", "start", "over"].map(|key| given.text(key));
+    made.steer(given, &[("kind", "ramp"), ("to", &amplitude), ("start", &start), ("over", &over)]);
+    made.duration = given.value("duration").or(Some(format!("{start} + {over}")));
+    let [a_y, r, u, v] = ["a_y", "yaw_rate", "v_x", "v_y"].map(|word| given.of_car(word));
+    let [front, rear] = ["front_axle", "rear_axle"].map(|key| given.of_car(key));
+    let wheels = super::quoted(&format!("{}_wheel.phi", given.car.as_deref().unwrap_or("car")));
+    let (from, until) = (format!("{start} + {over} / 4"), format!("{start} + {over}"));
+    let window = [("from", from.as_str()), ("until", until.as_str())];
+    let beyond = format!("{wheels} - ({front} + {rear}) * {r} / {u}");
+    let slope = |signal: &str, made: &mut Made, name: &str, display: &str| {
+        let keys = [("signal", signal), ("measure", "slope"), ("over", &a_y), ("display", display)];
+        made.figure(given, name, &[&keys[..], &window[..]].concat());
+    };
+    slope(&beyond, made, "understeer", "deg s^2/m");
+    slope(&format!("atan2({v}, {u})"), made, "sideslip", "deg s^2/m");
+    made.figure(given, "a_y", &[&[("signal", a_y.as_str()), ("measure", "max_abs")][..], &window].concat());
+    if let Some(torque) = &given.torque {
+        made.figure(given, "torque", &[&[("signal", torque.as_str()), ("measure", "max_abs")][..], &window].concat());
+    }
+}

@@ -1,0 +1,49 @@
+use super::kind::{Given, Made, ManoeuvreKind, Need};
+
+/// The weave of ISO 13674-1.
+pub(super) const WEAVE: ManoeuvreKind = ManoeuvreKind {
+    keyword: "weave",
+    summary: "The weave of ISO 13674-1: a sine about straight ahead.",
+    measures: "Over the last `periods`: `torque_gradient`: steering torque over lateral acceleration where that passes zero rising; `torque_hysteresis`: how far the \
+               branches of the torque are apart there; `a_y_hysteresis`: those of the lateral acceleration at no torque; `angle_hysteresis`: those of the angle of \
+               the wheel over the lateral acceleration; `yaw_gain`, `yaw_lag`, `a_y_gain`, `a_y_lag`: gain and delay over the angle of the wheel at the \
+               frequency; `a_y`: largest. Without a torque those of it are left out. Criteria: none.",
+    keys: &[
+        ("amplitude", Need::Required),
+        ("start", Need::Default("1 s")),
+        ("frequency", Need::Default("0.2 Hz")),
+        ("periods", Need::Default("2")),
+        ("duration", Need::Optional),
+    ],
+    write,
+};
+
+fn write(given: &Given<'_>, made: &mut Made) {
+    let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| given.text(key));
+    let periods = given.text("periods");
+    let wave = [("kind", "sine"), ("amplitude", amplitude.as_str())];
+    made.steer(given, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
+    let end = given.value("duration").unwrap_or(format!("{start} + ({periods} + 1.5) / {frequency}"));
+    made.duration = Some(end.clone());
+    let from = format!("{end} - {periods} / {frequency}");
+    let [a_y, r] = ["a_y", "yaw_rate"].map(|word| given.of_car(word));
+    let angle = given.wheel.as_ref().map(|wheel| super::quoted(&format!("{wheel}.phi")));
+    let mut over = |name: &str, signal: &str, measure: &str, other: &str, more: &[(&str, &str)]| {
+        let keys = [("signal", signal), ("measure", measure), ("over", other), ("from", from.as_str())];
+        made.figure(given, name, &[&keys[..], more].concat());
+    };
+    if let Some(torque) = &given.torque {
+        over("torque_gradient", torque, "gradient", &a_y, &[("display", "N m s^2/m")]);
+        over("torque_hysteresis", torque, "hysteresis", &a_y, &[]);
+        over("a_y_hysteresis", &a_y, "hysteresis", torque, &[]);
+    }
+    if let Some(angle) = &angle {
+        over("angle_hysteresis", angle, "hysteresis", &a_y, &[("display", "deg")]);
+        let at = ("frequency", frequency.as_str());
+        for (name, signal) in [("yaw", &r), ("a_y", &a_y)] {
+            over(&format!("{name}_gain"), signal, "gain", angle, &[at]);
+            over(&format!("{name}_lag"), signal, "lag", angle, &[at, ("display", "ms")]);
+        }
+    }
+    made.figure(given, "a_y", &[("signal", &a_y), ("measure", "max_abs"), ("from", &from)]);
+}

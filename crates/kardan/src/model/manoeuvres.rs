@@ -1,0 +1,367 @@
+//! `[manoeuvre.NAME]` and `[path.NAME]`: they become signals, tables, figures, requirements and values of variants, before anything is read.
+
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+
+use super::composites::placed;
+use super::document::Document;
+use super::examples::example_of;
+use super::parameters::{REMOVE_TOLERANCE, refuse_tolerances};
+use super::parse::{Node, table};
+use crate::diagnostics::{Diagnostic, quoted, shortened};
+use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
+use crate::manoeuvre::{self, COMMON, Given, Made, Manoeuvre, ManoeuvreKind, Need, Path};
+use crate::names::unknown_name;
+use crate::schema::{Keys, Placed, Table, Value};
+
+/// The parameter that is the length of a run.
+const DURATION: &str = "run_duration";
+/// The parameter that is the number of the manoeuvre, zero for none.
+const NUMBER: &str = "manoeuvre";
+
+fn text<'a>(table: &'a Entries, key: &str) -> Option<&'a str> {
+    if let Some(Written::Text(text)) = table.get(key) { Some(text) } else { None }
+}
+
+/// Puts a key in place of one of that name, with all within it at a place.
+fn put(table: &mut Entries, key: &str, value: Written, place: &Place) {
+    table.remove(key);
+    table.push(placed(&keyed(key, value), place));
+}
+
+fn keyed(key: &str, value: Written) -> KeyedEntry {
+    let mut out = Entries::default();
+    out.set(key, value);
+    out.iter().next().cloned().expect("the key that was set")
+}
+
+/// The first name of a kind of element.
+fn first(entries: &Entries, keyword: &str) -> Option<String> {
+    Some(entries.table(keyword)?.iter().next()?.key.clone())
+}
+
+/// A manoeuvre with what it stands for.
+struct Driven<'a> {
+    name: &'a str,
+    /// From one on.
+    number: usize,
+    place: &'a Place,
+    keys: &'a Entries,
+    made: Made,
+    /// Names of the variants that drive it.
+    variants: Vec<String>,
+}
+
+impl Driven<'_> {
+    /// The signal that it makes.
+    fn steers(&self) -> String {
+        let other = if self.made.path.is_some() { "lane" } else { "steer" };
+        text(self.keys, "steers").unwrap_or(other).to_string()
+    }
+
+    /// An expression that is one where it is driven, else zero.
+    fn switch(&self) -> String {
+        format!("if({NUMBER} == {}, 1, 0)", self.number)
+    }
+
+    fn is_steered(&self) -> bool {
+        self.made.angle.is_some() || self.made.path.is_some()
+    }
+}
+
+/// The manoeuvres that can be read, each with what it stands for.
+fn driven(entries: &Entries) -> Vec<Driven<'_>> {
+    let (car, driver) = (first(entries, "vehicle"), first(entries, "driver"));
+    let wheel = entries.table("driver").and_then(|all| {
+        all.iter().find_map(|found| match &found.entry.value {
+            Written::Table(table) => text(table, "wheel").map(str::to_string),
+            _ => None,
+        })
+    });
+    let mut out = Vec::new();
+    for found in entries.table("manoeuvre").into_iter().flat_map(Entries::iter) {
+        let Written::Table(keys) = &found.entry.value else { continue };
+        let Some(kind) = text(keys, "kind").and_then(manoeuvre::find) else { continue };
+        let missing = |(key, need): &(&str, Need)| *need == Need::Required && keys.get(key).is_none();
+        if kind.keys.iter().any(missing) {
+            continue;
+        }
+        let own = |key: &str| text(keys, key).map(str::to_string);
+        let hands = driver.as_ref().map(|driver| manoeuvre::quoted(&format!("{driver}_hands.tau")));
+        let given = Given {
+            name: &found.key,
+            kind,
+            keys,
+            car: own("car").or_else(|| car.clone()),
+            wheel: own("wheel").or_else(|| wheel.clone()),
+            torque: own("torque").or(hands),
+        };
+        let mut made = Made::default();
+        (kind.write)(&given, &mut made);
+        if text(keys, "measures") == Some("no") || given.car.is_none() {
+            made.figures.clear();
+            made.requirements.clear();
+        }
+        let number = out.len() + 1;
+        out.push(Driven { name: &found.key, number, place: &found.place, keys, made, variants: Vec::new() });
+    }
+    out
+}
+
+/// The entries with what manoeuvres and paths stand for beside them.
+pub(super) fn with_manoeuvres(entries: &Entries) -> Cow<'_, Entries> {
+    let mut all = driven(entries);
+    if entries.table("path").is_none() && all.is_empty() {
+        return Cow::Borrowed(entries);
+    }
+    let mut out = entries.clone();
+    paths(entries, &mut out);
+    if all.is_empty() {
+        return Cow::Owned(out);
+    }
+    variants(&mut all, &mut out);
+    for one in &all {
+        for (group, name, table) in &one.made.tables {
+            out.table_mut(group).push(placed(&keyed(name, Written::Table(table.clone())), one.place));
+        }
+        let names = manoeuvre::list(&one.variants);
+        for (key, tables) in [("figure", &one.made.figures), ("requirement", &one.made.requirements)] {
+            for table in tables.iter().filter(|_| !one.variants.is_empty()) {
+                let mut table = table.clone();
+                table.set("variants", names.clone());
+                let entry = placed(&keyed("", Written::Table(table)), one.place).entry;
+                out.list_mut(key).push(entry);
+            }
+        }
+    }
+    steer(&all, &mut out);
+    Cow::Owned(out)
+}
+
+/// `[path.NAME]` as tables.
+fn paths(entries: &Entries, out: &mut Entries) {
+    for found in entries.table("path").into_iter().flat_map(Entries::iter) {
+        let Written::Table(keys) = &found.entry.value else { continue };
+        let (Some(kind), Some(width)) = (text(keys, "kind"), text(keys, "width")) else { continue };
+        let value = |key: &str| text(keys, key).map(|text| format!("({text})"));
+        let start = value("start").unwrap_or("0 m".into());
+        let side = text(keys, "side").unwrap_or("left");
+        let lanes = manoeuvre::lanes(kind, &format!("({width})"), value("offset").as_deref(), &start, side);
+        for (part, table) in lanes {
+            let name = format!("{}{part}", found.key);
+            out.table_mut("table").push(placed(&keyed(&name, Written::Table(table)), &found.place));
+        }
+    }
+}
+
+/// Gives variants what the manoeuvres that they drive set; without any variant each manoeuvre is one.
+fn variants(all: &mut [Driven<'_>], out: &mut Entries) {
+    if out.get("variant").is_none() {
+        for one in all.iter() {
+            let keys = manoeuvre::table(&[("name", one.name), ("manoeuvre", one.name)]);
+            let entry = placed(&keyed("", Written::Table(keys)), one.place).entry;
+            out.list_mut("variant").push(entry);
+        }
+    }
+    let usual = out.table("scenario").and_then(|scenario| scenario.get("duration")).cloned();
+    let place = all[0].place.clone();
+    let parameter = |out: &mut Entries, name: &str, value: Written, place: &Place| {
+        let parameters = out.table_mut("parameters");
+        if parameters.get(name).is_none() {
+            parameters.push(placed(&keyed(name, value), place));
+        }
+    };
+    parameter(out, DURATION, usual.unwrap_or(Written::Text("1 s".into())), &place);
+    let steered = all.iter().any(Driven::is_steered);
+    if steered {
+        parameter(out, NUMBER, Written::Number("0".into()), &place);
+    }
+    put(out.table_mut("scenario"), "duration", Written::Text(DURATION.into()), &place);
+    for variant in out.list_mut("variant") {
+        let Written::Table(table) = &mut variant.value else { continue };
+        let named = text(table, "manoeuvre").map(str::to_string);
+        let Some(one) = named.and_then(|name| all.iter_mut().find(|one| one.name == name)) else { continue };
+        one.variants.extend(text(table, "name").map(str::to_string));
+        let mut set = one.keys.table("set").cloned().unwrap_or_default();
+        if steered {
+            put(&mut set, NUMBER, Written::Number(one.number.to_string()), one.place);
+        }
+        let duration = one.made.duration.clone().unwrap_or_default();
+        put(&mut set, DURATION, Written::Text(duration), one.place);
+        let own = table.table("set").cloned().unwrap_or_default();
+        for entry in own.iter() {
+            set.remove(&entry.key);
+            set.push(entry.clone());
+        }
+        let place = table.keyed("set").map_or(&variant.place, |set| &set.place).clone();
+        table.remove("set");
+        table.push(KeyedEntry {
+            key: "set".into(),
+            place: place.clone(),
+            entry: Entry { value: Written::Table(set), place },
+        });
+    }
+}
+
+/// The signals that manoeuvres share, and the paths that drivers follow.
+fn steer(all: &[Driven<'_>], out: &mut Entries) {
+    let mut names: Vec<String> = all.iter().map(Driven::steers).collect();
+    names.sort();
+    names.dedup();
+    for name in names {
+        let own = || all.iter().filter(|one| one.steers() == name);
+        let switched = |expression: &str, one: &Driven<'_>| format!("{} * ({expression})", one.switch());
+        let angles: Vec<String> = own().filter_map(|one| Some(switched(one.made.angle.as_deref()?, one))).collect();
+        if let (false, Some(first)) = (angles.is_empty(), own().find(|one| one.made.angle.is_some())) {
+            let value = angles.join(" + ");
+            let signal = manoeuvre::table(&[("kind", "expression"), ("value", &value)]);
+            out.table_mut("signal").push(placed(&keyed(&name, Written::Table(signal)), first.place));
+        }
+        let paths: Vec<String> = own().filter_map(|one| Some(switched(one.made.path.as_deref()?, one))).collect();
+        if paths.is_empty() {
+            continue;
+        }
+        let on: Vec<String> = own().filter(|one| one.made.path.is_some()).map(|one| one.switch()).collect();
+        let drivers: Vec<String> =
+            out.table("driver").into_iter().flat_map(Entries::iter).map(|found| found.key.clone()).collect();
+        for driver in drivers {
+            let driver = out.table_mut("driver").table_mut(&driver);
+            let (Some(path), Some(gain)) = (driver.keyed("path").cloned(), driver.keyed("gain").cloned()) else {
+                continue;
+            };
+            if !matches!(&path.entry.value, Written::Text(text) if *text == name) {
+                continue;
+            }
+            let (Written::Text(factor) | Written::Number(factor)) = &gain.entry.value else { continue };
+            let factor = format!("({factor}) * ({})", on.join(" + "));
+            put(driver, "path", Written::Text(paths.join(" + ")), &path.entry.place);
+            put(driver, "gain", Written::Text(factor), &gain.entry.place);
+        }
+    }
+}
+
+/// Reads the keys of manoeuvres and paths, and what of them variants name; what is wrong is told. The names of those with mistakes.
+pub(super) fn check_manoeuvres(
+    [manoeuvres, paths]: [&[Node<'_>]; 2],
+    variants: &[Table],
+    document: &Document,
+    out: &mut Vec<Diagnostic>,
+) -> BTreeSet<String> {
+    let mut wrong = BTreeSet::new();
+    for node in manoeuvres {
+        let (what, before) = (format!("manoeuvre `{}`", shortened(node.name)), out.len());
+        if let Some(kind) = kind_of(node, &what, out) {
+            let mut read = table(Manoeuvre::FIELDS, &node.clone().like(example_of("manoeuvre")), &what, out);
+            refuse_tolerances(&mut read, &what, REMOVE_TOLERANCE, out);
+            check_keys(node, kind, &what, out);
+            check_car(node, document, &what, out);
+        }
+        wrong.extend((out.len() > before).then(|| node.name.to_string()));
+    }
+    for node in paths {
+        let (what, before) = (format!("path `{}`", shortened(node.name)), out.len());
+        let mut read = table(Path::FIELDS, &node.clone().like(example_of("path")), &what, out);
+        refuse_tolerances(&mut read, &what, REMOVE_TOLERANCE, out);
+        wrong.extend((out.len() > before).then(|| node.name.to_string()));
+    }
+    for variant in variants {
+        let Some(Placed { value: Value::Word(name), place }) = variant.values.get("manoeuvre") else { continue };
+        if manoeuvres.iter().any(|node| node.name == name) {
+            continue;
+        }
+        let whose = match variant.values.get("name") {
+            Some(Placed { value: Value::Word(name), .. }) => format!("variant `{}`", shortened(name)),
+            _ => "`[[variant]]`".to_string(),
+        };
+        let help = match manoeuvres {
+            [] => "the model has no `[manoeuvre.NAME]`".to_string(),
+            all => unknown_name(name, all.iter().map(|node| node.name)),
+        };
+        let message = format!("{whose}: there is no manoeuvre `{}`", shortened(name));
+        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such manoeuvre").help(help));
+    }
+    wrong
+}
+
+/// The kind of a manoeuvre; what is none is told by the reader, and what this car cannot do here.
+fn kind_of(node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) -> Option<&'static ManoeuvreKind> {
+    let word = text(node.table, "kind").unwrap_or_default();
+    let found = manoeuvre::find(word);
+    let at = || node.table.keyed("kind").map_or(&node.place, |kind| &kind.entry.place).clone();
+    if found.is_none() && (word.contains("split") || word.contains("brak")) {
+        let message = format!(
+            "{what}: the car has no forces along its wheels, so braking, on split friction or else, cannot be driven with it"
+        );
+        let help = "an axle on ice is `mu` or `mu_rear` of `[vehicle.NAME]` as a signal; a torque that braking brings about can be a `[torque.NAME]` on \
+                    `<car>_yaw`";
+        out.push(Diagnostic::error("manoeuvre::braking", message).at(at(), "needs braking").help(help));
+    } else if found.is_none() {
+        // Says what is wrong with `kind`.
+        let keys: Entries = node.table.keyed("kind").cloned().into_iter().collect();
+        drop(table(Manoeuvre::FIELDS, &Node { table: &keys, ..node.clone() }, what, out));
+    }
+    found
+}
+
+/// Tells of keys that a kind needs, and of those that it does not take.
+fn check_keys(node: &Node<'_>, kind: &'static ManoeuvreKind, what: &str, out: &mut Vec<Diagnostic>) {
+    let field = |key: &str| Manoeuvre::FIELDS.iter().find(|field| field.name == key);
+    for (key, _) in kind.keys.iter().filter(|(key, need)| *need == Need::Required && node.table.get(key).is_none()) {
+        let about = field(key).map_or("", |field| field.doc);
+        let message = format!("{what}: a `{}` needs the key `{key}`", kind.keyword);
+        let mistake = Diagnostic::error("key::missing", message).at(node.place.clone(), format!("`{key}` is missing"));
+        out.push(mistake.help(format!("add `{key} = ...`: {about}")));
+    }
+    for found in node.table.iter() {
+        let key = found.key.as_str();
+        let takes = COMMON.contains(&key) || kind.keys.iter().any(|(own, _)| *own == key);
+        if takes || field(key).is_none() {
+            continue;
+        }
+        let own = quoted(kind.keys.iter().map(|(key, _)| *key));
+        let message = format!("{what}: `{key}` says nothing for a `{}`", kind.keyword);
+        let mistake = Diagnostic::error("manoeuvre::key", message).at(found.place.clone(), "not used");
+        out.push(mistake.help(format!("remove it; beside those that all take, it takes {own}")));
+    }
+}
+
+/// Tells of a manoeuvre without a car.
+fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Diagnostic>) {
+    let cars = || document.elements.iter().filter(|one| one.kind.keyword == "vehicle").map(|one| one.name.as_str());
+    let free = text(node.table, "kind") == Some("free");
+    match text(node.table, "car") {
+        Some(name) if !cars().any(|car| car == name) && !document.doubts.has(name) => {
+            let place = node.table.keyed("car").map_or(&node.place, |car| &car.entry.place).clone();
+            let message = format!("{what}: there is no car `{}`", shortened(name));
+            let help = if cars().next().is_none() {
+                "the model has no `[vehicle.NAME]`".to_string()
+            } else {
+                unknown_name(name, cars())
+            };
+            out.push(Diagnostic::error("name::unknown", message).at(place, "no such car").help(help));
+        }
+        None if cars().next().is_none() && !free && !document.doubts.all => {
+            let message = format!("{what}: the model has no car");
+            let mistake = Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "nothing drives");
+            out.push(mistake.help("add a `[vehicle.NAME]`, or take a manoeuvre of the kind `free`"));
+        }
+        None if cars().nth(1).is_some() && !free => {
+            let message = format!("{what}: which of the cars {} it is about is open", quoted(cars()));
+            let mistake = Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "`car` is missing");
+            out.push(mistake.help("name it: `car = \"NAME\"`"));
+        }
+        _ => {}
+    }
+}
+
+/// Takes out what is told of the parts of manoeuvres and paths that have a mistake themselves: it is the same mistake.
+pub(super) fn leave_made_out(nodes: &[Node<'_>], wrong: &BTreeSet<String>, out: &mut Vec<Diagnostic>) {
+    for node in nodes.iter().filter(|node| wrong.contains(node.name)) {
+        let own = ["manoeuvre", "path"].map(|kind| format!("{kind} `{}`", shortened(node.name)));
+        out.retain(|told| {
+            let place = told.labels.first().map(|label| &label.place);
+            let here = place == Some(&node.name_place) || place == Some(&node.place);
+            !here || own.iter().any(|own| told.message.contains(own))
+        });
+    }
+}

@@ -1,0 +1,62 @@
+use super::{Course, Refused, SignalKind};
+use crate::element::Values;
+use crate::expr::Expr;
+use crate::num::rational_to_f64;
+use crate::schema::{Keys, Sign, SignalKeys, keys};
+use crate::units::Dimension;
+
+keys! {
+    /// One wave of a sine that waits at its second peak.
+    signal SineWithDwell("sine_with_dwell") {
+        required {
+            amplitude: AnyQuantity, "Largest deviation from the offset; its unit is that of the signal.";
+        }
+        optional {
+            frequency: Quantity(Dimension::FREQUENCY, Sign::Positive) = "0.7 Hz", "That of the sine.";
+            dwell: Quantity(Dimension::TIME, Sign::NonNegative) = "0.5 s", "How long it waits at its second peak.";
+            offset: AnyQuantity, "What is added, and holds before the start and after the end; left out: zero.";
+            start: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "When it begins.";
+        }
+    }
+}
+
+pub(super) const SINE_WITH_DWELL: SignalKind = SignalKind {
+    keyword: SineWithDwell::KEYWORD,
+    summary: "One wave of a sine that waits at its second peak: the steering input of FMVSS 126 and UN R140.",
+    formula: "offset + amplitude sin(2 pi frequency x) with x = t - start up to 3/4 of the wave, then that for the dwell, then on to the end of the\n\
+              wave; before the start and after the end, 1/frequency + dwell behind it: offset.",
+    fields: SineWithDwell::FIELDS,
+    example: "\
+[signal.hands]
+kind = \"sine_with_dwell\"
+amplitude = \"100 deg\"
+start = \"0.5 s\"
+",
+    check: |_| Vec::new(),
+    write,
+};
+
+fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+    let [start, dwell] = ["start", "dwell"].map(|key| values.exact_or_default(key).to_rational());
+    let frequency = values.exact_or_default("frequency");
+    let period = frequency.recip().map(|period| period.to_rational()).unwrap_or_default();
+    let waits = &start + &period * crate::num::Rational::from_parts(3.into(), 4u8.into());
+    let goes_on = &waits + &dwell;
+    let end = &start + &period + &dwell;
+    let [begin, waits, goes_on, end] = [&start, &waits, &goes_on, &end].map(rational_to_f64);
+    let (three_quarters, period) = (0.75 * rational_to_f64(&period), rational_to_f64(&period));
+    let level = |level: f64| [level, 0.0, 0.0, 0.0];
+    let before = |value: f64| (begin > 0.0).then_some((0.0, level(value)));
+    let on = before(0.0).into_iter().chain([(begin, level(1.0)), (end, level(0.0))]);
+    let rises = |from: f64| [from, 1.0, 0.0, 0.0];
+    let dwell = (goes_on > waits).then_some((waits, level(three_quarters)));
+    let clock = [(begin, rises(0.0))].into_iter().chain(dwell);
+    let clock = clock.chain([(goes_on, rises(three_quarters)), (end, level(period))]);
+    let clock = before(0.0).into_iter().chain(clock);
+    let on = course.pieces("on", (Dimension::NONE, false), on)?;
+    let clock = course.pieces("clock", (Dimension::TIME, false), clock)?;
+    let frequency = course.exact(&frequency);
+    let waves = course.graph.multiply(frequency, clock);
+    let angle = course.turns(waves, &crate::units::Exact::zero());
+    Ok(course.wave(values, on, angle))
+}

@@ -1,0 +1,62 @@
+//! Models that designs leave elements out of.
+
+use std::collections::BTreeSet;
+
+use crate::diagnostics::{Diagnostic, nearest, shortened};
+use crate::model::{ControlSpec, Document, Model, TableReader};
+use crate::schema::LawKeys;
+use crate::synthesis::Program;
+
+/// What the design of a controller leaves out: elements with their parts; mistakes are told.
+pub(super) fn left_out(
+    document: &Document,
+    control: &ControlSpec,
+    out: &mut Vec<Diagnostic>,
+) -> Option<BTreeSet<String>> {
+    let own = document.controls.iter().find(|own| own.place == control.place);
+    let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "without"));
+    let mut found = BTreeSet::new();
+    if control.law.keyword == Program::KEYWORD && control.values.has("without") {
+        let message =
+            format!("control `{}`: a program is not designed, so there is nothing to leave out", control.name);
+        out.push(Diagnostic::error("control::without", message).at(place, "not read").help("take it out"));
+        return None;
+    }
+    for name in control.values.words("without").unwrap_or_default() {
+        let Some(element) = document.elements.iter().find(|element| element.name == *name) else {
+            let known = document.elements.iter().map(|element| element.name.as_str());
+            let message = format!("`without` of control `{}`: there is no element `{}`", control.name, shortened(name));
+            let help = match nearest(name, known) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => "name elements of the model: a vehicle, a torque, a spring_damper".into(),
+            };
+            out.push(Diagnostic::error("name::unknown", message).at(place, "unknown").help(help));
+            return None;
+        };
+        // Parts stand where the header of their element does.
+        let parts = document.elements.iter().filter(|part| part.place == element.place);
+        found.extend(parts.map(|part| part.name.clone()));
+    }
+    if !found.is_empty() && own.is_some_and(|own| own.table.values.contains_key("at")) {
+        let message = format!(
+            "control `{}`: a design that leaves elements out has no operating point of the whole",
+            control.name
+        );
+        out.push(
+            Diagnostic::error("control::without", message)
+                .at(place, "left out here")
+                .help("take out `at` or `without`"),
+        );
+        return None;
+    }
+    Some(found)
+}
+
+/// The model without elements, and without what acts on their coordinates.
+pub(super) fn model_without(model: &Model, left_out: &BTreeSet<String>) -> Model {
+    let gone = |name: &str| left_out.contains(name);
+    let mut out = model.clone();
+    out.terms.retain(|named| !gone(&named.element) && !named.term.coordinates().into_iter().any(gone));
+    out.all_coordinates.retain(|name| !gone(name));
+    out
+}
