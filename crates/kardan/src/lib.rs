@@ -60,6 +60,7 @@ pub mod file;
 pub mod identify;
 #[doc(hidden)]
 pub mod manoeuvre;
+#[doc(hidden)]
 pub mod model;
 #[doc(hidden)]
 pub mod names;

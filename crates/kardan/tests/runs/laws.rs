@@ -4,8 +4,9 @@ use std::f64::consts::FRAC_PI_2;
 
 use kardan::results::{Outcome, Run};
 use kardan::simulate::Method;
+use kardan::study::{Project, Settings, Silent};
 
-use crate::common::{run_by, signal};
+use crate::common::{run_by, runs_only, signal};
 
 fn by(source: &str, method: Method, tolerance: f64) -> Run {
     run_by(source, method, Some(tolerance))
@@ -239,7 +240,9 @@ fn a_run_tells_which_tables_it_left() {
 #[test]
 fn a_law_without_a_value_ends_the_run_by_name() {
     for method in METHODS {
-        let run = by(&body("-1 N m * sqrt(0.5 - t / (1 s))", [0.0, 0.0], 1.0), method, 1e-9);
+        let settings = Settings { method, ..runs_only() };
+        let project = Project::open(body("-1 N m * sqrt(0.5 - t / (1 s))", [0.0, 0.0], 1.0));
+        let run = project.run(&settings, &Silent).unwrap_or_else(|why| panic!("{why:?}")).runs.remove(0);
         let Outcome::Failed { time, cause } = &run.outcome else { panic!("{:?}", run.outcome) };
         assert!((time - 0.5).abs() < 1e-3, "{method:?}: {cause}");
         let told = cause.contains("square_root") && cause.contains("it has no value there");
