@@ -21,6 +21,31 @@ fn words(class: &ConstraintClass) -> [bool; 3] {
     [class.holonomic, class.scleronomic, class.linear]
 }
 
+/// A soft stop that is pressed where a model rests is part of it, with its stiffness and damping: modes of `s² + d s + (k + c)`; open, or just touched, it is
+/// not, and what is touched is told.
+#[test]
+fn pressed_stops_are_part_of_the_model() {
+    let source = |law: &str, stop: &str| {
+        format!(
+            "[mass.a]\nmass = \"1 kg\"\n[torque.w]\nmass = \"a\"\nlaw = \"{law}\"\n[end_stop.e]\nmass_1 = \"a\"\nlower = \"-1 m\"\n{stop}"
+        )
+    };
+    let soft = "stiffness = \"98 N/m\"\ndamping = \"4 N s/m\"\n";
+    for (law, stop, pole, note) in [
+        ("-10 N - 2 N/m * a.s", soft, [-2.0, 96f64.sqrt()], "`e` is pressed at the operating point"),
+        ("-1 N - 2 N/m * a.s", soft, [0.0, 2f64.sqrt()], ""),
+        ("-10 N - 2 N/m * a.s", "", [0.0, 2f64.sqrt()], "`e` is touched at the operating point"),
+    ] {
+        let found = analysis(&source(law, stop));
+        let mode = found.modes.iter().find(|mode| mode.eigenvalue.im > 0.0).unwrap();
+        let error = (mode.eigenvalue.re - pole[0]).abs() + (mode.eigenvalue.im - pole[1]).abs();
+        assert!(error < 1e-12, "{law} {stop}: {:?}", mode.eigenvalue);
+        let told = found.notes.iter().any(|text| text.starts_with("`e` is "));
+        let expected = found.notes.iter().any(|text| !note.is_empty() && text.starts_with(note));
+        assert!(told == !note.is_empty() && expected == told, "{:?}", found.notes);
+    }
+}
+
 /// Rows of speeds: a wheel is nonholonomic, with a witness; exact differentials, also times a factor, are not; constant ones are linear.
 #[test]
 fn frobenius_tells_rolling_from_what_has_an_integral() {
