@@ -22,7 +22,6 @@ fn run(name: &str, time: Vec<f64>, values: Vec<f64>) -> Run {
         energy: Energy { input: 3.0, stored: 1.0, dissipated: 2.0, residual: 1e-12, exchanged: 3.0 },
         events: vec![Event { time: 0.5, what: "rk sticks".into() }],
         outcome: Outcome::Completed,
-        figures: Vec::new(),
         requirements: vec![RequirementResult {
             text,
             measured: None,
