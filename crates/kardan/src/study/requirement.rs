@@ -210,7 +210,7 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>, f
         (Some(above), Some(below)) => format!("{above} < {name} < {below} {told}"),
         (Some(above), None) => format!("{name} > {above} {told}"),
         (None, Some(below)) => format!("{name} < {below} {told}"),
-        (None, None) => format!("{name}"),
+        (None, None) => name,
     };
     let text = text.trim_end().to_string();
     let note = match found {
