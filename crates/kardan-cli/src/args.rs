@@ -34,6 +34,7 @@ pub enum Command {
     Design(DesignArgs),
     Identify(IdentifyArgs),
     Bench(BenchArgs),
+    Safety(SafetyArgs),
     Equations(EquationsArgs),
     Linearise(LineariseArgs),
     Check(CheckArgs),
@@ -53,6 +54,7 @@ impl Command {
             Self::Design(args) => args.json,
             Self::Identify(args) => args.json,
             Self::Bench(args) => args.json,
+            Self::Safety(args) => args.json,
             Self::Equations(args) => args.json,
             Self::Check(args) => args.json,
             Self::Models(args) => args.json,
@@ -93,6 +95,9 @@ pub struct RunArgs {
     /// Keep only these variants (may be given several times).
     #[arg(long = "variant", value_name = "NAME")]
     pub variants: Vec<String>,
+    /// Let these faults of the file happen too, `[fault.NAME]`, separated by commas.
+    #[arg(long = "fault", value_name = "NAMES", value_delimiter = ',')]
+    pub faults: Vec<String>,
     /// Run controllers too that are unstable at their sample time, or whose references no motor can hold.
     #[arg(long)]
     pub force: bool,
@@ -432,6 +437,34 @@ pub struct BenchArgs {
     /// Write the report of the study as Markdown (`report.md`) instead of HTML.
     #[arg(long, requires = "study")]
     pub markdown: bool,
+    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub limits: Limits,
+    #[command(flatten)]
+    pub changes: Changes,
+}
+
+/// Try every fault of a model file in every variant and at every value of `[safety]`: when each is detected, how the unit reacts, what it
+/// does, and whether that is within bounds; with the command that runs each row again.
+///
+/// The exit code is 1 if a fault is not detected and harmful, if its effect is beyond a bound, or if something is detected without a fault.
+#[derive(Debug, Clone, Args)]
+#[command(
+    after_help = "Examples:\n  kardan safety my.toml\n  kardan safety my.toml --report faults.html --csv faults.csv\n  kardan safety my.toml --set v=\"20 m/s\"\n  \
+                        kardan safety my.toml --json | jq '.rows[] | select(.verdict == \"not detected and harmful\") | .command'"
+)]
+pub struct SafetyArgs {
+    /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
+    /// model needs `./` before it.
+    pub model: PathBuf,
+    /// Write a report there, as HTML or, to a file that ends with `.md`, as Markdown; a file that exists is replaced.
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+    /// Write the table there as comma-separated values; a file that exists is replaced.
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,

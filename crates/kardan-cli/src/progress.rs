@@ -153,6 +153,11 @@ fn early(mut part: Part, reason: &str) -> Part {
         Part::Analysis(found) => because(&mut found.unfinished, reason),
         Part::Design(found) => because(&mut found.unfinished, reason),
         Part::Identification(found) => because(&mut found.unfinished, reason),
+        Part::Safety(table) => {
+            if let Some(last) = table.warnings.last_mut().filter(|_| table.missing > 0) {
+                *last = format!("{reason}: {last}");
+            }
+        }
     }
     part
 }

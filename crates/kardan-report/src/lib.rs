@@ -42,6 +42,7 @@ pub use present::analysis::words_of as analysis_in_words;
 pub use present::bench::{page as bench, plan};
 pub use present::design::page as design;
 pub use present::identification::page as identification;
+pub use present::safety::page as safety;
 pub use present::study::page as study;
 pub use present::study::words_of as study_in_words;
 

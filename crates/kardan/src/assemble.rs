@@ -45,6 +45,15 @@ pub struct SpringLaw {
     pub rest: Exact,
 }
 
+/// What becomes of the springs and dampers of an element in the course of a run.
+#[derive(Debug, Clone, Default)]
+pub struct Weakened {
+    /// What is to be added to one for the part of their torques that is left, over the time.
+    pub share: Option<Arc<OfTime>>,
+    /// What their relaxed angle moves by, rad, over the time.
+    pub moved: Option<Arc<OfTime>>,
+}
+
 /// The torque of a friction at speed, and what holds at rest.
 #[derive(Debug, Clone)]
 pub struct FrictionLaw {
@@ -172,6 +181,8 @@ pub struct Equations {
     pub constraints: Vec<Along<Exact>>,
     /// Functions of time that right-hand sides of constraints are, by element; the value of such a row is that at time zero.
     pub moving: BTreeMap<String, Arc<OfTime>>,
+    /// What becomes of springs and dampers in the course of a run, by element: what fails. No analysis and no design knows of it.
+    pub failing: BTreeMap<String, Weakened>,
     /// Constraints that are not solved for a coordinate.
     pub kept: Vec<KeptRow>,
     /// Those among them that follow from others; a reduced model has them here.

@@ -11,6 +11,7 @@ mod identify;
 mod linearise;
 mod models;
 mod run;
+mod safety;
 mod schema;
 
 use std::ffi::OsString;
@@ -51,6 +52,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
         Command::Run(args) => Some(&args.limits),
         Command::Design(args) => Some(&args.limits),
         Command::Bench(args) => Some(&args.limits),
+        Command::Safety(args) => Some(&args.limits),
         _ => None,
     };
     if let Some(seconds) = limits.and_then(|limits| limits.time_limit) {
@@ -70,6 +72,7 @@ fn watched(command: &Command) -> Option<&Path> {
         Command::Design(args) => (&args.model, &args.changes),
         Command::Identify(args) => (&args.model, &args.changes),
         Command::Bench(args) => (&args.model, &args.changes),
+        Command::Safety(args) => (&args.model, &args.changes),
         Command::Equations(args) => (&args.model, &args.changes),
         Command::Linearise(args) => (&args.model, &args.changes),
         Command::Check(args) => (&args.model, &args.changes),
@@ -99,6 +102,7 @@ fn dispatch(cli: &Cli) -> Result<u8, Failure> {
         Command::Design(args) => design::design(args, cli.quiet),
         Command::Identify(args) => identify::identify(args, cli.quiet),
         Command::Bench(args) => bench::bench(args, cli.quiet),
+        Command::Safety(args) => safety::safety(args, cli.quiet),
         Command::Equations(args) => equations::equations(args, cli.quiet),
         Command::Linearise(args) => linearise::linearise(args, cli.quiet),
         Command::Check(args) => check::check(args, cli.quiet),

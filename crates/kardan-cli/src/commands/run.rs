@@ -41,6 +41,7 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     });
     let settings = Settings {
         variants: args.variants.clone(),
+        faults: args.faults.clone(),
         force: args.force,
         runs_only: args.runs_only,
         method: match args.method {

@@ -23,6 +23,9 @@ fn kardan(folder: &Path, arguments: &[&str]) -> Output {
     command(folder, arguments).output().unwrap()
 }
 
+/// A fault of it, and an effect with a bound that it keeps.
+const FAULTS: &str = "[fault.dead]\nmotor = \"drive\"\nat = \"0.01 s\"\n[safety]\n[[safety.effect]]\nname = \"turn\"\n\
+                      signal = \"axle.phi\"\nbelow = \"100 rad\"\n";
 /// With a controller for a study on the bench.
 const STUDY: &str = "[control.hold]\nlaw = \"position_loop\"\ninput = \"drive\"\noutput = \"axle.phi\"\nreference = \"wish\"\n\
                      sample_time = \"5 ms\"\n";
@@ -61,6 +64,7 @@ fn folder(name: &str) -> PathBuf {
     let _ = fs::remove_dir_all(&path);
     fs::create_dir_all(&path).unwrap();
     fs::write(path.join("axle.toml"), MODEL).unwrap();
+    fs::write(path.join("faults.toml"), MODEL.to_owned() + FAULTS).unwrap();
     fs::write(path.join("study.toml"), study()).unwrap();
     fs::write(path.join("bench.csv"), log(1600)).unwrap();
     path
@@ -441,7 +445,7 @@ mod faults {
     use super::*;
 
     /// Each command that there is, with all that it can write.
-    const COMMANDS: [(&str, &[&str], bool); 20] = [
+    const COMMANDS: [(&str, &[&str], bool); 21] = [
         ("run-csv", &["run", "axle.toml", "--format", "csv", "--no-report"], true),
         ("run-parquet", &["run", "axle.toml", "--format", "parquet", "--no-report"], true),
         ("run-mat", &["run", "axle.toml", "--format", "mat", "--no-report"], true),
@@ -468,6 +472,7 @@ mod faults {
         ("identify", &["identify", "axle.toml", "bench.csv", "--report", "page.html", "--write", "axle.toml"], true),
         ("bench", &["bench", "axle.toml", "--format", "csv,mdf"], true),
         ("bench-study", &["bench", "study.toml", "--study", "--out", "study"], true),
+        ("safety", &["safety", "faults.toml", "--report", "page.html", "--csv", "faults.csv"], true),
         ("models-write", &["models", "two-bodies", "--write", "new.toml"], false),
         ("models", &["models"], true),
         ("check", &["check", "axle.toml"], true),
@@ -520,6 +525,11 @@ mod faults {
     #[test]
     fn of_bench() {
         all_of("bench");
+    }
+
+    #[test]
+    fn of_safety() {
+        all_of("safety");
     }
 
     #[test]

@@ -11,4 +11,5 @@ mod identify;
 mod limits;
 mod plots;
 mod readme;
+mod safety;
 mod schemas;

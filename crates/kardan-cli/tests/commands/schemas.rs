@@ -42,6 +42,7 @@ fn kind(object: &Value) -> &'static str {
         ("models", "models"),
         ("tables", "elements"),
         ("schemas", "schemas"),
+        ("monitors", "safety"),
         ("script", "completions"),
     ];
     keys.iter().find(|(key, _)| object.get(key).is_some()).map_or("error", |(_, name)| name)

@@ -9,6 +9,7 @@ pub mod identification;
 mod margins;
 mod parity;
 mod responses;
+pub mod safety;
 pub mod study;
 
 use crate::model::{Body, Cell, Section, row};

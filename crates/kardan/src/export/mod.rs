@@ -15,6 +15,7 @@
 //! | [`identification_json`] | parameters found in logs | scripts |
 //! | [`bench_json`] | plan, true values and files of a virtual bench | scripts |
 //! | [`bench_study_json`] | a study on a virtual bench | scripts |
+//! | [`safety_json`], [`safety_csv`] | what faults do, and whether they are detected | scripts, spreadsheets |
 //! | [`truth_toml`] | what the plant of a virtual bench has | `kardan bench --truth` |
 //! | [`json_error`] | why there is no outcome | scripts |
 //! | [`equations_json`], [`check_json`], [`models_json`], [`elements_json`] … | what commands tell that compute nothing | scripts, editors |
@@ -28,6 +29,7 @@ mod json;
 mod linear;
 mod printed;
 mod reference;
+mod safety;
 mod schema;
 mod tables;
 mod truth;
@@ -39,6 +41,7 @@ pub use identification::identification_json;
 pub use json::{Files, json, json_error};
 pub use linear::{linear_json, linear_mat, linear_python, realisations_json, realisations_mat};
 pub use reference::{check_json, completions_json, elements_json, equations_json, models_json};
+pub use safety::{safety_csv, safety_json};
 pub use schema::{SCHEMAS, schema, schemas_json};
 pub use tables::{csv, figures_csv, mat, mdf, parquet};
 pub use truth::truth_toml;

@@ -8,16 +8,17 @@ use serde_json::json;
 
 use super::printed::{Printed, printed};
 use super::{analysis, bench, identification, json as study, linear, reference};
-use crate::results::Design;
+use crate::results::{Design, Safety};
 
 /// What there are schemas of, and which command prints it.
-pub const SCHEMAS: [(&str, &str); 15] = [
+pub const SCHEMAS: [(&str, &str); 16] = [
     ("run", "`kardan run --json`: the outcome of a study"),
     ("analyze", "`kardan analyze --json`: the structure of a model"),
     ("design", "`kardan design --json`: a designed controller with its proofs"),
     ("identify", "`kardan identify --json`: parameters found in logs"),
     ("bench", "`kardan bench --json`: plan, true values and files of a virtual bench"),
     ("bench-study", "`kardan bench --study --json`: a study on a virtual bench"),
+    ("safety", "`kardan safety --json`: what faults do, and whether they are detected"),
     ("equations", "`kardan equations --json`: the equations of motion of a model"),
     ("linearise", "`kardan linearise`: the linear model of a model file"),
     (
@@ -48,6 +49,7 @@ pub fn schema(name: &str) -> Option<String> {
         "identify" => of::<identification::IdentificationView>(),
         "bench" => of::<bench::BenchView>(),
         "bench-study" => of::<bench::StudyView>(),
+        "safety" => of::<Safety>(),
         "equations" => of::<reference::EquationsView>(),
         "linearise" => of::<linear::LinearView>(),
         "realisations" => of::<linear::RealisationsView>(),

@@ -3,7 +3,7 @@
 use crate::entries::{Entries, Entry, Written};
 use crate::manoeuvre::{Manoeuvre, Path};
 use crate::model::tables::{
-    Analysis, Bench, Event, Figure, Header, Identification, Log, Plot, Requirement, Scenario, Variant,
+    Analysis, Bench, Event, Fault, Figure, Header, Identification, Log, Plot, Requirement, Safety, Scenario, Variant,
 };
 use crate::schema::{BlockKeys, ElementKeys, Given, Keys, LawKeys, Quantities, Quantity, SignalKeys};
 
@@ -175,6 +175,18 @@ impl Builder {
     pub fn event(mut self, event: Event) -> Self {
         self.entries.table_mut("scenario").list_mut("event").push(Entry::from(event.written()));
         self
+    }
+
+    /// `[fault.NAME]`
+    #[must_use]
+    pub fn fault(self, name: &str, fault: Fault) -> Self {
+        self.named("fault", name, fault.entries())
+    }
+
+    /// `[safety]`
+    #[must_use]
+    pub fn safety(self, safety: Safety) -> Self {
+        self.table("safety", &safety)
     }
 
     /// A `[[requirement]]` behind those that are there.

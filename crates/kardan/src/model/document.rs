@@ -54,6 +54,8 @@ pub struct NamedVariant {
     pub settings: Vec<Setting>,
     /// The controllers in the loop; `None`: all.
     pub controls: Option<Vec<Placed<String>>>,
+    /// The faults that happen in it.
+    pub faults: Vec<Placed<String>>,
 }
 
 /// A parameter value that replaces the file's. The parameter may be an implicit one: `wg.inertia` for a key of an element
@@ -77,6 +79,8 @@ pub struct VariantSettings {
     pub settings: Vec<Setting>,
     /// The controllers in the loop; `None`: all.
     pub controls: Option<Vec<String>>,
+    /// The faults that happen in it.
+    pub faults: Vec<String>,
 }
 
 /// An element's table.
@@ -179,6 +183,10 @@ pub struct Document {
     pub analysis: Table,
     /// `[bench]`
     pub bench: Table,
+    /// `[fault.<name>]`: names and tables.
+    pub faults: Vec<(Placed<String>, Table)>,
+    /// `[safety]`
+    pub safety: Table,
     /// `[[requirement]]`
     pub requirements: Vec<Table>,
     /// `[[figure]]`

@@ -43,6 +43,29 @@ by = 0.5
 at = \"1 s\"
 ";
 
+const SAFETY: &str = "\
+[fault.encoder_lost]
+sensor = \"wg_encoder\"
+at = \"0.5 s\"
+
+[fault.bar_broken]
+element = \"torsion_bar\"
+at = \"0.5 s\"
+
+[safety]
+pairs = \"yes\"
+values = { step = [\"0.2 rad\", \"0.4 rad\"] }
+detected = \"mode > 0\"
+reaction = \"mode\"
+within = \"20 ms\"
+
+[[safety.effect]]
+name = \"rack angle\"
+signal = \"rk.phi\"
+window = \"100 ms\"
+below = \"0.5 deg\"
+";
+
 const REQUIREMENT: &str = "\
 [[requirement]]
 signal = \"wg_motor.tau\"
@@ -216,6 +239,7 @@ pub(super) fn example_of(page: &str) -> &'static str {
         "scenario" => SCENARIO,
         "event" => EVENT,
         "fault" => FAULT,
+        "safety" => SAFETY,
         "requirement" => REQUIREMENT,
         "manoeuvre" => MANOEUVRE,
         "path" => PATH,

@@ -62,6 +62,17 @@ const STUDY: &[(&str, &str, &str)] = &[
         "What a control unit computes beside its laws: filters, controllers, limits, switches, monitors, state machines.",
     ),
     (
+        "fault",
+        "[[scenario.fault]]",
+        "A sensor, a motor, a control unit, a bar or teeth that fail for a while, or for good. As `[fault.NAME]`: in the variants that name it, \
+         with `kardan run --fault NAME`, and in `kardan safety`.",
+    ),
+    (
+        "safety",
+        "[safety]",
+        "What `kardan safety` tries: faults, variants and values; what says that a fault was detected, and which effects are bounded.",
+    ),
+    (
         "manoeuvre",
         "[manoeuvre.NAME]",
         "What steering engineers drive: steady circle, step, sine, weave, double lane change, sine with dwell, parking, with figures and criteria.",
@@ -71,7 +82,6 @@ const STUDY: &[(&str, &str, &str)] = &[
         "[path.NAME]",
         "Lanes between cones, as tables over x: NAME the middle, NAME_left and NAME_right the limits.",
     ),
-    ("fault", "[[scenario.fault]]", "A sensor, a motor or a control unit that fails for a while, or for good."),
     ("requirement", "[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
     (
         "figure",
@@ -109,6 +119,7 @@ pub(super) const STUDY_TABLES: &[(&str, &[Field])] = &[
     ("scenario", tables::Scenario::FIELDS),
     ("event", tables::Event::FIELDS),
     ("fault", tables::Fault::FIELDS),
+    ("safety", tables::Safety::FIELDS),
     ("requirement", tables::Requirement::FIELDS),
     ("manoeuvre", Manoeuvre::FIELDS),
     ("path", Path::FIELDS),

@@ -44,6 +44,7 @@ pub use state_space::{DataDigits, StateSpace, read_state_space};
 pub use symbols::{NamedTerms, SymbolValue, constants};
 pub use table_reader::{Rounded, TableReader, words, wrong_dimension};
 pub use tolerance::Tolerance;
+pub(crate) use variants::no_such_fault;
 pub use write::{NewValue, written};
 
 /// A model that is part of the program.

@@ -7,11 +7,11 @@ use super::composites::with_parts;
 use super::document::{BlockTable, Control, Document, Doubts, Instance, SignalTable};
 use super::examples::example_of;
 use super::keys::named_keys;
-use super::manoeuvres::{check_manoeuvres, leave_made_out, with_manoeuvres};
+use super::manoeuvres::{check_drivers, check_manoeuvres, leave_made_out, with_manoeuvres};
 use super::parameters::{REMOVE_TOLERANCE, follow, implicit_parameters, read_parameters, refuse_tolerances};
 use super::parse::{Node, check_name, table, value};
 use super::tables;
-use super::variants::{check_named_controls, read_named_variants, read_variants};
+use super::variants::{check_named_controls, check_named_faults, read_named_variants, read_variants};
 use crate::block;
 use crate::diagnostics::{Diagnostic, Severity, shortened};
 use crate::element;
@@ -19,7 +19,7 @@ use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
 use crate::file::syntax;
 use crate::manoeuvre::{Manoeuvre, Path};
 use crate::names::{SignalName, how_to_hold, nearest_or_alike, stands_still};
-use crate::schema::{Field, Keys, Kind, Sign, Table};
+use crate::schema::{Field, Keys, Kind, Placed, Sign, Table};
 use crate::signal;
 use crate::synthesis;
 use crate::units::{Dimension, Expression};
@@ -126,6 +126,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     document.analysis = single(&root, "analysis", tables::Analysis::FIELDS, &mut study);
     document.identification = single(&root, "identification", tables::Identification::FIELDS, &mut study);
     document.bench = single(&root, "bench", tables::Bench::FIELDS, &mut study);
+    document.safety = single(&root, "safety", tables::Safety::FIELDS, &mut study);
     document.requirements = several(&root, "requirement", tables::Requirement::FIELDS, &mut study);
     document.figures = several(&root, "figure", tables::Figure::FIELDS, &mut study);
     document.plots = several(&root, "plot", tables::Plot::FIELDS, &mut study);
@@ -138,12 +139,15 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     read_variants(&root, &mut document, &mut study);
     read_controls(&root, &mut document, &mut out);
     read_logs(&root, &mut document, &mut study);
+    read_faults(&root, &mut document, &mut study);
     read_signals(&root, &mut document, &mut study);
     read_blocks(&root, &mut document, &mut study);
     read_tables(&root, &mut document, &mut out);
-    read_manoeuvres(&root, &tables, &document, (&mut out, &mut study));
+    read_manoeuvres(&root, &tables, &mut document, (&mut out, &mut study));
+    check_drivers(&mut document, &mut out);
     check_unique(&document, &mut out);
     check_named_controls(&document, &mut study);
+    check_named_faults(&document, &mut study);
     let is_error = |d: &Diagnostic| d.severity == Severity::Error;
     if document.elements.iter().all(|e| e.body().is_none() && e.kind.charges(&e.name).is_empty())
         && !document.doubts.all
@@ -338,6 +342,16 @@ fn read_logs(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>
     }
 }
 
+fn read_faults(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    for node in named_tables(root, "fault", tables::Fault::FIELDS, &mut Doubts::default(), out) {
+        let what = format!("fault `{}`", shortened(node.name));
+        let mut table = table(tables::Fault::FIELDS, &node.clone().like(example_of("fault")), &what, out);
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        let name = Placed { value: node.name.to_string(), place: node.name_place.clone() };
+        document.faults.push((name, table));
+    }
+}
+
 fn read_tables(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     let mut doubts = Doubts::default();
     for node in named_tables(root, "table", tables::LookupTable::FIELDS, &mut doubts, out) {
@@ -356,7 +370,7 @@ fn read_tables(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnosti
 fn read_manoeuvres(
     root: &Node<'_>,
     variants: &[Table],
-    document: &Document,
+    document: &mut Document,
     (out, study): (&mut Vec<Diagnostic>, &mut Vec<Diagnostic>),
 ) {
     let mut told = Vec::new();
@@ -364,7 +378,7 @@ fn read_manoeuvres(
         .map(|(keyword, fields)| named_tables(root, keyword, fields, &mut Doubts::default(), &mut told));
     let wrong = check_manoeuvres([&manoeuvres, &paths], variants, document, &mut told);
     let nodes = [manoeuvres, paths].concat();
-    [out, &mut *study].into_iter().for_each(|out| leave_made_out(&nodes, &wrong, out));
+    leave_made_out(&nodes, &wrong, document, [out, &mut *study]);
     study.extend(told);
 }
 
@@ -449,11 +463,13 @@ fn reserved(name: &str, document: &Document) -> Option<&'static str> {
 }
 
 /// The study's tables; all others make the equations.
-const STUDY: [&str; 11] = [
+const STUDY: [&str; 13] = [
     "scenario",
     "signal",
     "manoeuvre",
     "path",
+    "fault",
+    "safety",
     "requirement",
     "figure",
     "plot",
@@ -478,7 +494,10 @@ fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>,
         let help = match (meant, name) {
             (Some(meant), _) => format!("did you mean `{meant}`?"),
             (None, "event" | "events") => "write each as `[[scenario.event]]`".to_string(),
-            (None, "fault" | "faults") => "write each as `[[scenario.fault]]`".to_string(),
+            (None, "faults") => {
+                "write each as `[[scenario.fault]]`, or, where it happens in some runs only, as `[fault.NAME]`"
+                    .to_string()
+            }
             (None, "extra" | "candidate") => format!("write each as `[[identification.{name}]]`"),
             (None, "channel" | "channels") => "write each as `[[log.NAME.channel]]`".to_string(),
             (None, "actuator" | "actuators") => "write each as `[[analysis.actuator]]`".to_string(),

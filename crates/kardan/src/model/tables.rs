@@ -106,7 +106,7 @@ keys! {
 }
 
 keys! {
-    /// `[[scenario.fault]]`.
+    /// `[[scenario.fault]]`, `[fault.NAME]`.
     table Fault {
         required {
             at: Quantity(Dimension::TIME, Sign::Positive), "When it begins: after the start, where all works.";
@@ -114,22 +114,24 @@ keys! {
         optional {
             sensor: Text,
                 "A sensor that a controller with a sample time, or a block, reads, by its name or as it stands \
-                 there: `wg_encoder`, `rk.phi`. One of `sensor`, `motor` and `control` is named.";
+                 there: `wg_encoder`, `rk.phi`. One of `sensor`, `motor`, `control` and `element` is named.";
             motor: Text, "A motor.";
             control: Text, "A controller with a sample time: its control unit fails.";
+            element: Text, "A spring_damper, or an element with teeth that give (`stiffness`): a bar breaks, teeth jump.";
             kind: Choice(&[
                 "lost", "stuck", "offset", "drift", "noise", "reversed", "dead", "reduced", "braking", "undervoltage",
-                "reset", "missed", "stale", "jitter",
+                "reset", "missed", "stale", "jitter", "broken", "jump",
             ]),
                 "Of a sensor `lost`, if left out (no number: the controller holds the last good one), `stuck` at its last reading, \
-                 `offset`, `drift`, `noise` or `reversed` in sign; of a motor `dead`, if left out, `reduced`, `reversed`, `braking` \
+                 `offset`, `drift`, `noise` or `reversed` in sign; of a motor `dead`, if left out, `reduced`, `reversed`, `stuck` at its last torque, `braking` \
                  (short-circuited windings) or `undervoltage` (of its torque limit a part is left); of a controller `reset`, if left out \
                  (it commands zero until the end, then starts anew), `missed` (it computes nothing, its commands hold), `stale` (no new \
-                 readings arrive) or `jitter` (its commands take effect late).";
+                 readings arrive) or `jitter` (its commands take effect late); of an element `broken`, if left out (its spring and damper give \
+                 nothing any more), or `jump` (its spring goes on from another relaxed angle: teeth jump). What breaks or jumps stays so.";
             by: AnyQuantity,
                 "How much: the offset, the drift per second, or the standard deviation of the noise, in the unit of what is read; the \
                  part that is left of a torque (`reduced`) or of a limit (`undervoltage`); the braking torque per speed; the largest jitter, \
-                 drawn evenly from zero to it for each sample.";
+                 drawn evenly from zero to it for each sample; the angle or way that teeth jump by, where their spring is.";
             until: Quantity(Dimension::TIME, Sign::Positive), "When it ends; left out: never.";
         }
     }
@@ -339,6 +341,50 @@ keys! {
             controls: Words,
                 "The controllers that are in the loop; left out: all. So controllers for the same motors can be \
                  compared.";
+            faults: Words, "Names of `[fault.NAME]` that happen in it; left out: none.";
+        }
+    }
+}
+
+keys! {
+    /// `[safety]`.
+    table Safety {
+        required {
+        }
+        optional {
+            faults: Words, "Names of the `[fault.NAME]` to try; left out: all of them.";
+            pairs: Choice(&["no", "yes"]) = "no", "Whether they are tried in pairs too, each with each other.";
+            variants: Words,
+                "The variants (manoeuvres) to try them in; left out: all that have no `faults` of their own.";
+            values: Lists,
+                "Values of parameters to try them at, every combination: { v = [\"10 m/s\", \"20 m/s\"] }; left out: those of the file.";
+            detected: Text,
+                "The condition that says that something was detected, of signals, parameters and `t`: `encoder_lost`, `unit.manual or abs(residual) > 1 deg`; \
+                 any number counts above 0.5. Left out: nothing is detected, and harm alone is judged.";
+            reaction: Text, "A block of the kind `state_machine`: the states that it enters after the fault are told.";
+            within: Quantity(Dimension::TIME, Sign::Positive),
+                "The longest time to detection, from the begin of the fault; later counts as not detected. Left out: any.";
+            effect: Tables(SafetyEffect), "Unwanted effects and their bounds: `[[safety.effect]]`.";
+        }
+    }
+}
+
+keys! {
+    /// `[[safety.effect]]`.
+    table SafetyEffect {
+        required {
+            name: Text, "What it is called in the table: \"rack angle\".";
+            signal: Text, "The signal that shows it, or an expression of signals, parameters and `t`: `rk.phi - road.phi`.";
+        }
+        optional {
+            measure: Choice(&["max_abs", "max", "min", "final", "rms"]) = "max_abs",
+                "What is measured of it in the window: largest in size, largest, smallest, last, root of the mean of its squares.";
+            window: Quantity(Dimension::TIME, Sign::Positive),
+                "How long after the begin of the fault, the time in which a driver does not yet act: \"100 ms\"; left out: to the end.";
+            against: Choice(&["no fault", "zero"]) = "no fault",
+                "What of it is unwanted: the difference to the run of the same variant and values without the fault, or all of it.";
+            below: AnyQuantity, "The measure must be less than this.";
+            above: AnyQuantity, "The measure must be more than this.";
         }
     }
 }

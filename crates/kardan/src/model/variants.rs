@@ -169,7 +169,11 @@ pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out
             Some(Value::Words(words)) => Some(words.clone()),
             _ => None,
         };
-        document.named_variants.push(NamedVariant { name, settings, controls });
+        let faults = match table.values.get("faults").map(|given| &given.value) {
+            Some(Value::Words(words)) => words.clone(),
+            _ => Vec::new(),
+        };
+        document.named_variants.push(NamedVariant { name, settings, controls, faults });
     }
     if document.named_variants.len() > MOST_VARIANTS {
         let message = format!("{} variants are more than one study may have ({MOST_VARIANTS})", tables.len());
@@ -312,7 +316,33 @@ pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic
     }
 }
 
+/// Reports faults that a variant names and that are not there.
+pub(super) fn check_named_faults(document: &Document, out: &mut Vec<Diagnostic>) {
+    for variant in &document.named_variants {
+        for word in variant.faults.iter().filter(|word| !document.doubts.all && !document.has_fault(&word.value)) {
+            let what = format!("variant `{}`", variant.name.value);
+            out.push(no_such_fault(document, &word.value, &what).at(word.place.clone(), "no such fault"));
+        }
+    }
+}
+
+/// A fault that is not there, and which ones are.
+pub(crate) fn no_such_fault(document: &Document, name: &str, what: &str) -> Diagnostic {
+    let names = || document.faults.iter().map(|(name, _)| name.value.as_str());
+    let help = match nearest(name, names()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if names().next().is_none() => format!("write it: `[fault.{}]`", shortened(name)),
+        None => format!("there are {}", quoted(names())),
+    };
+    Diagnostic::error("name::unknown", format!("{what}: there is no fault `{}`", shortened(name))).help(help)
+}
+
 impl Document {
+    /// Whether there is a fault of that name.
+    pub(crate) fn has_fault(&self, name: &str) -> bool {
+        self.faults.iter().any(|(other, _)| other.value == name)
+    }
+
     /// One list of settings per variant with its name: those of `[[variant]]`, each with all combinations of `[variants]`, the last
     /// parameter fastest.
     pub fn variant_settings(&self) -> Vec<VariantSettings> {
@@ -320,6 +350,7 @@ impl Document {
             name: v.name.value.clone(),
             settings: v.settings.clone(),
             controls: v.controls.as_ref().map(|names| names.iter().map(|name| name.value.clone()).collect()),
+            faults: v.faults.iter().map(|name| name.value.clone()).collect(),
         };
         let mut out: Vec<VariantSettings> = self.named_variants.iter().map(named).collect();
         if out.is_empty() {
@@ -337,6 +368,7 @@ impl Document {
                             name: if one.name.is_empty() { part } else { format!("{}_{part}", one.name) },
                             settings: [one.settings.clone(), vec![setting]].concat(),
                             controls: one.controls.clone(),
+                            faults: one.faults.clone(),
                         }
                     })
                 })

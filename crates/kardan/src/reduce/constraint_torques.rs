@@ -44,20 +44,42 @@ impl Motion {
     /// The torque of a spring, N m: `s (aᵀq − rest)`.
     pub fn spring_torque(&mut self, reduced: &Reduced, spring: usize) -> Expr {
         let spring = &reduced.equations.springs[spring];
-        let twist = self.twist(spring);
-        self.resisting(twist, &spring.value.stiffness)
+        let twist = self.twist(reduced, spring);
+        let torque = self.resisting(twist, &spring.value.stiffness);
+        self.left_of(reduced, &spring.element, torque)
     }
 
-    fn twist(&mut self, spring: &Along<SpringLaw>) -> Expr {
+    fn twist(&mut self, reduced: &Reduced, spring: &Along<SpringLaw>) -> Expr {
         let (angle, rest) = (self.sum(&spring.row, |out, k| out.angles[k]), self.exact(&spring.value.rest));
-        self.graph.subtract(angle, rest)
+        let twist = self.graph.subtract(angle, rest);
+        let moved = reduced.equations.failing.get(&spring.element).and_then(|failing| failing.moved.clone());
+        match moved {
+            None => twist,
+            Some(moved) => {
+                let moved = self.of_time(&moved);
+                self.graph.subtract(twist, moved)
+            }
+        }
+    }
+
+    /// What is left of what an element gives, where it breaks in the course of a run: a product, so that zero is zero.
+    pub fn left_of(&mut self, reduced: &Reduced, element: &str, given: Expr) -> Expr {
+        let Some(share) = reduced.equations.failing.get(element).and_then(|failing| failing.share.clone()) else {
+            return given;
+        };
+        let more = self.of_time(&share);
+        let left = self.graph.sum(Rational::ONE, &[(more, Rational::ONE)]);
+        let (left, given) = (self.graph.group(left), self.graph.group(given));
+        let product = self.graph.multiply(left, given);
+        self.graph.group(product)
     }
 
     /// The torque of a damper, N m: `d aᵀq̇`.
     pub fn damper_torque(&mut self, reduced: &Reduced, damper: usize) -> Expr {
-        let Along { row, value, .. } = &reduced.equations.dampers[damper];
+        let Along { element, row, value } = &reduced.equations.dampers[damper];
         let speed = self.sum(row, |out, k| out.speeds[k]);
-        self.resisting(speed, value)
+        let torque = self.resisting(speed, value);
+        self.left_of(reduced, element, torque)
     }
 
     /// A coefficient times a rate that is one number: a twist is taken before it is multiplied, so that rounding stays that of the twist.
@@ -70,17 +92,19 @@ impl Motion {
     pub fn energy(&mut self, reduced: &Reduced) -> Expr {
         let half = Rational::from_parts(1.into(), 2u8.into());
         let mut terms = Vec::new();
-        let mut add = |out: &mut Self, rate: Expr, coefficient: &Exact| {
+        let mut add = |out: &mut Self, rate: Expr, coefficient: &Exact, spring: Option<&str>| {
             let (rate, coefficient) = (out.graph.group(rate), out.exact(coefficient));
-            terms.push((out.graph.product(&[(coefficient, 1), (rate, 2)]), half.clone()));
+            let energy = out.graph.product(&[(coefficient, 1), (rate, 2)]);
+            let energy = spring.map_or(energy, |spring| out.left_of(reduced, spring, energy));
+            terms.push((energy, half.clone()));
         };
         for Along { row, value, .. } in &reduced.equations.inertias {
             let speed = self.sum(row, |out, k| out.speeds[k]);
-            add(self, speed, value);
+            add(self, speed, value, None);
         }
         for spring in &reduced.equations.springs {
-            let twist = self.twist(spring);
-            add(self, twist, &spring.value.stiffness);
+            let twist = self.twist(reduced, spring);
+            add(self, twist, &spring.value.stiffness, Some(&spring.element));
         }
         for hold in &reduced.equations.holds {
             let Hold::Cushion { offset, stiffness, .. } = &hold.value else { continue };
@@ -88,7 +112,7 @@ impl Motion {
             let zero = self.graph.integer(0);
             let beyond = self.graph.subtract(offset, angle);
             let beyond = self.graph.max(beyond, zero);
-            add(self, beyond, stiffness);
+            add(self, beyond, stiffness, None);
         }
         self.graph.sum(Rational::ZERO, &terms)
     }

@@ -6,7 +6,7 @@ use kardan_rt::functions::exp;
 
 use super::motion::{Motion, SparseRow};
 use super::{Kinematics, Reduced};
-use crate::assemble::{Along, Equations, FrictionLaw};
+use crate::assemble::{Along, Equations, FrictionLaw, Weakened};
 use crate::expr::{Expr, Floating, Symbol, lower};
 use crate::num::{Cholesky, dot};
 use crate::plan::{Plan, compile};
@@ -72,6 +72,8 @@ pub struct Dynamics {
     inertias: Directions,
     dampers: Directions,
     springs: Directions,
+    /// What fails of springs and dampers in a run.
+    failing: Vec<Fails>,
     rests: Vec<f64>,
     frictions: Directions,
     breakaways: Vec<f64>,
@@ -116,6 +118,29 @@ pub struct MotionPlan {
     beside: Vec<usize>,
     /// The plan as machine code, where there is such code.
     native: Option<Native<f64>>,
+}
+
+/// Springs and dampers of an element that fails in a run, by number: with stiffness and relaxed angle, and with damping.
+#[derive(Debug, Clone)]
+struct Fails {
+    weakened: Weakened,
+    springs: Vec<(usize, f64, f64)>,
+    dampers: Vec<(usize, f64)>,
+}
+
+impl Fails {
+    fn all(equations: &Equations) -> Vec<Self> {
+        let of = |(element, weakened): (&String, &Weakened)| {
+            let springs = equations.springs.iter().enumerate().filter(|(_, spring)| spring.element == *element);
+            let dampers = equations.dampers.iter().enumerate().filter(|(_, damper)| damper.element == *element);
+            Self {
+                weakened: weakened.clone(),
+                springs: springs.map(|(k, one)| (k, one.value.stiffness.to_f64(), one.value.rest.to_f64())).collect(),
+                dampers: dampers.map(|(k, one)| (k, one.value.to_f64())).collect(),
+            }
+        };
+        equations.failing.iter().map(of).collect()
+    }
 }
 
 /// What holds at rest along each direction of friction, and along the kept rows.
@@ -350,6 +375,7 @@ impl Dynamics {
         let affine = motion.graph.affine();
         let steady = equations.kept.is_empty()
             && equations.moving.is_empty()
+            && equations.failing.is_empty()
             && equations.laws.iter().all(|law| !law.value.is_of_time());
         let linear = steady
             && fixed.all(|expr| !varying(*expr))
@@ -358,6 +384,7 @@ impl Dynamics {
             degrees_of_freedom: r,
             constant: plan.inertia.is_empty(),
             linear,
+            failing: Fails::all(equations),
             rests,
             inertias,
             dampers,
@@ -493,6 +520,22 @@ impl Dynamics {
         // What is no number is seen where it is used.
         let _ = block.evaluate(&mut memory);
         memory[energy.place(0)]
+    }
+
+    /// Takes springs and dampers as they are from a time on: what fails of them in a run is in the expressions, and here for sensors that read
+    /// them between evaluations.
+    pub fn enter_faults(&mut self, time: f64) {
+        for Fails { weakened: Weakened { share, moved }, springs, dampers } in &self.failing {
+            let left = 1.0 + share.as_ref().map_or(0.0, |share| share.value(time));
+            let moved = moved.as_ref().map_or(0.0, |moved| moved.value(time));
+            for (k, stiffness, rest) in springs {
+                self.springs.coefficients[*k] = left * stiffness;
+                self.rests[*k] = rest + moved;
+            }
+            for (k, damping) in dampers {
+                self.dampers.coefficients[*k] = left * damping;
+            }
+        }
     }
 
     /// Number of viscous dampers.

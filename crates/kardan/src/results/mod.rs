@@ -18,6 +18,7 @@ mod realisation;
 mod reference;
 mod responses;
 mod robustness;
+mod safety;
 pub(crate) mod serial;
 mod signal_graph;
 mod verdict;
@@ -47,6 +48,7 @@ pub use realisation::*;
 pub use reference::*;
 pub use responses::*;
 pub use robustness::*;
+pub use safety::*;
 pub use signal_graph::*;
 pub use verdict::*;
 

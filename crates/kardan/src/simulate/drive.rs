@@ -1,6 +1,6 @@
 //! A motor in the loop: torque limit, then rate limit, then lag.
 
-use super::faults::MotorFault;
+use super::faults::{MotorFault, MotorFaultKind};
 use crate::equations::{Domain, Motor};
 use crate::num::Keeper;
 use crate::results::Span;
@@ -35,6 +35,8 @@ pub(super) struct Drive {
     /// Its torque limit where the supply is whole, and how it fails.
     pub(super) full_limit: Option<f64>,
     pub(super) faults: Vec<MotorFault>,
+    /// The torque that sticks, zero while none does.
+    pub(super) stuck: f64,
     pub(super) rate: Option<f64>,
     pub(super) lag: Option<f64>,
     /// Amplitude of its ripple, N m, and periods per turn.
@@ -104,6 +106,7 @@ impl Drive {
             limit: number(&motor.torque_limit),
             full_limit: number(&motor.torque_limit),
             faults,
+            stuck: 0.0,
             rate: number(&motor.rate_limit),
             lag: number(&motor.lag),
             ripple: motor.ripple.as_ref().map(|ripple| (ripple.torque.to_f64(), ripple.order.to_f64())),
@@ -125,8 +128,14 @@ impl Drive {
         if let Some(limit) = &mut self.limit {
             keeper.number(limit);
         }
+        keeper.number(&mut self.stuck);
         self.at_limit.keep(keeper);
         self.at_rate_limit.keep(keeper);
+    }
+
+    /// Whether its torque sticks some time in the run.
+    pub(super) fn sticks(&self) -> bool {
+        self.faults.iter().any(|fault| fault.kind == MotorFaultKind::Stuck)
     }
 
     pub(super) fn limited(&self, command: f64) -> f64 {

@@ -1,6 +1,12 @@
 //! What fails during a run: sensors, motors, control units.
 
+use std::sync::Arc;
+
+use crate::assemble::Weakened;
+use crate::expr::{Graph, OfTime, Part, Pieces};
 use crate::names::SignalName;
+use crate::reduce::Reduced;
+use crate::units::Dimension;
 
 /// What a sensor does that fails.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +34,17 @@ pub enum MotorFaultKind {
     Braking(f64),
     /// Its supply is low: it reaches that part of its torque limit.
     Undervoltage(f64),
+    /// Its torque stays what it was when that began.
+    Stuck,
+}
+
+/// What a spring, or teeth that give, do that fail; for good.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum MechanicalFaultKind {
+    /// Spring and damper give nothing any more.
+    Broken,
+    /// They go on from another relaxed angle, so much more, SI: teeth jump, a hub slips.
+    Jump(f64),
 }
 
 /// What a control unit does that fails.
@@ -68,10 +85,30 @@ impl<Kind> Failing<Kind> {
     }
 }
 
+/// Whether none of these is there at the same time; else its name.
+fn free<'a, Kind: 'a>(
+    fault: &Failing<Kind>,
+    mut others: impl Iterator<Item = &'a Failing<Kind>>,
+) -> Result<(), String> {
+    others.find(|other| fault.overlaps(other)).map_or(Ok(()), |other| Err(other.name.clone()))
+}
+
+/// Zero, and a number from a time on.
+fn step(name: &str, at: f64, value: f64) -> Option<Arc<OfTime>> {
+    let mut graph = Graph::default();
+    let time = graph.new_symbol("t".into(), Dimension::TIME);
+    let symbol = graph.new_symbol(name.into(), Dimension::NONE);
+    let pieces = Pieces::new([(at, [value, 0.0, 0.0, 0.0])]);
+    let part = Part { name: name.into(), dimension: Dimension::NONE, pieces, told: false };
+    OfTime::new(graph, time, vec![(symbol, Arc::new(part))], symbol, Dimension::NONE).map(Arc::new)
+}
+
 /// A sensor of sampled controllers that fails.
 pub type SensorFault = Failing<SensorFaultKind>;
 /// A motor that fails.
 pub type MotorFault = Failing<MotorFaultKind>;
+/// A spring, a damper or teeth that give, which fail.
+pub type MechanicalFault = Failing<MechanicalFaultKind>;
 /// A controller with a sample time whose unit fails.
 pub type UnitFault = Failing<UnitFaultKind>;
 
@@ -97,6 +134,8 @@ pub struct Faults {
     pub motors: Vec<MotorFault>,
     /// Units of sampled controllers.
     pub units: Vec<UnitFault>,
+    /// Springs and dampers.
+    pub mechanics: Vec<MechanicalFault>,
 }
 
 impl Faults {
@@ -105,7 +144,65 @@ impl Faults {
         let sensors = self.sensors.iter().map(|fault| [fault.at, fault.until]);
         let motors = self.motors.iter().map(|fault| [fault.at, fault.until]);
         let units = self.units.iter().map(|fault| [fault.at, fault.until]);
-        sensors.chain(motors).chain(units).flatten()
+        let mechanics = self.mechanics.iter().map(|fault| [fault.at, fault.until]);
+        sensors.chain(motors).chain(units).chain(mechanics).flatten()
+    }
+
+    /// Whether nothing fails.
+    pub fn is_empty(&self) -> bool {
+        let Self { sensors, motors, units, mechanics } = self;
+        sensors.is_empty() && motors.is_empty() && units.is_empty() && mechanics.is_empty()
+    }
+
+    /// These and others; the part that two of them would fail of at the same time, if there is one.
+    ///
+    /// # Errors
+    /// Such a part, by its name.
+    pub fn with(&self, others: &Self) -> Result<Self, String> {
+        let mut out = self.clone();
+        for fault in &others.sensors {
+            let same = |other: &&SensorFault| other.concerns(&fault.name) || fault.concerns(&other.name);
+            free(fault, out.sensors.iter().filter(same))?;
+            out.sensors.push(fault.clone());
+        }
+        for fault in &others.motors {
+            free(fault, out.motors.iter().filter(|other| other.name == fault.name))?;
+            out.motors.push(fault.clone());
+        }
+        for fault in &others.units {
+            free(fault, out.units.iter().filter(|other| other.name == fault.name))?;
+            out.units.push(fault.clone());
+        }
+        for fault in &others.mechanics {
+            free(fault, out.mechanics.iter().filter(|other| other.name == fault.name))?;
+            out.mechanics.push(fault.clone());
+        }
+        Ok(out)
+    }
+
+    /// The equations with what fails of springs and dampers; nothing if nothing of them does.
+    pub fn weakened(&self, reduced: &Reduced) -> Option<Reduced> {
+        if self.mechanics.is_empty() {
+            return None;
+        }
+        let mut out = reduced.clone();
+        for fault in &self.mechanics {
+            let own: &mut Weakened = out.equations.failing.entry(fault.name.clone()).or_default();
+            match fault.kind {
+                MechanicalFaultKind::Broken => own.share = step(&format!("{}.share", fault.name), fault.at, -1.0),
+                MechanicalFaultKind::Jump(by) => own.moved = step(&format!("{}.jump", fault.name), fault.at, by),
+            }
+        }
+        Some(out)
+    }
+
+    /// What springs and teeth do at a time, in words.
+    pub fn mechanics_at(&self, time: f64) -> Vec<String> {
+        let told = |fault: &MechanicalFault| match fault.kind {
+            MechanicalFaultKind::Broken => format!("{} breaks", fault.name),
+            MechanicalFaultKind::Jump(by) => format!("{} jumps by {by}", fault.name),
+        };
+        self.mechanics.iter().filter(|fault| fault.at == time).map(told).collect()
     }
 
     /// What happens, with its time: each begin and each end.
@@ -132,6 +229,7 @@ impl Faults {
                 MotorFaultKind::Scaled(part) => format!("gives {part} of its torque"),
                 MotorFaultKind::Braking(_) => "is short-circuited and brakes".into(),
                 MotorFaultKind::Undervoltage(part) => format!("reaches {part} of its torque limit"),
+                MotorFaultKind::Stuck => "keeps its torque, whatever it is told".into(),
             };
             add(&fault.name, fault.at, fault.until, &what);
         }

@@ -20,7 +20,10 @@ mod stiffness;
 mod taylor;
 mod walk;
 
-pub use faults::{Failing, Faults, MotorFault, MotorFaultKind, SensorFault, SensorFaultKind, UnitFault, UnitFaultKind};
+pub use faults::{
+    Failing, Faults, MechanicalFault, MechanicalFaultKind, MotorFault, MotorFaultKind, SensorFault, SensorFaultKind,
+    UnitFault, UnitFaultKind,
+};
 pub use machine::{Machine, Setup};
 pub use outputs::signal_names;
 pub use run::{Method, Ready, RunResult, Tolerance, UNJAM, simulate, teeth_that_lock};

@@ -357,6 +357,13 @@ struct Chatter {
 impl RunningLoop {
     /// A loop at its start.
     pub(super) fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
+        // What fails of springs and dampers is in the equations of the run.
+        let weakened = setup.scenario.faults.weakened(setup.reduced);
+        Self::of(Setup { reduced: weakened.as_ref().unwrap_or(setup.reduced), ..setup }, tolerance)
+    }
+
+    /// The same with equations in which everything is that fails.
+    fn of(setup: Setup<'_>, tolerance: Tolerance) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let names: Vec<String> = reduced.equations.set_valued().map(|(element, _)| element.to_string()).collect();
         let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
@@ -500,6 +507,7 @@ impl RunningLoop {
         for time in [&mut self.time, &mut self.segment_end, &mut self.breakpoint, &mut self.tick] {
             keeper.number(time);
         }
+        self.machine.dynamics.enter_faults(self.time);
         for flag in [&mut self.due.start, &mut self.due.event, &mut self.due.boundary, &mut self.resting] {
             keeper.flag(flag);
         }
@@ -566,8 +574,14 @@ impl RunningLoop {
         let time = self.time;
         self.machine.remember_commands(time, &mut self.state);
         if time >= self.breakpoint {
+            self.machine.stick_motors(time, &self.state);
+            let failing = self.scenario.faults.mechanics_at(time);
+            let before = if failing.is_empty() { 0.0 } else { self.machine.energy(time, &self.state) };
             self.machine.enter_segment(time);
             self.announce(time);
+            if !failing.is_empty() {
+                self.account_for(&failing.join(", "), time, before);
+            }
         }
         if self.tick <= time + SAME * time {
             self.machine.tick(time, &self.state);
@@ -575,6 +589,19 @@ impl RunningLoop {
         self.settle(time, &[])?;
         self.open_segment();
         Ok(())
+    }
+
+    /// What springs lose or gain as they fail, without a motion: the first is lost, the second is work of what makes them fail.
+    fn account_for(&mut self, what: &str, time: f64, before: f64) {
+        let (size, gained) = (self.machine.size(), self.machine.energy(time, &self.state) - before);
+        let what = if gained > 0.0 {
+            self.state[size - 2] += gained;
+            format!("{what}: springs hold {gained:.6} J more")
+        } else {
+            self.state[size - 1] -= gained;
+            format!("{what}: springs lose {:.6} J", -gained)
+        };
+        self.events.push(Event { time, what });
     }
 
     /// What is due at a sample that falls on the end of the run: its row is like all others at samples.

@@ -11,7 +11,7 @@ use crate::model::{Document, Setting, TableReader};
 use crate::names::{SignalName, quoted};
 use crate::plan::{Plan, compile};
 use crate::results::{Physical, PlottedReference, Series, Signal};
-use crate::schema::Table;
+use crate::schema::{Table, Value};
 use crate::units::{Dimension, Exact, Expression, UnitError};
 
 /// The dimension of a power.
@@ -166,10 +166,21 @@ impl Computed {
         let known = |text: &str| signals.iter().any(|(name, _)| name == text);
         let words = |table: &Table| -> Vec<String> {
             let lists = ["signals", "references"].into_iter().flat_map(|key| read_words(table, key));
-            let single = ["signal", "over"].into_iter().filter_map(|key| read_word(table, key)).map(str::to_string);
+            let single =
+                ["signal", "over", "detected"].into_iter().filter_map(|key| read_word(table, key)).map(str::to_string);
             lists.map(|word| word.value.clone()).chain(single).collect()
         };
-        let tables = document.requirements.iter().chain(&document.figures).chain(&document.plots);
+        let effects: &[Table] = match document.safety.values.get("effect").map(|found| &found.value) {
+            Some(Value::Tables(effects)) => effects,
+            _ => &[],
+        };
+        let tables = document
+            .requirements
+            .iter()
+            .chain(&document.figures)
+            .chain(&document.plots)
+            .chain([&document.safety])
+            .chain(effects);
         let mut texts: BTreeSet<String> = tables.flat_map(words).filter(|text| !known(text)).collect();
         texts.retain(|text| !text.strip_prefix('-').is_some_and(known));
         let reader = TableReader::new(document, settings);

@@ -1,28 +1,29 @@
-//! What fails in a scenario: sensors, motors, control units.
+//! What fails in a scenario: sensors, motors, control units, springs and teeth.
 
 use super::events::check_late;
 use super::read::{quantity, read_word};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind, Measured};
-use crate::model::{Document, Model, TableReader};
+use crate::model::{ControlSpec, Document, Model, TableReader};
 use crate::names::SignalName;
 use crate::program::Read;
-use crate::schema::{Sign, Table, Value};
-use crate::simulate::{Failing, Faults, MotorFaultKind, SensorFaultKind, UnitFaultKind};
+use crate::schema::{Placed, Sign, Table, Value};
+use crate::simulate::{Failing, Faults, MechanicalFaultKind, MotorFaultKind, SensorFaultKind, UnitFaultKind};
 use crate::units::{Dimension, Exact};
 
 /// What may fail, with what it may do; the first is meant where nothing is said.
-const PARTS: [(&str, &[&str]); 3] = [
+const PARTS: [(&str, &[&str]); 4] = [
     ("sensor", &["lost", "stuck", "offset", "drift", "noise", "reversed"]),
-    ("motor", &["dead", "reduced", "reversed", "braking", "undervoltage"]),
+    ("motor", &["dead", "reduced", "reversed", "stuck", "braking", "undervoltage"]),
     ("control", &["reset", "missed", "stale", "jitter"]),
+    ("element", &["broken", "jump"]),
 ];
 
 /// `[[scenario.fault]]` of a document, with the mistakes in it.
 pub(super) fn faults(
     reader: &TableReader<'_>,
-    (document, model, equations): (&Document, &Model, &Equations),
+    (document, model, equations, settled): (&Document, &Model, &Equations, bool),
     duration: Option<&Exact>,
     out: &mut Vec<Diagnostic>,
 ) -> Faults {
@@ -33,19 +34,44 @@ pub(super) fn faults(
     let readings = readings(model);
     for (i, table) in tables.iter().enumerate() {
         let what = format!("entry {} of `fault` of `[scenario]`", i + 1);
-        let reading = Reader { reader, table, what: &what, document, model, equations, readings: &readings };
-        let Some((part, name)) = reading.part(out) else { continue };
-        let window = reading.window(duration, out);
-        let Some(kind) = reading.kind(part, out) else { continue };
-        let Some((at, until)) = window else { continue };
-        let fault = Failing { name: name.to_string(), kind: (), at, until };
-        match part {
-            "sensor" => reading.sensor(fault, kind, &mut faults, out),
-            "motor" => reading.motor(fault, kind, &mut faults, out),
-            _ => reading.unit(fault, kind, &mut faults, out),
-        }
+        let reading = Reader { reader, table, what: &what, document, model, equations, readings: &readings, settled };
+        reading.add(duration, &mut faults, out);
     }
     faults
+}
+
+/// A fault that has a name: it happens where that is asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedFault {
+    /// Its name.
+    pub name: String,
+    /// What it does; nothing where nobody in the loop of this variant would see it.
+    pub faults: Faults,
+}
+
+impl NamedFault {
+    /// When it begins, s; infinite where it does nothing.
+    pub fn begins(&self) -> f64 {
+        self.faults.times().fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// `[fault.NAME]` of a document, with the mistakes in them.
+pub(super) fn named_faults(
+    reader: &TableReader<'_>,
+    (document, model, equations, settled): (&Document, &Model, &Equations, bool),
+    duration: Option<&Exact>,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<NamedFault> {
+    let readings = readings(model);
+    let read = |(name, table): &(Placed<String>, Table)| {
+        let (name, mut faults) = (name.value.clone(), Faults::default());
+        let what = format!("fault `{}`", shortened(&name));
+        let reading = Reader { reader, table, what: &what, document, model, equations, readings: &readings, settled };
+        reading.add(duration, &mut faults, out);
+        NamedFault { name, faults }
+    };
+    document.faults.iter().map(read).collect()
 }
 
 /// A sensor that the observer of a controller reads, a program, or a block.
@@ -89,12 +115,29 @@ struct Reader<'a, 'r> {
     model: &'a Model,
     equations: &'a Equations,
     readings: &'a [Reading<'a>],
+    /// Whether motions without inertia were solved for by springs and dampers.
+    settled: bool,
 }
 
 impl<'a> Reader<'a, '_> {
     fn mistake(&self, code: &'static str, message: &str, (key, label): (&str, &str), help: String) -> Diagnostic {
         let place = TableReader::place(self.table, key);
         Diagnostic::error(code, format!("{}: {message}", self.what)).at(place, label).help(help)
+    }
+
+    /// Reads it.
+    fn add(&self, duration: Option<&Exact>, faults: &mut Faults, out: &mut Vec<Diagnostic>) {
+        let Some((part, name)) = self.part(out) else { return };
+        let window = self.window(duration, out);
+        let Some(kind) = self.kind(part, out) else { return };
+        let Some((at, until)) = window else { return };
+        let fault = Failing { name: name.to_string(), kind: (), at, until };
+        match part {
+            "sensor" => self.sensor(fault, kind, faults, out),
+            "motor" => self.motor(fault, kind, faults, out),
+            "element" => self.element(fault, kind, faults, out),
+            _ => self.unit(fault, kind, faults, out),
+        }
     }
 
     /// Which part fails, and its name.
@@ -105,13 +148,13 @@ impl<'a> Reader<'a, '_> {
             [part] => Some((part, read_word(self.table, part)?)),
             [] => {
                 let message = format!("{}: nothing is named that fails", self.what);
-                let help = "add `sensor = \"...\"`, `motor = \"...\"` or `control = \"...\"`";
+                let help = "add `sensor = \"...\"`, `motor = \"...\"`, `control = \"...\"` or `element = \"...\"`";
                 out.push(Diagnostic::error("key::missing", message).at(self.table.place.clone(), "no part").help(help));
                 None
             }
             [_, second, ..] => {
                 let message = format!("it names {}, and one fault is that of one part", quoted(named.iter().copied()));
-                let help = "write one `[[scenario.fault]]` for each; they may be at the same time".to_string();
+                let help = "write one fault for each; they may be at the same time".to_string();
                 out.push(self.mistake("fault::part", &message, (second, "a second part"), help));
                 None
             }
@@ -151,7 +194,8 @@ impl<'a> Reader<'a, '_> {
         let word = read_word(self.table, "kind")?;
         let found = kinds.iter().copied().find(|kind| *kind == word);
         if found.is_none() {
-            let message = format!("a {part} cannot be `{word}`");
+            let article = if part == "element" { "an" } else { "a" };
+            let message = format!("{article} {part} cannot be `{word}`");
             let help = format!("choose one of {}", quoted(kinds.iter().copied()));
             out.push(self.mistake("fault::kind", &message, ("kind", "not of this part"), help));
         }
@@ -274,7 +318,11 @@ impl<'a> Reader<'a, '_> {
             }
             plain => {
                 self.no_amount(plain, out);
-                Some(MotorFaultKind::Scaled(if plain == "reversed" { -1.0 } else { 0.0 }))
+                Some(match plain {
+                    "stuck" => MotorFaultKind::Stuck,
+                    "reversed" => MotorFaultKind::Scaled(-1.0),
+                    _ => MotorFaultKind::Scaled(0.0),
+                })
             }
         };
         let Some(kind) = found else { return };
@@ -335,8 +383,96 @@ impl<'a> Reader<'a, '_> {
         let in_loop = self.model.controls.iter().any(|other| other.name == fault.name);
         if in_loop && self.is_free(&fault, &others, out) {
             let Failing { name, at, until, .. } = fault;
+            // Its own blocks fail with it; late are its commands alone.
+            let own = self.own_blocks(control).filter(|_| !matches!(kind, UnitFaultKind::Jitter(_)));
             faults.units.push(Failing { name, kind, at, until });
+            faults.units.extend(own.map(|name| Failing { name, kind, at, until }));
         }
+    }
+
+    /// The task of the blocks that a program computes: those of its sample time, where no other controller in the loop has that.
+    fn own_blocks(&self, control: &ControlSpec) -> Option<String> {
+        let period = |control: &ControlSpec| control.values.exact("sample_time").map(Exact::to_rational);
+        let own = period(control).filter(|_| control.values.task("commands").is_some())?;
+        let mut others = self.model.controls.iter().filter(|other| other.name != control.name);
+        let shared = others.any(|other| period(other).as_ref() == Some(&own));
+        let tasks = || self.model.programs.tasks.iter();
+        let task = tasks().find(|task| task.period.as_ref().map(Exact::to_rational).as_ref() == Some(&own));
+        task.filter(|_| !shared).map(|task| task.name.clone())
+    }
+
+    /// A spring, a damper, or teeth that give.
+    fn element(&self, fault: Failing<()>, kind: &str, faults: &mut Faults, out: &mut Vec<Diagnostic>) {
+        let shown = shortened(&fault.name);
+        let springs = || self.equations.springs.iter().filter(|spring| spring.element == fault.name);
+        if let Some((message, help)) = self.cannot_break(&fault.name, kind) {
+            if !self.document.doubts.has(&fault.name) {
+                out.push(self.mistake("fault::part", &message, ("element", "cannot fail like that"), help));
+            }
+            return;
+        }
+        if fault.until.is_finite() {
+            let message =
+                format!("`{shown}` stays {}", if kind == "jump" { "where it has jumped to" } else { "broken" });
+            out.push(self.mistake("fault::window", &message, ("until", "for good"), "remove `until`".into()));
+            return;
+        }
+        let found = match kind {
+            "jump" => {
+                let row = springs().next().map(|spring| self.equations.domain_of(spring)).unwrap_or_default();
+                let domain = self.equations.measures.get(&fault.name).copied().unwrap_or(row);
+                self.amount(kind, (domain.dimensions()[0], Sign::NonZero), out).map(MechanicalFaultKind::Jump)
+            }
+            plain => {
+                self.no_amount(plain, out);
+                Some(MechanicalFaultKind::Broken)
+            }
+        };
+        let Some(kind) = found else { return };
+        let others: Vec<_> = faults.mechanics.iter().filter(|other| other.name == fault.name).collect();
+        if self.is_free(&fault, &others, out) {
+            let Failing { name, at, until, .. } = fault;
+            faults.mechanics.push(Failing { name, kind, at, until });
+        }
+    }
+
+    /// Why an element cannot break or jump, and what to do.
+    fn cannot_break(&self, element: &str, kind: &str) -> Option<(String, String)> {
+        let equations = self.equations;
+        let shown = shortened(element);
+        let has = |name: &str| equations.springs.iter().any(|spring| spring.element == name);
+        let damps = equations.dampers.iter().any(|damper| damper.element == element);
+        let names = || equations.springs.iter().map(|spring| spring.element.as_str());
+        let found = self.document.elements.iter().find(|one| one.name == element);
+        let Some(found) = found else {
+            let help = match nearest(element, names()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if names().next().is_none() => "the model has no spring that could break".to_string(),
+                None => format!("there are {}", quoted(names())),
+            };
+            return Some((format!("there is no element `{shown}`"), help));
+        };
+        let keyword = found.kind.keyword;
+        if equations.holds.iter().any(|hold| hold.element == element) {
+            let why = format!("`{shown}` has play or teeth that rub, and such ones cannot be `{kind}`");
+            return Some((why, "take its `backlash` and losses out, or fail another part".into()));
+        }
+        if !has(element) && (kind == "jump" || !damps || keyword == "shaft") {
+            let why = format!("the {} `{shown}` is rigid: it has no spring to be `{kind}`", keyword.replace('_', " "));
+            return Some((
+                why,
+                "give its teeth a `stiffness`, or put a `spring_damper` with a short shaft beside it".into(),
+            ));
+        }
+        if kind == "broken" && equations.frictions.iter().any(|friction| friction.element == element) {
+            let why = format!("`{shown}` has Coulomb friction, which would still hold what is broken");
+            return Some((why, "put the friction into a `spring_damper` of its own".into()));
+        }
+        let solved = self.settled || (0..equations.constraints.len()).any(|row| equations.is_equilibrium(row));
+        solved.then(|| {
+            let why = format!("with `{shown}` the equations of motions without inertia would change in the run");
+            (why, "give all shafts an inertia".into())
+        })
     }
 }
 

@@ -215,6 +215,7 @@ pub(super) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Diagnostic> 
         requirements: Vec::new(),
         figures: Vec::new(),
         plots: Vec::new(),
+        safety: None,
         tolerance: prepared.tolerance,
     })
 }
@@ -361,6 +362,8 @@ impl Standing {
             designed: variant.designed.clone(),
             running: variant.running.clone(),
             scenario: Scenario { position, speed, ..variant.scenario.clone() },
+            faults: variant.faults.clone(),
+            has_faults: variant.has_faults,
             computed: variant.computed.clone(),
             analysis: AnalysisSpec { at: Vec::new(), ..variant.analysis.clone() },
             massless: Vec::new(),

@@ -11,6 +11,7 @@ use super::circuit::check_circuit;
 use super::computed::Computed;
 use super::effort::check_effort;
 use super::equilibrium::{Rest, in_words};
+use super::faults::NamedFault;
 use super::held::{check_readings, check_start, is_designable, without_massless};
 use super::initial::given_start;
 use super::kept::{
@@ -24,6 +25,7 @@ use super::passage::check_passage;
 use super::places::places_in_control;
 use super::progress::Progress;
 use super::redundant::check_redundant;
+use super::safety::safety_spec;
 use super::scenario::scenario;
 use super::stops::check_stops;
 use super::without::{left_out, model_without};
@@ -72,11 +74,12 @@ pub(super) fn prepare_document(
     let mut first = None;
     let heard = Steps::new(all_settings.iter().map(|variant| steps_of(document, variant)).sum(), progress);
     // What one variant is does not depend on the others; what is told of it does.
-    let one = |VariantSettings { name: label, settings, controls }: &VariantSettings| {
+    let one = |variant: &VariantSettings| {
+        let VariantSettings { name: label, settings, controls, faults } = variant;
         let (model, mut mistakes) = document.model_with(settings, controls.as_deref());
         let ready = (!document.doubts.equations && !mistakes.iter().any(is_error)).then(|| {
             let name = if label.is_empty() { file_stem(&model.name) } else { label.clone() };
-            prepare_variant((purpose, &heard), document, name, model.clone(), settings, &mut mistakes)
+            prepare_variant((purpose, &heard), document, name, model.clone(), (settings, faults), &mut mistakes)
         });
         document.check_tolerances(settings, &mut mistakes);
         (model, ready.flatten(), mistakes)
@@ -102,7 +105,7 @@ pub(super) fn prepare_document(
         (None, Some(mut model)) => {
             let reduced = unreduced(&mut model);
             let settings = &all_settings[0].settings;
-            let scenario = scenario(document, &model, (&reduced.equations, None), settings, &mut mistakes);
+            let (scenario, _) = scenario(document, &model, (&reduced.equations, None), settings, &mut mistakes);
             let signals = signal_names(&reduced, &scenario);
             let known = Known { document, signals, doubtful: model.doubtful };
             analysis_spec(&known, &reduced.equations, None, settings, &mut mistakes);
@@ -113,6 +116,10 @@ pub(super) fn prepare_document(
     (prepared.figures, prepared.requirements) = figures_and_requirements(&known, &all_settings, &mut mistakes);
     let names: Vec<String> = all_settings.into_iter().map(|variant| variant.name).collect();
     prepared.plots = plots(&known, &names, &mut mistakes);
+    let faults = prepared.variants.first().map(|variant| variant.faults.clone()).unwrap_or_default();
+    let ends: Vec<(String, f64)> =
+        prepared.all().map(|variant| (variant.name.clone(), variant.scenario.duration)).collect();
+    prepared.safety = safety_spec(&known, &names, (&faults, &ends), &mut mistakes);
     prepared.tolerance = tolerance(document, &mut mistakes);
     if !document.doubts.equations {
         super::bench::check(document, &all_settings_of_first, &mut mistakes);
@@ -246,7 +253,7 @@ fn prepare_variant(
     document: &Document,
     name: String,
     model: Model,
-    settings: &[Setting],
+    (settings, own_faults): (&[Setting], &[String]),
     out: &mut Vec<Diagnostic>,
 ) -> Option<PreparedVariant> {
     check_connected(document, &model, out);
@@ -254,7 +261,8 @@ fn prepare_variant(
     check_redundant(document, &reduced, out);
     // Laws are designed for the accelerations that torques cause.
     let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
-    let mut scenario = scenario(document, &model, (&reduced.equations, Some(&reduced)), settings, out);
+    let (mut scenario, faults) = scenario(document, &model, (&reduced.equations, Some(&reduced)), settings, out);
+    add_faults(document, (&mut scenario, &faults), (&name, own_faults), out);
     let given = given_start(document, settings, &reduced);
     let start = on_rows(&reduced, &given, &scenario);
     let asked = Asked::of(document, (&reduced, &start), controls, settings, out);
@@ -303,6 +311,8 @@ fn prepare_variant(
         designed,
         running,
         scenario,
+        faults,
+        has_faults: !own_faults.is_empty(),
         computed,
         analysis,
         point,
@@ -317,6 +327,31 @@ fn prepare_variant(
         check_loop(document, &variant, heard, out);
     }
     complete.then_some(variant)
+}
+
+/// Lets the faults that a variant names happen in it.
+fn add_faults(
+    document: &Document,
+    (scenario, named): (&mut Scenario, &[NamedFault]),
+    (variant, own): (&str, &[String]),
+    out: &mut Vec<Diagnostic>,
+) {
+    for fault in own.iter().filter_map(|name| named.iter().find(|fault| fault.name == *name)) {
+        match scenario.faults.with(&fault.faults) {
+            Ok(all) => scenario.faults = all,
+            Err(part) => {
+                let message =
+                    format!("variant `{variant}`: its fault `{}` is a second one of `{part}` then", fault.name);
+                let place = document.faults.iter().find(|(name, _)| name.value == fault.name);
+                let place = place.map_or_else(|| document.scenario.place.clone(), |(name, _)| name.place.clone());
+                out.push(
+                    Diagnostic::error("fault::window", message)
+                        .at(place, "at the same time")
+                        .help("of one part one fault happens at a time: let one end before the other begins"),
+                );
+            }
+        }
+    }
 }
 
 /// What is wrong with the loop of a variant that could be run.
@@ -590,8 +625,9 @@ fn design_model(
                 .help("for its design it is where it begins, at rest, and the motion disturbs the loop"),
         );
     }
-    let of_time: Vec<&str> =
-        reduced.equations.laws.iter().filter(|law| law.value.is_of_time()).map(|law| law.element.as_str()).collect();
+    let left_out = left_out(document, control, out)?;
+    let laws = reduced.equations.laws.iter().filter(|law| law.value.is_of_time() && !left_out.contains(&law.element));
+    let of_time: Vec<&str> = laws.map(|law| law.element.as_str()).collect();
     if !of_time.is_empty() {
         let message =
             format!("control `{}` knows the torque of {} as it is at time zero", control.name, quoted(of_time));
@@ -601,7 +637,6 @@ fn design_model(
                 .help("a torque that it is not to know is a `disturbance` with a function of time"),
         );
     }
-    let left_out = left_out(document, control, out)?;
     if control.design.is_empty() && left_out.is_empty() {
         return plant_at(document, control, reduced.clone(), asked, out);
     }

@@ -4,7 +4,8 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::computed::Computed;
-use super::{AnalysisSpec, Figure, Requirement};
+use super::faults::NamedFault;
+use super::{AnalysisSpec, Figure, Requirement, SafetySpec};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::Model;
 use crate::names::unknown_name;
@@ -28,6 +29,8 @@ pub struct Prepared {
     pub figures: Vec<Figure>,
     /// Plots of the report.
     pub plots: Vec<Plot>,
+    /// What `kardan safety` tries; nothing in a file without faults that have names.
+    pub safety: Option<SafetySpec>,
     /// Accuracy of the runs.
     pub tolerance: Tolerance,
 }
@@ -69,6 +72,10 @@ pub struct PreparedVariant {
     pub running: Vec<Arc<dyn Law>>,
     /// What happens.
     pub scenario: Scenario,
+    /// What may fail in it, by name.
+    pub faults: Vec<NamedFault>,
+    /// Whether some of these always do in this variant.
+    pub(super) has_faults: bool,
     /// What is computed from the signals of its run.
     pub computed: Computed,
     /// What to analyse.
@@ -86,6 +93,29 @@ pub struct PreparedVariant {
 }
 
 impl PreparedVariant {
+    /// Its scenario with these faults too.
+    ///
+    /// # Errors
+    /// A fault that is not there, or a second one of a part at the same time.
+    pub(super) fn failing(&self, names: &[String]) -> Result<Scenario, Diagnostic> {
+        let mut scenario = self.scenario.clone();
+        for name in names {
+            let Some(fault) = self.faults.iter().find(|fault| fault.name == *name) else {
+                let help = match self.faults.first() {
+                    Some(_) => unknown_name(name, self.faults.iter().map(|fault| fault.name.as_str())),
+                    None => "the file has no `[fault.NAME]`".to_string(),
+                };
+                let message = format!("there is no fault `{}`", shortened(name));
+                return Err(Diagnostic::error("fault::unknown", message).help(help));
+            };
+            scenario.faults = scenario.faults.with(&fault.faults).map_err(|part| {
+                let message = format!("with the fault `{name}` `{part}` would fail in two ways at once");
+                Diagnostic::error("fault::window", message).help("of one part one fault happens at a time")
+            })?;
+        }
+        Ok(scenario)
+    }
+
     /// What is looked at where small motions of the loop are meant.
     pub(super) fn in_loop(&self) -> &Self {
         self.looped.as_deref().unwrap_or(self)

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::results::{Analysis, Design, Identification, Study};
+use crate::results::{Analysis, Design, Identification, Safety, Study};
 use crate::simulate::{RunResult, Setup, Tolerance, simulate};
 
 /// Hears how far the runs are, and may end them. Called from several threads.
@@ -41,6 +41,8 @@ pub enum Part {
     Analysis(Box<Analysis>),
     /// Of [`design`](super::design()).
     Design(Box<Design>),
+    /// Of [`safety`](super::safety()).
+    Safety(Box<Safety>),
     /// Of [`identify`](super::identify).
     Identification(Box<Identification>),
 }

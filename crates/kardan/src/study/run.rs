@@ -1,5 +1,6 @@
 //! A study: every variant run through the scenario, judged, with its structure and designs beside it.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -23,7 +24,7 @@ use crate::diagnostics::{Diagnostic, nearest};
 use crate::equations::Domain;
 use crate::names::Quantity;
 use crate::results::{Analysis, Design, Outcome, Plot, PlottedReference, Run, Study};
-use crate::simulate::{Method, RunResult, Setup, Tolerance, signal_names, simulate};
+use crate::simulate::{Method, RunResult, Scenario, Setup, Tolerance, signal_names, simulate};
 
 /// Told of a study that ends with its runs.
 const MISSING: &str = "structure and designs of the report are missing";
@@ -33,6 +34,8 @@ const MISSING: &str = "structure and designs of the report are missing";
 pub struct Settings {
     /// Names of the variants to run; empty: all.
     pub variants: Vec<String>,
+    /// Names of `[fault.NAME]` that happen in all of them, besides those that do anyway.
+    pub faults: Vec<String>,
     /// Whether controllers run that are unstable at their sample time.
     pub force: bool,
     /// Whether only the runs are asked for, without the structure of the model, the designs of its controllers and the estimate of
@@ -76,6 +79,7 @@ impl Project {
             overrule(&mut diagnostics);
         }
         check_variants(prepared, &settings.variants, &mut diagnostics);
+        check_faults(prepared, settings, &mut diagnostics);
         if diagnostics.iter().any(is_error) {
             return Err(diagnostics);
         }
@@ -128,6 +132,12 @@ fn check_variants(prepared: &Prepared, names: &[String], out: &mut Vec<Diagnosti
     }
 }
 
+/// The mistakes of faults that are asked for: told once, though several variants have them.
+fn check_faults(prepared: &Prepared, settings: &Settings, out: &mut Vec<Diagnostic>) {
+    let chosen = |variant: &&PreparedVariant| settings.variants.is_empty() || settings.variants.contains(&variant.name);
+    out.extend(prepared.all().filter(chosen).find_map(|variant| variant.failing(&settings.faults).err()));
+}
+
 /// The runs; they are kept, whatever becomes of the rest.
 fn run_all(
     prepared: &Prepared,
@@ -160,14 +170,27 @@ fn run_again(
     progress: &dyn Progress,
 ) -> Vec<RunResult> {
     let tolerance = accuracy::looser(tolerance(prepared, settings, progress));
-    chosen.par_iter().map(|variant| simulate(setup(variant), tolerance, &mut |_| progress.stop())).collect()
+    let again = |variant: &&PreparedVariant| {
+        let scenario = scenario_of(variant, settings);
+        simulate(setup(variant, &scenario), tolerance, &mut |_| progress.stop())
+    };
+    chosen.par_iter().map(again).collect()
 }
 
-fn setup(variant: &PreparedVariant) -> Setup<'_> {
-    Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario }
+/// What happens in a variant, with the faults that were asked for.
+fn scenario_of<'v>(variant: &'v PreparedVariant, settings: &Settings) -> Cow<'v, Scenario> {
+    // What is wrong with them was told before.
+    match settings.faults[..] {
+        [] => Cow::Borrowed(&variant.scenario),
+        _ => variant.failing(&settings.faults).map_or(Cow::Borrowed(&variant.scenario), Cow::Owned),
+    }
 }
 
-fn tolerance(prepared: &Prepared, settings: &Settings, progress: &dyn Progress) -> Tolerance {
+fn setup<'s>(variant: &'s PreparedVariant, scenario: &'s Scenario) -> Setup<'s> {
+    Setup { reduced: &variant.reduced, laws: &variant.running, scenario }
+}
+
+pub(super) fn tolerance(prepared: &Prepared, settings: &Settings, progress: &dyn Progress) -> Tolerance {
     let asked = settings.tolerance.map_or(prepared.tolerance, Tolerance::relative);
     Tolerance { most_steps: progress.most_steps(), method: settings.method, ..asked }
 }
@@ -323,15 +346,15 @@ fn chosen_plots(prepared: &Prepared, chosen: &[String]) -> Vec<Plot> {
     plots
 }
 
-fn run_variant(
+pub(super) fn run_variant(
     number: usize,
     variant: &PreparedVariant,
     (prepared, settings): (&Prepared, &Settings),
     progress: &dyn Progress,
 ) -> Run {
     let tolerance = tolerance(prepared, settings, progress);
-    let result = simulate_heard(setup(variant), tolerance, (number, &variant.name), progress);
-    let mut result = result;
+    let scenario = scenario_of(variant, settings);
+    let mut result = simulate_heard(setup(variant, &scenario), tolerance, (number, &variant.name), progress);
     result.series.signals.extend(variant.computed.signals(&result.series));
     let completed = result.outcome == Outcome::Completed;
     let ran = Ran { strains: &result.strains, events: &result.events, completed };

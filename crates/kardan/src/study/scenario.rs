@@ -1,7 +1,7 @@
 //! The scenario of a run: output times, initial state.
 
 use super::events::{GivenEvent, events, sources};
-use super::faults::faults;
+use super::faults::{NamedFault, faults, named_faults};
 use super::initial::initial_state;
 use super::read::{quantity, read_word};
 use super::source_signals::source_signals;
@@ -19,22 +19,25 @@ const MOST_ROWS: f64 = 5e6;
 /// Rows that all runs of a study may have together.
 const MOST_ROWS_OF_ALL: f64 = 2e7;
 
-/// The scenario; with the start, where the reduced model is known.
+/// The scenario, and what may fail in it by name; with the start, where the reduced model is known.
 pub(super) fn scenario(
     document: &Document,
     model: &Model,
     (equations, reduced): (&Equations, Option<&Reduced>),
     settings: &[Setting],
     out: &mut Vec<Diagnostic>,
-) -> Scenario {
+) -> (Scenario, Vec<NamedFault>) {
     let reader = TableReader::new(document, settings);
     let table = &document.scenario;
     let mut time = |key: &str| quantity(&reader, table, key, (Dimension::TIME, Sign::Positive), "`[scenario]`", out);
     let (duration, step) = (time("duration"), time("output_step"));
     let sources = sources(model, equations, document, out);
     let given = events(&reader, document, model, &sources, duration.as_ref(), out);
-    let faults = faults(&reader, (document, model, equations), duration.as_ref(), out);
-    let ends = given.iter().flat_map(GivenEvent::times).collect::<Vec<_>>();
+    let known = (document, model, equations, reduced.is_some_and(Reduced::is_settled));
+    let faults = faults(&reader, known, duration.as_ref(), out);
+    let named = named_faults(&reader, known, duration.as_ref(), out);
+    let mut ends = given.iter().flat_map(GivenEvent::times).collect::<Vec<_>>();
+    ends.extend(begins(&reader, document));
     let times = match (&duration, &step) {
         (Some(duration), Some(step)) if check_rows(document, duration, step, &ends, out) => {
             output_times(duration, step, &ends)
@@ -54,7 +57,23 @@ pub(super) fn scenario(
     signals.sort_by_key(|signal| signal.source);
     let (flow, tasks): (Vec<_>, Vec<_>) = model.programs.tasks.iter().cloned().partition(|task| task.period.is_none());
     let flow = flow.into_iter().next();
-    Scenario { duration, times, sources, events, signals, tasks, flow, faults, seed, recorded: None, position, speed }
+    let recorded = None;
+    let scenario =
+        Scenario { duration, times, sources, events, signals, tasks, flow, faults, seed, recorded, position, speed };
+    (scenario, named)
+}
+
+/// When faults begin that have names: rows lie close behind that, whether they happen or not, so that runs with and without them have the
+/// same rows.
+fn begins(reader: &TableReader<'_>, document: &Document) -> Vec<Exact> {
+    let at = |table: &Table| {
+        let positive = (Dimension::TIME, Sign::Positive);
+        quantity(reader, table, "at", positive, "a fault", &mut Vec::new())
+    };
+    let mut all: Vec<Exact> = document.faults.iter().filter_map(|(_, table)| at(table)).collect();
+    all.sort_by(|a, b| a.to_rational().cmp(&b.to_rational()));
+    all.dedup();
+    all
 }
 
 /// A whole number of a table; `None` if it is left out or wrong, which is reported.

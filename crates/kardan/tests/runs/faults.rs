@@ -210,3 +210,174 @@ fn faults_that_cannot_be() {
         "{told:?}"
     );
 }
+
+/// The torque that a motor has reached when it sticks stays to the last bit, until the end of the fault.
+#[test]
+fn a_torque_that_sticks() {
+    let limits = ["", "lag = \"50 ms\"", "torque_limit = \"2.5 N m\"", "rate_limit = \"3 N m/s\""];
+    for limit in limits {
+        let source = wheel(limit, &["kind = \"stuck\"\nat = \"1 s\"\nuntil = \"2 s\""])
+            .replace("to = \"4 N m\"", "to = \"4 N m\"\nover = \"2.5 s\"");
+        every_method(&source, |run| {
+            let held = at(run, "m.tau", 1.0);
+            assert!((at(run, "m.tau", 0.99) - held).abs() < 0.04 && held > 1.0, "{limit}: {held}");
+            for (time, torque) in run.series.time.iter().zip(signal(run, "m.tau")) {
+                assert!(!(1.0..2.0).contains(time) || *torque == held, "{limit} at {time} s: {torque}");
+            }
+            assert!((at(run, "a.w", 2.0) - at(run, "a.w", 1.0) - 0.5 * held).abs() < 1e-11, "{limit}");
+            assert!(at(run, "m.tau", 2.01) != held && run.energy.residual.abs() < 1e-9, "{limit}: {:?}", run.energy);
+        });
+    }
+}
+
+/// Two wheels of 1 and 2 kg m² on a bar of 30 N m/rad, the first turned at 1 rad/s at the start, with a sensor on the bar.
+fn two_wheels(faults: &str) -> String {
+    format!(
+        "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"2 kg m^2\"\n\
+         [spring_damper.bar]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"30 N m/rad\"\ndamping = \"D\"\n\
+         [sensor.felt]\nmeasures = \"torque\"\nelement = \"bar\"\n\
+         [block.seen]\nkind = \"gain\"\ninput = \"felt\"\ngain = 1\nsample_time = \"10 ms\"\n\
+         [scenario]\nduration = \"2 s\"\noutput_step = \"10 ms\"\ninitial = {{ \"a.w\" = \"1 rad/s\" }}\n{faults}"
+    )
+}
+
+/// From the break on the bar gives exactly nothing and both wheels turn evenly at the speeds of the closed form; what the bar held is lost, and
+/// the balance of energy closes.
+#[test]
+fn a_bar_that_breaks() {
+    let broken = "[[scenario.fault]]\nelement = \"bar\"\nat = \"0.77 s\"\n";
+    let source = two_wheels(broken).replace("damping = \"D\"\n", "");
+    every_method(&source, |run| {
+        let rate = f64::sqrt(45.0);
+        let twist = f64::sin(rate * 0.77) / rate;
+        let [mean, apart] = [1.0 / 3.0, f64::cos(rate * 0.77)];
+        assert!((at(run, "bar.tau", 0.76) - 30.0 * f64::sin(rate * 0.76) / rate).abs() < 1e-8);
+        for (row, time) in run.series.time.iter().enumerate().filter(|(_, time)| **time >= 0.77) {
+            assert_eq!(signal(run, "bar.tau")[row], 0.0, "at {time} s");
+            assert!((signal(run, "a.w")[row] - (mean + 2.0 / 3.0 * apart)).abs() < 1e-9, "at {time} s");
+            assert!((signal(run, "b.w")[row] - (mean - 1.0 / 3.0 * apart)).abs() < 1e-9, "at {time} s");
+            assert!(*time < 0.78 || signal(run, "seen")[row] == 0.0, "the sensor reads nothing at {time} s");
+        }
+        assert!((run.energy.dissipated - 15.0 * twist * twist).abs() < 1e-9, "{:?}", run.energy);
+        assert!(run.energy.residual.abs() < 1e-10, "{:?}", run.energy);
+        let told = run.events.iter().find(|event| event.what.starts_with("bar breaks")).expect("an event");
+        assert!(told.time == 0.77 && told.what.contains(&format!("{:.6} J", 15.0 * twist * twist)), "{told:?}");
+    });
+    // With a damper its loss ends there too.
+    every_method(&two_wheels(broken).replace("\"D\"", "\"3 N m s/rad\""), |run| {
+        assert!(run.energy.residual.abs() < 1e-10, "{:?}", run.energy);
+        assert!(at(run, "bar.tau", 0.77) == 0.0 && at(run, "a.w", 0.78) == at(run, "a.w", 2.0));
+    });
+}
+
+/// A hub that slips by 0.1 rad goes on from there: speeds stay, the spring holds ½ s (x − 0.1)² in place of ½ s x².
+#[test]
+fn teeth_that_jump() {
+    let jump = "[[scenario.fault]]\nelement = \"bar\"\nkind = \"jump\"\nby = \"0.1 rad\"\nat = \"0.77 s\"\n";
+    every_method(&two_wheels(jump).replace("damping = \"D\"\n", ""), |run| {
+        let rate = f64::sqrt(45.0);
+        let (twist, speed) = (f64::sin(rate * 0.77) / rate, f64::cos(rate * 0.77));
+        for time in [0.77, 0.8, 1.3, 2.0] {
+            let later = rate * (time - 0.77);
+            let expected = (twist - 0.1) * later.cos() + speed / rate * later.sin();
+            assert!((at(run, "bar.tau", time) - 30.0 * expected).abs() < 1e-7, "at {time} s");
+        }
+        let gained = 15.0 * ((twist - 0.1) * (twist - 0.1) - twist * twist);
+        let energy = &run.energy;
+        assert!((energy.input - energy.dissipated - gained).abs() < 1e-9, "{energy:?} {gained}");
+        assert!(energy.residual.abs() < 1e-9, "{energy:?}");
+        assert!((at(run, "seen", 0.78) - at(run, "bar.tau", 0.78)).abs() < 1e-9);
+    });
+}
+
+/// A unit takes the blocks of its own sample time with it, not those of another one, nor those that another unit of the same rate computes too.
+#[test]
+fn blocks_fail_with_their_unit() {
+    let source = |kind: &str, more: &str| {
+        format!(
+            "[shaft.a]\ninertia = \"2 kg m^2\"\n[motor.m]\nshaft = \"a\"\n[motor.n]\nshaft = \"a\"\n\
+             [block.count]\nkind = \"integrator\"\ninput = \"1 N m/s\"\nsample_time = \"10 ms\"\n\
+             [block.slow]\nkind = \"integrator\"\ninput = \"1 N m/s\"\nsample_time = \"20 ms\"\n\
+             [control.c]\nlaw = \"program\"\nsample_time = \"10 ms\"\ncommands = {{ m = \"0.1 * count\" }}\n{more}\
+             [scenario]\nduration = \"1 s\"\noutput_step = \"2 ms\"\n\
+             [[scenario.fault]]\ncontrol = \"c\"\n{kind}\nat = \"0.5 s\"\nuntil = \"0.7 s\"\n"
+        )
+    };
+    let other = "[control.d]\nlaw = \"program\"\nsample_time = \"10 ms\"\ncommands = { n = \"0 N m\" }\n";
+    let run = |kind, more| run_by(&source(kind, more), Method::Taylor, Some(1e-11));
+    let near = |run: &Run, name, time, expected: f64| {
+        let found = at(run, name, time);
+        assert!((found - expected).abs() < 1e-9, "{name} at {time} s: {found}, not {expected}");
+    };
+    let reset = run("kind = \"reset\"", "");
+    near(&reset, "count", 0.49, 0.49);
+    near(&reset, "count", 0.6, 0.0);
+    near(&reset, "count", 0.9, 0.2);
+    near(&reset, "m.tau", 0.9, 0.02);
+    near(&reset, "slow", 0.9, 0.9);
+    let missed = run("kind = \"missed\"", "");
+    near(&missed, "count", 0.6, 0.49);
+    near(&missed, "count", 0.9, 0.7);
+    let shared = run("kind = \"reset\"", other);
+    near(&shared, "count", 0.9, 0.9);
+}
+
+/// What cannot break or jump says why.
+#[test]
+fn what_cannot_break() {
+    let bare = two_wheels("").replace("damping = \"D\"\n", "");
+    let gear =
+        bare.clone() + "[shaft.c]\ninertia = \"1 kg m^2\"\n[gear.g]\nshaft_1 = \"b\"\nshaft_2 = \"c\"\nratio = 2\n";
+    let play = bare
+        .replace("[sensor.felt]\nmeasures = \"torque\"\nelement = \"bar\"\n", "")
+        .replace("\"felt\"", "\"a.phi\"")
+        .replace("stiffness =", "backlash = \"0.1 rad\"\nstiffness =");
+    let rubs = bare.replace("stiffness =", "friction = \"1 N m\"\nstiffness =");
+    let cases = [
+        (&bare, "element = \"bat\"\nat = \"1 s\"", "there is no element `bat`", "did you mean `bar`?"),
+        (&bare, "element = \"a\"\nat = \"1 s\"", "is rigid", "stiffness"),
+        (
+            &gear,
+            "element = \"g\"\nkind = \"jump\"\nby = \"0.1 rad\"\nat = \"1 s\"",
+            "the gear `g` is rigid",
+            "stiffness",
+        ),
+        (&bare, "element = \"bar\"\nkind = \"jump\"\nat = \"1 s\"", "`jump` needs the key `by`", "by = "),
+        (&bare, "element = \"bar\"\nkind = \"jump\"\nby = \"1 N m\"\nat = \"1 s\"", "expected an angle", "deg"),
+        (&bare, "element = \"bar\"\nat = \"1 s\"\nuntil = \"1.5 s\"", "stays broken", "remove `until`"),
+        (&bare, "element = \"bar\"\nkind = \"dead\"\nat = \"1 s\"", "an element cannot be `dead`", "broken"),
+        (&play, "element = \"bar\"\nat = \"1 s\"", "has play", "backlash"),
+        (&rubs, "element = \"bar\"\nat = \"1 s\"", "Coulomb friction", "of its own"),
+    ];
+    for (source, keys, message, help) in cases {
+        let source = source.to_string() + "[[scenario.fault]]\n" + keys + "\n";
+        let told = study::prepare(&source).1;
+        let found = told.iter().find(|one| one.message.contains(message));
+        let found = found.unwrap_or_else(|| panic!("{keys}: {}", plain(&source, &told)));
+        assert!(found.help.as_ref().is_some_and(|text| text.contains(help)), "{keys}: {found:?}");
+    }
+}
+
+/// A fault with a name happens where a variant names it, or where it is asked for; the rows are the same with and without it.
+#[test]
+fn faults_with_a_name() {
+    let source = wheel("", &[])
+        + "[fault.dead]\nmotor = \"m\"\nat = \"1 s\"\n[fault.back]\nmotor = \"m\"\nkind = \"reversed\"\nat = \"2 s\"\n\
+           [[variant]]\nname = \"sound\"\n[[variant]]\nname = \"ill\"\nfaults = [\"dead\"]\n";
+    let run = |faults: &[&str]| {
+        let faults = faults.iter().map(ToString::to_string).collect();
+        let settings = study::Settings { faults, variants: vec!["sound".into()], ..crate::common::runs_only() };
+        study::run(&source, &settings, &study::Silent)
+    };
+    let both = study::run(&source, &crate::common::runs_only(), &study::Silent).expect("no mistakes").runs;
+    let asked = run(&["dead"]).expect("no mistakes").runs;
+    assert_eq!(both[1].series.signals, asked[0].series.signals);
+    assert!(both[0].series.time == asked[0].series.time && (at(&both[0], "a.w", 3.0) - 6.0).abs() < 1e-12);
+    assert!((at(&asked[0], "a.w", 3.0) - 2.0).abs() < 1e-12);
+    let told = |faults: &[&str]| run(faults).expect_err("refused").remove(0);
+    assert!(told(&["ded"]).help.is_some_and(|help| help.contains("dead")));
+    assert!(told(&["dead", "back"]).message.contains("two ways at once"));
+    let unknown = source.replace("faults = [\"dead\"]", "faults = [\"ded\"]");
+    let found = study::prepare(&unknown).1;
+    assert!(found.iter().any(|one| one.message.contains("variant `ill`: there is no fault `ded`")), "{found:?}");
+}

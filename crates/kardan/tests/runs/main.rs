@@ -36,6 +36,7 @@ mod random;
 mod redundant;
 mod relations;
 mod ripple;
+mod safety;
 mod signals;
 mod simulation;
 mod start;

@@ -36,6 +36,8 @@ pub(super) struct Places {
     pub senses: Range<usize>,
     /// Given: of sliders that springs couple what the slip of each has of another one's.
     pub couplings: Range<usize>,
+    /// Given: of each motor whose torque sticks in the run that torque, zero while it does not.
+    pub stuck: Range<usize>,
     /// Given of the time: of each source with a function of it whether it follows that (1) or is set from outside (0), parts of
     /// functions, the time itself.
     pub timed: Range<usize>,
@@ -188,6 +190,9 @@ pub(super) fn extend(
         all.given(equations.set_valued().enumerate().map(|(k, (element, _))| format!("{element}.sense.{k}")));
     let coupled = reduced.relaxation.iter().flat_map(Relaxation::coupled_slips);
     (places.couplings, couplings) = all.given(coupled.map(|(i, j)| format!("coupling.{i}.{j}")));
+    let sticking = equations.inputs.iter().zip(drives).filter(|(_, drive)| drive.sticks());
+    let (places_of_stuck, stuck) = all.given(sticking.map(|(input, _)| format!("{}.stuck", input.element)));
+    places.stuck = places_of_stuck;
     let mut sources = with_signals(&mut all, &mut places, sources, signals);
     let zero = all.motion.graph.integer(0);
     let mut rates = vec![zero; more_states.len()];
@@ -200,13 +205,13 @@ pub(super) fn extend(
     let given = (&commands[..], &limits[..], &follows[..], &limiter_rates[..]);
     let meant = driven(&mut all, drives, given, (&states, more_states.start, &mut rates));
     law_rates(&mut all, laws, (&meant, &sources, &states, more_states.start), &mut rates);
-    let torques = failing(&mut all, equations, drives, &meant);
+    let torques = failing(&mut all, equations, drives, (&meant, &stuck));
     let applied = rippled(&mut all, equations, drives, &torques);
     let SetValued { torques: friction, mut speeds, holds } = set_valued(&mut all, reduced, &senses);
     let meshes = MeshTerms::new(all.motion, reduced, &applied, &friction);
     let mut forces = forces(&mut all, &applied, &friction);
     let sliders = relax(&mut all, &mut places, reduced, &mut forces, (&senses, &couplings), &mut speeds);
-    let mut powers = powers(&mut all, equations, &applied, (&friction, &speeds, &holds));
+    let mut powers = powers(&mut all, reduced, &applied, (&friction, &speeds, &holds));
     let held = held_frictions(&mut all, reduced, (&friction, &senses), &sliders);
     find_kept(&mut all, &mut places, (reduced, &applied, &held), &mut powers[0]);
     places.commands = all.found("command", commands);
@@ -260,13 +265,21 @@ fn driven(
 }
 
 /// What motors that fail make of their torques.
-fn failing(all: &mut Loop<'_>, equations: &Equations, drives: &[Drive], torques: &[Expr]) -> Vec<Expr> {
+fn failing(
+    all: &mut Loop<'_>,
+    equations: &Equations,
+    drives: &[Drive],
+    (torques, stuck): (&[Expr], &[Expr]),
+) -> Vec<Expr> {
     let mut out = torques.to_vec();
-    for ((torque, input), Drive { faults, .. }) in out.iter_mut().zip(&equations.inputs).zip(drives) {
+    let mut stuck = stuck.iter();
+    for ((torque, input), drive) in out.iter_mut().zip(&equations.inputs).zip(drives) {
+        let faults = &drive.faults;
         let scaled = fault_part(faults, "share", &|kind| match kind {
             MotorFaultKind::Scaled(part) => part - 1.0,
             MotorFaultKind::Braking(_) => -1.0,
             MotorFaultKind::Undervoltage(_) => 0.0,
+            MotorFaultKind::Stuck => -1.0,
         });
         let braking = |kind| if let MotorFaultKind::Braking(damping) = kind { damping } else { 0.0 };
         let braked = fault_part(faults, "braking", &braking);
@@ -275,12 +288,15 @@ fn failing(all: &mut Loop<'_>, equations: &Equations, drives: &[Drive], torques:
             let factor = all.motion.graph.sum(Rational::ONE, &[(more, Rational::ONE)]);
             *torque = all.motion.graph.multiply(factor, *torque);
         }
+        if let Some(held) = drive.sticks().then(|| stuck.next()).flatten() {
+            *torque = all.motion.graph.add(*torque, *held);
+        }
         if let Some(damping) = braked {
             let speed = speed_along(all, &input.row);
             let braking = all.motion.graph.multiply(damping, speed);
             *torque = all.motion.graph.subtract(*torque, braking);
         }
-        if scaled.is_some() || braked.is_some() {
+        if scaled.is_some() || braked.is_some() || drive.sticks() {
             *torque = all.motion.graph.group(*torque);
         }
     }
@@ -508,11 +524,11 @@ fn forces(all: &mut Loop<'_>, applied: &[Expr], friction: &[Expr]) -> Vec<Expr> 
 /// Power of the inputs and of the torques that expressions give; loss in dampers and in slipping directions.
 fn powers(
     all: &mut Loop<'_>,
-    equations: &Equations,
+    reduced: &Reduced,
     applied: &[Expr],
     (friction, speeds, holds): (&[Expr], &[Expr], &[HoldTerms]),
 ) -> [Expr; 2] {
-    let (mut work, mut loss) = (Vec::new(), Vec::new());
+    let (equations, mut work, mut loss) = (&reduced.equations, Vec::new(), Vec::new());
     for (input, torque) in equations.inputs.iter().zip(applied) {
         let speed = speed_along(all, &input.row);
         work.push(all.motion.graph.multiply(*torque, speed));
@@ -524,7 +540,8 @@ fn powers(
     for damper in &equations.dampers {
         let speed = all.motion.sum(&damper.row, |motion, shaft| motion.speeds[shaft]);
         let (speed, coefficient) = (all.motion.graph.group(speed), all.motion.exact(&damper.value));
-        loss.push(all.motion.graph.product(&[(coefficient, 1), (speed, 2)]));
+        let lost = all.motion.graph.product(&[(coefficient, 1), (speed, 2)]);
+        loss.push(all.motion.left_of(reduced, &damper.element, lost));
     }
     for (torque, speed) in friction.iter().zip(speeds).take(friction.len() - holds.len()) {
         loss.push(all.motion.graph.multiply(*torque, *speed));

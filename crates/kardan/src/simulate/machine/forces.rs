@@ -19,6 +19,7 @@ impl Machine {
     pub fn enter_segment(&mut self, time: f64) {
         self.timed.enter(time);
         self.enter_faults(time);
+        self.dynamics.enter_faults(time);
         for (line, profile) in self.lines.iter_mut().zip(&self.profiles) {
             *line = profile.piece(time);
         }
@@ -78,6 +79,8 @@ impl Machine {
         work.give(dynamics, places.limits.start, self.drives.iter().flat_map(Drive::leaves));
         work.give(dynamics, places.follows.start, self.drives.iter().map(Drive::follows));
         work.give(dynamics, places.limiter_rates.start, self.drives.iter().map(Drive::limiter_rate));
+        let stuck = self.drives.iter().filter(|drive| drive.sticks()).map(|drive| drive.stuck);
+        work.give(dynamics, places.stuck.start, stuck);
         work.give(dynamics, places.senses.start, self.modes.iter().map(|mode| mode.sign()));
         if !places.couplings.is_empty() {
             work.give(dynamics, places.couplings.start, self.sliders.couplings.iter().copied());

@@ -11,12 +11,34 @@ use crate::simulate::scenario::SourceTarget;
 const SAME_INSTANT: f64 = 1e-12;
 
 impl Machine {
+    /// Motors whose torque sticks from this time on keep the one that they have reached; the lines and functions of time are still those
+    /// before it.
+    pub fn stick_motors(&mut self, time: f64, state: &[f64]) {
+        let begins = |drive: &Drive| {
+            drive
+                .faults
+                .iter()
+                .any(|fault| fault.kind == MotorFaultKind::Stuck && fault.holds(time) && fault.at == time)
+        };
+        if !self.drives.iter().any(begins) {
+            return;
+        }
+        self.forces(time, state);
+        let torques = self.torques.clone();
+        for (drive, torque) in self.drives.iter_mut().zip(torques).filter(|(drive, _)| begins(drive)) {
+            drive.stuck = torque;
+        }
+    }
+
     /// Torque limits of motors whose supply is low from a time on.
     pub(super) fn enter_faults(&mut self, time: f64) {
         for drive in self.drives.iter_mut().filter(|drive| !drive.faults.is_empty()) {
             let low = drive.faults.iter().find(|fault| fault.holds(time)).map(|fault| fault.kind);
             let left = if let Some(MotorFaultKind::Undervoltage(part)) = low { part } else { 1.0 };
             drive.limit = drive.full_limit.map(|limit| left * limit);
+            if low != Some(MotorFaultKind::Stuck) {
+                drive.stuck = 0.0;
+            }
         }
     }
 

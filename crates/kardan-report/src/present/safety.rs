@@ -1,0 +1,186 @@
+//! The table of faults as a page.
+
+use crate::model::{Body, Cell, Page, row, warnings};
+use crate::text::{figure, number};
+use kardan::results::{DisplayUnit, EffectMeasured, Safety, SafetyEffect, SafetyRow, StateEntered, Verdict};
+
+/// Digits of an effect.
+const DIGITS: usize = 3;
+/// What stands in the place of a fault in a run without one.
+const NO_FAULT: &str = "none";
+
+/// The page of a table.
+pub fn page(table: &Safety) -> Page {
+    Page {
+        name: format!("Faults: {}", table.model),
+        description: table.description.clone(),
+        verdict: Some(verdict(table)),
+        alerts: warnings(&table.warnings),
+        sections: Page::sections([
+            ("faults", "Faults and what they do", rows(table)),
+            ("effects", "Unwanted effects", effects(table)),
+            ("monitors", "Monitors", monitors(table)),
+            ("notes", "Notes", Body::default().list(table.notes.iter().cloned())),
+            ("again", "Each row again", commands(table)),
+        ]),
+        data: None,
+    }
+}
+
+fn verdict(table: &Safety) -> Verdict {
+    let failing = table.failing().count();
+    let all = table.rows.len();
+    let early = match table.missing {
+        0 => String::new(),
+        missing => format!("; {missing} rows were not computed"),
+    };
+    let text = match failing {
+        0 => format!("Nothing stands against any of {all} rows{early}."),
+        one => format!("{one} of {all} rows: {}{early}.", kinds(table)),
+    };
+    Verdict { sound: table.passes(), text }
+}
+
+/// The verdicts that do not pass, with their numbers.
+fn kinds(table: &Safety) -> String {
+    let mut found: Vec<(&str, usize)> = Vec::new();
+    for row in table.failing() {
+        let words = row.verdict.words();
+        match found.iter_mut().find(|(other, _)| *other == words) {
+            Some((_, count)) => *count += 1,
+            None => found.push((words, 1)),
+        }
+    }
+    let told: Vec<String> = found.iter().map(|(words, count)| format!("{count} {words}")).collect();
+    told.join(", ")
+}
+
+/// What stands before the numbers of a row.
+fn head(row: &SafetyRow, several: bool) -> Vec<Cell> {
+    let faults = if row.faults.is_empty() { NO_FAULT.to_string() } else { row.faults.join(" + ") };
+    let mut cells = row![faults];
+    if several {
+        cells.extend(row![&row.variant]);
+    }
+    cells.extend(row.values.iter().map(|value| Cell::Text(kept(&value.value))));
+    cells
+}
+
+/// Whether there is more than one variant.
+fn several(table: &Safety) -> bool {
+    table.rows.iter().any(|row| row.variant != table.rows[0].variant)
+}
+
+fn titles(table: &Safety) -> Vec<String> {
+    let mut titles = vec!["fault".to_string()];
+    titles.extend(several(table).then(|| "variant".to_string()));
+    titles.extend(table.rows.first().into_iter().flat_map(|row| &row.values).map(|value| value.name.clone()));
+    titles
+}
+
+fn rows(table: &Safety) -> Body {
+    let several = several(table);
+    let mut columns = titles(table);
+    columns.extend(["#detected after ms", "reaction", "worst effect", "bound", "verdict"].map(String::from));
+    let noted = table.rows.iter().any(|row| row.note.is_some());
+    columns.extend(noted.then(|| "note".to_string()));
+    let one = |one: &SafetyRow| {
+        let mut cells = head(one, several);
+        let after = one.detected_after.filter(|_| !one.faults.is_empty());
+        let shown = match (after, one.detected_after) {
+            (Some(after), _) => number(1e3 * after),
+            (None, Some(at)) => format!("at {} s", number(at)),
+            (None, None) => String::new(),
+        };
+        let entered = |state: &StateEntered| format!("{} {}\u{a0}ms", state.state, number(1e3 * state.after));
+        let states: Vec<String> = one.reaction.iter().map(entered).collect();
+        let worst = one.worst.and_then(|k| Some((table.effects.get(k)?, one.effects.get(k)?)));
+        let (effect, bound) =
+            worst.map_or_else(Default::default, |(effect, found)| (shown_of(effect, found), bound(effect)));
+        cells.extend([shown, states.join(", "), effect, bound].map(Cell::Text));
+        cells.push(Cell::Mark(one.verdict.passes(), one.verdict.words().into()));
+        if noted {
+            cells.push(Cell::Text(one.note.clone().unwrap_or_default()));
+        }
+        cells
+    };
+    let detected = table.detected.as_ref().map_or_else(String::new, |condition| {
+        let within = table.within.map_or_else(String::new, |within| format!(", within {} ms", number(1e3 * within)));
+        format!("Detected is what first makes `{condition}` hold where it does not without the fault{within}.")
+    });
+    Body::default().table_of(usize::MAX, &columns, table.rows.iter().map(one)).hint(detected)
+}
+
+/// A measured effect, in the unit of its bounds.
+fn shown_of(effect: &SafetyEffect, found: &EffectMeasured) -> String {
+    let Some(value) = found.measured else { return format!("{}: none", effect.name) };
+    format!("{} {}", effect.name, in_unit(value, effect))
+}
+
+fn in_unit(value: f64, effect: &SafetyEffect) -> String {
+    match &effect.display {
+        Some(unit) => kept(&format!("{} {}", figure(DisplayUnit::of(unit, value), DIGITS), unit.unit)),
+        None => kept(&format!("{} {}", figure(value, DIGITS), effect.unit)),
+    }
+}
+
+/// What is not to be broken into lines.
+fn kept(text: &str) -> String {
+    text.replace(' ', "\u{a0}")
+}
+
+fn bound(effect: &SafetyEffect) -> String {
+    let below = effect.below.map(|bound| format!("<\u{a0}{}", in_unit(bound, effect)));
+    let above = effect.above.map(|bound| format!(">\u{a0}{}", in_unit(bound, effect)));
+    above.into_iter().chain(below).collect::<Vec<_>>().join(", ")
+}
+
+fn effects(table: &Safety) -> Body {
+    let meant = table.effects.iter().map(|effect| row![&effect.name, &effect.text, bound(effect)]);
+    let meant = Body::default().table_of(usize::MAX, &["effect", "what is measured", "bound"], meant);
+    if table.effects.len() < 2 {
+        return meant;
+    }
+    let several = several(table);
+    let mut columns = titles(table);
+    columns.extend(table.effects.iter().map(|effect| effect.name.clone()));
+    let one = |one: &SafetyRow| {
+        let mut cells = head(one, several);
+        let cell = |(effect, found): (&SafetyEffect, &EffectMeasured)| {
+            let shown = found.measured.map_or_else(|| "none".to_string(), |value| in_unit(value, effect));
+            found.holds.map_or_else(|| Cell::Text(shown.clone()), |holds| Cell::Mark(holds, shown.clone()))
+        };
+        let all = table.effects.iter().zip(&one.effects).map(cell);
+        cells.extend(all.collect::<Vec<_>>());
+        cells.resize(columns_of(table, several), Cell::Text(String::new()));
+        cells
+    };
+    let all = Body::default().table(&columns, table.rows.iter().filter(|row| !row.faults.is_empty()).map(one));
+    meant.fold("All effects of all rows", all)
+}
+
+fn columns_of(table: &Safety, several: bool) -> usize {
+    let values = table.rows.first().map_or(0, |row| row.values.len());
+    1 + usize::from(several) + values + table.effects.len()
+}
+
+fn monitors(table: &Safety) -> Body {
+    let list = |names: &[String]| if names.is_empty() { "nothing".to_string() } else { names.join(", ") };
+    let without = |names: &[String]| if names.is_empty() { "nowhere".to_string() } else { names.join(", ") };
+    let rows = table.monitors.iter().map(|one| row![&one.name, list(&one.raised_by), without(&one.raised_without)]);
+    Body::default().table(&["monitor", "raised by", "raised without a fault in"], rows)
+}
+
+fn commands(table: &Safety) -> Body {
+    let several = several(table);
+    let mut columns = titles(table);
+    columns.push("command".into());
+    let rows = table.rows.iter().map(|one| {
+        let mut cells = head(one, several);
+        cells.push(Cell::Code(one.command.clone()));
+        cells
+    });
+    let words = "A simulation of the faults that the file names, on which an analysis of failures can be built; what it is worth in a \
+                 project says who maps it to the standards of that project.";
+    Body::default().table(&columns, rows).hint(words)
+}

@@ -1,0 +1,190 @@
+//! What faults do to a model: each fault in each variant at each value, detected or not, harmful or not.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::DisplayUnit;
+
+/// Every fault of a list in every variant and at every value of a list, against the same runs without it.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct Safety {
+    /// Name of the model.
+    pub model: String,
+    /// From the file.
+    pub description: String,
+    /// The condition that says that something was detected; `null` if the file has none.
+    pub detected: Option<String>,
+    /// The longest time to detection, s.
+    pub within: Option<f64>,
+    /// The unwanted effects that are measured.
+    pub effects: Vec<SafetyEffect>,
+    /// One for each run: those without a fault before those with one.
+    pub rows: Vec<SafetyRow>,
+    /// Rows that were not computed.
+    pub missing: usize,
+    /// What the monitors of the file did in all these runs.
+    pub monitors: Vec<MonitorSeen>,
+    /// What the reader must know.
+    pub notes: Vec<String>,
+    /// What speaks against the table.
+    pub warnings: Vec<String>,
+}
+
+impl Safety {
+    /// Rows with a verdict that does not pass.
+    pub fn failing(&self) -> impl Iterator<Item = &SafetyRow> {
+        self.rows.iter().filter(|row| !row.verdict.passes())
+    }
+
+    /// Whether all was computed and every verdict passes.
+    pub fn passes(&self) -> bool {
+        self.missing == 0 && self.failing().next().is_none()
+    }
+}
+
+/// An unwanted effect.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SafetyEffect {
+    /// What it is called.
+    pub name: String,
+    /// In words: `max_abs rk.phi within 0.1 s, against no fault`.
+    pub text: String,
+    /// SI unit.
+    pub unit: String,
+    /// The unit of its bounds in the file, where that is another one.
+    pub display: Option<DisplayUnit>,
+    /// Bound from above, SI.
+    pub below: Option<f64>,
+    /// Bound from below, SI.
+    pub above: Option<f64>,
+}
+
+/// A parameter and its value.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SafetyValue {
+    /// The parameter.
+    pub name: String,
+    /// Its value as it is written.
+    pub value: String,
+}
+
+/// A state that a state machine enters.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct StateEntered {
+    /// The state.
+    pub state: String,
+    /// How long after the begin of the fault, s.
+    pub after: f64,
+}
+
+/// An effect in a run.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct EffectMeasured {
+    /// SI; `null` if it could not be measured.
+    pub measured: Option<f64>,
+    /// Whether its bounds hold; `null` if it has none.
+    pub holds: Option<bool>,
+}
+
+/// A run with its faults, or without one.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SafetyRow {
+    /// What fails; nothing: the run without a fault.
+    pub faults: Vec<String>,
+    /// The variant.
+    pub variant: String,
+    /// Values of parameters.
+    pub values: Vec<SafetyValue>,
+    /// When the first fault begins, s.
+    pub begins: Option<f64>,
+    /// Time to the first row in which the condition of detection holds and does not hold without the fault, from the begin of the fault that began
+    /// last before it, s; of a run without a fault the time of the first row in which it holds.
+    pub detected_after: Option<f64>,
+    /// How long before the row of the detection the row before it stands, s: so much earlier it may have been.
+    pub known_to: Option<f64>,
+    /// States that the state machine of the file enters after the begin, where it does not without the fault.
+    pub reaction: Vec<StateEntered>,
+    /// The effects, in the order of [`Safety::effects`].
+    pub effects: Vec<EffectMeasured>,
+    /// Number of the effect that is nearest to its bound, or the farthest beyond it.
+    pub worst: Option<usize>,
+    /// What it comes to.
+    pub verdict: SafetyVerdict,
+    /// Why, where the verdict does not say it.
+    pub note: Option<String>,
+    /// The command that runs it again.
+    pub command: String,
+}
+
+/// What a row of the table comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+pub enum SafetyVerdict {
+    /// Without a fault nothing is detected.
+    #[serde(rename = "no alarm")]
+    NoAlarm,
+    /// Without a fault something is detected.
+    #[serde(rename = "false alarm")]
+    FalseAlarm,
+    /// Detected in time, and no effect beyond its bound.
+    #[serde(rename = "detected")]
+    Detected,
+    /// Detected in time, and an effect beyond its bound.
+    #[serde(rename = "detected, harmful")]
+    DetectedHarmful,
+    /// Not detected, and all effects within bounds.
+    #[serde(rename = "harmless")]
+    Harmless,
+    /// Detected too late, and all effects within bounds.
+    #[serde(rename = "detected late, harmless")]
+    LateHarmless,
+    /// Detected too late, and an effect beyond its bound.
+    #[serde(rename = "detected late, harmful")]
+    LateHarmful,
+    /// Not detected, and an effect beyond its bound.
+    #[serde(rename = "not detected and harmful")]
+    Harmful,
+    /// Not detected in time, and no effect has a bound that could tell harm.
+    #[serde(rename = "not detected")]
+    NotDetected,
+    /// Nothing in this variant would see the fault.
+    #[serde(rename = "not in this loop")]
+    Absent,
+    /// The run could not be made or ended early.
+    #[serde(rename = "run failed")]
+    Failed,
+}
+
+impl SafetyVerdict {
+    /// Whether nothing speaks against it.
+    pub fn passes(self) -> bool {
+        matches!(self, Self::NoAlarm | Self::Detected | Self::Harmless | Self::LateHarmless | Self::Absent)
+    }
+
+    /// As it stands in the table.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::NoAlarm => "no alarm",
+            Self::FalseAlarm => "false alarm",
+            Self::Detected => "detected",
+            Self::DetectedHarmful => "detected, harmful",
+            Self::Harmless => "harmless",
+            Self::LateHarmless => "detected late, harmless",
+            Self::LateHarmful => "detected late, harmful",
+            Self::Harmful => "not detected and harmful",
+            Self::NotDetected => "not detected",
+            Self::Absent => "not in this loop",
+            Self::Failed => "run failed",
+        }
+    }
+}
+
+/// What a monitor did in all runs.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct MonitorSeen {
+    /// The block.
+    pub name: String,
+    /// Faults that raise it where it is not raised without them.
+    pub raised_by: Vec<String>,
+    /// Variants in which it is raised without a fault.
+    pub raised_without: Vec<String>,
+}

@@ -1,0 +1,218 @@
+//! A run with a fault beside the one without it: what was detected, what it did, and what that comes to.
+
+use super::spec::{Effect, SafetySpec};
+use crate::results::{EffectMeasured, Outcome, Run, SafetyVerdict, StateEntered};
+use crate::study::measure::{Window, measured};
+
+/// What is looked at of a run.
+pub(super) struct Traces {
+    pub(super) time: Vec<f64>,
+    pub(super) failed: Option<String>,
+    detected: Option<Vec<f64>>,
+    reaction: Option<Vec<f64>>,
+    effects: Vec<Vec<f64>>,
+    monitors: Vec<Vec<f64>>,
+}
+
+impl Traces {
+    pub(super) fn of(run: Run, spec: &SafetySpec) -> Self {
+        let failed = match &run.outcome {
+            Outcome::Completed => None,
+            Outcome::Failed { time, cause } => Some(format!("the run ended at {time:.6} s: {cause}")),
+        };
+        let values = |name: &str| run.series.signal(name).map(|signal| signal.values.clone()).unwrap_or_default();
+        Self {
+            failed,
+            detected: spec.detected.as_deref().map(values),
+            reaction: spec.reaction.as_ref().map(|(block, _)| values(block)),
+            effects: spec.effects.iter().map(|effect| values(&effect.signal)).collect(),
+            monitors: spec.monitors.iter().map(|name| values(name)).collect(),
+            time: run.series.time,
+        }
+    }
+
+    /// The first row in which a condition holds.
+    pub(super) fn alarm(&self) -> Option<usize> {
+        self.detected.as_ref()?.iter().position(|value| holds(*value))
+    }
+
+    /// Monitors that are raised some time: their numbers.
+    pub(super) fn raised(&self) -> impl Iterator<Item = usize> {
+        let raised = |(number, values): (usize, &Vec<f64>)| values.iter().any(|value| holds(*value)).then_some(number);
+        self.monitors.iter().enumerate().filter_map(raised)
+    }
+
+    /// Monitors that are raised where they are not without the fault.
+    pub(super) fn raised_beside(&self, free: &Self, begins: f64) -> Vec<usize> {
+        let first = self.first(begins);
+        let differs = |(values, others): (&Vec<f64>, &Vec<f64>)| {
+            values.iter().zip(others).skip(first).any(|(value, other)| holds(*value) && !holds(*other))
+        };
+        let both = self.monitors.iter().zip(&free.monitors).enumerate();
+        both.filter_map(|(number, both)| differs(both).then_some(number)).collect()
+    }
+
+    /// The first row from a time on.
+    fn first(&self, time: f64) -> usize {
+        self.time.partition_point(|at| *at < time * (1.0 - 1e-12))
+    }
+}
+
+fn holds(value: f64) -> bool {
+    value > 0.5
+}
+
+/// A run with a fault, judged.
+pub(super) struct Judged {
+    pub(super) detected_after: Option<f64>,
+    pub(super) known_to: Option<f64>,
+    pub(super) reaction: Vec<StateEntered>,
+    pub(super) effects: Vec<EffectMeasured>,
+    pub(super) worst: Option<usize>,
+    pub(super) verdict: SafetyVerdict,
+    pub(super) note: Option<String>,
+}
+
+/// When faults begin: the first and the last of them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Begins {
+    pub(super) all: [f64; 2],
+}
+
+impl Begins {
+    /// Time since the one that began last before a row.
+    fn since(self, time: f64) -> f64 {
+        let [first, last] = self.all;
+        (time - if time >= last * (1.0 - 1e-12) { last } else { first }).max(0.0)
+    }
+}
+
+pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begins) -> Judged {
+    let first = run.first(begins.all[0]);
+    let at = detection(run, free, first);
+    let detected_after = at.map(|row| begins.since(run.time[row]));
+    let known_to = at.map(|row| {
+        let before = row.checked_sub(1).map_or(0.0, |before| run.time[row] - run.time[before]);
+        before.min(begins.since(run.time[row]))
+    });
+    let measures = spec.effects.iter().enumerate();
+    let found: Vec<Result<f64, &str>> = measures
+        .map(|(k, effect)| measure(effect, (&run.effects[k], &free.effects[k]), run, (first, begins)))
+        .collect();
+    let effects: Vec<EffectMeasured> =
+        spec.effects.iter().zip(&found).map(|(effect, found)| held(effect, found.as_ref().ok().copied())).collect();
+    let in_time = detected_after.is_some_and(|after| spec.within.is_none_or(|within| after <= within * (1.0 + 1e-9)));
+    let verdict = match run.failed.as_ref().or(free.failed.as_ref()) {
+        Some(_) => SafetyVerdict::Failed,
+        None => verdict(&effects, in_time, detected_after.is_some()),
+    };
+    let mut notes: Vec<String> = run.failed.iter().cloned().collect();
+    notes.extend(free.failed.as_ref().map(|why| format!("without the fault {why}")));
+    for (effect, found) in spec.effects.iter().zip(&found) {
+        notes.extend(found.err().map(|why| format!("{}: {why}", effect.told.name)));
+    }
+    if run.failed.is_none() && before(run, free, first) {
+        notes.push("the condition of detection holds before the fault begins, with and without it".into());
+    }
+    Judged {
+        detected_after,
+        known_to,
+        reaction: reaction(spec, run, free, (first, begins)),
+        worst: worst(spec, &effects),
+        effects,
+        verdict,
+        note: (!notes.is_empty()).then(|| notes.join("; ")),
+    }
+}
+
+fn verdict(effects: &[EffectMeasured], in_time: bool, ever: bool) -> SafetyVerdict {
+    let harmful = effects.iter().any(|effect| effect.holds == Some(false));
+    let bounded = effects.iter().any(|effect| effect.holds.is_some());
+    match (in_time, harmful) {
+        (true, false) => SafetyVerdict::Detected,
+        (true, true) => SafetyVerdict::DetectedHarmful,
+        (false, true) if ever => SafetyVerdict::LateHarmful,
+        (false, true) => SafetyVerdict::Harmful,
+        (false, false) if bounded && ever => SafetyVerdict::LateHarmless,
+        (false, false) if bounded => SafetyVerdict::Harmless,
+        (false, false) => SafetyVerdict::NotDetected,
+    }
+}
+
+/// The first row from the begin on in which the condition holds and does not hold without the fault.
+fn detection(run: &Traces, free: &Traces, first: usize) -> Option<usize> {
+    let (found, others) = (run.detected.as_ref()?, free.detected.as_ref()?);
+    let other = |row: usize| others.get(row).is_some_and(|value| holds(*value));
+    (first..found.len()).find(|row| holds(found[*row]) && !other(*row))
+}
+
+/// Whether the condition holds at the last row before the fault.
+fn before(run: &Traces, free: &Traces, first: usize) -> bool {
+    let row = first.checked_sub(1);
+    let at = |traces: &Traces| row.and_then(|row| traces.detected.as_ref()?.get(row).copied()).is_some_and(holds);
+    at(run) && at(free)
+}
+
+/// The states that are entered from the begin on, where they are not at that time without the fault.
+fn reaction(spec: &SafetySpec, run: &Traces, free: &Traces, (first, begins): (usize, Begins)) -> Vec<StateEntered> {
+    let Some(((_, names), (values, others))) =
+        spec.reaction.as_ref().zip(run.reaction.as_ref().zip(free.reaction.as_ref()))
+    else {
+        return Vec::new();
+    };
+    let mut out = Vec::new();
+    for row in first.max(1)..values.len() {
+        let (now, before, other) = (values[row], values[row - 1], others.get(row));
+        if now != before && other.is_none_or(|other| *other != now) {
+            let state = names.get(now.round().max(0.0) as usize).cloned().unwrap_or_else(|| format!("{now}"));
+            out.push(StateEntered { state, after: begins.since(run.time[row]) });
+        }
+    }
+    out
+}
+
+/// An effect from the begin of the first fault to the end of its window behind that of the last.
+fn measure(
+    effect: &Effect,
+    (values, others): (&[f64], &[f64]),
+    run: &Traces,
+    (first, begins): (usize, Begins),
+) -> Result<f64, &'static str> {
+    let until = (begins.all[1] + effect.window) * (1.0 + 1e-12);
+    let rows = first..run.time.partition_point(|at| *at <= until).max(first);
+    let values = values.get(rows.clone()).ok_or("the run has no such row")?;
+    let times = &run.time[rows.clone()];
+    let values: Vec<f64> = match effect.difference {
+        false => values.to_vec(),
+        true => {
+            let others = others.get(rows).ok_or("the run without the fault ended before")?;
+            values.iter().zip(others).map(|(value, other)| value - other).collect()
+        }
+    };
+    measured(effect.measure, Window { times, values: &values }, None, None).map(|found| found.value)
+}
+
+fn held(effect: &Effect, measured: Option<f64>) -> EffectMeasured {
+    let bounds = [effect.told.below, effect.told.above];
+    let within =
+        |value: f64| bounds[0].is_none_or(|below| value < below) && bounds[1].is_none_or(|above| value > above);
+    let bounded = bounds.iter().any(Option::is_some);
+    EffectMeasured { measured, holds: bounded.then(|| measured.is_some_and(within)) }
+}
+
+/// The effect that is nearest to a bound or the farthest beyond it; without bounds the first.
+fn worst(spec: &SafetySpec, effects: &[EffectMeasured]) -> Option<usize> {
+    let of = |effect: &Effect, value: f64| {
+        let size = |bound: f64| if bound == 0.0 { f64::MIN_POSITIVE } else { bound.abs() };
+        let below = effect.told.below.map(|bound| (value - bound) / size(bound));
+        let above = effect.told.above.map(|bound| (bound - value) / size(bound));
+        below.into_iter().chain(above).reduce(f64::max)
+    };
+    let beyond = |number: usize| {
+        let effect = &effects[number];
+        effect.measured.map_or(Some(f64::INFINITY), |value| of(&spec.effects[number], value))
+    };
+    let bounded = (0..effects.len()).filter_map(|number| Some((number, beyond(number)?)));
+    let found = bounded.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).map(|(number, _)| number);
+    found.or_else(|| (!effects.is_empty()).then_some(0))
+}

@@ -1,0 +1,451 @@
+//! `kardan safety`: every fault of a list in every variant and at every value, against the same run without it.
+
+mod judged;
+mod spec;
+
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use judged::{Begins, Judged, Traces, judge};
+pub use spec::SafetySpec;
+pub(in crate::study) use spec::safety_spec;
+
+use super::prepare::is_error;
+use super::run::run_variant;
+use super::{Part, Prepared, PreparedVariant, Progress, Project, Settings};
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::entries::Written;
+use crate::results::{MonitorSeen, Outcome, Safety, SafetyRow, SafetyValue, SafetyVerdict};
+use crate::units::written_quantity;
+
+/// Most rows of a table.
+const MOST_ROWS: usize = 20_000;
+
+/// How the table is made.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SafetySettings {
+    /// What the model is called in the commands that run a row again: `my.toml`.
+    pub origin: String,
+    /// Values that were written anew, as they stand behind `--set` there.
+    pub changes: Vec<String>,
+}
+
+/// Tries every fault of a file; see [`Project::safety`].
+///
+/// # Errors
+/// All mistakes of the file, if there are any (warnings alone do not count), and a file that has nothing to try.
+pub fn safety(source: &str, settings: &SafetySettings, progress: &dyn Progress) -> Result<Safety, Vec<Diagnostic>> {
+    Project::open(source).safety(settings, progress)
+}
+
+impl Project {
+    /// Runs every fault of `[safety]` in every variant and at every value, each beside the run without it, and judges what was detected and
+    /// what it did. Each row is one run of [`Project::run`] with [`Settings::faults`].
+    ///
+    /// ```
+    /// use kardan::project::Project;
+    /// use kardan::study::Silent;
+    ///
+    /// let project = Project::open(
+    ///     "[shaft.a]\ninertia = \"2 kg m^2\"\n[motor.m]\nshaft = \"a\"\n\
+    ///      [scenario]\n[[scenario.event]]\nsignal = \"m.tau\"\nat = \"0 s\"\nto = \"4 N m\"\n\
+    ///      [fault.dead]\nmotor = \"m\"\nat = \"0.5 s\"\n\
+    ///      [safety]\n[[safety.effect]]\nname = \"turn\"\nsignal = \"a.phi\"\nbelow = \"10 deg\"\n",
+    /// );
+    /// let table = project.safety(&Default::default(), &Silent).unwrap();
+    /// // 1 rad/s² are missing for half a second: ½ · 2 · ½² rad.
+    /// let missing = table.rows[1].effects[0].measured.unwrap();
+    /// assert!((missing - 0.25).abs() < 1e-12 && table.rows[1].verdict.words() == "not detected and harmful");
+    /// ```
+    ///
+    /// # Errors
+    /// All mistakes, if there are any (warnings alone do not count), and a file that has nothing to try.
+    pub fn safety(&self, settings: &SafetySettings, progress: &dyn Progress) -> Result<Safety, Vec<Diagnostic>> {
+        let (prepared, diagnostics) = (self.prepared(), self.mistakes());
+        if diagnostics.iter().any(is_error) {
+            return Err(diagnostics.to_vec());
+        }
+        let spec = tried(prepared).map_err(|mistake| vec![mistake])?;
+        let variants = chosen(prepared, spec).map_err(|mistake| vec![mistake])?;
+        let grid = self.grid(spec);
+        let cases = Cases::of(spec, prepared, &variants);
+        let all = grid.len() * variants.len() * (1 + cases.list.len());
+        if all > MOST_ROWS {
+            let message = format!("the table would have {all} rows, more than {MOST_ROWS}");
+            let help = "try fewer faults, variants or values at a time, or no pairs";
+            return Err(vec![Diagnostic::error("safety::rows", message).help(help)]);
+        }
+        let mut out = Safety {
+            model: prepared.name.clone(),
+            description: prepared.description.clone(),
+            detected: spec.detected.clone(),
+            within: spec.within,
+            effects: spec.effects.iter().map(|effect| effect.told.clone()).collect(),
+            rows: Vec::with_capacity(all),
+            missing: all,
+            monitors: spec.monitors.iter().map(|name| seen(name)).collect(),
+            notes: cases.notes.clone(),
+            warnings: diagnostics.iter().map(ToString::to_string).collect(),
+        };
+        out.notes.extend(always(prepared));
+        let done = AtomicUsize::new(0);
+        let heard = Heard { progress, done: &done, all };
+        for values in &grid {
+            if progress.stop().is_some() {
+                break;
+            }
+            let table = Table { settings, cases: &cases, values, several: prepared.variants.len() > 1 };
+            let found = self.at_values(values, &variants, &table, &heard);
+            for (rows, monitors) in found {
+                out.rows.extend(rows);
+                add_seen(&mut out.monitors, monitors);
+            }
+            out.missing = all - out.rows.len();
+            progress.keep(&|| Part::Safety(Box::new(finished(out.clone(), None))));
+        }
+        let why = progress.stop();
+        progress.release();
+        Ok(finished(out, why))
+    }
+
+    /// Every combination of the values, as they are written; one without any for no values.
+    fn grid(&self, spec: &SafetySpec) -> Vec<Vec<SafetyValue>> {
+        let tables = self.entries().table("safety").and_then(|safety| safety.table("values"));
+        let text = |value: &Written| match value {
+            Written::Text(text) | Written::Number(text) => Some(text.clone()),
+            Written::Quantity(value, dimension) => Some(written_quantity(value, *dimension)),
+            _ => None,
+        };
+        let mut out: Vec<Vec<SafetyValue>> = vec![Vec::new()];
+        for name in &spec.values {
+            let given = tables.and_then(|table| table.get(name));
+            let texts: Vec<String> = match given {
+                Some(Written::List(list)) => list.iter().filter_map(|entry| text(&entry.value)).collect(),
+                Some(one) => text(one).into_iter().collect(),
+                None => Vec::new(),
+            };
+            let value = |value: &String| SafetyValue { name: name.clone(), value: value.clone() };
+            let with = |one: &Vec<SafetyValue>| {
+                texts.iter().map(|text| [one.clone(), vec![value(text)]].concat()).collect::<Vec<_>>()
+            };
+            out = out.iter().flat_map(with).collect();
+        }
+        out
+    }
+
+    /// The rows of all variants at some values.
+    fn at_values(
+        &self,
+        values: &[SafetyValue],
+        variants: &[String],
+        table: &Table<'_>,
+        heard: &Heard<'_>,
+    ) -> Vec<Found> {
+        let texts: Vec<String> = values.iter().map(|one| format!("{}={}", one.name, one.value)).collect();
+        let changed = (!texts.is_empty()).then(|| self.with(&texts));
+        let other = match &changed {
+            None => Ok(self),
+            Some(Ok((project, _))) => Ok(project),
+            Some(Err(mistake)) => Err(mistake.to_string()),
+        };
+        let ready = other.and_then(|project| {
+            let found = project.mistakes().iter().find(|mistake| is_error(mistake));
+            found.map_or(Ok(project.prepared()), |mistake| Err(mistake.to_string()))
+        });
+        let one = |name: &String| match &ready {
+            Ok(prepared) => table.variant(prepared, name, heard),
+            Err(why) => table.refused(name, why, heard),
+        };
+        variants.par_iter().map(one).collect()
+    }
+}
+
+/// Rows, and what monitors did in them: of each its number, the fault that raised it or none, and the variant.
+type Found = (Vec<SafetyRow>, Vec<(usize, Option<String>, String)>);
+
+/// What is to be tried; a file that says nothing of it is refused.
+fn tried(prepared: &Prepared) -> Result<&SafetySpec, Diagnostic> {
+    let help = "write faults, `[fault.encoder_lost]` with `sensor = \"encoder\"` and `at = \"0.5 s\"`, and a table `[safety]`; \
+                `kardan elements safety` shows one";
+    let Some(spec) = prepared.safety.as_ref().filter(|spec| !spec.faults.is_empty()) else {
+        return Err(Diagnostic::error("safety::faults", "the file has no faults to try").help(help));
+    };
+    if spec.detected.is_none() && spec.effects.is_empty() {
+        let message = "`[safety]` says neither what tells that a fault was detected, nor which effects are unwanted";
+        let help = "add `detected = \"MONITOR\"`, or an effect: `[[safety.effect]]` with `signal` and `below`";
+        return Err(Diagnostic::error("safety::judge", message).help(help));
+    }
+    Ok(spec)
+}
+
+/// The variants to try them in.
+fn chosen(prepared: &Prepared, spec: &SafetySpec) -> Result<Vec<String>, Diagnostic> {
+    let all = prepared.all().filter(|variant| match spec.variants.is_empty() {
+        true => !variant.has_faults,
+        false => spec.variants.contains(&variant.name),
+    });
+    let all: Vec<&PreparedVariant> = all.collect();
+    if let Some(own) = all.iter().find(|variant| variant.has_faults) {
+        let message = format!("the variant `{}` has faults of its own, so no run of it is without a fault", own.name);
+        return Err(Diagnostic::error("safety::variant", message).help("name a variant without `faults`"));
+    }
+    let names: Vec<String> = all.into_iter().map(|variant| variant.name.clone()).collect();
+    if names.is_empty() {
+        let message = "every variant has faults of its own: none is left to compare with";
+        return Err(Diagnostic::error("safety::variant", message).help("add a variant without `faults`"));
+    }
+    Ok(names)
+}
+
+/// Faults that happen in all runs.
+fn always(prepared: &Prepared) -> Option<String> {
+    let some = prepared.all().any(|variant| !variant.has_faults && !variant.scenario.faults.is_empty());
+    some.then(|| {
+        "The faults of `[[scenario.fault]]` happen in all runs, also in those that count as without a fault.".into()
+    })
+}
+
+/// What fails in a row.
+struct Cases {
+    /// Names.
+    list: Vec<Vec<String>>,
+    notes: Vec<String>,
+}
+
+impl Cases {
+    /// Each fault alone, then in pairs that can be.
+    fn of(spec: &SafetySpec, prepared: &Prepared, variants: &[String]) -> Self {
+        let mut list: Vec<Vec<String>> = spec.faults.iter().map(|name| vec![name.clone()]).collect();
+        let mut notes = Vec::new();
+        let first = prepared.all().find(|variant| variants.contains(&variant.name));
+        let mut left_out = Vec::new();
+        for (k, one) in spec.faults.iter().enumerate().filter(|_| spec.pairs) {
+            for other in &spec.faults[k + 1..] {
+                let pair = vec![one.clone(), other.clone()];
+                match first.map(|variant| variant.failing(&pair)) {
+                    Some(Err(_)) => left_out.push(format!("{one} with {other}")),
+                    _ => list.push(pair),
+                }
+            }
+        }
+        if !left_out.is_empty() {
+            let all = left_out.join(", ");
+            notes.push(format!("Pairs of faults of one part at the same time are left out: {all}."));
+        }
+        Self { list, notes }
+    }
+}
+
+/// Counts the runs that are done, and hands on what a run asks.
+struct Heard<'p> {
+    progress: &'p dyn Progress,
+    done: &'p AtomicUsize,
+    all: usize,
+}
+
+impl Heard<'_> {
+    fn count(&self, rows: usize) {
+        let done = self.done.fetch_add(rows, Ordering::Relaxed) + rows;
+        self.progress.advance(0, "runs", (done as f64 / self.all as f64).min(1.0));
+    }
+}
+
+impl Progress for Heard<'_> {
+    fn advance(&self, _: usize, _: &str, _: f64) {}
+
+    fn stop(&self) -> Option<String> {
+        self.progress.stop()
+    }
+
+    fn most_steps(&self) -> usize {
+        self.progress.most_steps()
+    }
+}
+
+/// What the rows at some values are made with.
+struct Table<'a> {
+    settings: &'a SafetySettings,
+    cases: &'a Cases,
+    values: &'a [SafetyValue],
+    /// Whether a command must name its variant.
+    several: bool,
+}
+
+impl Table<'_> {
+    /// The run without a fault, then all others, several at once; those that the end of the command cuts short are left out.
+    fn variant(&self, prepared: &Prepared, name: &str, heard: &Heard<'_>) -> Found {
+        let (Some(spec), Some(variant)) = (&prepared.safety, prepared.all().find(|variant| variant.name == name))
+        else {
+            return self.refused(name, "the variant is not there at these values", heard);
+        };
+        let run = |faults: &[String]| {
+            let settings = Settings { faults: faults.to_vec(), runs_only: true, ..Settings::default() };
+            let run = run_variant(0, variant, (prepared, &settings), heard);
+            // What a command ends early says nothing of the model.
+            let whole = run.outcome == Outcome::Completed || heard.stop().is_none();
+            heard.count(1);
+            whole.then(|| Traces::of(run, spec))
+        };
+        let Some(free) = run(&[]) else { return Found::default() };
+        let mut rows = vec![self.free(spec, name, &free)];
+        let mut monitors: Vec<_> = free.raised().map(|number| (number, None, name.to_string())).collect();
+        let one = |faults: &Vec<String>| {
+            if heard.stop().is_some() {
+                return None;
+            }
+            let Some(begins) = begin(variant, faults) else {
+                heard.count(1);
+                let note = "nothing in the loop of this variant reads or computes what fails".to_string();
+                return Some((self.row(name, faults, SafetyVerdict::Absent, Some(note)), Vec::new()));
+            };
+            let (at, end) = (begins.all[1], variant.scenario.duration);
+            if at >= end {
+                heard.count(1);
+                let note = format!("it would begin at {at} s, and the run ends at {end} s");
+                return Some((self.row(name, faults, SafetyVerdict::Failed, Some(note)), Vec::new()));
+            }
+            let traces = run(faults)?;
+            let Judged { detected_after, known_to, reaction, effects, worst, verdict, note } =
+                judge(spec, &traces, &free, begins);
+            let begins = begins.all[0];
+            let raised = traces.raised_beside(&free, begins);
+            let raised = raised.into_iter().map(|number| (number, Some(faults.join("+")), name.to_string()));
+            let row = self.row(name, faults, verdict, note);
+            let row = SafetyRow { begins: Some(begins), detected_after, known_to, reaction, effects, worst, ..row };
+            Some((row, raised.collect::<Vec<_>>()))
+        };
+        let found: Vec<_> = self.cases.list.par_iter().map(one).collect();
+        for (row, raised) in found.into_iter().flatten() {
+            rows.push(row);
+            monitors.extend(raised);
+        }
+        (rows, monitors)
+    }
+
+    /// The row of the run without a fault.
+    fn free(&self, spec: &SafetySpec, name: &str, free: &Traces) -> SafetyRow {
+        let alarm = free.alarm();
+        let verdict = match (&free.failed, alarm) {
+            (Some(_), _) => SafetyVerdict::Failed,
+            (None, Some(_)) => SafetyVerdict::FalseAlarm,
+            (None, None) => SafetyVerdict::NoAlarm,
+        };
+        let row = self.row(name, &[], verdict, free.failed.clone());
+        let none = crate::results::EffectMeasured { measured: None, holds: None };
+        let effects = vec![none; spec.effects.len()];
+        SafetyRow { detected_after: alarm.map(|row| free.time[row]), effects, ..row }
+    }
+
+    /// Rows that cannot be run, with the reason.
+    fn refused(&self, name: &str, why: &str, heard: &Heard<'_>) -> Found {
+        let all = std::iter::once(&[][..]).chain(self.cases.list.iter().map(Vec::as_slice));
+        let failed = |faults: &[String]| self.row(name, faults, SafetyVerdict::Failed, Some(why.to_string()));
+        let rows: Vec<SafetyRow> = all.map(failed).collect();
+        heard.count(rows.len());
+        (rows, Vec::new())
+    }
+
+    fn row(&self, variant: &str, faults: &[String], verdict: SafetyVerdict, note: Option<String>) -> SafetyRow {
+        SafetyRow {
+            faults: faults.to_vec(),
+            variant: variant.to_string(),
+            values: self.values.to_vec(),
+            begins: None,
+            detected_after: None,
+            known_to: None,
+            reaction: Vec::new(),
+            effects: Vec::new(),
+            worst: None,
+            verdict,
+            note,
+            command: self.command(variant, faults),
+        }
+    }
+
+    /// The command that makes the run of a row again.
+    fn command(&self, variant: &str, faults: &[String]) -> String {
+        let mut out = format!("kardan run {}", in_shell(&self.settings.origin));
+        if self.several {
+            out += &format!(" --variant {}", in_shell(variant));
+        }
+        for change in &self.settings.changes {
+            out += &format!(" --set {}", in_shell(change));
+        }
+        for SafetyValue { name, value } in self.values {
+            out += &format!(" --set {}", in_shell(&format!("{name}={value}")));
+        }
+        if !faults.is_empty() {
+            out += &format!(" --fault {}", faults.join(","));
+        }
+        out
+    }
+}
+
+/// When the first and the last of some faults begin in a variant; nothing if none of them does anything there.
+fn begin(variant: &PreparedVariant, faults: &[String]) -> Option<Begins> {
+    let own = variant.faults.iter().filter(|fault| faults.contains(&fault.name));
+    let mut begins: Vec<f64> = own.map(super::NamedFault::begins).filter(|begins| begins.is_finite()).collect();
+    begins.sort_by(f64::total_cmp);
+    Some(Begins { all: [*begins.first()?, *begins.last()?] })
+}
+
+/// A word of a command line, in quotes where it needs them.
+fn in_shell(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | '/' | '=' | ':' | '+' | ',');
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word.to_string(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}
+
+fn seen(name: &str) -> MonitorSeen {
+    MonitorSeen { name: name.to_string(), raised_by: Vec::new(), raised_without: Vec::new() }
+}
+
+fn add_seen(all: &mut [MonitorSeen], found: Vec<(usize, Option<String>, String)>) {
+    for (number, fault, variant) in found {
+        let (list, name) = match fault {
+            Some(fault) => (&mut all[number].raised_by, fault),
+            None => (&mut all[number].raised_without, variant),
+        };
+        if !list.contains(&name) {
+            list.push(name);
+        }
+    }
+}
+
+/// With what is to be noted of the whole table.
+fn finished(mut out: Safety, why: Option<String>) -> Safety {
+    if out.missing > 0 {
+        let why = why.unwrap_or_else(|| "ended early".into());
+        out.warnings.push(format!("{why}: {} rows were not computed", out.missing));
+        return out;
+    }
+    let faulty = || out.rows.iter().filter(|row| !row.faults.is_empty());
+    if let Some(condition) = &out.detected
+        && !faulty().any(|row| row.detected_after.is_some())
+    {
+        out.notes.push(format!("No fault of this list ever makes `{condition}` hold."));
+    }
+    let alarms: BTreeSet<&str> = out
+        .rows
+        .iter()
+        .filter(|row| row.verdict == SafetyVerdict::FalseAlarm)
+        .map(|row| row.variant.as_str())
+        .collect();
+    if !alarms.is_empty() {
+        out.notes.push(format!("The condition of detection holds without a fault in {}.", quoted(alarms)));
+    }
+    for monitor in &out.monitors {
+        if monitor.raised_by.is_empty() {
+            out.notes.push(format!("Monitor `{}`: no fault of this list ever raises it.", monitor.name));
+        }
+        if !monitor.raised_without.is_empty() {
+            let variants = quoted(monitor.raised_without.iter().map(String::as_str));
+            out.notes.push(format!("Monitor `{}`: it is raised without a fault in {variants}.", monitor.name));
+        }
+    }
+    out
+}

@@ -1,0 +1,307 @@
+//! What `[safety]` of a model file asks for, with the mistakes in it.
+
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::entries::Place;
+use crate::model::tables::Measure;
+use crate::model::{Document, TableReader, no_such_fault};
+use crate::results::SafetyEffect;
+use crate::schema::{Placed, Scalar as Written, Sign, Table, Value};
+use crate::study::NamedFault;
+use crate::study::asked::{Measuring, known_variants};
+use crate::study::computed::asked;
+use crate::study::known::Known;
+use crate::study::read::{quantity, read_scalar, read_word, read_words};
+use crate::units::Dimension;
+
+/// The table in messages.
+const SAFETY: &str = "`[safety]`";
+
+/// What is tried, and how it is judged.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SafetySpec {
+    /// Names of the faults, in their order.
+    pub faults: Vec<String>,
+    /// Whether they are tried in pairs too.
+    pub pairs: bool,
+    /// The variants; empty: all without faults of their own.
+    pub variants: Vec<String>,
+    /// Parameters whose values make the grid.
+    pub values: Vec<String>,
+    /// The condition that says that something was detected.
+    pub detected: Option<String>,
+    /// The longest time to detection, s.
+    pub within: Option<f64>,
+    /// A state machine, and its states.
+    pub reaction: Option<(String, Vec<String>)>,
+    /// The effects.
+    pub effects: Vec<Effect>,
+    /// All monitors of the file.
+    pub monitors: Vec<String>,
+}
+
+/// An unwanted effect.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Effect {
+    /// Its name, in words, units and bounds.
+    pub told: SafetyEffect,
+    /// Signal, or an expression of signals.
+    pub signal: String,
+    /// What is measured of it.
+    pub measure: Measure,
+    /// How long after the begin of the fault, s.
+    pub window: f64,
+    /// Whether the difference to the run without the fault is meant.
+    pub difference: bool,
+}
+
+/// Reads it; nothing without a fault that has a name.
+pub(in crate::study) fn safety_spec<'a>(
+    known: &'a Known<'a>,
+    variants: &'a [String],
+    (faults, ends): (&[NamedFault], &'a [(String, f64)]),
+    out: &mut Vec<Diagnostic>,
+) -> Option<SafetySpec> {
+    let (document, table) = (known.document, &known.document.safety);
+    let asked_for = !table.values.is_empty() || !table.unread.is_empty();
+    if document.faults.is_empty() && !asked_for {
+        return None;
+    }
+    let reader = TableReader::new(document, &[]);
+    let time = |key: &str, table: &Table, out: &mut Vec<Diagnostic>| {
+        let found = quantity(&reader, table, key, (Dimension::TIME, Sign::Positive), SAFETY, out);
+        found.map(|x| x.to_f64())
+    };
+    let mut spec = SafetySpec {
+        faults: fault_names(document, asked_for, out),
+        pairs: read_word(table, "pairs") == Some("yes"),
+        variants: known_variants(table, variants, known, SAFETY, out),
+        values: value_names(&reader, document, out),
+        detected: condition(known, out),
+        within: time("within", table, out),
+        reaction: reaction(document, out),
+        effects: Vec::new(),
+        monitors: monitors(document),
+    };
+    check_alone(document, &spec, out);
+    let tried = |name: &String| spec.variants.is_empty() || spec.variants.contains(name);
+    let duration = ends.iter().filter(|(name, _)| tried(name)).map(|(_, end)| *end).fold(f64::INFINITY, f64::min);
+    let Some(Value::Tables(tables)) = table.values.get("effect").map(|found| &found.value) else {
+        return Some(spec);
+    };
+    for table in tables {
+        let Some(effect) = effect(known, &reader, (table, variants, ends), out) else { continue };
+        let late = |fault: &&NamedFault| {
+            let (begins, end) = (fault.begins(), fault.begins() + effect.window);
+            spec.faults.contains(&fault.name) && begins < duration && end.is_finite() && end > duration * (1.0 + 1e-12)
+        };
+        if let Some(fault) = faults.iter().find(late) {
+            let message = format!(
+                "effect `{}`: its window ends {} s behind the begin of `{}` at {} s, after the end of the run at {duration} s",
+                effect.told.name,
+                effect.window,
+                fault.name,
+                fault.begins()
+            );
+            let place = TableReader::place(table, "window");
+            out.push(
+                Diagnostic::error("safety::window", message)
+                    .at(place, "beyond the end")
+                    .help("lengthen `duration`, or shorten it"),
+            );
+        }
+        if let Some(other) = spec.effects.iter().find(|other| other.told.name == effect.told.name) {
+            let message = format!("there are two effects named `{}`", other.told.name);
+            let place = TableReader::place(table, "name");
+            out.push(
+                Diagnostic::error("name::duplicate", message)
+                    .at(place, "again here")
+                    .help("give each a name of its own"),
+            );
+        }
+        spec.effects.push(effect);
+    }
+    Some(spec)
+}
+
+/// The faults to try.
+fn fault_names(document: &Document, asked_for: bool, out: &mut Vec<Diagnostic>) -> Vec<String> {
+    let table = &document.safety;
+    let all = || document.faults.iter().map(|(name, _)| name.value.clone()).collect::<Vec<_>>();
+    let Some(Placed { value: Value::Words(words), place }) = table.values.get("faults") else {
+        if asked_for && document.faults.is_empty() && !document.doubts.all {
+            let message = format!("{SAFETY}: the file has no fault with a name to try");
+            let help = "write some: `[fault.encoder_lost]` with `sensor = \"encoder\"` and `at = \"0.5 s\"`";
+            out.push(Diagnostic::error("safety::faults", message).at(table.place.clone(), "nothing to try").help(help));
+        }
+        return all();
+    };
+    if words.is_empty() {
+        let message = format!("{SAFETY}: `faults` is an empty list: nothing is tried");
+        let help = "name some, or leave it out for all of them";
+        out.push(Diagnostic::error("list::length", message).at(place.clone(), "empty").help(help));
+    }
+    for word in words.iter().filter(|word| !document.doubts.all && !document.has_fault(&word.value)) {
+        out.push(no_such_fault(document, &word.value, SAFETY).at(word.place.clone(), "no such fault"));
+    }
+    words.iter().map(|word| word.value.clone()).filter(|name| document.has_fault(name)).collect()
+}
+
+/// The parameters of the grid; a value of another dimension is told.
+fn value_names(reader: &TableReader<'_>, document: &Document, out: &mut Vec<Diagnostic>) -> Vec<String> {
+    let Some(Value::Map(entries)) = document.safety.values.get("values").map(|found| &found.value) else {
+        return Vec::new();
+    };
+    let mut names: Vec<String> = Vec::new();
+    for (name, scalar) in entries {
+        let shown = shortened(&name.value);
+        let label = format!("`{shown}` of `values` of {SAFETY}");
+        let Some(parameter) = document.all_parameters().find(|parameter| parameter.name == name.value) else {
+            if !document.doubts.has(&name.value) {
+                let names = || document.parameters.iter().map(|parameter| parameter.name.as_str());
+                let help = match nearest(&name.value, names()) {
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None if names().next().is_none() => "declare it under `[parameters]`".to_string(),
+                    None => format!("there are {}", quoted(names())),
+                };
+                let message = format!("{label}: there is no such parameter");
+                out.push(
+                    Diagnostic::error("name::unknown", message).at(name.place.clone(), "no such parameter").help(help),
+                );
+            }
+            continue;
+        };
+        if document.is_varied(&name.value) {
+            let message =
+                format!("{label}: it differs between the variants, so that a value here would change nothing");
+            out.push(
+                Diagnostic::error("safety::varied", message)
+                    .at(name.place.clone(), "a varied parameter")
+                    .help("take it out here, or out of the variants"),
+            );
+            continue;
+        }
+        if let Some((_, found)) = reader.scalar(scalar, None, &label, out)
+            && !found.is_like(&parameter.dimension)
+        {
+            let message = format!("{label}: expected {}, found {}", parameter.dimension.noun(), found.noun());
+            out.push(
+                Diagnostic::error("unit::dimension", message)
+                    .at(scalar.place.clone(), found.noun())
+                    .help(format!("write a unit such as {}", parameter.dimension.example())),
+            );
+        }
+        if !names.contains(&name.value) {
+            names.push(name.value.clone());
+        }
+    }
+    names
+}
+
+/// The condition of detection.
+fn condition(known: &Known<'_>, out: &mut Vec<Diagnostic>) -> Option<String> {
+    let table = &known.document.safety;
+    let (text, place) = (read_word(table, "detected")?, TableReader::place(table, "detected"));
+    let what = format!("`detected` of {SAFETY}");
+    let found = asked(text, &place, known, &what, out)?;
+    if found.dimension != Dimension::NONE {
+        let message = format!("{what}: `{}` is {}, not a condition", shortened(text), found.dimension.noun());
+        let help = "compare it: `abs(residual) > 1 deg`, or name a monitor or `MACHINE.STATE`";
+        out.push(Diagnostic::error("unit::dimension", message).at(place, "no condition").help(help));
+        return None;
+    }
+    Some(found.name)
+}
+
+/// The state machine that reacts, with its states.
+fn reaction(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(String, Vec<String>)> {
+    let name = read_word(&document.safety, "reaction")?;
+    let machines = || document.blocks.iter().filter(|block| block.kind.keyword == "state_machine");
+    let Some(block) = machines().find(|block| block.name == name) else {
+        if !document.doubts.has(name) {
+            let names = || machines().map(|block| block.name.as_str());
+            let help = match nearest(name, names()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if names().next().is_none() => {
+                    "write one: `[block.mode]` with `kind = \"state_machine\"`".to_string()
+                }
+                None => format!("there are {}", quoted(names())),
+            };
+            let message = format!("`reaction` of {SAFETY}: there is no state machine `{}`", shortened(name));
+            let place = TableReader::place(&document.safety, "reaction");
+            out.push(Diagnostic::error("name::unknown", message).at(place, "no state machine").help(help));
+        }
+        return None;
+    };
+    Some((name.to_string(), read_words(&block.table, "states").iter().map(|word| word.value.clone()).collect()))
+}
+
+fn monitors(document: &Document) -> Vec<String> {
+    let own = document.blocks.iter().filter(|block| block.kind.keyword == "monitor");
+    own.map(|block| block.name.clone()).collect()
+}
+
+/// Tells of keys that say nothing without another one.
+fn check_alone(document: &Document, spec: &SafetySpec, out: &mut Vec<Diagnostic>) {
+    let table = &document.safety;
+    let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
+    if spec.within.is_some() && !here("detected") {
+        let message = format!("{SAFETY}: `within` says nothing without `detected`");
+        let place = TableReader::place(table, "within");
+        let help = "add the condition that says that something was detected: `detected = \"MONITOR\"`";
+        out.push(Diagnostic::error("key::missing", message).at(place, "of what?").help(help));
+    }
+}
+
+fn effect<'a>(
+    known: &'a Known<'a>,
+    reader: &'a TableReader<'a>,
+    (table, variants, ends): (&Table, &'a [String], &'a [(String, f64)]),
+    out: &mut Vec<Diagnostic>,
+) -> Option<Effect> {
+    let name = read_word(table, "name")?.to_string();
+    let what = format!("effect `{}`", shortened(&name));
+    let signal = read_word(table, "signal")?;
+    let found = asked(signal, &TableReader::place(table, "signal"), known, &what, out)?;
+    let measure = read_word(table, "measure").and_then(Measure::of)?;
+    let asked = Measuring { known, reader, variants, ends };
+    let bounds = ["below", "above"].map(|key| {
+        check_varied(known.document, table, (key, &what), out);
+        asked.like(table, key, found.dimension, &what, out)
+    });
+    if let [Some(below), Some(above)] = bounds
+        && above >= below
+    {
+        let message = format!("{what}: nothing is above {above} and below {below}");
+        let place = TableReader::place(table, "below");
+        out.push(
+            Diagnostic::error("requirement::bounds", message)
+                .at(place, "not above `above`")
+                .help("let `above` be less than `below`"),
+        );
+    }
+    let window = quantity(reader, table, "window", (Dimension::TIME, Sign::Positive), &what, out);
+    let window = window.map_or(f64::INFINITY, |x| x.to_f64());
+    let difference = read_word(table, "against") != Some("zero");
+    let display = asked.unit_of_bounds(table, found.dimension);
+    let within = if window.is_finite() { format!(" within {window} s") } else { String::new() };
+    let against = if difference { ", against no fault" } else { "" };
+    let text = format!("{} {signal}{within}{against}", measure.word());
+    let (unit, [below, above]) = (found.physical.unit().to_string(), bounds);
+    let told = SafetyEffect { name, text, unit, display, below, above };
+    Some(Effect { told, signal: found.name, measure, window, difference })
+}
+
+/// A bound that differs between the variants is told.
+fn check_varied(document: &Document, table: &Table, (key, what): (&str, &str), out: &mut Vec<Diagnostic>) {
+    let varied = |name: &str| document.is_varied(name);
+    let found: Option<(String, Place)> = match read_scalar(table, key) {
+        Some(Placed { value: Written::Parameter(name), place }) if varied(&name) => Some((name, place)),
+        _ => None,
+    };
+    if let Some((name, place)) = found {
+        let message = format!("`{key}` of {what}: `{name}` differs between the variants");
+        out.push(
+            Diagnostic::error("requirement::varied", message).at(place, "a varied parameter").help("write a number"),
+        );
+    }
+}
