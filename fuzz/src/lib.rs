@@ -255,6 +255,7 @@ pub fn run(bytes: &[u8]) {
             events: result.events,
             outcome: result.outcome,
             requirements: Vec::new(),
+            figures: Vec::new(),
             warnings: Vec::new(),
             notes: result.notes,
             strains: result.strains,

@@ -344,7 +344,14 @@ fn accuracy(study: &Study) -> Body {
         }));
         row
     };
-    let titles: Vec<String> = first.errors.iter().map(|own| format!("#error [{}]", own.unit.unit())).collect();
+    let titles: Vec<String> = first
+        .errors
+        .iter()
+        .map(|own| match own.unit.unit() {
+            "" => "#error".to_string(),
+            unit => format!("#error [{unit}]"),
+        })
+        .collect();
     let headers: Vec<&str> = ["variant"].into_iter().chain(titles.iter().map(String::as_str)).collect();
     let rounded: Vec<String> =
         known().filter(|(_, found)| found.rounded).map(|(run, _)| variant_label(study, run)).collect();

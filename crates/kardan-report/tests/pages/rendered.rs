@@ -37,7 +37,13 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
             display: None,
             passed: false,
         }],
-        figures: Vec::new(),
+        figures: vec![FigureResult {
+            name: HOSTILE.into(),
+            text: HOSTILE.into(),
+            value: Some(0.25),
+            unit: "rad".into(),
+            display: None,
+        }],
         notes: vec!["the split is not unique".into(), text],
         warnings: Vec::new(),
         strains: vec![MotorStrain {
@@ -208,9 +214,19 @@ fn the_page_shows_every_plot_variant_and_section() {
     for id in ["plot-rack-angle", "plot-mixed", "plot--missing--b-"] {
         assert!(page.contains(&format!("id=\"{id}\"")), "{id}");
     }
-    for section in
-        ["plots", "figures", "requirements", "motors", "energy", "events", "notes", "warnings", "model", "variants"]
-    {
+    for section in [
+        "plots",
+        "figures",
+        "measured",
+        "requirements",
+        "motors",
+        "energy",
+        "events",
+        "notes",
+        "warnings",
+        "model",
+        "variants",
+    ] {
         assert!(page.contains(&format!("<section id=\"{section}\">")), "{section}");
         assert!(page.contains(&format!("href=\"#{section}\"")), "{section} is not in the contents");
     }

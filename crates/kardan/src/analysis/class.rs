@@ -6,7 +6,7 @@ use crate::assemble::{Along, Equations, KeptRow};
 use crate::equations::{Domain, Formula, Hold, Kept};
 use crate::expr::{Expr, Rationals, lower};
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
-use crate::reduce::{Kinematics, Motion, Reduced, Redundant, is_linear_law};
+use crate::reduce::{Contact, Kinematics, Motion, Reduced, Redundant, contacts, is_linear_law};
 use crate::results::{Assumption, Breach, Class, ConstraintClass, FrictionState, OperatingPoint, ShaftAngle};
 use crate::units::Exact;
 
@@ -61,10 +61,12 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
         ),
     ];
     let mut assumptions = assumptions;
-    let opens = |hold: &&Along<Hold>| !matches!(hold.value, Hold::Mesh(_)) && !stuck.contains(&hold.element);
-    let open = equations.holds.iter().filter(opens);
+    let opens =
+        |(_, hold): &(usize, &Along<Hold>)| !matches!(hold.value, Hold::Mesh(_)) && !stuck.contains(&hold.element);
+    let open = equations.holds.iter().enumerate().filter(opens);
+    let here: BTreeMap<usize, Contact> = contacts(reduced, position).into_iter().map(|one| (one.hold, one)).collect();
     let open: BTreeMap<&str, String> =
-        open.map(|hold| (hold.element.as_str(), "it holds one way or at times; here it is open".to_string())).collect();
+        open.map(|(number, hold)| (hold.element.as_str(), held_in_words(here.get(&number)).to_string())).collect();
     if !open.is_empty() {
         let open = open.into_iter().map(|(element, why)| (element.to_string(), why)).collect();
         assumptions.push(assumption("no constraint comes and goes (source, Table 4.2)", open));
@@ -135,6 +137,17 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
     });
     let holds = equations.holds.iter().filter_map(|hold| held_class(hold, shafts, stuck.contains(&hold.element)));
     linear.chain(redundant).chain(curves).chain(held).chain(holds).collect()
+}
+
+/// What an analysis makes of what holds one way or at times.
+fn held_in_words(contact: Option<&Contact>) -> &'static str {
+    match contact {
+        Some(one) if one.soft && one.is_passed() => {
+            "it holds one way; here it is pressed, and its stiffness and damping count as long as it stays so"
+        }
+        Some(one) if one.is_touched() => "it holds one way; here it is touched and looked at as if it were open",
+        _ => "it holds one way or at times; here it is open",
+    }
 }
 
 /// The class of what holds one way or at times; nothing of a torque that only presses or slips.

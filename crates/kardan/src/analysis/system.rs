@@ -1,9 +1,11 @@
 use std::collections::BTreeSet;
 
 use crate::assemble::Along;
+use crate::equations::Hold;
 use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, sparse_echelon, sum_of_outer};
 use crate::reduce::{
-    GeometricStiffness, LawSlopes, OperatingPoint, Reduced, geometric_stiffness, law_slopes_at, slopes,
+    GeometricStiffness, LawSlopes, OperatingPoint, Reduced, geometric_stiffness, law_slopes_at, pressed_cushions,
+    slopes,
 };
 
 /// A constant linear constrained mechanical system `Hq̈ + Dq̇ + Sq = Fτ + Cᵀλ`, `Cq = 0` \[diss. (4.31), (4.36)\], as terms
@@ -49,6 +51,23 @@ impl ConstrainedSystem {
     /// If `position` has not one entry per coordinate, gives a slope that is not finite, or an input is not there.
     pub fn at(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>, inputs: &[String]) -> Self {
         Self::held(reduced, &OperatingPoint::relaxed(position), stuck, inputs)
+    }
+
+    /// Cushions that are pressed there act with their stiffness and their damping.
+    fn press(&mut self, reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) {
+        for one in pressed_cushions(reduced, position) {
+            let hold = &reduced.equations.holds[one.hold];
+            let Hold::Cushion { stiffness, damping, .. } = &hold.value else { continue };
+            if stuck.contains(&hold.element) {
+                continue;
+            }
+            for (list, value) in [(&mut self.springs, stiffness), (&mut self.dampers, damping)] {
+                let value = value.to_rational();
+                if !value.is_zero() {
+                    list.push(Along { element: hold.element.clone(), row: hold.row.clone(), value });
+                }
+            }
+        }
     }
 
     /// The same at an operating point, under the torques that hold it there.
@@ -103,6 +122,7 @@ impl ConstrainedSystem {
             Along { element, row, value: stiffness }
         }));
         out.loads = loads(slopes);
+        out.press(reduced, position, stuck);
         out.drop_dependent_constraints();
         out
     }

@@ -6,25 +6,32 @@ use crate::units::Dimension;
 
 /// Of a wheel for each metre beside the path, rad/m.
 const TURN: Dimension = Dimension::mechanical(0, -1, 0, 1);
+/// Of a wheel for the curvature of the path, rad m.
+const BEND: Dimension = Dimension::mechanical(0, 1, 0, 1);
+/// What the curvature of a path is taken from: so far before and behind.
+const STEP: &str = "3 m";
 
 keys! {
     /// A driver at a steering wheel.
     element Driver("driver") {
         required {
             wheel: Shaft, "The steering wheel.";
-            kind: Choice(&["open_loop", "preview", "hands_off"]),
-                "What the hands do: `open_loop` turns the wheel to `angle`, `preview` follows a path (and adds `angle`, if there is one), `hands_off` \
-                 nothing: no hand is on the wheel.";
+            kind: Choice(&["open_loop", "preview", "two_level", "hands_off"]),
+                "What the hands do: `open_loop` turns the wheel to `angle`; `preview` aims at a point of a path ahead; `two_level` knows how the path bends \
+                 and puts right how far the car is beside it (both add `angle`, if there is one); `hands_off` nothing: no hand is on the wheel.";
         }
         optional {
             angle: Formula(Dimension::ANGLE), "Angle to which the hands turn the wheel, a signal or an expression of the time; `open_loop` needs it.";
             path: Text,
                 "The path to follow: the name of a `[path.NAME]`, of a `[table.NAME]` that gives y by x, of what a manoeuvre steers, or an expression of \
-                 `ahead`, the x of the point in view: `lane(ahead)`. `preview` needs it.";
-            car: Element(&["vehicle"]), "The car that is driven, which `preview` needs.";
-            gain: Formula(TURN), "Angle of the wheel for each metre that the car would be beside the path at the point in view (\"40 deg/m\"); \
-                                  `preview` needs it.";
-            preview: Quantity(Dimension::TIME, Sign::Positive) = "1 s", "How far ahead the driver looks.";
+                 `ahead`, the x of the point in view: `lane(ahead)`. `preview` and `two_level` need it.";
+            car: Element(&["vehicle"]), "The car that is driven, which they need too.";
+            gain: Formula(TURN), "Angle of the wheel for each metre that the car would be beside the path (\"20 deg/m\"), which they need too.";
+            preview: Quantity(Dimension::TIME, Sign::Positive) = "1 s",
+                "How far ahead the driver looks; of `two_level` how far ahead car and path are compared, both going straight on.";
+            bend_gain: Formula(BEND), "Angle of the wheel for the curvature of the path, the ratio of the steering times l + K u^2 (\"60 rad m\"); \
+                                       `two_level` needs it.";
+            anticipation: Quantity(Dimension::TIME, Sign::NonNegative) = "0.2 s", "By how much earlier the wheel is turned for it, of `two_level`.";
             reaction: Quantity(Dimension::TIME, Sign::NonNegative) = "0.15 s", "Time until what is seen moves the hands.";
             sample_time: Quantity(Dimension::TIME, Sign::Positive) = "10 ms", "How often the driver looks; `reaction` is a multiple of it.";
             lag: Quantity(Dimension::TIME, Sign::Positive) = "0.1 s", "Time constant of nerves and muscles; a steering robot has about \"5 ms\".";
@@ -33,7 +40,8 @@ keys! {
             arm_inertia: Quantity(Dimension::INERTIA, Sign::Positive) = "0.08 kg m^2", "Inertia of the arms about the axis of the wheel.";
             grip_stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive) = "1000 N m/rad", "Stiffness between hands and wheel.";
             grip_damping: Quantity(Dimension::DAMPING, Sign::NonNegative) = "2 N m s/rad", "Damping between hands and wheel.";
-            hold: Number(Sign::NonNegative) = "1", "How firmly the hands hold: 1, and 0 for hands off in a variant.";
+            hold: Formula(Dimension::NONE),
+                "How firmly the hands hold, 0 to 1: a parameter, a signal, or an expression of the time; 0 is hands off. Left out: 1.";
         }
     }
 }
@@ -45,9 +53,9 @@ pub const DRIVER: Element = Element {
     sketch: r"
     angle, path --> [reaction, lag] --> stiffness, damping --> ( arm ) ==/\/\/\== wheel
                                                                      grip",
-    signs: "Its parts are elements that others may name: the shaft `<name>_arm`, the torque `<name>_muscles` on it, and the spring `<name>_hands`, whose \
-            `<name>_hands.tau` is the torque that the hands put on the wheel; blocks `<name>_will` (the angle that the arms are to have), with `preview` \
-            `<name>_ahead` (x of the point in view), `<name>_target` (y of the path there) and `<name>_seen`.",
+    signs: "Its parts are elements that others may name: the shaft `<name>_arm`, the torque `<name>_muscles` on it, and the torque `<name>_hands` of the grip: \
+            `<name>_hands.tau` is the torque that the hands put on the wheel; blocks `<name>_will` (the angle that the arms are to have), with a path \
+            `<name>_ahead` (x of the point in view), `<name>_target` (y of the path), `<name>_seen`, and with `two_level` `<name>_bend` (its curvature).",
     symbol: Symbol::Torque,
     fields: Driver::FIELDS,
     example: "\
@@ -60,12 +68,17 @@ angle = \"20 deg * sin(2 pi t / 5 s)\"
     terms: |_, _| Vec::new(),
 };
 
+const PATH: (&str, &str) = ("path", "path = \"lane\"");
+const CAR: (&str, &str) = ("car", "car = \"car\"");
+const GAIN: (&str, &str) = ("gain", "gain = \"20 deg/m\"");
+
 fn check(values: &Values) -> Vec<Mistake> {
     let kind = values.word("kind").unwrap_or_default();
     let mut out = Vec::new();
     let needed: &[(&'static str, &str)] = match kind {
         "open_loop" => &[("angle", "angle = \"20 deg * sin(2 pi t / 5 s)\"")],
-        "preview" => &[("path", "path = \"lane\""), ("car", "car = \"car\""), ("gain", "gain = \"40 deg/m\"")],
+        "preview" => &[PATH, CAR, GAIN],
+        "two_level" => &[PATH, CAR, GAIN, ("bend_gain", "bend_gain = \"60 rad m\"")],
         _ => &[],
     };
     for (key, example) in needed.iter().filter(|(key, _)| !values.has(key)) {
@@ -73,8 +86,9 @@ fn check(values: &Values) -> Vec<Mistake> {
         out.push(Mistake::new("kind", message, format!("add `{example}`")));
     }
     let idle: &[&'static str] = match kind {
-        "open_loop" => &["path", "car", "gain"],
-        "hands_off" => &["angle", "path", "car", "gain"],
+        "open_loop" => &["path", "car", "gain", "bend_gain"],
+        "hands_off" => &["angle", "path", "car", "gain", "bend_gain"],
+        "preview" => &["bend_gain"],
         _ => &[],
     };
     for key in idle.iter().filter(|key| values.has(key)) {
@@ -97,9 +111,8 @@ pub(super) fn parts(name: &str, given: &Entries) -> Option<Entries> {
     let (wheel, kind) = (driver.text("wheel")?, driver.text("kind")?);
     let reference = match kind.as_str() {
         "open_loop" => format!("({})", driver.formula("angle")?),
-        "preview" => {
-            driver.look(&mut out)?;
-            let seen = quoted(driver.part("seen"));
+        "preview" | "two_level" => {
+            let seen = driver.look(&mut out, kind == "two_level")?;
             driver.formula("angle").map_or(seen.clone(), |angle| format!("({angle}) + {seen}"))
         }
         "hands_off" => return Some(out),
@@ -159,36 +172,57 @@ impl Person<'_> {
         out.table_mut(group).set(&self.part(part), Written::Table(table));
     }
 
-    /// What is seen of the path, when it has got to the muscles.
-    fn look(&self, out: &mut Entries) -> Option<()> {
+    /// The path at an x.
+    fn path_at(&self, path: &str, x: &str) -> String {
+        let is_name = path.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-'));
+        if is_name { format!("{}({x})", quoted(path.into())) } else { format!("({})", with_word(path, "ahead", x)) }
+    }
+
+    /// What is seen of the path, when it has got to the muscles: the angle of the wheel that it asks for.
+    fn look(&self, out: &mut Entries, two_level: bool) -> Option<String> {
         let (car, path, gain) = (self.text("car")?, self.text("path")?, self.formula("gain")?);
         let of = |word: &str| quoted(format!("{car}.{word}"));
         let [x, y, heading, u, v] = ["x", "y", "heading", "v_x", "v_y"].map(of);
         let (time, ahead) = (self.own("preview"), quoted(self.part("ahead")));
-        let is_name = path.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-'));
-        let wanted = if is_name { format!("{}({ahead})", quoted(path)) } else { with_word(&path, "ahead", &ahead) };
-        let period = ("sample_time", self.own("sample_time"));
-        let one = ("gain", "1".to_string());
-        let kind = |kind: &str| ("kind", kind.to_string());
-        let input = |text: String| ("input", text);
-        self.add(
-            out,
-            "block",
-            "ahead",
-            &[kind("gain"), one.clone(), input(format!("{x} + {time} * {u}")), period.clone()],
-        );
-        self.add(out, "block", "target", &[kind("gain"), one.clone(), input(wanted), period.clone()]);
+        let block = |out: &mut Entries, part: &str, input: String| {
+            let keys = [("kind", "gain".to_string()), ("gain", "1".to_string()), ("input", input)];
+            self.add(out, "block", part, &[&keys[..], &[("sample_time", self.own("sample_time"))]].concat());
+        };
+        let look_ahead = if two_level { self.own("anticipation") } else { time.clone() };
+        block(out, "ahead", format!("{x} + {look_ahead} * {u}"));
+        let at = |x: &str| self.path_at(&path, x);
+        let target = match two_level {
+            // The path going straight on from where the car is.
+            true => {
+                let slope =
+                    format!("({} - {}) / (2 * {STEP})", at(&format!("({x} + {STEP})")), at(&format!("({x} - {STEP})")));
+                format!("{} + {time} * {u} * {slope}", at(&x))
+            }
+            false => at(&ahead),
+        };
+        block(out, "target", target);
         let there = format!("{y} + {time} * ({u} * sin({heading}) + {v} * cos({heading}))");
         let beside = format!("({gain}) * ({} - ({there}))", quoted(self.part("target")));
-        let at_once = self
-            .formula("reaction")
-            .is_some_and(|text| crate::units::parse_quantity(&text).is_ok_and(|(value, _)| value.is_zero()));
-        let keys = match at_once {
-            true => vec![kind("gain"), one, input(beside), period],
-            false => vec![kind("delay"), ("time", self.own("reaction")), input(beside), period],
+        self.react(out, beside);
+        let seen = quoted(self.part("seen"));
+        if !two_level {
+            return Some(seen);
+        }
+        let bend_gain = self.formula("bend_gain")?;
+        let [before, behind] = ["-", "+"].map(|sign| at(&format!("({ahead} {sign} {STEP})")));
+        block(out, "bend", format!("({behind} - 2 * {} + {before}) / ({STEP})^2", at(&ahead)));
+        Some(format!("({bend_gain}) * {} + {seen}", quoted(self.part("bend"))))
+    }
+
+    /// What is seen of something, when it has got to the muscles.
+    fn react(&self, out: &mut Entries, input: String) {
+        let at_once = self.formula("reaction").and_then(|text| crate::units::parse_quantity(&text).ok());
+        let kind = match at_once.is_some_and(|(value, _)| value.is_zero()) {
+            true => [("kind", "gain".to_string()), ("gain", "1".to_string())],
+            false => [("kind", "delay".to_string()), ("time", self.own("reaction"))],
         };
-        self.add(out, "block", "seen", &keys);
-        Some(())
+        let rest = [("input", input), ("sample_time", self.own("sample_time"))];
+        self.add(out, "block", "seen", &[&kind[..], &rest[..]].concat());
     }
 
     /// Muscles, arms and hands.
@@ -203,14 +237,12 @@ impl Person<'_> {
         // The muscles damp what differs from the turning that is meant.
         let law = format!("{stiffness} * ({will} - {phi}) + {damping} * (({reference} - {will}) / {lag} - {w})");
         self.add(out, "torque", "muscles", &[("shaft", arm.clone()), ("law", law)]);
-        let held = |key: &str| format!("{} * {}", self.own("hold"), self.own(key));
-        let hands = [
-            ("shaft_1", arm),
-            ("shaft_2", wheel.to_string()),
-            ("stiffness", held("grip_stiffness")),
-            ("damping", held("grip_damping")),
-        ];
-        self.add(out, "spring_damper", "hands", &hands);
+        let [angle, speed] = ["phi", "w"].map(|word| quoted(format!("{wheel}.{word}")));
+        let [stiffness, damping] = ["grip_stiffness", "grip_damping"].map(|key| self.own(key));
+        let grip = format!("{stiffness} * ({phi} - {angle}) + {damping} * ({w} - {speed})");
+        let law = self.formula("hold").map_or(grip.clone(), |hold| format!("({hold}) * ({grip})"));
+        let hands = [("shaft", wheel.to_string()), ("reaction", arm), ("law", law)];
+        self.add(out, "torque", "hands", &hands);
     }
 }
 

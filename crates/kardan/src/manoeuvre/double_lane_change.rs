@@ -4,7 +4,7 @@ use super::path::{KEYS, lane_change};
 /// The double lane change of ISO 3888-1.
 pub(super) const DOUBLE_LANE_CHANGE: ManoeuvreKind = ManoeuvreKind {
     keyword: "double_lane_change",
-    summary: "The double lane change of ISO 3888-1, which a driver with `preview` drives.",
+    summary: "The double lane change of ISO 3888-1, which a driver with a path drives.",
     measures: "`room`: least distance of the corners of the car, at its axles, from the limits of the lanes; `a_y`, `yaw_rate`, `angle` and `rate` of the wheel, \
                `torque`: largest sizes. Criterion: `room` above zero.",
     keys: KEYS,

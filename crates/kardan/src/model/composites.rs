@@ -72,6 +72,14 @@ impl Document {
     /// Takes out what is told of the parts of an element that has a mistake itself: it is the same mistake.
     pub(super) fn leave_parts_out(&self, doubtful: &BTreeSet<String>, out: &mut Vec<Diagnostic>) {
         let is_composite = |one: &&Instance| element::COMPOSITES.iter().any(|kind| kind.keyword == one.kind.keyword);
+        // Where a block of a part has a mistake, its other blocks are not known.
+        let at = |told: &Diagnostic| told.labels.first().map(|label| label.place.clone());
+        for whole in self.elements.iter().filter(is_composite) {
+            let here = |told: &Diagnostic| at(told).as_ref() == Some(&whole.place);
+            if out.iter().any(|told| here(told) && told.code != "signal::moves") {
+                out.retain(|told| !here(told) || told.code != "signal::moves");
+            }
+        }
         let wholes = self.elements.iter().filter(is_composite).filter(|whole| doubtful.contains(&whole.name));
         for Instance { kind, name, place, .. } in wholes {
             let own = format!("{} `{name}`", kind.keyword);

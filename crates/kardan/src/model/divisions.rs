@@ -1,4 +1,4 @@
-//! Divisions that a tolerance may lead to zero.
+//! Divisions that a tolerance may lead to zero, and functions that it may leave without a value.
 
 use std::collections::HashMap;
 
@@ -9,7 +9,7 @@ use crate::entries::Place;
 use crate::expr::{Expr, Graph, Interval, Intervals, Named, lower};
 use crate::num::rational_from_f64;
 use crate::schema::{Scalar, Table, Value};
-use crate::units::{Dimension, Exact, Expression};
+use crate::units::{Asked, Dimension, Exact, Expression};
 
 /// Pieces of an interval that are looked at.
 const PIECES: usize = 512;
@@ -28,6 +28,9 @@ pub(super) struct Varied<'a> {
     pub(super) shown: String,
 }
 
+/// What is asked of all values of an interval.
+type Test = fn(Interval) -> bool;
+
 /// What is known of a divisor over an interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Zero {
@@ -39,7 +42,7 @@ enum Zero {
     Possible,
 }
 
-/// Reports divisors that are, or may be, zero somewhere in the interval of a parameter.
+/// Reports divisors that are, or may be, zero somewhere in the interval of a parameter, and functions that have, or may have, no value there.
 pub(super) fn check_divisions(
     document: &Document,
     varied: &Varied<'_>,
@@ -137,17 +140,87 @@ impl Search<'_> {
                     .help("narrow the tolerance, or choose another value near zero with `if(abs(x) < ..., ..., ...)`"),
             );
         }
+        self.check_values(expression, (place, what), out);
     }
+
+    /// Reports functions without a value.
+    fn check_values(&mut self, expression: &Expression, (place, what): (&Place, &str), out: &mut Vec<Diagnostic>) {
+        for (part, asked) in expression.restricted().iter().filter(|(part, _)| self.varies(part)).collect::<Vec<_>>() {
+            let Some((expr, _)) = self.written(part) else { continue };
+            let (never, always): (Test, Test) = match asked {
+                Asked::NotNegative => (|x| x.high < 0.0, |x| x.low >= 0.0),
+                Asked::Positive => (|x| x.high <= 0.0, |x| x.low > 0.0),
+                Asked::WithinOne => (|x| x.high < -1.0 || x.low > 1.0, |x| x.low >= -1.0 && x.high <= 1.0),
+            };
+            let (certain, possible) = outside(&self.graph, expr, self.varied, never, always);
+            if !(certain || possible) {
+                continue;
+            }
+            let verdict = if certain { "is" } else { "may be" };
+            let (function, rule) = match asked {
+                Asked::NotNegative => ("the square root", "negative"),
+                Asked::Positive => ("the logarithm", "zero or below"),
+                Asked::WithinOne => ("the arc", "outside of -1 to 1"),
+            };
+            let Varied { parameter, shown, .. } = self.varied;
+            let span = part.span();
+            let inner = expression.text().get(span.clone()).unwrap_or_default();
+            let message = format!(
+                "{what}: {function} of `{inner}`, which {verdict} {rule} for a value within the tolerance of `{parameter}`: {shown}"
+            );
+            let told = match certain {
+                true => Diagnostic::error("expression::domain", message),
+                false => Diagnostic::warning("expression::domain", message),
+            };
+            out.push(
+                told.at(place.part(expression.text(), span), format!("{verdict} {rule}"))
+                    .at(self.varied.place.clone(), "this tolerance")
+                    .help("narrow the tolerance, or choose another value there with `if(x > ..., ..., ...)`"),
+            );
+        }
+    }
+}
+
+/// The ends of an interval in floating point, rounded outwards.
+fn ends(varied: &Varied<'_>) -> (f64, f64) {
+    let exact =
+        |value: &Exact, near: f64| rational_from_f64(near).map(|near| Exact::new(near, 0)) == Some(value.clone());
+    let (low, high) = (varied.lower.to_f64(), varied.upper.to_f64());
+    (
+        if exact(varied.lower, low) { low } else { low.next_down() },
+        if exact(varied.upper, high) { high } else { high.next_up() },
+    )
+}
+
+/// Whether an expression of one symbol is, and whether it may be, out of bounds somewhere in an interval: bisection with intervals. `never` and
+/// `always` tell of all values of an interval that they are out, or within.
+fn outside(graph: &Graph, expr: Expr, varied: &Varied<'_>, never: Test, always: Test) -> (bool, bool) {
+    let over = |low: f64, high: f64| lower(graph, &[expr], &mut Intervals, |_| Interval { low, high })[0];
+    let (low, high) = ends(varied);
+    let (mut left, mut looked_at, mut possible) = (vec![(low, high, 0)], 0, false);
+    while let Some((low, high, depth)) = left.pop() {
+        let found = over(low, high);
+        looked_at += 1;
+        let middle = 0.5 * low + 0.5 * high;
+        if never(found) {
+            return (true, true);
+        }
+        if always(found) {
+            continue;
+        }
+        if depth < HALVINGS && looked_at + left.len() < PIECES && low < middle && middle < high {
+            left.extend([(low, middle, depth + 1), (middle, high, depth + 1)]);
+        } else {
+            possible = true;
+        }
+    }
+    (false, possible)
 }
 
 /// Whether an expression of one symbol is zero somewhere in an interval: bisection with intervals.
 fn zero_of(graph: &Graph, expr: Expr, varied: &Varied<'_>, jumps: bool) -> Zero {
     let over = |low: f64, high: f64| lower(graph, &[expr], &mut Intervals, |_| Interval { low, high })[0];
-    let exact =
-        |value: &Exact, near: f64| rational_from_f64(near).map(|near| Exact::new(near, 0)) == Some(value.clone());
-    let (low, high) = (varied.lower.to_f64(), varied.upper.to_f64());
-    let low = if exact(varied.lower, low) { low } else { low.next_down() };
-    let high = if exact(varied.upper, high) { high } else { high.next_up() };
+    let (low, high) = ends(varied);
     let (mut left, mut looked_at) = (vec![(low, high, 0)], 0);
     let [mut negative, mut positive, mut possible, mut finite] = [false, false, false, true];
     while let Some((low, high, depth)) = left.pop() {

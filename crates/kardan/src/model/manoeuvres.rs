@@ -354,14 +354,54 @@ fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Dia
     }
 }
 
-/// Takes out what is told of the parts of manoeuvres and paths that have a mistake themselves: it is the same mistake.
-pub(super) fn leave_made_out(nodes: &[Node<'_>], wrong: &BTreeSet<String>, out: &mut Vec<Diagnostic>) {
+/// Tells of drivers whose path is the name of nothing.
+pub(super) fn check_drivers(document: &mut Document, out: &mut Vec<Diagnostic>) {
+    let mut wrong = Vec::new();
+    for driver in document.elements.iter().filter(|one| one.kind.keyword == "driver") {
+        let Some(Placed { value: Value::Word(path), place }) = driver.table.values.get("path") else { continue };
+        let is_name = path.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-'));
+        let names = || document.tables.iter().map(|(name, _)| name.as_str());
+        if !is_name || names().any(|name| name == path) || document.doubts.has(path) {
+            continue;
+        }
+        let what = format!("driver `{}`", shortened(&driver.name));
+        let message = format!("{what}: there is no path and no table `{}`", shortened(path));
+        let help = match names().next() {
+            None => "add `[path.NAME]`, or a manoeuvre with lanes, and name what it steers".to_string(),
+            Some(_) => unknown_name(path, names()),
+        };
+        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such path").help(help));
+        wrong.push(driver.place.clone());
+    }
+    // What it looks at is the same mistake.
+    let (kept, dropped): (Vec<_>, Vec<_>) =
+        std::mem::take(&mut document.blocks).into_iter().partition(|block| !wrong.contains(&block.place));
+    document.blocks = kept;
+    document.doubts.names.extend(dropped.into_iter().map(|block| block.name));
+}
+
+/// Takes out what manoeuvres and paths that have a mistake themselves stand for, and what is told of that: it is the same mistake.
+pub(super) fn leave_made_out(
+    nodes: &[Node<'_>],
+    wrong: &BTreeSet<String>,
+    document: &mut Document,
+    mut lists: [&mut Vec<Diagnostic>; 2],
+) {
     for node in nodes.iter().filter(|node| wrong.contains(node.name)) {
         let own = ["manoeuvre", "path"].map(|kind| format!("{kind} `{}`", shortened(node.name)));
-        out.retain(|told| {
-            let place = told.labels.first().map(|label| &label.place);
-            let here = place == Some(&node.name_place) || place == Some(&node.place);
-            !here || own.iter().any(|own| told.message.contains(own))
-        });
+        let here = |place: &Place| *place == node.name_place || *place == node.place;
+        for out in &mut lists {
+            out.retain(|told| {
+                let elsewhere = told.labels.first().is_none_or(|label| !here(&label.place));
+                elsewhere || own.iter().any(|own| told.message.contains(own))
+            });
+        }
+        let steers = text(node.table, "steers").into_iter().chain(["steer", "lane"]);
+        let names: Vec<String> = steers.map(str::to_string).chain([node.name.to_string()]).collect();
+        document.signals.retain(|signal| !here(&signal.place) && !names.contains(&signal.name));
+        document.tables.retain(|(_, table)| !here(&table.place));
+        document.figures.retain(|table| !here(&table.place));
+        document.requirements.retain(|table| !here(&table.place));
+        document.doubts.names.extend(names);
     }
 }

@@ -41,7 +41,7 @@ pub use manual::{manual, manual_of, manual_tables, study_pages};
 pub use reading::{open, read, read_entries};
 pub use resolve::{ControlSpec, Model};
 pub use state_space::{DataDigits, StateSpace, read_state_space};
-pub use symbols::{NamedTerms, SymbolValue};
+pub use symbols::{NamedTerms, SymbolValue, constants};
 pub use table_reader::{Rounded, TableReader, words, wrong_dimension};
 pub use tolerance::Tolerance;
 pub(crate) use variants::no_such_fault;

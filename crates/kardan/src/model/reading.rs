@@ -7,7 +7,7 @@ use super::composites::with_parts;
 use super::document::{BlockTable, Control, Document, Doubts, Instance, SignalTable};
 use super::examples::example_of;
 use super::keys::named_keys;
-use super::manoeuvres::{check_manoeuvres, leave_made_out, with_manoeuvres};
+use super::manoeuvres::{check_drivers, check_manoeuvres, leave_made_out, with_manoeuvres};
 use super::parameters::{REMOVE_TOLERANCE, follow, implicit_parameters, read_parameters, refuse_tolerances};
 use super::parse::{Node, check_name, table, value};
 use super::tables;
@@ -143,7 +143,8 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     read_signals(&root, &mut document, &mut study);
     read_blocks(&root, &mut document, &mut study);
     read_tables(&root, &mut document, &mut out);
-    read_manoeuvres(&root, &tables, &document, (&mut out, &mut study));
+    read_manoeuvres(&root, &tables, &mut document, (&mut out, &mut study));
+    check_drivers(&mut document, &mut out);
     check_unique(&document, &mut out);
     check_named_controls(&document, &mut study);
     check_named_faults(&document, &mut study);
@@ -369,7 +370,7 @@ fn read_tables(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnosti
 fn read_manoeuvres(
     root: &Node<'_>,
     variants: &[Table],
-    document: &Document,
+    document: &mut Document,
     (out, study): (&mut Vec<Diagnostic>, &mut Vec<Diagnostic>),
 ) {
     let mut told = Vec::new();
@@ -377,7 +378,7 @@ fn read_manoeuvres(
         .map(|(keyword, fields)| named_tables(root, keyword, fields, &mut Doubts::default(), &mut told));
     let wrong = check_manoeuvres([&manoeuvres, &paths], variants, document, &mut told);
     let nodes = [manoeuvres, paths].concat();
-    [out, &mut *study].into_iter().for_each(|out| leave_made_out(&nodes, &wrong, out));
+    leave_made_out(&nodes, &wrong, document, [out, &mut *study]);
     study.extend(told);
 }
 

@@ -36,6 +36,8 @@ pub struct NamedTerms {
     pub laws: Vec<(String, String)>,
     /// What constraints prescribe, by element; and how it is written.
     pub functions: BTreeMap<String, TimeFunction>,
+    /// Numbers that laws of torque name, as they are written.
+    pub named_in_laws: Vec<(String, Exact, Dimension)>,
     /// Parameters that the elements use.
     pub used: Vec<String>,
 }
@@ -83,6 +85,7 @@ impl Document {
                             (false, true) if instance.body() == Some(Domain::Number) => format!("{element}_rate"),
                             _ => element,
                         };
+                        out.named_in_laws.extend(constants(&law));
                         out.laws.push((element.clone(), law.expression.text().to_string()));
                         NamedTerm { element, term: Term::Input { along, kind: InputKind::Disturbance } }
                     }
@@ -99,6 +102,14 @@ impl Document {
         }
         out
     }
+}
+
+/// The numbers that a formula names.
+pub fn constants(formula: &equations::Formula) -> impl Iterator<Item = (String, Exact, Dimension)> {
+    formula.names.iter().filter_map(|(name, meaning)| match meaning {
+        equations::Meaning::Constant(value, dimension) => Some((name.clone(), value.clone(), *dimension)),
+        _ => None,
+    })
 }
 
 impl NamedTerms {

@@ -4,7 +4,7 @@ use faer::linalg::solvers::SolveLstsq;
 use faer::{Mat, linalg::solvers::Qr};
 use kardan_rt::Operator;
 
-use super::{Motion, Reduced};
+use super::{Motion, Reduced, contacts};
 use crate::equations::{Hold, Kept};
 use crate::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Rationals, Symbol, lower};
 use crate::num::{Matrix, Random, Rational, Scalar, echelon, rational_from_f64, rational_to_f64};
@@ -47,6 +47,8 @@ pub struct Equilibria {
     pub constant: Option<(usize, f64)>,
     /// The smallest of the largest torques that was come to, with its place, where none was found.
     pub best: Option<(Vec<f64>, f64)>,
+    /// An equilibrium that lies beyond a rigid stop, with the number of that hold: it is none.
+    pub beyond: Option<(Vec<f64>, usize)>,
 }
 
 /// A position that inputs hold at rest, as far as they can.
@@ -497,7 +499,7 @@ pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
 fn with_stops(reduced: &Reduced, start: &[f64], stops: &[usize]) -> Equilibria {
     let (statics, r) = (Statics::new(reduced, (&[], &[]), stops, start), reduced.degrees_of_freedom());
     let free: Vec<usize> = (0..r).filter(|k| !statics.active.contains(k)).collect();
-    let mut out = Equilibria { found: Vec::new(), free, constant: None, best: None };
+    let mut out = Equilibria { found: Vec::new(), free, constant: None, best: None, beyond: None };
     out.constant = statics.constant();
     if out.constant.is_some() {
         return out;
@@ -519,6 +521,14 @@ fn with_stops(reduced: &Reduced, start: &[f64], stops: &[usize]) -> Equilibria {
         let (currents, held) = rest.split_at(statics.counters.len());
         let (multipliers, pushes) = held.split_at(held.len() - stops.len());
         if pushes.iter().any(|push| *push < 0.0) {
+            continue;
+        }
+        // What a stop keeps from being reached rests nowhere.
+        let passed = contacts(reduced, &position).into_iter().find(|one| !one.soft && one.is_passed());
+        if let Some(one) = passed.filter(|one| !stops.contains(&one.hold)) {
+            if statics.is_settled(&found) && out.beyond.is_none() {
+                out.beyond = Some((position, one.hold));
+            }
             continue;
         }
         let near = |a: &f64, b: &f64| (a - b).abs() <= SAME * a.abs().max(1.0);

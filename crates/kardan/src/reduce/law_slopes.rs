@@ -1,7 +1,8 @@
 //! Torques that expressions give, around a position at rest.
 
-use super::{Kinematics, Motion, Reduced, Step, kinematics};
+use super::{Kinematics, Motion, Reduced, Step, kinematics, pressed_cushions};
 use crate::assemble::Equations;
+use crate::equations::Hold;
 use crate::expr::{Expr, Floating, Interval, Intervals, Rationals, Style, Symbol, lower, printed};
 use crate::num::{Rational, SparseRow, rational_from_f64, rational_to_f64};
 
@@ -85,6 +86,12 @@ pub fn geometric_stiffness(reduced: &Reduced, point: &OperatingPoint, laws: &[La
         let row = spring.row_f64();
         let twist = row.iter().map(|(k, x)| x * numeric.angles[*k]).sum::<f64>() - spring.value.rest.to_f64();
         act(&row, -spring.value.stiffness.to_f64() * twist);
+    }
+    for one in pressed_cushions(reduced, position) {
+        let hold = &equations.holds[one.hold];
+        if let Hold::Cushion { stiffness, .. } = &hold.value {
+            act(&hold.row_f64(), -stiffness.to_f64() * one.gap);
+        }
     }
     let mut out = Vec::new();
     for step in reduced.steps.iter().rev() {

@@ -4,6 +4,7 @@
 //! each can be evaluated in closed form. The result is a plan that floating point executes without decisions.
 
 mod constraint_torques;
+mod contacts;
 mod dynamics;
 mod equilibrium;
 mod equilibrium_rows;
@@ -27,6 +28,7 @@ mod relaxation;
 mod slipping;
 
 pub use constraint_torques::Acting;
+pub use contacts::{Contact, contacts, pressed_cushions};
 pub use dynamics::{Dynamics, Extension, MotionPlan, Work};
 pub use equilibrium::{Equilibria, Equilibrium, Held, STARTS, equilibria, held};
 pub use equilibrium_rows::{NoEquilibrium, equilibrium_rows};

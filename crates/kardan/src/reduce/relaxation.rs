@@ -19,7 +19,12 @@ pub enum NoRelaxation {
     /// The ratio of a transmission changes with its angle.
     Bends,
     /// Frictions act along them beside dampers, or more of them than there are motions.
-    Friction(Vec<String>),
+    Friction {
+        /// Elements of the frictions.
+        frictions: Vec<String>,
+        /// Elements of dampers along them.
+        dampers: Vec<String>,
+    },
     /// Springs hold a motion that slips against one that relaxes: these frictions.
     Coupled(Vec<String>),
     /// Frictions along them hold more at rest than in motion.
@@ -65,6 +70,14 @@ fn projected<'a>(rows: impl Iterator<Item = &'a Vec<(usize, Rational)>>, basis: 
     Matrix::from_fn(rows.len(), basis.columns(), |i, j| sum(rows[i], j))
 }
 
+/// Frictions along motions of all coordinates, with the dampers there.
+fn not_alone(reduced: &Reduced, frictions: Vec<String>, motions: &Matrix<Rational>) -> NoRelaxation {
+    let dampers = &reduced.equations.dampers;
+    let felt = projected(dampers.iter().map(|term| &term.row), motions);
+    let own = (0..dampers.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero()));
+    NoRelaxation::Friction { frictions, dampers: own.map(|k| dampers[k].element.clone()).collect() }
+}
+
 /// Takes the motions without inertia of a model apart from the others, exactly; `None` if there are none.
 ///
 /// Where dampers act along them, they relax; where as many frictions as motions do and no damper, they slip.
@@ -108,7 +121,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
         Matrix::zeros(r, 0)
     } else {
         slips(&model.damping.multiply(&directions), &felt, &directions, damped.columns())
-            .ok_or_else(|| NoRelaxation::Friction(names()))?
+            .ok_or_else(|| not_alone(reduced, names(), &model.basis.multiply(&directions)))?
     };
     if damped.columns() > 0 && definiteness(&own) != Definiteness::Positive {
         return Err(NoRelaxation::Damping);

@@ -99,6 +99,9 @@ const LEAST_LOOKS: usize = 2;
 pub const UNJAM: &str = "Give it less loss (a larger `efficiency_back`), more inertia before it or less behind it, or let a spring carry the load";
 /// Part of a step to which an event is located that the step is to be shortened for.
 const ROUGHLY: f64 = 1e-6;
+/// Part of a step of series before which an event is looked for once more, in a step that is so many times as long as the time until it.
+const EARLY: f64 = 1e-3;
+const CLOSER: f64 = 4.0;
 /// Steps of regula falsi towards an event.
 const FALSE_POSITIONS: usize = 30;
 /// Widenings of the interval about a zero until the modes agree that the event lies in it.
@@ -1118,6 +1121,35 @@ impl RunningLoop {
             self.hold_to_series();
         }
         let length = length.min(self.solver.time() - self.solver.previous_time());
+        let found = self.find_event_within(length)?;
+        Some(self.find_closer(found))
+    }
+
+    /// An event near the begin of a step of series once more, in a step that ends soon behind it: what rounding makes of a speed is judged by the
+    /// speeds of the step, and those at its end may be far larger. Where there is none, what was found stays.
+    fn find_closer(&mut self, mut found: f64) -> f64 {
+        while let Integrator::Taylor(solver) = &mut self.solver {
+            let (from, to) = (solver.previous_time(), solver.time());
+            let end = from + CLOSER * (found - from);
+            if !(found - from < EARLY * (to - from) && found < end) {
+                break;
+            }
+            solver.end_at(end);
+            let Some(at) = self.find_event_within(end - from) else {
+                if let Integrator::Taylor(solver) = &mut self.solver {
+                    solver.end_at(to);
+                }
+                self.machine.measure_step(to - from, self.solver.previous_state(), self.solver.state());
+                self.leaves(found);
+                break;
+            };
+            found = at;
+        }
+        found
+    }
+
+    /// [`find_event`](Self::find_event) in the step as it is.
+    fn find_event_within(&mut self, length: f64) -> Option<f64> {
         match self.solver.prospect(&mut self.machine) {
             Prospect::Stays => return None,
             Prospect::Leaves(part) => {
@@ -1499,10 +1531,14 @@ impl RunningLoop {
                 let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
                 let what = self.machine.not_finite(at, &self.state, names);
                 match what {
+                    // Of finite numbers no operation makes this but one without a value.
+                    Some(what) if what.ends_with(" is NaN") && what.contains(", as ") => format!(
+                        "{what}: it has no value there. Keep what it is of where it has one, such as by `max(0, ...)` or `if(...)`"
+                    ),
                     Some(what) => format!("{what}: {diverges}, or the inertia becomes singular"),
                     None => format!(
-                        "within the next step, however short, the equations have no finite value: {diverges}, or the inertia becomes \
-                         singular"
+                        "within the next step, however short, the equations have no finite value: {diverges}, a function has \
+                         no value there, such as a square root of less than zero, or the inertia becomes singular"
                     ),
                 }
             }

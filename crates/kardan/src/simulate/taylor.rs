@@ -267,6 +267,14 @@ impl Taylor {
         self.counts.rejected += 1;
     }
 
+    /// Ends the last step at a time that its series reaches; what is known of the length of steps stays.
+    pub(super) fn end_at(&mut self, time: f64) {
+        self.time = time;
+        let mut state = std::mem::take(&mut self.state);
+        self.interpolate(time, &mut state);
+        self.state = state;
+    }
+
     /// Looks what rounding makes of the last step, once in a while: the lengths of steps do not depend on it.
     pub(super) fn look_at_rounding(&mut self, mut rates: impl FnMut(f64, &[f64], &mut [f64])) {
         if !self.counts.accepted.is_multiple_of(LOOK_AT_ROUNDING) {

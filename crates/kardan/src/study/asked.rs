@@ -66,8 +66,8 @@ pub(super) fn figures_and_requirements(
     let reader = &TableReader::new(known.document, &[]);
     let reading = Measuring { known, reader, variants: &names, ends: &ends };
     let mut figures = Vec::new();
-    for table in &known.document.figures {
-        let found = figure(&reading, table, &figures, out);
+    for number in 0..known.document.figures.len() {
+        let found = figure(&reading, number, &figures, out);
         figures.extend(found);
     }
     let requirements = known.document.requirements.iter().filter_map(|table| reading.bounded(table, &figures, out));
@@ -76,7 +76,9 @@ pub(super) fn figures_and_requirements(
 }
 
 /// A number of each run that a table asks for; what is wrong with it is reported.
-fn figure(reading: &Measuring<'_>, table: &Table, before: &[Figure], out: &mut Vec<Diagnostic>) -> Option<Figure> {
+fn figure(reading: &Measuring<'_>, number: usize, before: &[Figure], out: &mut Vec<Diagnostic>) -> Option<Figure> {
+    let (earlier, rest) = reading.known.document.figures.split_at(number);
+    let table = rest.first()?;
     let name = read_word(table, "name")?.to_string();
     let what = format!("figure `{name}`");
     let place = TableReader::place(table, "name");
@@ -97,7 +99,7 @@ fn figure(reading: &Measuring<'_>, table: &Table, before: &[Figure], out: &mut V
     reading.alone(table, "value", &what, out);
     let text = read_word(table, "value")?.to_string();
     let place = TableReader::place(table, "value");
-    let dimension = dimension_of(&text, before, reading.known, (&what, &place), out)?;
+    let dimension = dimension_of(&text, (before, earlier), reading.known, (&what, &place), out)?;
     let display = told_in(table, dimension, &what, out);
     Some(Figure {
         name,
@@ -122,7 +124,7 @@ fn taken(name: &str, before: &[Figure], known: &Known<'_>) -> Option<&'static st
 /// The dimension of an expression of figures and parameters; what is wrong with it is reported.
 fn dimension_of(
     text: &str,
-    before: &[Figure],
+    (before, earlier): (&[Figure], &[Table]),
     known: &Known<'_>,
     (what, place): (&str, &Place),
     out: &mut Vec<Diagnostic>,
@@ -136,11 +138,12 @@ fn dimension_of(
     let reader = TableReader::new(known.document, &[]);
     let there = |name: &str| before.iter().any(|figure| figure.name == name) || reader.exact_value(name).is_some();
     if let Some(name) = law.names().into_iter().find(|name| !there(name)) {
-        let later = |table: &Table| read_word(table, "name") == Some(name);
-        if known.document.doubts.has_key(name) || known.document.figures.iter().any(later) && doubtful(name, known) {
+        let named = |table: &Table| read_word(table, "name") == Some(name);
+        // One that stands before it has a mistake of its own.
+        if known.document.doubts.has_key(name) || earlier.iter().any(named) {
             return None;
         }
-        let help = match known.document.figures.iter().any(later) {
+        let help = match known.document.figures.iter().any(named) {
             true => format!("write `[[figure]]` of `{name}` above it"),
             false => match nearest(name, before.iter().map(|figure| figure.name.as_str())) {
                 Some(near) => format!("did you mean `{near}`?"),
@@ -162,12 +165,6 @@ fn dimension_of(
             None
         }
     }
-}
-
-/// Whether a figure could not be read, which is told.
-fn doubtful(name: &str, known: &Known<'_>) -> bool {
-    let named = |table: &&Table| read_word(table, "name") == Some(name);
-    known.document.figures.iter().find(named).is_some_and(|table| !table.unread.is_empty())
 }
 
 /// The unit in which a figure is told.

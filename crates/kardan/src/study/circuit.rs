@@ -83,12 +83,20 @@ fn path<'m>(forest: &[&'m Branch<'m>], from: &str, to: &str) -> Option<Vec<&'m s
     None
 }
 
+/// What a branch of a loop without inductance is labelled with.
+const NO_INDUCTANCE: &str = "no inductance";
+
+/// Whether a mistake is that of [`massless_loop`].
+pub(super) fn is_loop(mistake: &Diagnostic) -> bool {
+    mistake.labels.iter().any(|label| label.text == NO_INDUCTANCE)
+}
+
 /// A loop of branches whose current could change without limit.
 pub(super) fn massless_loop(document: &Document, branches: &[impl AsRef<str>]) -> Diagnostic {
     let mut names: Vec<&str> = branches.iter().map(AsRef::as_ref).collect();
     names.sort_unstable();
     let message = format!("the loop through {} has no inductance", quoted(names.iter().copied()));
-    at_all(document, names.iter().copied(), "no inductance", Diagnostic::error("model::massless", message))
+    at_all(document, names.iter().copied(), NO_INDUCTANCE, Diagnostic::error("model::massless", message))
         .help("put an inductor into this loop; a real one has the inductance of its wires, some 1 uH per metre")
 }
 

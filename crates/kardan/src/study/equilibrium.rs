@@ -74,6 +74,13 @@ impl Rest {
             return Err(format!("there is no equilibrium: along `{name}` {torque} {unit} act wherever it is"));
         }
         let Some(first) = all.found.first() else {
+            if let Some((position, hold)) = &all.beyond {
+                return Err(format!(
+                    "the equilibrium {} lies beyond the stop of `{}`, which nothing can pass, and none was found that rests on it",
+                    place(position),
+                    reduced.equations.holds[*hold].element
+                ));
+            }
             let (best, residual) = all.best.unwrap_or_default();
             if residual == 0.0 && !best.is_empty() {
                 return Err(format!(

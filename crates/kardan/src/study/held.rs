@@ -1,7 +1,7 @@
 //! Motions without inertia in runs: eliminated where springs alone hold them, states of first order where dampers do, else refused by name.
 
 use super::checks::check_matrices;
-use super::circuit::massless_loop;
+use super::circuit::{is_loop, massless_loop};
 use super::places::{place_of, places_in_control};
 use crate::analysis::combination;
 use crate::assemble::Equations;
@@ -43,6 +43,7 @@ fn beside_kept(equations: &Equations, element: String) -> Refusal {
 }
 
 const GIVE_INERTIA: &str = "give one of these shafts an inertia";
+const GIVE_INDUCTANCE: &str = "put an inductance into this loop: each winding has one, `inductance` of a `dc_motor`, or an inductor (wires have some 1 uH per metre)";
 
 /// The model of a run in which motions without inertia follow from springs or relax against dampers; `massless` is what is told of
 /// these motions where something else holds them.
@@ -59,6 +60,7 @@ pub(super) fn without_massless(
             let told = if branches.is_empty() { massless.to_vec() } else { vec![massless_loop(document, &branches)] };
             out.extend(told.into_iter().map(|mut mistake| {
                 mistake.message += &format!("; {why}");
+                let help = if help == GIVE_INERTIA && is_loop(&mistake) { GIVE_INDUCTANCE } else { help };
                 let mistake = kept
                     .iter()
                     .fold(mistake, |mistake, element| mistake.at(place_of(document, element), "this constraint"));
@@ -143,12 +145,21 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
                 "beside transmissions whose ratio changes with the angle such motions do not run".into(),
                 GIVE_INERTIA,
             ),
-            NoRelaxation::Friction(elements) => refusal(
+            NoRelaxation::Friction { frictions, dampers } if dampers.is_empty() => refusal(
                 format!(
-                    "the friction of {} acts along it, which runs only where each such motion has one friction of its own, and no damper",
-                    list(&elements)
+                    "the frictions of {} act along it, and without inertia each motion runs with one friction of its own",
+                    list(&frictions)
                 ),
-                "give one of these shafts an inertia, or let the friction act on one that has",
+                "write frictions between the same shafts as one, or give one of these shafts an inertia",
+            ),
+            NoRelaxation::Friction { frictions, dampers } => refusal(
+                format!(
+                    "the friction of {} and the damping of {} act along it together: without inertia a motion runs with springs and dampers, or with springs \
+                     and one friction of its own",
+                    list(&frictions),
+                    list(&dampers)
+                ),
+                "take out the damping or the friction along it, or give one of these shafts an inertia",
             ),
             NoRelaxation::Coupled(elements) => refusal(
                 format!(

@@ -10,7 +10,7 @@ use super::places::{at_each, place_of};
 use super::{AnalysisSpec, Prepared, PreparedVariant};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::entries::Place;
-use crate::equations::InputKind;
+use crate::equations::{InputKind, Kept};
 use crate::expr::Expr;
 use crate::model::{ControlSpec, Document, TableReader};
 use crate::num::{Matrix, Rational, echelon};
@@ -106,7 +106,8 @@ pub(super) fn begin_on_rows(
     out: &mut Vec<Diagnostic>,
 ) -> Vec<String> {
     let equations = &reduced.equations;
-    if equations.kept.is_empty() {
+    // Of what contradicts itself nothing follows.
+    if equations.kept.is_empty() || out.iter().any(|told| told.code == "scenario::contradiction") {
         return Vec::new();
     }
     match start_on_rows(reduced, &rows_of(given), &scenario.position, &scenario.speed) {
@@ -129,6 +130,14 @@ pub(super) fn begin_on_rows(
             Vec::new()
         }
     }
+}
+
+/// What a kept row prescribes at the start, if it is a speed, in words.
+fn prescribed_speed(reduced: &Reduced, row: usize) -> String {
+    let kept = &reduced.equations.kept[row];
+    let Kept::Speed(_, function) = &kept.law else { return String::new() };
+    let unit = reduced.equations.domain_of_kept(kept).unwrap_or_default().motion()[1].unit();
+    format!(", which prescribes {} {unit}", function.value(0.0))
 }
 
 /// Why a run has no start on the kept rows.
@@ -177,9 +186,10 @@ fn no_start(document: &Document, reduced: &Reduced, given: &[Entry], error: &NoS
             help = "take one of them out: what is not given follows; or give values that agree";
             (
                 format!(
-                    "`initial` of `[scenario]`: {written} contradict{} {}",
+                    "`initial` of `[scenario]`: {written} contradict{} {}{}",
                     if own.len() == 1 { "s" } else { "" },
-                    names(&[*row])
+                    names(&[*row]),
+                    prescribed_speed(reduced, *row)
                 ),
                 &vec![*row],
             )

@@ -25,6 +25,10 @@ impl Known<'_> {
         if name.word.is_none() && doubts.references || doubts.all {
             return true;
         }
+        // What a block answers is not known while another one has a mistake.
+        if self.document.moves(signal) || self.document.moves(head) {
+            return true;
+        }
         let doubted = |name: &str| doubts.has(name) || self.doubtful.contains(name);
         let doubtful = doubted(head);
         // A branch in doubt may name any node.

@@ -625,8 +625,9 @@ fn design_model(
                 .help("for its design it is where it begins, at rest, and the motion disturbs the loop"),
         );
     }
-    let of_time: Vec<&str> =
-        reduced.equations.laws.iter().filter(|law| law.value.is_of_time()).map(|law| law.element.as_str()).collect();
+    let left_out = left_out(document, control, out)?;
+    let laws = reduced.equations.laws.iter().filter(|law| law.value.is_of_time() && !left_out.contains(&law.element));
+    let of_time: Vec<&str> = laws.map(|law| law.element.as_str()).collect();
     if !of_time.is_empty() {
         let message =
             format!("control `{}` knows the torque of {} as it is at time zero", control.name, quoted(of_time));
@@ -636,7 +637,6 @@ fn design_model(
                 .help("a torque that it is not to know is a `disturbance` with a function of time"),
         );
     }
-    let left_out = left_out(document, control, out)?;
     if control.design.is_empty() && left_out.is_empty() {
         return plant_at(document, control, reduced.clone(), asked, out);
     }

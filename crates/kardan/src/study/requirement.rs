@@ -142,8 +142,28 @@ fn in_digits(number: f64) -> String {
     if number == 0.0 || (1e-4..1e7).contains(&number.abs()) { number.to_string() } else { format!("{number:e}") }
 }
 
+/// What a measure is of: its target in the unit of the signal, and its band; nothing of one that has none.
+fn aim(requirement: &Requirement, unit: &str) -> String {
+    let Requirement { measure, target, band, .. } = requirement;
+    let with_unit = |value: f64| format!("{} {unit}", in_digits(in_15_digits(value))).trim_end().to_string();
+    let target = match (measure, target) {
+        (Measure::Overshoot | Measure::RiseTime | Measure::SettlingTime | Measure::Iae, Some(target)) => {
+            with_unit(*target)
+        }
+        (Measure::Overshoot | Measure::RiseTime | Measure::SettlingTime, None) => "its last value".to_string(),
+        (Measure::Iae, None) => "0".to_string(),
+        _ => return String::new(),
+    };
+    let band = match band.filter(|_| matches!(measure, Measure::RiseTime | Measure::SettlingTime)) {
+        None => String::new(),
+        Some(Band::Size(size)) => format!(" ± {}", with_unit(size)),
+        Some(Band::Part(part)) => format!(" ± {} % of the way", in_digits(in_15_digits(100.0 * part))),
+    };
+    format!(" (to {target}{band})")
+}
+
 /// What is measured, in words.
-fn described(requirement: &Requirement, ran: &Ran<'_>) -> String {
+fn described(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> String {
     let Requirement { signal, measure, figure, over, at, frequency, from, until, .. } = requirement;
     if let Some(figure) = figure {
         return figure.clone();
@@ -159,7 +179,10 @@ fn described(requirement: &Requirement, ran: &Ran<'_>) -> String {
             format!("time of {} at its {what} limit", motor_of(signal).unwrap_or(signal))
         }
         (_, _, Some(frequency)) => format!("{} {signal}{over} at {frequency} Hz", measure.word()),
-        _ => format!("{} {signal}{over}", measure.word()),
+        _ => {
+            let own = series.signal(signal).map_or("", |found| found.physical.unit());
+            format!("{} {signal}{over}{}", measure.word(), aim(requirement, own))
+        }
     };
     if *from == 0.0 && until.is_infinite() {
         return name;
@@ -179,7 +202,7 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>, f
     let passed = complete
         && below.is_none_or(|bound| measured.is_some_and(|measured| measured < bound))
         && above.is_none_or(|bound| measured.is_some_and(|measured| measured > bound));
-    let name = described(requirement, ran);
+    let name = described(requirement, series, ran);
     let told = display.as_ref().map_or(unit.as_str(), |display| &display.unit);
     let bound =
         |bound: &Option<f64>| bound.map(|bound| in_digits(display.as_ref().map_or(bound, |unit| written(bound, unit))));
@@ -187,8 +210,9 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>, f
         (Some(above), Some(below)) => format!("{above} < {name} < {below} {told}"),
         (Some(above), None) => format!("{name} > {above} {told}"),
         (None, Some(below)) => format!("{name} < {below} {told}"),
-        (None, None) => name.to_string(),
+        (None, None) => name,
     };
+    let text = text.trim_end().to_string();
     let note = match found {
         Err(why) if complete => Some(format!("`{text}` has no value: {why}")),
         Ok(Measured { value, grid }) if [below, above].iter().any(|bound| near(**bound, value, grid)) => {
@@ -211,7 +235,10 @@ fn near(bound: Option<f64>, value: f64, grid: f64) -> bool {
 
 /// A bound in the unit of the file, without the digits that the change of units rounded: 15 remain.
 fn written(bound: f64, unit: &DisplayUnit) -> f64 {
-    let value = unit.of(bound);
+    in_15_digits(unit.of(bound))
+}
+
+fn in_15_digits(value: f64) -> f64 {
     format!("{value:.14e}").parse().unwrap_or(value)
 }
 

@@ -8,7 +8,7 @@ use super::checks::signals_of;
 use super::equilibrium::Rest;
 use super::kept::nothing_free;
 use super::others::{others, state_name};
-use super::stops::beyond_in_words;
+use super::stops::{beyond_in_words, contacts_in_words};
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::TransmissionRow;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -76,6 +76,7 @@ impl WorkingPoint {
         let position = working_position(variant, position, notes)?;
         notes.extend(beyond_in_words(reduced, &position));
         let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
+        notes.extend(contacts_in_words(reduced, &position, &stuck));
         let system = match variant.unfrozen {
             Some(_) => ConstrainedSystem::held(reduced, &variant.point, &stuck, &inputs),
             None => ConstrainedSystem::at(reduced, &position, &stuck, &inputs),

@@ -1,32 +1,50 @@
-//! Rigid stops that a position lies beyond.
+//! Stops at a position: rigid ones that it lies beyond, and those that are touched or pressed.
+
+use std::collections::BTreeSet;
 
 use super::places::place_of;
-use crate::diagnostics::Diagnostic;
-use crate::equations::Hold;
+use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Document, TableReader};
-use crate::reduce::{Kinematics, Reduced};
-
-/// By how much a stop may be passed that counts as touched, relative to what its gap is the difference of.
-const TOUCHED: f64 = 1e-9;
+use crate::reduce::{Contact, Reduced, contacts};
 
 /// Each rigid stop that a reduced position (rad, m) lies beyond: its element, by how much, and the unit of that.
 fn beyond<'a>(reduced: &'a Reduced, position: &[f64]) -> Vec<(&'a str, f64, &'static str)> {
     let equations = &reduced.equations;
-    let is_stop = |value: &Hold| matches!(value, Hold::Stop { .. });
-    if !equations.holds.iter().any(|hold| is_stop(&hold.value)) {
-        return Vec::new();
-    }
-    let mut kinematics = Kinematics::new(reduced);
-    kinematics.update(position, &vec![0.0; position.len()]);
-    let passed = equations.holds.iter().filter_map(|hold| {
-        let Hold::Stop { offset, .. } = &hold.value else { return None };
-        let parts = hold.row_f64().into_iter().map(|(k, a)| a * kinematics.angles[k]);
-        let (sum, size) = parts.fold((0.0, 0.0), |(sum, size), part| (sum + part, size + part.abs()));
-        let (gap, size) = (sum - offset.to_f64(), size + offset.to_f64().abs());
-        let unit = equations.domain_of(hold).motion()[0].unit();
-        (gap < -TOUCHED * size).then_some((hold.element.as_str(), -gap, unit))
+    let passed = contacts(reduced, position).into_iter().filter(|one| !one.soft && one.is_passed());
+    let told = passed.map(|one| {
+        let hold = &equations.holds[one.hold];
+        (hold.element.as_str(), -one.gap, equations.domain_of(hold).motion()[0].unit())
     });
-    passed.collect()
+    told.collect()
+}
+
+/// What an analysis makes of stops at an operating point: soft ones that are pressed act, those that are just touched are open.
+pub(super) fn contacts_in_words(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> Vec<String> {
+    let found = contacts(reduced, position);
+    let names = |own: &dyn Fn(&&Contact) -> bool| {
+        let holds = found.iter().filter(own).map(|one| reduced.equations.holds[one.hold].element.as_str());
+        holds.filter(|name| !stuck.contains(*name)).collect::<BTreeSet<&str>>()
+    };
+    let (pressed, touched) = (names(&|one| one.soft && one.is_passed()), names(&|one| !one.soft && one.is_touched()));
+    let mut out = Vec::new();
+    if !pressed.is_empty() {
+        out.push(format!(
+            "{} pressed at the operating point: stiffness and damping of the contact are part of the model, which holds as long as it is not left",
+            is_or_are(&pressed)
+        ));
+    }
+    if !touched.is_empty() {
+        let list = touched.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+        out.push(format!(
+            "{} touched at the operating point and looked at as if open there: with `stuck = [{list}]` in `[analysis]` the contact holds",
+            is_or_are(&touched)
+        ));
+    }
+    out
+}
+
+fn is_or_are(names: &BTreeSet<&str>) -> String {
+    format!("{} {}", quoted(names.iter().copied()), if names.len() == 1 { "is" } else { "are" })
 }
 
 /// The mistake that a run begins beyond a rigid stop.

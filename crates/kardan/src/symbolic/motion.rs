@@ -221,10 +221,8 @@ impl Walk<'_> {
         self.out.angles.push((shaft, known.angle.clone()));
         let speed = self.rate(&known.basis, Symbol::Speed).plus(&known.drift);
         self.out.speeds.push((shaft, speed));
-        if !known.bias.is_zero() {
-            let acceleration = self.rate(&known.basis, Symbol::Acceleration).plus(&known.bias);
-            self.out.accelerations.push((shaft, acceleration));
-        }
+        let acceleration = self.rate(&known.basis, Symbol::Acceleration).plus(&known.bias);
+        self.out.accelerations.push((shaft, acceleration));
         self.known[shaft] = known;
     }
 
@@ -383,7 +381,15 @@ impl Walk<'_> {
     }
 
     fn finish(self) -> SymbolicMotion {
-        let Walk { letters, assumed, mut out, .. } = self;
+        let Walk { letters, assumed, known, mut out, .. } = self;
+        // Of what follows the acceleration is told where it is more than that of the speed says, or where something is written with it.
+        let told = std::mem::take(&mut out.accelerations);
+        let used = letters.within(out.all());
+        let is_used = |shaft: usize| {
+            used.iter().any(|letter| matches!(letters.symbol(*letter), Symbol::Acceleration(k) if *k == shaft))
+        };
+        out.accelerations =
+            told.into_iter().filter(|(shaft, _)| !known[*shaft].bias.is_zero() || is_used(*shaft)).collect();
         let each = |values: &mut Vec<Laurent>| values.iter_mut().for_each(|value| *value = letters.cancelled(value));
         let forces = [&mut out.velocity, &mut out.stiffness, &mut out.friction, &mut out.input];
         for values in forces.into_iter().chain([&mut out.held, &mut out.kept_forces]) {

@@ -21,7 +21,7 @@ mod written;
 pub use dimension::Dimension;
 pub use error::UnitError;
 pub use exact::{Exact, InNames};
-pub(crate) use expression::{Called, Kind, Node, Value};
+pub(crate) use expression::{Asked, Called, Kind, Node, Value};
 pub use expression::{Evaluated, Expression};
 pub use poles::parse_poles;
 pub use quantity::{parse_number, parse_quantity, parse_quantity_list, unit_as_written};

@@ -146,9 +146,21 @@ pub fn parse_quantity_list(text: &str) -> Result<Vec<(Exact, Dimension, String)>
 pub(super) fn check_length(text: &str, limit: usize) -> Result<(), UnitError> {
     if text.len() > limit {
         let message = format!("the text is too long: {} bytes, where at most {limit} are read", text.len());
-        return Err(UnitError::new("number::syntax", 0..text.len(), message).help("write fewer digits"));
+        return Err(UnitError::new("number::syntax", 0..text.len(), message).help(shorter(text, limit)));
     }
     Ok(())
+}
+
+/// How a text becomes shorter: by what most of it is.
+fn shorter(text: &str, limit: usize) -> &'static str {
+    let digits = text.split(|c: char| !c.is_ascii_digit()).map(str::len).max().unwrap_or_default();
+    match () {
+        () if 2 * digits > limit => "write fewer digits",
+        () if text.trim_start().starts_with('[') => "write fewer entries",
+        () => {
+            "give parts of it names under `[parameters]`, write a sum of torques as several elements, or long data as a table `[table.NAME]`"
+        }
+    }
 }
 
 /// Whether it is clear what a `/` with spaces around it divides by: in `1 / 60 s` it may be `60` or `60 s`.

@@ -21,6 +21,45 @@ fn words(class: &ConstraintClass) -> [bool; 3] {
     [class.holonomic, class.scleronomic, class.linear]
 }
 
+/// A soft stop that is pressed where a model rests is part of it, with its stiffness and damping: modes of `s² + d s + (k + c)`; open, or just touched, it is
+/// not, and what is touched is told.
+#[test]
+fn pressed_stops_are_part_of_the_model() {
+    let source = |law: &str, stop: &str| {
+        format!(
+            "[mass.a]\nmass = \"1 kg\"\n[torque.w]\nmass = \"a\"\nlaw = \"{law}\"\n[end_stop.e]\nmass_1 = \"a\"\nlower = \"-1 m\"\n{stop}"
+        )
+    };
+    let soft = "stiffness = \"98 N/m\"\ndamping = \"4 N s/m\"\n";
+    for (law, stop, pole, note) in [
+        ("-10 N - 2 N/m * a.s", soft, [-2.0, 96f64.sqrt()], "`e` is pressed at the operating point"),
+        ("-1 N - 2 N/m * a.s", soft, [0.0, 2f64.sqrt()], ""),
+        ("-10 N - 2 N/m * a.s", "", [0.0, 2f64.sqrt()], "`e` is touched at the operating point"),
+    ] {
+        let found = analysis(&source(law, stop));
+        let mode = found.modes.iter().find(|mode| mode.eigenvalue.im > 0.0).unwrap();
+        let error = (mode.eigenvalue.re - pole[0]).abs() + (mode.eigenvalue.im - pole[1]).abs();
+        assert!(error < 1e-12, "{law} {stop}: {:?}", mode.eigenvalue);
+        let told = found.notes.iter().any(|text| text.starts_with("`e` is "));
+        let expected = found.notes.iter().any(|text| !note.is_empty() && text.starts_with(note));
+        assert!(told != note.is_empty() && expected == told, "{:?}", found.notes);
+    }
+}
+
+/// A law designed where a soft stop is pressed has it in its gain and in the loop alike: poles of `s² + (d + k₂) s + c + k₁` with the gains that it shows.
+#[test]
+fn laws_are_designed_with_pressed_stops() {
+    let source = "[mass.a]\nmass = \"1 kg\"\n[end_stop.e]\nmass_1 = \"a\"\nlower = \"0 m\"\nstiffness = \"100 N/m\"\ndamping = \"1 N s/m\"\n\
+                  [torque.w]\nmass = \"a\"\nlaw = \"-10 N\"\n[motor.m]\nmass = \"a\"\n[control.c]\nlaw = \"lqr\"\ninputs = [\"m\"]\n\
+                  at = { \"a.s\" = \"-0.05 m\" }\nlargest = { m = \"10 N\", \"a.s\" = \"0.01 m\" }\n";
+    let design = study::design(source, &Default::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+    // Of s⁴ + (2·100 − 1) s² + 100² + 10⁶: the product and the sum of the two stable roots.
+    let found = design.closed_loop_poles[0];
+    let (product, sum) = (1.01e6f64.sqrt(), (2.0 * 1.01e6f64.sqrt() - 199.0).sqrt());
+    let error = (found.re * found.re + found.im * found.im - product).abs() + (2.0 * found.re + sum).abs();
+    assert!(error < 1e-6, "{found:?}");
+}
+
 /// Rows of speeds: a wheel is nonholonomic, with a witness; exact differentials, also times a factor, are not; constant ones are linear.
 #[test]
 fn frobenius_tells_rolling_from_what_has_an_integral() {

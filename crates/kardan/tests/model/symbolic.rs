@@ -647,8 +647,9 @@ Values
   r       r             0.1 m
 
 Coordinates that follow
-  cabin  = r*drum
-  cabin' = r*drum'
+  cabin   = r*drum
+  cabin'  = r*drum'
+  cabin'' = r*drum''
 
 Inertia H, symmetric
   H[drum, drum] = J_drum + m*r^2

@@ -641,3 +641,38 @@ fn tables_in_kept_rows_are_refused_and_words_are_told() {
         assert!(text.contains(line), "{line}{text}");
     }
 }
+
+/// Whatever formulas and laws name is told: accelerations of what follows beside its speeds, parameters of laws and of what holds by modes, and what these
+/// follow from.
+#[test]
+fn what_is_named_is_told() {
+    let shafts: String = ["in", "ring", "out"].map(|name| format!("[shaft.{name}]\ninertia = \"1 kg m^2\"\n")).concat();
+    let source = shafts
+        + "[parameters]\nc = \"2 N m\"\nk = \"2 * c\"\nmost = \"3 * part\"\npart = \"1 N m\"\n[planetary.p]\nsun = \"in\"\nring = \"ring\"\ncarrier = \"out\"\nsun_teeth = 30\n\
+           ring_teeth = 90\n[torque.load]\nshaft = \"ring\"\nlaw = \"-k * sin(ring.phi)\"\n[brake.b]\nshaft = \"ring\"\ntorque = \"most\"\n";
+    for coordinates in [["in", "ring"], ["in", "out"], ["ring", "out"]] {
+        let found = symbolic(&format!("[model]\ncoordinates = {coordinates:?}\n{source}"));
+        for name in ["c", "k", "part", "most"] {
+            let value =
+                found.values.iter().find(|value| value.of == name).unwrap_or_else(|| panic!("{name} has no value"));
+            assert_eq!(
+                value.value,
+                match name {
+                    "c" => 2.0,
+                    "k" => 4.0,
+                    "part" => 1.0,
+                    _ => 3.0,
+                }
+            );
+        }
+        let torques =
+            found.constraint_torques.iter().map(|torque| torque.formula.text.as_str()).collect::<Vec<_>>().concat();
+        for name in ["in", "ring", "out"].map(|name| format!("{name}''")) {
+            let is_told = found.dependents.iter().any(|one| one.symbol.text == name);
+            assert!(
+                !torques.contains(&name) || is_told || coordinates.iter().any(|own| format!("{own}''") == name),
+                "{name}"
+            );
+        }
+    }
+}

@@ -11,6 +11,33 @@ fn measured(run: &Run, number: usize) -> f64 {
     run.requirements[number].measured.unwrap_or(f64::NAN)
 }
 
+/// A row says what it measures against: the target, in the unit of the signal, and the band.
+#[test]
+fn rows_say_the_target_and_the_band() {
+    let requirement = |keys: &str| format!("[[requirement]]\nsignal = \"my-shaft.phi\"\n{keys}\n");
+    let source = [
+        PUSHED,
+        &requirement("measure = \"settling_time\"\ntarget = \"2 rad\"\nband = \"5 %\"\nbelow = \"6 s\""),
+        &requirement("measure = \"settling_time\"\nband = \"0.1 rad\"\nbelow = \"6 s\""),
+        &requirement("measure = \"overshoot\"\ntarget = \"0.3 rad\"\nbelow = \"20 %\""),
+        &requirement("measure = \"iae\"\ntarget = \"0.1 rad\"\nbelow = \"6 rad s\""),
+        &requirement("measure = \"max\"\nbelow = \"6 rad\""),
+    ]
+    .concat();
+    let study = study_of(&source);
+    let rows: Vec<&str> = study.runs[0].requirements.iter().rev().take(5).map(|row| row.text.as_str()).collect();
+    assert_eq!(
+        rows,
+        [
+            "max my-shaft.phi < 6 rad",
+            "iae my-shaft.phi (to 0.1 rad) < 6 s rad",
+            "overshoot my-shaft.phi (to 0.3 rad) < 0.2",
+            "settling_time my-shaft.phi (to its last value ± 0.1 rad) < 6 s",
+            "settling_time my-shaft.phi (to 2 rad ± 5 % of the way) < 6 s",
+        ]
+    );
+}
+
 /// A shaft of 1 kg m² under 2 N m from the start: w = 2 t, phi = t², power 4 t, energy 2 t².
 const PUSHED: &str = r#"
 [parameters]

@@ -69,6 +69,24 @@ fn a_bouncing_ball_comes_to_rest() {
     }
 }
 
+/// Where nothing bounds a step of series, as in a long run, the speeds at its end are far above those of the last blows: the ball comes to rest all the same.
+#[test]
+fn a_ball_comes_to_rest_in_long_runs() {
+    for (duration, e) in [(60.0, 0.7), (1000.0, 0.7), (3600.0, 0.9)] {
+        let source = ball(&format!("restitution = {e}"))
+            .replace("3 s", &format!("{duration} s"))
+            .replace("10 ms", &format!("{} s", duration / 100.0));
+        for method in METHODS {
+            let run = by(&source, method);
+            let rests = (2.0 * 0.8 / 10.0_f64).sqrt() * (1.0 + e) / (1.0 - e);
+            let what = format!("{method:?} {duration} s");
+            near(time_of(&run, "ground is rested on"), rests, 1e-8, &what);
+            near(run.energy.dissipated, 16.0, 1e-9, &what);
+            assert!(run.effort.events < 600, "{what}: {:?}", run.effort);
+        }
+    }
+}
+
 /// Elastic blows lose nothing: after a thousand of them the ball is as high as before.
 #[test]
 fn elastic_blows_lose_nothing() {
@@ -576,6 +594,22 @@ fn a_blow_without_loss_loses_nothing() {
             near(last(&run, "b.v"), 2.0 * mean - v2, 1e-12, &source);
         }
     }
+}
+
+/// What rests beyond a rigid stop rests nowhere: equilibria are those within, or on the stop.
+#[test]
+fn equilibria_lie_within_rigid_stops() {
+    // A spring that relaxes at −5 m, beyond the stop: it rests on that; nothing does where it is drawn away from both.
+    let spring = "[mass.a]\nmass = \"1 kg\"\n[torque.g]\nmass = \"a\"\nlaw = \"-10 N - 2 N/m * a.s\"\n[end_stop.k]\nmass_1 = \"a\"\nlower = \"-1 m\"\n";
+    let run = "[scenario]\nduration = \"1 s\"\nstart = \"equilibrium\"\n";
+    for method in METHODS {
+        let run = by(&format!("{spring}{run}"), method);
+        assert!(signal(&run, "a.s").iter().all(|value| *value == -1.0));
+    }
+    let unstable = spring.replace("-10 N - 2 N/m * a.s", "10 N + 2 N/m * a.s");
+    let told = study::check(&format!("{unstable}{run}"));
+    let words = "the equilibrium a.s = -5.000000 m lies beyond the stop of `k`, which nothing can pass";
+    assert!(told.len() == 1 && told[0].message.contains(words), "{told:?}");
 }
 
 /// A weight of 9.81 N rests on a rigid stop where it is, on a soft one of 1 kN/m 9.81 mm below, on a spring with 2 mm of play one more

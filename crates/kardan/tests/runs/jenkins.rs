@@ -164,7 +164,10 @@ fn what_jumps_is_refused() {
     };
     refused("[motor.push]\nshaft = \"m1\"\n", &["`m1`", "`f1`", "`push`", "jump"]);
     refused(&scenario(1.0, 10, "\"a.phi\" = \"0.1 rad\""), &["2.000000", "`f1`", "holds 1.0"]);
-    refused("[spring_damper.d]\nshaft_1 = \"m1\"\ndamping = \"1 N m s/rad\"\n", &["`m1`", "`f1`", "no damper"]);
+    refused(
+        "[spring_damper.d]\nshaft_1 = \"m1\"\ndamping = \"1 N m s/rad\"\n",
+        &["`m1`", "the friction of `f1` and the damping of `d` act along it together"],
+    );
     let falls = "[shaft.n]\n[spring_damper.t]\nshaft_1 = \"a\"\nshaft_2 = \"n\"\nstiffness = \"1 N m/rad\"\n\
         [spring_damper.g]\nshaft_1 = \"n\"\nfriction = \"1 N m\"\nbreakaway = \"2 N m\"\nstribeck_speed = \"1 rad/s\"\n";
     refused(falls, &["the friction of `g` falls", "`breakaway`", "not determined"]);

@@ -2,10 +2,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use kardan::results::Run;
+use kardan::results::{Outcome, Run};
 use kardan::simulate::Method;
+use kardan::study::{Project, Settings, Silent};
 
-use crate::common::{run_by, signal};
+use crate::common::{run_by, runs_only, signal};
 
 fn by(source: &str, method: Method, tolerance: f64) -> Run {
     run_by(source, method, Some(tolerance))
@@ -233,4 +234,21 @@ fn a_run_tells_which_tables_it_left() {
     let slow = source.replace("\"5 rad/s\"", "\"0.5 rad/s\"").replace("\"0.5 s\"", "\"1 s\"");
     let found = kardan::study::run(&slow, &kardan::study::Settings::default(), &kardan::study::Silent).expect("a run");
     assert!(found.runs[0].notes.iter().all(|note| !note.contains("was left")));
+}
+
+/// Where a function has no value a run ends with what it is of, by whatever method, and does not say that something grows.
+#[test]
+fn a_law_without_a_value_ends_the_run_by_name() {
+    for method in METHODS {
+        let settings = Settings { method, ..runs_only() };
+        let project = Project::open(body("-1 N m * sqrt(0.5 - t / (1 s))", [0.0, 0.0], 1.0));
+        let run = project.run(&settings, &Silent).unwrap_or_else(|why| panic!("{why:?}")).runs.remove(0);
+        let Outcome::Failed { time, cause } = &run.outcome else { panic!("{:?}", run.outcome) };
+        assert!((time - 0.5).abs() < 1e-3, "{method:?}: {cause}");
+        let named = cause.contains("square_root") && cause.contains("it has no value there");
+        let other =
+            ["a function has no value there", "changes at an infinite rate"].iter().any(|words| cause.contains(words));
+        assert!(named || other, "{method:?}: {cause}");
+        assert!(!(named && cause.contains("the inertia becomes singular")), "{method:?}: {cause}");
+    }
 }

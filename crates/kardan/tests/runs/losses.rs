@@ -55,6 +55,31 @@ fn efficiencies_hold_for_each_way_of_the_power() {
     assert!((run.energy.dissipated - lost).abs() < 1e-9 * lost, "{:?} {lost}", run.energy);
 }
 
+/// Teeth that hardly let anything through move all the same, one gear or two behind each other: 1 N m on the first of shafts of 1 kg m² with ratios of
+/// 10, or of 2 and 2, with nothing but `J/η i²` behind each.
+#[test]
+fn little_efficiency_stands_still_for_no_torque() {
+    let shafts =
+        |names: &[&str]| names.iter().map(|n| format!("[shaft.{n}]\ninertia = \"1 kg m^2\"\n")).collect::<String>();
+    let gear = |first: &str, second: &str, ratio: f64, part: f64| {
+        format!(
+            "[gear.{first}{second}]\nshaft_1 = \"{first}\"\nshaft_2 = \"{second}\"\nratio = {ratio}\nefficiency = {part:?}\n"
+        )
+    };
+    let more = "[torque.t]\nshaft = \"a\"\nlaw = \"1 N m\"\n[scenario]\nduration = \"1 s\"\n";
+    for part in [0.1, 0.009, 1e-4, 1e-6, 1e-8] {
+        let one = only(&(shafts(&["a", "b"]) + &gear("a", "b", 10.0, part) + more));
+        let expected = 1.0 / (1.0 + 0.01 / part);
+        assert!((at(&one, "a.w", 1.0) - expected).abs() < 1e-7 * expected, "{part}: {}", at(&one, "a.w", 1.0));
+        if part < 1e-4 {
+            continue;
+        }
+        let two = only(&(shafts(&["a", "b", "c"]) + &gear("a", "b", 2.0, part) + &gear("b", "c", 2.0, part) + more));
+        let expected = 1.0 / (1.0 + (1.0 + 0.25 / part) * 0.25 / part);
+        assert!((at(&two, "a.w", 1.0) - expected).abs() < 1e-7 * expected, "{part}: {}", at(&two, "a.w", 1.0));
+    }
+}
+
 /// At rest teeth hold up to their loss: a load that pushes 10 N m is held by the motor with anything from η·2.5 to 2.5/η N m.
 #[test]
 fn a_load_is_held_between_two_torques() {

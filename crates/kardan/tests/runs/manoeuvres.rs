@@ -56,14 +56,14 @@ fn a_sine_with_dwell_is_that_of_its_definition() {
     let (amplitude, f, dwell, start) = (2.0, 0.7, 0.5, 0.3);
     let run = run_by(
         &format!(
-            "[shaft.hand]\n[prescribed_motion.hands]\nshaft = \"hand\"\nangle = \"turn\"\n[shaft.other]\ninertia = \"1 kg m^2\"\n\
-             [signal.turn]\nkind = \"sine_with_dwell\"\namplitude = \"{amplitude} rad\"\nstart = \"{start} s\"\noffset = \"0.1 rad\"\n\
+            "[shaft.hand]\ninertia = \"1 kg m^2\"\n[torque.push]\nshaft = \"hand\"\nlaw = \"turn\"\n\
+             [signal.turn]\nkind = \"sine_with_dwell\"\namplitude = \"{amplitude} N m\"\nstart = \"{start} s\"\noffset = \"0.1 N m\"\n\
              [scenario]\nduration = \"4 s\"\noutput_step = \"7 ms\"\n"
         ),
         Method::Automatic,
         None,
     );
-    for (t, found) in run.series.time.iter().zip(signal(&run, "hand.phi")) {
+    for (t, found) in run.series.time.iter().zip(signal(&run, "push.tau")) {
         let x = t - start;
         let exact = match x {
             x if x < 0.0 || x > 1.0 / f + dwell => 0.0,
@@ -234,20 +234,18 @@ shaft = \"car_yaw\"
     }
 }
 
-/// The preview driver stays between the cones of ISO 3888-1 at 20 m/s, to both sides; with its hands off it does not.
+/// Drivers stay between the cones of ISO 3888-1 at 20 m/s, to both sides; with hands off nobody does.
 #[test]
-fn a_driver_follows_the_double_lane_change() {
-    let model = |side: &str, hold: f64| {
+fn drivers_follow_the_double_lane_change() {
+    let model = |kind: &str, side: &str, hold: f64| {
         format!(
             "{CAR}
 [driver.anna]
 wheel = \"wheel\"
-kind = \"preview\"
 path = \"lane\"
 car = \"car\"
-gain = \"20 deg/m\"
-preview = \"1.15 s\"
 hold = {hold}
+{kind}
 
 [manoeuvre.change]
 kind = \"double_lane_change\"
@@ -257,16 +255,56 @@ duration = \"9 s\"
 "
         )
     };
-    for side in ["left", "right"] {
-        let study = study(&model(side, 1.0));
+    // i (l + K u^2) = 16 (2.7 m + 1.28 m).
+    let two_level = "kind = \"two_level\"\ngain = \"8 deg/m\"\nbend_gain = \"64 rad m\"";
+    let preview = "kind = \"preview\"\ngain = \"17 deg/m\"\npreview = \"1.05 s\"\nreaction = \"0.1 s\"";
+    for (kind, side) in [(two_level, "left"), (two_level, "right"), (preview, "left"), (preview, "right")] {
+        let study = study(&model(kind, side, 1.0));
         let run = &study.runs[0];
-        let middle = signal(run, "anna_target");
-        let most = middle.iter().fold(0.0_f64, |most, y| if y.abs() > most.abs() { *y } else { most });
-        close(most, if side == "left" { 3.5 } else { -3.5 }, 1e-9, "offset of the lanes");
         assert!(run.requirements.iter().all(|one| one.passed), "{side}: {:?}", run.requirements);
+        let most = signal(run, "car.y").iter().fold(0.0_f64, |most, y| if y.abs() > most.abs() { *y } else { most });
+        close(most.abs(), 3.5, 0.3, "offset of the lanes");
+        assert_eq!(most > 0.0, side == "left");
+        if kind == two_level {
+            // Of lanes of 2.23 m for a car of 1.8 m 0.215 m are left on each side.
+            assert!(value(run, "change_room") > 0.1);
+        }
     }
-    let free = study(&model("left", 0.0));
+    let free = study(&model(two_level, "left", 0.0));
     assert!(!free.runs[0].requirements[0].passed);
+}
+
+/// Lanes of both parts: middles, widths and offsets as the standard has them, for a car of 2 m.
+#[test]
+fn lanes_have_the_sizes_of_the_standard() {
+    for (kind, ends, widths, middle) in [
+        ("iso_3888_1", [15.0, 45.0, 70.0, 95.0, 125.0], [2.45, 2.65, 2.85], 3.5),
+        ("iso_3888_2", [12.0, 25.5, 36.5, 49.0, 61.0], [2.45, 3.0, 3.0], 1.225 + 1.0 + 1.5),
+    ] {
+        let run = run_by(
+            &format!(
+                "[shaft.a]\ninertia = \"1 kg m^2\"\n[path.lane]\nkind = \"{kind}\"\nwidth = \"2 m\"\nstart = \"-10 m\"\n\
+                 [block.middle]\nkind = \"gain\"\ngain = 1\ninput = \"lane(t * 1 m/s - 10 m)\"\n\
+                 [block.left]\nkind = \"gain\"\ngain = 1\ninput = \"lane_left(t * 1 m/s - 10 m)\"\n\
+                 [block.right]\nkind = \"gain\"\ngain = 1\ninput = \"lane_right(t * 1 m/s - 10 m)\"\n\
+                 [scenario]\nduration = \"125 s\"\noutput_step = \"0.5 s\"\n"
+            ),
+            Method::Automatic,
+            None,
+        );
+        let [y, left, right] = ["middle", "left", "right"].map(|name| signal(&run, name));
+        for (k, x) in run.series.time.iter().enumerate() {
+            let lane = [0.0..=ends[0], ends[1]..=ends[2], ends[3]..=ends[4]].iter().position(|part| part.contains(x));
+            if let Some(lane) = lane {
+                let at = if lane == 1 { middle } else { 0.0 };
+                close(y[k], at, 1e-12, &format!("{kind}: middle at {x}"));
+                close(left[k] - y[k], widths[lane] / 2.0, 1e-9, &format!("{kind}: left at {x}"));
+                close(y[k] - right[k], widths[lane] / 2.0, 1e-9, &format!("{kind}: right at {x}"));
+            } else {
+                assert!(left[k] - y[k] > 1.0 && y[k] - right[k] > 1.0);
+            }
+        }
+    }
 }
 
 /// The model of the page on manoeuvres runs, and its requirements hold.

@@ -3,7 +3,7 @@
 use kardan::diagnostics::Diagnostic;
 use kardan::export::{Files, json, json_error};
 use kardan::results::{
-    Energy, Event, Outcome, ParameterValue, Physical, RequirementResult, Run, Series, Signal, Study,
+    Energy, Event, FigureResult, Outcome, ParameterValue, Physical, RequirementResult, Run, Series, Signal, Study,
 };
 use serde_json::{Value, json as object};
 
@@ -29,7 +29,13 @@ fn run(name: &str, time: Vec<f64>, values: Vec<f64>) -> Run {
             display: None,
             passed: false,
         }],
-        figures: Vec::new(),
+        figures: vec![FigureResult {
+            name: "peak".into(),
+            text: "max rk.phi".into(),
+            value: Some(0.25),
+            unit: "rad".into(),
+            display: None,
+        }],
         notes: vec!["the split is not unique".into()],
         warnings: Vec::new(),
         strains: vec![],
@@ -70,8 +76,22 @@ fn a_study_has_the_promised_shape() {
     assert_eq!(first["files"], object!(["out/beta-1.csv"]));
     assert_eq!(first["outcome"], object!({ "completed": false, "time": 2.0, "cause": "step too small" }));
     assert_eq!(first["requirements"][0]["measured"], Value::Null);
+    let figure = object!({ "name": "peak", "text": "max rk.phi", "value": 0.25, "unit": "rad", "display": null });
+    assert_eq!(first["figures"][0], figure);
+    assert_eq!(all["figures"], Value::Null);
     assert_eq!(first["events"][0], object!({ "time": 0.5, "what": "rk sticks" }));
     assert_eq!(all["variants"][1]["files"], object!([]));
+}
+
+/// A row for each figure of each run, an empty cell where a run has none, quotes around what holds a comma.
+#[test]
+fn figures_are_a_table() {
+    let mut other = run("b,c", vec![], vec![]);
+    other.figures[0].value = None;
+    let study = study(vec![run("a", vec![], vec![]), other]);
+    let expected = "variant,figure,value,unit\na,peak,0.25,rad\n\"b,c\",peak,,rad\n";
+    assert_eq!(kardan::export::figures_csv(&study).as_deref(), Some(expected));
+    assert_eq!(kardan::export::figures_csv(&Study::default()), None);
 }
 
 #[test]

@@ -38,7 +38,7 @@ pub use node::Node;
 pub(super) use wording::example;
 use wording::{expected, unknown_key, what_is_written};
 
-use self::masses::moves_along;
+use self::masses::{meant_bodies, moves_along};
 use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::entries::{Entries, Entry, Place, Written};
 use crate::names::nearest_or_alike;
@@ -61,7 +61,8 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
     let known: Vec<&str> = fields.iter().map(|field| field.name).collect();
     let mut read = Table { fields, place: node.place.clone(), ..Table::default() };
     let mut misspelt = Vec::new();
-    read.along_masses = moves_along(fields, node);
+    let meant = meant_bodies(fields, node);
+    read.along_masses = moves_along(fields, node).unwrap_or_else(|| values_of_masses(fields, node));
     for keyed in node.table.iter() {
         let name = keyed.key.as_str();
         let field = fields.iter().find(|field| field.name == name);
@@ -99,6 +100,12 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
                     None => read.unread.push(field.name),
                 }
             }
+            None if let Some(one) = meant.iter().find(|one| one.key == name) => {
+                misspelt.push(one.field.name);
+                let message = format!("{what} has no key `{name}`");
+                let help = format!("did you mean `{}`?", one.called);
+                out.push(Diagnostic::error("key::unknown", message).at(keyed.place.clone(), "unknown key").help(help));
+            }
             None => {
                 misspelt.extend(nearest_or_alike(name, known.iter().copied()));
                 out.push(unknown_key(keyed, &known, what, node.name));
@@ -125,6 +132,17 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
         fields.iter().map(|field| field.name).filter(|name| misspelt.iter().filter(unknown).any(|m| m == name)),
     );
     read
+}
+
+/// Whether the values of an element that names no body are those along masses: one of them is no value along shafts.
+fn values_of_masses(fields: &[Field], node: &Node<'_>) -> bool {
+    let has_body = fields.iter().any(|field| field.kind == Kind::Body && field.required);
+    let reads = |field: &Field, masses: bool| {
+        let Some(keyed) = node.table.keyed(field.name) else { return true };
+        value_near(&field.kind.along(masses), "", &keyed.entry, node.known, &mut Vec::new()).is_some()
+    };
+    let tells = |field: &&Field| field.kind.along(true) != field.kind.along(false);
+    has_body && fields.iter().filter(tells).any(|field| !reads(field, false) && reads(field, true))
 }
 
 /// Reads one value by its kind; nothing if it could not be read, and then the reason is in `out`. Of a list or a table

@@ -18,7 +18,7 @@ use crate::units::Dimension;
 
 /// Steps of Newton's method; of losses that are parts of the torque it takes two, and one for each sign that turns.
 const MOST_STEPS: usize = 40;
-/// What of the loss may be left, relative to it.
+/// What of the loss may be left, relative to it and to what rounding of the torques that it follows from makes of it.
 const SOLVED: f64 = 1e-14;
 /// Signs that are tried as a start where the first one leads nowhere: of so many meshes all.
 const MOST_PATTERNS: usize = 10;
@@ -235,7 +235,10 @@ impl Meshes {
             self.evaluate_sliding();
             let solved = |&(mesh, s): &(usize, f64)| {
                 let left = (self.torques[mesh] - s * self.losses[mesh]).abs();
-                left <= SOLVED * (self.torques[mesh].abs() + self.base[mesh].abs()) + f64::MIN_POSITIVE
+                // Of much loss little is carried, the difference of large torques.
+                let parts = self.parts(mesh).fold(self.base[mesh].abs(), |sum, part| sum + part.abs());
+                let size = self.torques[mesh].abs() + self.base[mesh].abs() + self.slopes[mesh].abs() * parts;
+                left <= SOLVED * size + f64::MIN_POSITIVE
             };
             if self.sliding.iter().all(solved) {
                 return true;
@@ -246,8 +249,12 @@ impl Meshes {
 
     /// What the losses of those that slide add to what a mesh carries.
     fn added(&self, mesh: usize) -> f64 {
+        self.parts(mesh).sum()
+    }
+
+    fn parts(&self, mesh: usize) -> impl Iterator<Item = f64> {
         let influence = &self.influence[mesh * self.directions.len()..];
-        self.sliding.iter().map(|(other, _)| influence[*other] * self.torques[*other]).sum()
+        self.sliding.iter().map(|(other, _)| influence[*other] * self.torques[*other])
     }
 }
 

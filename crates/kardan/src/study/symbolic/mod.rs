@@ -12,12 +12,12 @@ use super::{PreparedVariant, Project};
 use crate::assemble::{KeptRow, assemble};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::{Domain, Kept};
-use crate::model::NamedTerms;
+use crate::model::{NamedTerms, constants};
 use crate::names::Quantity;
 use crate::reduce::{Reduced, reduce};
 use crate::results::{SymbolOfValue, SymbolicEquations, SymbolicFormula, SymbolicFunction, SymbolicLaw, SymbolicText};
-use crate::symbolic::{Laurent, Letter, Symbol, SymbolicMotion};
-use crate::units::Dimension;
+use crate::symbolic::{Given, Laurent, Letter, Symbol, SymbolicMotion};
+use crate::units::{Dimension, Exact, Expression};
 
 impl Project {
     /// The equations of motion of the first variant with the names of their values: parameters by their name, values of elements by a letter and
@@ -105,7 +105,7 @@ impl Project {
 fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> SymbolicEquations {
     let used = motion.letters.within(motion.all());
     let names = Names::new(&motion.letters, &used, &reduced.equations, &named.values);
-    let values = values(named, &names, &used);
+    let values = values(named, reduced, &names, &used);
     let functions = functions(&names, &used);
     let formula = |symbol: SymbolicText, value: &Laurent| SymbolicFormula { symbol, formula: names.formula(value) };
     let motions = |order: usize| {
@@ -171,7 +171,8 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
     }
 }
 
-fn values(named: &NamedTerms, names: &Names<'_>, used: &[Letter]) -> Vec<SymbolOfValue> {
+/// Values of letters, of what stands in laws and modes as it is written, and of what these follow from.
+fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Letter]) -> Vec<SymbolOfValue> {
     let value = |letter: &Letter| {
         let Symbol::Value(of) = names.letters.symbol(*letter) else { return None };
         let known = named.values.get(of)?;
@@ -185,6 +186,40 @@ fn values(named: &NamedTerms, names: &Names<'_>, used: &[Letter]) -> Vec<SymbolO
         })
     };
     let mut out: Vec<SymbolOfValue> = used.iter().filter_map(value).collect();
+    let written = |of: &str, value: &Exact, dimension: Dimension| SymbolOfValue {
+        symbol: SymbolicText { text: of.to_string(), latex: names::with_index(of, "") },
+        of: of.to_string(),
+        follows: named.values.get(of).and_then(|known| known.follows.clone()),
+        value: value.to_f64(),
+        unit: if dimension == Dimension::ANGLE { "rad".into() } else { dimension.si() },
+    };
+    let held = reduced.equations.holds.iter().filter_map(|hold| hold.value.formula());
+    for (of, value, dimension) in named.named_in_laws.iter().cloned().chain(held.flat_map(|formula| constants(formula)))
+    {
+        if out.iter().all(|one| one.of != of) {
+            out.push(written(&of, &value, dimension));
+        }
+    }
+    let in_words = named.functions.values().filter_map(|function| match &function.given {
+        Given::Words(words) => Expression::parse_law(words).ok(),
+        _ => None,
+    });
+    for of in in_words.collect::<Vec<_>>().iter().flat_map(Expression::names) {
+        if let Some(known) = named.values.get(of).filter(|_| out.iter().all(|one| one.of != of)) {
+            out.push(written(of, &known.value, known.dimension));
+        }
+    }
+    // What a value follows from stands behind it as it is written.
+    let mut open = 0;
+    while let Some(one) = out.get(open) {
+        let read = one.follows.as_deref().and_then(|text| Expression::parse(text).ok());
+        for of in read.iter().flat_map(Expression::names) {
+            if let Some(known) = named.values.get(of).filter(|_| out.iter().all(|one| one.of != of)) {
+                out.push(written(of, &known.value, known.dimension));
+            }
+        }
+        open += 1;
+    }
     out.sort_by(|a, b| a.symbol.text.cmp(&b.symbol.text));
     out
 }

@@ -129,7 +129,7 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
         lines.iter().for_each(|line| out.push_str(&format!("  {line}\n")));
     }
     if !found.laws.is_empty() {
-        out.push_str("\nInputs that are laws, as they are written\n");
+        out.push_str("\nInputs that are laws, as they are written; names and numbers as in the model\n");
         found.laws.iter().for_each(|one| out.push_str(&format!("  {} = {}\n", one.of, one_line(&one.law))));
     }
     let assumed = assumptions(found, |one| one.text.clone());

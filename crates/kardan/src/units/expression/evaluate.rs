@@ -16,6 +16,17 @@ const PI_LIMIT: i64 = 1000;
 /// The largest size of a power.
 const POWER_LIMIT: i32 = 64;
 
+/// What a function asks of what it is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Asked {
+    /// A square root.
+    NotNegative,
+    /// A logarithm.
+    Positive,
+    /// An arc sine or cosine.
+    WithinOne,
+}
+
 /// A number on the way to a value.
 #[derive(Clone)]
 pub(crate) enum Number {
@@ -169,6 +180,23 @@ impl Node {
     /// The first part for which this holds, itself included.
     pub(super) fn find(&self, holds: &dyn Fn(&Self) -> bool) -> Option<&Self> {
         if holds(self) { Some(self) } else { self.parts().iter().find_map(|part| part.find(holds)) }
+    }
+
+    /// Parts whose values functions restrict, with what they ask for.
+    pub(super) fn restricted<'n>(&'n self, out: &mut Vec<(&'n Self, Asked)>) {
+        if matches!(self.kind, Kind::If(..)) {
+            return;
+        }
+        if let Kind::Call(function, parts) = &self.kind {
+            let asked = match function {
+                Called::Sqrt => Some(Asked::NotNegative),
+                Called::Ln => Some(Asked::Positive),
+                Called::Asin | Called::Acos => Some(Asked::WithinOne),
+                _ => None,
+            };
+            out.extend(asked.map(|asked| (&parts[0], asked)));
+        }
+        self.parts().iter().for_each(|part| part.restricted(out));
     }
 
     pub(super) fn divisors<'n>(&'n self, out: &mut Vec<&'n Self>) {

@@ -10,7 +10,7 @@ mod truth;
 
 use std::ops::Range;
 
-pub(crate) use self::evaluate::Value;
+pub(crate) use self::evaluate::{Asked, Value};
 pub(crate) use self::tree::{Called, Kind, Node};
 use super::quantity::check_range;
 use super::{Dimension, Exact, UnitError};
@@ -138,6 +138,13 @@ impl Expression {
         let mut parts = Vec::new();
         self.root.divisors(&mut parts);
         parts.into_iter().map(|root| self.part(root)).collect()
+    }
+
+    /// The parts that functions ask something of; not those within `if(...)`, which may keep them in.
+    pub(crate) fn restricted(&self) -> Vec<(Self, Asked)> {
+        let mut parts = Vec::new();
+        self.root.restricted(&mut parts);
+        parts.into_iter().map(|(root, asked)| (self.part(root), asked)).collect()
     }
 
     /// Where it takes the sign of what one of these names moves, and of what.

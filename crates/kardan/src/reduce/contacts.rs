@@ -1,0 +1,62 @@
+//! Stops and cushions at a position: open, touched or pressed.
+
+use super::{Kinematics, Reduced};
+use crate::equations::Hold;
+
+/// By how much a stop may be passed that counts as touched, relative to what its gap is the difference of.
+const TOUCHED: f64 = 1e-9;
+
+/// A stop or a cushion at a position.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// Its number among the holds.
+    pub hold: usize,
+    /// `aᵀq − offset`, rad or m; below zero it lies beyond.
+    pub gap: f64,
+    /// What rounding may make of that.
+    pub rounding: f64,
+    /// Whether it is a soft one.
+    pub soft: bool,
+}
+
+impl Contact {
+    /// Whether the position lies beyond it, by more than rounding: a soft one is pressed.
+    pub fn is_passed(&self) -> bool {
+        self.gap < -self.rounding
+    }
+
+    /// Whether its gap is zero, but for rounding.
+    pub fn is_touched(&self) -> bool {
+        self.gap.abs() <= self.rounding
+    }
+}
+
+/// All stops and cushions at a reduced position (rad, m).
+///
+/// # Panics
+/// If `position` has not one entry per coordinate.
+pub fn contacts(reduced: &Reduced, position: &[f64]) -> Vec<Contact> {
+    let holds = &reduced.equations.holds;
+    if !holds.iter().any(|hold| matches!(hold.value, Hold::Stop { .. } | Hold::Cushion { .. })) {
+        return Vec::new();
+    }
+    let mut kinematics = Kinematics::new(reduced);
+    kinematics.update(position, &vec![0.0; position.len()]);
+    let found = holds.iter().enumerate().filter_map(|(number, hold)| {
+        let (Hold::Stop { offset, .. } | Hold::Cushion { offset, .. }) = &hold.value else { return None };
+        let parts = hold.row_f64().into_iter().map(|(k, a)| a * kinematics.angles[k]);
+        let (sum, size) = parts.fold((0.0, 0.0), |(sum, size), part| (sum + part, size + part.abs()));
+        let offset = offset.to_f64();
+        let soft = matches!(hold.value, Hold::Cushion { .. });
+        Some(Contact { hold: number, gap: sum - offset, rounding: TOUCHED * (size + offset.abs()), soft })
+    });
+    found.collect()
+}
+
+/// The cushions that are pressed at a reduced position.
+///
+/// # Panics
+/// As [`contacts`].
+pub fn pressed_cushions(reduced: &Reduced, position: &[f64]) -> Vec<Contact> {
+    contacts(reduced, position).into_iter().filter(|one| one.soft && one.is_passed()).collect()
+}
