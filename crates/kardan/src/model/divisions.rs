@@ -144,10 +144,10 @@ impl Search<'_> {
     fn check_values(&mut self, expression: &Expression, (place, what): (&Place, &str), out: &mut Vec<Diagnostic>) {
         for (part, asked) in expression.restricted().iter().filter(|(part, _)| self.varies(part)).collect::<Vec<_>>() {
             let Some((expr, _)) = self.written(part) else { continue };
-            let (never, always): (fn(Interval) -> bool, fn(Interval) -> bool) = match asked {
-                Asked::NotNegative => (|x| x.high < 0.0, |x| x.low >= 0.0),
-                Asked::Positive => (|x| x.high <= 0.0, |x| x.low > 0.0),
-                Asked::WithinOne => (|x| x.high < -1.0 || x.low > 1.0, |x| x.low >= -1.0 && x.high <= 1.0),
+            let [never, always]: [fn(Interval) -> bool; 2] = match asked {
+                Asked::NotNegative => [|x| x.high < 0.0, |x| x.low >= 0.0],
+                Asked::Positive => [|x| x.high <= 0.0, |x| x.low > 0.0],
+                Asked::WithinOne => [|x| x.high < -1.0 || x.low > 1.0, |x| x.low >= -1.0 && x.high <= 1.0],
             };
             let (certain, possible) = outside(&self.graph, expr, self.varied, never, always);
             if !(certain || possible) {

@@ -71,7 +71,7 @@ fn begins(reader: &TableReader<'_>, document: &Document) -> Vec<Exact> {
         quantity(reader, table, "at", positive, "a fault", &mut Vec::new())
     };
     let mut all: Vec<Exact> = document.faults.iter().filter_map(|(_, table)| at(table)).collect();
-    all.sort_by(|a, b| a.to_rational().cmp(&b.to_rational()));
+    all.sort_by_key(Exact::to_rational);
     all.dedup();
     all
 }
