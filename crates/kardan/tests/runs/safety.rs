@@ -170,7 +170,7 @@ fn what_cannot_be_asked() {
             "expected an angle",
             "deg",
         ),
-        ("[safety]\n[[safety.effect]]\nname = \"x\"\nsignal = \"a.fi\"\n", "no signal `a.fi`", "a.phi"),
+        ("[safety]\n[[safety.effect]]\nname = \"x\"\nsignal = \"a.ph\"\n", "no signal `a.ph`", "a.phi"),
         (
             "[safety]\n[[safety.effect]]\nname = \"x\"\nsignal = \"a.phi\"\nwindow = \"0.6 s\"\n",
             "after the end of the run",
