@@ -28,6 +28,9 @@ pub(super) struct Varied<'a> {
     pub(super) shown: String,
 }
 
+/// What is asked of all values of an interval.
+type Test = fn(Interval) -> bool;
+
 /// What is known of a divisor over an interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Zero {
@@ -144,10 +147,10 @@ impl Search<'_> {
     fn check_values(&mut self, expression: &Expression, (place, what): (&Place, &str), out: &mut Vec<Diagnostic>) {
         for (part, asked) in expression.restricted().iter().filter(|(part, _)| self.varies(part)).collect::<Vec<_>>() {
             let Some((expr, _)) = self.written(part) else { continue };
-            let [never, always]: [fn(Interval) -> bool; 2] = match asked {
-                Asked::NotNegative => [|x| x.high < 0.0, |x| x.low >= 0.0],
-                Asked::Positive => [|x| x.high <= 0.0, |x| x.low > 0.0],
-                Asked::WithinOne => [|x| x.high < -1.0 || x.low > 1.0, |x| x.low >= -1.0 && x.high <= 1.0],
+            let (never, always): (Test, Test) = match asked {
+                Asked::NotNegative => (|x| x.high < 0.0, |x| x.low >= 0.0),
+                Asked::Positive => (|x| x.high <= 0.0, |x| x.low > 0.0),
+                Asked::WithinOne => (|x| x.high < -1.0 || x.low > 1.0, |x| x.low >= -1.0 && x.high <= 1.0),
             };
             let (certain, possible) = outside(&self.graph, expr, self.varied, never, always);
             if !(certain || possible) {
@@ -191,13 +194,7 @@ fn ends(varied: &Varied<'_>) -> (f64, f64) {
 
 /// Whether an expression of one symbol is, and whether it may be, out of bounds somewhere in an interval: bisection with intervals. `never` and
 /// `always` tell of all values of an interval that they are out, or within.
-fn outside(
-    graph: &Graph,
-    expr: Expr,
-    varied: &Varied<'_>,
-    never: fn(Interval) -> bool,
-    always: fn(Interval) -> bool,
-) -> (bool, bool) {
+fn outside(graph: &Graph, expr: Expr, varied: &Varied<'_>, never: Test, always: Test) -> (bool, bool) {
     let over = |low: f64, high: f64| lower(graph, &[expr], &mut Intervals, |_| Interval { low, high })[0];
     let (low, high) = ends(varied);
     let (mut left, mut looked_at, mut possible) = (vec![(low, high, 0)], 0, false);

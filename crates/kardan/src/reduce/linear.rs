@@ -2,7 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::{FirstOrder, OperatingPoint, Reduced, geometric_stiffness, kinematics, law_slopes_at, with_inertia};
+use super::{
+    Contact, FirstOrder, OperatingPoint, Reduced, geometric_stiffness, kinematics, law_slopes_at, pressed_cushions,
+    with_inertia,
+};
+use crate::assemble::Along;
+use crate::equations::Hold;
 use crate::num::{Matrix, Rational, SparseRow, dense_rows, project, sparse_sum_of_outer};
 
 /// The reduced matrices of a linear(ised) model \[diss. Theorem 4.1\], exact for the stored numbers.
@@ -84,15 +89,19 @@ impl LinearModel {
 /// # Panics
 /// If `position` has not one entry per coordinate or gives a slope that is not finite.
 pub fn linearise(reduced: &Reduced, position: &[f64]) -> LinearModel {
-    linearise_at(reduced, &OperatingPoint::relaxed(position))
+    linear_model(reduced, &OperatingPoint::relaxed(position), &[])
 }
 
-/// [`linearise`] at an operating point, under the torques that hold it there.
+/// [`linearise`] at an operating point, under the torques that hold it there, with the cushions that are pressed there.
 ///
 /// # Panics
 /// As [`linearise`].
 pub fn linearise_at(reduced: &Reduced, point: &OperatingPoint) -> LinearModel {
-    let SparseModel { inertia, damping, stiffness, input, basis } = sparse_model_at(reduced, point);
+    linear_model(reduced, point, &pressed_cushions(reduced, &point.position))
+}
+
+fn linear_model(reduced: &Reduced, point: &OperatingPoint, pressed: &[Contact]) -> LinearModel {
+    let SparseModel { inertia, damping, stiffness, input, basis } = sparse_model_at(reduced, point, pressed);
     let (r, inputs) = (reduced.degrees_of_freedom(), &reduced.equations.inputs);
     LinearModel {
         coordinates: reduced.coordinate_names(),
@@ -125,10 +134,10 @@ pub struct SparseModel {
 /// # Panics
 /// If `position` has not one entry per coordinate or gives a slope that is not finite.
 pub fn sparse_model(reduced: &Reduced, position: &[f64]) -> SparseModel {
-    sparse_model_at(reduced, &OperatingPoint::relaxed(position))
+    sparse_model_at(reduced, &OperatingPoint::relaxed(position), &[])
 }
 
-fn sparse_model_at(reduced: &Reduced, point: &OperatingPoint) -> SparseModel {
+fn sparse_model_at(reduced: &Reduced, point: &OperatingPoint, pressed: &[Contact]) -> SparseModel {
     let position = point.position.as_slice();
     let basis = kinematics::exact_basis(reduced, position);
     let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
@@ -154,11 +163,20 @@ fn sparse_model_at(reduced: &Reduced, point: &OperatingPoint) -> SparseModel {
             }
         }
     };
-    let mut damping = sparse_sum_of_outer(dampers.iter().map(|d| (along(&d.row), d.value.to_rational())), r);
+    let contacts = pressed.iter().filter_map(|one| match &equations.holds[one.hold] {
+        Along { row, value: Hold::Cushion { stiffness, damping, .. }, .. } => {
+            Some((along(row), [stiffness.to_rational(), damping.to_rational()]))
+        }
+        _ => None,
+    });
+    let contacts: Vec<(SparseRow, [Rational; 2])> = contacts.collect();
+    let of_contacts = |which: usize| contacts.iter().map(move |(row, values)| (row.clone(), values[which].clone()));
+    let damped = dampers.iter().map(|d| (along(&d.row), d.value.to_rational()));
+    let mut damping = sparse_sum_of_outer(damped.chain(of_contacts(1)), r);
     let geometric = geometric_stiffness(reduced, point, &slopes);
     let bent = geometric.iter().map(|one| (along(&one.row), one.stiffness.clone()));
     let stretched = springs.iter().map(|s| (along(&s.row), s.value.stiffness.to_rational()));
-    let mut stiffness = sparse_sum_of_outer(stretched.chain(bent), r);
+    let mut stiffness = sparse_sum_of_outer(stretched.chain(bent).chain(of_contacts(0)), r);
     minus_laws(&mut damping, &|law| law.2.clone());
     minus_laws(&mut stiffness, &|law| law.1.clone());
     SparseModel {

@@ -1537,8 +1537,8 @@ impl RunningLoop {
                     ),
                     Some(what) => format!("{what}: {diverges}, or the inertia becomes singular"),
                     None => format!(
-                        "within the next step, however short, the equations have no finite value: {diverges}, or the inertia becomes \
-                         singular"
+                        "within the next step, however short, the equations have no finite value: {diverges}, a function has \
+                         no value there, such as a square root of less than zero, or the inertia becomes singular"
                     ),
                 }
             }

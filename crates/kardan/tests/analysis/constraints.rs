@@ -46,6 +46,20 @@ fn pressed_stops_are_part_of_the_model() {
     }
 }
 
+/// A law designed where a soft stop is pressed has it in its gain and in the loop alike: poles of `s² + (d + k₂) s + c + k₁` with the gains that it shows.
+#[test]
+fn laws_are_designed_with_pressed_stops() {
+    let source = "[mass.a]\nmass = \"1 kg\"\n[end_stop.e]\nmass_1 = \"a\"\nlower = \"0 m\"\nstiffness = \"100 N/m\"\ndamping = \"1 N s/m\"\n\
+                  [torque.w]\nmass = \"a\"\nlaw = \"-10 N\"\n[motor.m]\nmass = \"a\"\n[control.c]\nlaw = \"lqr\"\ninputs = [\"m\"]\n\
+                  at = { \"a.s\" = \"-0.05 m\" }\nlargest = { m = \"10 N\", \"a.s\" = \"0.01 m\" }\n";
+    let design = study::design(source, &Default::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+    // Of s⁴ + (2·100 − 1) s² + 100² + 10⁶: the product and the sum of the two stable roots.
+    let found = design.closed_loop_poles[0];
+    let (product, sum) = (1.01e6f64.sqrt(), (2.0 * 1.01e6f64.sqrt() - 199.0).sqrt());
+    let error = (found.re * found.re + found.im * found.im - product).abs() + (2.0 * found.re + sum).abs();
+    assert!(error < 1e-6, "{found:?}");
+}
+
 /// Rows of speeds: a wheel is nonholonomic, with a witness; exact differentials, also times a factor, are not; constant ones are linear.
 #[test]
 fn frobenius_tells_rolling_from_what_has_an_integral() {
