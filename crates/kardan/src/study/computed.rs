@@ -165,7 +165,10 @@ impl Computed {
     pub(super) fn of(document: &Document, settings: &[Setting], signals: &[(String, Physical)]) -> Self {
         let known = |text: &str| signals.iter().any(|(name, _)| name == text);
         let words = |table: &Table| -> Vec<String> {
-            let lists = ["signals", "references"].into_iter().flat_map(|key| read_words(table, key));
+            // The opposite of a signal is a reference of its own.
+            let opposite = |text: &str| text.strip_prefix('-').is_some_and(known);
+            let references = read_words(table, "references").iter().filter(|word| !opposite(&word.value));
+            let lists = read_words(table, "signals").iter().chain(references);
             let single =
                 ["signal", "over", "detected"].into_iter().filter_map(|key| read_word(table, key)).map(str::to_string);
             lists.map(|word| word.value.clone()).chain(single).collect()
@@ -181,8 +184,7 @@ impl Computed {
             .chain(&document.plots)
             .chain([&document.safety])
             .chain(effects);
-        let mut texts: BTreeSet<String> = tables.flat_map(words).filter(|text| !known(text)).collect();
-        texts.retain(|text| !text.strip_prefix('-').is_some_and(known));
+        let texts: BTreeSet<String> = tables.flat_map(words).filter(|text| !known(text)).collect();
         let reader = TableReader::new(document, settings);
         let value = |name: &str| reader.exact_value(name);
         let (mut graph, mut columns, mut wanted, mut symbols) = (Graph::default(), Vec::new(), Vec::new(), Vec::new());

@@ -42,6 +42,7 @@ mod simulation;
 mod start;
 mod stiff;
 mod taylor;
+mod told;
 mod unseen;
 mod vehicle;
 mod written;
