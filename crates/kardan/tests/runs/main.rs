@@ -36,6 +36,7 @@ mod random;
 mod redundant;
 mod relations;
 mod ripple;
+mod road;
 mod safety;
 mod signals;
 mod simulation;
