@@ -249,7 +249,7 @@ fn what_nothing_holds_is_refused_by_name() {
     refused(
         &(spring("s", "a", "m", soft)
             + "[spring_damper.f]\nshaft_1 = \"m\"\nfriction = \"1 N m\"\ndamping = \"1 N m s/rad\"\n"),
-        &["`m`", "friction of `f`", "no damper"],
+        &["`m`", "the friction of `f` and the damping of `f` act along it together"],
     );
     refused(
         &(spring("s", "a", "m", "damping = \"1 N m s/rad\"") + &scenario(1.0, "\"m.w\" = \"1 rad/s\"")),
