@@ -710,7 +710,7 @@ mod tests {
             (state >> 33) as usize % bound
         };
         let (mut taken, mut refused) = (0, 0);
-        for _ in 0..20_000 {
+        for _ in 0..40_000 {
             let mut arguments = vec!["kardan".to_string()];
             for _ in 0..below(7) {
                 let mut word = words[below(words.len())].clone();
