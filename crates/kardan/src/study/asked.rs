@@ -41,7 +41,13 @@ pub(super) fn known_variants(
     }
     // A `[[variant]]` stands for its runs with all values of `[variants]`.
     let runs = |word: &Placed<String>| -> Vec<String> {
-        let own = |name: &&String| name.strip_prefix(word.value.as_str()).is_some_and(|rest| rest.starts_with('_'));
+        let begins = |name: &str, of: &str| name.strip_prefix(of).is_some_and(|rest| rest.starts_with('_'));
+        // `step_wet_v-10mps` is one of `step_wet`, not of `step`.
+        let longer = |name: &str| {
+            let others = known.document.named_variants.iter().map(|variant| variant.name.value.as_str());
+            others.into_iter().any(|other| begins(other, &word.value) && (begins(name, other) || name == other))
+        };
+        let own = |name: &&String| begins(name, &word.value) && !longer(name);
         match names.contains(&word.value) || !named(&word.value) {
             true => vec![word.value.clone()],
             false => names.iter().filter(own).cloned().collect(),

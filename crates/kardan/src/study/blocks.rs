@@ -3,14 +3,15 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use super::PreparedVariant;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::Meaning;
-use crate::model::{Document, Model};
+use crate::model::{Document, Model, TableReader};
 use crate::names::SignalName;
 use crate::program::{Read, Task, TaskAnswer};
-use crate::reduce::Reduced;
 use crate::results::{SignalAnswer, SignalNode};
-use crate::synthesis::Law;
+use crate::simulate::{Scenario, SourceTarget};
+use crate::synthesis::{Law, fade};
 use crate::units::{Dimension, Exact, shown_quantity};
 
 /// Answers of blocks that follow from what moves, also by way of each other.
@@ -57,11 +58,9 @@ pub(super) fn unseen_loop(model: &Model, law: &dyn Law) -> Option<String> {
 
 /// Warns of loops that close through blocks where nothing but a run sees them: a law that reads their answers as given, a torque that follows
 /// from them.
-pub(super) fn check_blocks(
-    document: &Document,
-    (model, reduced, laws): (&Model, &Reduced, &[Arc<dyn Law>]),
-    out: &mut Vec<Diagnostic>,
-) {
+pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
+    let PreparedVariant { model, reduced, running: laws, scenario, .. } = variant;
+    check_fades(document, model, scenario, out);
     if laws.len() == model.controls.len() {
         check_told(document, model, laws, out);
     }
@@ -105,12 +104,43 @@ pub(super) fn check_blocks(
     }
 }
 
+/// Refuses controllers whose commands are multiplied by what nothing sets: they would be off.
+fn check_fades(document: &Document, model: &Model, scenario: &Scenario, out: &mut Vec<Diagnostic>) {
+    for control in &model.controls {
+        let Some(fade) = fade(&control.values) else { continue };
+        let Some(number) = scenario.sources.iter().position(|source| source.name == fade.name) else { continue };
+        let is_set = scenario.sources[number].target == SourceTarget::Block
+            || scenario.events.iter().any(|event| event.source == number)
+            || scenario.signals.iter().any(|signal| signal.source == number);
+        if is_set {
+            continue;
+        }
+        let own = document.controls.iter().find(|own| own.place == control.place);
+        let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "fade"));
+        let message = format!(
+            "`fade` of control `{}`: nothing sets `{}`, so that its commands would be 0 all the time",
+            control.name, fade.name
+        );
+        let help = "name a block or a signal, or set it by an event: `signal = \"power\"`, `to = 1`";
+        out.push(Diagnostic::error("control::fade", message).at(place, "not set").help(help));
+    }
+}
+
 /// Refuses what blocks read of a law that does not tell it.
 fn check_told(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out: &mut Vec<Diagnostic>) {
     for (name, _) in &model.programs.told {
         let head = SignalName::new(name).element;
         let own = model.controls.iter().zip(laws).find(|(control, _)| control.name == head);
-        let Some((control, law)) = own else { continue };
+        let Some((control, law)) = own else {
+            let message = format!("`{name}` is 0 all the time where control `{head}` is not in the loop");
+            let place = document.controls.iter().find(|one| one.name == head).map(|one| one.place.clone());
+            let told = Diagnostic::warning("block::told", message);
+            let told = place.into_iter().fold(told, |told, at| told.at(at, "not in this loop"));
+            out.push(told.help(
+                "blocks that read it find no torque and no motion there; let them know the variant by a parameter",
+            ));
+            continue;
+        };
         let found: Vec<String> = law.tells().into_iter().map(|(found, _)| format!("{head}.{found}")).collect();
         if found.contains(name) {
             continue;

@@ -407,6 +407,11 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
         .iter()
         .map(|why| format!("operating point: {}, where the model does not rest: {why}", plant.default_point()));
     design.notes.extend(why);
+    if let Some(name) = control.values.word("fade") {
+        design.notes.push(format!(
+            "its commands are multiplied by `{name}` in runs; all that is said here, and the written controller, is without that"
+        ));
+    }
     if let Some(names) = control.values.words("without").filter(|names| !names.is_empty()) {
         design.design_model += &format!(", without {}", quoted(names.iter().map(String::as_str)));
     }

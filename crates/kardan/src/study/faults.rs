@@ -457,11 +457,12 @@ impl<'a> Reader<'a, '_> {
             let why = format!("`{shown}` has play or teeth that rub, and such ones cannot be `{kind}`");
             return Some((why, "take its `backlash` and losses out, or fail another part".into()));
         }
-        if !has(element) && (kind == "jump" || !damps || keyword == "shaft") {
-            let why = format!("the {} `{shown}` is rigid: it has no spring to be `{kind}`", keyword.replace('_', " "));
+        let springs = keyword == "spring_damper" || equations.compliances.iter().any(|one| one.element == element);
+        if !springs || !has(element) && (kind == "jump" || !damps) {
+            let why = format!("the {} `{shown}` has no spring that could be `{kind}`", keyword.replace('_', " "));
             return Some((
                 why,
-                "give its teeth a `stiffness`, or put a `spring_damper` with a short shaft beside it".into(),
+                "only a spring_damper, and teeth of a harmonic_drive with a `stiffness`, can fail so: put a `spring_damper` with a short shaft there".into(),
             ));
         }
         if kind == "broken" && equations.frictions.iter().any(|friction| friction.element == element) {

@@ -28,7 +28,7 @@ use super::redundant::check_redundant;
 use super::safety::safety_spec;
 use super::scenario::scenario;
 use super::stops::check_stops;
-use super::without::{left_out, model_without};
+use super::without::{left_out, model_without, needed_by};
 use super::{Prepared, PreparedVariant};
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity, quoted};
@@ -322,7 +322,7 @@ fn prepare_variant(
         start_notes,
     };
     let variant = with_loop(variant, &multipliers);
-    check_blocks(document, (&variant.model, &variant.reduced, &variant.running), out);
+    check_blocks(document, &variant, out);
     if complete && purpose == Purpose::Run {
         check_loop(document, &variant, heard, out);
     }
@@ -666,6 +666,10 @@ fn design_model(
         return plant_at(document, control, design, asked, out);
     }
     let model = model_without(&model, &left_out);
+    if let Some(mistake) = needed_by(document, control, &model) {
+        out.push(mistake);
+        return None;
+    }
     let names: Vec<String> = reduced.coordinate_names().into_iter().filter(|name| !left_out.contains(name)).collect();
     let design = reduced_design((control, place), (&model, &names), reduced, out)?;
     let asked = Asked::anywhere(&design, control);

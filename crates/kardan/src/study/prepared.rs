@@ -137,7 +137,7 @@ impl PreparedVariant {
 
     /// Whether the design of a controller leaves elements out.
     pub(super) fn leaves_out(&self, number: usize) -> bool {
-        self.design_models[number].coordinates() != self.reduced.equations.coordinates
+        self.model.controls[number].values.words("without").is_some_and(|names| !names.is_empty())
     }
 
     /// The time constant of each input's motor, s.

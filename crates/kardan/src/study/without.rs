@@ -2,8 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use super::checks::signals_of;
 use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::model::{ControlSpec, Document, Model, TableReader};
+use crate::names::SignalName;
 use crate::schema::LawKeys;
 use crate::synthesis::Program;
 
@@ -50,6 +52,27 @@ pub(super) fn left_out(
         return None;
     }
     Some(found)
+}
+
+/// The mistake that a controller needs what its design leaves out.
+pub(super) fn needed_by(document: &Document, control: &ControlSpec, model: &Model) -> Option<Diagnostic> {
+    let inputs = (control.law.inputs)(&control.values);
+    let mut signals = signals_of(control.law.fields, &control.values);
+    if let Some(observer) = control.values.table("observer") {
+        signals.extend(observer.words("sensors").unwrap_or_default().iter().cloned());
+        signals.extend(observer.words("disturbances").unwrap_or_default().iter().cloned());
+    }
+    let there = |name: &str| {
+        let head = SignalName::new(name).element;
+        model.all_coordinates.iter().any(|coordinate| coordinate == head)
+            || model.terms.iter().any(|named| named.element == head)
+    };
+    let missing = inputs.iter().chain(&signals).find(|name| !there(name))?;
+    let own = document.controls.iter().find(|own| own.place == control.place);
+    let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "without"));
+    let message = format!("control `{}`: its design leaves out `{}`, which it needs", control.name, shortened(missing));
+    let help = "leave out less: with a shaft go the elements that act on it";
+    Some(Diagnostic::error("control::without", message).at(place, "left out here").help(help))
 }
 
 /// The model without elements, and without what acts on their coordinates.

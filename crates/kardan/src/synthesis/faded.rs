@@ -143,13 +143,6 @@ impl Law for Faded {
     }
 
     fn describe(&self) -> Design {
-        let mut design = self.law.describe();
-        if let Some(fade) = self.references.last() {
-            design.notes.push(format!(
-                "its commands are multiplied by `{}`; what is said of its loop is said where that is 1",
-                fade.name
-            ));
-        }
-        design
+        self.law.describe()
     }
 }

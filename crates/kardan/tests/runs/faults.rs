@@ -335,12 +335,12 @@ fn what_cannot_break() {
     let rubs = bare.replace("stiffness =", "friction = \"1 N m\"\nstiffness =");
     let cases = [
         (&bare, "element = \"bat\"\nat = \"1 s\"", "there is no element `bat`", "did you mean `bar`?"),
-        (&bare, "element = \"a\"\nat = \"1 s\"", "is rigid", "stiffness"),
+        (&bare, "element = \"a\"\nat = \"1 s\"", "has no spring", "spring_damper"),
         (
             &gear,
             "element = \"g\"\nkind = \"jump\"\nby = \"0.1 rad\"\nat = \"1 s\"",
-            "the gear `g` is rigid",
-            "stiffness",
+            "the gear `g` has no spring",
+            "spring_damper",
         ),
         (&bare, "element = \"bar\"\nkind = \"jump\"\nat = \"1 s\"", "`jump` needs the key `by`", "by = "),
         (&bare, "element = \"bar\"\nkind = \"jump\"\nby = \"1 N m\"\nat = \"1 s\"", "expected an angle", "deg"),

@@ -143,6 +143,20 @@ fn what_no_law_tells_is_named() {
     let missing = HELD.replace("FADE", "without = [\"whel\"]");
     let told = study::check(&missing);
     assert!(told.iter().any(|one| one.message.contains("there is no element `whel`")), "{told:?}");
+    // What a controller needs cannot be left out.
+    for needed in ["drive", "arm", "encoder"] {
+        let told = study::check(&HELD.replace("FADE", &format!("without = [\"{needed}\"]")));
+        assert!(told.iter().any(|one| one.code == "control::without"), "{needed}: {told:?}");
+    }
+    // A signal that nothing sets would switch it off.
+    let told = study::check(&HELD.replace("FADE", "fade = \"powr\""));
+    assert!(told.iter().any(|one| one.code == "control::fade"), "{told:?}");
+    let set = "\n[[scenario.event]]\nat = \"0 s\"\nsignal = \"power\"\nto = 1\n";
+    assert_eq!(study::check(&(HELD.replace("FADE", "fade = \"power\"") + set)), []);
+    // Where the controller is not in the loop, it tells nothing.
+    let variants = "[[variant]]\nname = \"with\"\n[[variant]]\nname = \"other\"\ncontrols = []\n";
+    let told = study::check(&(HELD.replace("FADE", "") + TOLD + variants));
+    assert!(told.iter().any(|one| one.code == "block::told" && one.message.contains("(variant `other`)")), "{told:?}");
     let continuous = HELD.replace("FADE", "fade = \"x\"").replace("sample_time = \"1 ms\"\n", "");
     let told = study::check(&continuous);
     assert!(told.iter().any(|one| one.message.contains("fade")), "{told:?}");

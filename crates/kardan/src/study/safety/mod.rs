@@ -219,14 +219,16 @@ impl Cases {
     fn of(spec: &SafetySpec, prepared: &Prepared, variants: &[String]) -> Self {
         let mut list: Vec<Vec<String>> = spec.faults.iter().map(|name| vec![name.clone()]).collect();
         let mut notes = Vec::new();
-        let first = prepared.all().find(|variant| variants.contains(&variant.name));
+        let tried: Vec<_> = prepared.all().filter(|variant| variants.contains(&variant.name)).collect();
         let mut left_out = Vec::new();
         for (k, one) in spec.faults.iter().enumerate().filter(|_| spec.pairs) {
             for other in &spec.faults[k + 1..] {
                 let pair = vec![one.clone(), other.clone()];
-                match first.map(|variant| variant.failing(&pair)) {
-                    Some(Err(_)) => left_out.push(format!("{one} with {other}")),
-                    _ => list.push(pair),
+                // At other values other times may hold: what cannot be together there is told in its row.
+                let values = !spec.values.is_empty();
+                match tried.iter().all(|variant| variant.failing(&pair).is_err()) && !values && !tried.is_empty() {
+                    true => left_out.push(format!("{one} with {other}")),
+                    false => list.push(pair),
                 }
             }
         }
@@ -300,6 +302,11 @@ impl Table<'_> {
                 let note = "nothing in the loop of this variant reads or computes what fails".to_string();
                 return Some((self.row(name, faults, SafetyVerdict::Absent, Some(note)), Vec::new()));
             };
+            if variant.failing(faults).is_err() {
+                heard.count(1);
+                let note = "these faults are of one part at the same time".to_string();
+                return Some((self.row(name, faults, SafetyVerdict::Failed, Some(note)), Vec::new()));
+            }
             let (at, end) = (begins.all[1], variant.scenario.duration);
             if at >= end {
                 heard.count(1);
