@@ -130,6 +130,43 @@ law = \"-0.3 N m * sin(wheel.phi)\"
     assert!((last(&run, "found") - 2.0).abs() < 1.0 && signal(&run, "wheel.phi").iter().any(|phi| *phi != 0.0));
 }
 
+/// A law that is told true angles is told those of its part: at rest it holds 2 N m by its stiffness J 8 · 9 / s² alone, whatever stands
+/// before its shaft by name and turns on its own.
+#[test]
+fn a_law_of_a_part_is_told_the_angles_of_that_part() {
+    let start = HELD.find("[control.unit.observer]").expect("a table");
+    let end = HELD.find("[scenario]").expect("a table");
+    let law = HELD[..start].replace("FADE", "without = [\"aa\"]") + &HELD[end..];
+    let turning = "[shaft.aa]\ninertia = \"1 kg m^2\"\n";
+    let begins = "initial = { \"aa.phi\" = \"1 rad\", \"aa.w\" = \"3 rad/s\" }\noutput_step";
+    let run = run(&(turning.to_string() + &law.replace("output_step", begins)));
+    assert!((last(&run, "arm.phi") - 2.0 / 36.0).abs() < 1e-6, "{}", last(&run, "arm.phi"));
+    assert!((last(&run, "aa.phi") - 10.0).abs() < 1e-9);
+}
+
+/// Estimates are those for the next sample: with an exact model and exact readings they are what is true there.
+#[test]
+fn what_is_found_is_foretold() {
+    let law = HELD.replace(
+        "law = \"pole_placement\"\ninputs = [\"drive\"]\npoles = [-8, -9]",
+        "law = \"sampled_noninteracting\"",
+    );
+    let channel = "[[control.unit.channels]]\noutput = \"arm.phi\"\ninput = \"drive\"\nbandwidth = \"20 rad/s\"\nreference = \"ref\"\n";
+    let law = law
+        .replace("poles = [-40, -41, -42]\n", "")
+        .replace("FADE\n\n", channel)
+        .replace("\"load\"\nto = \"2 N m\"", "\"ref\"\nto = \"1 rad\"");
+    let run = run(&(law + TOLD));
+    let (told, speed) = (signal(&run, "speed"), signal(&run, "arm.w"));
+    assert!(speed.iter().any(|speed| *speed > 2.0));
+    // Behind a step rows lie closer than samples.
+    let is_sample = |time: &f64| (time * 1000.0 - (time * 1000.0).round()).abs() < 1e-9;
+    let samples: Vec<usize> = (0..told.len()).filter(|k| is_sample(&run.series.time[*k])).collect();
+    assert_eq!(samples.len(), 3001);
+    let worst = samples.windows(2).map(|pair| (told[pair[0]] - speed[pair[1]]).abs()).fold(0.0, f64::max);
+    assert!(worst < 1e-6, "{worst}");
+}
+
 #[test]
 fn what_no_law_tells_is_named() {
     let read = |name: &str| {
