@@ -3,6 +3,7 @@
 //! Linear constraints are eliminated exactly over the rationals; nonlinear transmissions follow in an order in which
 //! each can be evaluated in closed form. The result is a plan that floating point executes without decisions.
 
+mod answered;
 mod constraint_torques;
 mod contacts;
 mod dynamics;
@@ -27,6 +28,7 @@ mod redundant;
 mod relaxation;
 mod slipping;
 
+pub use answered::{AnsweredTorque, answered_holds, answered_torques, is_answered};
 pub use constraint_torques::Acting;
 pub use contacts::{Contact, contacts, pressed_cushions};
 pub use dynamics::{Dynamics, Extension, MotionPlan, Work};

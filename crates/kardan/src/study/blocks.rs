@@ -1,14 +1,16 @@
-//! What analyses, designs and margins do not see of blocks.
+//! What analyses, designs and margins see of blocks, and what they do not.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::PreparedVariant;
+use super::loop_blocks::blocks;
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::Meaning;
+use crate::equations::{Formula, Meaning};
 use crate::model::{Document, Model, TableReader};
 use crate::names::SignalName;
 use crate::program::{Read, Task, TaskAnswer};
+use crate::reduce::{OperatingPoint, answered_holds};
 use crate::results::{SignalAnswer, SignalNode};
 use crate::simulate::{Scenario, SourceTarget};
 use crate::synthesis::{Law, fade};
@@ -37,71 +39,108 @@ fn moving(model: &Model) -> BTreeSet<String> {
     }
 }
 
-/// What a law reads of blocks that follow from what moves, in words.
+/// What a law reads of blocks that follow from what moves.
+fn read_of_blocks<'a>(moving: &BTreeSet<String>, law: &'a dyn Law) -> Vec<&'a str> {
+    let names = law.references().iter().map(|reference| reference.name.as_str());
+    names.filter(|name| moving.contains(*name)).collect()
+}
+
+/// What a law reads, where no map knows it, in words.
 fn taken_as_given(read: &[&str]) -> String {
     let names = quoted(read.iter().copied());
-    format!("reads {names}, which follows from what moves: its design, its margins and its map take that as given")
+    format!(
+        "reads {names}, which follows from what moves, at samples: beside controllers in continuous time alone, designs and margins take that as \
+         given"
+    )
 }
 
-/// The same of a law, where it does.
-pub(super) fn unseen_loop(model: &Model, law: &dyn Law) -> Option<String> {
-    let moving = moving(model);
-    let read: Vec<&str> = law
-        .references()
-        .iter()
-        .map(|reference| reference.name.as_str())
-        .filter(|name| moving.contains(*name))
-        .collect();
-    (!read.is_empty())
-        .then(|| format!("the law {}, so a run alone tells whether the loop is stable", taken_as_given(&read)))
+/// What its design has to say of the blocks that a law reads: a warning where its margins do not know them, a note where they do.
+pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> [Option<String>; 2] {
+    let read = read_of_blocks(&moving(&variant.model), law);
+    if variant.model.programs.tasks.is_empty() {
+        return [None, None];
+    }
+    let found = blocks(variant, &variant.loop_plant());
+    if !found.looked_at {
+        let warning = format!("the law {}, so a run alone tells whether the loop is stable", taken_as_given(&read));
+        return [Some(warning).filter(|_| !read.is_empty()), None];
+    }
+    let names = found.of_loop.names();
+    let where_they_stand = if found.bend { ", with their slopes where they stand at rest" } else { "" };
+    let note = format!(
+        "the design takes its references as given; map and margins have the blocks that the loop closes through{where_they_stand}: {}",
+        quoted(names.iter().map(String::as_str))
+    );
+    [None, Some(note).filter(|_| !names.is_empty())]
 }
 
-/// Warns of loops that close through blocks where nothing but a run sees them: a law that reads their answers as given, a torque that follows
-/// from them.
+/// Warns of what only a run sees of blocks: what laws in continuous time read of them, and what they let hold where the loop stands.
 pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
     let PreparedVariant { model, reduced, running: laws, scenario, .. } = variant;
     check_fades(document, model, scenario, out);
     if laws.len() == model.controls.len() {
         check_told(document, model, laws, out);
     }
-    let moving = moving(model);
-    for (control, law) in model.controls.iter().zip(laws) {
-        let read =
-            law.references().iter().map(|reference| reference.name.as_str()).filter(|name| moving.contains(*name));
-        let read: Vec<&str> = read.collect();
+    if model.programs.tasks.is_empty() || model.controls.is_empty() {
+        return;
+    }
+    let (moving, found) = (moving(model), blocks(variant, &variant.loop_plant()));
+    for (control, law) in model.controls.iter().zip(laws).filter(|_| !found.looked_at) {
+        let read = read_of_blocks(&moving, &**law);
         if read.is_empty() {
             continue;
         }
         let message = format!("control `{}` {}", control.name, taken_as_given(&read));
-        let help = "a law = \"program\" has the blocks of its own sample time in its loop; a run has all of them";
+        let help = "give the controller a `sample_time`, or the blocks none: the loop then closes through them; a run has them in any case";
         out.push(Diagnostic::warning("block::loop", message).at(control.place.clone(), "this controller").help(help));
     }
-    let equations = &reduced.equations;
-    let holds = equations.holds.iter().filter_map(|hold| Some((hold.element.as_str(), &**hold.value.formula()?)));
-    let formulas = equations.laws.iter().map(|law| (law.element.as_str(), &*law.value)).chain(holds);
-    let mut told: Vec<&str> = Vec::new();
-    for (element, formula) in formulas {
-        let blocks: Vec<&str> = formula
-            .names
-            .iter()
-            .filter_map(|(_, meaning)| match meaning {
-                Meaning::Block(name, _) => Some(name.as_str()),
-                _ => None,
-            })
-            .collect();
-        if blocks.is_empty() || model.controls.is_empty() || told.contains(&element) {
-            continue;
-        }
-        told.push(element);
-        let place = document.elements.iter().find(|one| one.name == element).map(|one| one.place.clone());
-        let message = format!(
-            "`{element}` follows from the block {}: designs, margins and maps take that as zero",
-            quoted(blocks)
-        );
+    let place = |element: &str| document.elements.iter().find(|one| one.name == element).map(|one| one.place.clone());
+    let told = |element: &str, message: String, help: &str, out: &mut Vec<Diagnostic>| {
         let mistake = Diagnostic::warning("block::loop", message);
-        let mistake = place.into_iter().fold(mistake, |mistake, at| mistake.at(at, "this element"));
-        out.push(mistake.help("a run has it; a law = \"program\" on a motor is in designs and margins too"));
+        let mistake = place(element).into_iter().fold(mistake, |mistake, at| mistake.at(at, "this element"));
+        out.push(mistake.help(help));
+    };
+    for law in reduced.equations.laws.iter().filter(|_| !found.looked_at) {
+        let blocks = blocks_of(&law.value).into_iter().filter(|name| moving.contains(*name));
+        let blocks: Vec<&str> = blocks.collect();
+        if !blocks.is_empty() {
+            let message = format!(
+                "`{}` follows from the block {}: beside controllers in continuous time alone, designs and margins take that as zero",
+                law.element,
+                quoted(blocks)
+            );
+            told(
+                &law.element,
+                message,
+                "give a controller a `sample_time`, or the blocks none; a run has them in any case",
+                out,
+            );
+        }
     }
+    for (element, value) in
+        answered_holds(reduced, &OperatingPoint::relaxed(&scenario.position), &|name| found.answer(name))
+    {
+        if value > 0.0 {
+            let message = format!(
+                "`{element}` holds where the loop stands, as blocks say at rest: designs, margins and maps take it as open"
+            );
+            told(
+                &element,
+                message,
+                "a run has it; let blocks begin with what is meant, or leave controllers out of that variant",
+                out,
+            );
+        }
+    }
+}
+
+/// The blocks in a formula.
+fn blocks_of(formula: &Formula) -> Vec<&str> {
+    formula
+        .names
+        .iter()
+        .filter_map(|(_, meaning)| if let Meaning::Block(name, _) = meaning { Some(name.as_str()) } else { None })
+        .collect()
 }
 
 /// Refuses controllers whose commands are multiplied by what nothing sets: they would be off.

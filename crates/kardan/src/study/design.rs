@@ -1,6 +1,6 @@
 //! The design of one controller, from what a model file or a caller asks for.
 
-use super::blocks::unseen_loop;
+use super::blocks::told_of_blocks;
 use super::coupling::cross_coupling;
 use super::explore::explore;
 use super::kept::{nothing_free, rounded_rows};
@@ -355,7 +355,9 @@ pub(super) fn designed(
     keep(progress, &design, &rest);
     add_margins((variant, settings.simulate.then_some(whole)), number, &mut design, progress);
     keep(progress, &design, &rest[2..]);
-    design.warnings.extend(unseen_loop(&variant.model, &*variant.running[number]));
+    let [warning, note] = told_of_blocks(variant, &*variant.running[number]);
+    design.warnings.extend(warning);
+    design.notes.extend(note);
     match passage(variant, number, &variant.running, true) {
         Some(Ok(found)) => {
             design.warnings.extend(passage_warnings(&found));

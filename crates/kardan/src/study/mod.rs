@@ -28,6 +28,7 @@ mod known;
 mod latex_lines;
 mod left_tables;
 mod linearise;
+mod loop_blocks;
 mod margins;
 mod margins_over;
 mod massless;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use kardan_rt::functions::ln;
 
 use super::PreparedVariant;
+use super::loop_blocks::blocks_at;
 use super::stepped_loop::{NotJudged, Shown, Subject, WITHOUT_MAP, any_subject, window};
 use crate::diagnostics::Diagnostic;
 use crate::model::ControlSpec;
@@ -72,7 +73,8 @@ pub(super) fn standing(
     let parts: Option<Vec<SampledPart>> =
         laws.iter().map(|law| SampledPart::standing(&**law, plant.nominal(), position)).collect();
     let mut subject = any_subject(variant, number, laws, plant);
-    subject.parts = parts.ok_or("a number of the linearised law is not finite")?;
+    let parts = parts.ok_or("a number of the linearised law is not finite")?;
+    subject.parts = blocks_at(variant, subject.plant.nominal(), position).of_loop.join(parts);
     Ok(subject)
 }
 

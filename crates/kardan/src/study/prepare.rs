@@ -628,7 +628,8 @@ fn design_model(
     let left_out = left_out(document, control, out)?;
     let laws = reduced.equations.laws.iter().filter(|law| law.value.is_of_time() && !left_out.contains(&law.element));
     let of_time: Vec<&str> = laws.map(|law| law.element.as_str()).collect();
-    if !of_time.is_empty() {
+    // A program knows no torques.
+    if !of_time.is_empty() && control.law.keyword != Program::KEYWORD {
         let message =
             format!("control `{}` knows the torque of {} as it is at time zero", control.name, quoted(of_time));
         out.push(

@@ -141,13 +141,13 @@ impl PreparedVariant {
     }
 
     /// The time constant of each input's motor, s.
-    fn lags(&self) -> Vec<f64> {
+    pub(super) fn lags(&self) -> Vec<f64> {
         if self.design_models.is_empty() { Vec::new() } else { self.whole_model(0).lags() }
     }
 
     /// The linear plant of its loop at the operating point, with its motors and sensors.
     pub(super) fn loop_plant(&self) -> LoopPlant {
-        LoopPlant::new(&self.linear_model(), &self.lags()).with_sensors(&self.reduced)
+        LoopPlant::new(&self.linear_model(), &self.lags()).with_sensors(&self.reduced).with_answered(&self.reduced)
     }
 
     /// The same with coefficients that vary, of a linear model.

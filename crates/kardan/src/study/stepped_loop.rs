@@ -5,6 +5,7 @@ use std::sync::Arc;
 use kardan_rt::functions::{ln, powf};
 
 use super::PreparedVariant;
+use super::loop_blocks::with_blocks;
 use super::margins::{left_out, motor_margins};
 use crate::assemble::CoefficientKind;
 use crate::element::Values;
@@ -124,7 +125,8 @@ pub(super) fn any_subject(
     plant: VariedPlant,
 ) -> Subject {
     let control: &ControlSpec = &variant.model.controls[number];
-    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, plant.nominal())).collect();
+    let parts = laws.iter().map(|law| SampledPart::of(&**law, plant.nominal())).collect();
+    let parts = with_blocks(variant, plant.nominal(), parts);
     let channels = control.values.tables("channels").unwrap_or_default().iter();
     let watched: Vec<Watched> =
         channels.filter_map(|channel| watched(variant, number, &parts, &plant, channel)).collect();

@@ -62,8 +62,8 @@ use plant::{angle_output, output_shaft};
 pub use running::{Block, Running, Seen};
 pub use sample_time::{LONGEST_DELAY, LONGEST_SAMPLE_TIME, SHORTEST_SAMPLE_TIME, clock, running};
 pub use sampled::{
-    Change, ControlLoop, Lifted, Limit, LoopPlant, Readings, Reads, SampledLoop, SampledLoopError, SampledPart,
-    SlowSensor, Slowest, Survey, VariedPlant, Wire, reading_variance, sampled,
+    BesideBlocks, Change, ControlLoop, Lifted, Limit, LinearTask, LoopBlocks, LoopPlant, Readings, Reads, SampledLoop,
+    SampledLoopError, SampledPart, SlowSensor, Slowest, Survey, Teller, VariedPlant, Wire, reading_variance, sampled,
 };
 pub use stability::{Stability, stability};
 pub use task_law::TaskLaw;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use kardan_rt::Health;
 
-use super::{Block, Clock, Kept, Law, LinearLaw, Reference, Seen};
+use super::{Block, Clock, Kept, Law, LinearLaw, LinearTask, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
 use crate::expr::{Floating, Symbol, lower};
@@ -149,6 +149,84 @@ impl TaskLaw {
             memory = lower(&self.task.graph, &next, &mut Floating::<f64>::default(), at);
         }
         memory
+    }
+
+    /// Slopes where what is read and what is remembered have these values.
+    fn slopes_at(&self, at: impl Fn(Symbol) -> f64) -> LinearLaw {
+        let task = &self.task;
+        let mut graph = task.graph.clone();
+        let exprs: Vec<_> =
+            task.answers.iter().map(|answer| answer.value).chain(task.memory.iter().map(|entry| entry.next)).collect();
+        let slopes: Vec<Vec<f64>> = inputs_of(task)
+            .into_iter()
+            .map(|symbol| {
+                let slopes = graph.derivatives(&exprs, symbol);
+                lower(&graph, &slopes, &mut Floating::<f64>::default(), &at)
+            })
+            .collect();
+        let (answers, states, reads) = (self.answers.len(), task.memory.len(), self.comes.len());
+        // Rows of answers and of states over what is read of a kind.
+        let over = |first: usize, rows: usize, columns: usize, of: &dyn Fn(usize) -> Vec<(usize, f64)>| {
+            let mut out = Matrix::zeros(rows, columns);
+            for (k, slopes) in slopes[..reads].iter().enumerate() {
+                for (column, share) in of(k) {
+                    (0..rows).for_each(|i| out[(i, column)] += share * slopes[first + i]);
+                }
+            }
+            out
+        };
+        let angles = |k: usize| match self.comes[k] {
+            Comes::Angle(shaft) => vec![(shaft, 1.0)],
+            Comes::Reading(sensor) => self.ideal[sensor].angles.clone(),
+            _ => Vec::new(),
+        };
+        let speeds = |k: usize| match self.comes[k] {
+            Comes::Speed(shaft) => vec![(shaft, 1.0)],
+            Comes::Reading(sensor) => self.ideal[sensor].speeds.clone(),
+            _ => Vec::new(),
+        };
+        let references = |k: usize| if let Comes::Reference(k) = self.comes[k] { vec![(k, 1.0)] } else { Vec::new() };
+        let errors = |k: usize| if let Comes::Reading(k) = self.comes[k] { vec![(k, 1.0)] } else { Vec::new() };
+        let remembered = |first: usize, rows: usize| Matrix::from_fn(rows, states, |i, j| slopes[reads + j][first + i]);
+        let (shafts, known, sensors) = (self.shafts, self.references.len(), self.sensors.len());
+        LinearLaw {
+            states: remembered(answers, states),
+            angles: over(answers, states, shafts, &angles),
+            speeds: over(answers, states, shafts, &speeds),
+            disturbances: Matrix::zeros(states, 0),
+            torques: Matrix::zeros(states, answers),
+            on_states: remembered(0, answers),
+            on_angles: over(0, answers, shafts, &angles),
+            on_speeds: over(0, answers, shafts, &speeds),
+            on_disturbances: Matrix::zeros(answers, 0),
+            references: over(answers, states, known, &references),
+            on_references: over(0, answers, known, &references),
+            errors: over(answers, states, sensors, &errors),
+            on_errors: over(0, answers, sensors, &errors),
+        }
+    }
+
+    /// The task around what it sees there.
+    pub fn around(&self, seen: &Seen<'_>) -> LinearTask {
+        let value = |k: usize| match self.comes[k] {
+            Comes::Angle(shaft) => seen.angles[shaft],
+            Comes::Speed(shaft) => seen.speeds[shaft],
+            Comes::Reading(sensor) => self.ideal[sensor].read(seen),
+            Comes::Reference(reference) => seen.references[reference],
+            Comes::Time => seen.time,
+        };
+        let linear = self.slopes_at(|symbol| {
+            let read = self.task.reads.iter().position(|(own, _)| *own == symbol);
+            let entry = || self.task.memory.iter().position(|entry| entry.symbol == symbol);
+            read.map(value).or_else(|| Some(seen.states[entry()?])).unwrap_or(0.0)
+        });
+        LinearTask {
+            linear,
+            clock: self.clock,
+            answers: self.answers.clone(),
+            references: self.references.iter().map(|reference| reference.name.clone()).collect(),
+            sensors: self.sensors.clone(),
+        }
     }
 
     fn block_of<T: Float>(&self) -> TaskBlock<T> {
@@ -302,62 +380,11 @@ impl Law for TaskLaw {
 
     /// Slopes where everything that is read is zero, and all is remembered as behind the first samples there.
     fn linear(&self) -> LinearLaw {
-        let task = &self.task;
-        let mut graph = task.graph.clone();
-        let exprs: Vec<_> =
-            task.answers.iter().map(|answer| answer.value).chain(task.memory.iter().map(|entry| entry.next)).collect();
         let settled = self.settled();
-        let at = |symbol: Symbol| {
-            let entry = task.memory.iter().position(|entry| entry.symbol == symbol);
+        self.slopes_at(|symbol| {
+            let entry = self.task.memory.iter().position(|entry| entry.symbol == symbol);
             entry.map_or(0.0, |entry| settled[entry])
-        };
-        let slopes: Vec<Vec<f64>> = inputs_of(task)
-            .into_iter()
-            .map(|symbol| {
-                let slopes = graph.derivatives(&exprs, symbol);
-                lower(&graph, &slopes, &mut Floating::<f64>::default(), at)
-            })
-            .collect();
-        let (answers, states, reads) = (self.answers.len(), task.memory.len(), self.comes.len());
-        // Rows of answers and of states over what is read of a kind.
-        let over = |first: usize, rows: usize, columns: usize, of: &dyn Fn(usize) -> Vec<(usize, f64)>| {
-            let mut out = Matrix::zeros(rows, columns);
-            for (k, slopes) in slopes[..reads].iter().enumerate() {
-                for (column, share) in of(k) {
-                    (0..rows).for_each(|i| out[(i, column)] += share * slopes[first + i]);
-                }
-            }
-            out
-        };
-        let angles = |k: usize| match self.comes[k] {
-            Comes::Angle(shaft) => vec![(shaft, 1.0)],
-            Comes::Reading(sensor) => self.ideal[sensor].angles.clone(),
-            _ => Vec::new(),
-        };
-        let speeds = |k: usize| match self.comes[k] {
-            Comes::Speed(shaft) => vec![(shaft, 1.0)],
-            Comes::Reading(sensor) => self.ideal[sensor].speeds.clone(),
-            _ => Vec::new(),
-        };
-        let references = |k: usize| if let Comes::Reference(k) = self.comes[k] { vec![(k, 1.0)] } else { Vec::new() };
-        let errors = |k: usize| if let Comes::Reading(k) = self.comes[k] { vec![(k, 1.0)] } else { Vec::new() };
-        let remembered = |first: usize, rows: usize| Matrix::from_fn(rows, states, |i, j| slopes[reads + j][first + i]);
-        let (shafts, known, sensors) = (self.shafts, self.references.len(), self.sensors.len());
-        LinearLaw {
-            states: remembered(answers, states),
-            angles: over(answers, states, shafts, &angles),
-            speeds: over(answers, states, shafts, &speeds),
-            disturbances: Matrix::zeros(states, 0),
-            torques: Matrix::zeros(states, answers),
-            on_states: remembered(0, answers),
-            on_angles: over(0, answers, shafts, &angles),
-            on_speeds: over(0, answers, shafts, &speeds),
-            on_disturbances: Matrix::zeros(answers, 0),
-            references: over(answers, states, known, &references),
-            on_references: over(0, answers, known, &references),
-            errors: over(answers, states, sensors, &errors),
-            on_errors: over(0, answers, sensors, &errors),
-        }
+        })
     }
 
     fn sensors(&self) -> &[OutputSignal] {

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod blocks_between;
 mod ecu;
 mod programs;
 mod regulator_block;

@@ -3,7 +3,7 @@
 use crate::common::{self, golden};
 use kardan::model::builtin;
 use kardan::study::{self, PreparedVariant};
-use kardan::synthesis::{Clock, LoopPlant, SampledLoop, SampledPart, Survey, sampled};
+use kardan::synthesis::{Clock, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Survey, sampled};
 use serde_json::Value;
 
 fn steering() -> std::sync::Arc<PreparedVariant> {
@@ -57,7 +57,7 @@ fn rate_limits() {
     let laws = &variant.designed;
     let clocks = [None, None];
     let plant = plant(&variant);
-    let survey = Survey { plant: &plant, laws, clocks: &clocks, number: 0 };
+    let survey = Survey { plant: &plant, laws, clocks: &clocks, number: 0, blocks: &LoopBlocks::default() };
     for (key, delay) in [("no_delay", 0.0), ("half", 0.5), ("one_delay", 1.0)] {
         let found = survey.longest_period(delay).expect("stable when fast").value;
         let expected = number(&golden["discrete"]["limits"][key]["T_max"]);
@@ -182,7 +182,7 @@ fn harmonic_drive_with_a_spring() {
     let variant = common::first(builtin("harmonic-drive-spring").expect("built in").source);
     let laws = &variant.designed;
     let plant = plant(&variant);
-    let survey = Survey { plant: &plant, laws, clocks: &[None], number: 0 };
+    let survey = Survey { plant: &plant, laws, clocks: &[None], number: 0, blocks: &LoopBlocks::default() };
     let mut checked = 0;
     for (key, delay) in [("delay0", 0.0), ("delay1", 1.0)] {
         let expected = &golden["discrete"]["hds"][key];
@@ -211,7 +211,7 @@ fn longest_lag() {
     let variant = steering();
     let laws = &variant.designed;
     let plant = plant(&variant);
-    let survey = Survey { plant: &plant, laws, clocks: &[None, None], number: 0 };
+    let survey = Survey { plant: &plant, laws, clocks: &[None, None], number: 0, blocks: &LoopBlocks::default() };
     let found = survey.longest_lag().expect("stable without a lag");
     assert!((found.value - 207.6e-6).abs() < 0.05e-6, "{}", found.value);
     // The zero dynamics, 953 rad/s, give way.

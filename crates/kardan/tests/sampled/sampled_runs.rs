@@ -4,7 +4,7 @@ use crate::common::{self, at, runs_only, signal};
 use kardan::model::builtin;
 use kardan::results::{Outcome, Run};
 use kardan::study::{self, Settings, Silent};
-use kardan::synthesis::{Clock, LoopPlant, SampledLoop, SampledPart, Survey};
+use kardan::synthesis::{Clock, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Survey};
 
 fn ecu() -> &'static str {
     builtin("sia-steering-ecu").expect("built in").source
@@ -552,7 +552,7 @@ fn slow_sensors_keep_step_in_the_search_for_the_rate() {
     let laws = &variant.designed;
     let clocks = [Some(Clock { period: 1e-3, delay: 0.0, single: false })];
     let limit = |plant: LoopPlant| {
-        let survey = Survey { plant: &plant, laws, clocks: &clocks, number: 0 };
+        let survey = Survey { plant: &plant, laws, clocks: &clocks, number: 0, blocks: &LoopBlocks::default() };
         survey.longest_period(0.5).expect("stable when fast").value
     };
     let plant = || LoopPlant::new(&model.linear, &model.lags());

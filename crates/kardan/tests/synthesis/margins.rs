@@ -12,7 +12,7 @@ use kardan::study::{DesignSettings, PreparedVariant, Silent, design};
 use kardan::synthesis::decoupling::characteristic_polynomial;
 use kardan::synthesis::margins::{Response, channel_margins, together};
 use kardan::synthesis::{
-    Change, Clock, LoopPlant, SampledLoop, SampledPart, Stability, Survey, Wire, exact_motions, stability,
+    Change, Clock, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Stability, Survey, Wire, exact_motions, stability,
 };
 
 /// Three bodies in a row that roll freely, both twists decoupled, behind motors of this lag.
@@ -190,7 +190,7 @@ fn verdicts_are_those_of_the_exact_polynomial() {
         let inertias: Vec<String> = (0..3).map(|_| format!("{:.3e}", 10f64.powf(4.0 * random.unit() - 3.0))).collect();
         let variant = common::first(&driveline([&inertias[0], &inertias[1], &inertias[2]], "", ""));
         let (laws, plant) = (&variant.designed, plant(&variant));
-        let survey = Survey { plant: &plant, laws, clocks: &[None], number: 0 };
+        let survey = Survey { plant: &plant, laws, clocks: &[None], number: 0, blocks: &LoopBlocks::default() };
         for lag in [0.0, 1e-6, 1e-4, 2e-3, 5e-3, 0.1, 0.3, 0.9] {
             let change = Change { lag: Some(lag), ..survey.unchanged() };
             let found = survey.slowest(change).expect("eigenvalues");
@@ -216,7 +216,7 @@ fn slow_is_not_free() {
     let variant = common::first(&source(weak));
     let (laws, plant) = (&variant.designed, plant(&variant));
     for clock in [None, Some(Clock { period: 1e-3, delay: 0.0, single: false })] {
-        let survey = Survey { plant: &plant, laws, clocks: &[clock], number: 0 };
+        let survey = Survey { plant: &plant, laws, clocks: &[clock], number: 0, blocks: &LoopBlocks::default() };
         let found = survey.slowest(survey.unchanged()).expect("eigenvalues");
         assert_eq!(found.free.columns(), 2, "the whole rolls, the swing is held: {clock:?}");
     }
@@ -499,7 +499,7 @@ fn complex_factors_of_a_motor() {
         let (laws, plant) = (&variant.designed, plant(&variant));
         let times = if clocks[0] == clocks[1] { [4e-3, 4e-3] } else { [4e-3, 10e-3] };
         let clocks = times.map(|period| Some(Clock { period, delay: 1e-3, single: false }));
-        let survey = Survey { plant: &plant, laws, clocks: &clocks, number: 0 };
+        let survey = Survey { plant: &plant, laws, clocks: &clocks, number: 0, blocks: &LoopBlocks::default() };
         let lifted = survey.lifted(0).expect("a common period");
         for factor in [0.3, 1.0, 1.7, 4.0] {
             let mut parts: Vec<SampledPart> = laws

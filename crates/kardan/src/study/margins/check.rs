@@ -6,10 +6,11 @@ use super::channels::of_motors;
 use super::clocks::clocks;
 use super::survey::{Known, left_out};
 use super::warnings::{CLOSE, close, hardly};
-use crate::diagnostics::{Diagnostic, Severity};
+use crate::diagnostics::{Diagnostic, Severity, quoted};
 use crate::num::multiply;
 use crate::simulate::Profile;
 use crate::study::PreparedVariant;
+use crate::study::loop_blocks::{blocks, loop_blocks};
 use crate::synthesis::{Law, LoopPlant, SampledLoop, SampledPart, Survey, exact_motions};
 
 /// Codes of mistakes that `--force` overrules.
@@ -55,7 +56,9 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
     let Some(place) = places.max_by(|a, b| period(a).total_cmp(&period(b))) else { return };
     let control = &variant.model.controls[place];
     let (laws, plant) = (&variant.running, variant.loop_plant());
-    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+    let parts = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+    let between = blocks(variant, &plant);
+    let parts = between.of_loop.join(parts);
     let all = together(variant, &parts);
     let free = left_out(variant, place, &plant);
     let judged = SampledLoop::new(&plant, &parts).map_err(|why| why.to_string());
@@ -98,7 +101,18 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         }
         _ => "choose shorter times, the longest one first; `--force` runs it as it is",
     };
-    out.push(Diagnostic::error(UNSTABLE, message).at(control.place.clone(), "unstable at this sample time").help(help));
+    let at = |told: Diagnostic| told.at(control.place.clone(), "unstable at this sample time");
+    // Blocks that saturate or switch do something else where the motion has grown: that stands in no one's way.
+    if between.bend && !between.of_loop.is_empty() {
+        let names = quoted(between.of_loop.names().iter().map(String::as_str));
+        let message = format!("{message}; the loop closes through the blocks {names}, with their slopes at rest");
+        out.push(
+            at(Diagnostic::warning(UNSTABLE, message))
+                .help("a run shows where the motion goes; `kardan design` shows the loop"),
+        );
+        return;
+    }
+    out.push(at(Diagnostic::error(UNSTABLE, message)).help(help));
 }
 
 /// The mistakes of references that ask for more torque than a motor has: at their values at the end of the run, once the linear
@@ -176,13 +190,15 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
     }
     let (laws, clocks, plant) = (&variant.designed, clocks(&variant.model.controls), variant.loop_plant());
     let continuous = clocks.iter().all(Option::is_none) && laws.iter().all(|law| law.clock().is_none());
+    let blocks = loop_blocks(variant, &plant);
     for (number, control) in variant.model.controls.iter().enumerate() {
-        let survey = Survey { plant: &plant, laws, clocks: &clocks, number };
+        let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
         let Some(found) = survey.slowest(survey.unchanged()) else { continue };
         let stable = if continuous {
             // Only what floating point takes for zero needs more.
-            let exact =
-                (found.left_out > 0).then(|| exact_motions(&variant.linear_model(), &plant.lags, laws)).flatten();
+            let exact = (found.left_out > 0 && blocks.is_empty())
+                .then(|| exact_motions(&variant.linear_model(), &variant.lags(), laws))
+                .flatten();
             Known::of(&found, exact.as_ref(), &plant, laws, true).stable
         } else {
             found.stable

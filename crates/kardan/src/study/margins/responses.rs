@@ -11,6 +11,7 @@ use crate::results::{
     StepResponse, StepSignal,
 };
 use crate::study::PreparedVariant;
+use crate::study::loop_blocks::with_blocks;
 use crate::synthesis::margins::{Response, frequency_range, refined};
 use crate::synthesis::{ControlLoop, Law, Plant, Readings, SampledLoop, SampledPart};
 
@@ -66,7 +67,8 @@ pub(in crate::study) fn responses(
 ) -> Result<LoopResponses, String> {
     let laws = &variant.running;
     let plant = variant.loop_plant();
-    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+    let parts = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+    let parts = with_blocks(variant, &plant, parts);
     let (law, model) = (&*laws[number], &*variant.whole_model(number));
     let view = ControlLoop { plant: &plant, parts: &parts, number };
     let motors = view.motors().ok_or(

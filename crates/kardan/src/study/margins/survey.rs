@@ -11,6 +11,7 @@ use crate::num::{Matrix, Rational, eigenvalues, split_off};
 use crate::reduce::{LinearModel, motions_over_states};
 use crate::results::{Design, FreeKnown, LoopLimit, Margins, RateLimit};
 use crate::study::PreparedVariant;
+use crate::study::loop_blocks::loop_blocks;
 use crate::synthesis::{
     ExactMotions, Law, Limit, LoopPlant, Plant, SampledLoop, SampledPart, Slowest, Stability, Survey, counting_charges,
     exact_motions,
@@ -31,7 +32,8 @@ pub(in crate::study) fn decay(variant: &PreparedVariant, margins: &Margins) -> O
 /// How many motions of the loop of the file's controllers nobody holds.
 pub(in crate::study) fn left_out(variant: &PreparedVariant, number: usize, plant: &LoopPlant) -> usize {
     let (laws, clocks) = (&variant.designed, clocks(&variant.model.controls));
-    let survey = Survey { plant, laws, clocks: &clocks, number };
+    let blocks = loop_blocks(variant, plant);
+    let survey = Survey { plant, laws, clocks: &clocks, number, blocks: &blocks };
     survey.slowest(survey.unchanged()).map_or(0, |found| found.left_out)
 }
 
@@ -44,7 +46,8 @@ pub(in crate::study) fn survey(
 ) -> Margins {
     let plant = variant.loop_plant();
     let clocks = clocks(&variant.model.controls);
-    let survey = Survey { plant: &plant, laws, clocks: &clocks, number };
+    let blocks = loop_blocks(variant, &plant);
+    let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
     let own = clocks[number];
     let as_it_is = survey.slowest(survey.unchanged());
     let motion = |limit: &Limit| motion(limit, design);
@@ -60,7 +63,8 @@ pub(in crate::study) fn survey(
     // Beside a law that is designed for its sample time, hardly any other one has a common period with it.
     let for_one_time = laws.iter().any(|law| law.clock().is_some());
     let radius = |growth: f64| own.map_or(growth, |own| powf(growth, own.period / shortest(&clocks)));
-    let exact = exact_motions(&variant.linear_model(), &plant.lags, laws);
+    // What is exact knows laws alone.
+    let exact = blocks.is_empty().then(|| exact_motions(&variant.linear_model(), &variant.lags(), laws)).flatten();
     let continuous = clocks.iter().all(Option::is_none) && !for_one_time;
     let known = as_it_is.as_ref().map(|found| Known::of(found, exact.as_ref(), &plant, laws, continuous));
     let stable = known.as_ref().map(|known| known.stable);

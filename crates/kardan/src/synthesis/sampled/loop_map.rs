@@ -49,7 +49,7 @@ pub struct SampledLoop {
     pub map: Matrix<f64>,
     /// T, s.
     pub period: f64,
-    /// The shortest sample time, s.
+    /// The shortest sample time of a law, s.
     pub sample_time: f64,
     /// The loop between two instants, `ż = F z`.
     pub flow: Matrix<f64>,
@@ -197,6 +197,8 @@ enum Due {
     Arrive(usize),
     Apply(usize),
     Read(usize, usize),
+    /// A task of blocks computes, before the laws that read its answers.
+    Answer(usize),
     Compute(usize),
 }
 
@@ -232,14 +234,16 @@ impl Course {
 
     fn do_what_is_due(&mut self, what: Due, places: &Places<'_>, parts: &[SampledPart]) {
         match what {
-            Due::Compute(law) => self.happenings.extend(places.laws[law].fresh().map(Happening::Fresh)),
+            Due::Answer(law) | Due::Compute(law) => {
+                self.happenings.extend(places.laws[law].fresh().map(Happening::Fresh));
+            }
             Due::Read(law, slow) => self.happenings.extend(places.laws[law].fresh_of(slow).map(Happening::Fresh)),
             Due::Apply(_) | Due::Arrive(_) => {}
         }
         let known = self.dues.iter().find(|(other, _)| *other == what).map(|(_, jump)| *jump);
         let jump = known.unwrap_or_else(|| {
             self.jumps.push(match what {
-                Due::Compute(law) => places.compute(law),
+                Due::Answer(law) | Due::Compute(law) => places.compute(law),
                 Due::Read(law, slow) => places.read(law, slow),
                 Due::Apply(law) => places.apply(law),
                 Due::Arrive(law) => places.arrive(law),
@@ -300,6 +304,10 @@ impl SampledLoop {
             let shortest = clocks.iter().map(|clock| clock.period).fold(f64::INFINITY, f64::min);
             (shortest, common_period(&periods, shortest).ok_or(SampledLoopError::NoCommonPeriod)?)
         };
+        // Growth is told for each sample of the laws, however often blocks compute.
+        let of_laws = parts.iter().filter(|part| !part.is_task()).filter_map(|part| part.clock);
+        let of_laws = of_laws.map(|clock| clock.period).fold(f64::INFINITY, f64::min);
+        let sample_time = if of_laws.is_finite() { of_laws } else { shortest };
         let places = Places::new(plant, parts, driven.is_some());
         let (flow, commands) = places.flow();
         let moving = Moving::of(&flow);
@@ -309,7 +317,7 @@ impl SampledLoop {
             if at - time > SAME * shortest {
                 course.wait(at - time, shortest, &moving, &flow)?;
                 time = at;
-                if together.iter().any(|what| matches!(what, Due::Compute(_))) {
+                if together.iter().any(|what| matches!(what, Due::Answer(_) | Due::Compute(_))) {
                     course.happenings.push(Happening::Look);
                 }
             }
@@ -340,7 +348,7 @@ impl SampledLoop {
         Ok(Self {
             map,
             period,
-            sample_time: shortest,
+            sample_time,
             flow,
             commands,
             references,
@@ -612,7 +620,7 @@ fn due(parts: &[SampledPart], period: f64, shortest: f64) -> Vec<(f64, Vec<Due>)
         let Some(clock) = part.clock else { continue };
         let samples = |time: f64| (0..(period / time).round() as usize).map(move |k| k as f64 * time);
         for at in samples(clock.period) {
-            all.push((at, Due::Compute(number)));
+            all.push((at, if part.is_task() { Due::Answer(number) } else { Due::Compute(number) }));
             if clock.delay > 0.0 {
                 let applied = (at + clock.delay) % period;
                 let same = (period - applied).min(applied) < SAME * shortest;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use kardan_rt::functions::{ln, powi};
 
-use super::{ControlLoop, Lifted, LoopPlant, SampledLoop, SampledPart, Slowest, Wire};
+use super::{ControlLoop, Lifted, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Slowest, Wire};
 use crate::num::{Matrix, at_zero, bracket};
 use crate::synthesis::margins::Response;
 use crate::synthesis::{Clock, Law};
@@ -30,6 +30,8 @@ pub struct Survey<'a> {
     pub clocks: &'a [Option<Clock>],
     /// The controller that is changed.
     pub number: usize,
+    /// Blocks that the loop closes through. While another sample time is looked for they are taken as given, as they keep theirs.
+    pub blocks: &'a LoopBlocks,
 }
 
 /// The loop with something changed.
@@ -66,11 +68,11 @@ impl Survey<'_> {
     fn changed(&self, change: Change) -> Option<(Vec<SampledPart>, LoopPlant)> {
         let mut plant = self.plant.clone();
         let mut parts = Vec::new();
+        let period = |clock: &Option<Clock>| clock.map(|clock| clock.period);
+        let moved = self.moves(change);
         for (number, (law, own)) in self.laws.iter().zip(self.clocks).enumerate() {
             // While the sample time is searched for, others with the same clock keep step, and those with another one have none.
-            let period = |clock: &Option<Clock>| clock.map(|clock| clock.period);
             let same = period(&self.clocks[self.number]) == period(own);
-            let moved = period(&change.clock) != period(&self.clocks[self.number]);
             let clock = match (own, change.clock) {
                 _ if number == self.number => change.clock,
                 (Some(own), Some(Clock { period, .. })) if moved && law.clock().is_none() => {
@@ -94,7 +96,19 @@ impl Survey<'_> {
             }
             parts.push(part);
         }
+        let parts = if self.has_blocks(change) { self.blocks.join(parts) } else { parts };
         Some((parts, plant))
+    }
+
+    /// Whether a change has another sample time.
+    fn moves(&self, change: Change) -> bool {
+        let period = |clock: Option<Clock>| clock.map(|clock| clock.period);
+        period(change.clock) != period(self.clocks[self.number])
+    }
+
+    /// Whether the changed loop closes through blocks.
+    fn has_blocks(&self, change: Change) -> bool {
+        !self.blocks.is_empty() && (self.blocks.is_continuous() || !self.moves(change))
     }
 
     /// The motion of the changed loop that grows most, but for those that nobody holds; `None` if it cannot be computed.
@@ -115,11 +129,12 @@ impl Survey<'_> {
     /// The motions of the changed loop in continuous time that nobody holds, columns whose first entries are `[q_r; q̇_r]`; `None`
     /// if a law has no such form.
     pub fn free_motions(&self, change: Change) -> Option<Matrix<f64>> {
-        if self.laws.iter().any(|law| law.clock().is_some()) {
+        if self.laws.iter().any(|law| law.clock().is_some()) || self.has_blocks(change) {
             return None;
         }
-        let clocks = vec![None; self.clocks.len()];
-        let other = Survey { plant: self.plant, laws: self.laws, clocks: &clocks, number: self.number };
+        let (clocks, blocks) = (vec![None; self.clocks.len()], LoopBlocks::default());
+        let other =
+            Survey { plant: self.plant, laws: self.laws, clocks: &clocks, number: self.number, blocks: &blocks };
         let (parts, plant) = other.changed(Change { clock: None, ..change })?;
         Some(at_zero(&SampledLoop::flow_of(&plant, &parts))?.motions)
     }

@@ -1,6 +1,7 @@
 //! Control at a sample time: laws as firmware runs them, the exact map of the sampled loop, its margins, and the design of
 //! laws that know the sample time, the delay and the lag of the motors.
 
+mod blocks;
 mod filter;
 mod firmware;
 mod hold;
@@ -20,6 +21,7 @@ mod responses;
 mod scheduled;
 mod turned;
 
+pub use blocks::{BesideBlocks, LinearTask, LoopBlocks};
 pub(super) use filter::filter;
 pub use firmware::sampled;
 pub(super) use hold::{hold_plant, on_their_way};
@@ -29,7 +31,7 @@ pub use loop_map::{SampledLoop, SampledLoopError, Slowest};
 pub use margins::{Change, Limit, Survey};
 pub(super) use memory::{entries, keep_health};
 pub use noise::reading_variance;
-pub use part::{SampledPart, Wire};
+pub use part::{SampledPart, Teller, Wire};
 pub use plant::{LoopPlant, Reads, SlowSensor, VariedPlant};
 pub(super) use regulator_block::RegulatorBlock;
 pub(super) use regulator_data::{GovernorData, RegulatorData};

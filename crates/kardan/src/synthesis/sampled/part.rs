@@ -1,6 +1,7 @@
 use super::{LoopPlant, SlowSensor};
+use crate::analysis::OutputSignal;
 use crate::names::SignalName;
-use crate::synthesis::{Clock, Law, LinearLaw};
+use crate::synthesis::{Clock, Law, LinearLaw, Told};
 
 /// A wire on which the commands of a sampled law to one of its motors are late.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,7 +12,16 @@ pub struct Wire {
     pub delay: f64,
 }
 
-/// A law in a sampled loop.
+/// What another part of a loop tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Teller {
+    /// Which part.
+    pub part: usize,
+    /// What of it.
+    pub told: Told,
+}
+
+/// A law in a sampled loop, or a task of blocks, whose answers stand in the place of commands.
 #[derive(Debug, Clone)]
 pub struct SampledPart {
     /// Its linear part: between samples if it has a clock.
@@ -26,6 +36,8 @@ pub struct SampledPart {
     pub wire: Option<Wire>,
     /// Which of its readings come from sensors with a sample time of their own. All others are new whenever it computes.
     pub slow: Vec<(usize, SlowSensor)>,
+    /// Which of its references other parts of the loop tell; all others come from the scenario.
+    pub reads: Vec<(usize, Teller)>,
 }
 
 impl SampledPart {
@@ -59,14 +71,34 @@ impl SampledPart {
     fn with(law: &dyn Law, plant: &LoopPlant, clock: Option<Clock>, linear: LinearLaw) -> Self {
         let number =
             |name: &String| plant.inputs.iter().position(|input| input == name).expect("a law commands inputs");
-        let slow = law.sensors().iter().enumerate().filter_map(|(k, signal)| {
+        let inputs = law.inputs().iter().map(number).collect();
+        Self::reading(law.sensors(), plant, clock, (linear, inputs))
+    }
+
+    /// A part that reads these sensors.
+    pub(super) fn reading(
+        sensors: &[OutputSignal],
+        plant: &LoopPlant,
+        clock: Option<Clock>,
+        (linear, inputs): (LinearLaw, Vec<usize>),
+    ) -> Self {
+        let slow = sensors.iter().enumerate().filter_map(|(k, signal)| {
             let head = SignalName::new(&signal.name).element;
             Some((k, plant.slow_sensors.iter().find(|sensor| sensor.name == head)?.clone()))
         });
         // In continuous time sensors are ideal.
         let slow = if clock.is_some() { slow.collect() } else { Vec::new() };
-        let inputs: Vec<usize> = law.inputs().iter().map(number).collect();
-        Self { linear, clock, gains: vec![1.0; inputs.len()], inputs, wire: None, slow }
+        Self { linear, clock, gains: vec![1.0; inputs.len()], inputs, wire: None, slow, reads: Vec::new() }
+    }
+
+    /// Whether it is a task of blocks.
+    pub fn is_task(&self) -> bool {
+        self.inputs.is_empty()
+    }
+
+    /// How many commands it gives, or answers.
+    pub(super) fn outputs(&self) -> usize {
+        self.linear.on_states.rows()
     }
 
     /// The linear part without what slow sensors tell it: that comes from the readings that they hold.

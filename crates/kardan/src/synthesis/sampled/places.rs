@@ -1,8 +1,8 @@
 use super::jump::Jump;
-use super::{LoopPlant, Reads, SampledPart, on_their_way};
+use super::{LoopPlant, Reads, SampledPart, Teller, on_their_way};
 use crate::num::Matrix;
 use crate::reduce::FirstOrder;
-use crate::synthesis::{Clock, LinearLaw};
+use crate::synthesis::{Clock, LinearLaw, Told};
 
 /// Where the parts of z are in a [`SampledLoop`](super::SampledLoop), and what changes them.
 pub(super) struct Places<'a> {
@@ -49,23 +49,6 @@ impl LawPlaces<'_> {
     pub fn fresh_of(&self, slow: usize) -> Option<usize> {
         Some(self.errors? + self.part.slow[slow].0)
     }
-
-    /// What the law makes of places beside those of plant and states: with `on_references` (or `references`) and `on_errors` (or
-    /// `errors`) it multiplies its references and readings' errors, and the readings that slow sensors hold.
-    fn enter_references(&self, references: &Matrix<f64>, errors: &Matrix<f64>, out: &mut Matrix<f64>) {
-        for i in 0..out.rows() {
-            if let Some(first) = self.references {
-                (0..references.columns()).for_each(|k| out[(i, first + k)] += references[(i, k)]);
-            }
-            if let Some(first) = self.errors {
-                let direct = (0..errors.columns()).filter(|k| !self.is_slow(*k));
-                direct.for_each(|k| out[(i, first + k)] += errors[(i, k)]);
-            }
-            for ((reading, _), (held, _)) in self.part.slow.iter().zip(&self.slow) {
-                out[(i, *held)] += errors[(i, *reading)];
-            }
-        }
-    }
 }
 
 impl<'a> Places<'a> {
@@ -80,10 +63,10 @@ impl<'a> Places<'a> {
         let laws = parts
             .iter()
             .map(|part| {
-                let inputs = part.inputs.len();
+                let outputs = part.outputs();
                 let waiting = part.clock.map_or(0, on_their_way);
-                let held = take(if part.clock.is_some() { inputs } else { 0 });
-                let queue = (0..waiting).map(|_| take(inputs)).collect();
+                let held = take(if part.clock.is_some() { outputs } else { 0 });
+                let queue = (0..waiting).map(|_| take(outputs)).collect();
                 let wire = part.clock.zip(part.wire).map(|(clock, wire)| {
                     let waiting = on_their_way(Clock { delay: wire.delay, ..clock });
                     (wire.input, take(1), (0..waiting).map(|_| take(1)).collect())
@@ -121,17 +104,55 @@ impl<'a> Places<'a> {
         out
     }
 
+    /// What a law makes of places beside those of plant and states: with `on_references` (or `references`) and `on_errors` (or
+    /// `errors`) it multiplies its references and readings' errors, the readings that slow sensors hold, and what other parts tell it.
+    fn enter_references(&self, law: &LawPlaces<'_>, [references, errors]: [&Matrix<f64>; 2], out: &mut Matrix<f64>) {
+        let told: Vec<(usize, Vec<(usize, f64)>)> =
+            law.part.reads.iter().map(|(reference, teller)| (*reference, self.told(*teller))).collect();
+        for i in 0..out.rows() {
+            if let Some(first) = law.references {
+                (0..references.columns()).for_each(|k| out[(i, first + k)] += references[(i, k)]);
+            }
+            if let Some(first) = law.errors {
+                let direct = (0..errors.columns()).filter(|k| !law.is_slow(*k));
+                direct.for_each(|k| out[(i, first + k)] += errors[(i, k)]);
+            }
+            for ((reading, _), (held, _)) in law.part.slow.iter().zip(&law.slow) {
+                out[(i, *held)] += errors[(i, *reading)];
+            }
+            for (reference, row) in &told {
+                row.iter().for_each(|(place, x)| out[(i, *place)] += references[(i, *reference)] * x);
+            }
+        }
+    }
+
+    /// What a part tells, over z: at a sample the tasks have computed before, and a law tells what it found at its last one.
+    fn told(&self, Teller { part, told }: Teller) -> Vec<(usize, f64)> {
+        let law = &self.laws[part];
+        match told {
+            Told::State(k) => vec![(law.states + k, 1.0)],
+            Told::Command(k) if law.part.clock.is_some() => {
+                vec![(law.queue.last().copied().unwrap_or(law.held) + k, 1.0)]
+            }
+            // At every instant it follows from what it reads there.
+            Told::Command(k) => {
+                let command = self.command(part);
+                command.row(k).iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect()
+            }
+        }
+    }
+
     /// The command of a law over z: what it says now, whether sampled or not.
     fn command(&self, number: usize) -> Matrix<f64> {
         let law = &self.laws[number];
         let on_plant = self.plant.over_states([&law.direct.on_angles, &law.direct.on_speeds]);
         let states = law.states..law.states + law.direct.states.rows();
-        let mut out = Matrix::from_fn(law.part.inputs.len(), self.size, |i, j| match j {
+        let mut out = Matrix::from_fn(law.part.outputs(), self.size, |i, j| match j {
             j if j < on_plant.columns() => on_plant[(i, j)],
             j if states.contains(&j) => law.direct.on_states[(i, j - states.start)],
             _ => 0.0,
         });
-        law.enter_references(&law.direct.on_references, &law.direct.on_errors, &mut out);
+        self.enter_references(law, [&law.direct.on_references, &law.direct.on_errors], &mut out);
         out
     }
 
@@ -148,7 +169,7 @@ impl<'a> Places<'a> {
                 out[(i, law.states + j)] += law.direct.states[(i, j)];
             }
         }
-        law.enter_references(&law.direct.references, &law.direct.errors, &mut out);
+        self.enter_references(law, [&law.direct.references, &law.direct.errors], &mut out);
         out
     }
 
@@ -202,12 +223,12 @@ impl<'a> Places<'a> {
             }
         }
         for (number, law) in self.laws.iter().enumerate().filter(|(_, law)| law.part.clock.is_none()) {
-            let inputs = &law.part.inputs;
-            let torque = |i: usize, j: usize| match self.lagged[inputs[i]] {
-                Some(place) => f64::from(u8::from(j == place)),
-                None => commands[(inputs[i], j)],
+            let torque = |i: usize, j: usize| match law.part.inputs.get(i).map(|input| (*input, self.lagged[*input])) {
+                Some((_, Some(place))) => f64::from(u8::from(j == place)),
+                Some((input, None)) => commands[(input, j)],
+                None => 0.0,
             };
-            let rates = self.rates(number, &Matrix::from_fn(inputs.len(), self.size, torque));
+            let rates = self.rates(number, &Matrix::from_fn(law.part.outputs(), self.size, torque));
             for i in 0..rates.rows() {
                 for j in 0..self.size {
                     flow[(law.states + i, j)] += rates[(i, j)];
@@ -221,7 +242,7 @@ impl<'a> Places<'a> {
     pub fn compute(&self, number: usize) -> Jump {
         let law = &self.laws[number];
         let Some(clock) = law.part.clock else { unreachable!("only sampled laws compute at an instant") };
-        let m = law.part.inputs.len();
+        let m = law.part.outputs();
         let command = self.command(number);
         // The torques until the next sample: in force now, then those on their way, one after the other.
         let row = |place: usize| Matrix::from_fn(m, self.size, |i, j| f64::from(u8::from(j == place + i)));
@@ -266,7 +287,7 @@ impl<'a> Places<'a> {
         let mut out = Jump::default();
         let chain: Vec<usize> = std::iter::once(*held).chain(queue.iter().copied()).collect();
         for pair in chain.windows(2) {
-            (0..part.inputs.len()).for_each(|i| out.push(pair[0] + i, vec![(pair[1] + i, 1.0)]));
+            (0..part.outputs()).for_each(|i| out.push(pair[0] + i, vec![(pair[1] + i, 1.0)]));
         }
         if let (Some(place), Some((input, ..)), Some(next)) = (self.launched(number), wire, queue.first()) {
             out.push(place, vec![(next + input, 1.0)]);

@@ -1,7 +1,7 @@
 use crate::assemble::{CoefficientKind as Kind, TermCoefficient};
 use crate::equations::{Measured, Sensor};
-use crate::num::Matrix;
-use crate::reduce::{FirstOrder, LinearModel, Reduced, over_states};
+use crate::num::{Matrix, Rational, rational_to_f64};
+use crate::reduce::{FirstOrder, LinearModel, Reduced, is_answered, over_states};
 
 /// A linear plant with its motors, in floating point: `H q̈ + D q̇ + S q = F τ`. Coordinates without inertia have a damping, and no rate as a state.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,6 +117,22 @@ impl LoopPlant {
         over_states(rows, &self.basis, &self.moving)
     }
 
+    /// The same with an input along each torque that follows from what blocks answer, behind those of the motors, by the name of its element.
+    pub fn with_answered(mut self, reduced: &Reduced) -> Self {
+        let laws: Vec<_> = reduced.equations.laws.iter().filter(|law| is_answered(&law.value)).collect();
+        let own = self.input.columns();
+        let along = |i: usize, row: &[(usize, Rational)]| -> f64 {
+            row.iter().map(|(shaft, x)| rational_to_f64(x) * self.basis[(*shaft, i)]).sum()
+        };
+        self.input = Matrix::from_fn(self.input.rows(), own + laws.len(), |i, j| match j.checked_sub(own) {
+            Some(law) => along(i, &laws[law].row),
+            None => self.input[(i, j)],
+        });
+        self.inputs.extend(laws.iter().map(|law| law.element.clone()));
+        self.lags.extend(laws.iter().map(|_| 0.0));
+        self
+    }
+
     /// The same with the sensors of the file that have a sample time.
     pub fn with_sensors(mut self, reduced: &Reduced) -> Self {
         let all = reduced.equations.sensors.iter();
@@ -139,7 +155,7 @@ impl VariedPlant {
     /// # Panics
     /// As [`LoopPlant::new`].
     pub fn new(reduced: &Reduced, model: &LinearModel, lags: &[f64]) -> Self {
-        let nominal = LoopPlant::new(model, lags).with_sensors(reduced);
+        let nominal = LoopPlant::new(model, lags).with_sensors(reduced).with_answered(reduced);
         let basis = &nominal.basis;
         let row = |along: &[(usize, f64)]| -> Vec<f64> {
             (0..basis.columns()).map(|j| along.iter().map(|(shaft, x)| x * basis[(*shaft, j)]).sum()).collect()

@@ -1,0 +1,259 @@
+//! Blocks between the laws of a loop: what of them the loop closes through.
+
+use super::{LoopPlant, SampledPart, Teller};
+use crate::analysis::OutputSignal;
+use crate::num::Matrix;
+use crate::reduce::AnsweredTorque;
+use crate::synthesis::{Clock, LinearLaw, Told};
+
+/// A task of blocks in a loop, around a place.
+#[derive(Debug, Clone)]
+pub struct LinearTask {
+    /// Its slopes; its answers stand in the place of commands.
+    pub linear: LinearLaw,
+    /// When it computes; `None`: at every instant.
+    pub clock: Option<Clock>,
+    /// What its answers are called.
+    pub answers: Vec<String>,
+    /// What its references are called.
+    pub references: Vec<String>,
+    /// Its sensors.
+    pub sensors: Vec<OutputSignal>,
+}
+
+/// A law beside blocks: what its references are called, and what it tells.
+#[derive(Debug, Clone, Default)]
+pub struct BesideBlocks {
+    /// Its references; those that its commands do not follow from are empty.
+    pub references: Vec<String>,
+    /// What it tells, by names that are unique in the loop.
+    pub tells: Vec<(String, Told)>,
+}
+
+/// Blocks between the laws of a loop, as its parts: what moves in the loop, acts on them and comes back by way of a law.
+#[derive(Debug, Clone, Default)]
+pub struct LoopBlocks {
+    parts: Vec<SampledPart>,
+    /// What each law reads of them.
+    reads: Vec<Vec<(usize, Teller)>>,
+    /// Names of the answers that are in the loop.
+    names: Vec<String>,
+}
+
+/// Something that blocks compute: a task, and which of its answers or of what it remembers.
+type Node = (usize, Told);
+
+/// Who follows from whom, by entries that are not zero.
+struct Net<'a> {
+    tasks: &'a [LinearTask],
+    laws: &'a [BesideBlocks],
+    torques: &'a [AnsweredTorque],
+}
+
+impl Net<'_> {
+    fn nodes(&self) -> Vec<Node> {
+        let of = |(number, task): (usize, &LinearTask)| {
+            let answers = (0..task.answers.len()).map(move |k| (number, Told::Command(k)));
+            answers.chain((0..task.linear.states.rows()).map(move |k| (number, Told::State(k)))).collect::<Vec<_>>()
+        };
+        self.tasks.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// The task that answers that.
+    fn answer(&self, name: &str) -> Option<Node> {
+        let of = |task: &LinearTask| task.answers.iter().position(|answer| answer == name);
+        self.tasks.iter().enumerate().find_map(|(number, task)| Some((number, Told::Command(of(task)?))))
+    }
+
+    /// The law that tells that.
+    fn told(&self, name: &str) -> Option<(usize, Told)> {
+        let of = |law: &BesideBlocks| law.tells.iter().find(|(own, _)| own == name).map(|(_, told)| *told);
+        self.laws.iter().enumerate().find_map(|(number, law)| Some((number, of(law)?)))
+    }
+
+    /// Rows of a node: over references, over all that moves, over what its task remembers.
+    fn rows(&self, (task, told): Node) -> [Vec<f64>; 3] {
+        let linear = &self.tasks[task].linear;
+        let (row, [references, angles, speeds, errors, states]) = match told {
+            Told::Command(k) => {
+                (k, [&linear.on_references, &linear.on_angles, &linear.on_speeds, &linear.on_errors, &linear.on_states])
+            }
+            Told::State(k) => (k, [&linear.references, &linear.angles, &linear.speeds, &linear.errors, &linear.states]),
+        };
+        [
+            references.row(row).to_vec(),
+            [angles, speeds, errors].iter().flat_map(|of| of.row(row)).copied().collect(),
+            states.row(row).to_vec(),
+        ]
+    }
+
+    /// Other nodes that a node follows from.
+    fn before(&self, node: Node) -> Vec<Node> {
+        let [references, _, states] = self.rows(node);
+        let names = references.iter().zip(&self.tasks[node.0].references).filter(|(x, _)| **x != 0.0);
+        let mut out: Vec<Node> = names.filter_map(|(_, name)| self.answer(name)).collect();
+        out.extend((0..states.len()).filter(|k| states[*k] != 0.0).map(|k| (node.0, Told::State(k))));
+        out
+    }
+
+    /// Whether what moves acts on a node, not by way of others.
+    fn moves(&self, node: Node) -> bool {
+        let [references, moving, _] = self.rows(node);
+        let told = |(x, name): (&f64, &String)| *x != 0.0 && self.told(name).is_some();
+        moving.iter().any(|x| *x != 0.0) || references.iter().zip(&self.tasks[node.0].references).any(told)
+    }
+
+    /// Nodes that what moves acts on, and that laws or torques follow from.
+    fn closed(&self) -> Vec<Node> {
+        let all = self.nodes();
+        let mut acted: Vec<Node> = all.iter().copied().filter(|node| self.moves(*node)).collect();
+        grow(&mut acted, |acted, out| {
+            out.extend(all.iter().filter(|node| self.before(**node).iter().any(|one| acted.contains(one))));
+        });
+        let read = self.laws.iter().flat_map(|law| &law.references);
+        let act = self.torques.iter().flat_map(|torque| &torque.on_answers).filter(|(_, slope)| *slope != 0.0);
+        let read = read.chain(act.map(|(name, _)| name));
+        let mut felt: Vec<Node> = read.filter_map(|name| self.answer(name)).collect();
+        grow(&mut felt, |felt, out| out.extend(felt.iter().flat_map(|node| self.before(*node))));
+        all.into_iter().filter(|node| acted.contains(node) && felt.contains(node)).collect()
+    }
+}
+
+/// Adds what is found, until nothing more is.
+fn grow(nodes: &mut Vec<Node>, more: impl Fn(&[Node], &mut Vec<Node>)) {
+    loop {
+        let mut found = Vec::new();
+        more(nodes, &mut found);
+        let before = nodes.len();
+        for node in found {
+            if !nodes.contains(&node) {
+                nodes.push(node);
+            }
+        }
+        if nodes.len() == before {
+            return;
+        }
+    }
+}
+
+impl LoopBlocks {
+    /// Blocks in the loop of a plant, in the order in which they compute, between laws, with the torques that follow from them. What nothing that moves
+    /// acts on is left out, and what no law or torque follows from: a timer, a counter, a display. None of it changes whether the loop is stable.
+    ///
+    /// # Panics
+    /// If the plant has no input for a torque.
+    pub fn new(tasks: &[LinearTask], laws: &[BesideBlocks], torques: &[AnsweredTorque], plant: &LoopPlant) -> Self {
+        let net = Net { tasks, laws, torques };
+        let closed = net.closed();
+        let own = |task: usize, wanted: fn(&Told) -> Option<usize>| -> Vec<usize> {
+            closed.iter().filter(|(of, _)| *of == task).filter_map(|(_, told)| wanted(told)).collect()
+        };
+        let answer: fn(&Told) -> Option<usize> = |told| if let Told::Command(k) = told { Some(*k) } else { None };
+        let state: fn(&Told) -> Option<usize> = |told| if let Told::State(k) = told { Some(*k) } else { None };
+        let kept: Vec<[Vec<usize>; 2]> = (0..tasks.len()).map(|task| [own(task, answer), own(task, state)]).collect();
+        // Tasks of which nothing is left are no parts.
+        let mut numbers = vec![None; tasks.len()];
+        let mut count = 0;
+        for (number, kept) in numbers.iter_mut().zip(&kept) {
+            if kept.iter().any(|kept| !kept.is_empty()) {
+                *number = Some(laws.len() + count);
+                count += 1;
+            }
+        }
+        let teller = |name: &str| -> Option<Teller> {
+            if let Some((part, told)) = net.told(name) {
+                return Some(Teller { part, told });
+            }
+            let (task, Told::Command(answer)) = net.answer(name)? else { return None };
+            let answer = kept[task][0].iter().position(|own| *own == answer)?;
+            Some(Teller { part: numbers[task]?, told: Told::Command(answer) })
+        };
+        let reads = |names: &[String]| -> Vec<(usize, Teller)> {
+            names.iter().enumerate().filter_map(|(k, name)| Some((k, teller(name)?))).collect()
+        };
+        let parts = (0..tasks.len()).filter(|task| numbers[*task].is_some()).map(|task| {
+            let LinearTask { linear, clock, references, sensors, .. } = &tasks[task];
+            let used = |k: &usize| {
+                [&linear.errors, &linear.on_errors].iter().any(|of| (0..of.rows()).any(|i| of[(i, *k)] != 0.0))
+            };
+            let read: Vec<usize> = (0..sensors.len()).filter(used).collect();
+            let sensors: Vec<OutputSignal> = read.iter().map(|k| sensors[*k].clone()).collect();
+            let linear = part_of(linear, [&kept[task][0], &kept[task][1], &read]);
+            let part = SampledPart::reading(&sensors, plant, *clock, (linear, Vec::new()));
+            SampledPart { reads: reads(references), ..part }
+        });
+        let mut parts: Vec<SampledPart> = parts.collect();
+        parts.extend(torques.iter().filter_map(|torque| acting(torque, &teller, plant)));
+        let reads = laws.iter().map(|law| reads(&law.references)).collect();
+        let names =
+            closed.iter().filter_map(|(task, told)| Some(tasks[*task].answers[answer(told)?].clone())).collect();
+        Self { parts, reads, names }
+    }
+
+    /// Whether no loop closes through blocks.
+    pub fn is_empty(&self) -> bool {
+        self.parts.is_empty() && self.reads.iter().all(Vec::is_empty)
+    }
+
+    /// Names of the answers that are in the loop.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Whether all of them compute at every instant.
+    pub fn is_continuous(&self) -> bool {
+        self.parts.iter().all(|part| part.clock.is_none())
+    }
+
+    /// The parts of a loop with them: laws first, in their order.
+    pub fn join(&self, mut parts: Vec<SampledPart>) -> Vec<SampledPart> {
+        for (part, reads) in parts.iter_mut().zip(&self.reads) {
+            part.reads.clone_from(reads);
+        }
+        parts.extend(self.parts.iter().cloned());
+        parts
+    }
+}
+
+/// A torque that follows from blocks, as a part that acts at every instant; `None` if it adds nothing to the plant.
+fn acting(torque: &AnsweredTorque, teller: &dyn Fn(&str) -> Option<Teller>, plant: &LoopPlant) -> Option<SampledPart> {
+    let told: Vec<(Teller, f64)> =
+        torque.on_answers.iter().filter_map(|(name, slope)| Some((teller(name)?, *slope))).collect();
+    if told.is_empty() && torque.on_positions.is_empty() && torque.on_rates.is_empty() {
+        return None;
+    }
+    let input = plant.inputs.iter().position(|name| *name == torque.element).expect("an input for each torque");
+    let shafts = plant.basis.rows();
+    let over = |entries: &[(usize, f64)]| {
+        let mut out = Matrix::zeros(1, shafts);
+        entries.iter().for_each(|(shaft, x)| out[(0, *shaft)] += x);
+        out
+    };
+    let on_references = Matrix::from_fn(1, told.len(), |_, k| told[k].1);
+    let linear = LinearLaw::gains(over(&torque.on_positions), over(&torque.on_rates), on_references);
+    let part = SampledPart::reading(&[], plant, None, (linear, vec![input]));
+    Some(SampledPart { reads: told.into_iter().map(|(teller, _)| teller).enumerate().collect(), ..part })
+}
+
+/// Some answers and states of a task, with some of its sensors.
+fn part_of(law: &LinearLaw, [answers, states, sensors]: [&[usize]; 3]) -> LinearLaw {
+    let rows = |of: &Matrix<f64>, rows: &[usize]| Matrix::from_fn(rows.len(), of.columns(), |i, j| of[(rows[i], j)]);
+    let both = |of: &Matrix<f64>, rows: &[usize], columns: &[usize]| {
+        Matrix::from_fn(rows.len(), columns.len(), |i, j| of[(rows[i], columns[j])])
+    };
+    LinearLaw {
+        states: both(&law.states, states, states),
+        angles: rows(&law.angles, states),
+        speeds: rows(&law.speeds, states),
+        disturbances: rows(&law.disturbances, states),
+        torques: both(&law.torques, states, answers),
+        on_states: both(&law.on_states, answers, states),
+        on_angles: rows(&law.on_angles, answers),
+        on_speeds: rows(&law.on_speeds, answers),
+        on_disturbances: rows(&law.on_disturbances, answers),
+        references: rows(&law.references, states),
+        on_references: rows(&law.on_references, answers),
+        errors: both(&law.errors, states, sensors),
+        on_errors: both(&law.on_errors, answers, sensors),
+    }
+}
