@@ -101,12 +101,13 @@ pub(super) fn find_unit(name: &str) -> Option<(Exact, Dimension)> {
 }
 
 /// Words that are written for a unit, and what to write.
-const MEANT: [(&[&str], &str); 5] = [
+const MEANT: [(&[&str], &str); 6] = [
     (&["sec", "secs", "second", "seconds"], "did you mean `s`?"),
     (&["msec", "msecs", "millisecond", "milliseconds"], "did you mean `ms`?"),
     (&["mins", "minute", "minutes"], "did you mean `min`?"),
     (&["hr", "hrs", "hour", "hours"], "did you mean `h`?"),
     (&["lb", "lbs", "lbm", "pound", "pounds"], "write a mass in `kg` (1 lb = 0.45359237 kg), a force in `lbf`"),
+    (&["degc", "°c", "celsius", "degcelsius"], "temperatures are in kelvin: 25 degrees Celsius are `298.15 K`"),
 ];
 
 /// What an unknown unit may have been meant to be.

@@ -223,3 +223,19 @@ damping_ratio = "{value}"
     assert_eq!(told("± 60 %", "1 / (x * x - x + 0.26)"), Vec::<String>::new());
     assert_eq!(told("± 60 %", "if(x < 0.9, 2, 1 / (x - 1/2))"), Vec::<String>::new());
 }
+
+/// A parameter whose name a unit has too: behind a sign of multiplication it is the parameter, behind a number alone it is the unit.
+#[test]
+fn parameters_come_before_units_behind_a_sign() {
+    let source = "[parameters]\nJ = \"3 kg m^2\"\nV = \"12 V\"\nhalf = \"0.5*V\"\nquarter = \"1/4*V\"\n\
+                  [shaft.a]\ninertia = \"2*J\"\n[shaft.b]\ninertia = \"J*2\"\n[shaft.c]\ninertia = \"2 kg*m^2\"\n\
+                  [spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"2 N*m/rad * V / half\"\ndamping = \"1 N m s/rad * V / quarter\"\n\
+                  [spring_damper.t]\nshaft_1 = \"b\"\nshaft_2 = \"c\"\nstiffness = \"1 N m/rad\"\n";
+    let (prepared, told) = study::prepare(source);
+    assert!(told.is_empty(), "{told:?}");
+    let equations = &prepared.variants[0].reduced.equations;
+    let sizes: Vec<f64> = equations.inertias.iter().map(|term| term.value.to_f64()).collect();
+    assert_eq!(sizes, [6.0, 6.0, 2.0]);
+    assert_eq!(equations.springs[0].value.stiffness.to_f64(), 4.0);
+    assert_eq!(equations.dampers[0].value.to_f64(), 4.0);
+}

@@ -471,6 +471,9 @@ impl Reader<'_> {
             self.word(text, out);
             return None;
         }
+        if let Some(read) = self.of_parameter(text).filter(|_| quoted) {
+            return Some(Scalar::Expression(Box::new(read)));
+        }
         let marked = quoted && tolerance_mark(text).is_some();
         let read = match self.kind {
             _ if marked => parse_tolerated(text).map(|read| (read.value.clone(), read.dimension, Some(read))),
@@ -497,6 +500,19 @@ impl Reader<'_> {
             },
         };
         self.literal(number, dimension, tolerated, text, out)
+    }
+
+    /// A number times a parameter of the model, where its name is that of a unit too: `2*J` is twice the parameter, `2 J` an energy.
+    fn of_parameter(&self, text: &str) -> Option<Expression> {
+        let parameters = match &self.known.model?.get("parameters")? {
+            Written::Table(table) => table,
+            _ => return None,
+        };
+        if !text.contains(['*', '/', '·', '⋅']) || parse_quantity(text).is_err() {
+            return None;
+        }
+        let read = Expression::parse(text).ok()?;
+        read.names().iter().any(|name| parameters.get(name).is_some()).then_some(read)
     }
 
     /// What is no quantity, as an expression; if it is none either, why. Without names it is a value at once.

@@ -327,7 +327,9 @@ impl Parser<'_> {
         }
         let rest = self.reader.rest();
         let end = rest.find(|c: char| !(c.is_alphabetic() || c == '°' || c == '%')).unwrap_or(rest.len());
-        let goes_on = rest[end..].starts_with(|c: char| c == '_' || c == '(' || c.is_ascii_digit());
+        let behind = &rest[end..];
+        let goes_on = behind.starts_with(|c: char| c == '_' || c == '(' || c.is_ascii_digit())
+            || behind.strip_prefix('.').is_some_and(|word| word.starts_with(char::is_alphabetic));
         !goes_on && find_unit(&rest[..end]).is_some()
     }
 

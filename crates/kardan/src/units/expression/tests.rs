@@ -127,6 +127,13 @@ fn conditions_are_one_or_zero() {
     }
 }
 
+/// `m.s` is the position of a mass, whatever stands before it; `m` alone behind a number is a metre.
+#[test]
+fn names_with_a_point_are_no_units() {
+    let read = Expression::parse_law("5 N/m*m.s + 2 N/m*m.s").unwrap();
+    assert_eq!(read.names(), ["m.s"]);
+}
+
 #[test]
 fn mistakes_are_told_at_their_place() {
     for (text, message, place) in [
