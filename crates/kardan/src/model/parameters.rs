@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::document::{Document, Parameter};
 use super::keys::{Following, mistake};
-use super::parse::{Node, check_name, value};
+use super::parse::{Node, check_name, value_near};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::{Place, Written};
 use crate::schema::{Kind, Scalar, Sign, Table, Value};
@@ -40,7 +40,7 @@ pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mu
         let what = format!("parameter `{name}`");
         let is_number = matches!(given.value, Written::Number(_));
         let kind = if is_number { Kind::Number(Sign::Any) } else { Kind::AnyQuantity };
-        let Some(read) = value(&kind, &what, given, out) else { continue };
+        let Some(read) = value_near(&kind, &what, given, node.known, out) else { continue };
         let name = name.to_string();
         match read.value {
             Value::Scalar(Scalar::Literal(value, dimension)) => {

@@ -175,7 +175,7 @@ pub fn value(kind: &Kind, what: &str, entry: &Entry, out: &mut Vec<Diagnostic>) 
 }
 
 /// The same, with what hints are taken from.
-fn value_near(
+pub(in crate::model) fn value_near(
     kind: &Kind,
     what: &str,
     entry: &Entry,
