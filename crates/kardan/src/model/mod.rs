@@ -90,6 +90,16 @@ pub const BUILTIN: &[Builtin] = &[
         source: include_str!("../../../../models/sia-steering-ecu.toml"),
     },
     Builtin {
+        name: "steering-on-road",
+        summary: "The steering system whole: a car on a road, a driver, functions, force feedback, monitors, brake and lock",
+        source: include_str!("../../../../models/steering-on-road.toml"),
+    },
+    Builtin {
+        name: "afs-steering",
+        summary: "Prior art beside it: active front steering with a planetary gear and a worm, on the same car and road",
+        source: include_str!("../../../../models/afs-steering.toml"),
+    },
+    Builtin {
         name: "harmonic-drive",
         summary: "The harmonic drive alone with its identified friction (source 6.1, Table 6.1)",
         source: include_str!("../../../../models/harmonic-drive.toml"),

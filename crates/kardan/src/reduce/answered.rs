@@ -1,4 +1,4 @@
-//! Torques and bounds that follow from what blocks answer, around a position at rest.
+//! Torques that follow from what blocks answer, around a position at rest.
 
 use super::law_slopes::unconstrained;
 use super::{Kinematics, Motion, OperatingPoint, Reduced};
@@ -96,23 +96,4 @@ pub fn answered_torques(
         AnsweredTorque { element: law.element.clone(), row, on_answers, on_positions, on_rates }
     };
     reduced.equations.laws.iter().filter(|law| is_answered(&law.value)).map(of).collect()
-}
-
-/// What a brake or a clutch may carry at most (N m), or whether a lock is engaged (above one half), of each that follows from blocks, with what these
-/// answer at rest at an operating point.
-///
-/// # Panics
-/// As [`answered_torques`].
-pub fn answered_holds(reduced: &Reduced, point: &OperatingPoint, answer: &dyn Fn(&str) -> f64) -> Vec<(String, f64)> {
-    let free = unconstrained(reduced);
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(&point.position, &point.rates);
-    let holds = reduced.equations.holds.iter().filter_map(|hold| Some((&hold.element, hold.value.formula()?)));
-    holds
-        .filter(|(_, formula)| is_answered(formula))
-        .map(|(element, formula)| {
-            let around = Around::new(&free, formula, &numeric);
-            (element.clone(), around.at(&[around.value], answer)[0])
-        })
-        .collect()
 }

@@ -4,13 +4,12 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::PreparedVariant;
-use super::loop_blocks::blocks;
+use super::loop_blocks::{are_in_maps, blocks};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::{Formula, Meaning};
 use crate::model::{Document, Model, TableReader};
 use crate::names::SignalName;
 use crate::program::{Read, Task, TaskAnswer};
-use crate::reduce::{OperatingPoint, answered_holds};
 use crate::results::{SignalAnswer, SignalNode};
 use crate::simulate::{Scenario, SourceTarget};
 use crate::synthesis::{Law, fade};
@@ -60,11 +59,11 @@ pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> [Optio
     if variant.model.programs.tasks.is_empty() {
         return [None, None];
     }
-    let found = blocks(variant, &variant.loop_plant());
-    if !found.looked_at {
+    if !are_in_maps(variant) {
         let warning = format!("the law {}, so a run alone tells whether the loop is stable", taken_as_given(&read));
         return [Some(warning).filter(|_| !read.is_empty()), None];
     }
+    let found = blocks(variant, &variant.loop_plant());
     let names = found.of_loop.names();
     let where_they_stand = if found.bend { ", with their slopes where they stand at rest" } else { "" };
     let note = format!(
@@ -74,18 +73,18 @@ pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> [Optio
     [None, Some(note).filter(|_| !names.is_empty())]
 }
 
-/// Warns of what only a run sees of blocks: what laws in continuous time read of them, and what they let hold where the loop stands.
+/// Warns of what only a run sees of blocks: those at samples that laws in continuous time read, and torques that follow from them.
 pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
     let PreparedVariant { model, reduced, running: laws, scenario, .. } = variant;
     check_fades(document, model, scenario, out);
     if laws.len() == model.controls.len() {
         check_told(document, model, laws, out);
     }
-    if model.programs.tasks.is_empty() || model.controls.is_empty() {
+    if model.programs.tasks.is_empty() || model.controls.is_empty() || are_in_maps(variant) {
         return;
     }
-    let (moving, found) = (moving(model), blocks(variant, &variant.loop_plant()));
-    for (control, law) in model.controls.iter().zip(laws).filter(|_| !found.looked_at) {
+    let moving = moving(model);
+    for (control, law) in model.controls.iter().zip(laws) {
         let read = read_of_blocks(&moving, &**law);
         if read.is_empty() {
             continue;
@@ -94,43 +93,20 @@ pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: 
         let help = "give the controller a `sample_time`, or the blocks none: the loop then closes through them; a run has them in any case";
         out.push(Diagnostic::warning("block::loop", message).at(control.place.clone(), "this controller").help(help));
     }
-    let place = |element: &str| document.elements.iter().find(|one| one.name == element).map(|one| one.place.clone());
-    let told = |element: &str, message: String, help: &str, out: &mut Vec<Diagnostic>| {
+    for law in &reduced.equations.laws {
+        let blocks: Vec<&str> = blocks_of(&law.value).into_iter().filter(|name| moving.contains(*name)).collect();
+        if blocks.is_empty() {
+            continue;
+        }
+        let message = format!(
+            "`{}` follows from the block {}: beside controllers in continuous time alone, designs and margins take that as zero",
+            law.element,
+            quoted(blocks)
+        );
         let mistake = Diagnostic::warning("block::loop", message);
-        let mistake = place(element).into_iter().fold(mistake, |mistake, at| mistake.at(at, "this element"));
-        out.push(mistake.help(help));
-    };
-    for law in reduced.equations.laws.iter().filter(|_| !found.looked_at) {
-        let blocks = blocks_of(&law.value).into_iter().filter(|name| moving.contains(*name));
-        let blocks: Vec<&str> = blocks.collect();
-        if !blocks.is_empty() {
-            let message = format!(
-                "`{}` follows from the block {}: beside controllers in continuous time alone, designs and margins take that as zero",
-                law.element,
-                quoted(blocks)
-            );
-            told(
-                &law.element,
-                message,
-                "give a controller a `sample_time`, or the blocks none; a run has them in any case",
-                out,
-            );
-        }
-    }
-    for (element, value) in
-        answered_holds(reduced, &OperatingPoint::relaxed(&scenario.position), &|name| found.answer(name))
-    {
-        if value > 0.0 {
-            let message = format!(
-                "`{element}` holds where the loop stands, as blocks say at rest: designs, margins and maps take it as open"
-            );
-            told(
-                &element,
-                message,
-                "a run has it; let blocks begin with what is meant, or leave controllers out of that variant",
-                out,
-            );
-        }
+        let own = document.elements.iter().find(|one| one.name == law.element);
+        let mistake = own.into_iter().fold(mistake, |mistake, own| mistake.at(own.place.clone(), "this element"));
+        out.push(mistake.help("give a controller a `sample_time`, or the blocks none; a run has them in any case"));
     }
 }
 

@@ -18,23 +18,17 @@ struct Standing {
     references: Vec<f64>,
 }
 
-/// Blocks around where they stand with the plant at rest: the loop that closes through them, and what is known of what it leaves out.
+/// Blocks around where they stand with the plant at rest.
 pub(super) struct Blocks {
     /// What the loop closes through.
     pub of_loop: LoopBlocks,
-    /// What blocks answer there.
-    answers: BTreeMap<String, f64>,
     /// Whether some of them bend or switch, so that elsewhere they do otherwise.
     pub bend: bool,
-    /// Whether they were looked at: those with a sample time beside laws in continuous time are not.
-    pub looked_at: bool,
 }
 
-impl Blocks {
-    /// What a block answers there.
-    pub fn answer(&self, name: &str) -> f64 {
-        self.answers.get(name).copied().unwrap_or(0.0)
-    }
+/// Whether maps have the blocks of a variant: those with a sample time are left out where no law has one.
+pub(super) fn are_in_maps(variant: &PreparedVariant) -> bool {
+    variant.scenario.tasks.is_empty() || variant.running.iter().any(|law| law.clock().is_some())
 }
 
 /// The parts of a loop: laws, and the blocks through which it closes.
@@ -48,7 +42,7 @@ pub(super) fn loop_blocks(variant: &PreparedVariant, plant: &LoopPlant) -> LoopB
     blocks(variant, plant).of_loop
 }
 
-/// The same with what is known of what it leaves out.
+/// The same, and whether they bend.
 pub(super) fn blocks(variant: &PreparedVariant, plant: &LoopPlant) -> Blocks {
     // What blocks begin with fits there.
     blocks_at(variant, plant, &variant.scenario.position)
@@ -57,12 +51,11 @@ pub(super) fn blocks(variant: &PreparedVariant, plant: &LoopPlant) -> Blocks {
 /// The same with the plant at rest at a reduced position, rad.
 pub(super) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: &[f64]) -> Blocks {
     let PreparedVariant { model, reduced, running: laws, scenario, .. } = variant;
-    let sampled = laws.iter().any(|law| law.clock().is_some());
-    let tasks = scenario.flow.iter().chain(scenario.tasks.iter().filter(|_| sampled));
+    let seen = are_in_maps(variant);
+    let tasks = scenario.flow.iter().chain(scenario.tasks.iter().filter(|_| seen));
     let tasks: Vec<TaskLaw> = tasks.map(|task| TaskLaw::new(task, reduced)).collect();
-    let looked_at = sampled || scenario.tasks.is_empty();
     if tasks.is_empty() || laws.len() != model.controls.len() {
-        return Blocks { of_loop: LoopBlocks::default(), answers: BTreeMap::new(), bend: false, looked_at };
+        return Blocks { of_loop: LoopBlocks::default(), bend: false };
     }
     let mut kinematics = Kinematics::new(reduced);
     kinematics.update(position, &variant.point.rates);
@@ -73,12 +66,12 @@ pub(super) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: 
     let bend = tasks.iter().any(|task| task.bends());
     let tasks = linear_tasks(tasks, &mut answers, at_rest);
     let point = OperatingPoint { position: position.to_vec(), ..variant.point.clone() };
-    let torques = match looked_at {
+    let torques = match seen {
         true => answered_torques(reduced, &point, &|name| answers.get(name).copied().unwrap_or(0.0)),
         false => Vec::new(),
     };
     let of_loop = LoopBlocks::new(&tasks, &beside, &torques, plant);
-    Blocks { of_loop, answers, bend, looked_at }
+    Blocks { of_loop, bend }
 }
 
 /// A law as blocks know it.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use kardan_rt::functions::ln;
 
 use super::PreparedVariant;
-use super::loop_blocks::blocks_at;
+use super::loop_blocks::{blocks, blocks_at};
 use super::stepped_loop::{NotJudged, Shown, Subject, WITHOUT_MAP, any_subject, window};
 use crate::diagnostics::Diagnostic;
 use crate::model::ControlSpec;
@@ -74,7 +74,11 @@ pub(super) fn standing(
         laws.iter().map(|law| SampledPart::standing(&**law, plant.nominal(), position)).collect();
     let mut subject = any_subject(variant, number, laws, plant);
     let parts = parts.ok_or("a number of the linearised law is not finite")?;
-    subject.parts = blocks_at(variant, subject.plant.nominal(), position).of_loop.join(parts);
+    let between = match variant.point.position == position {
+        true => blocks(variant, subject.plant.nominal()),
+        false => blocks_at(variant, subject.plant.nominal(), position),
+    };
+    subject.parts = between.of_loop.join(parts);
     Ok(subject)
 }
 

@@ -19,7 +19,7 @@ use super::kept::{
     stands_still, with_loop,
 };
 use super::known::Known;
-use super::margins::{check_margins, check_sampled};
+use super::margins::{UNSTABLE, check_margins, check_sampled};
 use super::operating_point::{Asked, check_smooth, not_held};
 use super::passage::check_passage;
 use super::places::places_in_control;
@@ -356,14 +356,19 @@ fn add_faults(
 
 /// What is wrong with the loop of a variant that could be run.
 fn check_loop(document: &Document, variant: &PreparedVariant, heard: &Steps<'_>, out: &mut Vec<Diagnostic>) {
+    let before = out.len();
     check_sampled(variant.in_loop(), out);
+    let told = out[before..].iter().any(|told| told.code == UNSTABLE);
     heard.step();
     if !out.iter().any(is_error) {
         check_margins(variant.in_loop(), out);
         check_effort(document, variant, out);
     }
     heard.step();
-    check_passage(variant.in_loop(), out);
+    // Where it is unstable as it stands, that was told.
+    if !told {
+        check_passage(variant.in_loop(), out);
+    }
 }
 
 /// Where the loop of a variant stands, with its own parameters, and the multipliers of its kept rows there.

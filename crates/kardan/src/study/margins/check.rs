@@ -24,7 +24,7 @@ pub fn overrule(diagnostics: &mut [Diagnostic]) {
 }
 
 /// An unstable loop.
-const UNSTABLE: &str = "control::unstable";
+pub(in crate::study) const UNSTABLE: &str = "control::unstable";
 /// A reference that no motor can hold.
 const LIMIT: &str = "control::limit";
 /// Largest relative change of a torque at the instants at which it is looked at, if it has settled.

@@ -10,7 +10,7 @@ mod warnings;
 
 pub(super) use channels::motor_margins;
 pub use check::overrule;
-pub(super) use check::{check_margins, check_sampled};
+pub(super) use check::{UNSTABLE, check_margins, check_sampled};
 pub(super) use responses::responses;
 pub(super) use survey::{decay, left_out, survey};
 pub(super) use verdict::verdict;
