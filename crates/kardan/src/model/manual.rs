@@ -432,7 +432,7 @@ fn describe(kind: &Kind) -> String {
         Kind::Overrides => "quantities by name".into(),
         Kind::Lists => "lists of quantities by name".into(),
         Kind::Functions => "functions of time by name".into(),
-        Kind::Expressions => "expressions by motor".into(),
+        Kind::Expressions => "expressions by name".into(),
         Kind::Expression => "expression of measurements, signals and blocks".into(),
         Kind::Surface => "expression of angles and positions".into(),
         Kind::Formulas => "expressions by shaft or mass".into(),

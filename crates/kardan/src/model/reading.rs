@@ -64,6 +64,7 @@ const BLOCKS: &[&str] = &[
     "hysteresis",
     "delay",
     "hold",
+    "observer",
     "monitor",
     "state_machine",
 ];
