@@ -108,13 +108,12 @@ fn measured<'g>(wiring: &Wiring<'g>, states: &[State<'g>]) -> Result<Vec<Measure
     let predicted = wiring.expressions("predicted");
     let mut all = Vec::new();
     for (name, value, found) in wiring.expressions("measured") {
-        let own = wiring.own.iter().find(|(state, _)| state == name).map(|(_, symbol)| *symbol);
         let (said, wanted) = match predicted.iter().find(|(other, ..)| other == name) {
             Some((_, said, wanted)) => (*said, *wanted),
             None => {
                 check_name("measured", name, states, ", and `predicted` says nothing of it")?;
-                let of = states.iter().find(|(state, ..)| state == name).map_or(Dimension::NONE, |(.., of)| *of);
-                (own.unwrap_or(Wiring::zero()), of)
+                let own = states.iter().zip(&wiring.own).find(|((state, ..), _)| state == name);
+                own.map_or((Wiring::zero(), Dimension::NONE), |((.., of), [symbol, _])| (*symbol, *of))
             }
         };
         if !wanted.is_like(found) {
@@ -122,13 +121,11 @@ fn measured<'g>(wiring: &Wiring<'g>, states: &[State<'g>]) -> Result<Vec<Measure
             let help = format!("what is measured comes out in a unit such as {}", wanted.example());
             return Err(mistake("measured", message, help));
         }
-        if let Some((state, _)) = wiring.own.iter().find(|(_, symbol)| wiring.depends(*value, *symbol)) {
+        let follows = |both: &[Traced<'g>; 2]| both.iter().any(|symbol| wiring.depends(*value, *symbol));
+        if let Some(((state, ..), _)) = states.iter().zip(&wiring.own).find(|(_, both)| follows(both)) {
             let message = format!("`measured`: `{name}` follows from the estimate of `{state}` itself");
-            return Err(mistake(
-                "measured",
-                message,
-                "write the sensor alone; what the states say of it is `predicted`",
-            ));
+            let help = "write the sensor alone; what the states say of it is `predicted`";
+            return Err(mistake("measured", message, help));
         }
         all.push((name.clone(), *value, said, wanted));
     }
@@ -146,13 +143,15 @@ fn measured<'g>(wiring: &Wiring<'g>, states: &[State<'g>]) -> Result<Vec<Measure
 }
 
 /// Expressions as a matrix times the states and what is left without them.
-fn linear<'g>(
+fn linear<'g, 's>(
     wiring: &Wiring<'g>,
+    states: &'s [State<'g>],
     (key, of): (&'static str, &[&str]),
     values: &[Traced<'g>],
 ) -> Result<(Matrix<Rational>, Vec<Traced<'g>>), Mistake> {
-    let own: Vec<(&str, Symbol)> =
-        wiring.own.iter().filter_map(|(name, traced)| Some((name.as_str(), wiring.symbol_of(*traced)?))).collect();
+    let symbol =
+        |(state, both): (&'s State<'g>, &[Traced<'g>; 2])| Some((state.0.as_str(), wiring.symbol_of(both[0])?));
+    let own: Vec<(&str, Symbol)> = states.iter().zip(&wiring.own).filter_map(symbol).collect();
     let mut matrix = Matrix::<Rational>::zeros(values.len(), own.len());
     let mut rest = Vec::new();
     for (i, value) in values.iter().enumerate() {
@@ -355,9 +354,9 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     }
     let of_states: Vec<&str> = states.iter().map(|(name, ..)| name.as_str()).collect();
     let of_measured: Vec<&str> = measured.iter().map(|(name, ..)| name.as_str()).collect();
-    let (a, known) = linear(wiring, ("rates", &of_states), &rates(wiring, &states)?)?;
+    let (a, known) = linear(wiring, &states, ("rates", &of_states), &rates(wiring, &states)?)?;
     let said: Vec<Traced<'_>> = measured.iter().map(|(_, _, said, _)| *said).collect();
-    let (c, offsets) = linear(wiring, ("predicted", &of_measured), &said)?;
+    let (c, offsets) = linear(wiring, &states, ("predicted", &of_measured), &said)?;
     let mut plant = Plant { a, c };
     if wiring.values.has("poles") {
         check_seen(&plant, &states)?;
@@ -390,8 +389,10 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     for ((name, _, dimension), value) in states.iter().zip(now) {
         wiring.answer_as(name, *value, *dimension);
     }
-    for ((_, value, said, dimension), name) in measured.iter().zip(&answers) {
-        wiring.answer_as(name, *value - *said, *dimension);
+    for (k, ((.., dimension), name)) in measured.iter().zip(&answers).enumerate() {
+        let row = c.iter().skip(k * states.len());
+        let said = row.zip(now).fold(Wiring::zero(), |sum, (c, x)| sum + *c * *x);
+        wiring.answer_as(name, seen[k] - said, *dimension);
     }
     Ok(())
 }

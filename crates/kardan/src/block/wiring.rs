@@ -84,8 +84,8 @@ pub struct Wiring<'g> {
     pub given: BTreeMap<&'static str, (Traced<'g>, Dimension)>,
     /// Keys that are expressions by name.
     pub named: BTreeMap<&'static str, Expressions<'g>>,
-    /// Its own answers that its keys may name, with what stands for them.
-    pub own: Vec<(String, Traced<'g>)>,
+    /// Its states where it has some, in their order: what stands for each in its keys, and for what it answers of it.
+    pub own: Vec<[Traced<'g>; 2]>,
     /// All other keys.
     pub values: &'g Values,
     /// Lists by name.

@@ -92,6 +92,8 @@ pub(crate) struct Blocks<'a, 'd, 'f> {
     read: BTreeMap<String, (Expr, Dimension)>,
     /// What stands for the answers of blocks.
     answers: BTreeMap<String, (Expr, Dimension)>,
+    /// States of observers as their own keys name them, by name: they move, where what is answered stands still from one sample to the next.
+    states: BTreeMap<String, (Expr, Dimension)>,
     made: BTreeMap<&'a str, Option<Made>>,
     /// Blocks and signals that wait for others.
     open: Vec<&'a str>,
@@ -141,6 +143,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             outside,
             read: BTreeMap::new(),
             answers: BTreeMap::new(),
+            states: BTreeMap::new(),
             made: BTreeMap::new(),
             open: Vec::new(),
             used_functions: Vec::new(),
@@ -284,8 +287,13 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         // What is known of it already may be read by what it reads.
         let mut own = Vec::new();
         for (answer, dimension) in foretold(kind, &values, &lists) {
-            let (symbol, _) = self.answer_symbol(outside_name(name, &answer), dimension);
-            own.push((answer, symbol));
+            let outside = outside_name(name, &answer);
+            let (answered, _) = self.answer_symbol(outside.clone(), dimension);
+            if kind.keyword == "observer" {
+                let moves = self.symbol(&outside, dimension);
+                self.states.insert(outside, (moves, dimension));
+                own.push([moves, answered]);
+            }
         }
         if let Some(dimension) = unit {
             self.answer_symbol(name.clone(), dimension);
@@ -347,7 +355,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         &self,
         kind: &BlockKind,
         (values, sample_time, table, lists): (&Values, Option<Exact>, Option<Arc<Lookup>>, Vec<List>),
-        (given, guards, own): (Given, Vec<WrittenGuard>, Vec<(String, Expr)>),
+        (given, guards, own): (Given, Vec<WrittenGuard>, Vec<[Expr; 2]>),
     ) -> Result<(Answers, Memory), Mistake> {
         let graph = &self.graph;
         let traced = |expr: Expr| Traced::new(graph, expr);
@@ -362,7 +370,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             graph,
             given: alone,
             named,
-            own: own.into_iter().map(|(name, expr)| (name, traced(expr))).collect(),
+            own: own.into_iter().map(|both| both.map(traced)).collect(),
             values,
             lists,
             guards: guards
@@ -543,6 +551,9 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let varying = |(expr, dimension): (Expr, Dimension)| Some(Some(Named::Varying(expr, dimension)));
         let head = SignalName::new(name).element;
         if let Some(block) = document.blocks.iter().find(|block| block.name == name || block.name == head) {
+            if let Some(state) = self.states.get(name).filter(|_| self.open.last() == Some(&block.name.as_str())) {
+                return varying(*state);
+            }
             reads.insert(name.to_string());
             if let Some(known) = self.answers.get(name) {
                 return varying(*known);
