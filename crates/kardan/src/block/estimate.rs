@@ -1,5 +1,7 @@
 //! Linear observers of exact plants: what measurements tell of states, and gains for given poles.
 
+use dashu_int::UBig;
+
 use crate::num::{Matrix, Polynomial, Rational, Scalar, characteristic, echelon, held, rational_from_f64};
 use crate::schema::ExactPole;
 
@@ -101,6 +103,27 @@ pub(super) fn staying(error: &Matrix<Rational>, sampled: bool) -> Vec<(f64, f64)
         out.push(((1.0 - x * x - y * y) / size, 2.0 * y / size));
     }
     out
+}
+
+/// Binary digits below which what is left of a sum is the rounding of its parts.
+const ROUNDING: usize = 45;
+/// Beyond this growth sums cancel too much to tell.
+const TOO_MUCH: i32 = 4096;
+
+/// `e^{A T}` with entries of zero where all but the rounding of their parts cancels: half a turn of an oscillation says nothing of its speed.
+///
+/// What they are compared with is `e^{M T}`, M being A with the sizes of the entries beside its diagonal, which no entry exceeds.
+pub(super) fn settled(transition: Matrix<Rational>, a: &Matrix<Rational>, time: &Rational) -> Matrix<Rational> {
+    let n = a.rows();
+    let size = |x: &Rational| if *x < Rational::ZERO { Rational::ZERO.minus(x) } else { x.clone() };
+    let sizes = Matrix::from_fn(n, n, |i, j| if i == j { a[(i, i)].clone() } else { size(&a[(i, j)]) });
+    let known = held(&sizes, time).filter(|[bound, _]| (0..n).all(|i| bound[(i, i)] < Rational::from(TOO_MUCH)));
+    let Some([largest, _]) = known else { return transition };
+    let scale = Rational::from(UBig::ONE << ROUNDING);
+    Matrix::from_fn(n, n, |i, j| match size(&transition[(i, j)]).times(&scale) < largest[(i, j)] {
+        true => Rational::ZERO,
+        false => transition[(i, j)].clone(),
+    })
 }
 
 /// Each entry rounded once, to the nearest double.

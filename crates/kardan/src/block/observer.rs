@@ -1,4 +1,4 @@
-use super::estimate::{Plant, of_poles, rounded, staying};
+use super::estimate::{Plant, of_poles, rounded, settled, staying};
 use super::wiring::{BlockKind, List, Wiring, mistake, rational};
 use crate::element::Mistake;
 use crate::expr::{Rationals, Symbol, Traced, lower};
@@ -366,7 +366,7 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     if let Some(time) = &wiring.sample_time {
         let [transition, integral] = held(&plant.a, &time.to_rational()).ok_or_else(too_fast)?;
         // What kardan places is placed for all digits, and rounded once.
-        plant.a = transition;
+        plant.a = settled(transition, &plant.a, &time.to_rational());
         b = rounded(&integral).ok_or_else(too_fast)?;
     }
     let gain = gain(wiring, &plant, &states, &measured)?;

@@ -78,7 +78,11 @@ fn of_reference(
     let shown = shortened(&source.name);
     let what = format!("control `{}`: the signal `{shown}`, which is its reference", control.name);
     if let Some(written) = document.program_of(signal) {
-        let sensor = |name: &&str| !document.reads_at_every_instant(SignalName::new(name).element);
+        let sensor = |name: &&str| {
+            let head = SignalName::new(name).element;
+            let is_sensor = document.elements.iter().any(|one| one.name == head && one.kind.keyword == "sensor");
+            is_sensor && !document.reads_at_every_instant(head)
+        };
         let read = written.value.names().into_iter().find(sensor)?;
         let message = format!("{what}, reads `{read}`, which needs samples: it has no value at every instant");
         let help = format!(

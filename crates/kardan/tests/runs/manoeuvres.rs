@@ -320,9 +320,8 @@ fn a_manoeuvre_that_nothing_follows_is_told() {
     let message = "manoeuvre `turn`: nothing follows the signal `steer` that it makes, so every run of it is one in which nobody steers";
     let torque = "[torque.push]\nshaft = \"wheel\"\nlaw = \"2 N m/rad * ";
     let other = ROBOT.replace("angle = \"steer\"", "angle = \"20 deg\"");
-    // What a plot, or a signal that nothing reads, makes of it moves nothing.
-    let shown =
-        "[signal.twice]\nkind = \"expression\"\nvalue = \"2 * steer\"\n[[plot]]\nsignals = [\"steer\", \"twice\"]\n";
+    // What a signal that nothing reads makes of it moves nothing.
+    let shown = "[signal.twice]\nkind = \"expression\"\nvalue = \"2 * steer\"\n";
     for (rest, help) in [
         ("", "add a `[driver.NAME]` with `angle = \"steer\"`"),
         (other.as_str(), "write `angle = \"steer\"` in `[driver.robot]`"),
