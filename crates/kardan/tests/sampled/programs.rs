@@ -87,9 +87,9 @@ fn the_map_of_a_block_is_what_the_firmware_does() {
 #[test]
 fn poles_of_an_observer_and_of_its_law_are_those_of_the_map() {
     let (j, h) = (0.01, 0.002);
-    for (slow_law, slow_observer) in [(9.0, 30.0), (30.0, 7.0)] {
+    for (slow_law, slow_observer) in [(9.0_f64, 30.0_f64), (30.0, 7.0)] {
         // det(z − Φ + Γ K) = (z − z₀)² with Γ = [h²/2J, h/J]: k₁ g₁ + k₂ g₂ = 2 (1 − z₀), k₂ g₂ − k₁ g₁ = 1 − z₀².
-        let z = (-slow_law * h as f64).exp();
+        let z = (-slow_law * h).exp();
         let (g1, g2) = (h * h / (2.0 * j), h / j);
         let (k1, k2) = ((1.0 - z) * (1.0 - z) / (2.0 * g1), (3.0 - 2.0 * z - z * z) / (2.0 * g2));
         let source = format!(
