@@ -7,11 +7,12 @@
 //! `fuzz/run` drives the targets with libFuzzer; the test `the_stored_corpus_holds` sends the stored corpus through them.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use kardan::diagnostics::{Diagnostic, plain};
 use kardan::results::{Plot, Run, Study};
 use kardan::simulate::{Setup, Tolerance, simulate};
-use kardan::study::{self, EquationsForm, Silent};
+use kardan::study::{self, EquationsForm, Progress, Silent};
 use kardan::tables::read::{Block, Bytes, CsvOptions, LogError, in_memory, open};
 use kardan::{export, model, units};
 use kardan_report as report;
@@ -20,7 +21,7 @@ use kardan_report as report;
 pub type Target = (&'static str, fn(&[u8]));
 
 /// All targets: first the readers, then the commands.
-pub const TARGETS: [Target; 14] = [
+pub const TARGETS: [Target; 15] = [
     ("number", number),
     ("toml", toml),
     ("state_space", state_space),
@@ -35,6 +36,7 @@ pub const TARGETS: [Target; 14] = [
     ("design", design),
     ("identify", identify),
     ("bench", bench),
+    ("safety", safety),
 ];
 
 /// The longest model that a command is asked for, bytes: beyond it mutations do more in less time elsewhere.
@@ -47,6 +49,8 @@ const MOST_RUNS: usize = 3;
 const MOST_STEPS: usize = 1000;
 /// Output rows of one run.
 const MOST_ROWS: usize = 4000;
+/// Rows of a table of faults.
+const MOST_TABLE_ROWS: usize = 12;
 /// Rows read of one log.
 const MOST_LOG_ROWS: usize = 4_000_000;
 /// What stands between a model and a log in the bytes of `identify`.
@@ -342,6 +346,40 @@ pub fn bench(bytes: &[u8]) {
     match study::prepare_bench(&study::Project::open(source), &study::BenchSettings::default()) {
         Ok(bench) => {
             drop(export::truth_toml(bench.truth()));
+        }
+        Err(out) => told(source, &out),
+    }
+}
+
+/// Ends a table of runs after so many rows, whatever time they took, and each run after few steps.
+struct FewRows(AtomicUsize);
+
+impl Progress for FewRows {
+    fn advance(&self, _: usize, _: &str, _: f64) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn stop(&self) -> Option<String> {
+        (self.0.load(Ordering::Relaxed) >= MOST_TABLE_ROWS).then(|| "enough rows".into())
+    }
+
+    fn most_steps(&self) -> usize {
+        MOST_STEPS
+    }
+}
+
+/// `kardan safety`: the first rows of its table, every format.
+pub fn safety(bytes: &[u8]) {
+    let Some(source) = small(bytes) else { return };
+    let project = study::Project::open(source);
+    if project.prepared().variants.iter().any(|variant| variant.scenario.times.len() > MOST_ROWS) {
+        return;
+    }
+    let settings = study::SafetySettings { origin: "fuzz.toml".into(), ..study::SafetySettings::default() };
+    match project.safety(&settings, &FewRows(AtomicUsize::new(0))) {
+        Ok(table) => {
+            assert!(table.rows.iter().all(|row| row.command.starts_with("kardan run ")), "a row without its command");
+            drop((export::safety_json(&table), export::safety_csv(&table), shown(&report::safety(&table))));
         }
         Err(out) => told(source, &out),
     }

@@ -17,6 +17,7 @@
 //! | [`hold`] | keeps the last good readings where a sensor fails |
 //! | [`Pid`], [`TransferFunction`], [`Integrator`], [`Delay`] | a program of signals: controllers, filters, memories |
 //! | [`Saturation`], [`DeadZone`], [`RateLimit`], [`Hysteresis`] | its limits and switches |
+//! | [`Observer`] | what it estimates: states of a linear plant by what is measured |
 //! | [`Monitor`], [`StateMachine`] | what watches it, and what it does then |
 //! | [`Mechanism`] | the nonlinear model itself: angles, inertia, forces |
 //! | [`Plan`] | a model as a list of operations, for one evaluation or several side by side ([`Lanes`]) |
@@ -78,6 +79,6 @@ pub use real::Real;
 pub use regulator::{Health, Regulator, RegulatorMemory, hold};
 pub use schedule::Schedule;
 pub use scheduled_regulator::ScheduledRegulator;
-pub use signals::{DeadZone, Delay, Hysteresis, Integrator, Manual, Monitor, Pid, RateLimit, Saturation};
-pub use signals::{StateMachine, TransferFunction, Transition};
+pub use signals::{DeadZone, Delay, Hysteresis, Integrator, Manual, Monitor, Observer, Pid, RateLimit};
+pub use signals::{Saturation, StateMachine, TransferFunction, Transition};
 pub use state_space::StateSpace;

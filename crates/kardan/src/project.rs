@@ -4,8 +4,8 @@
 //! file, the struct, its module and the page of the manual (`kardan elements`) have one name and come from one registry.
 
 pub use crate::block::{
-    DeadZone, Delay, Gain, Hold, Hysteresis, Integrator, LeadLag, LowPass, Monitor, Pid, RateLimit, Saturation,
-    StateMachine, StateMachineTransition, TableBlock, TransferFunction,
+    DeadZone, Delay, Gain, Hold, Hysteresis, Integrator, LeadLag, LowPass, Monitor, ObserverBlock, Pid, RateLimit,
+    Saturation, StateMachine, StateMachineTransition, TableBlock, TransferFunction,
 };
 pub use crate::element::{
     Brake, Capacitor, Clutch, Constraint, Disturbance, Driver, EndStop, Gear, HarmonicDrive, Inductor, Lock, Mass,

@@ -9,7 +9,7 @@ use core::hint::black_box;
 
 use kardan_rt::{
     Bounds, Channel, ComputedTorque, DeadZone, Delay, Gain, Governor, Hysteresis, Integrator, Manual, Measurement,
-    Mechanism, ModelObserver, Monitor, Noninteracting, Operator, Pid, Plan, PositionLoop, RateLimit, Regulator,
+    Mechanism, ModelObserver, Monitor, Noninteracting, Observer, Operator, Pid, Plan, PositionLoop, RateLimit, Regulator,
     RegulatorMemory, Row, Run, Saturation, Schedule, ScheduledRegulator, Sensor, Situation, StateMachine, StateSpace,
     Table, Task, TransferFunction, Transition, hold,
 };
@@ -234,6 +234,8 @@ macro_rules! blocks {
             let mut five = black_box([0.0 as T; 5]);
             count(pid.step(input, 0.1, Manual { on: input, value: 0.0 }, &mut five));
             count(TransferFunction { numerator: x, denominator: y }.step(input, any_mut!(memory)));
+            let observer = Observer { a: x, b: y, c: x, gain: y };
+            count(observer.step(x, y, any_mut!(memory)));
             let transitions = [Transition { from: 0, to: 1 }, Transition { from: 1, to: 0 }];
             count(StateMachine { transitions: any!(transitions) }.step(x, &mut two));
             answers

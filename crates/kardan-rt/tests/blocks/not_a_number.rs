@@ -4,9 +4,9 @@
 
 use kardan_rt::{
     Bounds, Channel, ComputedTorque, DeadZone, Delay, Gain, Governor, Hysteresis, Integrator, Manual, Measurement,
-    Mechanism, ModelObserver, Monitor, Noninteracting, Operator, Pid, Plan, PositionLoop, RateLimit, Real, Regulator,
-    RegulatorMemory, Row, Run, Saturation, Schedule, ScheduledRegulator, Sensor, Situation, StateMachine, StateSpace,
-    Task, TransferFunction, Transition, hold,
+    Mechanism, ModelObserver, Monitor, Noninteracting, Observer, Operator, Pid, Plan, PositionLoop, RateLimit, Real,
+    Regulator, RegulatorMemory, Row, Run, Saturation, Schedule, ScheduledRegulator, Sensor, Situation, StateMachine,
+    StateSpace, Task, TransferFunction, Transition, hold,
 };
 use std::fmt::Debug;
 
@@ -607,6 +607,15 @@ fn signal_blocks<T: Number>() -> Vec<Case<T>> {
             block(4, move |x, memory| {
                 let (numerator, denominator) = ([of(0.5), of(0.25), of(0.125)], [of(-0.5), of(0.125), of(-0.0625)]);
                 TransferFunction { numerator: &numerator, denominator: &denominator }.step(x[0], memory)
+            }),
+        ),
+        answer(
+            "Observer::step",
+            3,
+            block(4, move |x, memory| {
+                let (a, b) = (list::<T, 4>([0.9, 0.1, -0.2, 0.8]), list::<T, 2>([0.0, 0.5]));
+                let (c, gain) = (list::<T, 4>([1.0, 0.0, 0.5, 1.0]), list::<T, 4>([0.5, 0.25, 0.125, 0.5]));
+                Observer { a: &a, b: &b, c: &c, gain: &gain }.step(&x[..1], &x[1..], memory)
             }),
         ),
         // No guard of an input holds, as those do not that are no numbers; of what is huge nothing is left after one sample.

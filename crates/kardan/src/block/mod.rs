@@ -6,6 +6,7 @@
 
 mod dead_zone;
 mod delay;
+mod estimate;
 mod gain;
 mod hold;
 mod hysteresis;
@@ -13,6 +14,7 @@ mod integrator;
 mod lead_lag;
 mod low_pass;
 mod monitor;
+mod observer;
 mod pid;
 mod rate_limit;
 mod rational;
@@ -31,13 +33,14 @@ pub use integrator::Integrator;
 pub use lead_lag::LeadLag;
 pub use low_pass::LowPass;
 pub use monitor::Monitor;
+pub use observer::ObserverBlock;
 pub use pid::Pid;
 pub use rate_limit::RateLimit;
 pub use saturation::Saturation;
 pub use state_machine::{StateMachine, StateMachineTransition};
 pub use table::TableBlock;
 pub use transfer_function::TransferFunction;
-pub use wiring::{Answer, BlockKind, Guard, Remembered, Wiring};
+pub use wiring::{Answer, BlockKind, Expressions, Guard, List, Remembered, Wiring};
 
 /// All kinds of blocks.
 pub const REGISTRY: &[BlockKind] = &[
@@ -54,6 +57,7 @@ pub const REGISTRY: &[BlockKind] = &[
     hysteresis::HYSTERESIS,
     delay::DELAY,
     hold::HOLD,
+    observer::OBSERVER,
     monitor::MONITOR,
     state_machine::STATE_MACHINE,
 ];

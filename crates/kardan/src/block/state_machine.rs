@@ -1,6 +1,6 @@
 use kardan_rt::{Arithmetic, Transition};
 
-use super::wiring::{BlockKind, Wiring, mistake};
+use super::wiring::{BlockKind, List, Wiring, mistake};
 use crate::element::Mistake;
 use crate::expr::Traced;
 use crate::schema::{BlockKeys, Keys, keys};
@@ -70,7 +70,7 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
         return Err(mistake("states", message, "choose another name"));
     }
     let outputs = std::mem::take(&mut wiring.lists);
-    for (name, values) in &outputs {
+    for List { name, values, .. } in &outputs {
         if name == SINCE || states.contains(name) {
             let message = format!("`outputs`: `{name}` is the name of a state, or of the time in it");
             return Err(mistake("outputs", message, "choose another name"));
@@ -106,7 +106,7 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     for (k, name) in states.iter().enumerate() {
         wiring.answer_as(name, is(k), Dimension::NONE);
     }
-    for (name, values) in &outputs {
+    for List { name, values, .. } in &outputs {
         let value = |(value, _): &(Exact, Dimension)| wiring.exact(value);
         let chosen = values
             .iter()

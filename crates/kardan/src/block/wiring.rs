@@ -7,7 +7,7 @@ use std::sync::Arc;
 use kardan_rt::Arithmetic;
 
 use crate::element::{Mistake, Values};
-use crate::expr::{Function, Graph, Lookup, Traced};
+use crate::expr::{Function, Graph, Lookup, Symbol, Traced};
 use crate::num::Rational;
 use crate::schema::Field;
 use crate::units::{Dimension, Exact};
@@ -62,16 +62,34 @@ pub struct Guard<'g> {
     pub when: Traced<'g>,
 }
 
+/// A list of quantities that has a name.
+#[derive(Debug, Clone)]
+pub struct List {
+    /// The key that it stands in.
+    pub key: &'static str,
+    /// Its name there.
+    pub name: String,
+    /// The quantities.
+    pub values: Vec<(Exact, Dimension)>,
+}
+
+/// Expressions by name.
+pub type Expressions<'g> = Vec<(String, Traced<'g>, Dimension)>;
+
 /// What a block is written into: its keys as expressions, and what it answers and remembers.
 pub struct Wiring<'g> {
     /// The graph.
     pub graph: &'g RefCell<Graph>,
     /// Keys that are expressions.
     pub given: BTreeMap<&'static str, (Traced<'g>, Dimension)>,
+    /// Keys that are expressions by name.
+    pub named: BTreeMap<&'static str, Expressions<'g>>,
+    /// Its states where it has some, in their order: what stands for each in its keys, and for what it answers of it.
+    pub own: Vec<[Traced<'g>; 2]>,
     /// All other keys.
     pub values: &'g Values,
     /// Lists by name.
-    pub lists: Vec<(String, Vec<(Exact, Dimension)>)>,
+    pub lists: Vec<List>,
     /// Transitions.
     pub guards: Vec<Guard<'g>>,
     /// The table that it names.
@@ -109,6 +127,28 @@ impl<'g> Wiring<'g> {
     pub fn needed(&self, key: &'static str, wanted: Dimension) -> Result<Traced<'g>, Mistake> {
         self.input(key)?;
         Ok(self.of(key, wanted)?.unwrap_or(Self::zero()))
+    }
+
+    /// The expressions of a key, in the order of the file; none if it is left out.
+    pub fn expressions(&self, key: &'static str) -> &[(String, Traced<'g>, Dimension)] {
+        self.named.get(key).map_or(&[], Vec::as_slice)
+    }
+
+    /// The lists of a key, in the order of the file.
+    pub fn lists_of(&self, key: &'static str) -> impl Iterator<Item = &List> {
+        self.lists.iter().filter(move |list| list.key == key)
+    }
+
+    /// The symbol that an expression is.
+    pub fn symbol_of(&self, value: Traced<'g>) -> Option<Symbol> {
+        let expr = value.expr(self.graph);
+        self.graph.borrow().symbol_of(expr)
+    }
+
+    /// Whether an expression depends on a symbol.
+    pub fn depends(&self, value: Traced<'g>, symbol: Traced<'g>) -> bool {
+        let expr = value.expr(self.graph);
+        self.symbol_of(symbol).is_some_and(|symbol| self.graph.borrow().symbols(&[expr]).contains(&symbol))
     }
 
     /// 0.

@@ -11,7 +11,7 @@ use super::parse::{Node, table};
 use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
 use crate::manoeuvre::{self, COMMON, Given, Made, Manoeuvre, ManoeuvreKind, Need, Path};
-use crate::names::unknown_name;
+use crate::names::{SignalName, unknown_name};
 use crate::schema::{Keys, Placed, Table, Value};
 
 /// The parameter that is the length of a run.
@@ -378,6 +378,69 @@ pub(super) fn check_drivers(document: &mut Document, out: &mut Vec<Diagnostic>) 
         std::mem::take(&mut document.blocks).into_iter().partition(|block| !wrong.contains(&block.place));
     document.blocks = kept;
     document.doubts.names.extend(dropped.into_iter().map(|block| block.name));
+}
+
+/// Warns of manoeuvres whose signal nothing follows: they would be run as if nobody did anything. `names` are those within a value.
+pub(super) fn unfollowed_manoeuvres(
+    entries: &Entries,
+    document: &Document,
+    names: impl Fn(&Written, &mut BTreeSet<String>),
+    out: &mut Vec<Diagnostic>,
+) {
+    const FOLLOW_NOTHING: [&str; 11] = [
+        "manoeuvre",
+        "path",
+        "variant",
+        "parameters",
+        "figure",
+        "requirement",
+        "plot",
+        "safety",
+        "fault",
+        "signal",
+        "block",
+    ];
+    let mut followed = BTreeSet::new();
+    for found in entries.iter().filter(|found| !FOLLOW_NOTHING.contains(&found.key.as_str())) {
+        names(&found.entry.value, &mut followed);
+    }
+    // Signals and blocks hand on what they read where something reads them.
+    let between = || ["signal", "block"].into_iter().filter_map(|key| entries.table(key)).flat_map(Entries::iter);
+    loop {
+        let before = followed.len();
+        for found in between() {
+            let head = |name: &String| SignalName::new(name).element == found.key || *name == found.key;
+            if followed.iter().any(head) {
+                names(&found.entry.value, &mut followed);
+            }
+        }
+        if followed.len() == before {
+            break;
+        }
+    }
+    for one in driven(entries).iter().filter(|one| one.is_steered() && !document.doubts.has(one.name)) {
+        let name = one.steers();
+        if followed.contains(&name) {
+            continue;
+        }
+        let what = format!("manoeuvre `{}`", shortened(one.name));
+        let (made, key) = if one.made.path.is_some() { ("path", "path") } else { ("signal", "angle") };
+        let message = format!(
+            "{what}: nothing follows the {made} `{name}` that it makes, so every run of it is one in which nobody steers"
+        );
+        let drivers = entries.table("driver").into_iter().flat_map(Entries::iter).map(|found| found.key.as_str());
+        let help = match drivers.collect::<Vec<_>>().as_slice() {
+            [] => format!(
+                "add a `[driver.NAME]` with `{key} = \"{name}\"`, or let a torque, a reference or a position read `{name}`"
+            ),
+            [driver, ..] => {
+                format!("write `{key} = \"{name}\"` in `[driver.{driver}]`, or name in `steers` what it follows")
+            }
+        };
+        out.push(
+            Diagnostic::warning("manoeuvre::unfollowed", message).at(one.place.clone(), "not followed").help(help),
+        );
+    }
 }
 
 /// Takes out what manoeuvres and paths that have a mistake themselves stand for, and what is told of that: it is the same mistake.

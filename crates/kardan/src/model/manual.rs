@@ -154,7 +154,8 @@ const SIGNALS: &str = "\
 
 A function of time with a name. `signals` of [scenario] adds functions of time to sources (references, disturbances, torques of motors
 without a law, voltages): expressions of the time `t`, parameters and signals, `\"knocks + 2 N m * sin(2 pi t / 1 s)\"`. A source
-is then what its events say and that together. Signals may name each other in expressions; `kardan elements KIND` shows the keys.
+is then what its events say and that together. A law whose `reference` is the name of a signal follows it. Signals may name each
+other in expressions; `kardan elements KIND` shows the keys.
 One of the kind expression that names what moves, a sensor or a block is no function of time, but a formula that blocks share.
 Where a signal steps or bends a step of the integrator ends, at the exact time; all signals of a run have at most 100000 such times.
 Before the start and after the end of a signal holds what its formula says. Such times bring no rows of their own: choose
@@ -432,7 +433,7 @@ fn describe(kind: &Kind) -> String {
         Kind::Overrides => "quantities by name".into(),
         Kind::Lists => "lists of quantities by name".into(),
         Kind::Functions => "functions of time by name".into(),
-        Kind::Expressions => "expressions by motor".into(),
+        Kind::Expressions => "expressions by name".into(),
         Kind::Expression => "expression of measurements, signals and blocks".into(),
         Kind::Surface => "expression of angles and positions".into(),
         Kind::Formulas => "expressions by shaft or mass".into(),

@@ -131,7 +131,7 @@ impl Document {
     }
 
     /// Whether a sensor can be read at every instant: what moves, and the twist of a spring.
-    pub(super) fn reads_at_every_instant(&self, sensor: &str) -> bool {
+    pub(crate) fn reads_at_every_instant(&self, sensor: &str) -> bool {
         let Some(sensor) = self.elements.iter().find(|element| element.name == sensor) else { return false };
         let word = |key: &str| match &sensor.table.values.get(key)?.value {
             Value::Word(word) => Some(word.as_str()),

@@ -8,7 +8,7 @@ use super::document::{BlockTable, Document, SignalTable};
 use super::functions::Functions;
 use super::overlaps::{self, Known, WrittenGuard};
 use super::table_reader::TableReader;
-use crate::block::{BlockKind, Guard, Wiring};
+use crate::block::{BlockKind, Expressions, Guard, List, Wiring};
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::element::{Mistake, Values};
 use crate::entries::Place;
@@ -64,14 +64,12 @@ struct Command {
     place: Place,
 }
 
-/// Lists of quantities by name.
-type Lists = Vec<(String, Vec<(Exact, Dimension)>)>;
 /// Answers of a block: names behind its own, values and dimensions.
 type Answers = Vec<(String, Expr, Dimension)>;
 /// What a block remembers: symbol, start, next.
 type Memory = Vec<(Expr, Expr, Expr)>;
-/// Keys that are expressions.
-type Given = Vec<(&'static str, (Expr, Dimension))>;
+/// Keys that are expressions, with the name in the key where they stand by name.
+type Given = Vec<(&'static str, Option<String>, (Expr, Dimension))>;
 
 /// A block that was written.
 #[derive(Debug, Clone)]
@@ -94,6 +92,8 @@ pub(crate) struct Blocks<'a, 'd, 'f> {
     read: BTreeMap<String, (Expr, Dimension)>,
     /// What stands for the answers of blocks.
     answers: BTreeMap<String, (Expr, Dimension)>,
+    /// States of observers as their own keys name them, by name: they move, where what is answered stands still from one sample to the next.
+    states: BTreeMap<String, (Expr, Dimension)>,
     made: BTreeMap<&'a str, Option<Made>>,
     /// Blocks and signals that wait for others.
     open: Vec<&'a str>,
@@ -112,13 +112,17 @@ fn outside_name(block: &str, answer: &str) -> String {
 }
 
 /// The symbols of an answer: `.since` of a machine and others whose units are known before anything is written.
-fn foretold(kind: &BlockKind, values: &Values, lists: &Lists) -> Vec<(String, Dimension)> {
+fn foretold(kind: &BlockKind, values: &Values, lists: &[List]) -> Vec<(String, Dimension)> {
     match kind.keyword {
         "state_machine" => {
             let states = values.words("states").unwrap_or_default().iter();
-            let outputs = lists.iter().filter_map(|(name, list)| Some((name.clone(), list.first()?.1)));
+            let outputs = lists.iter().filter_map(|list| Some((list.name.clone(), list.values.first()?.1)));
             let own = [(String::new(), Dimension::NONE), ("since".to_string(), Dimension::TIME)];
             own.into_iter().chain(states.map(|name| (name.clone(), Dimension::NONE))).chain(outputs).collect()
+        }
+        "observer" => {
+            let states = lists.iter().filter(|list| list.key == "states");
+            states.filter_map(|list| Some((list.name.clone(), list.values.first()?.1))).collect()
         }
         "monitor" => vec![(String::new(), Dimension::NONE)],
         _ => Vec::new(),
@@ -139,6 +143,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             outside,
             read: BTreeMap::new(),
             answers: BTreeMap::new(),
+            states: BTreeMap::new(),
             made: BTreeMap::new(),
             open: Vec::new(),
             used_functions: Vec::new(),
@@ -280,22 +285,21 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         }
         let lists = self.lists(table, out);
         // What is known of it already may be read by what it reads.
+        let mut own = Vec::new();
         for (answer, dimension) in foretold(kind, &values, &lists) {
-            self.answer_symbol(outside_name(name, &answer), dimension);
+            let outside = outside_name(name, &answer);
+            let (answered, _) = self.answer_symbol(outside.clone(), dimension);
+            if kind.keyword == "observer" {
+                let moves = self.symbol(&outside, dimension);
+                self.states.insert(outside, (moves, dimension));
+                own.push([moves, answered]);
+            }
         }
         if let Some(dimension) = unit {
             self.answer_symbol(name.clone(), dimension);
         }
         let mut reads = BTreeSet::new();
-        let mut given = Vec::new();
-        for field in table.fields.iter().filter(|field| field.kind == Kind::Expression) {
-            let Some(Placed { value: Value::Scalar(Scalar::Expression(read)), place }) = table.values.get(field.name)
-            else {
-                continue;
-            };
-            let label = format!("`{}` of {what}", field.name);
-            given.push((field.name, self.expression(read, (place, &label), &mut reads, out)?));
-        }
+        let given = self.given(table, &what, &mut reads, out)?;
         let guards = self.guards(table, &values, &what, &mut reads, out)?;
         let called = match values.word("table").filter(|_| kind.keyword == "table") {
             Some(name) => self.functions.table_of(name, out),
@@ -305,7 +309,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         if kind.keyword == "state_machine" {
             self.machines.push((name, values.words("states").unwrap_or_default().to_vec(), guards.clone()));
         }
-        let found = self.wire(kind, (&values, period.clone(), called, lists), (given, guards));
+        let found = self.wire(kind, (&values, period.clone(), called, lists), (given, guards, own));
         match found {
             Ok((answers, memory)) => self.finished(block, (answers, memory, period, reads), unit, out),
             Err(mistake) => {
@@ -317,18 +321,56 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         }
     }
 
+    /// The keys of a block that are expressions; nothing if one has a mistake, which was told.
+    fn given(
+        &mut self,
+        table: &Table,
+        what: &str,
+        reads: &mut BTreeSet<String>,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Given> {
+        let mut given = Vec::new();
+        for field in table.fields {
+            match (field.kind, table.values.get(field.name)) {
+                (Kind::Expression, Some(Placed { value: Value::Scalar(Scalar::Expression(read)), place })) => {
+                    let label = format!("`{}` of {what}", field.name);
+                    given.push((field.name, None, self.expression(read, (place, &label), reads, out)?));
+                }
+                (Kind::Expressions, Some(Placed { value: Value::Map(entries), .. })) => {
+                    for (name, scalar) in entries {
+                        let Scalar::Expression(read) = &scalar.value else { continue };
+                        let label = format!("`{}` in `{}` of {what}", shortened(&name.value), field.name);
+                        let found = self.expression(read, (&scalar.place, &label), reads, out)?;
+                        given.push((field.name, Some(name.value.clone()), found));
+                    }
+                }
+                _ => {}
+            }
+        }
+        Some(given)
+    }
+
     /// Lets a kind write itself.
     fn wire(
         &self,
         kind: &BlockKind,
-        (values, sample_time, table, lists): (&Values, Option<Exact>, Option<Arc<Lookup>>, Lists),
-        (given, guards): (Given, Vec<WrittenGuard>),
+        (values, sample_time, table, lists): (&Values, Option<Exact>, Option<Arc<Lookup>>, Vec<List>),
+        (given, guards, own): (Given, Vec<WrittenGuard>, Vec<[Expr; 2]>),
     ) -> Result<(Answers, Memory), Mistake> {
         let graph = &self.graph;
         let traced = |expr: Expr| Traced::new(graph, expr);
+        let (mut alone, mut named) = (BTreeMap::new(), BTreeMap::<&str, Expressions<'_>>::new());
+        for (key, name, (expr, dimension)) in given {
+            match name {
+                None => drop(alone.insert(key, (traced(expr), dimension))),
+                Some(name) => named.entry(key).or_default().push((name, traced(expr), dimension)),
+            }
+        }
         let mut wiring = Wiring {
             graph,
-            given: given.into_iter().map(|(key, (expr, dimension))| (key, (traced(expr), dimension))).collect(),
+            given: alone,
+            named,
+            own: own.into_iter().map(|both| both.map(traced)).collect(),
             values,
             lists,
             guards: guards
@@ -400,16 +442,16 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     }
 
     /// Lists of quantities by name.
-    fn lists(&self, table: &Table, out: &mut Vec<Diagnostic>) -> Lists {
-        let mut lists: Lists = Vec::new();
+    fn lists(&self, table: &Table, out: &mut Vec<Diagnostic>) -> Vec<List> {
+        let mut lists: Vec<List> = Vec::new();
         for field in table.fields.iter().filter(|field| field.kind == Kind::Lists) {
             let Some(Placed { value: Value::Map(entries), .. }) = table.values.get(field.name) else { continue };
             for (name, scalar) in entries {
                 let label = format!("`{}` in `{}`", name.value, field.name);
                 let Some(found) = self.reader.scalar(scalar, None, &label, out) else { continue };
-                match lists.iter_mut().find(|(other, _)| *other == name.value) {
-                    Some((_, list)) => list.push(found),
-                    None => lists.push((name.value.clone(), vec![found])),
+                match lists.iter_mut().find(|list| list.key == field.name && list.name == name.value) {
+                    Some(list) => list.values.push(found),
+                    None => lists.push(List { key: field.name, name: name.value.clone(), values: vec![found] }),
                 }
             }
         }
@@ -509,6 +551,9 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let varying = |(expr, dimension): (Expr, Dimension)| Some(Some(Named::Varying(expr, dimension)));
         let head = SignalName::new(name).element;
         if let Some(block) = document.blocks.iter().find(|block| block.name == name || block.name == head) {
+            if let Some(state) = self.states.get(name).filter(|_| self.open.last() == Some(&block.name.as_str())) {
+                return varying(*state);
+            }
             reads.insert(name.to_string());
             if let Some(known) = self.answers.get(name) {
                 return varying(*known);

@@ -7,7 +7,7 @@ use super::composites::with_parts;
 use super::document::{BlockTable, Control, Document, Doubts, Instance, SignalTable};
 use super::examples::example_of;
 use super::keys::named_keys;
-use super::manoeuvres::{check_drivers, check_manoeuvres, leave_made_out, with_manoeuvres};
+use super::manoeuvres::{check_drivers, check_manoeuvres, leave_made_out, unfollowed_manoeuvres, with_manoeuvres};
 use super::parameters::{REMOVE_TOLERANCE, follow, implicit_parameters, read_parameters, refuse_tolerances};
 use super::parse::{Node, check_name, table, value};
 use super::tables;
@@ -64,6 +64,7 @@ const BLOCKS: &[&str] = &[
     "hysteresis",
     "delay",
     "hold",
+    "observer",
     "monitor",
     "state_machine",
 ];
@@ -114,7 +115,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
         return (document, mistakes);
     }
     let driven = with_manoeuvres(entries);
-    let entries = &*with_parts(&driven);
+    let (given, entries) = (entries, &*with_parts(&driven));
     // Two lists: mistakes that leave the equations in doubt and others. Both begin with what is broken, for `table`.
     let broken = mistakes.len();
     let mut study = mistakes.clone();
@@ -163,6 +164,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     if !out.iter().any(is_error) {
         unused_parameters(entries, &document, &mut out);
         unused_tables(entries, &document, &mut out);
+        unfollowed_manoeuvres(given, &document, texts, &mut out);
     }
     (document, out)
 }

@@ -12,6 +12,7 @@ mod elimination;
 mod exponential;
 mod float;
 mod fourier;
+mod held;
 mod hessenberg;
 mod invariant_factors;
 mod keeper;
@@ -43,6 +44,7 @@ pub use elimination::{Definiteness, Echelon, definiteness, definiteness_of_rows,
 pub use exponential::{Discretised, discretise, exponential};
 pub use float::Float;
 pub use fourier::fourier;
+pub use held::{characteristic, held};
 pub use hessenberg::Transfer;
 pub use invariant_factors::invariant_factors;
 pub use keeper::Keeper;

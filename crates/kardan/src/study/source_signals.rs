@@ -1,13 +1,18 @@
 //! Functions of time of a scenario: what of them is added to sources.
 
 use super::events::not_settable;
+use super::places::places_in_control;
 use super::read::physical_dimension;
 use crate::diagnostics::{Diagnostic, shortened};
-use crate::model::{Document, Functions, Model, TableReader};
+use crate::expr::OfTime;
+use crate::manoeuvre::quoted;
+use crate::model::{ControlSpec, Document, Functions, Model, TableReader};
+use crate::names::SignalName;
 use crate::schema::{Scalar, Value};
 use crate::simulate::{Source, SourceSignal, SourceTarget};
+use crate::units::Expression;
 
-/// What `signals` of `[scenario]` adds to sources; every signal is checked, also one that nothing names.
+/// What `signals` of `[scenario]` adds to sources, and signals that laws name as references; every signal is checked, also one that nothing names.
 pub(super) fn source_signals(
     reader: &TableReader<'_>,
     (document, model): (&Document, &Model),
@@ -27,6 +32,13 @@ pub(super) fn source_signals(
         making.signal(&signal.name, out);
     }
     let mut found: Vec<SourceSignal> = Vec::new();
+    let set_there = |name: &str| given.iter().any(|(other, _)| other.value == name);
+    for (k, source) in sources.iter().enumerate() {
+        if source.target == SourceTarget::Reference && !set_there(&source.name) {
+            let function = of_reference((document, model), source, &mut making, out);
+            found.extend(function.map(|function| SourceSignal { source: k, function }));
+        }
+    }
     for (name, scalar) in given {
         let what = format!("`{}` in `signals` of `[scenario]`", shortened(&name.value));
         let Some(source) =
@@ -46,4 +58,39 @@ pub(super) fn source_signals(
         found.extend(function.map(|function| SourceSignal { source, function }));
     }
     found
+}
+
+/// The function of time of a signal that has the name of a reference: the reference follows it. One that is a formula of what moves is answered
+/// like a block, unless it reads what needs samples, which is told.
+fn of_reference(
+    (document, model): (&Document, &Model),
+    source: &Source,
+    making: &mut Functions<'_, '_>,
+    out: &mut Vec<Diagnostic>,
+) -> Option<OfTime> {
+    let signal = document.signals.iter().find(|signal| signal.name == source.name)?;
+    let names = |control: &&ControlSpec| {
+        control.law.all_references(&control.values).iter().any(|reference| reference.name == source.name)
+    };
+    let control = model.controls.iter().chain(&model.idle).find(names)?;
+    let places = places_in_control(document, control, &source.name);
+    let place = &places[places.len() - 1];
+    let shown = shortened(&source.name);
+    let what = format!("control `{}`: the signal `{shown}`, which is its reference", control.name);
+    if let Some(written) = document.program_of(signal) {
+        let sensor = |name: &&str| {
+            let head = SignalName::new(name).element;
+            let is_sensor = document.elements.iter().any(|one| one.name == head && one.kind.keyword == "sensor");
+            is_sensor && !document.reads_at_every_instant(head)
+        };
+        let read = written.value.names().into_iter().find(sensor)?;
+        let message = format!("{what}, reads `{read}`, which needs samples: it has no value at every instant");
+        let help = format!(
+            "write a block in its place, which has a sample time: `[block.{shown}]` with kind = \"hold\" and the expression as `input`"
+        );
+        out.push(Diagnostic::error("reference::samples", message).at(place.clone(), "this reference").help(help));
+        return None;
+    }
+    let expression = Expression::parse_law(&quoted(&source.name)).ok()?;
+    making.function(&expression, physical_dimension(source.physical), (place, &what), out)
 }

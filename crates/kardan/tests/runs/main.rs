@@ -30,6 +30,7 @@ mod massless_kept;
 mod modelica;
 mod motor_limits;
 mod noise;
+mod observer_blocks;
 mod play;
 mod prescribed;
 mod random;

@@ -307,6 +307,34 @@ fn lanes_have_the_sizes_of_the_standard() {
     }
 }
 
+/// A manoeuvre that nobody follows would be a run in which nobody steers: that is told with its name, and not where something reads what it makes.
+#[test]
+fn a_manoeuvre_that_nothing_follows_is_told() {
+    let step = "[manoeuvre.turn]\nkind = \"step_steer\"\namplitude = \"30 deg\"\n[scenario]\noutput_step = \"10 ms\"\n";
+    let told = |rest: &str| {
+        let project = Project::open(format!("{CAR}{step}{rest}"));
+        let all: Vec<_> =
+            project.mistakes().iter().filter(|one| one.code == "manoeuvre::unfollowed").cloned().collect();
+        all.into_iter().map(|one| (one.message, one.help.unwrap_or_default())).collect::<Vec<_>>()
+    };
+    let message = "manoeuvre `turn`: nothing follows the signal `steer` that it makes, so every run of it is one in which nobody steers";
+    let torque = "[torque.push]\nshaft = \"wheel\"\nlaw = \"2 N m/rad * ";
+    let other = ROBOT.replace("angle = \"steer\"", "angle = \"20 deg\"");
+    // What a signal that nothing reads makes of it moves nothing.
+    let shown = "[signal.twice]\nkind = \"expression\"\nvalue = \"2 * steer\"\n";
+    for (rest, help) in [
+        ("", "add a `[driver.NAME]` with `angle = \"steer\"`"),
+        (other.as_str(), "write `angle = \"steer\"` in `[driver.robot]`"),
+        (shown, "add a `[driver.NAME]`"),
+    ] {
+        let found = told(rest);
+        assert!(found.len() == 1 && found[0].0 == message && found[0].1.starts_with(help), "{rest}: {found:#?}");
+    }
+    for rest in [ROBOT.to_string(), format!("{torque}steer\"\n"), format!("{torque}twice\"\n{shown}")] {
+        assert_eq!(told(&rest), [], "{rest}");
+    }
+}
+
 /// The model of the page on manoeuvres runs, and its requirements hold.
 #[test]
 fn the_page_runs() {

@@ -199,3 +199,24 @@ fn what_cannot_be_asked() {
         refused(&wheel(DEAD, &format!("[safety]\ndetected = \"differ\"\n{own}"))).message.contains("faults of its own")
     );
 }
+
+/// A grid of more rows than anybody reads is refused before it is written out, however many they would be.
+#[test]
+fn a_grid_without_end_is_refused_at_once() {
+    let values: Vec<String> = (0..60).map(|k| format!("\"{k} N m\"")).collect();
+    let (mut names, mut lists) = (String::new(), Vec::new());
+    for k in 0..8 {
+        names += &format!("p{k} = \"1 N m\"\n");
+        lists.push(format!("p{k} = [{}]", values.join(", ")));
+    }
+    let used = "[[scenario.event]]\nsignal = \"n.tau\"\nat = \"0 s\"\nto = \"p0 + p1 + p2 + p3 + p4 + p5 + p6 + p7\"\n";
+    let safety = format!("{used}[safety]\nvalues = {{ {} }}\n{SPEED}", lists.join(", "));
+    let source = wheel(DEAD, &safety).replace("[parameters]\n", &format!("[parameters]\n{names}"));
+    let told = study::safety(&source, &SafetySettings::default(), &Silent).unwrap_err();
+    // 60^8 combinations, each with and without the fault.
+    assert_eq!(
+        told[0].message,
+        format!("the table would have {} rows, more than 20000", 60_u64.pow(8) * 2),
+        "{told:#?}"
+    );
+}

@@ -349,3 +349,53 @@ fn mistakes_of_files_are_told() {
         assert!(!wrong[0].labels.is_empty() && wrong[0].help.is_some(), "{wrong:?}");
     }
 }
+
+/// A position loop whose reference is a signal of that name.
+fn following(signal: &str) -> String {
+    format!(
+        "[shaft.arm]\ninertia = \"0.01 kg m^2\"\n[motor.m]\nshaft = \"arm\"\n[sensor.pull]\nmeasures = \"net_torque\"\nshaft = \"arm\"\n\
+         [control.c]\nlaw = \"position_loop\"\noutput = \"arm.phi\"\ninput = \"m\"\nreference = \"wish\"\nnatural_frequency = \"20 rad/s\"\ndamping_ratio = 1\n\
+         [signal.wish]\n{signal}[scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\n"
+    )
+}
+
+/// A reference follows the signal that has its name: behind a ramp of rate v a loop with two poles at −p is `v (t − 2/p + (t + 2/p) e^{−p t})`.
+#[test]
+fn a_reference_follows_the_signal_of_its_name() {
+    let source = following("kind = \"ramp\"\nto = \"3 rad\"\nover = \"2 s\"\n");
+    let run = run_by(&source, Method::Automatic, Some(1e-11));
+    for k in 0..=100 {
+        let t = f64::from(k) / 100.0;
+        let expected = 1.5 * (t - 0.1 + (t + 0.1) * (-20.0 * t).exp());
+        let found = at(&run, "arm.phi", t);
+        assert!((found - expected).abs() < 1e-8, "{found} for {expected} at {t} s");
+        assert!((at(&run, "wish", t) - 1.5 * t).abs() < 1e-12);
+    }
+}
+
+/// What is no angle cannot be followed by one, and what needs samples has no value at every instant: both are told at the reference.
+#[test]
+fn a_reference_is_told_of_a_signal_that_does_not_fit() {
+    for (signal, message) in [
+        (
+            "kind = \"ramp\"\nto = \"3 N m\"\nover = \"2 s\"\n",
+            "control `c`: the signal `wish`, which is its reference: expected an angle, found a torque",
+        ),
+        (
+            "kind = \"expression\"\nvalue = \"2 * arm.w\"\n",
+            "control `c`: `wish` should be an angle, and the block answers an angular velocity",
+        ),
+        (
+            "kind = \"expression\"\nvalue = \"pull * 1 rad / 1 N m\"\n",
+            "control `c`: the signal `wish`, which is its reference, reads `pull`, which needs samples: it has no value at every instant",
+        ),
+    ] {
+        let source = following(signal);
+        let project = Project::open(source.as_str());
+        let told = project.mistakes().iter().find(|one| one.message == message);
+        let told = told.unwrap_or_else(|| panic!("{:#?} for {message}", project.mistakes()));
+        let span = told.labels[0].place.span();
+        assert_eq!(source[span].trim_matches('"'), "wish", "{told:?}");
+        assert!(told.help.is_some());
+    }
+}

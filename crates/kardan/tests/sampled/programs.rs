@@ -81,3 +81,30 @@ fn the_map_of_a_block_is_what_the_firmware_does() {
     let expected = (sizes[5999] / sizes[4999]).powf(1e-3);
     assert!((found - expected).abs() < 1e-10, "{found} for {expected}");
 }
+
+/// A law that feeds back what an observer finds has the poles of both in the exact map, those of the law and those of the observer; so the
+/// slowest motion of the loop is the slower one of them, as they were asked for.
+#[test]
+fn poles_of_an_observer_and_of_its_law_are_those_of_the_map() {
+    let (j, h) = (0.01, 0.002);
+    for (slow_law, slow_observer) in [(9.0_f64, 30.0_f64), (30.0, 7.0)] {
+        // det(z − Φ + Γ K) = (z − z₀)² with Γ = [h²/2J, h/J]: k₁ g₁ + k₂ g₂ = 2 (1 − z₀), k₂ g₂ − k₁ g₁ = 1 − z₀².
+        let z = (-slow_law * h).exp();
+        let (g1, g2) = (h * h / (2.0 * j), h / j);
+        let (k1, k2) = ((1.0 - z) * (1.0 - z) / (2.0 * g1), (3.0 - 2.0 * z - z * z) / (2.0 * g2));
+        let source = format!(
+            "{PLANT}[control.loop]\nlaw = \"program\"\ncommands = {{ m = \"command\" }}\nsample_time = \"2 ms\"\n\
+             [signal.command]\nkind = \"expression\"\nvalue = \"-({k1} N m/rad * est.angle + {k2} N m s/rad * est.speed)\"\n\
+             [block.est]\nkind = \"observer\"\nstates = {{ angle = \"0 rad\", speed = \"0 rad/s\" }}\n\
+             rates = {{ angle = \"est.speed\", speed = \"command / arm.inertia\" }}\n\
+             measured = {{ angle = \"enc\" }}\npoles = [-{slow_observer}, -60]\nsample_time = \"2 ms\"\n"
+        )
+        .replace("lag = \"0.4 ms\"\n", "")
+        .replace("damping = \"0.002 N m s/rad\"\n", "");
+        let found = margins(&source).spectral_radius.expect("a map");
+        let expected = (-slow_observer.min(slow_law) * h).exp();
+        // A double pole of the law is known to the root of the rounding.
+        let tolerance = if slow_law < slow_observer { 1e-6 } else { 1e-10 };
+        assert!((found - expected).abs() < tolerance, "{found} for {expected}");
+    }
+}

@@ -65,7 +65,7 @@ pub(super) fn expected(kind: &Kind) -> String {
         Kind::Overrides => "a table from names to quantities".to_string(),
         Kind::Lists => "a table from names to lists of quantities".to_string(),
         Kind::Functions => "a table from names to functions of time".to_string(),
-        Kind::Expressions => "a table from names of motors to expressions".to_string(),
+        Kind::Expressions => "a table from names to expressions".to_string(),
         Kind::Expression => format!("an expression such as {}", example(kind)),
         Kind::Surface => format!("an expression of angles and positions such as {}", example(kind)),
         Kind::Formulas => "a table from names of shafts and masses to expressions".to_string(),

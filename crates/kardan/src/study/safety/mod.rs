@@ -69,14 +69,16 @@ impl Project {
         }
         let spec = tried(prepared).map_err(|mistake| vec![mistake])?;
         let variants = chosen(prepared, spec).map_err(|mistake| vec![mistake])?;
-        let grid = self.grid(spec);
+        let lists = self.lists(spec);
         let cases = Cases::of(spec, prepared, &variants);
-        let all = grid.len() * variants.len() * (1 + cases.list.len());
+        let combinations = lists.iter().fold(1, |all: usize, list| all.saturating_mul(list.len()));
+        let all = combinations.saturating_mul(variants.len() * (1 + cases.list.len()));
         if all > MOST_ROWS {
             let message = format!("the table would have {all} rows, more than {MOST_ROWS}");
             let help = "try fewer faults, variants or values at a time, or no pairs";
             return Err(vec![Diagnostic::error("safety::rows", message).help(help)]);
         }
+        let grid = combined(&lists);
         let mut out = Safety {
             model: prepared.name.clone(),
             description: prepared.description.clone(),
@@ -110,29 +112,23 @@ impl Project {
         Ok(finished(out, why))
     }
 
-    /// Every combination of the values, as they are written; one without any for no values.
-    fn grid(&self, spec: &SafetySpec) -> Vec<Vec<SafetyValue>> {
+    /// The values of each parameter, as they are written.
+    fn lists(&self, spec: &SafetySpec) -> Vec<Vec<SafetyValue>> {
         let tables = self.entries().table("safety").and_then(|safety| safety.table("values"));
         let text = |value: &Written| match value {
             Written::Text(text) | Written::Number(text) => Some(text.clone()),
             Written::Quantity(value, dimension) => Some(written_quantity(value, *dimension)),
             _ => None,
         };
-        let mut out: Vec<Vec<SafetyValue>> = vec![Vec::new()];
-        for name in &spec.values {
-            let given = tables.and_then(|table| table.get(name));
-            let texts: Vec<String> = match given {
+        let list = |name: &String| {
+            let texts: Vec<String> = match tables.and_then(|table| table.get(name)) {
                 Some(Written::List(list)) => list.iter().filter_map(|entry| text(&entry.value)).collect(),
                 Some(one) => text(one).into_iter().collect(),
                 None => Vec::new(),
             };
-            let value = |value: &String| SafetyValue { name: name.clone(), value: value.clone() };
-            let with = |one: &Vec<SafetyValue>| {
-                texts.iter().map(|text| [one.clone(), vec![value(text)]].concat()).collect::<Vec<_>>()
-            };
-            out = out.iter().flat_map(with).collect();
-        }
-        out
+            texts.into_iter().map(|value| SafetyValue { name: name.clone(), value }).collect()
+        };
+        spec.values.iter().map(list).collect()
     }
 
     /// The rows of all variants at some values.
@@ -160,6 +156,16 @@ impl Project {
         };
         variants.par_iter().map(one).collect()
     }
+}
+
+/// Every combination of values; one without any for no values.
+fn combined(lists: &[Vec<SafetyValue>]) -> Vec<Vec<SafetyValue>> {
+    lists.iter().fold(vec![Vec::new()], |all, list| {
+        let with = |one: &Vec<SafetyValue>| {
+            list.iter().map(|value| [one.clone(), vec![value.clone()]].concat()).collect::<Vec<_>>()
+        };
+        all.iter().flat_map(with).collect()
+    })
 }
 
 /// Rows, and what monitors did in them: of each its number, the fault that raised it or none, and the variant.

@@ -1,0 +1,60 @@
+use super::{doubt, half, one, zero};
+use crate::Arithmetic;
+use crate::dense::row;
+
+/// A sampled linear observer: `x⁺ = A x + B u + L (y − C x)`, with the estimate x of what a plant does whose inputs are u and whose
+/// measurements are y.
+///
+/// What it answers at a sample was foretold at the one before, so it does not depend on the measurements of that sample and may close a
+/// loop. Matrices lie row by row; what is missing in them is zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observer<'a, N> {
+    /// A, states × states.
+    pub a: &'a [N],
+    /// B, states × inputs.
+    pub b: &'a [N],
+    /// C, measurements × states.
+    pub c: &'a [N],
+    /// L, states × measurements.
+    pub gain: &'a [N],
+}
+
+/// Inner product over the shorter of the two.
+fn dot<N: Arithmetic>(x: &[N], y: &[N]) -> N {
+    x.iter().zip(y).fold(zero(), |sum, (x, y)| sum + *x * *y)
+}
+
+impl<N: Arithmetic> Observer<'_, N> {
+    /// One sample. The memory holds the estimate for this sample, then that for the next one: twice as many entries as there are states.
+    /// Returns false and keeps all where an input, a measurement or what follows from them is no number.
+    ///
+    /// ```
+    /// // A constant, seen at once: half of the error is left after each sample.
+    /// let constant = kardan_rt::Observer { a: &[1.0], b: &[], c: &[1.0], gain: &[0.5] };
+    /// let mut memory = [0.0; 2];
+    /// for expected in [0.0, 4.0, 6.0, 7.0, 7.5] {
+    ///     assert!(constant.step(&[], &[8.0], &mut memory) && memory[0] == expected);
+    /// }
+    /// ```
+    #[must_use = "false tells that the estimate is that of the sample before"]
+    pub fn step(&self, inputs: &[N], measured: &[N], memory: &mut [N]) -> bool {
+        let Some((answers, states)) = memory.split_at_mut_checked(memory.len() >> 1) else { return false };
+        let count = answers.len();
+        let residual = |k: usize, y: N, x: &[N]| y - dot(row(self.c, k, count), x);
+        let next = |i: usize, x: &[N]| {
+            let gains = row(self.gain, i, measured.len()).iter().zip(measured).enumerate();
+            let foretold = dot(row(self.a, i, count), x) + dot(row(self.b, i, inputs.len()), inputs);
+            gains.fold(foretold, |sum, (k, (gain, y))| sum + *gain * residual(k, *y, x))
+        };
+        let given = inputs.iter().chain(measured).fold(zero(), |sum: N, x| sum + doubt(*x));
+        let doubts = (0..count).fold(given, |sum: N, i| sum + doubt(next(i, states)));
+        let stays = doubts.finite_or(one());
+        for (answer, state) in answers.iter_mut().zip(states.iter()) {
+            *answer = half::<N>().select(stays, *answer, *state);
+        }
+        for (i, state) in states.iter_mut().enumerate() {
+            *state = half::<N>().select(stays, *state, next(i, answers));
+        }
+        doubts.all_finite()
+    }
+}

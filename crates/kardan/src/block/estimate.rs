@@ -1,0 +1,196 @@
+//! Linear observers of exact plants: what measurements tell of states, and gains for given poles.
+
+use dashu_int::UBig;
+
+use crate::num::{Matrix, Polynomial, Rational, Scalar, characteristic, echelon, held, rational_from_f64};
+use crate::schema::ExactPole;
+
+/// A plant `ẋ = A x + …` with measurements `y = C x + …`, or the same from one sample to the next.
+pub(super) struct Plant {
+    /// A, states × states.
+    pub a: Matrix<Rational>,
+    /// C, measurements × states.
+    pub c: Matrix<Rational>,
+}
+
+impl Plant {
+    /// What measurements and their rates follow from: C, C A, C A², …
+    fn observability(&self) -> Matrix<Rational> {
+        let (n, m) = (self.a.rows(), self.c.rows());
+        let mut rows = Matrix::<Rational>::zeros(n * m, n);
+        let mut last = self.c.clone();
+        for k in 0..n {
+            (0..m).for_each(|i| rows.row_mut(k * m + i).clone_from_slice(last.row(i)));
+            last = last.multiply(&self.a);
+        }
+        rows
+    }
+
+    /// Motions of the states that no measurement shows, one column for each; exact.
+    pub fn unseen(&self) -> Matrix<Rational> {
+        let order: Vec<usize> = (0..self.a.rows()).collect();
+        echelon(&self.observability(), &order).kernel()
+    }
+
+    /// The gain L that gives `A − L C` this polynomial, exact: Ackermann's formula `L = p(A) O⁻¹ eₙ`. One measurement; `None` if it does
+    /// not show all states.
+    pub fn gain(&self, polynomial: &Polynomial) -> Option<Matrix<Rational>> {
+        let n = self.a.rows();
+        let last = Matrix::from_fn(n, 1, |i, _| if i + 1 == n { Rational::ONE } else { Rational::ZERO });
+        let direction = self.observability().solve(&last)?;
+        let mut coefficients = polynomial.coefficients().iter().rev();
+        let leading = coefficients.next()?;
+        Some(coefficients.fold(direction.scale(leading), |sum, c| self.a.multiply(&sum).plus(&direction.scale(c))))
+    }
+
+    /// `A − L C`
+    pub fn error(&self, gain: &Matrix<Rational>) -> Matrix<Rational> {
+        self.a.plus(&gain.multiply(&self.c).scale(&Rational::from(-1)))
+    }
+}
+
+/// `Π (s − p)` of factors of one or two poles, from what each is made of: the real part, and the square of the imaginary one.
+fn product(factors: impl Iterator<Item = Polynomial>) -> Polynomial {
+    factors.fold(Polynomial::constant(Rational::ONE), |all, factor| all.times(&factor))
+}
+
+/// `Π (s − pole)`; with a time `Π (z − e^{pole T})`, to more digits than those of a double. `None` if one stands without its conjugate.
+pub(super) fn of_poles(poles: &[ExactPole], sample_time: Option<&Rational>) -> Option<Polynomial> {
+    let mut open: Vec<&ExactPole> = poles.iter().collect();
+    let mut factors = Vec::new();
+    while let Some((real, imaginary)) = open.pop() {
+        let (re, im) = (real.to_rational(), imaginary.to_rational());
+        let turning = !imaginary.is_zero();
+        if turning {
+            let conjugate = open.iter().position(|(other, part)| other == real && *part == -imaginary)?;
+            open.remove(conjugate);
+        }
+        // The pole as a matrix: [re im; −im re], or [re].
+        let opposite = Rational::ZERO.minus(&im);
+        let entry = |i: usize, j: usize| [[&re, &im], [&opposite, &re]][i][j].clone();
+        let order = if turning { 2 } else { 1 };
+        let pole = Matrix::from_fn(order, order, entry);
+        let pole = match sample_time {
+            Some(time) => {
+                let [transition, _] = held(&pole, time)?;
+                transition
+            }
+            None => pole,
+        };
+        factors.push(characteristic(&pole));
+    }
+    Some(product(factors.into_iter()))
+}
+
+/// The roots at which an error does not decay: those of `det(s − F)` with a real part that is not below zero, of a sampled F those of a
+/// size that is not below one. Which they are is decided exactly.
+pub(super) fn staying(error: &Matrix<Rational>, sampled: bool) -> Vec<(f64, f64)> {
+    let polynomial = characteristic(error);
+    if !sampled {
+        return polynomial.roots().into_iter().filter(|root| root.0 >= 0.0).collect();
+    }
+    // z = (1 + w)/(1 − w) leads the inside of the circle to the left half plane, and −1 to infinity.
+    let (n, factor) = (polynomial.degree(), |sign: i32| Polynomial::new([1, sign].map(Rational::from).to_vec()));
+    let power = |base: Polynomial, count: usize| product((0..count).map(|_| base.clone()));
+    let moved = (0..=n).fold(Polynomial::constant(Rational::ZERO), |sum, k| {
+        let term = power(factor(1), k).times(&power(factor(-1), n - k));
+        sum.plus(&term.scale(&polynomial.coefficient(k)))
+    });
+    let mut out: Vec<(f64, f64)> = vec![(-1.0, 0.0); n - moved.degree()];
+    for (x, y) in moved.roots().into_iter().filter(|root| root.0 >= 0.0) {
+        // (1 + w)/(1 − w)
+        let size = (1.0 - x) * (1.0 - x) + y * y;
+        out.push(((1.0 - x * x - y * y) / size, 2.0 * y / size));
+    }
+    out
+}
+
+/// Binary digits below which what is left of a sum is the rounding of its parts.
+const ROUNDING: usize = 45;
+/// Beyond this growth sums cancel too much to tell.
+const TOO_MUCH: i32 = 4096;
+
+/// `e^{A T}` with entries of zero where all but the rounding of their parts cancels: half a turn of an oscillation says nothing of its speed.
+///
+/// What they are compared with is `e^{M T}`, M being A with the sizes of the entries beside its diagonal, which no entry exceeds.
+pub(super) fn settled(transition: Matrix<Rational>, a: &Matrix<Rational>, time: &Rational) -> Matrix<Rational> {
+    let n = a.rows();
+    let size = |x: &Rational| if *x < Rational::ZERO { Rational::ZERO.minus(x) } else { x.clone() };
+    let sizes = Matrix::from_fn(n, n, |i, j| if i == j { a[(i, i)].clone() } else { size(&a[(i, j)]) });
+    let known = held(&sizes, time).filter(|[bound, _]| (0..n).all(|i| bound[(i, i)] < Rational::from(TOO_MUCH)));
+    let Some([largest, _]) = known else { return transition };
+    let scale = Rational::from(UBig::ONE << ROUNDING);
+    Matrix::from_fn(n, n, |i, j| match size(&transition[(i, j)]).times(&scale) < largest[(i, j)] {
+        true => Rational::ZERO,
+        false => transition[(i, j)].clone(),
+    })
+}
+
+/// Each entry rounded once, to the nearest double.
+pub(super) fn rounded(matrix: &Matrix<Rational>) -> Option<Matrix<Rational>> {
+    let all: Option<Vec<Rational>> = matrix.to_f64().as_slice().iter().map(|x| rational_from_f64(*x)).collect();
+    let all = all?;
+    Some(Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| all[i * matrix.columns() + j].clone()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::Exact;
+
+    fn matrix<const N: usize, const M: usize>(rows: [[i64; M]; N]) -> Matrix<Rational> {
+        Matrix::from_fn(N, M, |i, j| Rational::from(rows[i][j]))
+    }
+
+    /// The error has the poles that were asked for: its characteristic polynomial is theirs, exactly.
+    #[test]
+    fn the_error_has_the_poles_that_were_asked_for() {
+        let plant = Plant { a: matrix([[0, 1, 0], [-5, -2, 1], [0, 0, 0]]), c: matrix([[3, 0, 0]]) };
+        let whole = |re: i64, im: i64| (Exact::from_ratio(re, 1), Exact::from_ratio(im, 1));
+        let polynomial = of_poles(&[whole(-4, 3), whole(-2, 0), whole(-4, -3)], None).unwrap();
+        // (s + 2)(s² + 8 s + 25)
+        assert_eq!(polynomial.coefficients(), [50, 41, 10, 1].map(Rational::from));
+        let gain = plant.gain(&polynomial).unwrap();
+        assert_eq!(characteristic(&plant.error(&gain)), polynomial);
+        assert!(staying(&plant.error(&gain), false).is_empty());
+        assert!(of_poles(&[whole(-4, 3), whole(-4, 3)], None).is_none());
+    }
+
+    /// Sampled poles are e^{p T}: (z − e^{−1})² + 0 for a double one, z² − 2 e^{a} cos b z + e^{2a} for a pair.
+    #[test]
+    fn sampled_poles_are_exponentials() {
+        let half = Rational::from_parts(1.into(), 2u8.into());
+        let pair =
+            [(Exact::from_ratio(-2, 1), Exact::from_ratio(3, 1)), (Exact::from_ratio(-2, 1), Exact::from_ratio(-3, 1))];
+        let polynomial = of_poles(&pair, Some(&half)).unwrap();
+        let found: Vec<f64> = polynomial.coefficients().iter().map(Scalar::to_f64).collect();
+        let expected = [(-2.0_f64).exp(), -2.0 * (-1.0_f64).exp() * 1.5_f64.cos(), 1.0];
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{found:?} for {expected:?}");
+    }
+
+    /// A state that drives nothing is not seen; two that only their sum is measured of neither.
+    #[test]
+    fn what_is_not_seen_is_a_direction() {
+        let unseen = |a, c| Plant { a, c }.unseen().to_f64().to_rows();
+        assert_eq!(unseen(matrix([[-1, 0], [1, 0]]), matrix([[1, 0]])), [[0.0], [1.0]]);
+        assert_eq!(unseen(matrix([[0, 0], [0, 0]]), matrix([[2, 1]])), [[-0.5], [1.0]]);
+        assert!(unseen(matrix([[0, 1], [0, 0]]), matrix([[1, 0]])).iter().all(Vec::is_empty));
+    }
+
+    /// On the border an error stays; inside it decays.
+    #[test]
+    fn the_border_is_decided_exactly() {
+        let stays = |rows: [[i64; 2]; 2], denominator: u64, sampled| {
+            let part = Rational::from_parts(1.into(), denominator.into());
+            staying(&matrix(rows).scale(&part), sampled).len()
+        };
+        assert_eq!(stays([[0, 1], [-1, 0]], 1, false), 2);
+        assert_eq!(stays([[-1, 1], [0, 0]], 1, false), 1);
+        assert_eq!(stays([[-1, 1], [0, -1]], 1, false), 0);
+        // (3 ± 4j)/5 lie on the circle, and −1, and 1.
+        assert_eq!(stays([[3, 4], [-4, 3]], 5, true), 2);
+        assert_eq!(stays([[-1, 0], [0, 1]], 1, true), 2);
+        assert_eq!(stays([[3, 4], [-4, 2]], 5, true), 0);
+        assert_eq!(stays([[5, 0], [0, 11]], 10, true), 1);
+    }
+}
