@@ -24,7 +24,8 @@ fn the_functions_do_what_they_are_for() {
             "{:?}",
             run.requirements
         );
-        assert!(run.energy.residual.abs() < 1e-9 * run.energy.exchanged, "{} {:?}", run.name, run.energy);
+        // The file asks for a relative tolerance of 1e-6 in each step.
+        assert!(run.energy.residual.abs() < 1e-8 * run.energy.exchanged, "{} {:?}", run.name, run.energy);
         // The drive is what ties wheel, column and wave generator together, whatever the unit does.
         let [wg, cs, fs] = ["wg.phi", "cs.phi", "fs.phi"].map(|name| signal(run, name));
         let start = wg[0] - 51.0 * cs[0] + 50.0 * fs[0];
@@ -38,5 +39,5 @@ fn the_functions_do_what_they_are_for() {
     let wheels = signal(superposed, "car_wheel.phi").iter().fold(0.0f64, |most, x| most.max(x.abs()));
     assert!(wheels.to_degrees() > 1.9, "{wheels}");
     let felt = signal(superposed, "hands_hands.tau").iter().zip(signal(superposed, "felt"));
-    assert!(felt.map(|(hands, asked)| (hands + asked).abs()).fold(0.0, f64::max) < 0.25);
+    assert!(felt.map(|(hands, asked)| (hands + asked).abs()).fold(0.0, f64::max) < 0.2);
 }
