@@ -250,7 +250,9 @@ impl<'a> Reader<'a, '_> {
         let lost = Failing { name, kind: SensorFaultKind::Lost, at, until };
         let concerned: Vec<&Reading<'_>> =
             self.readings.iter().filter(|one| lost.concerns(one.sensor) || *one.sensor == lost.name).collect();
-        if concerned.is_empty() && self.document.doubts.has(&lost.name) {
+        // Who reads it is not known where a block has a mistake, which was told.
+        let broken = !self.document.blocks.is_empty() && self.model.programs.tasks.is_empty();
+        if concerned.is_empty() && (broken || self.document.doubts.has(&lost.name)) {
             return;
         }
         if let Some((message, help)) = cannot_fail(&lost.name, &concerned, self.readings) {

@@ -89,6 +89,12 @@ impl Functions<'_, '_> {
         }
     }
 
+    /// Whether a name is that of a block, or of an answer of one, where none answers because of a mistake in one of them, which was told.
+    fn is_of_broken_block(&self, name: &str) -> bool {
+        let head = SignalName::new(name).element;
+        self.broken_blocks && self.document.blocks.iter().any(|block| block.name == head || block.name == name)
+    }
+
     /// What the names of a formula stand for; unknown ones are left out. Nothing if one of them has a mistake, which was told.
     fn meanings(
         &mut self,
@@ -109,6 +115,8 @@ impl Functions<'_, '_> {
                 Meaning::Time
             } else if let Some(dimension) = self.blocks.get(name) {
                 Meaning::Block(name.to_string(), *dimension)
+            } else if self.is_of_broken_block(name) {
+                return None;
             } else if self.document.moves(name) {
                 out.push(no_function(name, expression, (place, what)));
                 return None;

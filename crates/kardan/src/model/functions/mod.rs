@@ -39,6 +39,8 @@ pub(crate) struct Functions<'a, 'd> {
     open: Vec<&'a str>,
     /// What blocks and formulas of signals answer.
     pub(in crate::model) blocks: BTreeMap<String, Dimension>,
+    /// Whether there are none because of a mistake in one of them, which was told.
+    pub(in crate::model) broken_blocks: bool,
     /// Tables that were made, nothing of one with a mistake.
     tables: BTreeMap<&'a str, Option<Arc<Lookup>>>,
 }
@@ -61,6 +63,7 @@ impl<'a, 'd> Functions<'a, 'd> {
             made,
             open: Vec::new(),
             blocks: BTreeMap::new(),
+            broken_blocks: false,
             tables,
         }
     }
