@@ -135,6 +135,8 @@ pub(super) fn rounded(matrix: &Matrix<Rational>) -> Option<Matrix<Rational>> {
 
 #[cfg(test)]
 mod tests {
+    use kardan_rt::functions::{cos, exp};
+
     use super::*;
     use crate::units::Exact;
 
@@ -164,7 +166,7 @@ mod tests {
             [(Exact::from_ratio(-2, 1), Exact::from_ratio(3, 1)), (Exact::from_ratio(-2, 1), Exact::from_ratio(-3, 1))];
         let polynomial = of_poles(&pair, Some(&half)).unwrap();
         let found: Vec<f64> = polynomial.coefficients().iter().map(Scalar::to_f64).collect();
-        let expected = [(-2.0_f64).exp(), -2.0 * (-1.0_f64).exp() * 1.5_f64.cos(), 1.0];
+        let expected = [exp(-2.0), -2.0 * exp(-1.0) * cos(1.5), 1.0];
         assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{found:?} for {expected:?}");
     }
 
