@@ -375,7 +375,7 @@ fn what_holds_with_a_bounded_torque_gives_no_impulse_where_teeth_jam() {
         let slipped = 0.5 * (speed * speed - (speed - 0.3) * (speed - 0.3));
         assert!((run.energy.dissipated - 0.65 - slipped).abs() < 1e-9, "{:?}", run.energy);
     }
-    let run = only(&model("[lock.e]", 2.0));
+    let run = only(&model("[lock.e]\nengaged = \"1\"", 2.0));
     let jam = run.events.iter().find(|event| event.what.starts_with("g jams")).expect("it jams");
     assert!(jam.what.ends_with("the blow takes 2.650000 J"), "{jam:?}");
     assert_eq!(at(&run, "f.w", 1.0), 0.0);
