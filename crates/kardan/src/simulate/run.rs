@@ -3,6 +3,7 @@
 mod looks;
 mod unfit;
 mod unseen;
+mod words;
 
 use kardan_rt::functions::powi;
 
@@ -19,7 +20,7 @@ use crate::num::Keeper;
 use crate::reduce::Reduced;
 use crate::results::{Effort, Energy, Event, MotorStrain, Outcome, Physical, Series};
 use looks::Guard;
-use unfit::{is_undefined, undefined};
+use words::{is_undefined, undefined};
 
 /// How accurately a run is integrated.
 #[derive(Debug, Clone, Copy, PartialEq)]

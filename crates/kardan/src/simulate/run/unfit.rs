@@ -1,5 +1,6 @@
 //! Where formulas of what rubs or holds have no value, or would drive: there a run ends.
 
+use super::words::{is_undefined, undefined};
 use super::{Outcome, RunningLoop, failed};
 use crate::simulate::machine::Unfit;
 
@@ -84,14 +85,4 @@ impl RunningLoop {
         }
         None
     }
-}
-
-/// Whether it says what has no value: of finite numbers no operation makes this but one without a value.
-pub(super) fn is_undefined(what: &str) -> bool {
-    what.ends_with(" is NaN") && what.contains(", as ")
-}
-
-/// What to do about it.
-pub(super) fn undefined(what: &str) -> String {
-    format!("{what}: it has no value there. Keep what it is of where it has one, such as by `max(0, ...)` or `if(...)`")
 }
