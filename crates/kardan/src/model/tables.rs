@@ -276,7 +276,8 @@ const MEASURE: Field = Field::optional(
      torque or force, or the source of this voltage, is at its limit, s. With x the signal, x0 its first value in the window, r the `target`: \
      `overshoot`: the largest (x - r)/(r - x0), at least 0; `rise_time`, `settling_time`: time from the begin of the window to where |x - r| <= `band` \
      first, or for good; `iae`: the integral of |x - r| over the time; `energy`: the integral of a power over the time; \
-     `events`: number of events of the element of this signal, of all of them for the signal `t`. With y the signal `over`: `gradient`: dx/dy \
+     `events`: number of events of the element of this signal, of all of them for the signal `t`; what is told of one located instant, such as a blow \
+     and what rests from then on, counts each. With y the signal `over`: `gradient`: dx/dy \
      where y passes zero rising, the mean of all passages; `slope`: that of the straight line that fits x over y best; `hysteresis`: how far \
      x where y falls through zero is from x where it rises, means of all passages; `gain`, `lag`, `phase_lag`: by what the waves of the \
      `frequency` in x and y differ, fitted by least squares with their means over the last whole periods of the window: ratio of amplitudes, and how \

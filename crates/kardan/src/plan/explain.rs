@@ -40,6 +40,11 @@ impl Plan {
         Some(format!("{named}{numbers} is {}", memory[*place as usize]))
     }
 
+    /// An output as it is computed, a few operations deep; what lies deeper is written as its value in a memory.
+    pub fn written(&self, output: usize, memory: &[f64]) -> String {
+        Writing { plan: self, memory, results: &self.results() }.infix(self.place(output) as u32, DEPTH)
+    }
+
     /// What every place behind inputs and constants is the result of.
     fn results(&self) -> BTreeMap<u32, Origin<'_>> {
         let mut first = (self.inputs.len() + self.constants.len()) as u32;

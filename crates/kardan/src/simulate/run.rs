@@ -1,7 +1,9 @@
 //! The run: steps between events, events located on the dense output, modes decided anew, outputs on the grid.
 
 mod looks;
+mod unfit;
 mod unseen;
+mod words;
 
 use kardan_rt::functions::powi;
 
@@ -18,6 +20,7 @@ use crate::num::Keeper;
 use crate::reduce::Reduced;
 use crate::results::{Effort, Energy, Event, MotorStrain, Outcome, Physical, Series};
 use looks::Guard;
+use words::{is_undefined, undefined};
 
 /// How accurately a run is integrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -273,10 +276,10 @@ impl Looks {
         }
     }
 
-    /// Whether the looks are too far apart to show what a margin does between them.
-    fn are_coarse(&self) -> bool {
-        let coarse = |watch| looks::is_coarse(self.count, |row| (self.times[row], self.at(row, watch)));
-        (0..self.directions).any(coarse)
+    /// Whether the looks are too far apart to show what a margin does between them; `noise` is what rounding makes of each.
+    fn are_coarse(&self, noise: impl Fn(usize) -> f64) -> bool {
+        let look = |watch| move |row| (self.times[row], self.at(row, watch));
+        (0..self.directions).any(|watch| looks::is_coarse(self.count, noise(watch), look(watch)))
     }
 }
 
@@ -556,6 +559,7 @@ impl RunningLoop {
             self.machine.look_at_rows(0.0, &self.state);
         }
         self.note_shared_friction();
+        self.note_blows();
         // What a blow has taken there was there, but for what came in with it.
         let [work, lost] = [2, 1].map(|back| self.state[self.state.len() - back]);
         self.initial_energy = self.machine.energy(0.0, &self.state) + (lost - work);
@@ -709,8 +713,8 @@ impl RunningLoop {
             self.restart(self.time);
             self.solver.set_step(next);
         }
-        self.rub()?;
-        self.mesh()?;
+        self.end_where_unfit()?;
+        self.mesh();
         self.tell(progress)
     }
 
@@ -730,6 +734,7 @@ impl RunningLoop {
             if self.machine.rows_depend((high, &self.looked), (self.time, &self.state)) {
                 self.observe_until(low, None);
                 self.time = high;
+                self.state.copy_from_slice(&self.looked);
                 return Err(failed(high, self.singular()));
             }
         }
@@ -765,6 +770,7 @@ impl RunningLoop {
         }
         self.observe_until(low, None);
         self.time = high;
+        self.solver.interpolate(high, &mut self.state);
         Err(failed(high, self.singular()))
     }
 
@@ -782,33 +788,6 @@ impl RunningLoop {
         format!(
             "{what}: what they carry is not determined there, and the motion can go on in more than one way. Start it so that it does not come there, choose lengths with which there is no such place, or end the run before"
         )
-    }
-
-    /// Ends the run where the torque of a friction is negative: it would drive.
-    fn rub(&mut self) -> Result<(), Outcome> {
-        if !self.machine.has_commanded_friction() {
-            return Ok(());
-        }
-        self.machine.evaluate(self.time, &self.state);
-        let Some(mut found) = self.machine.driving_friction() else { return Ok(()) };
-        let (mut low, mut high) = (self.solver.previous_time(), self.time);
-        while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
-            let middle = 0.5 * (low + high);
-            self.solver.interpolate(middle, &mut self.looked);
-            self.machine.evaluate(middle, &self.looked);
-            match self.machine.driving_friction() {
-                Some(driving) => (found, high) = (driving, middle),
-                None => low = middle,
-            }
-        }
-        self.observe_until(low, None);
-        let name = &self.names[found.0];
-        let unit = if self.machine.unit_along(found.0) == "m" { "N" } else { "N m" };
-        let cause = format!(
-            "the torque of `{name}` becomes negative, and friction below zero would drive: keep it at zero or above, such as by max(0 {unit}, ...)"
-        );
-        self.time = high;
-        Err(failed(high, cause))
     }
 
     /// Ends the run where teeth jam without an end.
@@ -837,10 +816,11 @@ impl RunningLoop {
         // Just beyond where the integrator came to.
         let time = (self.time * (1.0 + STUCK)).min(self.segment_end);
         self.observe_until(time, Some(time));
-        let moved = self.state.clone();
+        let (moved, size) = (self.state.clone(), self.machine.size());
         let before = self.machine.energy(time, &self.state);
         let happened = self.machine.settle(time, &mut self.state, &[direction], false, &self.names, &self.input_names);
-        let lost = before - self.machine.energy(time, &self.state);
+        let work = self.state[size - 2] - moved[size - 2];
+        let lost = before + work - self.machine.energy(time, &self.state);
         if !(lost >= 0.0) {
             self.state = moved;
             return None;
@@ -864,18 +844,10 @@ impl RunningLoop {
         Some(direction)
     }
 
-    /// Tells where teeth could go on in two ways; ends the run where their loss is negative.
-    fn mesh(&mut self) -> Result<(), Outcome> {
+    /// Tells where teeth could go on in two ways, at the point last evaluated.
+    fn mesh(&mut self) {
         if !self.machine.has_meshes() {
-            return Ok(());
-        }
-        self.machine.evaluate(self.time, &self.state);
-        if let Some((direction, loss)) = self.machine.driving_mesh() {
-            let cause = format!(
-                "the `loss` of `{}` becomes negative ({loss:.6}), and teeth do not drive: keep it at zero or above, such as by max(0 N m, ...)",
-                self.names[direction]
-            );
-            return Err(failed(self.time, cause));
+            return;
         }
         self.machine.forget_lost_mesh();
         let doubted = self.machine.doubtful_mesh();
@@ -888,7 +860,6 @@ impl RunningLoop {
             self.events.push(Event { time: self.time, what });
         }
         self.doubted = doubted;
-        Ok(())
     }
 
     /// Whether a speed is beyond what any drivetrain reaches.
@@ -1048,6 +1019,7 @@ impl RunningLoop {
         let happened = self.machine.settle(time, &mut self.state, crossing, false, &self.names, &self.input_names);
         self.events.extend(happened.into_iter().map(|what| Event { time, what }));
         self.note_shared_friction();
+        self.note_blows();
         self.contradict()
     }
 
@@ -1076,6 +1048,20 @@ impl RunningLoop {
         let cause =
             format!("{what}: give a stop `stiffness`, put a clutch in place of a lock, or release one of them before");
         Err(failed(self.time, cause))
+    }
+
+    /// Says which teeth a blow has passed.
+    fn note_blows(&mut self) {
+        for direction in self.machine.take_passed() {
+            let note = format!(
+                "A rigid blow has passed the teeth of `{}` without their loss, as it does even where they lock themselves. Where that matters, let a spring take the \
+                 blow (`stiffness` of a stop, a spring_damper beside a lock or clutch): then they carry it as a load.",
+                self.names[direction]
+            );
+            if !self.notes.contains(&note) {
+                self.notes.push(note);
+            }
+        }
     }
 
     fn note_shared_friction(&mut self) {
@@ -1222,7 +1208,10 @@ impl RunningLoop {
         }
         let dip = if friction { self.dip() } else { None };
         let Some((low, high)) = dip.or(left.map(|at| (before, at))) else {
-            self.guard.coarse = self.guard.blind && friction && self.looks.are_coarse();
+            self.guard.coarse = self.guard.blind && friction && {
+                let machine = &self.machine;
+                self.looks.are_coarse(|watch| machine.room_noise(watch))
+            };
             return None;
         };
         let least = if exactly { 0.0 } else { ROUGHLY * (to - from) };
@@ -1352,9 +1341,13 @@ impl RunningLoop {
     /// the look before and a time at which a mode is left.
     fn dip(&mut self) -> Option<(f64, f64)> {
         self.looks.measure_bends();
+        let noise: Vec<f64> = (0..self.looks.directions).map(|watch| self.machine.room_noise(watch)).collect();
         for row in 1..self.looks.count {
             for watch in 0..self.looks.directions {
                 let bend = self.looks.bends[watch];
+                if bend <= noise[watch] {
+                    continue;
+                }
                 let (left, right) = (self.looks.at(row - 1, watch), self.looks.at(row, watch));
                 // The slope changes by the bend in a gap, so that a margin that falls by more has no minimum in it; and one
                 // that stands higher does not reach zero.
@@ -1519,29 +1512,21 @@ impl RunningLoop {
                 ["something grows without bound", "or something changes at an infinite rate, such as sqrt(t) at zero"]
             }
         };
-        let text = match error {
+        let what = self.not_finite_there(at);
+        let text = match (error, what) {
             _ if let Some(direction) = self.machine.lost_mesh() => format!(
                 "`{}` jams: its load drives it, and the loss would grow faster than the torque that makes it, so that no acceleration fits (Painlevé). {UNJAM}",
                 self.names[direction]
             ),
-            StepError::StepTooSmall { step, .. } => format!(
+            (_, Some(what)) if is_undefined(&what) => undefined(&what),
+            (StepError::StepTooSmall { step, .. }, _) => format!(
                 "the step became too small ({step:.3e} s): a time constant is too short for this mode, {or_diverges}"
             ),
-            StepError::NotFinite { .. } => {
-                let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
-                let what = self.machine.not_finite(at, &self.state, names);
-                match what {
-                    // Of finite numbers no operation makes this but one without a value.
-                    Some(what) if what.ends_with(" is NaN") && what.contains(", as ") => format!(
-                        "{what}: it has no value there. Keep what it is of where it has one, such as by `max(0, ...)` or `if(...)`"
-                    ),
-                    Some(what) => format!("{what}: {diverges}, or the inertia becomes singular"),
-                    None => format!(
-                        "within the next step, however short, the equations have no finite value: {diverges}, a function has \
-                         no value there, such as a square root of less than zero, or the inertia becomes singular"
-                    ),
-                }
-            }
+            (StepError::NotFinite { .. }, Some(what)) => format!("{what}: {diverges}, or the inertia becomes singular"),
+            (StepError::NotFinite { .. }, None) => format!(
+                "within the next step, however short, the equations have no finite value: {diverges}, a function has \
+                 no value there, such as a square root of less than zero, or the inertia becomes singular"
+            ),
         };
         failed(at, text)
     }

@@ -351,6 +351,71 @@ fn teeth_that_jam_are_told() {
     assert!((at(&run, "motor.w", 2.0) - 5.0 - 2.0 * a).abs() < 1e-9);
 }
 
+/// A flywheel of 1 kg m² at 2 rad/s beside teeth that jam, 0.5 and 0.2 kg m² at 1 and 2 rad/s: a clutch of 0.3 N m between them gives no impulse, whether it
+/// sticks or slips, and only brakes it then; a lock does.
+#[test]
+fn what_holds_with_a_bounded_torque_gives_no_impulse_where_teeth_jam() {
+    let model = |between: &str, speed: f64| {
+        format!(
+            "[shaft.w]\ninertia = \"0.5 kg m^2\"\n[shaft.c]\ninertia = \"0.2 kg m^2\"\n[shaft.f]\ninertia = \"1 kg m^2\"\n[gear.g]\nshaft_1 = \"w\"\n\
+             shaft_2 = \"c\"\nratio = 0.5\nefficiency = 0.9\nefficiency_back = -5\n{between}\nshaft_1 = \"f\"\nshaft_2 = \"c\"\n[torque.x]\nshaft = \"c\"\n\
+             law = \"1 N m\"\n[scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\n\
+             initial = {{ \"w.w\" = \"1 rad/s\", \"c.w\" = \"2 rad/s\", \"f.w\" = \"{speed} rad/s\" }}\n"
+        )
+    };
+    let clutch = "[clutch.e]\ntorque = \"0.3 N m\"";
+    for speed in [2.0, 3.0, 1.5] {
+        let run = only(&model(clutch, speed));
+        let jam = run.events.iter().find(|event| event.what.starts_with("g jams")).expect("it jams");
+        assert!(jam.time == 0.0 && jam.what.ends_with("the blow takes 0.650000 J"), "{jam:?}");
+        for time in [0.0, 0.5, 1.0] {
+            assert!((at(&run, "f.w", time) - (speed - 0.3 * time)).abs() < 1e-9, "{speed} {}", at(&run, "f.w", time));
+        }
+        assert_eq!([at(&run, "c.w", 1.0), at(&run, "w.w", 1.0)], [0.0, 0.0]);
+        let slipped = 0.5 * (speed * speed - (speed - 0.3) * (speed - 0.3));
+        assert!((run.energy.dissipated - 0.65 - slipped).abs() < 1e-9, "{:?}", run.energy);
+    }
+    let run = only(&model("[lock.e]\nengaged = \"1\"", 2.0));
+    let jam = run.events.iter().find(|event| event.what.starts_with("g jams")).expect("it jams");
+    assert!(jam.what.ends_with("the blow takes 2.650000 J"), "{jam:?}");
+    assert_eq!(at(&run, "f.w", 1.0), 0.0);
+}
+
+/// Play closes, the teeth jam while a clutch slips, and the balance of energy closes.
+#[test]
+fn a_clutch_that_slips_where_teeth_with_play_jam_keeps_its_energy() {
+    let run = only(
+        "[shaft.w]\ninertia = \"0.5 kg m^2\"\n[shaft.c]\ninertia = \"0.2 kg m^2\"\n[shaft.f]\ninertia = \"1 kg m^2\"\n[gear.g]\nshaft_1 = \"w\"\nshaft_2 = \"c\"\n\
+         ratio = 0.5\nefficiency = 0.9\nefficiency_back = -5\nbacklash = \"0.05 rad\"\n[clutch.e]\nshaft_1 = \"f\"\nshaft_2 = \"c\"\ntorque = \"0.3 N m\"\n\
+         [torque.x]\nshaft = \"c\"\nlaw = \"3 N m*sin(7*t/(1 s))\"\n[scenario]\nduration = \"1 s\"\noutput_step = \"1 ms\"\ninitial = { \"f.w\" = \"0.4 rad/s\" }\n",
+    );
+    assert!(run.events.iter().any(|event| event.what.starts_with("g jams")), "{:?}", run.events);
+    // 0.3 N m on 1 kg m² change its speed by 3e-4 rad/s a row at most.
+    assert!(signal(&run, "f.w").windows(2).all(|pair| (pair[1] - pair[0]).abs() < 3.001e-4));
+    assert!(run.warnings.is_empty(), "{:?}", run.warnings);
+}
+
+/// A rigid blow passes teeth that lock themselves, and the run says so; a stop that gives leaves it to the teeth.
+#[test]
+fn a_blow_that_passes_teeth_is_told() {
+    let model = |stop: &str| {
+        format!(
+            "[shaft.h]\ninertia = \"1 kg m^2\"\n[shaft.l]\ninertia = \"0.5 kg m^2\"\n[shaft.w]\ninertia = \"1e-3 kg m^2\"\n[gear.worm]\nshaft_1 = \"w\"\n\
+             shaft_2 = \"l\"\nratio = 20\nefficiency = 0.4\nefficiency_back = -0.5\n[end_stop.e]\nshaft_1 = \"h\"\nshaft_2 = \"l\"\nupper = \"0 rad\"\n{stop}\n\
+             [scenario]\nduration = \"0.2 s\"\ninitial = {{ \"h.phi\" = \"-0.1 rad\", \"h.w\" = \"2 rad/s\" }}\n"
+        )
+    };
+    let told = |run: &Run| {
+        run.notes.iter().any(|note| note.starts_with("A rigid blow has passed the teeth of `worm` without their loss"))
+    };
+    let run = tried(&model("restitution = 0"));
+    assert!(told(&run), "{:?}", run.notes);
+    // The momentum of the one, 2 kg m² rad/s, on the inertia of all.
+    assert!((signal(&run, "l.w").last().expect("rows") - 2.0 / (1.0 + 0.5 + 0.4)).abs() < 1e-9);
+    let run = tried(&model("stiffness = \"1e4 N m/rad\""));
+    assert!(!told(&run) && signal(&run, "l.w").iter().all(|speed| speed.abs() < 1e-9), "{:?}", run.notes);
+}
+
 /// `J₁ + η J₂ / i² < 0` is foretold; what jams and starts again and again ends by name, after as many jams.
 #[test]
 fn teeth_that_would_jam_are_foretold_and_end_by_name() {

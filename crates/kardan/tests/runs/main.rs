@@ -10,6 +10,7 @@ mod blocks;
 mod computed;
 mod contact;
 mod drives;
+mod ends;
 mod energy;
 mod examples;
 mod faults;

@@ -16,7 +16,7 @@ pub(in crate::element) const EFFICIENCY: Field = Field::optional(
 pub(in crate::element) const EFFICIENCY_BACK: Field = Field::optional(
     "efficiency_back",
     Kind::Number(Sign::Any),
-    "The same while the first shaft is driven, up to 1; zero or less locks by itself: then the load cannot move it. A worm with friction angle rho \
+    "The same while the first shaft is driven, up to 1; zero or less locks by itself: then the load cannot move it, but for a rigid blow, which passes teeth without loss. A worm with friction angle rho \
      and lead angle g has tan(g - rho)/tan(g). Left out: `efficiency`.",
 );
 

@@ -229,6 +229,9 @@ impl Machine {
             self.meshes.lost = Some(direction);
             out.fill(f64::NAN);
         }
+        if self.meshes.undefined.is_some() {
+            out.fill(f64::NAN);
+        }
         if !self.places.power_of_holding.is_empty() || !self.places.power_of_accelerations.is_empty() {
             out[self.size - 2] += self.prescribed_power();
         }
@@ -283,8 +286,13 @@ impl Machine {
     /// directions.
     pub fn not_finite(&mut self, time: f64, state: &[f64], names: (&[String], &[String], &[String])) -> Option<String> {
         let regular = self.forces(time, state);
-        let from = self.dynamics.plan().plan.not_finite(self.work.values());
-        let what = self.value_not_finite(regular, names)?;
+        self.meshes.undefined = None;
+        let mut from = self.dynamics.plan().plan.not_finite(self.work.values());
+        let mut what = self.value_not_finite(regular, names);
+        if let Some((direction, operation)) = self.meshes.explain() {
+            (from, what) = (operation, Some(format!("the `loss` of `{}` is NaN", names.2[direction])));
+        }
+        let what = what?;
         Some(from.map_or(what.clone(), |from| format!("{what}, as {from}")))
     }
 
@@ -309,6 +317,9 @@ impl Machine {
             if let Some(input) = find(values) {
                 return Some(format!("the {what} of {} is {}", inputs[input], values[input]));
             }
+        }
+        if let Some(what) = self.hold_not_finite(frictions) {
+            return Some(what);
         }
         let sliding = |k: &usize| !self.work.more(&self.dynamics, self.places.friction_speeds.start + k).is_finite();
         if let Some(k) = (0..frictions.len()).find(sliding) {

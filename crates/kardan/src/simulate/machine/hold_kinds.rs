@@ -27,6 +27,15 @@ pub(super) enum Kind {
     Mesh,
 }
 
+/// What the formula of something that rubs or holds has come to where it cannot go on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::simulate) enum Unfit {
+    /// It has no value.
+    Undefined,
+    /// It is below nothing: it would drive.
+    Negative,
+}
+
 /// The holds of a machine, which are the directions from `first` on.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Holds {
@@ -41,6 +50,8 @@ pub(super) struct Holds {
     pub(super) has_locks: bool,
     /// Whether speeds have jumped at the last event.
     pub(super) struck: bool,
+    /// Teeth whose speed the last blow has changed.
+    pub(super) passed: Vec<usize>,
     /// Whether what meets a stop comes back.
     pub(super) rebounds: bool,
 }
@@ -75,6 +86,7 @@ impl Holds {
             has_locks: kinds.contains(&Kind::Lock),
             kinds,
             struck: false,
+            passed: Vec::new(),
             rebounds: true,
         }
     }

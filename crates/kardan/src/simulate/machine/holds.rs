@@ -8,7 +8,7 @@
 //! convex problem over impulses. If that gained energy, as different e of coupled stops could, nothing rebounds: the projection with e = 0 never gains.
 
 use super::Machine;
-use super::hold_kinds::{Kind, Met};
+use super::hold_kinds::{Kind, Met, Unfit};
 use crate::num::dot;
 use crate::simulate::friction::{Bounds, Mode, NOISE};
 
@@ -19,8 +19,8 @@ const LEAST_REBOUND: f64 = 1e-12;
 /// Part of what impulses give and take that rounding may make of an energy that is neither lost nor gained.
 const GAINED: f64 = 1e-12;
 
-/// Torques of friction above less than nothing by so much are rounding, N m.
-const LEAST_TORQUE: f64 = 1e-9;
+/// Part of the largest torque that rounding makes of one that is none.
+const ROUNDING: f64 = 1e-12;
 
 impl Machine {
     /// What a hold is told at the point last evaluated: see [`HoldTerms::told`](super::hold_terms::HoldTerms::told).
@@ -29,19 +29,40 @@ impl Machine {
         [first, first + 1].map(|place| self.work.more(&self.dynamics, place))
     }
 
-    /// A friction whose torque is negative at the point last evaluated, with that.
-    pub(in crate::simulate) fn driving_friction(&self) -> Option<(usize, f64)> {
-        let torque = |hold: usize| match self.holds.kinds[hold] {
-            Kind::Friction { .. } => self.told(hold)[0],
-            _ => 0.0,
+    /// A direction whose formula has no value at the point last evaluated, or is below nothing by more than `least`.
+    pub(in crate::simulate) fn unfit(&self, least: f64) -> Option<(usize, Unfit)> {
+        let of_hold = |hold: usize| match (self.holds.kinds[hold], self.told(hold)[0]) {
+            (Kind::Friction { .. }, torque) if !torque.is_finite() => Some(Unfit::Undefined),
+            (Kind::Friction { .. }, torque) if torque < -least => Some(Unfit::Negative),
+            (Kind::Lock, engaged) if engaged.is_nan() => Some(Unfit::Undefined),
+            _ => None,
         };
-        let mut all = (0..self.holds.kinds.len()).map(|hold| (self.holds.first + hold, torque(hold)));
-        all.find(|(_, torque)| *torque < -LEAST_TORQUE)
+        let mut holds = 0..self.holds.kinds.len();
+        holds.find_map(|hold| Some((self.holds.first + hold, of_hold(hold)?))).or_else(|| self.meshes.unfit(least))
     }
 
-    /// Whether torques of friction are expressions.
-    pub(in crate::simulate) fn has_commanded_friction(&self) -> bool {
-        self.holds.changes
+    /// Whether formulas say what rubs or holds.
+    pub(in crate::simulate) fn has_formulas(&self) -> bool {
+        self.holds.changes || self.holds.has_locks || self.has_meshes()
+    }
+
+    /// The formula of a hold that is no finite number at the point last evaluated, in words.
+    pub(super) fn hold_not_finite(&self, names: &[String]) -> Option<String> {
+        (0..self.holds.kinds.len()).find_map(|hold| {
+            let name = &names[self.holds.first + hold];
+            match (self.holds.kinds[hold], self.told(hold)[0]) {
+                (Kind::Friction { .. }, torque) if !torque.is_finite() => {
+                    Some(format!("the torque of `{name}` is {torque}"))
+                }
+                (Kind::Lock, engaged) if engaged.is_nan() => Some(format!("`engaged` of `{name}` is {engaged}")),
+                _ => None,
+            }
+        })
+    }
+
+    /// Whether a direction is one of teeth that rub.
+    pub(in crate::simulate) fn is_mesh(&self, direction: usize) -> bool {
+        self.holds.kind(direction) == Kind::Mesh
     }
 
     /// The bounds of frictions whose torque an expression gives, at the point last evaluated.
@@ -79,6 +100,16 @@ impl Machine {
             most => 1.0 - torque / most,
         };
         room(forward, torque).min(room(backward, -torque)).min(1.0)
+    }
+
+    /// What rounding may make of the room of a direction at the point last evaluated: where that is a torque itself, the difference of those of all.
+    pub(in crate::simulate) fn room_noise(&self, direction: usize) -> f64 {
+        let one_way = self.bounds.iter().any(|bounds| bounds[direction] == 0.0);
+        if !one_way || !self.holding.contains(&direction) {
+            return 0.0;
+        }
+        let torques = self.hold_torque[..self.holding.len()].iter().chain(&self.force);
+        ROUNDING * torques.fold(0.0f64, |most, torque| most.max(torque.abs()))
     }
 
     /// Whether the bounds of sticking directions are the same both ways, and neither nothing nor without end.
@@ -251,8 +282,11 @@ impl Machine {
         if released || engaged != self.holds.engaged {
             self.hold_those_that_stick();
         }
-        let resting =
-            if arrived.is_empty() && !everything { None } else { self.strike(state, everything, names, events) };
+        let jammed = self.meshes.lost.filter(|direction| crossing.contains(direction));
+        let resting = match arrived.is_empty() && !everything && jammed.is_none() {
+            true => None,
+            false => self.strike(state, (everything, jammed), names, events),
+        };
         let plain = |k: &&usize| matches!(self.holds.kind(**k), Kind::Friction { .. } | Kind::OneWay | Kind::Mesh);
         arrived.extend(crossing.iter().filter(plain));
         // A clutch that was released and is pressed again while nothing turns in it is at rest.
@@ -269,27 +303,27 @@ impl Machine {
     }
 
     /// The blow at the point last evaluated, if rigid directions that take part meet a speed that they block; with the directions that are at rest
-    /// behind it.
+    /// behind it. Teeth that jam are rigid; who settles them tells of it and what it takes.
     fn strike(
         &mut self,
         state: &mut [f64],
-        begins: bool,
+        (begins, jammed): (bool, Option<usize>),
         names: &[String],
         events: &mut Vec<String>,
     ) -> Option<Vec<usize>> {
-        let r = self.degrees_of_freedom;
+        let (r, first) = (self.degrees_of_freedom, self.holds.first);
         let rigid = |hold: &usize| match self.holds.kinds[*hold] {
             Kind::OneWay => true,
             Kind::Stop { .. } | Kind::Lock => self.holds.engaged[*hold],
-            Kind::Friction { .. } | Kind::Cushion { .. } | Kind::Mesh => false,
+            Kind::Mesh => jammed == Some(first + hold),
+            Kind::Friction { .. } | Kind::Cushion { .. } => false,
         };
-        let first = self.holds.first;
         let rigid: Vec<usize> = (0..self.holds.kinds.len()).filter(rigid).map(|hold| first + hold).collect();
         let before: Vec<f64> = state[r..2 * r].to_vec();
         let sizes: Vec<f64> = before.iter().map(|speed| speed.abs()).collect();
         let meets = |k: &usize| {
             let speed = self.dynamics.friction_speed(*k, &self.work);
-            let blocked = if self.holds.kind(*k) == Kind::Lock { speed.abs() } else { -speed };
+            let blocked = if matches!(self.holds.kind(*k), Kind::Lock | Kind::Mesh) { speed.abs() } else { -speed };
             blocked > NOISE * self.dynamics.friction_terms(*k, &sizes, &self.work)
         };
         let hit: Vec<usize> = rigid.iter().copied().filter(meets).collect();
@@ -305,7 +339,6 @@ impl Machine {
         for (row, impulse) in weighted.chunks_exact(r.max(1)).zip(&impulses) {
             state[r..2 * r].iter_mut().zip(row).for_each(|(speed, x)| *speed -= x * impulse);
         }
-        state[self.size - 1] += lost;
         let change: Vec<f64> = before.iter().zip(&state[r..2 * r]).map(|(before, after)| after - before).collect();
         state[self.size - 2] += self.prescribed_work(&change, parts.iter().copied().zip(impulses.iter().copied()));
         impulses.drain(..self.kept.len());
@@ -314,9 +347,16 @@ impl Machine {
             let speed = self.dynamics.friction_speed(*k, &self.work).abs();
             format!("{} meets {speed:.6} {}", names[*k], self.holds.units[*k - first])
         };
-        let what: Vec<String> = hit.iter().map(one).collect();
-        events.push(format!("{}: the blow takes {lost:.6} J", what.join(", ")));
+        if jammed.is_none() {
+            state[self.size - 1] += lost;
+            let what: Vec<String> = hit.iter().map(one).collect();
+            events.push(format!("{}: the blow takes {lost:.6} J", what.join(", ")));
+        }
         self.holds.struck = true;
+        let along = |k: &usize| self.dynamics.along_friction(*k, &change, &self.work).abs();
+        let noise = |k: &usize| NOISE * self.dynamics.friction_terms(*k, &sizes, &self.work);
+        let passed = self.meshes.directions.iter().filter(|k| jammed.is_none() && along(k) > noise(k));
+        self.holds.passed = passed.copied().collect();
         // What it has stopped rests; so does what has no speed but rounding, and what rested before and was not moved.
         let stopped = rigid.iter().zip(&rebounds).zip(&impulses);
         let stopped: Vec<usize> =
@@ -352,6 +392,11 @@ impl Machine {
         rigid.iter().map(least).collect()
     }
 
+    /// The largest impulse of a rigid direction against motion in a sense: of teeth that jam any.
+    fn impulse_bound(&self, sense: usize, direction: usize) -> f64 {
+        if self.hold_of(direction) == Some(Kind::Mesh) { f64::INFINITY } else { self.bounds[sense][direction] }
+    }
+
     /// How a direction holds that is no kept row.
     fn hold_of(&self, direction: usize) -> Option<Kind> {
         (!self.kept.contains(&direction)).then(|| self.holds.kind(direction))
@@ -371,7 +416,7 @@ impl Machine {
         let m = rigid.len();
         let mut impulses = vec![0.0; m];
         let [mut forward, backward]: [Vec<f64>; 2] =
-            [0, 1].map(|sense| rigid.iter().map(|&k| self.bounds[sense][k]).collect());
+            [0, 1].map(|sense| rigid.iter().map(|&k| self.impulse_bound(sense, k)).collect());
         loop {
             let right: Vec<f64> = before.iter().zip(&rebounds).map(|(speed, e)| speed * (1.0 + e)).collect();
             let bounds = Bounds { forward: &forward, backward: &backward };
@@ -446,6 +491,11 @@ impl Machine {
     /// Whether what meets a stop comes back, as its restitution says.
     pub(in crate::simulate) fn let_rebound(&mut self, rebounds: bool) {
         self.holds.rebounds = rebounds;
+    }
+
+    /// Teeth that a blow has passed since that was asked last.
+    pub(in crate::simulate) fn take_passed(&mut self) -> Vec<usize> {
+        std::mem::take(&mut self.holds.passed)
     }
 
     /// Whether speeds have jumped at the last event.

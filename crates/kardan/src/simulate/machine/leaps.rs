@@ -9,6 +9,7 @@ use super::Machine;
 use super::bends::Bends;
 use super::timed::Timed;
 use crate::expr::{Expr, Interval};
+use crate::reduce::MotionPlan;
 
 /// Intervals that are looked at for one place at most; beyond them it is left to the looks of each step.
 const INTERVALS: usize = 1000;
@@ -42,6 +43,12 @@ impl Machine {
     /// Whether the state may bring the loop to places where it jumps or bends.
     pub(in crate::simulate) fn bends(&self) -> usize {
         self.bends.of_state
+    }
+
+    /// What such a number is of, in words, at the point last evaluated.
+    pub(in crate::simulate) fn bend_in_words(&self, bend: usize) -> String {
+        let MotionPlan { plan, more, .. } = self.dynamics.plan();
+        plan.written(more.start + self.places.bends.start + bend, self.work.values())
     }
 
     /// The numbers whose zeros these places are, at a time and a state.

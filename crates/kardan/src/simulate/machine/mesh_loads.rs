@@ -14,7 +14,7 @@ impl Machine {
         self.accelerate_held();
         self.read_loads(&mut meshes);
         meshes.give(self.work.values());
-        meshes.doubt = None;
+        (meshes.doubt, meshes.undefined) = (None, None);
         meshes.sliding.clear();
         for (mesh, &k) in meshes.directions.iter().enumerate().filter(|(_, k)| self.modes[**k] != Mode::Stick) {
             meshes.sliding.push((mesh, self.modes[k].sign()));
@@ -113,8 +113,11 @@ impl Machine {
             meshes.evaluate(|_, load| load * sense <= 0.0);
             for (&k, loss) in meshes.directions.iter().zip(&meshes.losses) {
                 bounds[k] = loss.max(0.0);
-                if *loss < 0.0 {
+                if *loss < meshes.negative.map_or(0.0, |(_, least)| least) {
                     meshes.negative = Some((k, *loss));
+                }
+                if !loss.is_finite() {
+                    meshes.undefined = Some(k);
                 }
             }
         }
@@ -157,10 +160,5 @@ impl Machine {
     /// Forgets it.
     pub(in crate::simulate) fn forget_lost_mesh(&mut self) {
         self.meshes.lost = None;
-    }
-
-    /// Teeth whose loss is below nothing there, with that.
-    pub(in crate::simulate) fn driving_mesh(&self) -> Option<(usize, f64)> {
-        self.meshes.negative
     }
 }

@@ -9,6 +9,7 @@
 
 use kardan_native::Native;
 
+use super::hold_kinds::Unfit;
 use super::mesh_terms::meshes;
 use crate::expr::{Expr, Symbol};
 use crate::num::Lu;
@@ -107,8 +108,12 @@ pub(super) struct Meshes {
     pub(super) doubt: Option<(usize, Doubt)>,
     /// Of which there was none at a rate that was asked for.
     pub(super) lost: Option<usize>,
-    /// A loss below nothing there.
+    /// The loss that is most below nothing there.
     pub(super) negative: Option<(usize, f64)>,
+    /// Of which the loss has no value there.
+    pub(super) undefined: Option<usize>,
+    /// The same among those that slide, met in the last solution.
+    met: Option<usize>,
 }
 
 impl Meshes {
@@ -139,6 +144,8 @@ impl Meshes {
             doubt: None,
             lost: None,
             negative: None,
+            undefined: None,
+            met: None,
         }
     }
 
@@ -154,6 +161,29 @@ impl Meshes {
     /// The direction of teeth that have no motion at the point last evaluated.
     pub(super) fn without_motion(&self) -> Option<usize> {
         self.doubt.filter(|(_, doubt)| *doubt == Doubt::None).map(|(direction, _)| direction)
+    }
+
+    /// Teeth whose loss has no value at the point last evaluated, or is below nothing by more than `least`.
+    pub(super) fn unfit(&self, least: f64) -> Option<(usize, Unfit)> {
+        let negative = || self.negative.filter(|(_, loss)| *loss < -least);
+        let undefined = self.undefined.map(|direction| (direction, Unfit::Undefined));
+        undefined.or_else(|| Some((negative()?.0, Unfit::Negative)))
+    }
+
+    /// The teeth whose loss has no value at the point last evaluated, with the operation that has none where that is found.
+    pub(super) fn explain(&mut self) -> Option<(usize, Option<String>)> {
+        let direction = self.undefined?;
+        let mesh = self.directions.iter().position(|own| *own == direction)?;
+        // What has no value leaves none of what is carried.
+        self.loads.iter_mut().filter(|load| !load.is_finite()).for_each(|load| *load = 0.0);
+        for drives in [true, false] {
+            self.evaluate(|_, _| drives);
+            if !self.losses[mesh].is_finite() {
+                let from = self.laws.as_ref().and_then(|laws| laws.plan.not_finite(&laws.memory));
+                return Some((direction, from));
+            }
+        }
+        Some((direction, None))
     }
 
     pub(super) fn give(&mut self, values: &[f64]) {
@@ -184,6 +214,7 @@ impl Meshes {
     /// The losses of meshes that slide. False if none is found.
     pub(super) fn solve(&mut self) -> bool {
         let n = self.sliding.len();
+        self.met = None;
         let patterns = 1usize << n.min(MOST_PATTERNS);
         // First from what is carried without loss, then from losses that would turn the signs.
         for pattern in 0..=patterns {
@@ -213,6 +244,11 @@ impl Meshes {
         let count = self.directions.len();
         for _ in 0..MOST_STEPS {
             self.evaluate_sliding();
+            let undefined = self.sliding.iter().map(|(mesh, _)| *mesh).find(|mesh| !self.losses[*mesh].is_finite());
+            if undefined.is_some() {
+                self.met = undefined;
+                return false;
+            }
             self.matrix.fill(0.0);
             self.right.fill(0.0);
             (0..count).for_each(|mesh| self.matrix[mesh * count + mesh] = 1.0);
@@ -260,6 +296,12 @@ impl Meshes {
 
 /// Notes where the motion of sliding teeth is not one.
 pub(super) fn doubt(meshes: &mut Meshes, solved: bool) {
+    if let Some(mesh) = meshes.met.filter(|_| !solved) {
+        // No motion, but for want of a value.
+        meshes.undefined = Some(meshes.directions[mesh]);
+        meshes.torques.fill(0.0);
+        return;
+    }
     let count = meshes.directions.len();
     // The side on which the load drives, where the loss may outgrow what makes it.
     meshes.evaluate(|_, _| false);

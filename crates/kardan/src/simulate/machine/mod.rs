@@ -31,6 +31,7 @@ mod wired;
 
 pub use expansion::Prospect;
 pub use expressions::Found;
+pub(super) use hold_kinds::Unfit;
 pub(super) use leaps::Leap;
 pub use wired::Setup;
 

@@ -19,12 +19,12 @@ pub(super) fn bends(count: usize, look: impl Fn(usize) -> (f64, f64)) -> impl It
     })
 }
 
-/// Whether numbers at looks into a step may vanish between the looks unseen.
-pub(super) fn is_coarse(count: usize, look: impl Fn(usize) -> (f64, f64)) -> bool {
+/// Whether numbers at looks into a step may vanish between the looks unseen; what ranges by no more than `noise` is nothing but rounding.
+pub(super) fn is_coarse(count: usize, noise: f64, look: impl Fn(usize) -> (f64, f64)) -> bool {
     let ends = |(low, high): (f64, f64), row| (low.min(look(row).1), high.max(look(row).1));
     let (least, most) = (0..count).fold((f64::INFINITY, f64::NEG_INFINITY), ends);
     let near = if least > 0.0 { least } else { (-most).max(0.0) };
-    let known = least.is_finite() && most.is_finite() && near <= NEAR * (most - least);
+    let known = least.is_finite() && most.is_finite() && most - least > noise && near <= NEAR * (most - least);
     known && bends(count, look).fold(0.0, f64::max) > UNKNOWN * (most - least)
 }
 
@@ -36,18 +36,30 @@ pub(super) struct Guard {
     pub(super) blind: bool,
     /// Whether the last step was too long to tell whether they are kept.
     pub(super) coarse: bool,
+    /// How often steps ended where the loop jumps or bends, each close behind the time before, and when the last one did, s.
+    pub(super) bent: usize,
+    pub(super) bent_at: f64,
     /// Memory for the numbers that vanish where the loop jumps or bends by its state: at each look, and the sides that they are on.
     pub(super) numbers: Vec<f64>,
 }
 
 impl Guard {
     pub(super) fn new(blind: bool, bends: usize) -> Self {
-        Self { leap: None, blind, coarse: false, numbers: vec![0.0; (LOOKS.len() + 2) * bends] }
+        Self {
+            leap: None,
+            blind,
+            coarse: false,
+            bent: 0,
+            bent_at: f64::NEG_INFINITY,
+            numbers: vec![0.0; (LOOKS.len() + 2) * bends],
+        }
     }
 
     pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
         let [mut low, mut high] = self.leap.map_or([f64::INFINITY; 2], |(low, high)| [low, high]);
         [&mut low, &mut high].into_iter().for_each(|time| keeper.number(time));
         self.leap = low.is_finite().then_some((low, high));
+        keeper.count(&mut self.bent);
+        keeper.number(&mut self.bent_at);
     }
 }

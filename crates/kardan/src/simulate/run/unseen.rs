@@ -3,8 +3,8 @@
 //!
 //! Steps that may have passed some of it end before.
 
-use super::looks::{LOOKS, is_coarse};
-use super::{Outcome, RunningLoop};
+use super::looks::{Guard, LOOKS, is_coarse};
+use super::{Outcome, RunningLoop, failed};
 use crate::simulate::integrator::Integrator;
 
 /// Part of a step in which a bend is left to its error: there a loop may go to and fro at one place.
@@ -13,6 +13,10 @@ const SOON: f64 = 0.01;
 const LESS: f64 = 0.25;
 /// What a step has at least of the time of a run, to be made shorter.
 const LEAST: f64 = 1e-9;
+/// Steps that end where a law jumps or bends, each so close behind the one before, as a part of the duration or of a second, after which a run
+/// is given up: it would take a thousand million of them.
+const TO_AND_FRO: usize = 2000;
+const HARDLY: f64 = 1e-9;
 /// What series may differ from what they are of, in parts of their terms.
 const DIFFERENCE: f64 = 1e-6;
 /// What is left of a difference in a shorter step is less than this; of rounding it is more, and that is slight.
@@ -26,30 +30,57 @@ impl RunningLoop {
     pub(super) fn unseen(&mut self, until: f64) -> Result<Option<f64>, Outcome> {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let shorter = self.guard.coarse && self.is_long(until) && until == to;
-        let bend = if self.machine.bends() == 0 { None } else { self.bend(until) };
+        let bend = if self.machine.bends() == 0 { None } else { self.bend(until)? };
         let Some(at) = bend.or(shorter.then_some(from + LESS * (to - from))) else { return Ok(None) };
         if matches!(self.solver, Integrator::Taylor(_)) {
             return Ok(Some(at));
         }
         // Within a step the states are less accurate than at its end, and what lies behind a jump has spoiled them.
         self.shorten_step(at)?;
-        let again = if bend.is_some() { self.bend(self.solver.time()) } else { None };
+        let again = if bend.is_some() { self.bend(self.solver.time())? } else { None };
         Ok(Some(again.unwrap_or(self.solver.time())))
     }
 
     /// The first place within the last step, up to a time, at which the loop jumps or bends by its state: just behind it. A step that is too
     /// long to tell ends within.
-    fn bend(&mut self, until: f64) -> Option<f64> {
+    fn bend(&mut self, until: f64) -> Result<Option<f64>, Outcome> {
         let mut numbers = std::mem::take(&mut self.guard.numbers);
         let found = self.bend_by(until, &mut numbers);
         self.guard.numbers = numbers;
-        found
+        if let Some((at, Some(bend))) = found {
+            self.count_bends(at, bend)?;
+        }
+        Ok(found.map(|(at, _)| at))
     }
 
-    fn bend_by(&mut self, until: f64, numbers: &mut [f64]) -> Option<f64> {
+    /// Ends the run where it comes to the same place again and again and hardly moves on.
+    fn count_bends(&mut self, at: f64, bend: usize) -> Result<(), Outcome> {
+        let near = HARDLY * self.scenario.duration.min(1.0);
+        let Guard { bent, bent_at, .. } = &mut self.guard;
+        *bent = if at - *bent_at <= near { *bent + 1 } else { 0 };
+        *bent_at = at;
+        if *bent <= TO_AND_FRO {
+            return Ok(());
+        }
+        let what = self.machine.bend_in_words(bend);
+        self.observe_until(self.time, None);
+        Err(failed(
+            self.time,
+            format!(
+                "the motion goes to and fro without an end at {what} = 0, where a law jumps or bends (`sign`, `abs`, `if`, the points of a table): more than {TO_AND_FRO} \
+                 times, each within {near:.0e} s of the time before. Give the law a slope there, such as `tanh(x/x_0)` in place of `sign(x)`, or a friction or a stop \
+                 in place of the law"
+            ),
+        ))
+    }
+
+    /// With the number that vanishes there, where it is one.
+    fn bend_by(&mut self, until: f64, numbers: &mut [f64]) -> Option<(f64, Option<usize>)> {
         let (from, count) = (self.solver.previous_time(), self.machine.bends());
         let (found, sides) = numbers.split_at_mut((LOOKS.len() + 1) * count);
-        let time = |row: usize| if row == 0 { from } else { from + LOOKS[row - 1] * (until - from) };
+        // Rounding may carry the last one beyond the step.
+        let later = |row: usize| (from + LOOKS[row - 1] * (until - from)).min(until);
+        let time = |row: usize| if row == 0 { from } else { later(row) };
         self.bends_at(from, &mut found[..count]);
         sides.copy_from_slice(&found[..count]);
         for row in 1..=LOOKS.len() {
@@ -57,12 +88,12 @@ impl RunningLoop {
             self.bends_at(time(row), now);
             // Of what begins at zero the side is where it goes.
             sides.iter_mut().zip(&*now).for_each(|(side, now)| *side = if *side == 0.0 { *now } else { *side });
-            if passed(sides, now) {
+            if passed(sides, now).is_some() {
                 return self.first_bend(sides, (time(row - 1), time(row)), (now, until));
             }
         }
-        let coarse = |k: usize| is_coarse(LOOKS.len() + 1, |row| (time(row), found[row * count + k]));
-        (self.is_long(until) && (0..count).any(coarse)).then_some(from + LESS * (until - from))
+        let coarse = |k: usize| is_coarse(LOOKS.len() + 1, 0.0, |row| (time(row), found[row * count + k]));
+        (self.is_long(until) && (0..count).any(coarse)).then_some((from + LESS * (until - from), None))
     }
 
     /// Whether the last step is so long up to a time that it may be made shorter.
@@ -76,14 +107,18 @@ impl RunningLoop {
         sides: &[f64],
         (mut low, mut high): (f64, f64),
         (now, until): (&mut [f64], f64),
-    ) -> Option<f64> {
+    ) -> Option<(f64, Option<usize>)> {
         let from = self.solver.previous_time();
+        let mut bend = passed(sides, now);
         while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
             let middle = 0.5 * (low + high);
             self.bends_at(middle, now);
-            if passed(sides, now) { high = middle } else { low = middle }
+            match passed(sides, now) {
+                Some(found) => (bend, high) = (Some(found), middle),
+                None => low = middle,
+            }
         }
-        (high - from > SOON * (until - from)).then_some(high)
+        (high - from > SOON * (until - from)).then_some((high, bend))
     }
 
     fn bends_at(&mut self, time: f64, out: &mut [f64]) {
@@ -118,7 +153,7 @@ impl RunningLoop {
     }
 }
 
-/// Whether one of some numbers is on the other side of zero.
-fn passed(sides: &[f64], now: &[f64]) -> bool {
-    sides.iter().zip(now).any(|(side, now)| side * now < 0.0)
+/// The first of some numbers that is on the other side of zero.
+fn passed(sides: &[f64], now: &[f64]) -> Option<usize> {
+    sides.iter().zip(now).position(|(side, now)| side * now < 0.0)
 }

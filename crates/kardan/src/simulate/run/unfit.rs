@@ -1,0 +1,88 @@
+//! Where formulas of what rubs or holds have no value, or would drive: there a run ends.
+
+use super::words::{is_undefined, undefined};
+use super::{Outcome, RunningLoop, failed};
+use crate::simulate::machine::Unfit;
+
+/// Torques and losses above less than nothing by so much are rounding, N m.
+const LEAST: f64 = 1e-9;
+/// How far beyond where no step fits any more a value is looked for, in units in the last place of the time, and at most in parts of it.
+const BEYOND: f64 = 16.0 * f64::EPSILON;
+const FAR: f64 = 1e-9;
+/// The least time that these are parts of, s.
+const BEGIN: f64 = 1e-3;
+
+impl RunningLoop {
+    /// Ends the run at the first time of the last step at which a formula of what rubs or holds has no value or is negative. Evaluates the end of
+    /// the step.
+    pub(super) fn end_where_unfit(&mut self) -> Result<(), Outcome> {
+        if !self.machine.has_formulas() {
+            return Ok(());
+        }
+        self.machine.evaluate(self.time, &self.state);
+        let Some(mut found) = self.machine.unfit(LEAST) else { return Ok(()) };
+        let from = self.solver.previous_time();
+        let (mut low, mut high) = (from, self.time.min(self.solver.time()));
+        while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
+            let middle = 0.5 * (low + high);
+            self.solver.interpolate(middle, &mut self.looked);
+            self.machine.evaluate(middle, &self.looked);
+            match self.machine.unfit(0.0) {
+                Some(unfit) => (found, high) = (unfit, middle),
+                None => low = middle,
+            }
+        }
+        self.solver.interpolate(high, &mut self.state);
+        let cause = self.unfit_in_words(found, high);
+        if low > from {
+            // Within a step the states are less accurate than at its end.
+            let shortened = self.solver.shorten(&mut self.machine, low, &mut self.looked);
+            shortened.map_err(|error| self.step_failed(error))?;
+        }
+        self.observe_until(low, None);
+        self.solver.interpolate(low, &mut self.state);
+        self.time = high;
+        Err(failed(high, cause))
+    }
+
+    /// Why the run ends at a time, where the state stands.
+    fn unfit_in_words(&mut self, (direction, unfit): (usize, Unfit), time: f64) -> String {
+        let (name, is_mesh) = (self.names[direction].clone(), self.machine.is_mesh(direction));
+        let unit = if self.machine.unit_along(direction) == "m" { "N" } else { "N m" };
+        match unfit {
+            Unfit::Negative if is_mesh => format!(
+                "the `loss` of `{name}` becomes negative, and teeth do not drive: keep it at zero or above, such as by max(0 {unit}, ...)"
+            ),
+            Unfit::Negative => format!(
+                "the torque of `{name}` becomes negative, and friction below zero would drive: keep it at zero or above, such as by max(0 {unit}, ...)"
+            ),
+            Unfit::Undefined => {
+                let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
+                let what = self.machine.not_finite(time, &self.state, names);
+                undefined(&what.unwrap_or_else(|| format!("a formula of `{name}` is no number")))
+            }
+        }
+    }
+
+    /// What is no finite number where the integration stands, or else what has no value just beyond, where no step goes.
+    pub(super) fn not_finite_there(&mut self, at: f64) -> Option<String> {
+        let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
+        if let Some(what) = self.machine.not_finite(at, &self.state, names) {
+            return Some(what);
+        }
+        let whole = at.max(BEGIN);
+        self.machine.derivative(at, &self.state, &mut self.derivative);
+        let mut later = BEYOND * whole;
+        while later <= FAR * whole {
+            for ((moved, x), slope) in self.moved.iter_mut().zip(&self.state).zip(&self.derivative) {
+                *moved = x + later * slope;
+            }
+            let what = self.machine.not_finite(at + later, &self.moved, names);
+            if let Some(what) = what.filter(|what| is_undefined(what)) {
+                return Some(what);
+            }
+            later *= 2.0;
+        }
+        None
+    }
+}
