@@ -1,9 +1,9 @@
-//! Torques that follow from what blocks answer, around a position at rest.
+//! Torques and locks that follow from what blocks answer, around a position at rest.
 
 use super::law_slopes::unconstrained;
 use super::{Kinematics, Motion, OperatingPoint, Reduced};
 use crate::assemble::Along;
-use crate::equations::{Formula, Meaning};
+use crate::equations::{Formula, Hold, Meaning};
 use crate::expr::{Expr, Floating, Symbol, lower};
 use crate::num::rational_to_f64;
 use std::sync::Arc;
@@ -96,4 +96,23 @@ pub fn answered_torques(
         AnsweredTorque { element: law.element.clone(), row, on_answers, on_positions, on_rates }
     };
     reduced.equations.laws.iter().filter(|law| is_answered(&law.value)).map(of).collect()
+}
+
+/// The locks that follow from blocks and are engaged with what these answer at rest at an operating point.
+///
+/// # Panics
+/// As [`answered_torques`].
+pub fn answered_locks(reduced: &Reduced, point: &OperatingPoint, answer: &dyn Fn(&str) -> f64) -> Vec<String> {
+    let free = unconstrained(reduced);
+    let mut numeric = Kinematics::new(reduced);
+    numeric.update(&point.position, &point.rates);
+    let locks = reduced.equations.holds.iter().filter_map(|hold| match &hold.value {
+        Hold::Lock { engaged } if is_answered(engaged) => Some((&hold.element, engaged)),
+        _ => None,
+    });
+    let engaged = |(element, formula): (&String, &Arc<Formula>)| {
+        let around = Around::new(&free, formula, &numeric);
+        (around.at(&[around.value], answer)[0] > 0.5).then(|| element.clone())
+    };
+    locks.filter_map(engaged).collect()
 }

@@ -28,7 +28,7 @@ mod redundant;
 mod relaxation;
 mod slipping;
 
-pub use answered::{AnsweredTorque, answered_torques, is_answered};
+pub use answered::{AnsweredTorque, answered_locks, answered_torques, is_answered};
 pub use constraint_torques::Acting;
 pub use contacts::{Contact, contacts, pressed_cushions};
 pub use dynamics::{Dynamics, Extension, MotionPlan, Work};

@@ -80,7 +80,18 @@ pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: 
     if laws.len() == model.controls.len() {
         check_told(document, model, laws, out);
     }
-    if model.programs.tasks.is_empty() || model.controls.is_empty() || are_in_maps(variant) {
+    if model.programs.tasks.is_empty() || model.controls.is_empty() {
+        return;
+    }
+    for element in engaged_locks(variant) {
+        let message = format!(
+            "`{element}` is engaged where the run begins, as blocks say: whether the loop is stable there is not looked at"
+        );
+        let help =
+            "designs and margins take a lock as open; a run has it, and other variants tell of the loop without it";
+        out.push(of_element(document, &element, message, help));
+    }
+    if are_in_maps(variant) {
         return;
     }
     let moving = moving(model);
@@ -103,10 +114,22 @@ pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: 
             law.element,
             quoted(blocks)
         );
-        let mistake = Diagnostic::warning("block::loop", message);
-        let own = document.elements.iter().find(|one| one.name == law.element);
-        let mistake = own.into_iter().fold(mistake, |mistake, own| mistake.at(own.place.clone(), "this element"));
-        out.push(mistake.help("give a controller a `sample_time`, or the blocks none; a run has them in any case"));
+        let help = "give a controller a `sample_time`, or the blocks none; a run has them in any case";
+        out.push(of_element(document, &law.element, message, help));
+    }
+}
+
+/// Locks that are engaged where the run of a variant begins, as blocks say: no map knows the loop behind them.
+pub(super) fn engaged_locks(variant: &PreparedVariant) -> Vec<String> {
+    blocks(variant, &variant.loop_plant()).engaged
+}
+
+/// A warning of an element that follows from blocks.
+fn of_element(document: &Document, element: &str, message: String, help: &str) -> Diagnostic {
+    let told = Diagnostic::warning("block::loop", message).help(help);
+    match document.elements.iter().find(|one| one.name == element) {
+        Some(own) => told.at(own.place.clone(), "this element"),
+        None => told,
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::PreparedVariant;
-use crate::reduce::{Kinematics, OperatingPoint, answered_torques};
+use crate::reduce::{Kinematics, OperatingPoint, answered_locks, answered_torques};
 use crate::simulate::Profile;
 use crate::synthesis::{BesideBlocks, Law, LinearTask, LoopBlocks, LoopPlant, SampledPart, Seen, TaskLaw, Told};
 
@@ -22,6 +22,8 @@ struct Standing {
 pub(super) struct Blocks {
     /// What the loop closes through.
     pub of_loop: LoopBlocks,
+    /// Locks that follow from them and are engaged there.
+    pub engaged: Vec<String>,
     /// Whether some of them bend or switch, so that elsewhere they do otherwise.
     pub bend: bool,
 }
@@ -55,7 +57,7 @@ pub(super) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: 
     let tasks = scenario.flow.iter().chain(scenario.tasks.iter().filter(|_| seen));
     let tasks: Vec<TaskLaw> = tasks.map(|task| TaskLaw::new(task, reduced)).collect();
     if tasks.is_empty() || laws.len() != model.controls.len() {
-        return Blocks { of_loop: LoopBlocks::default(), bend: false };
+        return Blocks { of_loop: LoopBlocks::default(), engaged: Vec::new(), bend: false };
     }
     let mut kinematics = Kinematics::new(reduced);
     kinematics.update(position, &variant.point.rates);
@@ -66,12 +68,10 @@ pub(super) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: 
     let bend = tasks.iter().any(|task| task.bends());
     let tasks = linear_tasks(tasks, &mut answers, at_rest);
     let point = OperatingPoint { position: position.to_vec(), ..variant.point.clone() };
-    let torques = match seen {
-        true => answered_torques(reduced, &point, &|name| answers.get(name).copied().unwrap_or(0.0)),
-        false => Vec::new(),
-    };
+    let answer = |name: &str| answers.get(name).copied().unwrap_or(0.0);
+    let torques = if seen { answered_torques(reduced, &point, &answer) } else { Vec::new() };
     let of_loop = LoopBlocks::new(&tasks, &beside, &torques, plant);
-    Blocks { of_loop, bend }
+    Blocks { of_loop, engaged: answered_locks(reduced, &point, &answer), bend }
 }
 
 /// A law as blocks know it.

@@ -189,9 +189,15 @@ fn too_many_joints_in_series_are_refused_with_their_number() {
 fn the_models_of_the_program_are_right() {
     for builtin in model::BUILTIN {
         let found = study::check(builtin.source);
-        let warnings = usize::from(["harmonic-drive", "harmonic-drive-ecu"].contains(&builtin.name));
-        assert_eq!(found.len(), warnings, "{}: {found:?}", builtin.name);
-        assert!(found.iter().all(|d| d.severity == Severity::Warning && d.code == "damping::negative"));
+        let told = match builtin.name {
+            "harmonic-drive" | "harmonic-drive-ecu" => vec!["damping::negative"],
+            // One of its runs begins behind an engaged lock, which no map knows.
+            "steering-on-road" => vec!["block::loop"],
+            _ => Vec::new(),
+        };
+        let codes: Vec<&str> = found.iter().map(|d| d.code).collect();
+        assert_eq!(codes, told, "{}: {found:?}", builtin.name);
+        assert!(found.iter().all(|d| d.severity == Severity::Warning));
     }
 }
 

@@ -114,6 +114,10 @@ fn typed_structs_hold_every_key() {
             element::<RackAndPinion>(project),
             element::<PrescribedMotion>(project),
             element::<Torque>(project),
+            element::<Brake>(project),
+            element::<Lock>(project),
+            element::<kardan::element::Vehicle>(project),
+            element::<Driver>(project),
         ];
         assert_eq!(found.iter().sum::<usize>(), {
             let groups = kardan::element::REGISTRY.iter().filter_map(|kind| project.entries().table(kind.keyword));

@@ -970,8 +970,9 @@ fn plans_of_motion_agree_with_other_ways() {
         let (prepared, _) = kardan::study::prepare(builtin.source);
         for variant in &prepared.variants {
             let reduced = &variant.reduced;
-            // What is evaluated shaft by shaft knows no time, and rows that are kept stand among those of friction.
-            if !(reduced.equations.moving.is_empty() && reduced.equations.kept.is_empty()) {
+            // What is evaluated shaft by shaft knows no time, and rows that are kept, and of brakes and locks, stand among those of friction.
+            let equations = &reduced.equations;
+            if !(equations.moving.is_empty() && equations.kept.is_empty() && equations.holds.is_empty()) {
                 continue;
             }
             let r = reduced.degrees_of_freedom();

@@ -1,7 +1,7 @@
 //! The steering system whole, on a road: what its functions are for.
 
 use kardan::results::{Outcome, Run};
-use kardan::study::{self, Silent};
+use kardan::study::{self, Settings, Silent};
 
 use crate::common::{runs_only, signal};
 
@@ -40,4 +40,34 @@ fn the_functions_do_what_they_are_for() {
     assert!(wheels.to_degrees() > 1.9, "{wheels}");
     let felt = signal(superposed, "hands_hands.tau").iter().zip(signal(superposed, "felt"));
     assert!(felt.map(|(hands, asked)| (hands + asked).abs()).fold(0.0, f64::max) < 0.2);
+}
+
+/// The planetary gear ties wheel, pinion and carrier together, and whoever moves the carrier moves the rack; with its motor dead the worm holds,
+/// so that from then on rack and wheel stay where that leaves them to each other. Each requirement of these variants is met.
+#[test]
+fn a_worm_superposes_and_holds_by_itself() {
+    let source = include_str!("../../../../models/afs-steering.toml");
+    let run = |variant: &str, faults: &[&str]| {
+        let settings = Settings {
+            variants: vec![variant.into()],
+            faults: faults.iter().map(|name| (*name).into()).collect(),
+            ..runs_only()
+        };
+        let study = study::run(source, &settings, &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+        let run = study.runs[0].clone();
+        assert_eq!(run.outcome, Outcome::Completed, "{variant} {:?}", run.notes);
+        assert!(run.energy.residual.abs() < 1e-8 * run.energy.exchanged, "{variant} {:?}", run.energy);
+        let [sun, rk, carrier] = ["sun.phi", "rk.phi", "carrier.phi"].map(|name| signal(&run, name));
+        let tied = |k: usize| (5.0 * sun[k] - 6.0 * rk[k] + carrier[k]).abs();
+        assert!((0..sun.len()).all(|k| tied(k) < 1e-9), "{variant}");
+        run
+    };
+    let superposed = run("superposed", &[]);
+    assert!(superposed.requirements.iter().all(|one| one.passed), "{:?}", superposed.requirements);
+    // The rack goes the way that the carrier goes, a sixth of it, and the hands feel what the rack leaves over.
+    assert!(at(&superposed, "carrier.phi", 2.0).abs() > 0.5 && at(&superposed, "hands_hands.tau", 2.0).abs() > 1.0);
+    let dead = run("curve", &["am_motor_dead"]);
+    let stood = at(&dead, "carrier.phi", 2.01);
+    let after = dead.series.time.iter().zip(signal(&dead, "carrier.phi")).filter(|(time, _)| **time > 2.01);
+    assert!(after.map(|(_, carrier)| (carrier - stood).abs()).fold(0.0, f64::max) < 1e-3);
 }
