@@ -30,6 +30,8 @@ pub fn json_schema() -> String {
     for (page, fields) in STUDY_TABLES {
         let (header, what) = study_table(page);
         match header.strip_prefix("[[") {
+            // With a name it is a table of its own too.
+            _ if *page == "fault" => drop(properties.insert((*page).into(), named(table(fields, what), what))),
             _ if header.contains("scenario.") => {}
             Some(_) => drop(properties.insert((*page).into(), several(table(fields, what)))),
             None if header.ends_with(".NAME]") => {

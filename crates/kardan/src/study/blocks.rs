@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::PreparedVariant;
 use super::loop_blocks::{are_in_maps, blocks};
+use super::margins::searches;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::{Formula, Meaning};
 use crate::model::{Document, Model, TableReader};
@@ -64,13 +65,17 @@ pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> [Optio
         return [Some(warning).filter(|_| !read.is_empty()), None];
     }
     let found = blocks(variant, &variant.loop_plant());
-    let names = found.of_loop.names();
+    let (names, none) = (found.of_loop.names(), found.of_loop.names().is_empty());
     let where_they_stand = if found.bend { ", with their slopes where they stand at rest" } else { "" };
-    let note = format!(
-        "the design takes its references as given; map and margins have the blocks that the loop closes through{where_they_stand}: {}",
-        quoted(names.iter().map(String::as_str))
-    );
-    [None, Some(note).filter(|_| !names.is_empty())]
+    let names = quoted(names.iter().map(String::as_str));
+    let margins = match searches(&found.of_loop, law.clock()) {
+        true => "map and margins have the blocks that the loop closes through",
+        false => {
+            "stability is that of the exact map with the blocks that the loop closes through, margins take them as given, as they have other sample times"
+        }
+    };
+    let note = format!("the design takes its references as given; {margins}{where_they_stand}: {names}");
+    [None, Some(note).filter(|_| !none)]
 }
 
 /// Warns of what only a run sees of blocks: those at samples that laws in continuous time read, and torques that follow from them.

@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use super::channels::of_motors;
 use super::clocks::clocks;
-use super::survey::{Known, left_out};
+use super::survey::{Known, left_out, searches};
 use super::warnings::{CLOSE, close, hardly};
 use crate::diagnostics::{Diagnostic, Severity, quoted};
 use crate::num::multiply;
 use crate::simulate::Profile;
 use crate::study::PreparedVariant;
 use crate::study::loop_blocks::{blocks, loop_blocks};
-use crate::synthesis::{Law, LoopPlant, SampledLoop, SampledPart, Survey, exact_motions};
+use crate::synthesis::{Law, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Survey, exact_motions};
 
 /// Codes of mistakes that `--force` overrules.
 const FORCED: [&str; 2] = [UNSTABLE, LIMIT];
@@ -190,7 +190,7 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
     }
     let (laws, clocks, plant) = (&variant.designed, clocks(&variant.model.controls), variant.loop_plant());
     let continuous = clocks.iter().all(Option::is_none) && laws.iter().all(|law| law.clock().is_none());
-    let blocks = loop_blocks(variant, &plant);
+    let (blocks, given) = (loop_blocks(variant, &plant), LoopBlocks::default());
     for (number, control) in variant.model.controls.iter().enumerate() {
         let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
         let Some(found) = survey.slowest(survey.unchanged()) else { continue };
@@ -214,6 +214,7 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
             }
             continue;
         }
+        let survey = Survey { blocks: if searches(&blocks, clocks[number]) { &blocks } else { &given }, ..survey };
         let Some(response) = survey.motors() else { continue };
         if (0..response.channels()).all(|motor| response.channel(motor).holds_disk(CLOSE)) {
             continue;

@@ -12,6 +12,6 @@ pub(super) use channels::motor_margins;
 pub use check::overrule;
 pub(super) use check::{UNSTABLE, check_margins, check_sampled};
 pub(super) use responses::responses;
-pub(super) use survey::{decay, left_out, survey};
+pub(super) use survey::{decay, left_out, searches, survey};
 pub(super) use verdict::verdict;
 pub(super) use warnings::warnings;

@@ -4,6 +4,7 @@ use faer::{Mat, c64};
 use kardan_rt::functions::ln;
 
 use super::channels::{named_together, row_of, sensor_rows};
+use super::survey::searches;
 use crate::names::SignalName;
 use crate::num::multiply;
 use crate::results::{
@@ -11,7 +12,7 @@ use crate::results::{
     StepResponse, StepSignal,
 };
 use crate::study::PreparedVariant;
-use crate::study::loop_blocks::with_blocks;
+use crate::study::loop_blocks::loop_blocks;
 use crate::synthesis::margins::{Response, frequency_range, refined};
 use crate::synthesis::{ControlLoop, Law, Plant, Readings, SampledLoop, SampledPart};
 
@@ -68,7 +69,8 @@ pub(in crate::study) fn responses(
     let laws = &variant.running;
     let plant = variant.loop_plant();
     let parts = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
-    let parts = with_blocks(variant, &plant, parts);
+    let blocks = loop_blocks(variant, &plant);
+    let parts = if searches(&blocks, laws[number].clock()) { blocks.join(parts) } else { parts };
     let (law, model) = (&*laws[number], &*variant.whole_model(number));
     let view = ControlLoop { plant: &plant, parts: &parts, number };
     let motors = view.motors().ok_or(

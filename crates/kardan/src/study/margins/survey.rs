@@ -13,8 +13,8 @@ use crate::results::{Design, FreeKnown, LoopLimit, Margins, RateLimit};
 use crate::study::PreparedVariant;
 use crate::study::loop_blocks::loop_blocks;
 use crate::synthesis::{
-    ExactMotions, Law, Limit, LoopPlant, Plant, SampledLoop, SampledPart, Slowest, Stability, Survey, counting_charges,
-    exact_motions,
+    Clock, ExactMotions, Law, Limit, LoopBlocks, LoopPlant, Plant, SampledLoop, SampledPart, Slowest, Stability,
+    Survey, counting_charges, exact_motions,
 };
 
 /// Relative distance of two frequencies that belong to one motion.
@@ -49,6 +49,8 @@ pub(in crate::study) fn survey(
     let blocks = loop_blocks(variant, &plant);
     let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
     let own = clocks[number];
+    let given = LoopBlocks::default();
+    let within = Survey { blocks: if searches(&blocks, own) { &blocks } else { &given }, ..survey };
     let as_it_is = survey.slowest(survey.unchanged());
     let motion = |limit: &Limit| motion(limit, design);
     let limit = |found: Limit| LoopLimit { value: found.value, motion: motion(&found) };
@@ -69,8 +71,8 @@ pub(in crate::study) fn survey(
     let known = as_it_is.as_ref().map(|found| Known::of(found, exact.as_ref(), &plant, laws, continuous));
     let stable = known.as_ref().map(|known| known.stable);
     let tolerated = stable != Some(false);
-    let gain_margin = survey.gain_margin().filter(|_| tolerated);
-    let (channels, together) = if stable == Some(true) { errors(variant, number, &survey) } else { Default::default() };
+    let gain_margin = within.gain_margin().filter(|_| tolerated);
+    let (channels, together) = if stable == Some(true) { errors(variant, number, &within) } else { Default::default() };
     let hard = |[low, high]: [f64; 2]| low > 1.0 / HARDLY || high < HARDLY;
     let hardly = channels.iter().any(|one| !one.reading && hardly(one))
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
@@ -91,8 +93,8 @@ pub(in crate::study) fn survey(
         stable,
         proven: known.as_ref().is_some_and(|known| known.proven),
         rates: if for_one_time { Vec::new() } else { [0.0, 0.5, 1.0].map(rates).to_vec() },
-        longest_delay: survey.longest_delay().filter(|_| tolerated).map(limit),
-        longest_lag: survey.longest_lag().filter(|_| tolerated).map(limit),
+        longest_delay: within.longest_delay().filter(|_| tolerated).map(limit),
+        longest_lag: within.longest_lag().filter(|_| tolerated).map(limit),
         gain_margin: gain_margin.map(|both| both.map(limit)),
         free,
         free_poles: known.as_ref().map_or(0, |known| known.zeros),
@@ -106,6 +108,12 @@ pub(in crate::study) fn survey(
         peaks: Vec::new(),
         verdict: String::new(),
     }
+}
+
+/// Whether margins are looked for with blocks in the loop: where these have another sample time than the controller that would take minutes, and they
+/// are taken as given.
+pub(in crate::study) fn searches(blocks: &LoopBlocks, own: Option<Clock>) -> bool {
+    own.map_or_else(|| blocks.is_continuous(), |own| blocks.keep_step(own.period))
 }
 
 /// What is decided about the loop as it is, exactly where it can be.

@@ -205,6 +205,13 @@ impl LoopBlocks {
         self.parts.iter().all(|part| part.clock.is_none())
     }
 
+    /// Whether all of them compute, and what they read is read, at this sample time or at every instant.
+    pub fn keep_step(&self, period: f64) -> bool {
+        let slow = self.parts.iter().flat_map(|part| part.slow.iter().map(|(_, sensor)| sensor.period));
+        let mut all = self.parts.iter().filter_map(|part| Some(part.clock?.period)).chain(slow);
+        all.all(|other| (other / period - 1.0).abs() < 1e-9)
+    }
+
     /// The parts of a loop with them: laws first, in their order.
     pub fn join(&self, mut parts: Vec<SampledPart>) -> Vec<SampledPart> {
         for (part, reads) in parts.iter_mut().zip(&self.reads) {
