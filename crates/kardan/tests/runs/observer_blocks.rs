@@ -204,17 +204,16 @@ fn mistakes_of_observers_are_told() {
         ),
         // π/ω apart the samples of an oscillation do not show its speed.
         (
-            format!(
-                "kind = \"observer\"\nstates = {{ x = \"0 rad\", v = \"0 rad/s\" }}\n\
-                 rates = {{ x = \"a.v\", v = \"-(pi / 1 s)^2 * a.x\" }}\nmeasured = {{ x = \"arm.phi\" }}\npoles = [-1, -2]\nsample_time = \"1 s\"\n"
-            ),
+            "kind = \"observer\"\nstates = { x = \"0 rad\", v = \"0 rad/s\" }\n\
+                 rates = { x = \"a.v\", v = \"-(pi / 1 s)^2 * a.x\" }\nmeasured = { x = \"arm.phi\" }\npoles = [-1, -2]\nsample_time = \"1 s\"\n"
+                .to_string(),
             "at this sample time two motions look alike in all samples, so no gain tells them apart",
         ),
     ];
     for (block, message) in cases {
         let source = format!("{PLANT}[block.a]\n{block}");
         let found = Project::open(source).run(&Settings::default(), &Silent);
-        let told: Vec<_> = found.err().into_iter().flat_map(|told| told.iter().cloned().collect::<Vec<_>>()).collect();
+        let told: Vec<_> = found.err().into_iter().flat_map(|told| told.to_vec()).collect();
         let expected = format!("block `a`: {message}");
         let one = told.iter().find(|one| one.message == expected);
         let one = one.unwrap_or_else(|| panic!("{block}: {told:#?} for {message}"));
