@@ -1,6 +1,7 @@
 use super::{LoopPlant, SlowSensor};
 use crate::analysis::OutputSignal;
 use crate::names::SignalName;
+use crate::num::Matrix;
 use crate::synthesis::{Clock, Law, LinearLaw, Told};
 
 /// A wire on which the commands of a sampled law to one of its motors are late.
@@ -72,6 +73,7 @@ impl SampledPart {
         let number =
             |name: &String| plant.inputs.iter().position(|input| input == name).expect("a law commands inputs");
         let inputs = law.inputs().iter().map(number).collect();
+        let linear = if is_off(&linear) { without_states(&linear) } else { linear };
         Self::reading(law.sensors(), plant, clock, (linear, inputs))
     }
 
@@ -86,6 +88,10 @@ impl SampledPart {
             let head = SignalName::new(&signal.name).element;
             Some((k, plant.slow_sensors.iter().find(|sensor| sensor.name == head)?.clone()))
         });
+        // What nothing follows from is not read.
+        let read =
+            |k: usize| [&linear.errors, &linear.on_errors].iter().any(|of| (0..of.rows()).any(|i| of[(i, k)] != 0.0));
+        let slow = slow.filter(|(k, _)| *k >= linear.on_errors.columns() || read(*k));
         // In continuous time sensors are ideal.
         let slow = if clock.is_some() { slow.collect() } else { Vec::new() };
         Self { linear, clock, gains: vec![1.0; inputs.len()], inputs, wire: None, slow, reads: Vec::new() }
@@ -119,5 +125,28 @@ impl SampledPart {
             }
         }
         out
+    }
+}
+
+/// Whether no command of a law follows from anything, as of a program that a mode keeps off at rest.
+fn is_off(law: &LinearLaw) -> bool {
+    let commands =
+        [&law.on_states, &law.on_angles, &law.on_speeds, &law.on_disturbances, &law.on_references, &law.on_errors];
+    law.states.rows() > 0 && commands.iter().all(|of| of.as_slice().iter().all(|x| *x == 0.0))
+}
+
+/// A law whose states act on nothing, without them.
+fn without_states(law: &LinearLaw) -> LinearLaw {
+    let none = |of: &Matrix<f64>| Matrix::zeros(0, of.columns());
+    LinearLaw {
+        states: Matrix::zeros(0, 0),
+        angles: none(&law.angles),
+        speeds: none(&law.speeds),
+        disturbances: none(&law.disturbances),
+        torques: none(&law.torques),
+        on_states: Matrix::zeros(law.on_states.rows(), 0),
+        references: none(&law.references),
+        errors: none(&law.errors),
+        ..law.clone()
     }
 }
