@@ -71,7 +71,7 @@ pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> [Optio
     let margins = match searches(&found.of_loop, law.clock()) {
         true => "map and margins have the blocks that the loop closes through",
         false => {
-            "stability is that of the exact map with the blocks that the loop closes through, margins take them as given, as they have other sample times"
+            "stability is that of the exact map with the blocks that the loop closes through, margins take them as given, as they are many with other sample times"
         }
     };
     let note = format!("the design takes its references as given; {margins}{where_they_stand}: {names}");

@@ -19,6 +19,8 @@ use crate::synthesis::{
 
 /// Relative distance of two frequencies that belong to one motion.
 const SAME_MOTION: f64 = 0.3;
+/// States of blocks with which margins are searched over the common period of several sample times.
+const FEW: usize = 24;
 /// Part of the largest movement below which a shaft stands still.
 const STILL: f64 = 1e-9;
 
@@ -110,10 +112,10 @@ pub(in crate::study) fn survey(
     }
 }
 
-/// Whether margins are looked for with blocks in the loop: where these have another sample time than the controller that would take minutes, and they
-/// are taken as given.
+/// Whether margins are looked for with blocks in the loop: where many of these have another sample time than the controller that would take minutes, and
+/// they are taken as given.
 pub(in crate::study) fn searches(blocks: &LoopBlocks, own: Option<Clock>) -> bool {
-    own.map_or_else(|| blocks.is_continuous(), |own| blocks.keep_step(own.period))
+    own.map_or_else(|| blocks.is_continuous(), |own| blocks.keep_step(own.period) || blocks.size() <= FEW)
 }
 
 /// What is decided about the loop as it is, exactly where it can be.

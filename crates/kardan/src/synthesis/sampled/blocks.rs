@@ -205,6 +205,11 @@ impl LoopBlocks {
         self.parts.iter().all(|part| part.clock.is_none())
     }
 
+    /// How many entries they add to the state of a loop.
+    pub fn size(&self) -> usize {
+        self.parts.iter().map(|part| part.linear.states.rows() + part.outputs() + part.slow.len()).sum()
+    }
+
     /// Whether all of them compute, and what they read is read, at this sample time or at every instant.
     pub fn keep_step(&self, period: f64) -> bool {
         let slow = self.parts.iter().flat_map(|part| part.slow.iter().map(|(_, sensor)| sensor.period));
