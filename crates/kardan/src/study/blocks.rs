@@ -54,7 +54,7 @@ fn taken_as_given(read: &[&str]) -> String {
     )
 }
 
-/// What its design has to say of the blocks that a law reads: a warning where its margins do not know them, a note where they do.
+/// What its design has to say of the blocks that a law reads: a warning where its margins do not know them or what they engage, a note where they do.
 pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> [Option<String>; 2] {
     let read = read_of_blocks(&moving(&variant.model), law);
     if variant.model.programs.tasks.is_empty() {
@@ -75,7 +75,11 @@ pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> [Optio
         }
     };
     let note = format!("the design takes its references as given; {margins}{where_they_stand}: {names}");
-    [None, Some(note).filter(|_| !none)]
+    let open = format!(
+        "stability and margins are those with {} open, which blocks engage where the run begins",
+        quoted(found.engaged.iter().map(String::as_str))
+    );
+    [Some(open).filter(|_| !found.engaged.is_empty()), Some(note).filter(|_| !none)]
 }
 
 /// Warns of what only a run sees of blocks: those at samples that laws in continuous time read, and torques that follow from them.
