@@ -357,6 +357,15 @@ impl Equations {
         frictions.chain(self.holds.iter().map(|term| (term.element.as_str(), term.row.as_slice())))
     }
 
+    /// The time constant of each input's motor, s; zero for an ideal one.
+    pub fn lags(&self) -> Vec<f64> {
+        let lag = |input: &Along<InputKind>| match &input.value {
+            InputKind::Motor(motor) => motor.lag.as_ref().map_or(0.0, |lag| lag.to_f64()),
+            InputKind::Disturbance => 0.0,
+        };
+        self.inputs.iter().map(lag).collect()
+    }
+
     /// Teeth that rub, in the order of what holds.
     pub fn meshes(&self) -> impl Iterator<Item = (&Along<Hold>, &Mesh)> {
         self.holds.iter().filter_map(|hold| if let Hold::Mesh(mesh) = &hold.value { Some((hold, mesh)) } else { None })

@@ -57,7 +57,7 @@ impl Document {
             own.for_each(|control| control.values.insert("commands", Resolved::Task(Arc::clone(&task))));
         }
         functions.blocks = programs.answers().map(|answer| (answer.name.clone(), answer.dimension)).collect();
-        functions.broken_blocks = !self.blocks.is_empty() && programs.tasks.is_empty();
+        functions.broken_blocks = programs.broken;
         programs
     }
 

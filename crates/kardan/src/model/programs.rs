@@ -28,6 +28,8 @@ pub struct Programs {
     pub functions: Vec<(String, Arc<OfTime>)>,
     /// What sampled laws tell that tasks read, by name: `column.rk.disturbance`.
     pub told: Vec<(String, Dimension)>,
+    /// One has a mistake, or names what has one, which was told: what they compute is not known.
+    pub broken: bool,
 }
 
 impl Programs {
@@ -165,8 +167,11 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             self.column(signal, out);
         }
         let commands: Vec<Vec<Command>> = laws.iter().map(|law| self.commands(law, out)).collect();
-        let nothing = (Programs::default(), Vec::new());
-        if errors(out) > before {
+        let nothing = (Programs { broken: true, ..Programs::default() }, Vec::new());
+        // What names something in doubt is left out without a word.
+        let is_missing = |made: &Option<Made>| made.is_none();
+        let is_short = |(law, commands): (&Commands<'_>, &Vec<Command>)| law.written.len() > commands.len();
+        if errors(out) > before || self.made.values().any(is_missing) || laws.iter().zip(&commands).any(is_short) {
             return nothing;
         }
         self.check_rates(out);
@@ -190,7 +195,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             (law.control.clone(), Arc::new(task))
         });
         let of_laws = of_laws.collect();
-        (Programs { tasks, functions: std::mem::take(&mut self.used_functions), told: self.told() }, of_laws)
+        let functions = std::mem::take(&mut self.used_functions);
+        (Programs { tasks, functions, told: self.told(), broken: false }, of_laws)
     }
 
     /// What was read of sampled laws, sorted.

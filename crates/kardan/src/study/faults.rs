@@ -251,8 +251,7 @@ impl<'a> Reader<'a, '_> {
         let concerned: Vec<&Reading<'_>> =
             self.readings.iter().filter(|one| lost.concerns(one.sensor) || *one.sensor == lost.name).collect();
         // Who reads it is not known where a block has a mistake, which was told.
-        let broken = !self.document.blocks.is_empty() && self.model.programs.tasks.is_empty();
-        if concerned.is_empty() && (broken || self.document.doubts.has(&lost.name)) {
+        if concerned.is_empty() && (self.model.programs.broken || self.document.doubts.has(&lost.name)) {
             return;
         }
         if let Some((message, help)) = cannot_fail(&lost.name, &concerned, self.readings) {

@@ -77,7 +77,8 @@ pub(super) fn prepare_document(
     let one = |variant: &VariantSettings| {
         let VariantSettings { name: label, settings, controls, faults } = variant;
         let (model, mut mistakes) = document.model_with(settings, controls.as_deref());
-        let ready = (!document.doubts.equations && !mistakes.iter().any(is_error)).then(|| {
+        let is_known = !document.doubts.equations && !model.programs.broken && !mistakes.iter().any(is_error);
+        let ready = is_known.then(|| {
             let name = if label.is_empty() { file_stem(&model.name) } else { label.clone() };
             prepare_variant((purpose, &heard), document, name, model.clone(), (settings, faults), &mut mistakes)
         });

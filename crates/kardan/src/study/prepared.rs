@@ -142,7 +142,7 @@ impl PreparedVariant {
 
     /// The time constant of each input's motor, s.
     pub(super) fn lags(&self) -> Vec<f64> {
-        if self.design_models.is_empty() { Vec::new() } else { self.whole_model(0).lags() }
+        self.reduced.equations.lags()
     }
 
     /// The linear plant of its loop at the operating point, with its motors and sensors.

@@ -149,11 +149,7 @@ impl Plant {
 
     /// The time constant of each input's motor, s; zero for an ideal one.
     pub fn lags(&self) -> Vec<f64> {
-        let lag = |input: &Along<InputKind>| match &input.value {
-            InputKind::Motor(motor) => motor.lag.as_ref().map_or(0.0, |lag| lag.to_f64()),
-            InputKind::Disturbance => 0.0,
-        };
-        self.reduced.equations.inputs.iter().map(lag).collect()
+        self.reduced.equations.lags()
     }
 
     /// The torque limit of an input's motor, N m; `None` if it has none.
