@@ -1,6 +1,9 @@
 //! Programs: what blocks compute at the samples of one clock, as expressions of what they read. Data only.
 
+use std::sync::{Arc, OnceLock};
+
 use crate::expr::{Expr, Graph, Symbol};
+use crate::plan::{Plan, compile};
 use crate::units::{Dimension, Exact};
 
 /// What a symbol of a task stands for.
@@ -53,6 +56,50 @@ impl PartialEq for Task {
 }
 
 impl Task {
+    /// What it is evaluated from: what it reads, then what it remembers.
+    pub fn inputs(&self) -> Vec<Symbol> {
+        self.reads.iter().map(|(symbol, _)| *symbol).chain(self.memory.iter().map(|entry| entry.symbol)).collect()
+    }
+
+    /// Its answers, then what it remembers next, with names.
+    pub fn outputs(&self) -> Vec<(String, Expr)> {
+        let answers = self.answers.iter().map(|answer| (answer.name.clone(), answer.value));
+        let next = self.memory.iter().enumerate().map(|(k, entry)| (format!("next.{k}"), entry.next));
+        answers.chain(next).collect()
+    }
+
+    /// Its outputs from its inputs.
+    ///
+    /// # Panics
+    /// If it names what it does not read.
+    pub fn plan(&self) -> &Arc<Plan> {
+        let compiled =
+            || compile(&self.graph, &self.inputs(), &self.outputs()).expect("a task names all that it reads");
+        self.lists.values.get_or_init(|| Arc::new(compiled()))
+    }
+
+    /// The slopes of its outputs over its inputs.
+    ///
+    /// # Panics
+    /// If it names what it does not read.
+    pub fn slopes(&self) -> &Arc<Slopes> {
+        self.lists.slopes.get_or_init(|| {
+            let mut graph = self.graph.clone();
+            let exprs: Vec<Expr> = self.outputs().into_iter().map(|(_, expr)| expr).collect();
+            let (mut outputs, mut places) = (Vec::new(), Vec::new());
+            for (column, symbol) in self.inputs().into_iter().enumerate() {
+                for (row, slope) in graph.derivatives(&exprs, symbol).into_iter().enumerate() {
+                    if !graph.is_zero(slope) {
+                        outputs.push((format!("{row}.{column}"), slope));
+                        places.push((row, column));
+                    }
+                }
+            }
+            let plan = compile(&graph, &self.inputs(), &outputs).expect("a slope names what its task reads");
+            Arc::new(Slopes { plan, places })
+        })
+    }
+
     /// What an answer follows from: reads, by way of what is remembered.
     pub fn reads_of(&self, answer: &TaskAnswer) -> Vec<&Read> {
         let mut exprs = vec![answer.value];
@@ -91,6 +138,31 @@ pub struct Task {
     pub names: Vec<String>,
     /// The order in which the blocks compute, for a reader: each with the names that it needs at once.
     pub order: Vec<Step>,
+    /// What follows from the others.
+    pub lists: Lists,
+}
+
+/// A task as lists of operations, each made where it is asked for first.
+#[derive(Debug, Default)]
+pub struct Lists {
+    values: OnceLock<Arc<Plan>>,
+    slopes: OnceLock<Arc<Slopes>>,
+}
+
+impl Clone for Lists {
+    /// Those of a copy, which may become another task, are made anew.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+/// Slopes of a task's answers and of what it remembers next, over what it reads and remembers.
+#[derive(Debug)]
+pub struct Slopes {
+    /// Computes those that are not zero everywhere, from what the values follow from.
+    pub plan: Plan,
+    /// Row and column of each.
+    pub places: Vec<(usize, usize)>,
 }
 
 /// A block in its place among those of a task.

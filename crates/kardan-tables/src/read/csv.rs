@@ -243,12 +243,11 @@ impl Log for CsvLog {
         let mut notes = self.layout.notes.clone();
         let found = &self.found;
         if let (1.., Some(row)) = (found.skipped, found.first_skipped) {
-            let rows = if found.skipped == 1 { "row has" } else { "rows have" };
+            let rows = if found.skipped == 1 { "row is left out: it has" } else { "rows are left out: they have" };
             let cells = self.layout.cells;
-            notes.push(format!(
-                "{} {rows} not the {cells} cells of the others or no number and left out (first: row {row})",
-                found.skipped
-            ));
+            let skipped = found.skipped;
+            notes
+                .push(format!("{skipped} {rows} not the {cells} cells of the others, or no number (first: row {row})"));
         }
         if let Some((row, cell, text)) = &found.first_odd_cell {
             let channel = self.layout.cells_of_channels.iter().position(|of| of == cell);

@@ -15,7 +15,7 @@ use crate::entries::Place;
 use crate::expr::{Expr, Floating, Graph, Lookup, Named, OfTime, Symbol, Traced, lower};
 use crate::names::SignalName;
 use crate::num::Rational;
-use crate::program::{Entry, Read, Step, Task, TaskAnswer};
+use crate::program::{Entry, Lists, Read, Step, Task, TaskAnswer};
 use crate::schema::{Kind, Placed, Scalar, Table, Value};
 use crate::units::{Dimension, Exact, Expression, UnitError, shown_quantity};
 
@@ -872,7 +872,7 @@ impl<'a> Blocks<'a, '_, '_> {
             Some(period) => format!("blocks at {}", shown_quantity(period, Dimension::TIME)),
             None => "blocks at every instant".into(),
         };
-        Task { name, period, graph, reads, memory, answers, names: Vec::new(), order: steps }
+        Task { name, period, graph, reads, memory, answers, names: Vec::new(), order: steps, lists: Lists::default() }
     }
 
     /// What a law commands, with the blocks of its sample time that it needs.

@@ -7,9 +7,8 @@ use kardan_rt::Health;
 use super::{Block, Clock, Kept, Law, LinearLaw, LinearTask, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
-use crate::expr::{Floating, Symbol, lower};
 use crate::num::{Float, Keeper, Matrix};
-use crate::plan::{Plan, compile};
+use crate::plan::Plan;
 use crate::program::{Read, Task};
 use crate::reduce::Reduced;
 use crate::results::{ControllerData, DataMatrix, Design, Physical, ReadSignal};
@@ -117,10 +116,6 @@ impl TaskLaw {
                 }
             });
         }
-        let answers = task.answers.iter().map(|answer| (answer.name.clone(), answer.value));
-        let next = task.memory.iter().enumerate().map(|(k, entry)| (format!("next.{k}"), entry.next));
-        let outputs: Vec<_> = answers.chain(next).collect();
-        let plan = compile(&task.graph, &inputs_of(task), &outputs).expect("a task names all that it reads");
         let affine = task.graph.affine();
         Self {
             law,
@@ -131,39 +126,38 @@ impl TaskLaw {
             comes,
             shafts: reduced.equations.coordinates.len(),
             clock,
-            affine: outputs.iter().all(|(_, expr)| affine(*expr)),
-            plan: Arc::new(plan),
+            affine: task.outputs().iter().all(|(_, expr)| affine(*expr)),
+            plan: Arc::clone(task.plan()),
             task: Arc::clone(task),
         }
     }
 
     /// What is remembered behind the first samples, at which blocks find that there was none before, with nothing read.
     fn settled(&self) -> Vec<f64> {
-        let mut memory: Vec<f64> = self.task.memory.iter().map(|entry| entry.start).collect();
-        let next: Vec<_> = self.task.memory.iter().map(|entry| entry.next).collect();
+        let mut remembered: Vec<f64> = self.task.memory.iter().map(|entry| entry.start).collect();
+        let mut memory = self.plan.memory();
         for _ in 0..if self.clock.is_some() { FIRST } else { 0 } {
-            let at = |symbol: Symbol| {
-                let entry = self.task.memory.iter().position(|entry| entry.symbol == symbol);
-                entry.map_or(0.0, |entry| memory[entry])
-            };
-            memory = lower(&self.task.graph, &next, &mut Floating::<f64>::default(), at);
+            memory[..self.comes.len()].fill(0.0);
+            memory[self.comes.len()..][..remembered.len()].copy_from_slice(&remembered);
+            let _ = self.plan.block().evaluate(&mut memory);
+            for (k, value) in remembered.iter_mut().enumerate() {
+                *value = memory[self.plan.place(self.answers.len() + k)];
+            }
         }
-        memory
+        remembered
     }
 
-    /// Slopes where what is read and what is remembered have these values.
-    fn slopes_at(&self, at: impl Fn(Symbol) -> f64) -> LinearLaw {
+    /// Slopes where what is read, then what is remembered, has these values.
+    fn slopes_at(&self, inputs: &[f64]) -> LinearLaw {
         let task = &self.task;
-        let mut graph = task.graph.clone();
-        let exprs: Vec<_> =
-            task.answers.iter().map(|answer| answer.value).chain(task.memory.iter().map(|entry| entry.next)).collect();
-        let slopes: Vec<Vec<f64>> = inputs_of(task)
-            .into_iter()
-            .map(|symbol| {
-                let slopes = graph.derivatives(&exprs, symbol);
-                lower(&graph, &slopes, &mut Floating::<f64>::default(), &at)
-            })
-            .collect();
+        let found = task.slopes();
+        let mut memory = found.plan.memory();
+        memory[..inputs.len()].copy_from_slice(inputs);
+        let _ = found.plan.block().evaluate(&mut memory);
+        let mut slopes = vec![vec![0.0; self.answers.len() + task.memory.len()]; inputs.len()];
+        for (output, (row, column)) in found.places.iter().enumerate() {
+            slopes[*column][*row] = memory[found.plan.place(output)];
+        }
         let (answers, states, reads) = (self.answers.len(), task.memory.len(), self.comes.len());
         // Rows of answers and of states over what is read of a kind.
         let over = |first: usize, rows: usize, columns: usize, of: &dyn Fn(usize) -> Vec<(usize, f64)>| {
@@ -215,11 +209,8 @@ impl TaskLaw {
             Comes::Reference(reference) => seen.references[reference],
             Comes::Time => seen.time,
         };
-        let linear = self.slopes_at(|symbol| {
-            let read = self.task.reads.iter().position(|(own, _)| *own == symbol);
-            let entry = || self.task.memory.iter().position(|entry| entry.symbol == symbol);
-            read.map(value).or_else(|| Some(seen.states[entry()?])).unwrap_or(0.0)
-        });
+        let inputs: Vec<f64> = (0..self.comes.len()).map(value).chain(seen.states.iter().copied()).collect();
+        let linear = self.slopes_at(&inputs);
         LinearTask {
             linear,
             clock: self.clock,
@@ -251,11 +242,6 @@ impl TaskLaw {
 
 /// Samples behind which no block takes one as its first.
 const FIRST: usize = 2;
-
-/// What a task is evaluated from: what it reads, then what it remembers.
-fn inputs_of(task: &Task) -> Vec<Symbol> {
-    task.reads.iter().map(|(symbol, _)| *symbol).chain(task.memory.iter().map(|entry| entry.symbol)).collect()
-}
 
 /// A task at its samples, or at every instant.
 struct TaskBlock<T> {
@@ -380,11 +366,7 @@ impl Law for TaskLaw {
 
     /// Slopes where everything that is read is zero, and all is remembered as behind the first samples there.
     fn linear(&self) -> LinearLaw {
-        let settled = self.settled();
-        self.slopes_at(|symbol| {
-            let entry = self.task.memory.iter().position(|entry| entry.symbol == symbol);
-            entry.map_or(0.0, |entry| settled[entry])
-        })
+        self.slopes_at(&[vec![0.0; self.comes.len()], self.settled()].concat())
     }
 
     fn sensors(&self) -> &[OutputSignal] {

@@ -332,7 +332,11 @@ fn mistakes_of_files_are_told() {
     for (text, keys, expected) in [
         (Err(missing), "", missing),
         (Ok(""), "", "empty"),
-        (Ok("time,torque\ns,N m\n0,1\n1\n2,3\n"), "", "not every row could be read: 1 row has not the 2 cells"),
+        (
+            Ok("time,torque\ns,N m\n0,1\n1\n2,3\n"),
+            "",
+            "not every row could be read: 1 row is left out: it has not the 2 cells",
+        ),
         (Ok("time,torque\ns,N m\n0,1\n1,\n2,3\n"), "", "the value of point 2 is no number"),
         (Ok("time,torque\ns,N m\n0,1\n2,3\n2,4\n"), "", "the times do not rise: 2 s after 2 s (point 3)"),
         (Ok("time,torque\ns,N m\n0,1\n0.5,3\n"), "", "the points are from 0 s to 0.5 s, the run is from 0 s to 1 s"),

@@ -151,8 +151,12 @@ fn told(law: &dyn Law, scenario: &Scenario) -> Vec<(usize, Told)> {
 fn task(task: &Arc<Task>, setup: &Setup<'_>) -> Wired {
     let law: Arc<dyn Law> = Arc::new(TaskLaw::new(task, setup.reduced));
     let sources = &setup.scenario.sources;
-    let source =
-        |name: &str| sources.iter().position(|s| s.name == name).unwrap_or_else(|| panic!("`{name}`, which blocks read or answer, is a source"));
+    let source = |name: &str| {
+        sources
+            .iter()
+            .position(|s| s.name == name)
+            .unwrap_or_else(|| panic!("`{name}`, which blocks read or answer, is a source"))
+    };
     let clock = law.clock().expect("a task has a clock");
     let answers: Vec<usize> = law.inputs().iter().map(|name| source(name)).collect();
     let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
