@@ -395,6 +395,21 @@ proptest! {
     }
 }
 
+/// A block with a mistake is told alone: neither what reads it, nor runs that are looked at beforehand.
+#[test]
+fn a_block_in_doubt_is_told_alone() {
+    let source = model::builtin("afs-steering").unwrap().source;
+    let (before, block) = source.split_once("[block.stabilise]").unwrap();
+    let mistaken = format!("{before}[block.stabilise]{}", block.replacen("unit = \"rad\"", "input = \"0 rad\"", 1));
+    let lost = source.replacen("kind = \"sine_with_dwell\"\n", "", 1);
+    for (source, code, named) in [(mistaken, "key::unknown", "`stabilise`"), (lost, "key::missing", "`dwell`")] {
+        let found = study::check(&source);
+        let others = found.iter().filter(|one| one.code != "requirement::window");
+        assert_eq!(others.map(|one| one.code).collect::<Vec<_>>(), [code], "{found:?}");
+        assert!(found[0].message.contains(named), "{found:?}");
+    }
+}
+
 /// Numbers at the ends of what a number can be, at every place of a small model.
 #[test]
 fn extreme_numbers_are_read_or_refused() {
