@@ -173,6 +173,8 @@ pub enum Meaning {
     Block(String, Dimension),
     /// A table, which is called.
     Table(Arc<Lookup>),
+    /// Another formula, which it shares with others.
+    Shared(Arc<Formula>),
     /// Of the loss of a mesh: the size of the torque that it carries.
     Load(Dimension),
     /// Of the loss of a mesh: the size of its speed.
@@ -206,9 +208,33 @@ impl Formula {
         Arc::new(Self { expression, names, dimension })
     }
 
+    /// What the names in it and in the formulas that it shares stand for; a formula that two of them share comes twice.
+    pub fn all_names(&self) -> Vec<(&str, &Meaning)> {
+        let mut out = Vec::new();
+        for (name, meaning) in &self.names {
+            match meaning {
+                Meaning::Shared(formula) => out.extend(formula.all_names()),
+                meaning => out.push((name.as_str(), meaning)),
+            }
+        }
+        out
+    }
+
+    /// The formulas that it shares by their names, each behind those that it shares itself; one that two of them share comes twice.
+    pub fn shared(&self) -> Vec<(&str, &Self)> {
+        let mut out = Vec::new();
+        for (name, meaning) in &self.names {
+            if let Meaning::Shared(formula) = meaning {
+                out.extend(formula.shared());
+                out.push((name.as_str(), formula.as_ref()));
+            }
+        }
+        out
+    }
+
     /// The coordinates in it, by name.
     pub fn coordinates(&self) -> impl Iterator<Item = &str> {
-        self.names.iter().filter_map(|(_, meaning)| match meaning {
+        self.all_names().into_iter().filter_map(|(_, meaning)| match meaning {
             Meaning::Position(name) | Meaning::Rate(name) => Some(name.as_str()),
             _ => None,
         })
@@ -227,6 +253,9 @@ impl Formula {
             (_, Meaning::Constant(value, dimension)) => Some(Named::Constant(value.clone(), *dimension)),
             (_, Meaning::Table(table)) => Some(Named::Table(Arc::clone(table))),
             (_, Meaning::Position(body)) => dimension(body).map(|own| Named::Varying(graph.symbol(body, own), own)),
+            (_, Meaning::Shared(formula)) => {
+                formula.of_positions(graph, dimension).map(|value| Named::Varying(value, formula.dimension))
+            }
             _ => None,
         };
         graph.written(&self.expression, &mut named).ok().map(|(value, _)| value)
@@ -234,7 +263,8 @@ impl Formula {
 
     /// Whether it is another one at another time, whatever moves.
     pub fn is_of_time(&self) -> bool {
-        self.names.iter().any(|(_, meaning)| matches!(meaning, Meaning::Time | Meaning::Signal(_) | Meaning::Block(..)))
+        let varies = |meaning: &Meaning| matches!(meaning, Meaning::Time | Meaning::Signal(_) | Meaning::Block(..));
+        self.all_names().into_iter().any(|(_, meaning)| varies(meaning))
     }
 }
 

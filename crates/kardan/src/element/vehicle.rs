@@ -1,8 +1,10 @@
+use super::shared::car::Car;
+use super::shared::car_checks::{check_tyres, check_wheels, least};
 use super::shared::spline::check_points;
 use super::shared::straight::check_moves;
 use super::{Element, Mistake, Values};
 use crate::entries::{Entries, Written};
-use crate::equations::{Formula, Meaning};
+use crate::equations::Formula;
 use crate::num::rational_to_f64;
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
@@ -31,15 +33,35 @@ keys! {
                 "Travel of the rack for a radian at the wheels (\"140 mm\"); needed where a mass steers, or `curve`.";
             steering_ratio: Number(Sign::NonZero), "Angle of the shaft for that of the wheels; needed where a shaft steers.";
             curve: Tables(WheelPoint), "Positions of the rack by angles of the wheels, in place of `steering_arm`: a smooth curve through them.";
-            tyre: Choice(&["linear", "magic_formula"]) = "linear",
+            tyre: Choice(&["linear", "magic_formula", "tmeasy"]) = "linear",
                 "How the side force follows from the slip angle. `linear` goes with small angles of the wheels, its force has no limit; \
-                 `magic_formula` is mu Fz sin(C atan(B a - E (B a - atan(B a)))), with B such that the slope is the stiffness, and exact angles.";
+                 `magic_formula` is mu Fz sin(C atan(B a - E (B a - atan(B a)))), with B such that the slope is the stiffness, and exact angles; \
+                 `tmeasy` goes over the tangent of the slip angle from that slope to the peak mu Fz at `peak_slip`, and from there down to what slides.";
             shape: Number(Sign::Positive) = "1.3", "C of the Magic Formula.";
             curvature: Number(Sign::Any) = "0", "E of the Magic Formula, at most one.";
+            peak_slip: Number(Sign::Positive),
+                "With `tmeasy`: tangent of the slip angle at the largest side force, at mu = 1 and the load at rest; it goes with friction and load as the \
+                 force does. At least twice that force over the stiffness; left out: three times.";
+            slide_slip: Number(Sign::Positive), "The same from which on the tyre slides, above `peak_slip`; left out: three times that.";
+            slide_factor: Number(Sign::Positive) = "0.9", "With `tmeasy`: force of the sliding tyre over the largest one, at most one.";
             mu: Formula(Dimension::NONE),
-                "Friction between tyres and road, above 0, at most 2: a number, a signal, or an expression of the time; needed with `magic_formula` and \
-                 `bore_torque`.";
+                "Friction between tyres and road, above 0, at most 2: a number, a signal, or an expression of the time; needed with `magic_formula`, `tmeasy`, \
+                 `braking` and `bore_torque`.";
             mu_rear: Formula(Dimension::NONE), "The same of the rear axle; left out: `mu`.";
+            mu_left: Formula(Dimension::NONE), "The same of the wheels on the left, in place of `mu`; needs `mu_right` and `track`.";
+            mu_right: Formula(Dimension::NONE), "The same of the wheels on the right.";
+            braking: Formula(Dimension::FORCE),
+                "Braking force that is asked for, of all wheels, zero or more. The speed is what `speed` says: let it fall by this force over the mass. A wheel gives \
+                 at most its friction times its load. Left out: none.";
+            brake_share: Number(Sign::NonNegative), "Part of it that the front axle brakes, at most one; left out: as the axles are loaded.";
+            scrub_radius: Quantity(Dimension::LENGTH, Sign::Any) = "0 m",
+                "By how much the front wheels touch the road outside of their king-pins' axes: unequal braking forces steer by it.";
+            height: Quantity(Dimension::LENGTH, Sign::Positive),
+                "Height of the centre of gravity: with it braking loads the front axle and a bend the outer wheels; needs `track`. Left out: loads stay as at rest.";
+            roll_share: Number(Sign::NonNegative),
+                "Part of what a bend moves from wheel to wheel that the front axle takes, at most one; left out: as the axles are loaded at rest.";
+            load_sensitivity: Number(Sign::NonNegative) = "0",
+                "By which part friction falls when the load of a wheel doubles, below one.";
             relaxation_length: Quantity(Dimension::LENGTH, Sign::Positive),
                 "Way that a tyre rolls until its force has followed to 63 %. With it the car may stand still. Left out: the force follows at once, and \
                  the speed has to stay above zero.";
@@ -57,7 +79,7 @@ keys! {
             wind: Formula(Dimension::FORCE), "Side force of the wind, to the left. Left out: none.";
             wind_arm: Quantity(Dimension::LENGTH, Sign::Any) = "0 m", "By how much it acts in front of the centre of gravity.";
             cross_slope: Formula(Dimension::NONE), "How much the road rises to the left for each metre. Left out: it is level.";
-            track: Quantity(Dimension::LENGTH, Sign::Positive), "Distance between left and right wheels, for the speeds of the four.";
+            track: Quantity(Dimension::LENGTH, Sign::Positive), "Distance between left and right wheels, for the speeds and the loads of the four.";
         }
     }
 }
@@ -77,7 +99,7 @@ keys! {
 /// A car on two wheels.
 pub const VEHICLE: Element = Element {
     keyword: Vehicle::KEYWORD,
-    summary: "A car on a road as a single-track vehicle, from standstill on, with linear tyres or the Magic Formula: it follows what steers it, and pushes \
+    summary: "A car on a road as a single-track vehicle, from standstill on, with linear tyres, the Magic Formula or TMeasy, and brakes: it follows what steers it, and pushes \
               back.",
     sketch: r"
                  x (forward)             front wheels, delta >0: to the left
@@ -90,7 +112,9 @@ pub const VEHICLE: Element = Element {
             others may name: the mass `<name>_lateral` (`.v`: lateral velocity), the shafts `<name>_yaw` (`.phi`: heading, `.w`: yaw rate) and `<name>_wheel` \
             (angle of the front wheels), the gear `<name>_steering` with the force on what steers, the torques `<name>_side` and `<name>_side_rear` of \
             the tyres, states `<name>_front`, `<name>_rear` (tangent of the slip angle) and `<name>_bore` (twist). Blocks and programs read \
-            `<name>.yaw_rate`, `.heading`, `.v_x`, `.v_y`, `.a_y`, `.x`, `.y`, and with `track` the speeds of the wheels `.v_fl`, `.v_fr`, `.v_rl`, `.v_rr`.",
+            `<name>.yaw_rate`, `.heading`, `.v_x`, `.v_y`, `.a_y`, `.x`, `.y`, and with `track` the speeds of the wheels `.v_fl`, `.v_fr`, `.v_rl`, `.v_rr`. \
+            Where wheels are told apart, `.load_fl` and so on, `.grip_front` and `.grip_rear` (largest side forces), `.braking_fl` and so on (backward), `.braking_left`, \
+            `.braking_right`, `.braking_lack` (what is asked for and not given); of TMeasy `.slip_front`, `.slip_rear` (slip over that of the peak).",
     symbol: Symbol::Vehicle,
     fields: Vehicle::FIELDS,
     example: "\
@@ -112,11 +136,9 @@ pneumatic_trail = \"35 mm\"
     terms: |_, _| Vec::new(),
 };
 
-/// Friction beyond which a value is a mistake.
-const MOST_FRICTION: f64 = 2.0;
-
 fn check(values: &Values) -> Vec<Mistake> {
-    let mut out = [check_moves(values, &["steers"]), check_steering(values), check_tyres(values)].concat();
+    let mut out =
+        [check_moves(values, &["steers"]), check_steering(values), check_tyres(values), check_wheels(values)].concat();
     if let Some((what, least)) = values.formula("speed").and_then(|formula| least(formula))
         && least < 0.0
     {
@@ -167,69 +189,6 @@ fn check_steering(values: &Values) -> Vec<Mistake> {
     out
 }
 
-fn check_tyres(values: &Values) -> Vec<Mistake> {
-    let mut out = Vec::new();
-    let magic = values.word("tyre") == Some("magic_formula");
-    let slides = magic || values.has("bore_torque");
-    if slides && !values.has("mu") {
-        let key = if magic { "tyre" } else { "bore_torque" };
-        let message = "it needs the friction between tyres and road";
-        out.push(Mistake::new(key, message, "add `mu = 1`, or a signal: `mu = \"grip\"`"));
-    }
-    for key in ["mu", "mu_rear"].into_iter().filter(|key| values.has(key)) {
-        if !slides || (key == "mu_rear" && !magic) {
-            let message = "linear tyres know no friction: their force has no limit";
-            out.push(Mistake::new(key, message, "remove it, or write `tyre = \"magic_formula\"`"));
-        }
-        let formula = values.formula(key);
-        if let Some((what, least)) = formula.and_then(|formula| least(formula))
-            && least <= 0.0
-        {
-            let message = format!("{what} is {least}: a friction has to be above zero");
-            out.push(Mistake::new(key, message, "ice has about 0.1, a wet road 0.6, a dry one 1"));
-        }
-        if let Some(most) = formula.and_then(|formula| formula.number()).map(|mu| rational_to_f64(&mu))
-            && most > MOST_FRICTION
-        {
-            let message = format!("a friction of {most} is above {MOST_FRICTION}");
-            out.push(Mistake::new(key, message, "it is the force that a tyre bears at most, over its load"));
-        }
-    }
-    if values.number("curvature").is_some_and(|e| e > 1.0) {
-        let message = "above one the force changes its sign at large slip";
-        out.push(Mistake::new("curvature", message, "E is at most 1, and often below zero"));
-    }
-    let (torque, stiffness) = (values.has("bore_torque"), values.has("bore_stiffness"));
-    if torque != stiffness {
-        let key = if torque { "bore_torque" } else { "bore_stiffness" };
-        out.push(Mistake::new(key, "`bore_torque` and `bore_stiffness` go together", "give both, or none of them"));
-    }
-    if torque && !values.has("relaxation_length") {
-        let message = "tyres that twist on the spot roll that off along their relaxation length";
-        out.push(Mistake::new("bore_torque", message, "give `relaxation_length`, such as \"0.5 m\""));
-    }
-    out
-}
-
-/// What is known of the smallest value of a formula, and of what: a number, or a signal that it is, at its start and at its breakpoints.
-fn least(formula: &Formula) -> Option<(String, f64)> {
-    if let Some(number) = formula.number() {
-        return Some(("it".into(), rational_to_f64(&number)));
-    }
-    let text = formula.expression.text().trim().trim_matches('\'');
-    let (_, Meaning::Signal(function)) = formula.names.iter().find(|(name, _)| name == text)? else { return None };
-    let starts = function.parts().flat_map(|part| part.pieces.starts()).copied();
-    let times = starts.flat_map(|start| [start, start.next_down()]).filter(|time| *time >= 0.0).chain([0.0]);
-    let (time, value) = times.map(|time| (time, function.value(time))).min_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some((format!("the signal `{text}` at {time} s"), value))
-}
-
-/// A car in the making: its name and what is given.
-struct Car<'a> {
-    name: &'a str,
-    given: &'a Entries,
-}
-
 /// The tables that a car is put together of, by the keys of a model file; nothing while it lacks a key that it needs.
 pub(super) fn parts(name: &str, given: &Entries, steered_by_mass: bool) -> Option<Entries> {
     let needed = Vehicle::FIELDS.iter().filter(|field| field.required);
@@ -241,70 +200,14 @@ pub(super) fn parts(name: &str, given: &Entries, steered_by_mass: bool) -> Optio
     car.body(&mut out);
     car.steering(&mut out, steered_by_mass);
     car.tyres(&mut out);
+    car.wheel_forces(&mut out);
+    car.brakes(&mut out);
     car.outside(&mut out);
     car.readings(&mut out);
     Some(out)
 }
 
-/// A name as expressions have it.
-fn quoted(name: String) -> String {
-    if name.contains('-') { format!("'{name}'") } else { name }
-}
-
 impl Car<'_> {
-    fn has(&self, key: &str) -> bool {
-        self.given.keyed(key).is_some()
-    }
-
-    fn magic(&self) -> bool {
-        matches!(self.given.get("tyre"), Some(Written::Text(word)) if word == "magic_formula")
-    }
-
-    /// A number of the car, as others name it.
-    fn own(&self, key: &str) -> String {
-        quoted(format!("{}.{key}", self.name))
-    }
-
-    /// The name of a part.
-    fn part(&self, part: &str) -> String {
-        format!("{}_{part}", self.name)
-    }
-
-    /// A coordinate of a part, or its rate.
-    fn of(&self, part: &str, quantity: &str) -> String {
-        quoted(format!("{}_{part}.{quantity}", self.name))
-    }
-
-    /// An expression that is given.
-    fn formula(&self, key: &str) -> Option<String> {
-        match self.given.get(key)? {
-            Written::Text(text) | Written::Number(text) => Some(format!("({text})")),
-            Written::Quantity(value, dimension) => Some(crate::units::written_quantity(value, *dimension)),
-            _ => None,
-        }
-    }
-
-    fn speed(&self) -> String {
-        self.formula("speed").unwrap_or_else(|| "0 m/s".into())
-    }
-
-    /// Adds the table of a part.
-    fn add(&self, out: &mut Entries, kind: &str, part: &str, keys: &[(&str, String)]) {
-        let mut table = Entries::default();
-        keys.iter().for_each(|(key, text)| table.set(key, Written::Text(text.clone())));
-        out.table_mut(kind).set(&self.part(part), Written::Table(table));
-    }
-
-    /// A force along a direction: coefficients of parts.
-    fn push(&self, out: &mut Entries, part: &str, along: &[(&str, String)], law: String) {
-        let mut coefficients = Entries::default();
-        along.iter().for_each(|(body, text)| coefficients.set(&self.part(body), Written::Text(text.clone())));
-        let mut table = Entries::default();
-        table.set("coefficients", Written::Table(coefficients));
-        table.set("law", Written::Text(law));
-        out.table_mut("torque").set(&self.part(part), Written::Table(table));
-    }
-
     /// What moves; the lateral velocity turns with the car.
     fn body(&self, out: &mut Entries) {
         self.add(out, "mass", "lateral", &[("mass", self.own("mass"))]);
@@ -340,7 +243,7 @@ impl Car<'_> {
         let [u, v, r] = [self.speed(), self.of("lateral", "v"), self.of("yaw", "w")];
         let [delta, turn, trail] = [self.of("wheel", "phi"), self.of("wheel", "w"), self.own("caster_trail")];
         let [a, b] = [self.own("front_axle"), self.own("rear_axle")];
-        match (front, self.magic()) {
+        match (front, self.slides()) {
             (false, _) => [format!("({v} - {b} * {r})"), u],
             (true, false) => [format!("({v} + {a} * {r} - {u} * {delta} - {trail} * {turn})"), u],
             (true, true) => {
@@ -352,39 +255,38 @@ impl Car<'_> {
         }
     }
 
-    /// The slip angle of an axle, and what makes it by a state.
+    /// The slip angle of an axle, of TMeasy its tangent, and what makes it by a state.
     fn slip_angle(&self, axle: &str) -> (String, Option<String>) {
         let [lateral, forward] = self.slips(axle == "front");
         let (tangent, rate) = if self.has("relaxation_length") {
             let z = self.of(axle, "z");
-            let size = if self.magic() { format!("abs({forward})") } else { forward };
+            let size = if self.slides() { format!("abs({forward})") } else { forward };
             let rate = format!("({lateral} - {size} * {z}) / {}", self.own("relaxation_length"));
             (z, Some(rate))
         } else {
             (format!("{lateral} / {forward}"), None)
         };
-        (if self.magic() { format!("atan({tangent})") } else { tangent }, rate)
+        (if self.slides() && !self.tmeasy() { format!("atan({tangent})") } else { tangent }, rate)
     }
 
-    fn friction(&self, axle: &str) -> String {
-        let rear = if axle == "rear" { self.formula("mu_rear") } else { None };
-        rear.or_else(|| self.formula("mu")).unwrap_or_else(|| "1".into())
-    }
-
-    /// The load of an axle, N.
-    fn load(&self, axle: &str) -> String {
-        let [a, b] = [self.own("front_axle"), self.own("rear_axle")];
-        let other = if axle == "front" { &b } else { &a };
-        format!("({} * 9.80665 m/s^2 * {other} / ({a} + {b}))", self.own("mass"))
+    /// The largest side force of an axle.
+    fn most(&self, axle: &str) -> String {
+        if self.wheels() {
+            return self.own(&format!("grip_{axle}"));
+        }
+        format!("{} * {}", self.friction(axle), self.load(axle))
     }
 
     /// The side force of an axle, and B times its slip angle.
     fn force(&self, axle: &str) -> (String, String) {
         let (angle, stiffness) = (self.slip_angle(axle).0, self.own(&format!("{axle}_stiffness")));
-        if !self.magic() {
+        if !self.slides() {
             return (format!("(-{stiffness} * {angle})"), String::new());
         }
-        let most = format!("{} * {}", self.friction(axle), self.load(axle));
+        let most = self.most(axle);
+        if self.tmeasy() {
+            return (self.tmeasy_force(axle, &most), String::new());
+        }
         let [c, e] = [self.own("shape"), self.own("curvature")];
         let ba = format!("({stiffness} * {angle} / ({c} * {most}))");
         (format!("(-{most} * sin({c} * atan({ba} - {e} * ({ba} - atan({ba})))))"), ba)
@@ -397,11 +299,15 @@ impl Car<'_> {
             }
         }
         let one = || "1".to_string();
+        if self.tmeasy() {
+            self.share_slips(out, |axle| [self.slip_angle(axle).0, self.most(axle)]);
+        }
         let (front, ba) = self.force("front");
         let [a, trail, pneumatic] = ["front_axle", "caster_trail", "pneumatic_trail"].map(|key| self.own(key));
-        if self.magic() {
+        if self.slides() {
             let delta = self.of("wheel", "phi");
-            let arm = format!("({trail} + {pneumatic} * cos(atan({ba})))");
+            let left = if self.tmeasy() { self.tmeasy_trail() } else { format!("cos(atan({ba}))") };
+            let arm = format!("({trail} + {pneumatic} * {left})");
             self.push(out, "side", &[("lateral", one())], format!("{front} * cos({delta})"));
             let yaw = format!("{front} * (({a} + {trail}) * cos({delta}) - {arm})");
             self.add(out, "torque", "side_yaw", &[("shaft", self.part("yaw")), ("law", yaw)]);
@@ -471,10 +377,13 @@ impl Car<'_> {
         add("heading", "gain", psi.clone());
         add("v_x", "gain", u.clone());
         add("v_y", "gain", v.clone());
-        let turned = if self.magic() { format!(" * cos({delta})") } else { String::new() };
-        let more: String = self.formula("wind").into_iter().chain(self.downhill()).map(|x| format!(" + {x}")).collect();
+        let turned = if self.slides() { format!(" * cos({delta})") } else { String::new() };
+        let mut more: String =
+            self.formula("wind").into_iter().chain(self.downhill()).map(|x| format!(" + {x}")).collect();
+        more.extend(self.braked_aside().map(|x| format!(" - {x}")));
         let [front, rear] = ["front", "rear"].map(|axle| self.force(axle).0);
         add("a_y", "gain", format!("({front}{turned} + {rear}{more}) / {}", self.own("mass")));
+        self.braking_readings().into_iter().for_each(|(name, input)| add(name, "gain", input));
         add("x", "integrator", format!("{u} * cos({psi}) - {v} * sin({psi})"));
         add("y", "integrator", format!("{u} * sin({psi}) + {v} * cos({psi})"));
         if self.has("track") {

@@ -30,6 +30,12 @@ keys! {
             width: Quantity(Dimension::LENGTH, Sign::Positive), "Width of the car, which the lanes are made for.";
             offset: Quantity(Dimension::LENGTH, Sign::Positive), "By how much the second lane lies aside.";
             side: Choice(&["left", "right"]), "To which side it lies.";
+            speed: Quantity(Dimension::VELOCITY, Sign::Positive), "Speed from which the car brakes, the one that it has.";
+            deceleration: Quantity(Dimension::ACCELERATION, Sign::Positive), "How fast the speed falls.";
+            brakes: Name, "The signal of the braking force that it makes, for `braking` of the car; left out: `braking`.";
+            slows: Name, "The signal of what the speed has lost, for `speed` of the car; left out: `slowed`.";
+            corrects: Choice(&["yes", "no"]),
+                "Whether a driver with a path keeps the car straight on, along what `steers` names (left out: `lane`); else the wheel is to be straight.";
             course: Text, "The angle of the wheel as an expression of the time and signals.";
         }
     }
@@ -44,6 +50,7 @@ const KINDS: &[&str] = &[
     "double_lane_change",
     "obstacle_avoidance",
     "sine_with_dwell",
+    "split_braking",
     "parking",
     "free",
 ];
@@ -102,6 +109,8 @@ pub struct Made {
     pub angle: Option<String>,
     /// The path, an expression of `ahead`.
     pub path: Option<String>,
+    /// What it does to the car itself: signals that manoeuvres share, by their names, with the name of its own part.
+    pub shared: Vec<(String, String)>,
     /// Figures.
     pub figures: Vec<Entries>,
     /// Criteria.
@@ -141,6 +150,11 @@ impl Given<'_> {
         self.value(key).unwrap_or_default()
     }
 
+    /// A word that is given.
+    pub fn word(&self, key: &str) -> Option<&str> {
+        if let Some(Written::Text(word)) = self.keys.get(key) { Some(word) } else { None }
+    }
+
     /// The name of something of it.
     pub fn own(&self, part: &str) -> String {
         format!("{}_{part}", self.name)
@@ -165,6 +179,13 @@ impl Made {
     pub fn criterion(&mut self, given: &Given<'_>, figure: &str, bound: (&str, &str)) {
         let own = given.own(figure);
         self.requirements.push(table(&[("figure", own.as_str()), bound]));
+    }
+
+    /// Adds a signal that manoeuvres share, by the key that names it and what is its name where it is left out, with its own part.
+    pub fn share(&mut self, given: &Given<'_>, (key, usual): (&str, &str), keys: &[(&str, &str)]) {
+        let name = given.own(usual);
+        self.tables.push(("signal", name.clone(), table(keys)));
+        self.shared.push((given.word(key).unwrap_or(usual).to_string(), quoted(&name)));
     }
 
     /// Adds the angle of the wheel as a signal of a kind.

@@ -11,6 +11,7 @@ mod parking;
 mod path;
 mod sine_steer;
 mod sine_with_dwell;
+mod split_braking;
 mod steady_circle;
 mod step_steer;
 mod weave;
@@ -27,6 +28,7 @@ pub const REGISTRY: &[ManoeuvreKind] = &[
     double_lane_change::DOUBLE_LANE_CHANGE,
     obstacle_avoidance::OBSTACLE_AVOIDANCE,
     sine_with_dwell::SINE_WITH_DWELL,
+    split_braking::SPLIT_BRAKING,
     parking::PARKING,
     free::FREE,
 ];

@@ -135,6 +135,7 @@ pub(super) fn with_manoeuvres(entries: &Entries) -> Cow<'_, Entries> {
         }
     }
     steer(&all, &mut out);
+    shared(&all, &mut out);
     Cow::Owned(out)
 }
 
@@ -203,6 +204,22 @@ fn variants(all: &mut [Driven<'_>], out: &mut Entries) {
     }
 }
 
+/// What manoeuvres do to the car itself: zero where another one is driven.
+fn shared(all: &[Driven<'_>], out: &mut Entries) {
+    let mut names: Vec<&str> = all.iter().flat_map(|one| &one.made.shared).map(|(name, _)| name.as_str()).collect();
+    names.sort_unstable();
+    names.dedup();
+    for name in names {
+        let own = all.iter().flat_map(|one| one.made.shared.iter().map(move |shared| (one, shared)));
+        let own: Vec<_> = own.filter(|(_, (shared, _))| shared == name).collect();
+        let parts = own.iter().map(|(one, (_, part))| format!("{} * {part}", one.switch()));
+        let value = parts.collect::<Vec<_>>().join(" + ");
+        let signal = manoeuvre::table(&[("kind", "expression"), ("value", &value)]);
+        let Some((one, _)) = own.first() else { continue };
+        out.table_mut("signal").push(placed(&keyed(name, Written::Table(signal)), one.place));
+    }
+}
+
 /// The signals that manoeuvres share, and the paths that drivers follow.
 fn steer(all: &[Driven<'_>], out: &mut Entries) {
     let mut names: Vec<String> = all.iter().map(Driven::steers).collect();
@@ -255,6 +272,7 @@ pub(super) fn check_manoeuvres(
             refuse_tolerances(&mut read, &what, REMOVE_TOLERANCE, out);
             check_keys(node, kind, &what, out);
             check_car(node, document, &what, out);
+            check_brakes(node, document, &what, out);
         }
         wrong.extend((out.len() > before).then(|| node.name.to_string()));
     }
@@ -283,19 +301,11 @@ pub(super) fn check_manoeuvres(
     wrong
 }
 
-/// The kind of a manoeuvre; what is none is told by the reader, and what this car cannot do here.
+/// The kind of a manoeuvre; what is none is told by the reader.
 fn kind_of(node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) -> Option<&'static ManoeuvreKind> {
     let word = text(node.table, "kind").unwrap_or_default();
     let found = manoeuvre::find(word);
-    let at = || node.table.keyed("kind").map_or(&node.place, |kind| &kind.entry.place).clone();
-    if found.is_none() && (word.contains("split") || word.contains("brak")) {
-        let message = format!(
-            "{what}: the car has no forces along its wheels, so braking, on split friction or else, cannot be driven with it"
-        );
-        let help = "an axle on ice is `mu` or `mu_rear` of `[vehicle.NAME]` as a signal; a torque that braking brings about can be a `[torque.NAME]` on \
-                    `<car>_yaw`";
-        out.push(Diagnostic::error("manoeuvre::braking", message).at(at(), "needs braking").help(help));
-    } else if found.is_none() {
+    if found.is_none() {
         // Says what is wrong with `kind`.
         let keys: Entries = node.table.keyed("kind").cloned().into_iter().collect();
         drop(table(Manoeuvre::FIELDS, &Node { table: &keys, ..node.clone() }, what, out));
@@ -352,6 +362,26 @@ fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Dia
         }
         _ => {}
     }
+}
+
+/// Tells of a manoeuvre that brakes a car without brakes.
+fn check_brakes(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Diagnostic>) {
+    if text(node.table, "kind") != Some("split_braking") {
+        return;
+    }
+    let named = text(node.table, "car");
+    let mut cars = document.elements.iter().filter(|one| one.kind.keyword == "vehicle");
+    let car = cars.find(|car| named.is_none_or(|name| name == car.name));
+    let Some(car) = car.filter(|car| !car.table.values.contains_key("braking")) else { return };
+    if document.doubts.has(&car.name) {
+        return;
+    }
+    let message = format!("{what}: the car `{}` does not brake", shortened(&car.name));
+    let [brakes, slows] =
+        [("brakes", "braking"), ("slows", "slowed")].map(|(key, usual)| text(node.table, key).unwrap_or(usual));
+    let help =
+        format!("give it `braking = \"{brakes}\"` and `speed = \"... - {slows}\"`, with the speed it has before");
+    out.push(Diagnostic::error("manoeuvre::braking", message).at(node.name_place.clone(), "needs braking").help(help));
 }
 
 /// Tells of drivers whose path is the name of nothing.
@@ -419,11 +449,20 @@ pub(super) fn unfollowed_manoeuvres(
         }
     }
     for one in driven(entries).iter().filter(|one| one.is_steered() && !document.doubts.has(one.name)) {
+        let what = format!("manoeuvre `{}`", shortened(one.name));
+        let unread = |(name, _): &&(String, String)| !followed.contains(name);
+        for (name, _) in one.made.shared.iter().filter(unread) {
+            let message = format!("{what}: nothing follows the signal `{name}` that it makes");
+            let help = "let the car read both: `braking = \"braking\"`, and `speed = \"... - slowed\"` with the speed it has before";
+            out.push(
+                Diagnostic::warning("manoeuvre::unfollowed", message).at(one.place.clone(), "not followed").help(help),
+            );
+        }
         let name = one.steers();
-        if followed.contains(&name) {
+        // Who brakes may let the wheel go.
+        if followed.contains(&name) || (!one.made.shared.is_empty() && one.made.path.is_none()) {
             continue;
         }
-        let what = format!("manoeuvre `{}`", shortened(one.name));
         let (made, key) = if one.made.path.is_some() { ("path", "path") } else { ("signal", "angle") };
         let message = format!(
             "{what}: nothing follows the {made} `{name}` that it makes, so every run of it is one in which nobody steers"
@@ -460,7 +499,11 @@ pub(super) fn leave_made_out(
             });
         }
         let steers = text(node.table, "steers").into_iter().chain(["steer", "lane"]);
-        let names: Vec<String> = steers.map(str::to_string).chain([node.name.to_string()]).collect();
+        let brakes = text(node.table, "kind") == Some("split_braking");
+        let of_car =
+            ["brakes", "slows"].into_iter().filter_map(|key| text(node.table, key)).chain(["braking", "slowed"]);
+        let names = steers.chain(of_car.filter(|_| brakes)).map(str::to_string);
+        let names: Vec<String> = names.chain([node.name.to_string()]).collect();
         document.signals.retain(|signal| !here(&signal.place) && !names.contains(&signal.name));
         document.tables.retain(|(_, table)| !here(&table.place));
         document.figures.retain(|table| !here(&table.place));

@@ -86,6 +86,11 @@ impl Document {
                             _ => element,
                         };
                         out.named_in_laws.extend(constants(&law));
+                        for (name, shared) in law.shared() {
+                            if out.laws.iter().all(|(other, _)| other != name) {
+                                out.laws.push((name.to_string(), shared.expression.text().to_string()));
+                            }
+                        }
                         out.laws.push((element.clone(), law.expression.text().to_string()));
                         NamedTerm { element, term: Term::Input { along, kind: InputKind::Disturbance } }
                     }
@@ -106,8 +111,8 @@ impl Document {
 
 /// The numbers that a formula names.
 pub fn constants(formula: &equations::Formula) -> impl Iterator<Item = (String, Exact, Dimension)> {
-    formula.names.iter().filter_map(|(name, meaning)| match meaning {
-        equations::Meaning::Constant(value, dimension) => Some((name.clone(), value.clone(), *dimension)),
+    formula.all_names().into_iter().filter_map(|(name, meaning)| match meaning {
+        equations::Meaning::Constant(value, dimension) => Some((name.to_string(), value.clone(), *dimension)),
         _ => None,
     })
 }

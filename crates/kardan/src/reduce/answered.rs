@@ -59,7 +59,7 @@ impl<'a> Around<'a> {
 
 /// Whether a formula follows from what blocks answer.
 pub fn is_answered(formula: &Formula) -> bool {
-    formula.names.iter().any(|(_, meaning)| matches!(meaning, Meaning::Block(..)))
+    formula.all_names().into_iter().any(|(_, meaning)| matches!(meaning, Meaning::Block(..)))
 }
 
 /// The torques that follow from blocks, at an operating point, with what they answer there.

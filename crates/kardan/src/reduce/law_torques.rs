@@ -242,10 +242,11 @@ fn shares(
 fn values(graph: &mut Graph, formulas: &[&Formula], open: &[(String, Expr)]) -> Vec<(Symbol, Expr)> {
     let mut out = Vec::new();
     for (name, expr) in open {
-        let given = formulas.iter().flat_map(|formula| &formula.names).find_map(|(other, meaning)| match meaning {
-            Meaning::Constant(value, _) if other == name => Some(value.clone()),
-            _ => None,
-        });
+        let given =
+            formulas.iter().flat_map(|formula| formula.all_names()).find_map(|(other, meaning)| match meaning {
+                Meaning::Constant(value, _) if other == name => Some(value.clone()),
+                _ => None,
+            });
         let value = graph.number(given.map(|value| value.to_rational()).unwrap_or_default());
         out.extend(graph.symbol_of(*expr).map(|symbol| (symbol, value)));
     }

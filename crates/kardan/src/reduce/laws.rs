@@ -58,6 +58,10 @@ impl Motion {
                 Meaning::Signal(function) => Named::Varying(self.of_time(function), function.dimension()),
                 Meaning::Block(name, dimension) => Named::Varying(self.of_block(name, *dimension), *dimension),
                 Meaning::Table(table) => Named::Table(Arc::clone(table)),
+                Meaning::Shared(shared) => {
+                    let value = self.formula_with(reduced, shared, [load, slip], free);
+                    Named::Varying(value, shared.dimension)
+                }
                 Meaning::Load(dimension) => Named::Varying(load, *dimension),
                 Meaning::Slip(dimension) => Named::Varying(slip, *dimension),
             };

@@ -145,8 +145,8 @@ fn of_element(document: &Document, element: &str, message: String, help: &str) -
 /// The blocks in a formula.
 fn blocks_of(formula: &Formula) -> Vec<&str> {
     formula
-        .names
-        .iter()
+        .all_names()
+        .into_iter()
         .filter_map(|(_, meaning)| if let Meaning::Block(name, _) = meaning { Some(name.as_str()) } else { None })
         .collect()
 }

@@ -115,6 +115,7 @@ impl<'a> Calls<'a> {
                 Meaning::Time => ("t".to_string(), Dimension::TIME, Given::Time),
                 Meaning::Signal(function) => (name.to_string(), function.dimension(), Given::Signal(function)),
                 Meaning::Block(_, dimension) => (name.to_string(), *dimension, Given::Column),
+                Meaning::Shared(shared) => (name.to_string(), shared.dimension, Given::Column),
                 // The teeth put it on the first body of the direction.
                 Meaning::Load(dimension) => {
                     let (first, _) = row.iter().find(|(_, x)| *x > 0.0)?;

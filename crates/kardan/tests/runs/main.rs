@@ -48,4 +48,5 @@ mod taylor;
 mod told;
 mod unseen;
 mod vehicle;
+mod vehicle_brakes;
 mod written;

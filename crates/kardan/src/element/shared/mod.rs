@@ -1,6 +1,8 @@
 //! What elements share.
 
 pub(super) mod branch;
+pub(super) mod car;
+pub(super) mod car_checks;
 pub(super) mod contact;
 pub(super) mod kind;
 pub(super) mod losses;
@@ -9,4 +11,6 @@ pub(super) mod prescribed;
 pub(super) mod shafts;
 pub(super) mod spline;
 pub(super) mod straight;
+pub(super) mod tmeasy;
 pub(super) mod values;
+pub(super) mod wheels;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::Functions;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::element::COMPOSITES;
 use crate::entries::Place;
 use crate::equations::{Formula, Meaning};
 use crate::expr::{Expr, Graph, Named, OfTime};
@@ -113,6 +114,8 @@ impl Functions<'_, '_> {
                 Meaning::Constant(Exact::zero(), dimension)
             } else if name == "t" {
                 Meaning::Time
+            } else if let Some(shared) = self.shared(name, place, out) {
+                Meaning::Shared(shared?)
             } else if let Some(dimension) = self.blocks.get(name) {
                 Meaning::Block(name.to_string(), *dimension)
             } else if self.is_of_broken_block(name) {
@@ -144,6 +147,28 @@ impl Functions<'_, '_> {
         Some(names)
     }
 
+    /// A formula of an element that is put together of others, which laws share; nothing in the first place if it is none, in the second if it has
+    /// a mistake, which was told.
+    fn shared(&mut self, name: &str, place: &Place, out: &mut Vec<Diagnostic>) -> Option<Option<Arc<Formula>>> {
+        let signal = self.document.signals.iter().find(|signal| signal.name == name)?;
+        let head = SignalName::new(name).element;
+        let is_composite = |keyword: &str| COMPOSITES.iter().any(|kind| kind.keyword == keyword);
+        self.document.elements.iter().find(|one| one.name == head && head != name && is_composite(one.kind.keyword))?;
+        let written = self.document.program_of(signal)?;
+        let what = format!("signal `{}`", shortened(name));
+        if let Some(first) = self.open.iter().position(|open| *open == name) {
+            let circle: Vec<&str> = self.open[first..].iter().copied().chain([name]).collect();
+            let message = format!("{what}: it follows from itself: {}", circle.join(" from "));
+            let help = "let one of them follow from something else, such as a state or a block with a `sample_time`";
+            out.push(Diagnostic::error("signal::circle", message).at(place.clone(), "in a circle").help(help));
+            return Some(None);
+        }
+        self.open.push(&signal.name);
+        let found = self.formula_of_any(&written.value, (place, &what), out);
+        self.open.pop();
+        Some(found.map(|(formula, _)| Arc::new(formula)))
+    }
+
     /// What a formula comes out in.
     fn dimension_of(&self, formula: &Formula) -> Result<Dimension, UnitError> {
         self.written_formula(formula, &mut Graph::default()).map(|(_, dimension)| dimension)
@@ -161,6 +186,7 @@ impl Functions<'_, '_> {
                 Meaning::Time => Dimension::TIME,
                 Meaning::Signal(function) => function.dimension(),
                 Meaning::Block(_, dimension) => *dimension,
+                Meaning::Shared(shared) => shared.dimension,
                 Meaning::Load(dimension) | Meaning::Slip(dimension) => *dimension,
             };
             Some(Named::Varying(graph.symbol(name, dimension), dimension))

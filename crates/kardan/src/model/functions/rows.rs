@@ -106,6 +106,7 @@ impl Functions<'_, '_> {
                 "a function of time",
                 "what moves with the time is the `offset` of a row of `coefficients`, or a prescribed_motion",
             )),
+            Meaning::Shared(_) => Some((name, "a formula of what moves", "write out what it says of positions")),
             _ => None,
         });
         if let Some((name, kind, help)) = wrong {

@@ -185,7 +185,7 @@ impl Plant {
             (0..basis.columns()).any(|k| basis[(row, k)] != Rational::ZERO && blind.contains(&names[k].as_str()))
         };
         for law in &reduced.equations.laws {
-            let angle = law.value.names.iter().find_map(|(name, meaning)| match meaning {
+            let angle = law.value.all_names().into_iter().find_map(|(name, meaning)| match meaning {
                 Meaning::Position(shaft) if hidden(shaft) => Some(name),
                 _ => None,
             });

@@ -1,0 +1,109 @@
+//! A car in the making: what its parts are called, and how they are written.
+
+use crate::entries::{Entries, Written};
+
+/// A car in the making: its name and what is given.
+pub(in crate::element) struct Car<'a> {
+    pub(in crate::element) name: &'a str,
+    pub(in crate::element) given: &'a Entries,
+}
+
+/// A name as expressions have it.
+pub(in crate::element) fn quoted(name: String) -> String {
+    if name.contains('-') { format!("'{name}'") } else { name }
+}
+
+impl Car<'_> {
+    pub(in crate::element) fn has(&self, key: &str) -> bool {
+        self.given.keyed(key).is_some()
+    }
+
+    /// Whether its tyres have a limit, and its wheels exact angles.
+    pub(in crate::element) fn slides(&self) -> bool {
+        matches!(self.given.get("tyre"), Some(Written::Text(word)) if word == "magic_formula" || word == "tmeasy")
+    }
+
+    /// Whether its tyres are those of TMeasy.
+    pub(in crate::element) fn tmeasy(&self) -> bool {
+        matches!(self.given.get("tyre"), Some(Written::Text(word)) if word == "tmeasy")
+    }
+
+    /// A number of the car, as others name it.
+    pub(in crate::element) fn own(&self, key: &str) -> String {
+        quoted(format!("{}.{key}", self.name))
+    }
+
+    /// The name of a part.
+    pub(in crate::element) fn part(&self, part: &str) -> String {
+        format!("{}_{part}", self.name)
+    }
+
+    /// A coordinate of a part, or its rate.
+    pub(in crate::element) fn of(&self, part: &str, quantity: &str) -> String {
+        quoted(format!("{}_{part}.{quantity}", self.name))
+    }
+
+    /// An expression that is given.
+    pub(in crate::element) fn formula(&self, key: &str) -> Option<String> {
+        match self.given.get(key)? {
+            Written::Text(text) | Written::Number(text) => Some(format!("({text})")),
+            Written::Quantity(value, dimension) => Some(crate::units::written_quantity(value, *dimension)),
+            _ => None,
+        }
+    }
+
+    pub(in crate::element) fn speed(&self) -> String {
+        self.formula("speed").unwrap_or_else(|| "0 m/s".into())
+    }
+
+    /// Adds the table of a part.
+    pub(in crate::element) fn add(&self, out: &mut Entries, kind: &str, part: &str, keys: &[(&str, String)]) {
+        let mut table = Entries::default();
+        keys.iter().for_each(|(key, text)| table.set(key, Written::Text(text.clone())));
+        out.table_mut(kind).set(&self.part(part), Written::Table(table));
+    }
+
+    /// A force along a direction: coefficients of parts.
+    pub(in crate::element) fn push(&self, out: &mut Entries, part: &str, along: &[(&str, String)], law: String) {
+        let mut coefficients = Entries::default();
+        along.iter().for_each(|(body, text)| coefficients.set(&self.part(body), Written::Text(text.clone())));
+        let mut table = Entries::default();
+        table.set("coefficients", Written::Table(coefficients));
+        table.set("law", Written::Text(law));
+        out.table_mut("torque").set(&self.part(part), Written::Table(table));
+    }
+
+    /// A formula that laws, blocks and programs share.
+    pub(in crate::element) fn share(&self, out: &mut Entries, name: &str, value: String) {
+        let mut table = Entries::default();
+        table.set("kind", Written::Text("expression".into()));
+        table.set("value", Written::Text(value));
+        out.table_mut("signal").set(&format!("{}.{name}", self.name), Written::Table(table));
+    }
+
+    /// The friction of an axle.
+    pub(in crate::element) fn friction(&self, axle: &str) -> String {
+        if self.has("mu_left") {
+            let [left, right] = ["left", "right"].map(|side| self.friction_of(axle, side));
+            return format!("(({left} + {right}) / 2)");
+        }
+        let rear = if axle == "rear" { self.formula("mu_rear") } else { None };
+        rear.or_else(|| self.formula("mu")).unwrap_or_else(|| "1".into())
+    }
+
+    /// The friction of a wheel.
+    pub(in crate::element) fn friction_of(&self, axle: &str, side: &str) -> String {
+        match self.formula(&format!("mu_{side}")) {
+            Some(own) => own,
+            None if self.has("mu_left") || self.has("mu_right") => "1".into(),
+            None => self.friction(axle),
+        }
+    }
+
+    /// The load of an axle at rest, N.
+    pub(in crate::element) fn load(&self, axle: &str) -> String {
+        let [a, b] = [self.own("front_axle"), self.own("rear_axle")];
+        let other = if axle == "front" { &b } else { &a };
+        format!("({} * 9.80665 m/s^2 * {other} / ({a} + {b}))", self.own("mass"))
+    }
+}
