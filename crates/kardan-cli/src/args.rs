@@ -35,6 +35,7 @@ pub enum Command {
     Identify(IdentifyArgs),
     Bench(BenchArgs),
     Safety(SafetyArgs),
+    Sweep(SweepArgs),
     Equations(EquationsArgs),
     Linearise(LineariseArgs),
     Check(CheckArgs),
@@ -55,6 +56,7 @@ impl Command {
             Self::Identify(args) => args.json,
             Self::Bench(args) => args.json,
             Self::Safety(args) => args.json,
+            Self::Sweep(args) => args.json,
             Self::Equations(args) => args.json,
             Self::Check(args) => args.json,
             Self::Models(args) => args.json,
@@ -468,6 +470,50 @@ pub struct SafetyArgs {
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,
+    #[command(flatten)]
+    pub limits: Limits,
+    #[command(flatten)]
+    pub changes: Changes,
+}
+
+/// Run a model over many values of its parameters: probabilities of its requirements, distributions of its figures, and what they follow.
+#[derive(Debug, Clone, Args)]
+#[command(
+    after_help = "Examples:\n  kardan sweep my.toml\n  kardan sweep my.toml --samples 10000 --seed 7 --out out\n  kardan sweep my.toml --samples 10000 --seed 7 --out out --resume\n  \
+                        kardan sweep my.toml --json | jq '.requirements[] | [.text, .probability, .interval]'"
+)]
+pub struct SweepArgs {
+    /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
+    /// model needs `./` before it.
+    pub model: PathBuf,
+    /// Samples, in place of those of the file.
+    #[arg(long, value_name = "N")]
+    pub samples: Option<u64>,
+    /// Another seed, other samples: in place of that of the file.
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Run these variants only (may be given several times), in place of those of `[sweep]`.
+    #[arg(long = "variant", value_name = "NAME")]
+    pub variants: Vec<String>,
+    /// Folder for the rows, a Parquet file for each block of samples, written as soon as it is there, and for the report; made if it is not there.
+    /// Left out: nothing is written.
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Go on with the rows in the folder: blocks that are there are not run again.
+    #[arg(long, requires = "out")]
+    pub resume: bool,
+    /// Replace the rows of another sweep in the folder.
+    #[arg(long, requires = "out", conflicts_with = "resume")]
+    pub force: bool,
+    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    #[arg(long)]
+    pub json: bool,
+    /// How the runs are integrated.
+    #[arg(long, value_enum, default_value = "automatic")]
+    pub method: RunMethod,
+    /// Relative error allowed per step, from 1e-13 to 1e-3, in place of that of the file (1e-10 if it tells none).
+    #[arg(long, value_name = "NUMBER", value_parser = relative_tolerance)]
+    pub tolerance: Option<f64>,
     #[command(flatten)]
     pub limits: Limits,
     #[command(flatten)]

@@ -45,6 +45,7 @@ pub use present::identification::page as identification;
 pub use present::safety::page as safety;
 pub use present::study::page as study;
 pub use present::study::words_of as study_in_words;
+pub use present::sweep::page as sweep;
 
 impl Page {
     /// One HTML file that opens offline: nothing is fetched, styles, scripts and data are inside, and the page's own content

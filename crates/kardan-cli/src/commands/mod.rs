@@ -13,6 +13,7 @@ mod models;
 mod run;
 mod safety;
 mod schema;
+mod sweep;
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -53,6 +54,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
         Command::Design(args) => Some(&args.limits),
         Command::Bench(args) => Some(&args.limits),
         Command::Safety(args) => Some(&args.limits),
+        Command::Sweep(args) => Some(&args.limits),
         _ => None,
     };
     if let Some(seconds) = limits.and_then(|limits| limits.time_limit) {
@@ -73,6 +75,7 @@ fn watched(command: &Command) -> Option<&Path> {
         Command::Identify(args) => (&args.model, &args.changes),
         Command::Bench(args) => (&args.model, &args.changes),
         Command::Safety(args) => (&args.model, &args.changes),
+        Command::Sweep(args) => (&args.model, &args.changes),
         Command::Equations(args) => (&args.model, &args.changes),
         Command::Linearise(args) => (&args.model, &args.changes),
         Command::Check(args) => (&args.model, &args.changes),
@@ -103,6 +106,7 @@ fn dispatch(cli: &Cli) -> Result<u8, Failure> {
         Command::Identify(args) => identify::identify(args, cli.quiet),
         Command::Bench(args) => bench::bench(args, cli.quiet),
         Command::Safety(args) => safety::safety(args, cli.quiet),
+        Command::Sweep(args) => sweep::sweep(args, cli.quiet),
         Command::Equations(args) => equations::equations(args, cli.quiet),
         Command::Linearise(args) => linearise::linearise(args, cli.quiet),
         Command::Check(args) => check::check(args, cli.quiet),

@@ -44,12 +44,7 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
         faults: args.faults.clone(),
         force: args.force,
         runs_only: args.runs_only,
-        method: match args.method {
-            RunMethod::Automatic => Method::Automatic,
-            RunMethod::Taylor => Method::Taylor,
-            RunMethod::Dop853 => Method::Dop853,
-            RunMethod::Radau => Method::Radau,
-        },
+        method: method(args.method),
         tolerance: args.tolerance,
     };
     let study = project.run(&settings, &bars);
@@ -149,5 +144,15 @@ fn verdict(runs: &[Run]) -> u8 {
         REQUIREMENT_FAILED
     } else {
         DONE
+    }
+}
+
+/// How runs are integrated.
+pub(super) fn method(asked: RunMethod) -> Method {
+    match asked {
+        RunMethod::Automatic => Method::Automatic,
+        RunMethod::Taylor => Method::Taylor,
+        RunMethod::Dop853 => Method::Dop853,
+        RunMethod::Radau => Method::Radau,
     }
 }

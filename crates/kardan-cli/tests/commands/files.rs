@@ -65,6 +65,8 @@ fn folder(name: &str) -> PathBuf {
     fs::create_dir_all(&path).unwrap();
     fs::write(path.join("axle.toml"), MODEL).unwrap();
     fs::write(path.join("faults.toml"), MODEL.to_owned() + FAULTS).unwrap();
+    let swept = MODEL.replacen("\"0.1 N m s/rad\"", "\"0.1 N m s/rad ± 10 %\"", 1);
+    fs::write(path.join("swept.toml"), swept).unwrap();
     fs::write(path.join("study.toml"), study()).unwrap();
     fs::write(path.join("bench.csv"), log(1600)).unwrap();
     path
@@ -445,7 +447,7 @@ mod faults {
     use super::*;
 
     /// Each command that there is, with all that it can write.
-    const COMMANDS: [(&str, &[&str], bool); 21] = [
+    const COMMANDS: [(&str, &[&str], bool); 22] = [
         ("run-csv", &["run", "axle.toml", "--format", "csv", "--no-report"], true),
         ("run-parquet", &["run", "axle.toml", "--format", "parquet", "--no-report"], true),
         ("run-mat", &["run", "axle.toml", "--format", "mat", "--no-report"], true),
@@ -473,6 +475,7 @@ mod faults {
         ("bench", &["bench", "axle.toml", "--format", "csv,mdf"], true),
         ("bench-study", &["bench", "study.toml", "--study", "--out", "study"], true),
         ("safety", &["safety", "faults.toml", "--report", "page.html", "--csv", "faults.csv"], true),
+        ("sweep", &["sweep", "swept.toml", "--samples", "3", "--out", "swept", "--force"], true),
         ("models-write", &["models", "two-bodies", "--write", "new.toml"], false),
         ("models", &["models"], true),
         ("check", &["check", "axle.toml"], true),
@@ -530,6 +533,11 @@ mod faults {
     #[test]
     fn of_safety() {
         all_of("safety");
+    }
+
+    #[test]
+    fn of_sweep() {
+        all_of("sweep");
     }
 
     #[test]

@@ -13,3 +13,4 @@ mod plots;
 mod readme;
 mod safety;
 mod schemas;
+mod sweep;

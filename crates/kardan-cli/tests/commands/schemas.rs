@@ -29,6 +29,7 @@ fn wrong(name: &str, object: &Value) -> Vec<String> {
 /// Which schema an object is to be valid under, told by a key that no other has.
 fn kind(object: &Value) -> &'static str {
     let keys = [
+        ("varied", "sweep"),
         ("variants", "run"),
         ("certificate", "analyze"),
         ("controller_data", "design"),

@@ -16,6 +16,7 @@
 //! | [`bench_json`] | plan, true values and files of a virtual bench | scripts |
 //! | [`bench_study_json`] | a study on a virtual bench | scripts |
 //! | [`safety_json`], [`safety_csv`] | what faults do, and whether they are detected | scripts, spreadsheets |
+//! | [`sweep_json`], [`sweep_rows`] | what a sweep found, its rows | scripts; pyarrow, polars, DuckDB |
 //! | [`truth_toml`] | what the plant of a virtual bench has | `kardan bench --truth` |
 //! | [`json_error`] | why there is no outcome | scripts |
 //! | [`equations_json`], [`check_json`], [`models_json`], [`elements_json`] … | what commands tell that compute nothing | scripts, editors |
@@ -31,6 +32,7 @@ mod printed;
 mod reference;
 mod safety;
 mod schema;
+mod sweep;
 mod tables;
 mod truth;
 
@@ -43,5 +45,6 @@ pub use linear::{linear_json, linear_mat, linear_python, realisations_json, real
 pub use reference::{check_json, completions_json, elements_json, equations_json, models_json};
 pub use safety::{safety_csv, safety_json};
 pub use schema::{SCHEMAS, schema, schemas_json};
+pub use sweep::{read_sweep_rows, sweep_json, sweep_rows};
 pub use tables::{csv, figures_csv, mat, mdf, parquet};
 pub use truth::truth_toml;

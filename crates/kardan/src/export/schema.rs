@@ -8,10 +8,10 @@ use serde_json::json;
 
 use super::printed::{Printed, printed};
 use super::{analysis, bench, identification, json as study, linear, reference};
-use crate::results::{Design, Safety};
+use crate::results::{Design, Safety, Sweep};
 
 /// What there are schemas of, and which command prints it.
-pub const SCHEMAS: [(&str, &str); 16] = [
+pub const SCHEMAS: [(&str, &str); 17] = [
     ("run", "`kardan run --json`: the outcome of a study"),
     ("analyze", "`kardan analyze --json`: the structure of a model"),
     ("design", "`kardan design --json`: a designed controller with its proofs"),
@@ -19,6 +19,7 @@ pub const SCHEMAS: [(&str, &str); 16] = [
     ("bench", "`kardan bench --json`: plan, true values and files of a virtual bench"),
     ("bench-study", "`kardan bench --study --json`: a study on a virtual bench"),
     ("safety", "`kardan safety --json`: what faults do, and whether they are detected"),
+    ("sweep", "`kardan sweep --json`: what a model does over many values of its parameters"),
     ("equations", "`kardan equations --json`: the equations of motion of a model"),
     ("linearise", "`kardan linearise`: the linear model of a model file"),
     (
@@ -50,6 +51,7 @@ pub fn schema(name: &str) -> Option<String> {
         "bench" => of::<bench::BenchView>(),
         "bench-study" => of::<bench::StudyView>(),
         "safety" => of::<Safety>(),
+        "sweep" => of::<Sweep>(),
         "equations" => of::<reference::EquationsView>(),
         "linearise" => of::<linear::LinearView>(),
         "realisations" => of::<linear::RealisationsView>(),

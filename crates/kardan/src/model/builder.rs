@@ -3,7 +3,8 @@
 use crate::entries::{Entries, Entry, Written};
 use crate::manoeuvre::{Manoeuvre, Path};
 use crate::model::tables::{
-    Analysis, Bench, Event, Fault, Figure, Header, Identification, Log, Plot, Requirement, Safety, Scenario, Variant,
+    Analysis, Bench, Event, Fault, Figure, Header, Identification, Log, Plot, Requirement, Safety, Scenario, Sweep,
+    Variant,
 };
 use crate::schema::{BlockKeys, ElementKeys, Given, Keys, LawKeys, Quantities, Quantity, SignalKeys};
 
@@ -187,6 +188,12 @@ impl Builder {
     #[must_use]
     pub fn safety(self, safety: Safety) -> Self {
         self.table("safety", &safety)
+    }
+
+    /// `[sweep]`
+    #[must_use]
+    pub fn sweep(self, sweep: Sweep) -> Self {
+        self.table("sweep", &sweep)
     }
 
     /// A `[[requirement]]` behind those that are there.

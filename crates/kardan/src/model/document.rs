@@ -187,6 +187,8 @@ pub struct Document {
     pub faults: Vec<(Placed<String>, Table)>,
     /// `[safety]`
     pub safety: Table,
+    /// `[sweep]`
+    pub sweep: Table,
     /// `[[requirement]]`
     pub requirements: Vec<Table>,
     /// `[[figure]]`

@@ -66,6 +66,16 @@ window = \"100 ms\"
 below = \"0.5 deg\"
 ";
 
+const SWEEP: &str = "\
+[sweep]
+samples = 500
+
+[[sweep.vary]]
+parameter = \"step\"
+from = \"0.1 rad\"
+to = \"0.4 rad\"
+";
+
 const REQUIREMENT: &str = "\
 [[requirement]]
 signal = \"wg_motor.tau\"
@@ -240,6 +250,7 @@ pub(super) fn example_of(page: &str) -> &'static str {
         "event" => EVENT,
         "fault" => FAULT,
         "safety" => SAFETY,
+        "sweep" => SWEEP,
         "requirement" => REQUIREMENT,
         "manoeuvre" => MANOEUVRE,
         "path" => PATH,

@@ -417,7 +417,7 @@ pub(super) fn unfollowed_manoeuvres(
     names: impl Fn(&Written, &mut BTreeSet<String>),
     out: &mut Vec<Diagnostic>,
 ) {
-    const FOLLOW_NOTHING: [&str; 11] = [
+    const FOLLOW_NOTHING: [&str; 12] = [
         "manoeuvre",
         "path",
         "variant",
@@ -426,6 +426,7 @@ pub(super) fn unfollowed_manoeuvres(
         "requirement",
         "plot",
         "safety",
+        "sweep",
         "fault",
         "signal",
         "block",

@@ -72,6 +72,7 @@ const STUDY: &[(&str, &str, &str)] = &[
         "[safety]",
         "What `kardan safety` tries: faults, variants and values; what says that a fault was detected, and which effects are bounded.",
     ),
+    ("sweep", "[sweep]", "What varies in `kardan sweep`, how it is distributed, and how many samples there are."),
     (
         "manoeuvre",
         "[manoeuvre.NAME]",
@@ -120,6 +121,7 @@ pub(super) const STUDY_TABLES: &[(&str, &[Field])] = &[
     ("event", tables::Event::FIELDS),
     ("fault", tables::Fault::FIELDS),
     ("safety", tables::Safety::FIELDS),
+    ("sweep", tables::Sweep::FIELDS),
     ("requirement", tables::Requirement::FIELDS),
     ("manoeuvre", Manoeuvre::FIELDS),
     ("path", Path::FIELDS),

@@ -128,6 +128,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     document.identification = single(&root, "identification", tables::Identification::FIELDS, &mut study);
     document.bench = single(&root, "bench", tables::Bench::FIELDS, &mut study);
     document.safety = single(&root, "safety", tables::Safety::FIELDS, &mut study);
+    document.sweep = single(&root, "sweep", tables::Sweep::FIELDS, &mut study);
     document.requirements = several(&root, "requirement", tables::Requirement::FIELDS, &mut study);
     document.figures = several(&root, "figure", tables::Figure::FIELDS, &mut study);
     document.plots = several(&root, "plot", tables::Plot::FIELDS, &mut study);
@@ -465,13 +466,14 @@ fn reserved(name: &str, document: &Document) -> Option<&'static str> {
 }
 
 /// The study's tables; all others make the equations.
-const STUDY: [&str; 13] = [
+const STUDY: [&str; 14] = [
     "scenario",
     "signal",
     "manoeuvre",
     "path",
     "fault",
     "safety",
+    "sweep",
     "requirement",
     "figure",
     "plot",

@@ -391,6 +391,45 @@ keys! {
 }
 
 keys! {
+    /// `[sweep]`.
+    table Sweep {
+        required {
+        }
+        optional {
+            samples: Number(Sign::Positive) = "1000", "How many samples, at most ten millions.";
+            seed: Number(Sign::NonNegative) = "0", "A whole number: another one, other samples.";
+            points: Choice(&["latin_hypercube", "random"]) = "latin_hypercube",
+                "How samples fill the space of what varies. `latin_hypercube`: each value has one sample in each of as many parts of its distribution \
+                 as there are samples; `random`: each sample by itself.";
+            variants: Words,
+                "The variants that run with each sample, all with the same values; left out: all.";
+            vary: Tables(SweepVary),
+                "What varies and how: `[[sweep.vary]]`. Left out, and no `lists`: all that has a tolerance, uniformly within it, or normally where the tolerance \
+                 has a confidence.";
+            lists: Lists,
+                "Parameters that take one of some values, each as often: { v = [\"10 m/s\", \"20 m/s\"] }.";
+        }
+    }
+}
+
+keys! {
+    /// `[[sweep.vary]]`.
+    table SweepVary {
+        required {
+            parameter: Text, "A name of `[parameters]`, or a key of an element that has a tolerance: `bar.stiffness`.";
+        }
+        optional {
+            distribution: Choice(&["uniform", "normal", "triangular"]) = "uniform", "How its values are distributed.";
+            from: AnyQuantity, "The least value; left out: the end of its tolerance. A normal distribution is cut off there, and goes on without an end if it is left out.";
+            to: AnyQuantity, "The largest value, likewise.";
+            mean: AnyQuantity, "The mean of a normal distribution; left out: the value of the file.";
+            deviation: AnyQuantity, "Its standard deviation; needed there.";
+            peak: AnyQuantity, "Where a triangular distribution is highest; left out: the value of the file.";
+        }
+    }
+}
+
+keys! {
     /// `[[plot]]`.
     table Plot {
         required {

@@ -21,6 +21,7 @@ mod robustness;
 mod safety;
 pub(crate) mod serial;
 mod signal_graph;
+mod sweep;
 mod verdict;
 
 use crate::names::Quantity;
@@ -50,6 +51,7 @@ pub use responses::*;
 pub use robustness::*;
 pub use safety::*;
 pub use signal_graph::*;
+pub use sweep::*;
 pub use verdict::*;
 
 /// The physical kind of a signal; fixes its SI unit and the unit a plot prints.

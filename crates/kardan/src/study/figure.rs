@@ -33,6 +33,16 @@ pub enum FigureOf {
     Value(String),
 }
 
+impl Figure {
+    /// What it is, in words.
+    pub(super) fn in_words(&self) -> String {
+        match &self.of {
+            FigureOf::Measure(measure) => measure.in_words(),
+            FigureOf::Value(text) => text.clone(),
+        }
+    }
+}
+
 /// Figures by name with their values, and parameters in an expression.
 fn written(
     graph: &mut Graph,

@@ -216,6 +216,7 @@ pub(super) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Diagnostic> 
         figures: Vec::new(),
         plots: Vec::new(),
         safety: None,
+        sweep: None,
         tolerance: prepared.tolerance,
     })
 }

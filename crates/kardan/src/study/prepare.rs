@@ -23,11 +23,12 @@ use super::margins::{UNSTABLE, check_margins, check_sampled};
 use super::operating_point::{Asked, check_smooth, not_held};
 use super::passage::check_passage;
 use super::places::places_in_control;
-use super::progress::Progress;
+use super::progress::{Progress, Silent};
 use super::redundant::check_redundant;
 use super::safety::safety_spec;
 use super::scenario::scenario;
 use super::stops::check_stops;
+use super::sweep::sweep_spec;
 use super::without::{left_out, model_without, needed_by};
 use super::{Prepared, PreparedVariant};
 use crate::assemble::assemble;
@@ -55,6 +56,8 @@ pub(super) enum Purpose {
     Analysis,
     /// To be written as equations: the same as to be run, where its controllers have their operating points and no designs.
     Equations,
+    /// To be run once among many: what was told of the file is not looked for again.
+    Sample,
 }
 
 pub(super) fn is_error(diagnostic: &Diagnostic) -> bool {
@@ -80,7 +83,7 @@ pub(super) fn prepare_document(
         let is_known = !document.doubts.equations && !model.programs.broken && !mistakes.iter().any(is_error);
         let ready = is_known.then(|| {
             let name = if label.is_empty() { file_stem(&model.name) } else { label.clone() };
-            prepare_variant((purpose, &heard), document, name, model.clone(), (settings, faults), &mut mistakes)
+            prepare_variant((purpose, &heard, None), document, name, model.clone(), (settings, faults), &mut mistakes)
         });
         document.check_tolerances(settings, &mut mistakes);
         (model, ready.flatten(), mistakes)
@@ -121,6 +124,7 @@ pub(super) fn prepare_document(
     let ends: Vec<(String, f64)> =
         prepared.all().map(|variant| (variant.name.clone(), variant.scenario.duration)).collect();
     prepared.safety = safety_spec(&known, &names, (&faults, &ends), &mut mistakes);
+    prepared.sweep = Some(sweep_spec(&known, &names, &mut mistakes));
     prepared.tolerance = tolerance(document, &mut mistakes);
     if !document.doubts.equations {
         super::bench::check(document, &all_settings_of_first, &mut mistakes);
@@ -249,8 +253,40 @@ impl<'p> Steps<'p> {
     }
 }
 
+/// A variant with other values, ready to run: what was designed for it as it is in the file stays, programs follow the values.
+///
+/// # Errors
+/// What speaks against these values.
+pub(super) fn prepare_sample(
+    document: &Document,
+    nominal: &PreparedVariant,
+    (settings, controls, faults): (&[Setting], Option<&[String]>, &[String]),
+) -> Result<PreparedVariant, Vec<Diagnostic>> {
+    let (model, mut mistakes) = document.model_with(settings, controls);
+    if mistakes.iter().any(is_error) || model.programs.broken {
+        return Err(mistakes);
+    }
+    let heard = Steps::new(1, &Silent);
+    let purpose = (Purpose::Sample, &heard, Some(nominal));
+    let found = prepare_variant(purpose, document, nominal.name.clone(), model, (settings, faults), &mut mistakes);
+    match found {
+        Some(variant) if !mistakes.iter().any(is_error) => Ok(variant),
+        _ => Err(mistakes),
+    }
+}
+
+/// Whether what was designed for a variant fits another one: the same coordinates, inputs and sensors.
+fn is_alike(one: &Reduced, other: &Reduced) -> bool {
+    let inputs = |of: &Reduced| of.equations.inputs.iter().map(|input| input.element.clone()).collect::<Vec<_>>();
+    let sensors = |of: &Reduced| of.equations.sensors.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    one.coordinates == other.coordinates
+        && one.equations.coordinates == other.equations.coordinates
+        && inputs(one) == inputs(other)
+        && sensors(one) == sensors(other)
+}
+
 fn prepare_variant(
-    (purpose, heard): (Purpose, &Steps<'_>),
+    (purpose, heard, nominal): (Purpose, &Steps<'_>, Option<&PreparedVariant>),
     document: &Document,
     name: String,
     model: Model,
@@ -270,10 +306,14 @@ fn prepare_variant(
     let as_it_is = reduced.unrelaxed();
     let (point, multipliers) = standing(document, &reduced, controls, asked.as_ref(), out);
     let designing = if purpose == Purpose::Equations { &[] } else { controls };
-    let plants: Vec<Option<Plant>> = designing
-        .iter()
-        .map(|control| design_model(document, &as_it_is, (settings, asked.as_ref()?), control, out))
-        .collect();
+    let nominal = nominal.filter(|nominal| is_alike(&nominal.reduced, &reduced));
+    let plants: Vec<Option<Plant>> = match nominal {
+        Some(nominal) => nominal.design_models.iter().cloned().map(Some).collect(),
+        None => {
+            let plant = |control| design_model(document, &as_it_is, (settings, asked.as_ref()?), control, out);
+            designing.iter().map(plant).collect()
+        }
+    };
     let held = (!controls.is_empty()).then_some(&point);
     let mut start_notes = start_at_rest(document, (&reduced, held), &mut scenario, out);
     start_notes.extend(begin_on_rows(document, &reduced, &given, &mut scenario, out));
@@ -291,16 +331,8 @@ fn prepare_variant(
     let start = Point { reduced: &reduced, initial: &scenario.position };
     let analysis = analysis_spec(&known, &reduced.equations, Some(start), settings, out);
     heard.step();
-    let (mut design_models, mut designed, mut running) = (Vec::new(), Vec::new(), Vec::new());
-    for (control, plant) in designing.iter().zip(plants) {
-        let Some(mut plant) = plant else { continue };
-        plant.elements = model.elements.iter().map(|one| (one.kind.clone(), one.name.clone())).collect();
-        let Some((law, as_it_runs)) = designed_law(document, &reduced, control, &plant, out) else { continue };
-        heard.step();
-        design_models.push(plant);
-        designed.push(law);
-        running.push(as_it_runs);
-    }
+    let Laws { design_models, designed, running } =
+        laws_of((document, heard), (&reduced, &model), (designing, plants, nominal), out);
     start_notes.extend(references_at_rest(document, &running, &mut scenario));
     let complete = designed.len() == designing.len();
     let computed = Computed::of(document, settings, &signal_names(&reduced, &scenario));
@@ -322,12 +354,49 @@ fn prepare_variant(
         looped: None,
         start_notes,
     };
+    if purpose == Purpose::Sample {
+        return complete.then_some(variant);
+    }
     let variant = with_loop(variant, &multipliers);
     check_blocks(document, &variant, out);
     if complete && purpose == Purpose::Run {
         check_loop(document, &variant, heard, out);
     }
     complete.then_some(variant)
+}
+
+/// The laws of a variant, as far as they can be designed.
+#[derive(Default)]
+struct Laws {
+    design_models: Vec<Plant>,
+    designed: Vec<Arc<dyn Law>>,
+    running: Vec<Arc<dyn Law>>,
+}
+
+/// Designs the laws of a variant; those of one that is like it are taken over, but for programs.
+fn laws_of(
+    (document, heard): (&Document, &Steps<'_>),
+    (reduced, model): (&Reduced, &Model),
+    (controls, plants, nominal): (&[ControlSpec], Vec<Option<Plant>>, Option<&PreparedVariant>),
+    out: &mut Vec<Diagnostic>,
+) -> Laws {
+    let mut found = Laws::default();
+    for (number, (control, plant)) in controls.iter().zip(plants).enumerate() {
+        let Some(mut plant) = plant else { continue };
+        let law = match nominal.filter(|_| control.law.keyword != Program::KEYWORD) {
+            Some(nominal) => Some((Arc::clone(&nominal.designed[number]), Arc::clone(&nominal.running[number]))),
+            None => {
+                plant.elements = model.elements.iter().map(|one| (one.kind.clone(), one.name.clone())).collect();
+                designed_law(document, reduced, control, &plant, out)
+            }
+        };
+        let Some((law, as_it_runs)) = law else { continue };
+        heard.step();
+        found.design_models.push(plant);
+        found.designed.push(law);
+        found.running.push(as_it_runs);
+    }
+    found
 }
 
 /// Lets the faults that a variant names happen in it.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::computed::Computed;
 use super::faults::NamedFault;
-use super::{AnalysisSpec, Figure, Requirement, SafetySpec};
+use super::{AnalysisSpec, Figure, Requirement, SafetySpec, SweepSpec};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::Model;
 use crate::names::unknown_name;
@@ -31,6 +31,8 @@ pub struct Prepared {
     pub plots: Vec<Plot>,
     /// What `kardan safety` tries; nothing in a file without faults that have names.
     pub safety: Option<SafetySpec>,
+    /// What `kardan sweep` tries.
+    pub sweep: Option<SweepSpec>,
     /// Accuracy of the runs.
     pub tolerance: Tolerance,
 }

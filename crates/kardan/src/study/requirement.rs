@@ -191,6 +191,14 @@ fn described(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Strin
     format!("{name} from {from} s to {end}")
 }
 
+impl Requirement {
+    /// What it asks for, in words, before any run.
+    pub(super) fn in_words(&self) -> String {
+        let ran = Ran { strains: &[], events: &[], completed: false };
+        judge(self, &Series::default(), &ran, &[]).result.text
+    }
+}
+
 pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>, figures: &[FigureResult]) -> Judged {
     let Requirement { unit, display, below, above, until, .. } = requirement;
     let completed = ran.completed;

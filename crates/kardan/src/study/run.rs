@@ -121,7 +121,7 @@ impl Project {
 }
 
 /// The mistakes of names that no variant has.
-fn check_variants(prepared: &Prepared, names: &[String], out: &mut Vec<Diagnostic>) {
+pub(super) fn check_variants(prepared: &Prepared, names: &[String], out: &mut Vec<Diagnostic>) {
     let known: Vec<&str> = prepared.all().map(|variant| variant.name.as_str()).collect();
     for name in names.iter().filter(|name| !known.contains(&name.as_str()) && !known.is_empty()) {
         let help = match nearest(name, known.iter().copied()) {

@@ -44,6 +44,7 @@ mod signals;
 mod simulation;
 mod start;
 mod stiff;
+mod sweep;
 mod taylor;
 mod told;
 mod unseen;

@@ -1,0 +1,163 @@
+//! What a sweep found, as a page.
+
+use crate::model::{Body, Cell, Page, row, warnings};
+use crate::text::{figure, number};
+use kardan::results::{DisplayUnit, Sweep, SweptRequirement, SweptValues, Verdict};
+
+/// Digits of a number.
+const DIGITS: usize = 4;
+/// Parameters that are told of a figure.
+const MOST_SHARES: usize = 4;
+
+/// The page of a sweep.
+pub fn page(found: &Sweep) -> Page {
+    Page {
+        name: format!("Sweep: {}", found.model),
+        description: found.description.clone(),
+        verdict: Some(verdict(found)),
+        alerts: warnings(&found.warnings),
+        sections: Page::sections([
+            ("requirements", "Probability of each requirement", requirements(found)),
+            ("figures", "Figures", figures(found)),
+            ("measured", "What requirements measure", measured(found)),
+            ("failures", "Runs that did not come to their end", failures(found)),
+            ("varied", "What varied", varied(found)),
+            ("notes", "Notes", Body::default().list(found.notes.iter().cloned())),
+        ]),
+        data: None,
+    }
+}
+
+fn verdict(found: &Sweep) -> Verdict {
+    let ended: u64 = found.failures.iter().map(|one| one.count).sum();
+    let never = |one: &&SweptRequirement| one.failed > 0;
+    let failing = found.requirements.iter().filter(never).count();
+    let all = found.requirements.len();
+    let mut text = match (all, failing) {
+        (0, _) => format!("{} runs", found.rows),
+        (_, 0) => format!("Every requirement holds in all of {} runs", found.rows),
+        _ => format!("{failing} of {all} requirements fail in some of {} runs", found.rows),
+    };
+    if ended > 0 {
+        text += &format!("; {ended} did not come to their end");
+    }
+    if found.missing > 0 {
+        text += &format!("; {} were not made", found.missing);
+    }
+    Verdict { sound: failing == 0 && ended == 0 && found.missing == 0, text: text + "." }
+}
+
+fn several(found: &Sweep) -> bool {
+    found.variants.len() > 1
+}
+
+/// Columns, with that of the variant where there are several.
+fn titles(found: &Sweep, first: &str, others: &[&str]) -> Vec<String> {
+    let mut out = vec![first.to_string()];
+    out.extend(several(found).then(|| "variant".to_string()));
+    out.extend(others.iter().map(ToString::to_string));
+    out
+}
+
+fn percent(part: f64) -> String {
+    format!("{} %", figure(100.0 * part, DIGITS))
+}
+
+fn requirements(found: &Sweep) -> Body {
+    let interval = format!("#{} % interval", number(100.0 * found.confidence));
+    let columns = titles(found, "requirement", &["#holds in", "#fails in", "#probability", &interval]);
+    let one = |one: &SweptRequirement| {
+        let mut cells = vec![Cell::Mark(one.failed == 0, one.text.clone())];
+        cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
+        let interval = one.interval.map(|[low, high]| format!("{} to {}", percent(low), percent(high)));
+        cells.extend(row![
+            one.passed.to_string(),
+            one.failed.to_string(),
+            one.probability.map_or_else(String::new, percent),
+            interval.unwrap_or_default()
+        ]);
+        cells
+    };
+    let hint = "The interval is that of Clopper and Pearson for samples drawn each by itself; those of a Latin hypercube spread less.";
+    let body = Body::default().table_of(usize::MAX, &columns, found.requirements.iter().map(one));
+    if found.requirements.is_empty() { body } else { body.hint(hint.to_string()) }
+}
+
+/// A number in its unit.
+fn shown(value: f64, unit: &str, display: Option<&DisplayUnit>) -> String {
+    match display {
+        Some(display) => format!("{} {}", figure(display.of(value), DIGITS), display.unit),
+        None => format!("{} {unit}", figure(value, DIGITS)).trim_end().to_string(),
+    }
+}
+
+/// The columns of numbers.
+const COLUMNS: [&str; 7] = ["#mean", "#deviation", "#least", "#5 %", "#median", "#95 %", "#largest"];
+
+/// Cells of numbers; differences of display units have no offset.
+fn numbers(values: &SweptValues, unit: &str, display: Option<&DisplayUnit>) -> Vec<Cell> {
+    let text = |value: Option<f64>| Cell::Text(value.map_or_else(String::new, |value| shown(value, unit, display)));
+    let quantile = |k: usize| values.quantiles.map(|quantiles| quantiles[k]);
+    [values.mean, values.deviation, quantile(0), quantile(1), quantile(3), quantile(5), quantile(6)].map(text).to_vec()
+}
+
+/// Which parameters matter.
+fn shares(values: &SweptValues) -> String {
+    let told = values.shares.iter().take(MOST_SHARES).filter(|share| share.slope.abs() > 0.05);
+    let told: Vec<String> = told.map(|share| format!("{} {}", share.parameter, figure(share.slope, 2))).collect();
+    let explained =
+        values.explained.map_or_else(String::new, |part| format!(" ({} % explained)", number((100.0 * part).round())));
+    if told.is_empty() { String::new() } else { told.join(", ") + &explained }
+}
+
+const SHARES_HINT: &str = "Parameters: by how many standard deviations the number moves for one of the parameter, by a straight line through all of them. \
+    What it does not explain bends, or comes from products.";
+
+fn figures(found: &Sweep) -> Body {
+    let columns = titles(found, "figure", &[&COLUMNS[..], &["parameters"]].concat());
+    let rows = found.figures.iter().map(|one| {
+        let mut cells = row![&one.name];
+        cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
+        cells.extend(numbers(&one.values, &one.unit, one.display.as_ref()));
+        cells.push(Cell::Text(shares(&one.values)));
+        cells
+    });
+    let body = Body::default().table_of(usize::MAX, &columns, rows);
+    if found.figures.is_empty() { body } else { body.hint(SHARES_HINT.to_string()) }
+}
+
+fn measured(found: &Sweep) -> Body {
+    let columns = titles(found, "requirement", &[&COLUMNS[..], &["worst samples", "parameters"]].concat());
+    let with = found.requirements.iter().filter(|one| one.measured.count > 0);
+    let rows = with.map(|one| {
+        let mut cells = row![&one.text];
+        cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
+        cells.extend(numbers(&one.measured, &one.unit, one.display.as_ref()));
+        let ends = one.measured.ends.map(|[least, most]| format!("least {least}, largest {most}"));
+        cells.extend(row![ends.unwrap_or_default(), shares(&one.measured)]);
+        cells
+    });
+    Body::default().table_of(usize::MAX, &columns, rows)
+}
+
+fn failures(found: &Sweep) -> Body {
+    let columns = titles(found, "why", &["#runs", "#first sample"]);
+    let rows = found.failures.iter().map(|one| {
+        let mut cells = row![&one.reason];
+        cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
+        cells.extend(row![one.count.to_string(), one.first.to_string()]);
+        cells
+    });
+    Body::default().table_of(usize::MAX, &columns, rows)
+}
+
+fn varied(found: &Sweep) -> Body {
+    let rows = found.varied.iter().map(|one| row![&one.name, &one.distribution]);
+    let told = format!(
+        "{} samples by {}, seed {}: each follows from the seed and its number alone.",
+        found.samples,
+        found.points.replace('_', " "),
+        found.seed
+    );
+    Body::default().table_of(usize::MAX, &["parameter", "distribution"], rows).hint(told)
+}

@@ -1,0 +1,119 @@
+//! Rows of numbers and texts as Apache Parquet files, written and read again.
+
+use std::sync::Arc;
+
+use ::parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
+use ::parquet::column::reader::ColumnReader;
+use ::parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
+use ::parquet::errors::ParquetError;
+use ::parquet::file::metadata::KeyValue;
+use ::parquet::file::properties::WriterProperties;
+use ::parquet::file::reader::{FileReader, SerializedFileReader};
+use ::parquet::file::writer::SerializedFileWriter;
+use ::parquet::schema::types::Type;
+
+use crate::Column;
+
+/// Rows that were read: names, columns, pairs of the metadata.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Rows {
+    /// Columns of numbers.
+    pub numbers: Vec<(String, Vec<f64>)>,
+    /// Columns of texts.
+    pub texts: Vec<(String, Vec<String>)>,
+    /// Pairs of the metadata.
+    pub metadata: Vec<(String, String)>,
+}
+
+/// Columns of numbers, bit for bit, then columns of texts, as a Parquet file of one row group, compressed with Snappy; the metadata hold the pairs
+/// given and `unit:<column>` of each column of numbers.
+///
+/// ```
+/// use kardan_tables::{Column, write};
+///
+/// let inertia = Column { name: "inertia", unit: "kg m^2", description: "", values: &[0.1, f64::NAN] };
+/// let reasons = vec![String::new(), "too stiff".to_string()];
+/// let bytes = write::rows(&[inertia], &[("reason", &reasons)], &[("seed", "1")]).unwrap();
+/// let read = write::read_rows(bytes).unwrap();
+/// assert!(read.numbers[0].1[0] == 0.1 && read.numbers[0].1[1].is_nan());
+/// assert_eq!(read.texts, [("reason".to_string(), reasons)]);
+/// assert!(read.metadata.contains(&("unit:inertia".into(), "kg m^2".into())));
+/// ```
+///
+/// # Errors
+/// Those of the encoder; writing to memory has given none so far.
+///
+/// # Panics
+/// If columns have different lengths.
+pub fn rows(
+    numbers: &[Column<'_>],
+    texts: &[(&str, &[String])],
+    metadata: &[(&str, &str)],
+) -> Result<Vec<u8>, ParquetError> {
+    let lengths = numbers.iter().map(|column| column.values.len()).chain(texts.iter().map(|(_, texts)| texts.len()));
+    let lengths: Vec<usize> = lengths.collect();
+    assert!(lengths.iter().all(|length| *length == lengths[0]), "columns have {lengths:?} rows");
+    let field = |name: &str, physical, logical| {
+        let builder = Type::primitive_type_builder(name, physical).with_logical_type(logical);
+        builder.with_repetition(Repetition::REQUIRED).build().map(Arc::new)
+    };
+    let number = |column: &Column<'_>| field(column.name, Physical::DOUBLE, None);
+    let text = |(name, _): &(&str, &[String])| field(name, Physical::BYTE_ARRAY, Some(LogicalType::String));
+    let fields = numbers.iter().map(number).chain(texts.iter().map(text)).collect::<Result<Vec<_>, _>>()?;
+    let schema = Type::group_type_builder("rows").with_fields(fields).build()?;
+    let mut pairs: Vec<KeyValue> =
+        metadata.iter().map(|&(key, value)| KeyValue::new(key.into(), value.to_owned())).collect();
+    let unit = |column: &Column<'_>| KeyValue::new(format!("unit:{}", column.name), column.unit.to_owned());
+    pairs.extend(numbers.iter().map(unit));
+    let properties =
+        WriterProperties::builder().set_compression(Compression::SNAPPY).set_key_value_metadata(Some(pairs)).build();
+    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
+    let mut group = writer.next_row_group()?;
+    for column in numbers {
+        let mut chunk = group.next_column()?.expect("the schema has all columns");
+        chunk.typed::<DoubleType>().write_batch(column.values, None, None)?;
+        chunk.close()?;
+    }
+    for (_, texts) in texts {
+        let bytes: Vec<ByteArray> = texts.iter().map(|text| ByteArray::from(text.as_str())).collect();
+        let mut chunk = group.next_column()?.expect("the schema has all columns");
+        chunk.typed::<ByteArrayType>().write_batch(&bytes, None, None)?;
+        chunk.close()?;
+    }
+    group.close()?;
+    writer.into_inner()
+}
+
+/// Reads such rows; columns of other types are left out.
+///
+/// # Errors
+/// What is wrong with the bytes.
+pub fn read_rows(bytes: Vec<u8>) -> Result<Rows, ParquetError> {
+    let reader = SerializedFileReader::new(bytes::Bytes::from(bytes))?;
+    let file = reader.metadata().file_metadata();
+    let pairs = file.key_value_metadata().cloned().unwrap_or_default();
+    let metadata = pairs.into_iter().map(|pair| (pair.key, pair.value.unwrap_or_default())).collect();
+    let names: Vec<String> = file.schema_descr().columns().iter().map(|column| column.name().to_string()).collect();
+    let mut out = Rows { metadata, ..Rows::default() };
+    for (k, name) in names.iter().enumerate() {
+        let (mut numbers, mut texts, mut is_text) = (Vec::new(), Vec::new(), false);
+        for number in 0..reader.num_row_groups() {
+            let group = reader.get_row_group(number)?;
+            let count = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
+            match group.get_column_reader(k)? {
+                ColumnReader::DoubleColumnReader(mut column) => {
+                    column.read_records(count, None, None, &mut numbers)?;
+                }
+                ColumnReader::ByteArrayColumnReader(mut column) => {
+                    let mut found: Vec<ByteArray> = Vec::new();
+                    column.read_records(count, None, None, &mut found)?;
+                    is_text = true;
+                    texts.extend(found.iter().map(|text| String::from_utf8_lossy(text.data()).into_owned()));
+                }
+                _ => {}
+            }
+        }
+        if is_text { out.texts.push((name.clone(), texts)) } else { out.numbers.push((name.clone(), numbers)) }
+    }
+    Ok(out)
+}

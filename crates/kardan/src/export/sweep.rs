@@ -1,0 +1,110 @@
+//! What a sweep found, as JSON, and its rows as Parquet, to be read again.
+
+use kardan_tables::{Column, write};
+
+use super::printed::printed;
+use crate::results::{Sweep, SweepHead, SweepRow};
+
+/// Columns before those of what varies.
+const SAMPLE: &str = "sample";
+const VARIANT: &str = "variant";
+/// The column of why a run did not come to its end.
+const REASON: &str = "reason";
+/// The key of what the rows follow from.
+const IDENTITY: &str = "kardan:sweep";
+
+/// What a sweep found as one JSON object on one line, in SI.
+///
+/// What its keys are says [`schema`](super::schema()) of `sweep`.
+///
+/// ```
+/// let text = kardan::export::sweep_json(&kardan::results::Sweep::default());
+/// assert!(text.starts_with("{\"schema\":\"kardan/1\"") && text.contains("\"figures\":[]"));
+/// ```
+pub fn sweep_json(found: &Sweep) -> String {
+    printed(found)
+}
+
+/// Names and units of the columns of numbers behind `sample`: what varies, figures, what requirements measure and whether they hold.
+fn columns(head: &SweepHead) -> Vec<(String, String)> {
+    let mut out: Vec<(String, String)> = head.varied.iter().map(|one| (one.name.clone(), one.unit.clone())).collect();
+    out.extend(head.figures.iter().map(|(name, unit)| (format!("figure.{name}"), unit.clone())));
+    for (k, (_, unit)) in head.requirements.iter().enumerate() {
+        out.push((format!("requirement.{}.measured", k + 1), unit.clone()));
+        out.push((format!("requirement.{}.passed", k + 1), String::new()));
+    }
+    out
+}
+
+/// Rows of a sweep as an Apache Parquet file: `sample`, what varies, `figure.NAME`, `requirement.K.measured` and `.passed` (1, 0, NaN for those of
+/// other variants), all `DOUBLE` and in SI, then the texts `variant` and `reason`. Requirements in words stand in the metadata, as `requirement.K`.
+///
+/// # Errors
+/// Those of the encoder; writing to memory has given none so far.
+pub fn sweep_rows(head: &SweepHead, rows: &[SweepRow]) -> Result<Vec<u8>, write::ParquetError> {
+    let columns = columns(head);
+    let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(rows.len()); columns.len() + 1];
+    for row in rows {
+        let verdicts = row.measured.iter().zip(&row.passed).flat_map(|(measured, passed)| [*measured, *passed]);
+        let numbers = [row.sample as f64].into_iter().chain(row.values.iter().copied());
+        let numbers = numbers.chain(row.figures.iter().copied()).chain(verdicts);
+        values.iter_mut().zip(numbers).for_each(|(column, number)| column.push(number));
+    }
+    let named = [(SAMPLE, "")].into_iter().chain(columns.iter().map(|(name, unit)| (name.as_str(), unit.as_str())));
+    let numbers: Vec<Column<'_>> =
+        named.zip(&values).map(|((name, unit), values)| Column { name, unit, description: "", values }).collect();
+    let variants: Vec<String> = rows.iter().map(|row| head.variants[row.variant].clone()).collect();
+    let reasons: Vec<String> = rows.iter().map(|row| row.reason.clone()).collect();
+    let words: Vec<(String, &str)> = head
+        .requirements
+        .iter()
+        .enumerate()
+        .map(|(k, (text, _))| (format!("requirement.{}", k + 1), text.as_str()))
+        .collect();
+    let mut metadata = vec![(IDENTITY, head.identity.as_str())];
+    metadata.extend(words.iter().map(|(key, text)| (key.as_str(), *text)));
+    write::rows(&numbers, &[(VARIANT, &variants), (REASON, &reasons)], &metadata)
+}
+
+/// Reads such rows again.
+///
+/// # Errors
+/// The file is damaged, or of another sweep: with what is different.
+pub fn read_sweep_rows(head: &SweepHead, bytes: Vec<u8>) -> Result<Vec<SweepRow>, String> {
+    let read = write::read_rows(bytes).map_err(|error| format!("it cannot be read: {error}"))?;
+    let identity = read.metadata.iter().find(|(key, _)| key == IDENTITY).map(|(_, value)| value.as_str());
+    match identity {
+        Some(identity) if identity == head.identity => {}
+        Some(identity) => return Err(format!("it is of another sweep: {identity}; this one is {}", head.identity)),
+        None => return Err("it holds no rows of a sweep".into()),
+    }
+    let columns = columns(head);
+    let number = |name: &str| read.numbers.iter().find(|(other, _)| other == name).map(|(_, values)| values);
+    let text = |name: &str| read.texts.iter().find(|(other, _)| other == name).map(|(_, values)| values);
+    let lost = |name: &str| format!("it has no column `{name}`");
+    let samples = number(SAMPLE).ok_or_else(|| lost(SAMPLE))?;
+    let [variants, reasons] = [VARIANT, REASON].map(text);
+    let (variants, reasons) = (variants.ok_or_else(|| lost(VARIANT))?, reasons.ok_or_else(|| lost(REASON))?);
+    let values: Vec<&Vec<f64>> =
+        columns.iter().map(|(name, _)| number(name).ok_or_else(|| lost(name))).collect::<Result<_, _>>()?;
+    if values.iter().any(|column| column.len() != samples.len()) || variants.len().min(reasons.len()) < samples.len() {
+        return Err("its columns have different lengths".into());
+    }
+    let (varied, figures) = (head.varied.len(), head.figures.len());
+    let row = |k: usize| {
+        let at = |columns: &[&Vec<f64>]| columns.iter().map(|column| column[k]).collect::<Vec<f64>>();
+        let verdicts = &values[varied + figures..];
+        let every_other = |first: usize| verdicts.iter().skip(first).step_by(2).map(|column| column[k]).collect();
+        let variant = head.variants.iter().position(|name| *name == variants[k]);
+        Ok(SweepRow {
+            sample: samples[k] as u64,
+            variant: variant.ok_or_else(|| format!("there is no variant `{}`", variants[k]))?,
+            reason: reasons[k].clone(),
+            values: at(&values[..varied]),
+            measured: every_other(0),
+            passed: every_other(1),
+            figures: at(&values[varied..varied + figures]),
+        })
+    };
+    (0..samples.len()).map(row).collect()
+}

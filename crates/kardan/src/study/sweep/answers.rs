@@ -1,0 +1,196 @@
+//! What many rows say together.
+
+use statrs::distribution::{Beta, ContinuousCDF};
+
+use crate::num::Matrix;
+use crate::results::{SweepRow, SweptFailure, SweptFigure, SweptRequirement, SweptShare, SweptValues};
+
+/// Confidence of intervals of probabilities.
+pub(super) const CONFIDENCE: f64 = 0.95;
+/// Most reasons that are told apart.
+const MOST_REASONS: usize = 20;
+/// Parts of all numbers, of which quantiles are told.
+const PARTS: [f64; 7] = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
+
+/// Rows, by sample and variant, and what is known of them beside: what to fill in.
+pub(super) struct Answers<'a> {
+    pub rows: &'a [SweepRow],
+    /// Names of what varies.
+    pub parameters: Vec<String>,
+    /// Names of the variants.
+    pub variants: &'a [String],
+}
+
+impl Answers<'_> {
+    /// Rows of a variant.
+    fn of(&self, variant: &str) -> impl Iterator<Item = &SweepRow> {
+        let number = self.variants.iter().position(|name| name == variant);
+        self.rows.iter().filter(move |row| Some(row.variant) == number)
+    }
+
+    pub fn fill_requirement(&self, number: usize, out: &mut SweptRequirement) {
+        let verdicts = self.of(&out.variant).map(|row| row.passed[number]).filter(|verdict| !verdict.is_nan());
+        let (passed, failed) =
+            verdicts.fold((0, 0), |(yes, no), one| if one > 0.5 { (yes + 1, no) } else { (yes, no + 1) });
+        (out.passed, out.failed) = (passed, failed);
+        let all = passed + failed;
+        if all > 0 {
+            out.probability = Some(passed as f64 / all as f64);
+            out.interval = Some(clopper_pearson(passed, all, CONFIDENCE));
+        }
+        out.measured = self.spread(&out.variant, |row| row.measured[number]);
+    }
+
+    pub fn fill_figure(&self, number: usize, out: &mut SweptFigure) {
+        out.values = self.spread(&out.variant, |row| row.figures[number]);
+    }
+
+    /// Runs that did not come to their end, by reason, the most first.
+    pub fn failures(&self) -> Vec<SweptFailure> {
+        let mut found: Vec<SweptFailure> = Vec::new();
+        for row in self.rows.iter().filter(|row| !row.reason.is_empty()) {
+            let variant = &self.variants[row.variant];
+            match found.iter().position(|one| one.reason == row.reason) {
+                Some(one) => found[one].count += 1,
+                None if found.len() < MOST_REASONS => found.push(SweptFailure {
+                    reason: row.reason.clone(),
+                    count: 1,
+                    first: row.sample,
+                    variant: variant.clone(),
+                }),
+                None => found[MOST_REASONS - 1].count += 1,
+            }
+        }
+        found.sort_by_key(|one| std::cmp::Reverse(one.count));
+        found
+    }
+
+    /// The numbers of a variant.
+    fn spread(&self, variant: &str, number: impl Fn(&SweepRow) -> f64) -> SweptValues {
+        let with: Vec<(&SweepRow, f64)> =
+            self.of(variant).map(|row| (row, number(row))).filter(|(_, x)| x.is_finite()).collect();
+        let Some(first) = with.first() else { return SweptValues::default() };
+        let count = with.len() as f64;
+        // Sums about the first number lose nothing to a large mean.
+        let mean = first.1 + with.iter().map(|(_, x)| x - first.1).sum::<f64>() / count;
+        let squares = with.iter().map(|(_, x)| (x - mean) * (x - mean)).sum::<f64>();
+        let mut sorted: Vec<f64> = with.iter().map(|(_, x)| *x).collect();
+        sorted.sort_by(f64::total_cmp);
+        let end = |is: fn(f64, f64) -> bool| {
+            with.iter().fold(first, |best, one| if is(one.1, best.1) { one } else { best }).0.sample
+        };
+        let (shares, explained) = self.shares(&with, mean, squares);
+        SweptValues {
+            count: with.len() as u64,
+            mean: Some(mean),
+            deviation: (with.len() > 1).then(|| (squares / (count - 1.0)).sqrt()),
+            quantiles: Some(PARTS.map(|part| quantile(&sorted, part))),
+            ends: Some([end(|a, b| a < b), end(|a, b| a > b)]),
+            shares,
+            explained,
+        }
+    }
+
+    /// The regression of numbers over all that varies, standardised; nothing of fewer samples than it has unknowns, of a number that is always
+    /// the same, and where parameters do not vary independently.
+    fn shares(&self, with: &[(&SweepRow, f64)], mean: f64, squares: f64) -> (Vec<SweptShare>, Option<f64>) {
+        let (n, k) = (with.len(), self.parameters.len());
+        if n < 2 * k + 2 || squares <= 0.0 {
+            return (Vec::new(), None);
+        }
+        let column = |j: usize| with.iter().map(move |(row, _)| row.values[j]);
+        let means: Vec<f64> = (0..k).map(|j| column(j).sum::<f64>() / n as f64).collect();
+        let sizes: Vec<f64> =
+            (0..k).map(|j| column(j).map(|x| (x - means[j]) * (x - means[j])).sum::<f64>().sqrt()).collect();
+        let moving: Vec<usize> = (0..k).filter(|&j| sizes[j] > 1e-12 * means[j].abs() * (n as f64).sqrt()).collect();
+        let scaled = |row: &SweepRow, j: usize| (row.values[j] - means[j]) / sizes[j];
+        let product = |i: usize, j: usize| with.iter().map(|(row, _)| scaled(row, i) * scaled(row, j)).sum::<f64>();
+        let correlations = Matrix::from_fn(moving.len(), moving.len(), |i, j| product(moving[i], moving[j]));
+        let size = squares.sqrt();
+        let own = |j: usize| with.iter().map(|(row, x)| scaled(row, j) * (x - mean) / size).sum::<f64>();
+        let right = Matrix::from_fn(moving.len(), 1, |i, _| own(moving[i]));
+        let Some(slopes) = correlations.solve(&right) else { return (Vec::new(), None) };
+        let explained = (0..moving.len()).map(|i| slopes[(i, 0)] * right[(i, 0)]).sum::<f64>();
+        let mut shares: Vec<SweptShare> = moving
+            .iter()
+            .enumerate()
+            .map(|(i, &j)| SweptShare { parameter: self.parameters[j].clone(), slope: slopes[(i, 0)] })
+            .collect();
+        shares.sort_by(|a, b| b.slope.abs().total_cmp(&a.slope.abs()));
+        (shares, Some(explained.clamp(0.0, 1.0)))
+    }
+}
+
+/// The number below which this part of sorted ones lies, between two of them on a straight line.
+fn quantile(sorted: &[f64], part: f64) -> f64 {
+    let place = part * (sorted.len() - 1) as f64;
+    let (below, rest) = (place.floor() as usize, place.fract());
+    let above = (below + 1).min(sorted.len() - 1);
+    sorted[below] + rest * (sorted[above] - sorted[below])
+}
+
+/// The interval of a probability of which `hits` of `all` were seen.
+fn clopper_pearson(hits: u64, all: u64, confidence: f64) -> [f64; 2] {
+    let (k, n, tail) = (hits as f64, all as f64, 0.5 * (1.0 - confidence));
+    let point = |a: f64, b: f64, part: f64| Beta::new(a, b).map_or(f64::NAN, |beta| beta.inverse_cdf(part));
+    // At its ends it has a closed form.
+    let low = match hits {
+        0 => 0.0,
+        _ if hits == all => kardan_rt::functions::exp(kardan_rt::functions::ln(tail) / n),
+        _ => point(k, n - k + 1.0, tail),
+    };
+    let high = match hits {
+        _ if hits == all => 1.0,
+        0 => 1.0 - kardan_rt::functions::exp(kardan_rt::functions::ln(tail) / n),
+        _ => point(k + 1.0, n - k, 1.0 - tail),
+    };
+    [low, high]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The defining equation: at each end the tail of the binomial distribution is half of what the confidence leaves.
+    #[test]
+    fn intervals_of_probabilities_have_their_tails() {
+        let choose = |n: u64, k: u64| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
+        let mass = |n: u64, k: u64, p: f64| choose(n, k) * p.powi(k as i32) * (1.0 - p).powi((n - k) as i32);
+        for (hits, all) in [(0, 10), (1, 10), (5, 10), (9, 10), (10, 10), (37, 60)] {
+            let [low, high] = clopper_pearson(hits, all, 0.95);
+            let above: f64 = (hits..=all).map(|k| mass(all, k, low)).sum();
+            let below: f64 = (0..=hits).map(|k| mass(all, k, high)).sum();
+            assert!(hits == 0 && low == 0.0 || (above - 0.025).abs() < 1e-9, "{hits} of {all}: {above}");
+            assert!(hits == all && high == 1.0 || (below - 0.025).abs() < 1e-9, "{hits} of {all}: {below}");
+        }
+    }
+
+    /// A number that is a straight line of what varies is explained whole, by slopes in standard deviations.
+    #[test]
+    fn straight_lines_are_explained() {
+        let row = |k: u64| {
+            let (a, b) = ((k * 7 % 20) as f64, (k * 3 % 20) as f64 * (k % 2) as f64);
+            let y = 5.0 + 3.0 * a - 2.0 * b;
+            let (reason, measured, passed) = (String::new(), Vec::new(), Vec::new());
+            SweepRow { sample: k, variant: 0, reason, values: vec![a, b, 4.0], measured, passed, figures: vec![y] }
+        };
+        let rows: Vec<SweepRow> = (0..40).map(row).collect();
+        let parameters = ["a", "b", "same"].map(String::from).to_vec();
+        let answers = Answers { rows: &rows, parameters, variants: &["only".into()] };
+        let found = answers.spread("only", |row| row.figures[0]);
+        let deviation = |of: &dyn Fn(&SweepRow) -> f64| {
+            let mean = rows.iter().map(of).sum::<f64>() / 40.0;
+            (rows.iter().map(|row| (of(row) - mean) * (of(row) - mean)).sum::<f64>() / 39.0).sqrt()
+        };
+        let (a, b, y) =
+            (deviation(&|row| row.values[0]), deviation(&|row| row.values[1]), deviation(&|row| row.figures[0]));
+        assert!((found.explained.unwrap() - 1.0).abs() < 1e-12 && (found.deviation.unwrap() - y).abs() < 1e-12);
+        let slope = |name: &str| found.shares.iter().find(|share| share.parameter == name).unwrap().slope;
+        assert!((slope("a") - 3.0 * a / y).abs() < 1e-12 && (slope("b") + 2.0 * b / y).abs() < 1e-12);
+        assert_eq!(found.shares.len(), 2);
+        let quantiles = found.quantiles.unwrap();
+        assert!(
+            quantiles[0] <= quantiles[1] && quantiles[6] == rows.iter().map(|r| r.figures[0]).fold(f64::MIN, f64::max)
+        );
+    }
+}

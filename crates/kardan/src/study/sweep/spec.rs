@@ -1,0 +1,288 @@
+//! What `[sweep]` of a model file asks for, with the mistakes in it.
+
+use super::points::{Distribution, Filling};
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::entries::Place;
+use crate::identify::two_sided_normal;
+use crate::model::{Document, Parameter, TableReader};
+use crate::schema::{Sign, Table, Value};
+use crate::study::asked::known_variants;
+use crate::study::known::Known;
+use crate::study::read::{of_dimension, quantity, read_word};
+use crate::study::scenario::whole;
+use crate::units::{Dimension, Exact};
+
+/// The table in messages.
+const SWEEP: &str = "`[sweep]`";
+/// Most samples.
+pub(super) const MOST_SAMPLES: u64 = 10_000_000;
+/// An end of a normal distribution is at most so many deviations on the other side of its mean.
+const MOST_DEVIATIONS: f64 = 6.0;
+
+/// What is tried.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SweepSpec {
+    /// How many samples.
+    pub samples: u64,
+    /// Another one, other samples.
+    pub seed: u64,
+    /// How they fill the space.
+    pub(super) filling: Filling,
+    /// The variants; empty: all.
+    pub variants: Vec<String>,
+    /// What varies.
+    pub(super) varied: Vec<Varied>,
+}
+
+/// A parameter that varies.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Varied {
+    pub name: String,
+    pub dimension: Dimension,
+    pub distribution: Distribution,
+    /// In words, with units.
+    pub text: String,
+}
+
+/// Reads it; where a file says nothing of it, all its tolerances vary.
+pub(in crate::study) fn sweep_spec(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagnostic>) -> SweepSpec {
+    let (document, table) = (known.document, &known.document.sweep);
+    let reader = TableReader::new(document, &[]);
+    let samples = whole(&reader, table, "samples", SWEEP, out).unwrap_or(1000);
+    if samples > MOST_SAMPLES {
+        let message = format!("{SWEEP}: {samples} samples are more than {MOST_SAMPLES}");
+        let place = TableReader::place(table, "samples");
+        out.push(Diagnostic::error("sweep::samples", message).at(place, "too many").help("ask for fewer"));
+    }
+    let mut varied: Vec<Varied> = Vec::new();
+    if let Some(Value::Tables(tables)) = table.values.get("vary").map(|found| &found.value) {
+        tables.iter().for_each(|table| add(&mut varied, vary(&reader, document, table, out), table, out));
+    }
+    lists(&reader, document, &mut varied, out);
+    if !table.values.contains_key("vary") && !table.values.contains_key("lists") {
+        varied = tolerances(document);
+    }
+    SweepSpec {
+        samples,
+        seed: whole(&reader, table, "seed", SWEEP, out).unwrap_or_default(),
+        filling: if read_word(table, "points") == Some("random") { Filling::Random } else { Filling::LatinHypercube },
+        variants: known_variants(table, variants, known, SWEEP, out),
+        varied,
+    }
+}
+
+/// Each parameter varies in one way.
+fn add(varied: &mut Vec<Varied>, found: Option<Varied>, table: &Table, out: &mut Vec<Diagnostic>) {
+    let Some(found) = found else { return };
+    if varied.iter().any(|other| other.name == found.name) {
+        let message = format!("{SWEEP}: `{}` varies in two ways", shortened(&found.name));
+        let place = TableReader::place(table, "parameter");
+        out.push(Diagnostic::error("name::duplicate", message).at(place, "again here").help("keep one of them"));
+        return;
+    }
+    varied.push(found);
+}
+
+/// The parameter of a name, which no variant sets.
+fn parameter<'d>(
+    document: &'d Document,
+    name: &str,
+    (place, label): (&Place, &str),
+    out: &mut Vec<Diagnostic>,
+) -> Option<&'d Parameter> {
+    let Some(parameter) = document.all_parameters().find(|parameter| parameter.name == name) else {
+        if !document.doubts.has_key(name) {
+            let names = || document.all_parameters().map(|parameter| parameter.name.as_str());
+            let help = match nearest(name, names()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if names().next().is_none() => {
+                    "declare it under `[parameters]`, or write a tolerance behind the value of a key: \"100 N m/rad ± 10 %\"".into()
+                }
+                None => format!("there are {}; a key of an element needs a tolerance: `± 10 %`", quoted(names())),
+            };
+            let message = format!("{label}: there is no parameter `{}`", shortened(name));
+            out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such parameter").help(help));
+        }
+        return None;
+    };
+    if document.is_varied(name) {
+        let message =
+            format!("{label}: `{name}` differs between the variants, so that a value here would change nothing");
+        let help = "take it out here, or out of the variants";
+        out.push(Diagnostic::error("sweep::varied", message).at(place.clone(), "a varied parameter").help(help));
+        return None;
+    }
+    if parameter.expression.is_some() {
+        let message = format!("{label}: `{name}` follows from other parameters");
+        let help = "let those vary, or write a value in its place";
+        out.push(Diagnostic::error("sweep::follows", message).at(place.clone(), "no value of its own").help(help));
+        return None;
+    }
+    Some(parameter)
+}
+
+/// A `[[sweep.vary]]`.
+fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut Vec<Diagnostic>) -> Option<Varied> {
+    let name = read_word(table, "parameter")?;
+    let place = TableReader::place(table, "parameter");
+    let what = format!("`[[sweep.vary]]` of `{}`", shortened(name));
+    let parameter = parameter(document, name, (&place, &what), out)?;
+    let before = out.len();
+    let value = |key: &str, out: &mut Vec<Diagnostic>| {
+        quantity(reader, table, key, (parameter.dimension, Sign::Any), &what, out).map(|x| x.to_f64())
+    };
+    let ends = parameter.spread.as_ref().map(|spread| spread.around(&parameter.value));
+    let [from, to] = ["from", "to"].map(|key| value(key, out));
+    let nominal = parameter.value.to_f64();
+    let word = read_word(table, "distribution").unwrap_or("uniform");
+    let others: &[&str] = match word {
+        "normal" => &["peak"],
+        "triangular" => &["mean", "deviation"],
+        _ => &["mean", "deviation", "peak"],
+    };
+    for key in others.iter().filter(|key| table.values.contains_key(**key)) {
+        let message = format!("{what}: a {word} distribution has no `{key}`");
+        let place = TableReader::place(table, key);
+        out.push(
+            Diagnostic::error("sweep::distribution", message)
+                .at(place, "not read")
+                .help("take it out, or name another distribution"),
+        );
+    }
+    let refuse = |key: &str, message: &str, help: &str, out: &mut Vec<Diagnostic>| {
+        let place = if table.values.contains_key(key) { TableReader::place(table, key) } else { place.clone() };
+        out.push(Diagnostic::error("sweep::distribution", format!("{what}: {message}")).at(place, "here").help(help));
+    };
+    let (low, high) = match (word, &ends) {
+        ("normal", _) => (from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY)),
+        (_, Some((low, high))) => (from.unwrap_or(low.to_f64()), to.unwrap_or(high.to_f64())),
+        (_, None) => (from.unwrap_or(f64::NAN), to.unwrap_or(f64::NAN)),
+    };
+    if low.is_nan() || high.is_nan() {
+        let (key, other) = if low.is_nan() { ("from", "least") } else { ("to", "largest") };
+        let message = format!("`{key}` is missing, and the value in the file has no tolerance");
+        refuse(key, &message, &format!("add `{key}`, the {other} value"), out);
+    } else if low >= high {
+        refuse("from", "no value lies between `from` and `to`", "`from` is the lesser one", out);
+    }
+    let given = ["mean", "peak", "deviation"].map(|key| value(key, out));
+    let distribution = shape(word, (low, high, nominal), given, &mut |key, message, help| {
+        // What is wrong with a value itself was told.
+        if key != "deviation" || given[2].is_some() || !table.values.contains_key(key) {
+            refuse(key, message, help, out);
+        }
+    });
+    (out.len() == before).then(|| Varied {
+        name: parameter.name.clone(),
+        dimension: parameter.dimension,
+        text: in_words(&distribution, parameter.dimension),
+        distribution,
+    })
+}
+
+/// A distribution by its word, between its ends; mistakes by their keys, with what to do.
+fn shape(
+    word: &str,
+    (low, high, nominal): (f64, f64, f64),
+    [mean, peak, deviation]: [Option<f64>; 3],
+    refuse: &mut dyn FnMut(&str, &str, &str),
+) -> Distribution {
+    match word {
+        "normal" => {
+            let mean = mean.unwrap_or(nominal);
+            match deviation {
+                None => refuse("deviation", "a normal distribution needs its standard deviation", "add `deviation`"),
+                Some(deviation) if deviation <= 0.0 => {
+                    refuse("deviation", "the standard deviation has to be positive", "write a value above zero");
+                }
+                Some(deviation)
+                    if low > mean + MOST_DEVIATIONS * deviation || high < mean - MOST_DEVIATIONS * deviation =>
+                {
+                    refuse("from", "hardly a value of the distribution lies between its ends", "move them to the mean");
+                }
+                Some(_) => {}
+            }
+            Distribution::Normal { mean, deviation: deviation.unwrap_or(1.0), from: low, to: high }
+        }
+        "triangular" => {
+            let peak = peak.unwrap_or(nominal);
+            if !(low..=high).contains(&peak) && low < high {
+                refuse("peak", "the peak lies beyond the ends", "let it lie between `from` and `to`");
+            }
+            Distribution::Triangular { from: low, peak, to: high }
+        }
+        _ => Distribution::Uniform { from: low, to: high },
+    }
+}
+
+/// `lists`.
+fn lists(reader: &TableReader<'_>, document: &Document, varied: &mut Vec<Varied>, out: &mut Vec<Diagnostic>) {
+    let table = &document.sweep;
+    let Some(Value::Map(entries)) = table.values.get("lists").map(|found| &found.value) else { return };
+    let mut found: Vec<(&Parameter, Vec<f64>)> = Vec::new();
+    for (name, scalar) in entries {
+        let label = format!("`{}` of `lists` of {SWEEP}", shortened(&name.value));
+        let known = found.iter().position(|(parameter, _)| parameter.name == name.value);
+        let number = match known {
+            Some(number) => number,
+            None => {
+                let Some(parameter) = parameter(document, &name.value, (&name.place, &label), out) else { continue };
+                found.push((parameter, Vec::new()));
+                found.len() - 1
+            }
+        };
+        let dimension = (found[number].0.dimension, Sign::Any);
+        let value = of_dimension(reader, scalar, dimension, &label, out);
+        found[number].1.extend(value.map(|x| x.to_f64()));
+    }
+    for (parameter, values) in found.into_iter().filter(|(_, values)| !values.is_empty()) {
+        let distribution = Distribution::Listed(values);
+        let text = in_words(&distribution, parameter.dimension);
+        let one = Varied { name: parameter.name.clone(), dimension: parameter.dimension, distribution, text };
+        add(varied, Some(one), table, out);
+    }
+}
+
+/// All tolerances: uniform within them, normal with those that have a confidence.
+fn tolerances(document: &Document) -> Vec<Varied> {
+    let varied = document.tolerances(&[]).into_iter().map(|one| {
+        let [nominal, from, to] = [&one.nominal, &one.lower, &one.upper].map(Exact::to_f64);
+        let distribution = match &one.confidence {
+            None => Distribution::Uniform { from, to },
+            Some(confidence) => {
+                let deviation = 0.5 * (to - from) / two_sided_normal(1.0 - confidence.to_f64());
+                // No value changes its sign.
+                let [low, high] = match () {
+                    () if nominal > 0.0 => [0.0, f64::INFINITY],
+                    () if nominal < 0.0 => [f64::NEG_INFINITY, 0.0],
+                    () => [f64::NEG_INFINITY, f64::INFINITY],
+                };
+                Distribution::Normal { mean: nominal, deviation, from: low, to: high }
+            }
+        };
+        let text = in_words(&distribution, one.dimension);
+        Varied { name: one.parameter, dimension: one.dimension, distribution, text }
+    });
+    varied.filter(|one| !document.is_varied(&one.name)).collect()
+}
+
+fn in_words(distribution: &Distribution, dimension: Dimension) -> String {
+    let unit = dimension.si();
+    let with = |text: String| if unit.is_empty() { text } else { format!("{text} {unit}") };
+    match distribution {
+        Distribution::Uniform { from, to } => with(format!("uniform from {from:.6} to {to:.6}")),
+        Distribution::Normal { mean, deviation, from, to } => {
+            let cut = match (from.is_finite(), to.is_finite()) {
+                (false, false) => String::new(),
+                (true, false) => format!(", above {from:.6}"),
+                (false, true) => format!(", below {to:.6}"),
+                (true, true) => format!(", between {from:.6} and {to:.6}"),
+            };
+            with(format!("normal, mean {mean:.6}, deviation {deviation:.6}{cut}"))
+        }
+        Distribution::Triangular { from, peak, to } => {
+            with(format!("triangular from {from:.6} by {peak:.6} to {to:.6}"))
+        }
+        Distribution::Listed(values) => with(values.iter().map(|x| format!("{x:.6}")).collect::<Vec<_>>().join(", ")),
+    }
+}

@@ -1,0 +1,193 @@
+//! Sweeps: samples by number alone, rows that are single runs, probabilities with closed forms.
+
+use kardan::export::{read_sweep_rows, sweep_rows};
+use kardan::project::Project;
+use kardan::results::SweepRow;
+use kardan::study::{Settings, Silent, SweepSettings};
+
+const MODEL: &str = "\
+[shaft.a]
+inertia = \"2 kg m^2 ± 10 %\"
+
+[motor.m]
+shaft = \"a\"
+
+[scenario]
+duration = \"1 s\"
+
+[[scenario.event]]
+signal = \"m.tau\"
+at = \"0 s\"
+to = \"4 N m\"
+
+[[requirement]]
+signal = \"a.w\"
+measure = \"final\"
+above = \"2 rad/s\"
+
+[[figure]]
+name = \"way\"
+signal = \"a.phi\"
+measure = \"final\"
+";
+
+fn swept(project: &Project, settings: &SweepSettings) -> (Vec<SweepRow>, kardan::results::Sweep) {
+    let plan = project.sweep_plan(settings).unwrap();
+    let mut rows = Vec::new();
+    let mut write = |_: u64, found: &[SweepRow]| {
+        rows.extend_from_slice(found);
+        Ok(())
+    };
+    let found = project.sweep(&plan, &settings.run, Vec::new(), &Silent, &mut write).unwrap();
+    (rows, found)
+}
+
+fn of(samples: u64) -> SweepSettings {
+    SweepSettings { samples: Some(samples), ..SweepSettings::default() }
+}
+
+/// The way at time T under the torque M is M T²/2J, the speed M T/J: probabilities and ends follow from the distribution of J alone.
+#[test]
+fn probabilities_are_those_of_the_closed_form() {
+    let wider = MODEL.replace("± 10 %", "").replace(
+        "[scenario]\n",
+        "[[sweep.vary]]\nparameter = \"j\"\nfrom = \"1 kg m^2\"\nto = \"3 kg m^2\"\n[scenario]\n",
+    );
+    let wider = format!("[parameters]\nj = \"2 kg m^2\"\n{}", wider.replace("\"2 kg m^2 \"", "\"j\""));
+    let distributions = [
+        ("distribution = \"uniform\"", 0.5),
+        // Below the peak lies (2 - 1)²/((3 - 1)(2.5 - 1)) of a triangle.
+        ("distribution = \"triangular\"\npeak = \"2.5 kg m^2\"", 1.0 / 3.0),
+        // P(Z < 1).
+        ("distribution = \"normal\"\nmean = \"1.8 kg m^2\"\ndeviation = \"0.2 kg m^2\"", 0.841_344_746),
+    ];
+    for (distribution, probability) in distributions {
+        let text = wider.replace("parameter = \"j\"\n", &format!("parameter = \"j\"\n{distribution}\n"));
+        let project = Project::open(text.as_str());
+        assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+        let (rows, found) = swept(&project, &of(600));
+        // One point in each of 600 strips: the part is known to one of them.
+        let passed = found.requirements[0].probability.unwrap();
+        assert!((passed - probability).abs() <= 1.0 / 600.0 + 1e-9, "{distribution}: {passed}");
+        for row in &rows {
+            assert!((row.figures[0] - 2.0 / row.values[0]).abs() < 1e-9, "{row:?}");
+            assert_eq!(row.passed[0] == 1.0, row.measured[0] > 2.0);
+        }
+        let interval = found.requirements[0].interval.unwrap();
+        assert!(interval[0] < passed && passed < interval[1]);
+    }
+}
+
+/// A row is the run of its values, to the last bit; its file gives it back.
+#[test]
+fn rows_are_single_runs() {
+    let project = Project::open(MODEL);
+    let (rows, found) = swept(&project, &of(70));
+    assert!(found.missing == 0 && found.rows == 70 && found.failures.is_empty());
+    for row in rows.iter().step_by(23) {
+        // The shortest text of a number gives it back.
+        let (changed, _) = project.with(&[format!("a.inertia={:e} kg m^2", row.values[0])]).unwrap();
+        let study = changed.run(&Settings { runs_only: true, ..Settings::default() }, &Silent).unwrap();
+        assert_eq!(study.runs[0].figures[0].value, Some(row.figures[0]));
+        assert_eq!(study.runs[0].requirements[0].measured, Some(row.measured[0]));
+    }
+    let plan = project.sweep_plan(&of(70)).unwrap();
+    let bytes = sweep_rows(&plan.head, &rows).unwrap();
+    assert_eq!(read_sweep_rows(&plan.head, bytes.clone()).unwrap(), rows);
+    let other = project.sweep_plan(&SweepSettings { seed: Some(1), ..of(70) }).unwrap();
+    let refused = read_sweep_rows(&other.head, bytes).unwrap_err();
+    assert!(refused.contains("70 samples, seed 0") && refused.contains("this one is"), "{refused}");
+    assert!(read_sweep_rows(&plan.head, b"PAR1 and nothing else".to_vec()).is_err());
+}
+
+/// The same bits on one thread and on several, and where a sweep goes on with blocks that are there.
+#[test]
+fn rows_do_not_depend_on_threads_or_interruptions() {
+    let project = Project::open(MODEL);
+    let settings = of(200);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| swept(&project, &settings))
+    };
+    let (rows, found) = on(1);
+    assert_eq!(on(3), (rows.clone(), found.clone()));
+    let plan = project.sweep_plan(&settings).unwrap();
+    let known: Vec<SweepRow> = rows.iter().filter(|row| row.sample / plan.block() == 1).cloned().collect();
+    let mut made = Vec::new();
+    let mut write = |block: u64, _: &[SweepRow]| {
+        made.push(block);
+        Ok(())
+    };
+    let again = project.sweep(&plan, &settings.run, known, &Silent, &mut write).unwrap();
+    assert_eq!((made, again), (vec![0, 2, 3], found));
+    // What cannot be written ends it; what was written stays.
+    let mut count = 0;
+    let mut full = |_: u64, _: &[SweepRow]| {
+        count += 1;
+        if count < 3 { Ok(()) } else { Err("no space left on the device".to_string()) }
+    };
+    let ended = project.sweep(&plan, &settings.run, Vec::new(), &Silent, &mut full).unwrap();
+    assert_eq!((ended.rows, ended.missing), (128, 72));
+    assert!(ended.warnings.iter().any(|told| told.starts_with("no space left on the device")), "{:?}", ended.warnings);
+}
+
+/// What a model cannot be at some values is a row with its reason, not the end.
+#[test]
+fn refused_samples_are_rows() {
+    let text = MODEL.replace("inertia = \"2 kg m^2 ± 10 %\"", "inertia = \"j\"")
+        + "\n[parameters]\nj = \"2 kg m^2\"\n[[sweep.vary]]\nparameter = \"j\"\nfrom = \"-1 kg m^2\"\nto = \"3 kg m^2\"\n";
+    let project = Project::open(text.as_str());
+    assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+    let (rows, found) = swept(&project, &of(80));
+    let refused: Vec<&SweepRow> = rows.iter().filter(|row| !row.reason.is_empty()).collect();
+    // A quarter of the strips lies below zero.
+    assert_eq!(refused.len(), 20);
+    assert!(refused.iter().all(|row| row.values[0] < 0.0 && row.passed[0] == 0.0 && row.figures[0].is_nan()));
+    assert_eq!(found.failures.iter().map(|one| one.count).sum::<u64>(), 20);
+    assert_eq!((found.requirements[0].failed, found.figures[0].values.count), (20 + 20, 60));
+}
+
+/// Laws are those of the values in the file: a sample is the run of a variant whose `design` names them.
+#[test]
+fn laws_are_those_of_the_file() {
+    let text = "\
+[parameters]
+j = \"2 kg m^2\"
+[shaft.a]
+inertia = \"j\"
+[motor.m]
+shaft = \"a\"
+[control.hold]
+law = \"position_loop\"
+output = \"a.phi\"
+input = \"m\"
+reference = \"wish\"
+DESIGN
+[scenario]
+duration = \"0.5 s\"
+[[scenario.event]]
+signal = \"wish\"
+at = \"0 s\"
+to = \"0.2 rad\"
+[[figure]]
+name = \"end\"
+signal = \"a.phi\"
+measure = \"final\"
+[sweep]
+lists = { j = [\"1.5 kg m^2\", \"3 kg m^2\"] }
+";
+    let project = Project::open(text.replace("DESIGN\n", ""));
+    assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+    let (rows, _) = swept(&project, &of(2));
+    let single = |j: f64, design: &str| {
+        let text = text.replace("j = \"2 kg m^2\"", &format!("j = \"{j} kg m^2\"")).replace("DESIGN", design);
+        let text = text.split("[sweep]").next().unwrap().to_string();
+        let study = Project::open(text).run(&Settings { runs_only: true, ..Settings::default() }, &Silent).unwrap();
+        study.runs[0].figures[0].value.unwrap()
+    };
+    for row in &rows {
+        assert_eq!(row.figures[0], single(row.values[0], "design = { j = \"2 kg m^2\" }"));
+        assert_ne!(row.figures[0], single(row.values[0], "# designed for each"));
+    }
+    assert_ne!(rows[0].values, rows[1].values);
+}
