@@ -156,7 +156,7 @@ fn varied(found: &Sweep) -> Body {
     let told = format!(
         "{} samples by {}, seed {}: each follows from the seed and its number alone.",
         found.samples,
-        found.points.replace('_', " "),
+        if found.points == "random" { "random draws" } else { "a Latin hypercube" },
         found.seed
     );
     Body::default().table_of(usize::MAX, &["parameter", "distribution"], rows).hint(told)

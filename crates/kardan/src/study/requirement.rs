@@ -138,7 +138,7 @@ fn value_at(times: &[f64], values: &[f64], at: f64) -> Result<Measured, &'static
 }
 
 /// A number of a file again: digits, or a power of ten where they would be many zeros.
-fn in_digits(number: f64) -> String {
+pub(super) fn in_digits(number: f64) -> String {
     if number == 0.0 || (1e-4..1e7).contains(&number.abs()) { number.to_string() } else { format!("{number:e}") }
 }
 
@@ -246,7 +246,7 @@ fn written(bound: f64, unit: &DisplayUnit) -> f64 {
     in_15_digits(unit.of(bound))
 }
 
-fn in_15_digits(value: f64) -> f64 {
+pub(super) fn in_15_digits(value: f64) -> f64 {
     format!("{value:.14e}").parse().unwrap_or(value)
 }
 

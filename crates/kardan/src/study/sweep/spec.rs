@@ -9,6 +9,7 @@ use crate::schema::{Sign, Table, Value};
 use crate::study::asked::known_variants;
 use crate::study::known::Known;
 use crate::study::read::{of_dimension, quantity, read_word};
+use crate::study::requirement::{in_15_digits, in_digits};
 use crate::study::scenario::whole;
 use crate::units::{Dimension, Exact};
 
@@ -269,20 +270,21 @@ fn tolerances(document: &Document) -> Vec<Varied> {
 fn in_words(distribution: &Distribution, dimension: Dimension) -> String {
     let unit = dimension.si();
     let with = |text: String| if unit.is_empty() { text } else { format!("{text} {unit}") };
+    let digits = |value: &f64| in_digits(in_15_digits(*value));
     match distribution {
-        Distribution::Uniform { from, to } => with(format!("uniform from {from:.6} to {to:.6}")),
+        Distribution::Uniform { from, to } => with(format!("uniform from {} to {}", digits(from), digits(to))),
         Distribution::Normal { mean, deviation, from, to } => {
             let cut = match (from.is_finite(), to.is_finite()) {
                 (false, false) => String::new(),
-                (true, false) => format!(", above {from:.6}"),
-                (false, true) => format!(", below {to:.6}"),
-                (true, true) => format!(", between {from:.6} and {to:.6}"),
+                (true, false) => format!(", above {}", digits(from)),
+                (false, true) => format!(", below {}", digits(to)),
+                (true, true) => format!(", between {} and {}", digits(from), digits(to)),
             };
-            with(format!("normal, mean {mean:.6}, deviation {deviation:.6}{cut}"))
+            with(format!("normal, mean {}, deviation {}{cut}", digits(mean), digits(deviation)))
         }
         Distribution::Triangular { from, peak, to } => {
-            with(format!("triangular from {from:.6} by {peak:.6} to {to:.6}"))
+            with(format!("triangular from {} by {} to {}", digits(from), digits(peak), digits(to)))
         }
-        Distribution::Listed(values) => with(values.iter().map(|x| format!("{x:.6}")).collect::<Vec<_>>().join(", ")),
+        Distribution::Listed(values) => with(values.iter().map(digits).collect::<Vec<_>>().join(", ")),
     }
 }
