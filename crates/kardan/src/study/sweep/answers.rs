@@ -149,13 +149,15 @@ fn clopper_pearson(hits: u64, all: u64, confidence: f64) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
+    use kardan_rt::functions::powi;
+
     use super::*;
 
     /// The defining equation: at each end the tail of the binomial distribution is half of what the confidence leaves.
     #[test]
     fn intervals_of_probabilities_have_their_tails() {
         let choose = |n: u64, k: u64| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
-        let mass = |n: u64, k: u64, p: f64| choose(n, k) * p.powi(k as i32) * (1.0 - p).powi((n - k) as i32);
+        let mass = |n: u64, k: u64, p: f64| choose(n, k) * powi(p, k as i32) * powi(1.0 - p, (n - k) as i32);
         for (hits, all) in [(0, 10), (1, 10), (5, 10), (9, 10), (10, 10), (37, 60)] {
             let [low, high] = clopper_pearson(hits, all, 0.95);
             let above: f64 = (hits..=all).map(|k| mass(all, k, low)).sum();

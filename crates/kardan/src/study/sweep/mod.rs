@@ -31,6 +31,9 @@ const LEAST_BLOCK: u64 = 64;
 /// Blocks of a sweep, at most.
 const MOST_BLOCKS: u64 = 1000;
 
+/// Takes the rows of a block by its number, or says why it cannot.
+pub type TakeRows<'t> = dyn FnMut(u64, &[SweepRow]) -> Result<(), String> + 't;
+
 /// How a model is swept.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SweepSettings {
@@ -163,7 +166,7 @@ impl Project {
         settings: &Settings,
         known: Vec<SweepRow>,
         progress: &dyn Progress,
-        write: &mut dyn FnMut(u64, &[SweepRow]) -> Result<(), String>,
+        write: &mut TakeRows<'_>,
     ) -> Result<Sweep, Vec<Diagnostic>> {
         let (prepared, diagnostics) = (self.prepared(), self.mistakes());
         if diagnostics.iter().any(is_error) {
