@@ -150,7 +150,7 @@ fn tell(found: &Sweep, args: &SweepArgs, origin: &str, quiet: bool) -> Result<u8
     }
     print(&if args.json { export::sweep_json(found) + "\n" } else { in_words(&page, origin) })?;
     written.iter().filter(|_| !quiet).for_each(|path| say_written(path));
-    let fails = found.requirements.iter().any(|one| one.failed > 0);
+    let fails = found.requirements.iter().any(|one| one.failed > 0) || !found.failures.is_empty();
     Ok(match (found.missing > 0, fails) {
         (true, _) => ERROR,
         (false, true) => REQUIREMENT_FAILED,

@@ -78,7 +78,7 @@ fn requirements(found: &Sweep) -> Body {
         ]);
         cells
     };
-    let hint = "The interval is that of Clopper and Pearson for samples drawn each by itself; those of a Latin hypercube spread less.";
+    let hint = "The interval is that of Clopper and Pearson for samples drawn each by itself; those of a Latin hypercube spread no more.";
     let body = Body::default().table_of(usize::MAX, &columns, found.requirements.iter().map(one));
     if found.requirements.is_empty() { body } else { body.hint(hint.to_string()) }
 }

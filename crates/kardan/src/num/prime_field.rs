@@ -193,9 +193,15 @@ impl Random {
 
     /// With a seed and a name: other draws for each name.
     pub fn named(seed: u64, name: &str) -> Self {
-        // FNV-1a over the name, from what the seed draws.
-        let start = Self(seed).next_u64();
-        Self(name.bytes().fold(start, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)))
+        Self(Self::fnv(Self(seed).next_u64(), name.as_bytes()))
+    }
+
+    /// Where sums of bytes begin.
+    pub const FNV: u64 = 0xcbf2_9ce4_8422_2325;
+
+    /// A sum of bytes that goes on from another one (Fowler, Noll, Vo: FNV-1a).
+    pub fn fnv(start: u64, bytes: &[u8]) -> u64 {
+        bytes.iter().fold(start, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3))
     }
 
     /// Where it stands in its sequence.

@@ -69,7 +69,7 @@ pub struct SweptRequirement {
     /// The part in which it holds.
     pub probability: Option<f64>,
     /// An interval for its probability at the confidence of the sweep (Clopper and Pearson, Biometrika 26, 1934, 404), for samples that are drawn each by itself;
-    /// those of a Latin hypercube spread less.
+    /// those of a Latin hypercube spread no more, but for a part of one in n (Owen, SIAM J. Numer. Anal. 34, 1997, 1884).
     pub interval: Option<[f64; 2]>,
     /// What is measured, over all samples.
     pub measured: SweptValues,

@@ -1,6 +1,7 @@
 //! How far a long command is, what is kept of it, and how it is ended.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::results::{Analysis, Design, Identification, Safety, Study};
 use crate::simulate::{RunResult, Setup, Tolerance, simulate};
@@ -53,6 +54,38 @@ pub struct Silent;
 
 impl Progress for Silent {
     fn advance(&self, _: usize, _: &str, _: f64) {}
+}
+
+/// Counts the runs of many that are done, and hands on what a run asks.
+pub(super) struct Counted<'p> {
+    progress: &'p dyn Progress,
+    done: AtomicUsize,
+    all: usize,
+}
+
+impl<'p> Counted<'p> {
+    /// With those that are done already.
+    pub fn new(progress: &'p dyn Progress, done: usize, all: usize) -> Self {
+        Self { progress, done: AtomicUsize::new(done), all }
+    }
+
+    /// So many more are done.
+    pub fn count(&self, runs: usize) {
+        let done = self.done.fetch_add(runs, Ordering::Relaxed) + runs;
+        self.progress.advance(0, "runs", (done as f64 / self.all as f64).min(1.0));
+    }
+}
+
+impl Progress for Counted<'_> {
+    fn advance(&self, _: usize, _: &str, _: f64) {}
+
+    fn stop(&self) -> Option<String> {
+        self.progress.stop()
+    }
+
+    fn most_steps(&self) -> usize {
+        self.progress.most_steps()
+    }
 }
 
 /// Simulates, heard as the variant of that number and name, and ended, through `progress`.

@@ -4,7 +4,6 @@ mod judged;
 mod spec;
 
 use std::collections::BTreeSet;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
@@ -13,6 +12,7 @@ pub use spec::SafetySpec;
 pub(in crate::study) use spec::safety_spec;
 
 use super::prepare::is_error;
+use super::progress::Counted;
 use super::run::run_variant;
 use super::{Part, Prepared, PreparedVariant, Progress, Project, Settings};
 use crate::diagnostics::{Diagnostic, quoted};
@@ -92,8 +92,7 @@ impl Project {
             warnings: diagnostics.iter().map(ToString::to_string).collect(),
         };
         out.notes.extend(always(prepared));
-        let done = AtomicUsize::new(0);
-        let heard = Heard { progress, done: &done, all };
+        let heard = Counted::new(progress, 0, all);
         for values in &grid {
             if progress.stop().is_some() {
                 break;
@@ -137,7 +136,7 @@ impl Project {
         values: &[SafetyValue],
         variants: &[String],
         table: &Table<'_>,
-        heard: &Heard<'_>,
+        heard: &Counted<'_>,
     ) -> Vec<Found> {
         let texts: Vec<String> = values.iter().map(|one| format!("{}={}", one.name, one.value)).collect();
         let changed = (!texts.is_empty()).then(|| self.with(&texts));
@@ -246,32 +245,6 @@ impl Cases {
     }
 }
 
-/// Counts the runs that are done, and hands on what a run asks.
-struct Heard<'p> {
-    progress: &'p dyn Progress,
-    done: &'p AtomicUsize,
-    all: usize,
-}
-
-impl Heard<'_> {
-    fn count(&self, rows: usize) {
-        let done = self.done.fetch_add(rows, Ordering::Relaxed) + rows;
-        self.progress.advance(0, "runs", (done as f64 / self.all as f64).min(1.0));
-    }
-}
-
-impl Progress for Heard<'_> {
-    fn advance(&self, _: usize, _: &str, _: f64) {}
-
-    fn stop(&self) -> Option<String> {
-        self.progress.stop()
-    }
-
-    fn most_steps(&self) -> usize {
-        self.progress.most_steps()
-    }
-}
-
 /// What the rows at some values are made with.
 struct Table<'a> {
     settings: &'a SafetySettings,
@@ -283,7 +256,7 @@ struct Table<'a> {
 
 impl Table<'_> {
     /// The run without a fault, then all others, several at once; those that the end of the command cuts short are left out.
-    fn variant(&self, prepared: &Prepared, name: &str, heard: &Heard<'_>) -> Found {
+    fn variant(&self, prepared: &Prepared, name: &str, heard: &Counted<'_>) -> Found {
         let (Some(spec), Some(variant)) = (&prepared.safety, prepared.all().find(|variant| variant.name == name))
         else {
             return self.refused(name, "the variant is not there at these values", heard);
@@ -352,7 +325,7 @@ impl Table<'_> {
     }
 
     /// Rows that cannot be run, with the reason.
-    fn refused(&self, name: &str, why: &str, heard: &Heard<'_>) -> Found {
+    fn refused(&self, name: &str, why: &str, heard: &Counted<'_>) -> Found {
         let all = std::iter::once(&[][..]).chain(self.cases.list.iter().map(Vec::as_slice));
         let failed = |faults: &[String]| self.row(name, faults, SafetyVerdict::Failed, Some(why.to_string()));
         let rows: Vec<SafetyRow> = all.map(failed).collect();

@@ -5,7 +5,6 @@ mod points;
 mod spec;
 
 use std::collections::BTreeSet;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
@@ -16,11 +15,12 @@ pub(in crate::study) use spec::sweep_spec;
 use spec::{MOST_SAMPLES, Varied};
 
 use super::prepare::{is_error, prepare_sample};
+use super::progress::Counted;
 use super::run::{check_variants, run_variant};
 use super::{Prepared, PreparedVariant, Progress, Project, Settings};
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Setting, VariantSettings};
-use crate::num::rational_from_f64;
+use crate::num::{Random, rational_from_f64};
 use crate::results::{
     Outcome, Run, Sweep, SweepHead, SweepRow, SweptFigure, SweptParameter, SweptRequirement, SweptValues,
 };
@@ -113,7 +113,7 @@ impl Project {
             samples,
             seed,
             head: SweepHead {
-                identity: self.identity((samples, seed), settings),
+                identity: self.identity((samples, seed), &variants, settings),
                 variants,
                 varied: spec.varied.iter().map(told).collect(),
                 requirements: prepared.requirements.iter().map(|one| (one.in_words(), one.unit.clone())).collect(),
@@ -125,20 +125,16 @@ impl Project {
         })
     }
 
-    /// What the rows of a sweep follow from: this program, the model with its files, the numbers of samples, how runs are integrated.
-    fn identity(&self, (samples, seed): (u64, u64), settings: &SweepSettings) -> String {
-        let mut sum = Fnv::default();
-        sum.add(self.to_toml().as_bytes());
-        for (name, bytes) in &self.document().files {
-            sum.add(name.as_bytes());
-            if let Ok(bytes) = bytes {
-                sum.add(bytes);
-            }
-        }
+    /// What the rows of a sweep follow from: this program, the model with its files, the samples, the variants, how runs are integrated.
+    fn identity(&self, (samples, seed): (u64, u64), variants: &[String], settings: &SweepSettings) -> String {
+        let files = self.document().files.iter();
+        let bytes = files.flat_map(|(name, bytes)| [name.as_bytes(), bytes.as_deref().unwrap_or_default()]);
+        let sum = bytes.fold(Random::fnv(Random::FNV, self.to_toml().as_bytes()), Random::fnv);
         let Settings { method, tolerance, .. } = settings.run;
         let tolerance = tolerance.map_or(String::new(), |tolerance| format!(", tolerance {tolerance:e}"));
         let version = env!("CARGO_PKG_VERSION");
-        format!("kardan {version}, model {:016x}, {samples} samples, seed {seed}, method {method:?}{tolerance}", sum.0)
+        let runs = format!("{samples} samples of {}", quoted(variants.iter().map(String::as_str)));
+        format!("kardan {version}, model {sum:016x}, {runs}, seed {seed}, method {method:?}{tolerance}")
     }
 
     /// Runs every sample of a plan in every variant of it, block by block; `write` takes the rows of each block as soon as they are there, and
@@ -179,8 +175,8 @@ impl Project {
             .iter()
             .filter_map(|name| prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == *name))
             .collect();
-        let done = AtomicU64::new(known.len() as u64);
-        let heard = Heard { progress, done: &done, all: plan.samples * chosen.len() as u64 };
+        let all = usize::try_from(plan.samples).unwrap_or(usize::MAX).saturating_mul(chosen.len());
+        let heard = Counted::new(progress, known.len(), all);
         let size = plan.block();
         let there: BTreeSet<u64> = known.iter().map(|row| row.sample / size).collect();
         let missing: Vec<u64> = (0..plan.blocks()).filter(|block| !there.contains(block)).collect();
@@ -195,7 +191,7 @@ impl Project {
                     return None;
                 }
                 let row = self.sample((prepared, settings), plan, (*sample, *variant), chosen[*variant], &heard);
-                heard.did();
+                heard.count(1);
                 Some(row)
             };
             let found: Option<Vec<SweepRow>> = cases.par_iter().map(case).collect();
@@ -335,45 +331,4 @@ fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
         );
     }
     out
-}
-
-/// A sum of bytes (Fowler, Noll, Vo).
-struct Fnv(u64);
-
-impl Default for Fnv {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl Fnv {
-    fn add(&mut self, bytes: &[u8]) {
-        self.0 = bytes.iter().fold(self.0, |sum, byte| (sum ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3));
-    }
-}
-
-/// Hears how many runs are done.
-struct Heard<'p> {
-    progress: &'p dyn Progress,
-    done: &'p AtomicU64,
-    all: u64,
-}
-
-impl Heard<'_> {
-    fn did(&self) {
-        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        self.progress.advance(0, "samples", done as f64 / self.all as f64);
-    }
-}
-
-impl Progress for Heard<'_> {
-    fn advance(&self, _: usize, _: &str, _: f64) {}
-
-    fn stop(&self) -> Option<String> {
-        self.progress.stop()
-    }
-
-    fn most_steps(&self) -> usize {
-        self.progress.most_steps()
-    }
 }
