@@ -96,7 +96,10 @@ fn rows_are_single_runs() {
     assert_eq!(read_sweep_rows(&plan.head, bytes.clone()).unwrap(), rows);
     let other = project.sweep_plan(&SweepSettings { seed: Some(1), ..of(70) }).unwrap();
     let refused = read_sweep_rows(&other.head, bytes).unwrap_err();
-    assert!(refused.contains("70 samples, seed 0") && refused.contains("this one is"), "{refused}");
+    assert!(
+        refused.contains("70 samples of `") && refused.contains("seed 0") && refused.contains("seed 1"),
+        "{refused}"
+    );
     assert!(read_sweep_rows(&plan.head, b"PAR1 and nothing else".to_vec()).is_err());
 }
 
