@@ -246,7 +246,7 @@ impl Looks {
     }
 
     /// Takes the margins at the point that the machine has evaluated last.
-    fn take(&mut self, row: usize, time: f64, machine: &Machine) {
+    fn take(&mut self, row: usize, time: f64, machine: &mut Machine) {
         self.times[row] = time;
         self.count = row + 1;
         machine.margins_here(&mut self.margins[row * self.directions..][..self.directions]);
@@ -1012,7 +1012,7 @@ impl RunningLoop {
     fn restart(&mut self, time: f64) {
         self.solver.start(&mut self.machine, time, &self.state);
         // Which has evaluated the machine there.
-        self.looks.take(0, time, &self.machine);
+        self.looks.take(0, time, &mut self.machine);
     }
 
     fn settle(&mut self, time: f64, crossing: &[usize]) -> Result<(), Outcome> {
@@ -1183,7 +1183,7 @@ impl RunningLoop {
         if friction && !self.looks.begin(from) {
             self.solver.interpolate(from, &mut self.looked);
             self.machine.evaluate(from, &self.looked);
-            self.looks.take(0, from, &self.machine);
+            self.looks.take(0, from, &mut self.machine);
         }
         // A step that was cut short needs fewer looks: as many as its part of a whole one.
         let whole = length.max(self.solver.next_step());
@@ -1203,7 +1203,7 @@ impl RunningLoop {
             }
             before = at;
             if friction {
-                self.looks.take(self.looks.count, at, &self.machine);
+                self.looks.take(self.looks.count, at, &mut self.machine);
             }
         }
         let dip = if friction { self.dip() } else { None };

@@ -268,28 +268,34 @@ impl Machine {
 
     /// How far each direction is from leaving its mode at the point last evaluated: the part of the breakaway torque that holding
     /// directions have left, the speed (rad/s) of slipping ones; infinite for those that follow others.
-    pub fn margins_here(&self, out: &mut [f64]) {
+    pub fn margins_here(&mut self, out: &mut [f64]) {
         for (k, margin) in out.iter_mut().enumerate() {
             *margin = self.slip_margin(k);
         }
         let frictions = out.len();
+        let shared = self.room_beside_teeth();
         for (&k, torque) in self.holding.iter().zip(&self.hold_torque).filter(|(k, _)| **k < frictions) {
-            out[k] = self.room_of(k, *torque);
+            out[k] = shared.unwrap_or_else(|| self.room_of(k, *torque));
         }
         self.lock_margins().for_each(|(k, margin)| out[k] = margin);
         self.slider_rooms().for_each(|(k, room)| out[k] = room);
     }
 
     /// [`Machine::margins_here`] of one direction.
-    pub fn margin_here(&self, direction: usize) -> f64 {
+    pub fn margin_here(&mut self, direction: usize) -> f64 {
         if let Some((_, room)) = self.slider_rooms().find(|(k, _)| *k == direction) {
             return room;
         }
         if let Some((_, margin)) = self.lock_margins().find(|(k, _)| *k == direction) {
             return margin;
         }
-        let held = self.holding.iter().zip(&self.hold_torque).find(|(k, _)| **k == direction);
-        held.map_or_else(|| self.slip_margin(direction), |(&k, torque)| self.room_of(k, *torque))
+        let Some(a) = self.holding.iter().position(|k| *k == direction) else { return self.slip_margin(direction) };
+        self.room_beside_teeth().unwrap_or_else(|| self.room_of(direction, self.hold_torque[a]))
+    }
+
+    /// What those that stick have left together where they share torques with teeth, whose limits follow from how they share.
+    fn room_beside_teeth(&mut self) -> Option<f64> {
+        (!self.meshes.is_empty() && !self.following.is_empty()).then(|| self.shared_room())
     }
 
     /// How far a slipping direction is from standing still at a time and a state, rad/s: negative beyond.
@@ -307,13 +313,14 @@ impl Machine {
         if !self.following.is_empty() {
             self.share_holds(1.0);
         }
+        let beside_teeth = self.room_beside_teeth();
         let shared = self.sharing.sticking.iter().zip(&self.sharing.torques);
         let alone = self.holding.iter().zip(&self.hold_torque);
         let least = |room: f64, (&k, torque): (&usize, &f64)| room.min(self.room_of(k, *torque));
-        let room = if self.following.is_empty() || !self.meshes.is_empty() {
-            alone.fold(1.0, least)
-        } else {
-            shared.fold(1.0, least)
+        let room = match beside_teeth {
+            Some(room) => room,
+            None if self.following.is_empty() => alone.fold(1.0, least),
+            None => shared.fold(1.0, least),
         };
         let rooms = self.slider_rooms().chain(self.lock_margins());
         rooms.fold(room, |least, (_, room)| least.min(room))

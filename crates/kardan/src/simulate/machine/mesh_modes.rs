@@ -61,27 +61,44 @@ impl Machine {
     /// carry; nothing where that is more than all of it.
     pub(super) fn shared_torques(&mut self) -> Option<(Vec<usize>, Vec<f64>)> {
         let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
-        let mut torques = vec![0.0; sticking.len()];
         let Some(groups) = self.groups(&sticking) else { return self.shared_by_box(sticking) };
+        let (torques, part) = self.share_in_groups(&groups, &sticking)?;
+        (part <= 1.0 + ROUNDING).then_some((sticking, torques))
+    }
+
+    /// What is left to the directions that stick beside teeth, where some depend on others, of what they can hold, as a part of it; without a bound
+    /// where directions depend on several others, which the convex problem alone tells.
+    pub(super) fn shared_room(&mut self) -> f64 {
+        self.factor_holding();
+        let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
+        let groups = self.groups(&sticking);
+        let shared = groups.and_then(|groups| self.share_in_groups(&groups, &sticking));
+        // Far beyond there is nothing to tell.
+        shared.map_or(f64::INFINITY, |(_, part)| (1.0 - part).max(-1.0))
+    }
+
+    /// Torques of directions that stick, and the largest part that one of them holds of what it can; nothing where they do not settle.
+    fn share_in_groups(&mut self, groups: &[Vec<(usize, f64)>], sticking: &[usize]) -> Option<(Vec<f64>, f64)> {
+        let mut torques = vec![0.0; sticking.len()];
         let mut meshes = std::mem::take(&mut self.meshes);
-        let mut holds = false;
+        let mut found = None;
         for _ in 0..MOST_ROUNDS {
             let before = torques.clone();
-            let mut able = true;
+            let mut most = 0.0f64;
             for (group, needed) in groups.iter().zip(&self.hold_torque) {
-                able &= self.share_group(&mut meshes, group, *needed, (&sticking, &mut torques));
+                most = most.max(self.share_group(&mut meshes, group, *needed, (sticking, &mut torques)));
             }
             self.read_loads_of(&mut meshes, sticking.iter().copied().zip(torques.iter().copied()));
             self.bound_meshes(&mut meshes);
             // What other teeth of a group hold follows from the round before.
             let size = torques.iter().fold(0.0f64, |most, torque| most.max(torque.abs()));
             if before.iter().zip(&torques).all(|(before, now)| (before - now).abs() <= SETTLED * size) {
-                holds = able;
+                found = Some(most);
                 break;
             }
         }
         self.meshes = meshes;
-        holds.then_some((sticking, torques))
+        found.map(|part| (torques, part))
     }
 
     /// The same where directions depend on several others: torques of the convex problem, in rounds with what the teeth carry with them.
@@ -123,7 +140,7 @@ impl Machine {
         Some(groups)
     }
 
-    /// Shares what a group must hold; tells whether it can.
+    /// Shares what a group must hold; tells the part of what it can that this is.
     ///
     /// With a part ρ of what each holds and `Σ c T = Q`, the torque of the teeth T is the one unknown: ρ follows from it, what they carry is affine
     /// in it, and `T − ρ f` changes its sign between none of Q and all of it.
@@ -133,7 +150,7 @@ impl Machine {
         group: &[(usize, f64)],
         needed: f64,
         (sticking, torques): (&[usize], &mut [f64]),
-    ) -> bool {
+    ) -> f64 {
         let most = |(place, factor): &(usize, f64)| {
             let bounds = &self.bounds[usize::from(factor * needed < 0.0)];
             bounds[sticking[*place]]
@@ -141,7 +158,7 @@ impl Machine {
         group.iter().for_each(|(place, _)| torques[*place] = 0.0);
         if let Some((place, factor)) = group.iter().find(|one| most(one) == f64::INFINITY) {
             torques[*place] = needed / factor;
-            return true;
+            return 0.0;
         }
         let teeth = group.iter().find(|(place, _)| meshes.directions.contains(&sticking[*place])).copied();
         let others: Vec<(usize, f64)> = group.iter().filter(|one| Some(one.0) != teeth.map(|t| t.0)).copied().collect();
@@ -154,7 +171,7 @@ impl Machine {
             }
             part
         };
-        let Some((place, factor)) = teeth else { return part(0.0, torques) <= 1.0 + ROUNDING };
+        let Some((place, factor)) = teeth else { return part(0.0, torques) };
         let mesh = meshes.directions.iter().position(|k| *k == sticking[place]).unwrap_or(0);
         let (sense, whole) = ((factor * needed).signum(), (needed / factor).abs());
         // The part that the others hold beside a torque of the teeth, and by how much that is above the same part of theirs.
@@ -168,7 +185,7 @@ impl Machine {
         };
         if room == 0.0 {
             // Nobody else holds anything.
-            return whole == 0.0 || beside(whole).0 <= 1.0 + ROUNDING;
+            return if whole == 0.0 { 0.0 } else { beside(whole).0 };
         }
         let [nothing, all] = [0.0, whole].map(|torque| (torque, beside(torque).1));
         let found = if nothing.1 < 0.0 && all.1 > 0.0 {
@@ -176,7 +193,7 @@ impl Machine {
         } else {
             0.0
         };
-        beside(found).0 <= 1.0 + ROUNDING
+        beside(found).0
     }
 
     /// Modes of directions at rest, and which of them hold.
