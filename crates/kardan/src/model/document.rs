@@ -215,6 +215,8 @@ pub struct Doubts {
     pub references: bool,
     /// There may be further variants.
     pub variants: bool,
+    /// Runs may end later than what was read says: a manoeuvre was broken.
+    pub durations: bool,
     /// The equations are not those of the file: an element, a controller, a parameter or the choice of coordinates is
     /// wrong.
     pub equations: bool,

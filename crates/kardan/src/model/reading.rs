@@ -380,6 +380,7 @@ fn read_manoeuvres(
     let [manoeuvres, paths] = [("manoeuvre", Manoeuvre::FIELDS), ("path", Path::FIELDS)]
         .map(|(keyword, fields)| named_tables(root, keyword, fields, &mut Doubts::default(), &mut told));
     let wrong = check_manoeuvres([&manoeuvres, &paths], variants, document, &mut told);
+    document.doubts.durations |= told.iter().any(|mistake| mistake.severity == Severity::Error);
     let nodes = [manoeuvres, paths].concat();
     leave_made_out(&nodes, &wrong, document, [out, &mut *study]);
     study.extend(told);

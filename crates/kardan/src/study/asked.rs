@@ -65,7 +65,8 @@ pub(super) fn figures_and_requirements(
     let duration = |variant: &VariantSettings| {
         let reader = TableReader::new(known.document, &variant.settings);
         let duration = quantity(&reader, &known.document.scenario, "duration", TIME, "", &mut Vec::new());
-        (variant.name.clone(), duration.map_or(f64::INFINITY, |x| x.to_f64()))
+        let known = duration.filter(|_| !known.document.doubts.durations);
+        (variant.name.clone(), known.map_or(f64::INFINITY, |x| x.to_f64()))
     };
     let ends: Vec<(String, f64)> = variants.iter().map(duration).collect();
     let names: Vec<String> = ends.iter().map(|(name, _)| name.clone()).collect();

@@ -1,8 +1,10 @@
 //! Random models with all that holds one way or at times, also beside rows that are kept: their energy balances, and what blocks is not passed.
 
+use std::time::Instant;
+
 use kardan::results::Outcome;
 use kardan::simulate::Method;
-use kardan::study::{Project, Settings, Silent};
+use kardan::study::{Progress, Project, Settings};
 
 use crate::common::{Dice, runs_only, signal};
 
@@ -196,10 +198,22 @@ fn all_balance(model: impl Fn(u64) -> String) {
     assert!(wrong.is_empty(), "{} models, such as\n{}", wrong.len(), wrong[..wrong.len().min(3)].join("\n"));
 }
 
+/// Ends runs of models that were asked for after half a minute: those that come later are to be seen too.
+struct Patient(Option<Instant>);
+
+impl Progress for Patient {
+    fn advance(&self, _variant: usize, _name: &str, _fraction: f64) {}
+
+    fn stop(&self) -> Option<String> {
+        self.0.filter(|begun| begun.elapsed().as_secs() >= 30).map(|_| "it takes more than half a minute".into())
+    }
+}
+
 /// What is wrong with the run of a random model.
 fn wrong_with(seed: u64, source: &str) -> Option<String> {
     let settings = Settings { method: Method::Automatic, tolerance: Some(1e-10), ..runs_only() };
-    let mut study = Project::open(source).run(&settings, &Silent).unwrap_or_else(|told| panic!("{told:?}\n{source}"));
+    let patient = Patient(std::env::var("KARDAN_MODELS").ok().map(|_| Instant::now()));
+    let mut study = Project::open(source).run(&settings, &patient).unwrap_or_else(|told| panic!("{told:?}\n{source}"));
     let run = study.runs.remove(0);
     // What is prescribed may drive into what is rigid, through the one element that it meets.
     let contradicts = source.contains("[prescribed_motion.")
