@@ -9,6 +9,8 @@ use crate::simulate::friction::Mode;
 const MOST_ROUNDS: usize = 40;
 /// Change of torques that are shared from one round to the next, relative to the largest, that counts as none.
 const SETTLED: f64 = 1e-11;
+/// What rounding makes of torques that hold, relative to the largest.
+const NOISE: f64 = 1e-12;
 /// What rounding leaves of an acceleration, relative to its terms.
 const ROUNDING: f64 = 1e-9;
 
@@ -62,7 +64,7 @@ impl Machine {
     pub(super) fn shared_torques(&mut self) -> Option<(Vec<usize>, Vec<f64>)> {
         let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
         let Some(groups) = self.groups(&sticking) else { return self.shared_by_box(sticking) };
-        let (torques, part) = self.share_in_groups(&groups, &sticking)?;
+        let (torques, part) = self.share_in_groups((&groups, 0.0), &sticking)?;
         (part <= 1.0 + ROUNDING).then_some((sticking, torques))
     }
 
@@ -72,13 +74,24 @@ impl Machine {
         self.factor_holding();
         let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
         let groups = self.groups(&sticking);
-        let shared = groups.and_then(|groups| self.share_in_groups(&groups, &sticking));
+        // What is nothing but rounding presses on nothing that holds one way.
+        let noise = NOISE
+            * self.hold_torque[..self.holding.len()]
+                .iter()
+                .chain(&self.force)
+                .fold(0.0f64, |most, torque| most.max(torque.abs()));
+        let shared = groups.and_then(|groups| self.share_in_groups((&groups, noise), &sticking));
         // Far beyond there is nothing to tell.
         shared.map_or(f64::INFINITY, |(_, part)| (1.0 - part).max(-1.0))
     }
 
-    /// Torques of directions that stick, and the largest part that one of them holds of what it can; nothing where they do not settle.
-    fn share_in_groups(&mut self, groups: &[Vec<(usize, f64)>], sticking: &[usize]) -> Option<(Vec<f64>, f64)> {
+    /// Torques of directions that stick in groups, and the largest part that one of them holds of what it can; nothing where they do not settle.
+    /// Groups that need no more than `noise` need nothing.
+    fn share_in_groups(
+        &mut self,
+        (groups, noise): (&[Vec<(usize, f64)>], f64),
+        sticking: &[usize],
+    ) -> Option<(Vec<f64>, f64)> {
         let mut torques = vec![0.0; sticking.len()];
         let mut meshes = std::mem::take(&mut self.meshes);
         let mut found = None;
@@ -86,7 +99,8 @@ impl Machine {
             let before = torques.clone();
             let mut most = 0.0f64;
             for (group, needed) in groups.iter().zip(&self.hold_torque) {
-                most = most.max(self.share_group(&mut meshes, group, *needed, (sticking, &mut torques)));
+                let needed = if needed.abs() <= noise { 0.0 } else { *needed };
+                most = most.max(self.share_group(&mut meshes, group, needed, (sticking, &mut torques)));
             }
             self.read_loads_of(&mut meshes, sticking.iter().copied().zip(torques.iter().copied()));
             self.bound_meshes(&mut meshes);
