@@ -95,7 +95,6 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     if let Some(element) = kept_along(reduced, &model.basis.multiply(&directions)) {
         return Err(NoRelaxation::Kept(element));
     }
-    check_holds(reduced, &model.basis.multiply(&directions))?;
     if !reduced.equations.transmissions.is_empty() {
         return Err(NoRelaxation::Bends);
     }
@@ -106,6 +105,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     let sliding = projected(frictions.iter().map(|term| &term.row), &model.basis);
     let felt = sliding.multiply(&directions);
     let sliders: Vec<usize> = (0..frictions.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero())).collect();
+    check_holds(reduced, &model.basis.multiply(&directions), !sliders.is_empty())?;
     check_laws(reduced, &model.basis, &directions, !sliders.is_empty())?;
     let names = || sliders.iter().map(|&k| frictions[k].element.clone()).collect::<Vec<_>>();
     let falls = sliders.iter().map(|&k| &frictions[k]).filter(|friction| friction.value.stribeck.is_some());
@@ -163,15 +163,16 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     }))
 }
 
-/// Refuses what holds one way or at times along such motions, or depends on them; and teeth that rub, whose load does.
-fn check_holds(reduced: &Reduced, moved: &Matrix<Rational>) -> Result<(), NoRelaxation> {
+/// Refuses what holds one way or at times along such motions, or depends on them; and teeth that rub where frictions slide, which their load may
+/// depend on.
+fn check_holds(reduced: &Reduced, moved: &Matrix<Rational>, slides: bool) -> Result<(), NoRelaxation> {
     let feels = |shaft: usize| moved.row(shaft).iter().any(|x| !x.is_zero());
     let along = |row: &[(usize, Rational)], column: usize| {
         row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&moved[(*k, column)])))
     };
     let hinders = |hold: &&Along<Hold>| {
         let depends = || hold.value.formula().into_iter().flat_map(|formula| formula.coordinates());
-        matches!(hold.value, Hold::Mesh(_))
+        (slides && matches!(hold.value, Hold::Mesh(_)))
             || (0..moved.columns()).any(|column| !along(&hold.row, column).is_zero())
             || depends().filter_map(|name| reduced.coordinate(name)).any(feels)
     };

@@ -128,9 +128,14 @@ fn places_after_the_elimination_are_those_that_suffice() {
     assert!(inputs.sets[0].score >= inputs.sets.last().unwrap().score);
 }
 
+/// The plants of built-in models with a control unit stand in the others too, and their designs take long.
+fn without_control_units() -> impl Iterator<Item = &'static model::Builtin> {
+    model::BUILTIN.iter().filter(|builtin| !builtin.source.contains("\"sampled_noninteracting\""))
+}
+
 #[test]
 fn nothing_is_eliminated_of_a_regular_model() {
-    for builtin in model::BUILTIN {
+    for builtin in without_control_units() {
         let plain = analyze(builtin.source, &AnalyzeSettings::default()).unwrap();
         assert_eq!(plain.elimination, None);
     }
@@ -270,8 +275,7 @@ fn names_on_the_command_line_are_checked() {
 
 #[test]
 fn a_run_brings_the_analysis_of_its_first_variant() {
-    // The plants of those with a control unit stand in the others too, and their designs take long.
-    for builtin in model::BUILTIN.iter().filter(|builtin| !builtin.source.contains("\"sampled_noninteracting\"")) {
+    for builtin in without_control_units() {
         let study = study::run(builtin.source, &Settings::default(), &Silent).unwrap();
         let alone = analyze(builtin.source, &AnalyzeSettings::default()).unwrap();
         let of_run = study.analysis.unwrap();

@@ -228,6 +228,33 @@ fn long_chains_balance() {
     }
 }
 
+/// A motor without inductance drives a load by teeth with losses: the teeth feel what its current follows at once. Of η of what it gives
+/// the load has M, `(J + J_L/(η n²)) ω' = k (u − k ω)/R − M/(η n)`.
+#[test]
+fn a_winding_without_inductance_drives_teeth_with_losses() {
+    let [k, resistance, j, load, ratio, efficiency, weight, voltage] = [0.02, 0.5, 1e-4, 0.1, 40.0, 0.6, 3.0, 12.0];
+    let source = format!(
+        "[voltage_source.supply]\nfrom = \"b\"\nto = \"ground\"\n[dc_motor.m]\nfrom = \"b\"\nto = \"ground\"\nshaft = \"motor\"\n\
+         torque_constant = \"{k} N m/A\"\nresistance = \"{resistance} Ohm\"\n\
+         [gear.worm]\nshaft_1 = \"motor\"\nshaft_2 = \"load\"\nratio = {ratio}\nefficiency = {efficiency}\nefficiency_back = 0.2\n\
+         [torque.weight]\nshaft = \"load\"\nlaw = \"-{weight} N m\"\n[[scenario.event]]\nat = \"0 s\"\nsignal = \"supply.v\"\nto = \"-{voltage} V\"\n"
+    ) + &shaft("motor", j)
+        + &shaft("load", load)
+        + &scenario(1.0, "");
+    let torque = k * voltage / resistance - weight / (efficiency * ratio);
+    let constant = (j + load / (efficiency * ratio * ratio)) * resistance / (k * k);
+    let last = torque * resistance / (k * k);
+    for method in METHODS {
+        let run = run_by(&source, method, None);
+        let speed = signal(&run, "motor.w");
+        for (time, speed) in run.series.time.iter().zip(speed) {
+            let expected = last * (1.0 - (-time / constant).exp());
+            assert!((speed.abs() - expected).abs() <= 1e-7 * last, "{method:?} {time}: {speed} {expected}");
+        }
+        balances(&run, run.energy.input);
+    }
+}
+
 /// What none of these holds is refused by name, with the reason.
 #[test]
 fn what_nothing_holds_is_refused_by_name() {

@@ -208,9 +208,9 @@ pub(super) fn extend(
     let torques = failing(&mut all, equations, drives, (&meant, &stuck));
     let applied = rippled(&mut all, equations, drives, &torques);
     let SetValued { torques: friction, mut speeds, holds } = set_valued(&mut all, reduced, &senses);
-    let meshes = MeshTerms::new(all.motion, reduced, &applied, &friction);
     let mut forces = forces(&mut all, &applied, &friction);
     let sliders = relax(&mut all, &mut places, reduced, &mut forces, (&senses, &couplings), &mut speeds);
+    let meshes = MeshTerms::new(all.motion, reduced, &applied, &friction);
     let mut powers = powers(&mut all, reduced, &applied, (&friction, &speeds, &holds));
     let held = held_frictions(&mut all, reduced, (&friction, &senses), &sliders);
     find_kept(&mut all, &mut places, (reduced, &applied, &held), &mut powers[0]);

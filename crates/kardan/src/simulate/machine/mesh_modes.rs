@@ -75,11 +75,8 @@ impl Machine {
         let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
         let groups = self.groups(&sticking);
         // What is nothing but rounding presses on nothing that holds one way.
-        let noise = NOISE
-            * self.hold_torque[..self.holding.len()]
-                .iter()
-                .chain(&self.force)
-                .fold(0.0f64, |most, torque| most.max(torque.abs()));
+        let torques = self.hold_torque[..self.holding.len()].iter().chain(&self.force);
+        let noise = NOISE * torques.fold(0.0f64, |most, torque| most.max(torque.abs()));
         let shared = groups.and_then(|groups| self.share_in_groups((&groups, noise), &sticking));
         // Far beyond there is nothing to tell.
         shared.map_or(f64::INFINITY, |(_, part)| (1.0 - part).max(-1.0))
