@@ -1107,21 +1107,23 @@ impl RunningLoop {
             self.hold_to_series();
         }
         let length = length.min(self.solver.time() - self.solver.previous_time());
-        let found = self.find_event_within(length)?;
-        Some(self.find_closer(found))
+        let (found, first) = self.find_event_within(length)?;
+        Some(self.find_closer(found, first))
     }
 
-    /// An event near the begin of a step of series once more, in a step that ends soon behind it: what rounding makes of a speed is judged by the
-    /// speeds of the step, and those at its end may be far larger. Where there is none, what was found stays.
-    fn find_closer(&mut self, mut found: f64) -> f64 {
+    /// An event in a step of series once more in a shorter one: near the begin of a step what rounding makes of a speed is judged by the speeds of the
+    /// step, and those at its end may be far larger; and what was found by looking, not known to be the `first`, may have hidden one before it. Where
+    /// there is none, what was found stays.
+    fn find_closer(&mut self, mut found: f64, mut first: bool) -> f64 {
         while let Integrator::Taylor(solver) = &mut self.solver {
             let (from, to) = (solver.previous_time(), solver.time());
-            let end = from + CLOSER * (found - from);
-            if !(found - from < EARLY * (to - from) && found < end) {
+            let early = found - from < EARLY * (to - from);
+            let end = if early { from + CLOSER * (found - from) } else { found };
+            if !(from < found && found <= end && end < to) || first && !early {
                 break;
             }
             solver.end_at(end);
-            let Some(at) = self.find_event_within(end - from) else {
+            let Some((at, known)) = self.find_event_within(end - from) else {
                 if let Integrator::Taylor(solver) = &mut self.solver {
                     solver.end_at(to);
                 }
@@ -1129,13 +1131,13 @@ impl RunningLoop {
                 self.leaves(found);
                 break;
             };
-            found = at;
+            (found, first) = (at, known || !early);
         }
         found
     }
 
-    /// [`find_event`](Self::find_event) in the step as it is.
-    fn find_event_within(&mut self, length: f64) -> Option<f64> {
+    /// [`find_event`](Self::find_event) in the step as it is, and whether it is known to be the first one.
+    fn find_event_within(&mut self, length: f64) -> Option<(f64, bool)> {
         match self.solver.prospect(&mut self.machine) {
             Prospect::Stays => return None,
             Prospect::Leaves(part) => {
@@ -1144,12 +1146,12 @@ impl RunningLoop {
                 if let Some((low, high)) = self.confirm(zero) {
                     let high = self.halve(low, high, 0.0);
                     self.leaves(high);
-                    return Some(high);
+                    return Some((high, true));
                 }
             }
             Prospect::Unknown => {}
         }
-        self.look_for_event(length, !self.solver.shortens())
+        self.look_for_event(length, !self.solver.shortens()).map(|found| (found, false))
     }
 
     /// Two times about one at which a mode is left by its series: at the first none is, at the second one is.

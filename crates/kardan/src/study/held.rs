@@ -136,7 +136,7 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
             ),
             NoRelaxation::Holds(elements) => refusal(
                 format!(
-                    "what holds one way or at times acts along it or depends on it, or teeth with losses are there: {}",
+                    "what holds one way or at times acts along it or depends on it, or teeth with losses are there beside frictions that slide: {}",
                     list(&elements)
                 ),
                 GIVE_INERTIA,

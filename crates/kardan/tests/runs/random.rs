@@ -126,7 +126,7 @@ fn models() -> impl Iterator<Item = u64> {
     let found: &[u64] = if asked.is_some() {
         &[]
     } else {
-        &[313, 356, 1824, 3090, 4104, 890, 1066, 2257, 2388, 3342, 3445, 3812, 11823, 369, 504, 5415, 1738]
+        &[313, 356, 1824, 3090, 4104, 890, 1066, 2257, 2388, 3342, 3445, 3812, 11823, 369, 504, 5415, 1738, 443]
     };
     let (first, end) = match asked.as_deref().map(|text| text.split_once("..").unwrap_or(("0", text))) {
         Some((first, end)) => (first.parse().expect("a first number"), end.parse().expect("a number of models")),
