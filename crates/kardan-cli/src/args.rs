@@ -97,8 +97,15 @@ pub struct RunArgs {
     /// Keep only these variants (may be given several times).
     #[arg(long = "variant", value_name = "NAME")]
     pub variants: Vec<String>,
+    /// Run rows of `kardan sweep` again, with all signals: a file of rows, in place of the variants. The same model, `--set`, `--method` and `--tolerance`
+    /// give the same bits.
+    #[arg(long, value_name = "FILE")]
+    pub variants_from: Option<PathBuf>,
+    /// Of these rows those of these samples, separated by commas.
+    #[arg(long = "sample", value_name = "NUMBERS", value_delimiter = ',', requires = "variants_from")]
+    pub samples: Vec<u64>,
     /// Let these faults of the file happen too, `[fault.NAME]`, separated by commas.
-    #[arg(long = "fault", value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long = "fault", value_name = "NAMES", value_delimiter = ',', conflicts_with = "variants_from")]
     pub faults: Vec<String>,
     /// Run controllers too that are unstable at their sample time, or whose references no motor can hold.
     #[arg(long)]

@@ -1,9 +1,12 @@
 //! `kardan run`: the study of a model file, its tables, plots and report.
 
+use std::fs;
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, Files};
+use kardan::project::Project;
 use kardan::results::{Outcome, Run, Study};
 use kardan::simulate::Method;
 use kardan::study;
@@ -15,7 +18,7 @@ use crate::args::{Format, RunArgs, RunMethod};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::folder::{Folder, tell_gone};
 use crate::input;
-use crate::output::{in_words, print, shown, where_to_look};
+use crate::output::{in_words, print, reason, shown, where_to_look};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
@@ -30,6 +33,22 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
         return Err(Failure { source: Some(source), diagnostics: known });
     }
     render::show(Some(&source), &known);
+    let mut settings = Settings {
+        variants: args.variants.clone(),
+        faults: args.faults.clone(),
+        force: args.force,
+        runs_only: args.runs_only,
+        method: method(args.method),
+        tolerance: args.tolerance,
+    };
+    let project = match &args.variants_from {
+        None => project,
+        Some(rows) => {
+            let again = rows_again(&project, rows, args, &settings);
+            settings.variants.clear();
+            again.map_err(|diagnostics| Failure { source: Some(source.clone()), diagnostics })?
+        }
+    };
     let folder = Arc::new(Mutex::new(Folder::prepare(&args.out)?));
     let origin = source.to_string();
     let bars = Bars::within(quiet, args.limits).showing({
@@ -39,14 +58,6 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
             _ => ERROR,
         }
     });
-    let settings = Settings {
-        variants: args.variants.clone(),
-        faults: args.faults.clone(),
-        force: args.force,
-        runs_only: args.runs_only,
-        method: method(args.method),
-        tolerance: args.tolerance,
-    };
     let study = project.run(&settings, &bars);
     bars.finish();
     let study = study.map_err(|mut diagnostics| {
@@ -54,6 +65,31 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
         Failure { source: Some(source.clone()), diagnostics }
     })?;
     tell(&study, &folder, args, &origin, quiet)
+}
+
+/// The model with rows of a file in place of its variants.
+fn rows_again(project: &Project, path: &Path, args: &RunArgs, settings: &Settings) -> Result<Project, Vec<Diagnostic>> {
+    let shown = path.display();
+    let read = fs::read(path).map_err(|error| reason(&error)).and_then(export::rows_of_any_sweep);
+    let (identity, mut rows) = read.map_err(|why| {
+        let help = "name one of the files `rows-….parquet` that `kardan sweep --out DIR` writes";
+        vec![Diagnostic::error("sweep::again", format!("`{shown}`: {why}")).help(help)]
+    })?;
+    let (samples, variants) = (&args.samples, &args.variants);
+    let there = |sample: &u64| rows.iter().any(|row| row.sample == *sample);
+    if let Some(missing) = samples.iter().find(|sample| !there(sample)) {
+        let ends = rows.iter().map(|row| row.sample);
+        let (first, last) = (ends.clone().min().unwrap_or(0), ends.max().unwrap_or(0));
+        let message = format!("`{shown}` holds no sample {missing}: it holds those from {first} to {last}");
+        return Err(vec![
+            Diagnostic::error("sweep::again", message).help("name another sample, or another file of rows"),
+        ]);
+    }
+    rows.retain(|row| {
+        (samples.is_empty() || samples.contains(&row.sample))
+            && (variants.is_empty() || variants.contains(&row.variant))
+    });
+    project.rows_again(&identity, &rows, settings)
 }
 
 /// Writes and prints what was computed, all of it or not.

@@ -3,7 +3,7 @@
 use kardan_tables::{Column, write};
 
 use super::printed::printed;
-use crate::results::{Sweep, SweepHead, SweepRow};
+use crate::results::{RowAgain, Sweep, SweepHead, SweepRow};
 
 /// Columns before those of what varies.
 const SAMPLE: &str = "sample";
@@ -64,6 +64,29 @@ pub fn sweep_rows(head: &SweepHead, rows: &[SweepRow]) -> Result<Vec<u8>, write:
     let mut metadata = vec![(IDENTITY, head.identity.as_str())];
     metadata.extend(words.iter().map(|(key, text)| (key.as_str(), *text)));
     write::rows(&numbers, &[(VARIANT, &variants), (REASON, &reasons)], &metadata)
+}
+
+/// What rows follow from, and each with the numbers of its columns: values of what varies, beside others.
+///
+/// # Errors
+/// The file is damaged, or holds no rows of a sweep.
+pub fn rows_of_any_sweep(bytes: Vec<u8>) -> Result<(String, Vec<RowAgain>), String> {
+    let read = write::read_rows(bytes).map_err(|error| format!("it cannot be read: {error}"))?;
+    let identity = read.metadata.iter().find(|(key, _)| key == IDENTITY).map(|(_, value)| value.clone());
+    let samples = read.numbers.iter().find(|(name, _)| name == SAMPLE).map(|(_, values)| values);
+    let variants = read.texts.iter().find(|(name, _)| name == VARIANT).map(|(_, values)| values);
+    let (Some(identity), Some(samples), Some(variants)) = (identity, samples, variants) else {
+        return Err("it holds no rows of a sweep".into());
+    };
+    if read.numbers.iter().any(|(_, column)| column.len() != samples.len()) || variants.len() < samples.len() {
+        return Err("its columns have different lengths".into());
+    }
+    let row = |k: usize| RowAgain {
+        sample: samples[k] as u64,
+        variant: variants[k].clone(),
+        values: read.numbers.iter().map(|(name, values)| (name.clone(), values[k])).collect(),
+    };
+    Ok((identity, (0..samples.len()).map(row).collect()))
 }
 
 /// Reads such rows again.

@@ -166,3 +166,14 @@ pub struct SweepHead {
     /// Figures: their names, with their SI units.
     pub figures: Vec<(String, String)>,
 }
+
+/// A row of a sweep that is to be run again.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RowAgain {
+    /// The number of the sample.
+    pub sample: u64,
+    /// The name of the variant.
+    pub variant: String,
+    /// Names and values, SI.
+    pub values: Vec<(String, f64)>,
+}

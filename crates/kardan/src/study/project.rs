@@ -88,6 +88,14 @@ impl Project {
         self
     }
 
+    /// The same with other runs, ready.
+    pub(super) fn with_ready(&self, prepared: Prepared, mistakes: Vec<Diagnostic>) -> Self {
+        let (entries, source) = (self.entries.clone(), self.source.clone());
+        let (document, reading) = (self.document.clone(), self.reading.clone());
+        let (analysed, undesigned) = Default::default();
+        Self { entries, source, document, reading, ready: (prepared, mistakes).into(), analysed, undesigned }
+    }
+
     /// Its typed tables.
     pub(super) fn document(&self) -> &Document {
         &self.document

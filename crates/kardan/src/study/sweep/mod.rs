@@ -1,5 +1,6 @@
 //! `kardan sweep`: many runs with values drawn from distributions, each a function of the seed and its number alone.
 
+mod again;
 mod answers;
 mod points;
 mod spec;
@@ -127,14 +128,16 @@ impl Project {
 
     /// What the rows of a sweep follow from: this program, the model with its files, the samples, the variants, how runs are integrated.
     fn identity(&self, (samples, seed): (u64, u64), variants: &[String], settings: &SweepSettings) -> String {
+        let runs = format!("{samples} samples of {}", quoted(variants.iter().map(String::as_str)));
+        format!("{}, {runs}, seed {seed}, {}", self.origin(), integrated(&settings.run))
+    }
+
+    /// This program and the model with its files.
+    fn origin(&self) -> String {
         let files = self.document().files.iter();
         let bytes = files.flat_map(|(name, bytes)| [name.as_bytes(), bytes.as_deref().unwrap_or_default()]);
         let sum = bytes.fold(Random::fnv(Random::FNV, self.to_toml().as_bytes()), Random::fnv);
-        let Settings { method, tolerance, .. } = settings.run;
-        let tolerance = tolerance.map_or(String::new(), |tolerance| format!(", tolerance {tolerance:e}"));
-        let version = env!("CARGO_PKG_VERSION");
-        let runs = format!("{samples} samples of {}", quoted(variants.iter().map(String::as_str)));
-        format!("kardan {version}, model {sum:016x}, {runs}, seed {seed}, method {method:?}{tolerance}")
+        format!("kardan {}, model {sum:016x}", env!("CARGO_PKG_VERSION"))
     }
 
     /// Runs every sample of a plan in every variant of it, block by block; `write` takes the rows of each block as soon as they are there, and
@@ -220,13 +223,7 @@ impl Project {
         progress: &dyn Progress,
     ) -> SweepRow {
         let values = plan.values(sample);
-        let mut all: Vec<Setting> = own.settings.clone();
-        for (varied, value) in plan.spread.iter().zip(&values) {
-            // Every value is finite, as its distribution is.
-            let value = Exact::new(rational_from_f64(*value).unwrap_or_default(), 0);
-            all.retain(|setting| setting.name != varied.name);
-            all.push(Setting { name: varied.name.clone(), text: written_quantity(&value, varied.dimension), value });
-        }
+        let all = settings_with(own, plan.spread.iter().zip(values.iter().copied()));
         let found = prepare_sample(self.document(), variant, (&all, own.controls.as_deref(), &own.faults));
         let mut row = SweepRow {
             sample,
@@ -252,6 +249,24 @@ impl Project {
         }
         row
     }
+}
+
+/// How runs are integrated, in words.
+fn integrated(Settings { method, tolerance, .. }: &Settings) -> String {
+    let tolerance = tolerance.map_or(String::new(), |tolerance| format!(", tolerance {tolerance:e}"));
+    format!("method {method:?}{tolerance}")
+}
+
+/// The settings of a variant with values of what varies in place of its own.
+fn settings_with<'v>(own: &VariantSettings, values: impl Iterator<Item = (&'v Varied, f64)>) -> Vec<Setting> {
+    let mut all: Vec<Setting> = own.settings.clone();
+    for (varied, value) in values {
+        // Every value is finite, as its distribution is.
+        let value = Exact::new(rational_from_f64(value).unwrap_or_default(), 0);
+        all.retain(|setting| setting.name != varied.name);
+        all.push(Setting { name: varied.name.clone(), text: written_quantity(&value, varied.dimension), value });
+    }
+    all
 }
 
 /// What a run tells.

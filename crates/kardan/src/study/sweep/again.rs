@@ -1,0 +1,101 @@
+//! Rows of a sweep once more, as whole runs.
+
+use super::{integrated, settings_with};
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::results::RowAgain;
+use crate::study::prepare::{is_error, prepare_sample};
+use crate::study::{Prepared, Project, Settings};
+
+/// Most rows that are run again at once.
+const MOST_ROWS: usize = 100;
+
+impl Project {
+    /// The model with rows of a sweep in place of its variants, called `<variant>_sample-<number>`: runs of it are those of the sweep, to the last bit,
+    /// with all signals. Laws are those of the values in the file, as they were there. `identity` is what the rows say that they follow from.
+    ///
+    /// ```
+    /// use kardan::project::Project;
+    /// use kardan::results::RowAgain;
+    /// use kardan::study::{Settings, Silent};
+    ///
+    /// let project = Project::open("[shaft.a]\ninertia = \"2 kg m^2 ± 10 %\"\n[scenario]\ninitial = { \"a.w\" = \"3 rad/s\" }\n");
+    /// let plan = project.sweep_plan(&Default::default()).unwrap();
+    /// let row = RowAgain { sample: 7, variant: "model".into(), values: vec![("a.inertia".into(), plan.values(7)[0])] };
+    /// let again = project.rows_again(&plan.head.identity, &[row], &Settings::default()).unwrap();
+    /// let study = again.run(&Settings { runs_only: true, ..Settings::default() }, &Silent).unwrap();
+    /// assert_eq!(study.runs[0].name, "model_sample-7");
+    /// ```
+    ///
+    /// # Errors
+    /// Mistakes of the file; rows of another model or program, or integrated otherwise; a variant or a value that the model does not have; a sample
+    /// that cannot be prepared.
+    pub fn rows_again(&self, identity: &str, rows: &[RowAgain], settings: &Settings) -> Result<Self, Vec<Diagnostic>> {
+        let (prepared, diagnostics) = (self.prepared(), self.mistakes());
+        if diagnostics.iter().any(is_error) {
+            return Err(diagnostics.to_vec());
+        }
+        let refused = |message: String, help: &str| Err(vec![Diagnostic::error("sweep::again", message).help(help)]);
+        let (origin, integrated) = (self.origin(), integrated(settings));
+        if !identity.starts_with(&format!("{origin},")) {
+            let message = format!("the rows are of another sweep: {identity}; this is {origin}");
+            return refused(message, "run with the model, its `--set`, and the version of kardan that made them");
+        }
+        if !identity.ends_with(&format!(", {integrated}")) {
+            let message = format!("the rows were integrated otherwise: {identity}; this is {integrated}");
+            return refused(message, "give the `--method` and `--tolerance` of the sweep");
+        }
+        if rows.is_empty() || rows.len() > MOST_ROWS {
+            let message = format!("{} rows are to be run again: there can be 1 to {MOST_ROWS}", rows.len());
+            return refused(message, "choose some with `--sample 17,203` and `--variant NAME`");
+        }
+        let varied = prepared.sweep.iter().flat_map(|spec| &spec.varied);
+        let varied: Vec<_> = varied.collect();
+        let all_settings = self.document().variant_settings();
+        let mut variants = Vec::new();
+        for row in rows {
+            let known = prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == row.variant);
+            let value = |name: &str| row.values.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
+            let values: Option<Vec<f64>> = varied.iter().map(|one| value(&one.name)).collect();
+            let (Some((variant, own)), Some(values)) = (known, values) else {
+                let names = quoted(varied.iter().map(|one| one.name.as_str()));
+                let message = format!("row {} of `{}` does not have {names}", row.sample, row.variant);
+                return refused(message, "run with the model that made the rows");
+            };
+            let settings = settings_with(own, varied.iter().copied().zip(values));
+            let mut found =
+                prepare_sample(self.document(), variant, (&settings, own.controls.as_deref(), &own.faults))?;
+            found.name = format!("{}_sample-{}", row.variant, row.sample);
+            variants.push(found.into());
+        }
+        let names = |own: &[String]| named(own, rows);
+        let prepared = Prepared {
+            name: prepared.name.clone(),
+            description: prepared.description.clone(),
+            variants,
+            requirements: prepared.requirements.clone(),
+            figures: prepared.figures.clone(),
+            plots: prepared.plots.clone(),
+            safety: None,
+            sweep: None,
+            tolerance: prepared.tolerance,
+        };
+        Ok(self.with_ready(renamed(prepared, names), diagnostics.to_vec()))
+    }
+}
+
+/// The runs of variants, in place of the variants.
+fn named(own: &[String], rows: &[RowAgain]) -> Vec<String> {
+    let is_own = |row: &&RowAgain| own.contains(&row.variant);
+    let found: Vec<String> =
+        rows.iter().filter(is_own).map(|row| format!("{}_sample-{}", row.variant, row.sample)).collect();
+    // An empty list stands for all.
+    if found.is_empty() { own.to_vec() } else { found }
+}
+
+fn renamed(mut prepared: Prepared, names: impl Fn(&[String]) -> Vec<String>) -> Prepared {
+    let Prepared { requirements, figures, plots, .. } = &mut prepared;
+    let lists = requirements.iter_mut().map(|one| &mut one.variants);
+    let lists = lists.chain(figures.iter_mut().map(|one| &mut one.variants));
+    lists.chain(plots.iter_mut().map(|one| &mut one.variants)).for_each(|own| *own = names(own));
+    prepared
+}
