@@ -1114,16 +1114,18 @@ impl RunningLoop {
     /// An event in a step of series once more in a shorter one: near the begin of a step what rounding makes of a speed is judged by the speeds of the
     /// step, and those at its end may be far larger; and what was found by looking, not known to be the `first`, may have hidden one before it. Where
     /// there is none, what was found stays.
-    fn find_closer(&mut self, mut found: f64, mut first: bool) -> f64 {
+    fn find_closer(&mut self, mut found: f64, first: bool) -> f64 {
+        let mut hides = !first;
         while let Integrator::Taylor(solver) = &mut self.solver {
             let (from, to) = (solver.previous_time(), solver.time());
             let early = found - from < EARLY * (to - from);
             let end = if early { from + CLOSER * (found - from) } else { found };
-            if !(from < found && found <= end && end < to) || first && !early {
+            if !(from < found && found <= end && end < to) || !(early || hides) {
                 break;
             }
+            hides = false;
             solver.end_at(end);
-            let Some((at, known)) = self.find_event_within(end - from) else {
+            let Some((at, _)) = self.find_event_within(end - from) else {
                 if let Integrator::Taylor(solver) = &mut self.solver {
                     solver.end_at(to);
                 }
@@ -1131,7 +1133,7 @@ impl RunningLoop {
                 self.leaves(found);
                 break;
             };
-            (found, first) = (at, known || !early);
+            found = at;
         }
         found
     }
