@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use kardan::study::Shard;
 
 /// From one model file of a drivetrain to its equations, controllers, closed-loop runs and a report.
 #[derive(Debug, Parser)]
@@ -56,6 +57,7 @@ impl Command {
             Self::Identify(args) => args.json,
             Self::Bench(args) => args.json,
             Self::Safety(args) => args.json,
+            Self::Sweep(SweepArgs { merge: Some(SweepCommand::Merge(args)), .. }) => args.json,
             Self::Sweep(args) => args.json,
             Self::Equations(args) => args.json,
             Self::Check(args) => args.json,
@@ -487,12 +489,17 @@ pub struct SafetyArgs {
 #[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Examples:\n  kardan sweep my.toml\n  kardan sweep my.toml --samples 10000 --seed 7 --out out\n  kardan sweep my.toml --samples 10000 --seed 7 --out out --resume\n  \
+                        kardan sweep my.toml --samples 10000 --shard 2/7 --out part2\n  kardan sweep merge my.toml part1 part2 --out all\n  \
                         kardan sweep my.toml --json | jq '.requirements[] | [.text, .probability, .interval]'"
 )]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct SweepArgs {
+    #[command(subcommand)]
+    pub merge: Option<SweepCommand>,
     /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
     /// model needs `./` before it.
-    pub model: PathBuf,
+    #[arg(required = true)]
+    pub model: Option<PathBuf>,
     /// Samples, in place of those of the file.
     #[arg(long, value_name = "N")]
     pub samples: Option<u64>,
@@ -512,6 +519,9 @@ pub struct SweepArgs {
     /// Replace the rows of another sweep in the folder.
     #[arg(long, requires = "out", conflicts_with = "resume")]
     pub force: bool,
+    /// Run this part of the samples alone, such as `2/7`, on as many machines as there are parts: `kardan sweep merge` puts them together.
+    #[arg(long, value_name = "I/N", value_parser = shard, requires = "out")]
+    pub shard: Option<Shard>,
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,
@@ -525,6 +535,52 @@ pub struct SweepArgs {
     pub limits: Limits,
     #[command(flatten)]
     pub changes: Changes,
+}
+
+/// What `kardan sweep` does beside it.
+#[derive(Debug, Clone, Subcommand)]
+pub enum SweepCommand {
+    Merge(MergeArgs),
+}
+
+/// Put the rows of shards together: whether all are there and of one sweep, and what they say.
+#[derive(Debug, Clone, Args)]
+#[command(
+    after_help = "Examples:\n  kardan sweep merge my.toml part1 part2 part3 --out all\n  kardan sweep merge my.toml parts/* --json"
+)]
+pub struct MergeArgs {
+    /// The model that was swept.
+    pub model: PathBuf,
+    /// Folders with rows, those of `--out` of each shard.
+    #[arg(required = true, value_name = "DIR")]
+    pub parts: Vec<PathBuf>,
+    /// The variants that were asked for, if they were.
+    #[arg(long = "variant", value_name = "NAME")]
+    pub variants: Vec<String>,
+    /// Folder for the page and the answers as JSON; made if it is not there. Left out: nothing is written.
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    #[arg(long)]
+    pub json: bool,
+    /// How the runs were integrated.
+    #[arg(long, value_enum, default_value = "automatic")]
+    pub method: RunMethod,
+    /// The relative error that was allowed per step, if it was given.
+    #[arg(long, value_name = "NUMBER", value_parser = relative_tolerance)]
+    pub tolerance: Option<f64>,
+    #[command(flatten)]
+    pub changes: Changes,
+}
+
+fn shard(text: &str) -> Result<Shard, String> {
+    let part =
+        text.split_once('/').and_then(|(number, of)| Some((number.trim().parse().ok()?, of.trim().parse().ok()?)));
+    match part {
+        Some((number, of)) if (1..=of).contains(&number) => Ok(Shard { number, of }),
+        Some((number, of)) => Err(format!("there is no part {number} of {of}: parts are 1 to {of}")),
+        None => Err("not a part, such as 2/7".into()),
+    }
 }
 
 /// How outputs are to be decoupled.

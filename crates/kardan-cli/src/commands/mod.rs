@@ -75,7 +75,7 @@ fn watched(command: &Command) -> Option<&Path> {
         Command::Identify(args) => (&args.model, &args.changes),
         Command::Bench(args) => (&args.model, &args.changes),
         Command::Safety(args) => (&args.model, &args.changes),
-        Command::Sweep(args) => (&args.model, &args.changes),
+        Command::Sweep(args) => (args.model.as_ref()?, &args.changes),
         Command::Equations(args) => (&args.model, &args.changes),
         Command::Linearise(args) => (&args.model, &args.changes),
         Command::Check(args) => (&args.model, &args.changes),

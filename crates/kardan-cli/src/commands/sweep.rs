@@ -1,16 +1,18 @@
 //! `kardan sweep`: a model over many values of its parameters.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export;
 use kardan::results::{Sweep, SweepRow};
-use kardan::study::{Settings, SweepPlan, SweepSettings};
+use kardan::study::{Settings, Shard, SweepPlan, SweepSettings};
 use kardan_report as report;
 
 use super::run::method;
-use crate::args::SweepArgs;
+use crate::args::{MergeArgs, SweepArgs, SweepCommand};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
 use crate::input;
 use crate::output::{in_words, prepare_folder, print, reason, save, save_page, say_written};
@@ -21,7 +23,13 @@ use crate::render::{self, Failure};
 const STEM: &str = "rows-";
 
 pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
-    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
+    if let Some(SweepCommand::Merge(args)) = &args.merge {
+        return merge(args, quiet);
+    }
+    let begun = Instant::now();
+    // It is there, as nothing else takes its place.
+    let model = args.model.clone().unwrap_or_default();
+    let (source, project) = input::prepared(&model, &args.changes, quiet)?;
     let known = project.mistakes().to_vec();
     if known.iter().any(|d| d.severity == Severity::Error) {
         return Err(Failure { source: Some(source), diagnostics: known });
@@ -33,7 +41,8 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
         let diagnostics = diagnostics.into_iter().filter(|d| d.severity == Severity::Error || !known.contains(d));
         Failure { source: Some(source.clone()), diagnostics: diagnostics.collect() }
     };
-    let plan = project.sweep_plan(&settings).map_err(refused)?;
+    let mut plan = project.sweep_plan(&settings).map_err(refused)?;
+    plan.shard = args.shard;
     let before = match &args.out {
         Some(out) => rows_before(args, out, &plan)?,
         None => Vec::new(),
@@ -64,8 +73,88 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     }
     if let (Some(out), 0) = (&args.out, found.missing) {
         put_away(out, plan.blocks())?;
+        if let Some(shard) = plan.shard {
+            write_manifest(out, (&plan, shard), found.rows, begun.elapsed().as_secs_f64())?;
+        }
     }
-    tell(&found, args, &source.to_string(), quiet)
+    tell(&found, (args.out.as_deref(), args.json), &source.to_string(), quiet)
+}
+
+/// What a shard has done, beside its rows.
+fn write_manifest(out: &Path, (plan, shard): (&SweepPlan, Shard), rows: u64, seconds: f64) -> Result<(), Diagnostic> {
+    let (samples, threads) = (plan.samples_of(plan.own_blocks()), rayon::current_num_threads());
+    let identity = plan.head.identity.replace('\\', "\\\\").replace('"', "\\\"");
+    let Shard { number, of } = shard;
+    let text = format!(
+        "{{\"schema\":\"kardan/1\",\"sweep\":\"{identity}\",\"shard\":{number},\"shards\":{of},\"first_sample\":{},\"samples\":{},\"rows\":{rows},\
+         \"seconds\":{seconds:.3},\"threads\":{threads}}}\n",
+        samples.start,
+        samples.end - samples.start
+    );
+    save(&out.join(format!("shard-{number}-of-{of}.json")), text.as_bytes())
+}
+
+/// `kardan sweep merge`.
+fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
+    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
+    let files: Vec<(u64, PathBuf)> = args.parts.iter().flat_map(|part| files_of_rows(part)).collect();
+    let Some((_, first)) = files.first() else {
+        let parts: Vec<String> = args.parts.iter().map(|part| format!("`{}`", part.display())).collect();
+        let message = format!("there are no rows in {}", parts.join(", "));
+        let help = "name the folders that `kardan sweep --shard I/N --out DIR` has filled";
+        return Err(Diagnostic::error("sweep::merge", message).help(help).into());
+    };
+    let unusable = |path: &Path, why: &str| {
+        let message = format!("`{}` cannot be merged: {why}", path.display());
+        Diagnostic::error("sweep::merge", message)
+            .help("name the model, its `--set`, `--method`, `--tolerance` and `--variant` that all shards were run with, and their folders alone")
+    };
+    let bytes = fs::read(first).map_err(|error| reason(&error));
+    let (samples, seed) = bytes.and_then(export::samples_and_seed).map_err(|why| unusable(first, &why))?;
+    let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
+    let asked = SweepSettings { samples: Some(samples), seed: Some(seed), variants: args.variants.clone(), run };
+    let refused = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
+    let plan = project.sweep_plan(&asked).map_err(refused)?;
+    let mut blocks: BTreeMap<u64, (PathBuf, Vec<SweepRow>)> = BTreeMap::new();
+    for (block, path) in files {
+        let found = rows_of(&plan, block, &path).map_err(|why| unusable(&path, &why))?;
+        if let Some((other, rows)) = blocks.get(&block) {
+            if !same(rows, &found) {
+                return Err(
+                    unusable(&path, &format!("`{}` has other numbers in the same rows", other.display())).into()
+                );
+            }
+            continue;
+        }
+        blocks.insert(block, (path, found));
+    }
+    let missing: Vec<u64> = (0..plan.blocks()).filter(|block| !blocks.contains_key(block)).collect();
+    let rows = blocks.into_values().flat_map(|(_, rows)| rows).collect();
+    let mut found = project.sweep_answers(&plan, rows);
+    if let (Some(first), Some(last)) = (missing.first(), missing.last()) {
+        let samples = plan.samples_of(*first..last + 1);
+        found.notes.push(format!(
+            "{} of {} blocks of samples are missing, between samples {} and {}: run their shards again, with `--resume`.",
+            missing.len(),
+            plan.blocks(),
+            samples.start,
+            samples.end - 1
+        ));
+    }
+    if let Some(out) = &args.out {
+        prepare_folder(out)?;
+    }
+    tell(&found, (args.out.as_deref(), args.json), &source.to_string(), quiet)
+}
+
+/// Whether rows are the same to the last bit.
+fn same(one: &[SweepRow], other: &[SweepRow]) -> bool {
+    let bits = |row: &SweepRow| {
+        let numbers = [&row.values, &row.measured, &row.passed, &row.figures];
+        let bits: Vec<u64> = numbers.into_iter().flatten().map(|x| x.to_bits()).collect();
+        (row.sample, row.variant, row.reason.clone(), bits)
+    };
+    one.len() == other.len() && one.iter().zip(other).all(|(one, other)| bits(one) == bits(other))
 }
 
 /// The name of a block's file.
@@ -105,7 +194,11 @@ fn put_away(out: &Path, blocks: u64) -> Result<(), Diagnostic> {
 /// The rows that are there already, of the same sweep; a folder with those of another one is refused.
 fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<Vec<SweepRow>, Diagnostic> {
     prepare_folder(out)?;
-    let files = files_of_rows(out);
+    let mut files = files_of_rows(out);
+    if plan.shard.is_some() {
+        // Shards may fill one folder.
+        files.retain(|(block, _)| plan.own_blocks().contains(block));
+    }
     let shown = out.display();
     if !args.resume {
         if !files.is_empty() && !args.force {
@@ -117,38 +210,39 @@ fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<Vec<Swe
     }
     let mut rows: Vec<SweepRow> = Vec::new();
     for (block, path) in files {
-        let read = fs::read(&path).map_err(|error| reason(&error));
-        let found = read.and_then(|bytes| export::read_sweep_rows(&plan.head, bytes));
-        let found = found.map_err(|why| {
+        let found = rows_of(plan, block, &path).map_err(|why| {
             let message = format!("`{}` cannot be gone on with: {why}", path.display());
-            let help = "run with the model and the options that made it, or start anew with `--force`";
+            let help = "run with the model and the options that made it, remove it to run its samples again, or start anew with `--force`";
             Diagnostic::error("sweep::resume", message).help(help)
         })?;
-        let size = plan.block();
-        let samples = (block * size..plan.samples.min((block + 1) * size)).count();
-        let own = found.iter().filter(|row| row.sample / size == block).count();
-        if own == found.len() && own == samples * plan.head.variants.len() {
-            rows.extend(found);
-        } else {
-            let message = format!("`{}` does not hold all rows of its block", path.display());
-            let help = "remove it to run its samples again, or start anew with `--force`";
-            return Err(Diagnostic::error("sweep::resume", message).help(help));
-        }
+        rows.extend(found);
     }
     Ok(rows)
 }
 
+/// The rows of a block: all of them, of this sweep.
+fn rows_of(plan: &SweepPlan, block: u64, path: &Path) -> Result<Vec<SweepRow>, String> {
+    let read = fs::read(path).map_err(|error| reason(&error));
+    let found = read.and_then(|bytes| export::read_sweep_rows(&plan.head, bytes))?;
+    let samples = plan.samples_of(block..block + 1);
+    let own = found.iter().filter(|row| samples.contains(&row.sample)).count();
+    match own == found.len() && own == samples.count() * plan.head.variants.len() {
+        true => Ok(found),
+        false => Err("it does not hold all rows of its block".into()),
+    }
+}
+
 /// Writes and prints what was found, all of it or not.
-fn tell(found: &Sweep, args: &SweepArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
+fn tell(found: &Sweep, (out, json): (Option<&Path>, bool), origin: &str, quiet: bool) -> Result<u8, Failure> {
     let page = report::sweep(found);
     let mut written = Vec::new();
-    if let Some(out) = &args.out {
+    if let Some(out) = out {
         let (pages, numbers) = (out.join("sweep.html"), out.join("sweep.json"));
         save_page(&pages, &page)?;
         save(&numbers, (export::sweep_json(found) + "\n").as_bytes())?;
         written = vec![pages, numbers];
     }
-    print(&if args.json { export::sweep_json(found) + "\n" } else { in_words(&page, origin) })?;
+    print(&if json { export::sweep_json(found) + "\n" } else { in_words(&page, origin) })?;
     written.iter().filter(|_| !quiet).for_each(|path| say_written(path));
     let fails = found.requirements.iter().any(|one| one.failed > 0) || !found.failures.is_empty();
     Ok(match (found.missing > 0, fails) {

@@ -91,8 +91,7 @@ pub fn rows(
 pub fn read_rows(bytes: Vec<u8>) -> Result<Rows, ParquetError> {
     let reader = SerializedFileReader::new(bytes::Bytes::from(bytes))?;
     let file = reader.metadata().file_metadata();
-    let pairs = file.key_value_metadata().cloned().unwrap_or_default();
-    let metadata = pairs.into_iter().map(|pair| (pair.key, pair.value.unwrap_or_default())).collect();
+    let metadata = pairs(&reader);
     let names: Vec<String> = file.schema_descr().columns().iter().map(|column| column.name().to_string()).collect();
     let mut out = Rows { metadata, ..Rows::default() };
     for (k, name) in names.iter().enumerate() {
@@ -116,4 +115,17 @@ pub fn read_rows(bytes: Vec<u8>) -> Result<Rows, ParquetError> {
         if is_text { out.texts.push((name.clone(), texts)) } else { out.numbers.push((name.clone(), numbers)) }
     }
     Ok(out)
+}
+
+/// The texts behind such rows alone.
+///
+/// # Errors
+/// What is wrong with the bytes.
+pub fn metadata(bytes: Vec<u8>) -> Result<Vec<(String, String)>, ParquetError> {
+    SerializedFileReader::new(bytes::Bytes::from(bytes)).map(|reader| pairs(&reader))
+}
+
+fn pairs(reader: &SerializedFileReader<bytes::Bytes>) -> Vec<(String, String)> {
+    let pairs = reader.metadata().file_metadata().key_value_metadata().cloned().unwrap_or_default();
+    pairs.into_iter().map(|pair| (pair.key, pair.value.unwrap_or_default())).collect()
 }

@@ -10,8 +10,10 @@ const SAMPLE: &str = "sample";
 const VARIANT: &str = "variant";
 /// The column of why a run did not come to its end.
 const REASON: &str = "reason";
-/// The key of what the rows follow from.
+/// The keys of what the rows follow from; of how many samples they are some, and of their seed.
 const IDENTITY: &str = "kardan:sweep";
+const SAMPLES: &str = "kardan:samples";
+const SEED: &str = "kardan:seed";
 
 /// What a sweep found as one JSON object on one line, in SI.
 ///
@@ -61,9 +63,20 @@ pub fn sweep_rows(head: &SweepHead, rows: &[SweepRow]) -> Result<Vec<u8>, write:
         .enumerate()
         .map(|(k, (text, _))| (format!("requirement.{}", k + 1), text.as_str()))
         .collect();
-    let mut metadata = vec![(IDENTITY, head.identity.as_str())];
+    let [samples, seed] = [head.samples, head.seed].map(|number| number.to_string());
+    let mut metadata = vec![(IDENTITY, head.identity.as_str()), (SAMPLES, &samples), (SEED, &seed)];
     metadata.extend(words.iter().map(|(key, text)| (key.as_str(), *text)));
     write::rows(&numbers, &[(VARIANT, &variants), (REASON, &reasons)], &metadata)
+}
+
+/// How many samples the sweep of a file of rows has, and its seed.
+///
+/// # Errors
+/// The file is damaged, or holds no rows of a sweep.
+pub fn samples_and_seed(bytes: Vec<u8>) -> Result<(u64, u64), String> {
+    let metadata = write::metadata(bytes).map_err(|error| format!("it cannot be read: {error}"))?;
+    let number = |key: &str| metadata.iter().find(|(other, _)| other == key).and_then(|(_, value)| value.parse().ok());
+    number(SAMPLES).zip(number(SEED)).ok_or_else(|| "it holds no rows of a sweep".to_string())
 }
 
 /// What rows follow from, and each with the numbers of its columns: values of what varies, beside others.

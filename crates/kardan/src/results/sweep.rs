@@ -157,6 +157,10 @@ pub struct SweepRow {
 pub struct SweepHead {
     /// What the samples and their runs follow from, as a text: rows of another one are those of another sweep.
     pub identity: String,
+    /// How many samples there are.
+    pub samples: u64,
+    /// What they follow from.
+    pub seed: u64,
     /// What varies.
     pub varied: Vec<SweptParameter>,
     /// Names of the variants.

@@ -6,6 +6,7 @@ mod points;
 mod spec;
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -51,15 +52,22 @@ pub struct SweepSettings {
 /// What a sweep consists of, before a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepPlan {
-    /// How many samples.
-    pub samples: u64,
-    /// What they follow from.
-    pub seed: u64,
     /// What its rows are of.
     pub head: SweepHead,
+    /// The part of the blocks that is run; `None`: all of them.
+    pub shard: Option<Shard>,
     axes: Vec<Axis>,
     spread: Vec<Varied>,
     points: &'static str,
+}
+
+/// One of as many parts of a sweep: a process of its own runs it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// Its number, from 1.
+    pub number: u64,
+    /// How many there are.
+    pub of: u64,
 }
 
 impl SweepPlan {
@@ -71,12 +79,24 @@ impl SweepPlan {
 
     /// Samples of a block, which is written as a whole: at most a thousand blocks, but for small ones.
     pub fn block(&self) -> u64 {
-        self.samples.div_ceil(MOST_BLOCKS).max(LEAST_BLOCK)
+        self.head.samples.div_ceil(MOST_BLOCKS).max(LEAST_BLOCK)
     }
 
     /// How many blocks there are.
     pub fn blocks(&self) -> u64 {
-        self.samples.div_ceil(self.block())
+        self.head.samples.div_ceil(self.block())
+    }
+
+    /// The blocks that are run: all of them, or those of the shard.
+    pub fn own_blocks(&self) -> Range<u64> {
+        let end = |number: u64, of: u64| (u128::from(self.blocks()) * u128::from(number) / u128::from(of)) as u64;
+        self.shard.map_or(0..self.blocks(), |Shard { number, of }| end(number - 1, of)..end(number, of))
+    }
+
+    /// The samples of blocks.
+    pub fn samples_of(&self, blocks: Range<u64>) -> Range<u64> {
+        let at = |block: u64| (block * self.block()).min(self.head.samples);
+        at(blocks.start)..at(blocks.end)
     }
 }
 
@@ -111,15 +131,16 @@ impl Project {
             distribution: varied.text.clone(),
         };
         Ok(SweepPlan {
-            samples,
-            seed,
             head: SweepHead {
                 identity: self.identity((samples, seed), &variants, settings),
+                samples,
+                seed,
                 variants,
                 varied: spec.varied.iter().map(told).collect(),
                 requirements: prepared.requirements.iter().map(|one| (one.in_words(), one.unit.clone())).collect(),
                 figures: prepared.figures.iter().map(|figure| (figure.name.clone(), figure.unit.clone())).collect(),
             },
+            shard: None,
             axes: spec.varied.iter().map(axis).collect(),
             spread: spec.varied.clone(),
             points: if spec.filling == Filling::Random { "random" } else { "latin_hypercube" },
@@ -178,15 +199,16 @@ impl Project {
             .iter()
             .filter_map(|name| prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == *name))
             .collect();
-        let all = usize::try_from(plan.samples).unwrap_or(usize::MAX).saturating_mul(chosen.len());
+        let asked = plan.samples_of(plan.own_blocks()).count();
+        let all = asked.saturating_mul(chosen.len());
         let heard = Counted::new(progress, known.len(), all);
         let size = plan.block();
         let there: BTreeSet<u64> = known.iter().map(|row| row.sample / size).collect();
-        let missing: Vec<u64> = (0..plan.blocks()).filter(|block| !there.contains(block)).collect();
+        let missing: Vec<u64> = plan.own_blocks().filter(|block| !there.contains(block)).collect();
         let mut rows = known;
         let mut ended = None;
         for block in missing {
-            let samples = block * size..(block * size + size).min(plan.samples);
+            let samples = plan.samples_of(block..block + 1);
             let cases: Vec<(u64, usize)> = samples.flat_map(|k| (0..chosen.len()).map(move |v| (k, v))).collect();
             let case = |(sample, variant): &(u64, usize)| {
                 // Runs that were ended are none, nor are those behind them in the block.
@@ -206,11 +228,17 @@ impl Project {
             }
             rows.extend(found);
         }
-        rows.sort_by_key(|row| (row.sample, row.variant));
-        let mut out = answered(prepared, plan, &rows);
-        out.warnings = diagnostics.iter().map(ToString::to_string).collect();
+        let mut out = self.sweep_answers(plan, rows);
         out.warnings.extend(ended.map(|why| format!("{why}: what was not computed by then is missing")));
         Ok(out)
+    }
+
+    /// What rows of a plan say together, as many as there are; nothing is run.
+    pub fn sweep_answers(&self, plan: &SweepPlan, mut rows: Vec<SweepRow>) -> Sweep {
+        rows.sort_by_key(|row| (row.sample, row.variant));
+        let mut out = answered(self.prepared(), plan, &rows);
+        out.warnings = self.mistakes().iter().map(ToString::to_string).collect();
+        out
     }
 
     /// A run.
@@ -290,16 +318,17 @@ fn fill(row: &mut SweepRow, prepared: &Prepared, run: &Run) {
 fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
     let parameters = plan.head.varied.iter().map(|varied| varied.name.clone()).collect();
     let answers = Answers { rows, parameters, variants: &plan.head.variants };
+    let asked = plan.samples_of(plan.own_blocks());
     let mut out = Sweep {
         model: prepared.name.clone(),
         description: prepared.description.clone(),
-        samples: plan.samples,
-        seed: plan.seed,
+        samples: plan.head.samples,
+        seed: plan.head.seed,
         points: plan.points.into(),
         variants: plan.head.variants.clone(),
         varied: plan.head.varied.clone(),
         rows: rows.len() as u64,
-        missing: plan.samples * plan.head.variants.len() as u64 - rows.len() as u64,
+        missing: (asked.end - asked.start) * plan.head.variants.len() as u64 - rows.len() as u64,
         failures: answers.failures(),
         confidence: CONFIDENCE,
         ..Sweep::default()
@@ -338,6 +367,17 @@ fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
             answers.fill_figure(k, &mut one);
             out.figures.push(one);
         }
+    }
+    if let Some(Shard { number, of }) = plan.shard {
+        out.notes.push(match asked.is_empty() {
+            true => format!("Shard {number} of {of}: there are fewer blocks of samples than shards, and it has none."),
+            false => format!(
+                "Shard {number} of {of}, samples {} to {} of {}: the whole is told by `kardan sweep merge` of all shards.",
+                asked.start,
+                asked.end - 1,
+                plan.head.samples
+            ),
+        });
     }
     if prepared.all().any(|variant| !variant.running.is_empty()) {
         out.notes.push(
