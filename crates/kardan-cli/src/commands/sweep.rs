@@ -86,7 +86,7 @@ fn write_manifest(out: &Path, (plan, shard): (&SweepPlan, Shard), rows: u64, sec
     let identity = plan.head.identity.replace('\\', "\\\\").replace('"', "\\\"");
     let Shard { number, of } = shard;
     let text = format!(
-        "{{\"schema\":\"kardan/1\",\"sweep\":\"{identity}\",\"shard\":{number},\"shards\":{of},\"first_sample\":{},\"samples\":{},\"rows\":{rows},\
+        "{{\"sweep\":\"{identity}\",\"shard\":{number},\"shards\":{of},\"first_sample\":{},\"samples\":{},\"rows\":{rows},\
          \"seconds\":{seconds:.3},\"threads\":{threads}}}\n",
         samples.start,
         samples.end - samples.start

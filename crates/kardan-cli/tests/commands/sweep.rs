@@ -93,6 +93,86 @@ fn an_ended_sweep_keeps_its_blocks() {
     assert!(warnings.contains("is missing"), "{warnings}");
 }
 
+/// Shards put together are the whole, bit by bit; what is missing is told, what is of another sweep refused.
+#[test]
+fn shards_are_the_whole() {
+    let at = folder("shards");
+    fs::write(at.join("m.toml"), MODEL).unwrap();
+    let sweep = |more: &[&str]| kardan(&at, &[&["sweep", "m.toml", "--samples", "450", "--seed", "3"], more].concat());
+    let whole = sweep(&["--out", "whole"]);
+    assert_eq!(whole.status.code(), Some(1));
+    for of in [1, 3, 9] {
+        let parts: Vec<String> = (1..=of).map(|k| format!("part-{k}-of-{of}")).collect();
+        for (k, part) in parts.iter().enumerate() {
+            let got = sweep(&["--shard", &format!("{}/{of}", k + 1), "--out", part]);
+            assert!(got.status.code() != Some(2), "{}", String::from_utf8_lossy(&got.stderr));
+            let manifest = fs::read(at.join(part).join(format!("shard-{}-of-{of}.json", k + 1))).unwrap();
+            let manifest: serde_json::Value = serde_json::from_slice(&manifest).unwrap();
+            assert_eq!(
+                (manifest["shard"].as_u64(), manifest["rows"].clone()),
+                (Some(k as u64 + 1), manifest["samples"].clone())
+            );
+        }
+        let names: Vec<&str> = parts.iter().map(String::as_str).collect();
+        let merge = |parts: &[&str], more: &[&str]| kardan(&at, &[&["sweep", "merge", "m.toml"], parts, more].concat());
+        let got = merge(&names, &["--out", "all"]);
+        assert_eq!(got.status.code(), Some(1), "{}", String::from_utf8_lossy(&got.stderr));
+        assert_eq!(fs::read(at.join("all/sweep.json")).unwrap(), fs::read(at.join("whole/sweep.json")).unwrap());
+        // A block that is there twice counts once.
+        let twice = merge(&[&names[..], &["whole"]].concat(), &["--json"]);
+        assert_eq!(twice.stdout, fs::read(at.join("whole/sweep.json")).unwrap());
+        if of == 3 {
+            let got = merge(&names[..2], &["--json"]);
+            let object = printed(&got.stdout);
+            assert_eq!((got.status.code(), object["missing"].as_u64()), (Some(2), Some(450 - 320)), "{object}");
+            assert!(object["notes"].to_string().contains("between samples 320 and 449"), "{object}");
+        }
+    }
+    fs::write(at.join("m.toml"), MODEL.replace("10 %", "20 %")).unwrap();
+    let got = kardan(&at, &["sweep", "merge", "m.toml", "whole", "--json"]);
+    assert!(got.status.code() == Some(2) && printed(&got.stdout).to_string().contains("of another sweep"));
+}
+
+/// Rows of a sweep run again are what they were, to the last bit, with a law that was designed on the values of the file.
+#[test]
+fn rows_run_again_are_the_same() {
+    let at = folder("again");
+    let law = "[control.hold]\nlaw = \"position_loop\"\noutput = \"a.phi\"\ninput = \"m\"\nreference = \"target\"\ndamping_ratio = 0.7\n\
+               natural_frequency = \"3 rad/s\"\n";
+    let model = MODEL.replace("signal = \"m.tau\"", "signal = \"target\"").replace("4 N m", "1 rad") + law;
+    fs::write(at.join("m.toml"), &model).unwrap();
+    let got = kardan(&at, &["sweep", "m.toml", "--samples", "70", "--out", "o", "--json"]);
+    if got.status.code() == Some(2) {
+        panic!("{}", String::from_utf8_lossy(&got.stderr));
+    }
+    let swept = |name: &str, sample: u64| {
+        let rows = fs::read(at.join("o/rows-000000.parquet")).unwrap();
+        let (_, rows) = kardan::export::rows_of_any_sweep(rows).unwrap();
+        let row = rows.iter().find(|row| row.sample == sample).unwrap();
+        row.values.iter().find(|(other, _)| other == name).unwrap().1
+    };
+    let again = |more: &[&str]| {
+        let run = ["run", "m.toml", "--variants-from", "o/rows-000000.parquet", "--runs-only", "--no-report", "--json"];
+        kardan(&at, &[&run, more].concat())
+    };
+    let got = again(&["--sample", "5,63"]);
+    let object = printed(&got.stdout);
+    for (k, sample) in [5, 63].into_iter().enumerate() {
+        let run = &object["variants"][k];
+        assert_eq!(run["name"], format!("model_sample-{sample}"));
+        let measured = run["requirements"][0]["measured"].as_f64().unwrap();
+        assert_eq!(measured.to_bits(), swept("requirement.1.measured", sample).to_bits());
+    }
+    for (more, told) in [
+        (&["--sample", "64"][..], "holds no sample 64"),
+        (&["--sample", "5", "--set", "a.inertia=3 kg m^2"], "of another sweep"),
+        (&["--sample", "5", "--tolerance", "1e-6"], "integrated otherwise"),
+    ] {
+        let got = again(more);
+        assert!(got.status.code() == Some(2) && printed(&got.stdout).to_string().contains(told), "{more:?}");
+    }
+}
+
 #[test]
 fn nonsense_is_refused() {
     let at = folder("nonsense");
@@ -104,6 +184,11 @@ fn nonsense_is_refused() {
         (&["sweep", "m.toml", "--samples", "20000000"], "20000000 samples"),
         (&["sweep", "m.toml", "--variant", "nobody"], "there is no variant `nobody`"),
         (&["sweep", "m.toml", "--resume"], "--out"),
+        (&["sweep", "m.toml", "--shard", "4/3", "--out", "o"], "there is no part 4 of 3"),
+        (&["sweep", "m.toml", "--shard", "0/3", "--out", "o"], "there is no part 0 of 3"),
+        (&["sweep", "m.toml", "--shard", "1/3"], "--out"),
+        (&["sweep", "merge", "m.toml", "nowhere"], "there are no rows in `nowhere`"),
+        (&["run", "m.toml", "--variants-from", "m.toml"], "cannot be read"),
         (&["sweep", "m.toml", "--out", "m.toml"], "exists already and is a file"),
     ] {
         let got = kardan(&at, arguments);
