@@ -153,11 +153,20 @@ fn failures(found: &Sweep) -> Body {
 
 fn varied(found: &Sweep) -> Body {
     let rows = found.varied.iter().map(|one| row![&one.name, &one.distribution]);
-    let told = format!(
-        "{} samples by {}, seed {}: each follows from the seed and its number alone.",
-        found.samples,
-        if found.points == "random" { "random draws" } else { "a Latin hypercube" },
-        found.seed
-    );
+    let how = match found.points.as_str() {
+        "random" => "random draws",
+        "sobol" => "Sobol's sequence",
+        "halton" => "Halton's sequence",
+        "corners" => "all corners",
+        "grid" => "all places of a grid",
+        _ => "a Latin hypercube",
+    };
+    let told = match found.points.as_str() {
+        "corners" | "grid" => format!("{} samples: {how}.", found.samples),
+        _ => format!(
+            "{} samples by {how}, seed {}: each follows from the seed and its number alone.",
+            found.samples, found.seed
+        ),
+    };
     Body::default().table_of(usize::MAX, &["parameter", "distribution"], rows).hint(told)
 }

@@ -398,9 +398,11 @@ keys! {
         optional {
             samples: Number(Sign::Positive) = "1000", "How many samples, at most ten millions.";
             seed: Number(Sign::NonNegative) = "0", "A whole number: another one, other samples.";
-            points: Choice(&["latin_hypercube", "random"]) = "latin_hypercube",
+            points: Choice(&["latin_hypercube", "sobol", "halton", "random", "corners", "grid"]) = "latin_hypercube",
                 "How samples fill the space of what varies. `latin_hypercube`: each value has one sample in each of as many parts of its distribution \
-                 as there are samples; `random`: each sample by itself.";
+                 as there are samples; `sobol` and `halton`: sequences that fill it evenly; `random`: each sample by itself; `corners`: every combination of \
+                 least and largest values; `grid`: every combination of `levels` values of each, from least to largest. Lists keep their values.";
+            levels: Number(Sign::Positive) = "5", "Values of each parameter on a grid.";
             variants: Words,
                 "The variants that run with each sample, all with the same values; left out: all.";
             vary: Tables(SweepVary),

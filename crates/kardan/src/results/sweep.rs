@@ -66,7 +66,7 @@ pub struct SweptRequirement {
     pub passed: u64,
     /// Samples in which it does not, those whose run ended early among them.
     pub failed: u64,
-    /// The part in which it holds.
+    /// The part in which it holds; nothing on a grid, whose samples are no draw.
     pub probability: Option<f64>,
     /// An interval for its probability at the confidence of the sweep (Clopper and Pearson, Biometrika 26, 1934, 404), for samples that are drawn each by itself;
     /// those of a Latin hypercube spread no more, but for a part of one in n (Owen, SIAM J. Numer. Anal. 34, 1997, 1884).

@@ -11,7 +11,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use answers::{Answers, CONFIDENCE};
-use points::{Axis, Filling};
+use points::{Axis, Filling, axes, combinations};
 pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
 use spec::{MOST_SAMPLES, Varied};
@@ -116,7 +116,15 @@ impl Project {
             let help = "write tolerances behind values, \"100 N m/rad ± 10 %\", or a table `[sweep]`; `kardan elements sweep` shows one";
             return refused("sweep::nothing", "nothing in the file varies", help);
         };
-        let (samples, seed) = (settings.samples.unwrap_or(spec.samples), settings.seed.unwrap_or(spec.seed));
+        let (mut samples, seed) = (settings.samples.unwrap_or(spec.samples), settings.seed.unwrap_or(spec.seed));
+        if let Filling::Levels(levels) = spec.filling {
+            let all = combinations(levels, spec.varied.iter().map(|varied| &varied.distribution));
+            if settings.samples.is_some_and(|asked| asked != all) {
+                let message = format!("{samples} samples: all combinations of the grid are {all}");
+                return refused("sweep::samples", &message, "leave the number out, or take other `points`");
+            }
+            samples = all;
+        }
         if samples == 0 || samples > MOST_SAMPLES {
             let message = format!("{samples} samples: there can be 1 to {MOST_SAMPLES}");
             return refused("sweep::samples", &message, "ask for another number of samples");
@@ -124,7 +132,7 @@ impl Project {
         let asked = if settings.variants.is_empty() { &spec.variants } else { &settings.variants };
         let variants = prepared.all().map(|variant| variant.name.clone());
         let variants: Vec<String> = variants.filter(|name| asked.is_empty() || asked.contains(name)).collect();
-        let axis = |varied: &Varied| Axis::new(spec.filling, (seed, &varied.name), samples);
+        let spread = spec.varied.iter().map(|varied| (varied.name.as_str(), &varied.distribution));
         let told = |varied: &Varied| SweptParameter {
             name: varied.name.clone(),
             unit: varied.dimension.si(),
@@ -141,9 +149,9 @@ impl Project {
                 figures: prepared.figures.iter().map(|figure| (figure.name.clone(), figure.unit.clone())).collect(),
             },
             shard: None,
-            axes: spec.varied.iter().map(axis).collect(),
+            axes: axes(spec.filling, (seed, samples), spread),
             spread: spec.varied.clone(),
-            points: if spec.filling == Filling::Random { "random" } else { "latin_hypercube" },
+            points: spec.filling.word(),
         })
     }
 
@@ -319,6 +327,7 @@ fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
     let parameters = plan.head.varied.iter().map(|varied| varied.name.clone()).collect();
     let answers = Answers { rows, parameters, variants: &plan.head.variants };
     let asked = plan.samples_of(plan.own_blocks());
+    let on_grid = ["corners", "grid"].contains(&plan.points);
     let mut out = Sweep {
         model: prepared.name.clone(),
         description: prepared.description.clone(),
@@ -351,6 +360,9 @@ fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
                 measured: SweptValues::default(),
             };
             answers.fill_requirement(k, &mut one);
+            if on_grid {
+                (one.probability, one.interval) = (None, None);
+            }
             out.requirements.push(one);
         }
     }
@@ -367,6 +379,11 @@ fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
             answers.fill_figure(k, &mut one);
             out.figures.push(one);
         }
+    }
+    if on_grid {
+        out.notes.push(
+            "The samples are no draw: in how many of them a requirement holds is a count, and no probability.".into(),
+        );
     }
     if let Some(Shard { number, of }) = plan.shard {
         out.notes.push(match asked.is_empty() {

@@ -8,6 +8,8 @@ use crate::num::Random;
 const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 /// Rounds of the permutation.
 const ROUNDS: u64 = 6;
+/// Binary digits of Sobol's directions: of so many points at most.
+const SOBOL_DIGITS: usize = 32;
 
 /// How points fill the cube.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,50 +18,147 @@ pub(super) enum Filling {
     Random,
     /// Each axis has one point in each of as many strips as there are points (McKay, Beckman, Conover, Technometrics 21, 1979, 239).
     LatinHypercube,
+    /// Sobol's sequence with the directions of Joe and Kuo (SIAM J. Sci. Comput. 30, 2008, 2635), shifted by the seed in its binary digits.
+    Sobol,
+    /// Halton's sequence (Numer. Math. 2, 1960, 84), shifted by the seed (Cranley and Patterson).
+    Halton,
+    /// Every combination of so many values of each axis, from end to end.
+    Levels(u64),
+}
+
+impl Filling {
+    /// The words of files, in order.
+    pub fn named(word: &str, levels: u64) -> Self {
+        match word {
+            "random" => Self::Random,
+            "sobol" => Self::Sobol,
+            "halton" => Self::Halton,
+            "corners" => Self::Levels(2),
+            "grid" => Self::Levels(levels),
+            _ => Self::LatinHypercube,
+        }
+    }
+
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Random => "random",
+            Self::LatinHypercube => "latin_hypercube",
+            Self::Sobol => "sobol",
+            Self::Halton => "halton",
+            Self::Levels(2) => "corners",
+            Self::Levels(_) => "grid",
+        }
+    }
 }
 
 /// Points along one axis.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Axis {
+pub(super) enum Axis {
+    Random { draws: u64 },
+    Strips { count: u64, draws: u64, keys: u64 },
+    Sobol { directions: Vec<u64>, shift: u64 },
+    Halton { base: u64, shift: f64 },
+    Levels { stride: u64, count: u64 },
+}
+
+/// Axes of these distributions, each with its name, for as many points as there are; a grid has as many as there are combinations.
+pub(super) fn axes<'d>(
     filling: Filling,
-    count: u64,
-    draws: u64,
-    keys: u64,
+    (seed, points): (u64, u64),
+    spread: impl Iterator<Item = (&'d str, &'d Distribution)>,
+) -> Vec<Axis> {
+    let spread: Vec<_> = spread.collect();
+    let mut directions = Vec::new();
+    if filling == Filling::Sobol {
+        let parameters = sobol::params::JoeKuoD6::standard();
+        directions = sobol::Sobol::<f64>::init_direction_vals(spread.len(), SOBOL_DIGITS, &parameters);
+    }
+    let (mut stride, mut base) = (1u64, 1u64);
+    let axis = |(k, (name, distribution)): (usize, &(&str, &Distribution))| {
+        let mut random = Random::named(seed, name);
+        match filling {
+            Filling::Random => Axis::Random { draws: random.next_u64() },
+            Filling::LatinHypercube => {
+                Axis::Strips { count: points, draws: random.next_u64(), keys: random.next_u64() }
+            }
+            Filling::Sobol => Axis::Sobol { directions: std::mem::take(&mut directions[k]), shift: random.next_u64() },
+            Filling::Halton => {
+                base = next_prime(base);
+                Axis::Halton { base, shift: random.next_u64() as f64 / u64::MAX as f64 }
+            }
+            Filling::Levels(levels) => {
+                let count = distribution.levels(levels);
+                let own = stride;
+                stride = stride.saturating_mul(count);
+                Axis::Levels { stride: own, count }
+            }
+        }
+    };
+    spread.iter().enumerate().map(axis).collect()
+}
+
+/// The number of combinations of a grid.
+pub(super) fn combinations<'d>(levels: u64, spread: impl Iterator<Item = &'d Distribution>) -> u64 {
+    spread.map(|distribution| distribution.levels(levels)).fold(1, u64::saturating_mul)
+}
+
+fn next_prime(after: u64) -> u64 {
+    let is_prime = |n: &u64| (2..*n).take_while(|k| k * k <= *n).all(|k| n % k != 0);
+    (after + 1..).find(is_prime).unwrap_or(after)
 }
 
 impl Axis {
-    /// That of a name among so many points.
-    pub fn new(filling: Filling, (seed, name): (u64, &str), count: u64) -> Self {
-        let mut random = Random::named(seed, name);
-        Self { filling, count, draws: random.next_u64(), keys: random.next_u64() }
-    }
-
-    /// Where the point of a number lies, between 0 and 1 and at neither end.
+    /// Where the point of a number lies, from 0 to 1; at an end only on a grid.
     pub fn at(&self, number: u64) -> f64 {
-        let draw = Random::new(self.draws.wrapping_add(number.wrapping_mul(STEP))).next_u64() >> 11;
-        let within = (draw as f64 + 0.5) / (1u64 << 53) as f64;
-        let place = match self.filling {
-            Filling::Random => within,
-            Filling::LatinHypercube => (self.permuted(number % self.count) as f64 + within) / self.count as f64,
+        let drawn = |draws: u64| {
+            let draw = Random::new(draws.wrapping_add(number.wrapping_mul(STEP))).next_u64() >> 11;
+            (draw as f64 + 0.5) / (1u64 << 53) as f64
+        };
+        let place = match self {
+            Self::Random { draws } => drawn(*draws),
+            Self::Strips { count, draws, keys } => {
+                (permuted(number % count, *count, *keys) as f64 + drawn(*draws)) / *count as f64
+            }
+            Self::Sobol { directions, shift } => {
+                let gray = number ^ (number >> 1);
+                let own = directions.iter().enumerate().filter(|(digit, _)| gray >> digit & 1 == 1);
+                let digits = own.fold(*shift, |sum, (_, direction)| sum ^ direction);
+                ((digits >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+            }
+            Self::Halton { base, shift } => (radical_inverse(number, *base) + shift).fract(),
+            // From the one end to the other, exactly.
+            Self::Levels { count: 1, .. } => return 0.5,
+            Self::Levels { stride, count } => return (number / stride % count) as f64 / (count - 1) as f64,
         };
         place.clamp(f64::MIN_POSITIVE, 1.0 - 0.5 * f64::EPSILON)
     }
+}
 
-    /// Another number below the count, each for one: a Feistel network over the next power of four, walked until it is below.
-    fn permuted(&self, number: u64) -> u64 {
-        let bits = (u64::BITS - (self.count.max(2) - 1).leading_zeros()).div_ceil(2);
-        let mask = (1u64 << bits) - 1;
-        let mut number = number;
-        loop {
-            let (mut left, mut right) = (number >> bits, number & mask);
-            for round in 0..ROUNDS {
-                let mixed = Random::new(self.keys.wrapping_add(round.wrapping_mul(STEP)) ^ right).next_u64() & mask;
-                (left, right) = (right, left ^ mixed);
-            }
-            number = left << bits | right;
-            if number < self.count {
-                return number;
-            }
+/// The digits of a number to a base, behind the point in the other order.
+fn radical_inverse(mut number: u64, base: u64) -> f64 {
+    let (mut inverse, mut digit) = (0.0, 1.0 / base as f64);
+    while number > 0 {
+        inverse += (number % base) as f64 * digit;
+        number /= base;
+        digit /= base as f64;
+    }
+    inverse
+}
+
+/// Another number below the count, each for one: a Feistel network over the next power of four, walked until it is below.
+fn permuted(number: u64, count: u64, keys: u64) -> u64 {
+    let bits = (u64::BITS - (count.max(2) - 1).leading_zeros()).div_ceil(2);
+    let mask = (1u64 << bits) - 1;
+    let mut number = number;
+    loop {
+        let (mut left, mut right) = (number >> bits, number & mask);
+        for round in 0..ROUNDS {
+            let mixed = Random::new(keys.wrapping_add(round.wrapping_mul(STEP)) ^ right).next_u64() & mask;
+            (left, right) = (right, left ^ mixed);
+        }
+        number = left << bits | right;
+        if number < count {
+            return number;
         }
     }
 }
@@ -78,6 +177,16 @@ pub(super) enum Distribution {
 }
 
 impl Distribution {
+    /// How many of its values a grid has.
+    fn levels(&self, levels: u64) -> u64 {
+        if let Self::Listed(values) = self { values.len() as u64 } else { levels }
+    }
+
+    /// Whether it has a least and a largest value.
+    pub fn has_ends(&self) -> bool {
+        !matches!(self, Self::Normal { from, to, .. } if !from.is_finite() || !to.is_finite())
+    }
+
     /// The value below which there is this part of all.
     pub fn quantile(&self, part: f64) -> f64 {
         match self {
@@ -115,11 +224,67 @@ mod tests {
 
     use super::*;
 
+    const UNIT: Distribution = Distribution::Uniform { from: 0.0, to: 1.0 };
+
+    fn axis(filling: Filling, seed_and_count: (u64, u64)) -> Axis {
+        axes(filling, seed_and_count, [("x", &UNIT)].into_iter()).remove(0)
+    }
+
+    /// Sobol's first 2^m points have one in each strip of 2^-m of each axis, and in each box of that area of the first two; Halton's first 2^j 3^k
+    /// one in each box of 2^j by 3^k: whatever the shift, which moves strips as a whole, the first; counts in boxes are then at most 2 for the other.
+    #[test]
+    fn sequences_fill_the_square_evenly() {
+        let square = |filling| axes(filling, (5, 0), [("x", &UNIT), ("y", &UNIT), ("z", &UNIT)].into_iter());
+        let sobol = square(Filling::Sobol);
+        for (m, split) in [(6, 0), (6, 1), (6, 3), (6, 5), (10, 4)] {
+            let mut boxes = vec![0; 1 << m];
+            for k in 0..1u64 << m {
+                let [x, y] = [(&sobol[0], split), (&sobol[1], m - split)]
+                    .map(|(axis, bits)| (axis.at(k) * f64::from(1u32 << bits)) as usize);
+                boxes[x << (m - split) | y] += 1;
+            }
+            assert!(boxes.iter().all(|count| *count == 1), "{m} {split}");
+        }
+        for filling in [Filling::Sobol, Filling::Halton] {
+            // The mean of x y z over the cube is 1/8; random draws would leave 0.0026.
+            let axes = square(filling);
+            let mean = (0..4096).map(|k| axes.iter().map(|axis| axis.at(k)).product::<f64>()).sum::<f64>() / 4096.0;
+            assert!((mean - 0.125).abs() < 4e-4, "{filling:?}: {mean}");
+        }
+        assert_eq!([0, 1, 2, 3, 4].map(|k| radical_inverse(k, 3)), [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0 / 9.0, 4.0 / 9.0]);
+        assert_eq!([1, 2, 3, 5, 7, 11].map(next_prime), [2, 3, 5, 7, 11, 13]);
+    }
+
+    /// Every combination once, ends and lists exactly.
+    #[test]
+    fn grids_have_every_combination() {
+        let wide = Distribution::Uniform { from: 0.1, to: 0.7 };
+        let listed = Distribution::Listed(vec![1.0, 2.0, 5.0]);
+        let spread = [&wide, &listed, &wide];
+        assert_eq!(combinations(2, spread.into_iter()), 12);
+        let axes = axes(Filling::Levels(2), (0, 12), [("a", &wide), ("b", &listed), ("c", &wide)].into_iter());
+        let mut found: Vec<[f64; 3]> =
+            (0..12).map(|k| [0, 1, 2].map(|axis| spread[axis].quantile(axes[axis].at(k)))).collect();
+        found.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        found.dedup();
+        assert_eq!(found.len(), 12);
+        assert!(
+            found.iter().all(|[a, b, c]| [a, c].iter().all(|x| [0.1, 0.7].contains(x)) && [1.0, 2.0, 5.0].contains(b))
+        );
+        let middle = axes_of_three(&wide);
+        assert_eq!(middle.map(|x| (x * 1e12).round()), [0.1e12, 0.4e12, 0.7e12]);
+    }
+
+    fn axes_of_three(of: &Distribution) -> [f64; 3] {
+        let axis = axes(Filling::Levels(3), (0, 3), [("a", of)].into_iter()).remove(0);
+        [0, 1, 2].map(|k| of.quantile(axis.at(k)))
+    }
+
     /// Each strip has one point, whatever the count.
     #[test]
     fn latin_hypercubes_have_a_point_in_each_strip() {
         for count in [1, 2, 3, 7, 64, 1000] {
-            let axis = Axis::new(Filling::LatinHypercube, (3, "bar.stiffness"), count);
+            let axis = axis(Filling::LatinHypercube, (3, count));
             let mut strips: Vec<u64> = (0..count).map(|k| (axis.at(k) * count as f64) as u64).collect();
             strips.sort_unstable();
             assert_eq!(strips, (0..count).collect::<Vec<_>>());
@@ -130,7 +295,7 @@ mod tests {
     #[test]
     fn distributions_have_their_moments() {
         let n = 20_000;
-        let axis = Axis::new(Filling::LatinHypercube, (1, "x"), n);
+        let axis = axis(Filling::LatinHypercube, (1, n));
         let moments = |of: &Distribution| {
             let values: Vec<f64> = (0..n).map(|k| of.quantile(axis.at(k))).collect();
             let mean = values.iter().sum::<f64>() / n as f64;

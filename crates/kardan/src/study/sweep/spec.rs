@@ -17,6 +17,8 @@ use crate::units::{Dimension, Exact};
 const SWEEP: &str = "`[sweep]`";
 /// Most samples.
 pub(super) const MOST_SAMPLES: u64 = 10_000_000;
+/// Levels of a grid, where none are given.
+const LEVELS: u64 = 5;
 /// An end of a normal distribution is at most so many deviations on the other side of its mean.
 const MOST_DEVIATIONS: f64 = 6.0;
 
@@ -63,12 +65,41 @@ pub(in crate::study) fn sweep_spec(known: &Known<'_>, variants: &[String], out: 
     if !table.values.contains_key("vary") && !table.values.contains_key("lists") {
         varied = tolerances(document);
     }
+    let levels = whole(&reader, table, "levels", SWEEP, out).unwrap_or(LEVELS);
+    let filling = Filling::named(read_word(table, "points").unwrap_or_default(), levels.clamp(2, MOST_SAMPLES));
+    check_points(table, filling, (levels, &varied), out);
     SweepSpec {
         samples,
         seed: whole(&reader, table, "seed", SWEEP, out).unwrap_or_default(),
-        filling: if read_word(table, "points") == Some("random") { Filling::Random } else { Filling::LatinHypercube },
+        filling,
         variants: known_variants(table, variants, known, SWEEP, out),
         varied,
+    }
+}
+
+/// Tells of keys that the points do not read, and of what has no ends.
+fn check_points(table: &Table, filling: Filling, (levels, varied): (u64, &[Varied]), out: &mut Vec<Diagnostic>) {
+    let mut refuse = |key: &str, message: String, help: &str| {
+        let place = TableReader::place(table, key);
+        out.push(Diagnostic::error("sweep::points", format!("{SWEEP}: {message}")).at(place, "here").help(help));
+    };
+    let here = |key: &str| table.values.contains_key(key);
+    let word = filling.word();
+    let on_grid = matches!(filling, Filling::Levels(_));
+    if here("levels") && read_word(table, "points") != Some("grid") {
+        refuse("levels", "`levels` are those of `points = \"grid\"`".into(), "take it out, or take a grid");
+    } else if levels < 2 {
+        refuse("levels", format!("a grid has {levels} level"), "from end to end it takes two at least");
+    }
+    if !on_grid {
+        return;
+    }
+    for key in ["samples", "seed"].into_iter().filter(|key| here(key)) {
+        refuse(key, format!("`{key}`: the samples of `points = \"{word}\"` are all combinations"), "take it out");
+    }
+    for one in varied.iter().filter(|one| !one.distribution.has_ends()) {
+        let message = format!("`{}` has no least or no largest value: {}", one.name, one.text);
+        refuse("points", message, "give it `from` and `to` in `[[sweep.vary]]`, or take other points");
     }
 }
 
