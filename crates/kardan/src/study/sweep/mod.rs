@@ -2,7 +2,9 @@
 
 mod answers;
 mod points;
+mod region;
 mod spec;
+mod tree;
 
 use std::collections::BTreeSet;
 
@@ -10,6 +12,7 @@ use rayon::prelude::*;
 
 use answers::{Answers, CONFIDENCE};
 use points::{Axis, Filling};
+use region::failing_rules;
 pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
 use spec::{MOST_SAMPLES, Varied};
@@ -297,7 +300,6 @@ fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
         for variant in own(&requirement.variants) {
             let mut one = SweptRequirement {
                 text: plan.head.requirements[k].0.clone(),
-                variant,
                 unit: requirement.unit.clone(),
                 display: requirement.display.clone(),
                 passed: 0,
@@ -305,6 +307,8 @@ fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
                 probability: None,
                 interval: None,
                 measured: SweptValues::default(),
+                rules: failing_rules(&answers, (k, &variant), &plan.head.varied),
+                variant,
             };
             answers.fill_requirement(k, &mut one);
             out.requirements.push(one);
@@ -323,6 +327,9 @@ fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
             answers.fill_figure(k, &mut one);
             out.figures.push(one);
         }
+    }
+    if out.requirements.iter().any(|one| !one.rules.is_empty()) {
+        out.notes.push(region::NOTE.into());
     }
     if prepared.all().any(|variant| !variant.running.is_empty()) {
         out.notes.push(
