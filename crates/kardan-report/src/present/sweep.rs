@@ -90,8 +90,8 @@ fn requirements(found: &Sweep) -> Body {
 fn rules(found: &Sweep) -> Body {
     let with = found.requirements.iter().filter(|one| !one.rules.is_empty());
     with.fold(Body::default(), |body, one| {
-        let variant = if several(found) { format!(", {}", one.variant) } else { String::new() };
-        body.say(format!("{}{variant}: where it fails", one.text)).list(one.rules.iter().map(rule))
+        let variant = if several(found) { format!(" ({})", one.variant) } else { String::new() };
+        body.say(format!("{}{variant} fails where:", one.text)).list(one.rules.iter().map(rule))
     })
 }
 
