@@ -2,10 +2,12 @@
 
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::text::{figure, number};
-use kardan::results::{DisplayUnit, Sweep, SweptRequirement, SweptValues, Verdict};
+use kardan::results::{DisplayUnit, Sweep, SweptBound, SweptRequirement, SweptRule, SweptValues, Verdict};
 
 /// Digits of a number.
 const DIGITS: usize = 4;
+/// Digits of a bound: those that it has, as its file would have them.
+const BOUND_DIGITS: usize = 15;
 /// Parameters that are told of a figure.
 const MOST_SHARES: usize = 4;
 
@@ -18,6 +20,7 @@ pub fn page(found: &Sweep) -> Page {
         alerts: warnings(&found.warnings),
         sections: Page::sections([
             ("requirements", "Probability of each requirement", requirements(found)),
+            ("rules", "Where they fail", rules(found)),
             ("figures", "Figures", figures(found)),
             ("measured", "What requirements measure", measured(found)),
             ("failures", "Runs that did not come to their end", failures(found)),
@@ -81,6 +84,40 @@ fn requirements(found: &Sweep) -> Body {
     let hint = "The interval is that of Clopper and Pearson for samples drawn each by itself; those of a Latin hypercube spread no more.";
     let body = Body::default().table_of(usize::MAX, &columns, found.requirements.iter().map(one));
     if found.requirements.is_empty() { body } else { body.hint(hint.to_string()) }
+}
+
+/// Where requirements fail, each with its rules.
+fn rules(found: &Sweep) -> Body {
+    let with = found.requirements.iter().filter(|one| !one.rules.is_empty());
+    with.fold(Body::default(), |body, one| {
+        let variant = if several(found) { format!(" ({})", one.variant) } else { String::new() };
+        body.say(format!("{}{variant} fails where:", one.text)).list(one.rules.iter().map(rule))
+    })
+}
+
+/// A rule as a sentence.
+fn rule(rule: &SweptRule) -> String {
+    let there: Vec<String> = rule.bounds.iter().map(bound).collect();
+    let percent = |part: f64| figure(100.0 * part, 3);
+    let [low, high] = rule.interval.map(percent);
+    let SweptRule { inside, failed, .. } = rule;
+    let covers = percent(rule.covers);
+    format!(
+        "{}: {failed} of {inside} samples there fail ({low} % to {high} %), {covers} % of all failures.",
+        there.join(" and ")
+    )
+}
+
+/// `0.2 ≤ grip < 0.41`
+fn bound(bound: &SweptBound) -> String {
+    let value = |value: f64| format!("{} {}", figure(value, BOUND_DIGITS), bound.unit).trim_end().to_string();
+    let name = &bound.parameter;
+    match (bound.above.map(value), bound.below.map(value)) {
+        (Some(above), Some(below)) => format!("{above} ≤ {name} < {below}"),
+        (Some(above), None) => format!("{name} ≥ {above}"),
+        (None, Some(below)) => format!("{name} < {below}"),
+        (None, None) => name.clone(),
+    }
 }
 
 /// A number in its unit.

@@ -1,6 +1,7 @@
 //! What is found out about a model stands in its page too.
 
-use kardan::study::{DesignSettings, IdentifySettings, LogFile, Silent, design, identify};
+use kardan::project::Project;
+use kardan::study::{DesignSettings, IdentifySettings, LogFile, Settings, Silent, SweepSettings, design, identify};
 use kardan::tables::read::in_memory;
 
 /// A loop whose torque may hardly be larger is no good design, and its page says at which factor.
@@ -41,4 +42,21 @@ fn a_damaged_log() {
     let page = kardan_report::identification(&found).html();
     assert!(!sound && page.contains("The parameter is determined"), "{verdict}");
     assert!(page.contains("class=\"verdict bad\"") && page.contains("damaged"), "{verdict}");
+}
+
+/// Where a requirement fails stands below its probability, with units and with what was counted; the speed of a is 4 N m · 1 s / J.
+#[test]
+fn where_samples_fail() {
+    let source = "[shaft.a]\ninertia = \"2 kg m^2 ± 10 %\"\n[motor.m]\nshaft = \"a\"\n[scenario]\nduration = \"1 s\"\n\
+                  [[scenario.event]]\nsignal = \"m.tau\"\nat = \"0 s\"\nto = \"4 N m\"\n\
+                  [[requirement]]\nsignal = \"a.w\"\nmeasure = \"final\"\nabove = \"2 rad/s\"\n";
+    let project = Project::open(source);
+    let plan = project.sweep_plan(&SweepSettings { samples: Some(100), ..SweepSettings::default() }).expect("a plan");
+    let found = project.sweep(&plan, &Settings::default(), Vec::new(), &Silent, &mut |_, _| Ok(())).expect("a sweep");
+    let rule = &found.requirements[0].rules[0];
+    let page = kardan_report::sweep(&found).markdown();
+    let told = format!("a.inertia ≥ 2 kg m^2: {0} of {0} samples there fail", rule.inside);
+    for said in ["Where they fail", "fails where:", &told, "100 % of all failures", "even numbers"] {
+        assert!(page.contains(said), "{said}: {page}");
+    }
 }

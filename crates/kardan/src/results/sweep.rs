@@ -16,7 +16,7 @@ pub struct Sweep {
     pub samples: u64,
     /// What the samples follow from, with their numbers.
     pub seed: u64,
-    /// How samples fill the space: `latin_hypercube`, `random`.
+    /// How samples fill the space: `latin_hypercube`, `sobol`, `halton`, `random`, `corners`, `grid`.
     pub points: String,
     /// The variants that ran with each sample.
     pub variants: Vec<String>,
@@ -73,6 +73,37 @@ pub struct SweptRequirement {
     pub interval: Option<[f64; 2]>,
     /// What is measured, over all samples.
     pub measured: SweptValues,
+    /// Where it fails, what covers the most failures first; empty where nothing better than chance is known.
+    pub rules: Vec<SweptRule>,
+}
+
+/// Where a requirement fails: a leaf of a tree of thresholds (CART: Breiman, Friedman, Olshen, Stone, Classification and Regression Trees, 1984)
+/// that is grown on one half of the samples, by lot; its numbers are those of the other half.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SweptRule {
+    /// All of them hold there.
+    pub bounds: Vec<SweptBound>,
+    /// How many samples are there.
+    pub inside: u64,
+    /// How many of those fail.
+    pub failed: u64,
+    /// An interval for the probability of failing there, at the confidence of the sweep (Clopper and Pearson).
+    pub interval: [f64; 2],
+    /// The part of all failures that lies there.
+    pub covers: f64,
+}
+
+/// Between which values a parameter is.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SweptBound {
+    /// The parameter.
+    pub parameter: String,
+    /// Its SI unit.
+    pub unit: String,
+    /// It is below this one.
+    pub below: Option<f64>,
+    /// It is at least this one.
+    pub above: Option<f64>,
 }
 
 /// A figure over all samples.

@@ -78,6 +78,24 @@ fn probabilities_are_those_of_the_closed_form() {
     }
 }
 
+/// The speed 4 N m · 1 s / J is above 2 rad/s up to J = 2 kg m²: the rule says so, and holds for each sample that it was not made of.
+#[test]
+fn where_it_fails_is_the_closed_form() {
+    let (rows, found) = swept(&Project::open(MODEL), &of(600));
+    let [rule] = &found.requirements[0].rules[..] else { panic!("{:?}", found.requirements[0].rules) };
+    let failed = rows.iter().filter(|row| row.sample % 2 == 1 && row.values[0] > 2.0).count() as u64;
+    assert_eq!((rule.inside, rule.failed, rule.covers), (failed, failed, 1.0));
+    // Halfway between neighbours it has as few digits as lie between them.
+    let [bound] = &rule.bounds[..] else { panic!("{rule:?}") };
+    assert_eq!((bound.parameter.as_str(), bound.unit.as_str()), ("a.inertia", "kg m^2"));
+    assert_eq!((bound.above, bound.below), (Some(2.0), None));
+    // All fail: what was seen least often is half of what the confidence leaves.
+    assert!(
+        (kardan_rt::functions::powi(rule.interval[0], failed as i32) - 0.025).abs() < 1e-9 && rule.interval[1] == 1.0
+    );
+    assert!(found.notes.iter().any(|note| note.contains("one half of the samples")), "{:?}", found.notes);
+}
+
 /// A row is the run of its values, to the last bit; its file gives it back.
 #[test]
 fn rows_are_single_runs() {

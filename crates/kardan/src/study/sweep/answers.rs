@@ -23,7 +23,7 @@ pub(super) struct Answers<'a> {
 
 impl Answers<'_> {
     /// Rows of a variant.
-    fn of(&self, variant: &str) -> impl Iterator<Item = &SweepRow> {
+    pub fn of(&self, variant: &str) -> impl Iterator<Item = &SweepRow> {
         let number = self.variants.iter().position(|name| name == variant);
         self.rows.iter().filter(move |row| Some(row.variant) == number)
     }
@@ -130,7 +130,7 @@ fn quantile(sorted: &[f64], part: f64) -> f64 {
 }
 
 /// The interval of a probability of which `hits` of `all` were seen.
-fn clopper_pearson(hits: u64, all: u64, confidence: f64) -> [f64; 2] {
+pub(super) fn clopper_pearson(hits: u64, all: u64, confidence: f64) -> [f64; 2] {
     let (k, n, tail) = (hits as f64, all as f64, 0.5 * (1.0 - confidence));
     let point = |a: f64, b: f64, part: f64| Beta::new(a, b).map_or(f64::NAN, |beta| beta.inverse_cdf(part));
     // At its ends it has a closed form.

@@ -3,7 +3,9 @@
 mod again;
 mod answers;
 mod points;
+mod region;
 mod spec;
+mod tree;
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -12,6 +14,7 @@ use rayon::prelude::*;
 
 use answers::{Answers, CONFIDENCE};
 use points::{Axis, Filling, axes, combinations};
+use region::failing_rules;
 pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
 use spec::{MOST_SAMPLES, Varied};
@@ -327,7 +330,6 @@ fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
     let parameters = plan.head.varied.iter().map(|varied| varied.name.clone()).collect();
     let answers = Answers { rows, parameters, variants: &plan.head.variants };
     let asked = plan.samples_of(plan.own_blocks());
-    let on_grid = ["corners", "grid"].contains(&plan.points);
     let mut out = Sweep {
         model: prepared.name.clone(),
         description: prepared.description.clone(),
@@ -350,7 +352,6 @@ fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
         for variant in own(&requirement.variants) {
             let mut one = SweptRequirement {
                 text: plan.head.requirements[k].0.clone(),
-                variant,
                 unit: requirement.unit.clone(),
                 display: requirement.display.clone(),
                 passed: 0,
@@ -358,10 +359,12 @@ fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
                 probability: None,
                 interval: None,
                 measured: SweptValues::default(),
+                rules: failing_rules(&answers, (k, &variant), &plan.head.varied),
+                variant,
             };
             answers.fill_requirement(k, &mut one);
-            if on_grid {
-                (one.probability, one.interval) = (None, None);
+            if is_grid(plan) {
+                (one.probability, one.interval, one.rules) = (None, None, Vec::new());
             }
             out.requirements.push(one);
         }
@@ -380,13 +383,21 @@ fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
             out.figures.push(one);
         }
     }
-    if on_grid {
-        out.notes.push(
+    out.notes = notes(prepared, plan, &out);
+    out
+}
+
+/// What is to be known of the answers.
+fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
+    let mut notes: Vec<String> = Vec::new();
+    if is_grid(plan) {
+        notes.push(
             "The samples are no draw: in how many of them a requirement holds is a count, and no probability.".into(),
         );
     }
     if let Some(Shard { number, of }) = plan.shard {
-        out.notes.push(match asked.is_empty() {
+        let asked = plan.samples_of(plan.own_blocks());
+        notes.push(match asked.is_empty() {
             true => format!("Shard {number} of {of}: there are fewer blocks of samples than shards, and it has none."),
             false => format!(
                 "Shard {number} of {of}, samples {} to {} of {}: the whole is told by `kardan sweep merge` of all shards.",
@@ -396,11 +407,19 @@ fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
             ),
         });
     }
+    if found.requirements.iter().any(|one| !one.rules.is_empty()) {
+        notes.push(region::NOTE.into());
+    }
     if prepared.all().any(|variant| !variant.running.is_empty()) {
-        out.notes.push(
+        notes.push(
             "Laws are those of the values in the file, whatever the sample is; programs and blocks follow its values."
                 .into(),
         );
     }
-    out
+    notes
+}
+
+/// Whether the samples are all combinations of some values.
+fn is_grid(plan: &SweepPlan) -> bool {
+    ["corners", "grid"].contains(&plan.points)
 }
