@@ -81,9 +81,10 @@ fn requirements(found: &Sweep) -> Body {
         ]);
         cells
     };
-    let hint = "The interval is that of Clopper and Pearson for samples drawn each by itself; those of a Latin hypercube spread no more.";
+    let hint = "The interval is that of Clopper and Pearson for samples drawn each by itself; those of a Latin hypercube or of a sequence spread no more.";
     let body = Body::default().table_of(usize::MAX, &columns, found.requirements.iter().map(one));
-    if found.requirements.is_empty() { body } else { body.hint(hint.to_string()) }
+    let drawn = found.requirements.iter().any(|one| one.interval.is_some());
+    if drawn { body.hint(hint.to_string()) } else { body }
 }
 
 /// Where requirements fail, each with its rules.
