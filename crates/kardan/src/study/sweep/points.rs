@@ -103,7 +103,7 @@ pub(super) fn combinations<'d>(levels: u64, spread: impl Iterator<Item = &'d Dis
 }
 
 fn next_prime(after: u64) -> u64 {
-    let is_prime = |n: &u64| (2..*n).take_while(|k| k * k <= *n).all(|k| n % k != 0);
+    let is_prime = |n: &u64| (2..*n).take_while(|k| k * k <= *n).all(|k| !n.is_multiple_of(k));
     (after + 1..).find(is_prime).unwrap_or(after)
 }
 
