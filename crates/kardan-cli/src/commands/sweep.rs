@@ -224,7 +224,7 @@ fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<Vec<Swe
 fn rows_of(plan: &SweepPlan, block: u64, path: &Path) -> Result<Vec<SweepRow>, String> {
     let read = fs::read(path).map_err(|error| reason(&error));
     let found = read.and_then(|bytes| export::read_sweep_rows(&plan.head, bytes))?;
-    let samples = plan.samples_of(block..block + 1);
+    let samples = plan.samples_of(block..block.saturating_add(1));
     let own = found.iter().filter(|row| samples.contains(&row.sample)).count();
     match own == found.len() && own == samples.count() * plan.head.variants.len() {
         true => Ok(found),

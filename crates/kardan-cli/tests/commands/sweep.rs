@@ -128,6 +128,10 @@ fn shards_are_the_whole() {
             assert!(object["notes"].to_string().contains("between samples 320 and 449"), "{object}");
         }
     }
+    // A file whose number no block has.
+    fs::copy(at.join("whole/rows-000000.parquet"), at.join(format!("all/rows-{}.parquet", u64::MAX))).unwrap();
+    let got = kardan(&at, &["sweep", "merge", "m.toml", "whole", "all", "--json"]);
+    assert!(got.status.code() == Some(2) && printed(&got.stdout).to_string().contains("all rows of its block"));
     fs::write(at.join("m.toml"), MODEL.replace("10 %", "20 %")).unwrap();
     let got = kardan(&at, &["sweep", "merge", "m.toml", "whole", "--json"]);
     assert!(got.status.code() == Some(2) && printed(&got.stdout).to_string().contains("of another sweep"));

@@ -33,7 +33,7 @@ pub enum NoRelaxation {
     Slides(Vec<String>),
     /// A constraint that is kept with its multiplier depends on them: its element.
     Kept(String),
-    /// Something holds one way or at times along them or depends on them, or teeth rub: these elements.
+    /// Something holds one way or at times along them or depends on them, or teeth rub beside frictions that slide: these elements.
     Holds(Vec<String>),
     /// Frictions alone hold them against inputs.
     Driven {

@@ -54,7 +54,9 @@ impl Project {
         let mut variants = Vec::new();
         for row in rows {
             let known = prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == row.variant);
-            let value = |name: &str| row.values.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
+            let value = |name: &str| {
+                row.values.iter().find(|(other, value)| other == name && value.is_finite()).map(|(_, value)| *value)
+            };
             let values: Option<Vec<f64>> = varied.iter().map(|one| value(&one.name)).collect();
             let (Some((variant, own)), Some(values)) = (known, values) else {
                 let names = quoted(varied.iter().map(|one| one.name.as_str()));

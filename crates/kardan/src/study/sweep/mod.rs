@@ -98,7 +98,7 @@ impl SweepPlan {
 
     /// The samples of blocks.
     pub fn samples_of(&self, blocks: Range<u64>) -> Range<u64> {
-        let at = |block: u64| (block * self.block()).min(self.head.samples);
+        let at = |block: u64| block.saturating_mul(self.block()).min(self.head.samples);
         at(blocks.start)..at(blocks.end)
     }
 }

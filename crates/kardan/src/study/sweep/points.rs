@@ -230,8 +230,8 @@ mod tests {
         axes(filling, seed_and_count, [("x", &UNIT)].into_iter()).remove(0)
     }
 
-    /// Sobol's first 2^m points have one in each strip of 2^-m of each axis, and in each box of that area of the first two; Halton's first 2^j 3^k
-    /// one in each box of 2^j by 3^k: whatever the shift, which moves strips as a whole, the first; counts in boxes are then at most 2 for the other.
+    /// Sobol's first 2^m points have one in each box of that area of the first two axes, whatever the shift; means over the cube come out far closer than
+    /// those of draws.
     #[test]
     fn sequences_fill_the_square_evenly() {
         let square = |filling| axes(filling, (5, 0), [("x", &UNIT), ("y", &UNIT), ("z", &UNIT)].into_iter());
