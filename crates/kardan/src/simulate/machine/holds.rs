@@ -285,7 +285,7 @@ impl Machine {
         let jammed = self.meshes.lost.filter(|direction| crossing.contains(direction));
         let resting = match arrived.is_empty() && !everything && jammed.is_none() {
             true => None,
-            false => self.strike(state, (everything, jammed), names, events),
+            false => self.strike(time, state, (everything, jammed), names, events),
         };
         let plain = |k: &&usize| matches!(self.holds.kind(**k), Kind::Friction { .. } | Kind::OneWay | Kind::Mesh);
         arrived.extend(crossing.iter().filter(plain));
@@ -306,6 +306,7 @@ impl Machine {
     /// behind it. Teeth that jam are rigid; who settles them tells of it and what it takes.
     fn strike(
         &mut self,
+        time: f64,
         state: &mut [f64],
         (begins, jammed): (bool, Option<usize>),
         names: &[String],
@@ -321,10 +322,16 @@ impl Machine {
         let rigid: Vec<usize> = (0..self.holds.kinds.len()).filter(rigid).map(|hold| first + hold).collect();
         let before: Vec<f64> = state[r..2 * r].to_vec();
         let sizes: Vec<f64> = before.iter().map(|speed| speed.abs()).collect();
+        // The instant is known to the last bits of the time, and a speed to what the motion gains in these.
+        let gains: Vec<f64> = self.acceleration.iter().map(|a| 4.0 * f64::EPSILON * time * a.abs()).collect();
+        let noise = |this: &Self, k: usize, sizes: &[f64]| {
+            let terms = |sizes: &[f64]| this.dynamics.friction_terms(k, sizes, &this.work);
+            NOISE * terms(sizes) + terms(&gains)
+        };
         let meets = |k: &usize| {
             let speed = self.dynamics.friction_speed(*k, &self.work);
             let blocked = if matches!(self.holds.kind(*k), Kind::Lock | Kind::Mesh) { speed.abs() } else { -speed };
-            blocked > NOISE * self.dynamics.friction_terms(*k, &sizes, &self.work)
+            blocked > noise(self, *k, &sizes)
         };
         let hit: Vec<usize> = rigid.iter().copied().filter(meets).collect();
         if hit.is_empty() {
@@ -354,8 +361,7 @@ impl Machine {
         }
         self.holds.struck = true;
         let along = |k: &usize| self.dynamics.along_friction(*k, &change, &self.work).abs();
-        let noise = |k: &usize| NOISE * self.dynamics.friction_terms(*k, &sizes, &self.work);
-        let passed = self.meshes.directions.iter().filter(|k| jammed.is_none() && along(k) > noise(k));
+        let passed = self.meshes.directions.iter().filter(|k| jammed.is_none() && along(k) > noise(self, **k, &sizes));
         self.holds.passed = passed.copied().collect();
         // What it has stopped rests; so does what has no speed but rounding, and what rested before and was not moved.
         let stopped = rigid.iter().zip(&rebounds).zip(&impulses);
@@ -364,7 +370,7 @@ impl Machine {
         let sizes: Vec<f64> = sizes.iter().zip(&state[r..2 * r]).map(|(a, b)| a.max(b.abs())).collect();
         self.step_speeds.copy_from_slice(&sizes);
         let rests = |k: &usize| {
-            let noise = NOISE * self.dynamics.friction_terms(*k, &sizes, &self.work);
+            let noise = noise(self, *k, &sizes);
             let along = |x: &[f64]| self.dynamics.along_friction(*k, x, &self.work);
             let rested = !begins && self.modes[*k] == Mode::Stick && along(&change).abs() <= noise;
             let speed = match self.moving[*k] {
