@@ -27,5 +27,5 @@ pub use faults::{
 pub use machine::{Machine, Setup};
 pub use outputs::signal_names;
 pub use run::{Method, Ready, RunResult, Tolerance, UNJAM, simulate, teeth_that_lock};
-pub use scenario::{Profile, Scenario, SignalEvent, Source, SourceSignal, SourceTarget};
+pub use scenario::{Profile, Recorded, Scenario, SignalEvent, Source, SourceSignal, SourceTarget};
 pub use simulation::{InputId, SignalId, Simulation, SimulationError, Snapshot};

@@ -361,6 +361,8 @@ pub(super) struct Outputs {
     readings: Option<Readings>,
     /// The series that each signal is, if all of them are.
     series: Vec<usize>,
+    /// Whether rows have the bits that they have where all signals are recorded.
+    as_all: bool,
 }
 
 impl Outputs {
@@ -388,12 +390,13 @@ impl Outputs {
         let mut columns = columns.list;
         let samplers = resolve(sensors, &mut columns);
         let (mut reads, mut signals) = (Vec::new(), Vec::new());
-        let wanted = |name: &String| scenario.recorded.as_ref().is_none_or(|names| names.contains(name));
+        let wanted = |name: &String| scenario.recorded.as_ref().is_none_or(|recorded| recorded.names.contains(name));
         for (name, physical, description, read) in columns.into_iter().filter(|(name, ..)| wanted(name)) {
             reads.push(read);
             signals.push(Signal { name, physical, description, values: Vec::with_capacity(scenario.times.len()) });
         }
-        Self { reads, signals, samplers, readings: None, series: Vec::new() }
+        let as_all = scenario.recorded.as_ref().is_some_and(|recorded| recorded.as_all);
+        Self { reads, signals, samplers, readings: None, series: Vec::new(), as_all }
     }
 
     /// Compiles what signals and sensors read.
@@ -417,17 +420,17 @@ impl Outputs {
                 _ => return None,
             }
         }
-        (!self.samples()).then_some(shafts)
+        (!self.samples() && !self.as_all).then_some(shafts)
     }
 
-    /// Prepares rows from the series of a machine: where all signals are angles and speeds.
+    /// Prepares rows from the series of a machine: where all signals are angles and speeds, and need not have the bits that they have among others.
     pub fn prepare_series(&mut self, machine: &Machine) {
         let of = |read: &Read| match read {
             Read::Angle(shaft) => Some(machine.shaft_series(*shaft)?[0]),
             Read::Speed(shaft) => Some(machine.shaft_series(*shaft)?[1]),
             _ => None,
         };
-        let series = if self.samples() { None } else { self.reads.iter().map(of).collect() };
+        let series = if self.samples() || self.as_all { None } else { self.reads.iter().map(of).collect() };
         self.series = series.unwrap_or_default();
     }
 

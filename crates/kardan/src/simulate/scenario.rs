@@ -54,6 +54,16 @@ pub struct SourceSignal {
     pub function: OfTime,
 }
 
+/// Signals of a run that are recorded, others are not.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recorded {
+    /// Their names; what no signal is called counts for nothing.
+    pub names: Vec<String>,
+    /// Whether they have the bits that they have in a run that records all signals: angles and speeds alone may follow from their series, whose
+    /// last bits are others.
+    pub as_all: bool,
+}
+
 /// A scenario for one run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
@@ -75,8 +85,8 @@ pub struct Scenario {
     pub faults: Faults,
     /// Seed of the noise of sensors.
     pub seed: u64,
-    /// Names of the signals to record; `None`: all.
-    pub recorded: Option<Vec<String>>,
+    /// The signals to record; `None`: all.
+    pub recorded: Option<Recorded>,
     /// Initial reduced coordinates, rad.
     pub position: Vec<f64>,
     /// Initial reduced speeds, rad/s.

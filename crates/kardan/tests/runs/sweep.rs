@@ -2,7 +2,7 @@
 
 use kardan::export::{read_sweep_rows, sweep_rows};
 use kardan::project::Project;
-use kardan::results::SweepRow;
+use kardan::results::{RowAgain, SweepRow};
 use kardan::study::{Settings, Silent, SweepSettings};
 
 const MODEL: &str = "\
@@ -122,6 +122,54 @@ fn rows_are_single_runs() {
         "{refused}"
     );
     assert!(read_sweep_rows(&plan.head, b"PAR1 and nothing else".to_vec()).is_err());
+}
+
+/// A sweep records what is measured alone, and its rows have the bits of runs that record all: of series, of linear segments, of samples and
+/// blocks, of expressions of signals.
+#[test]
+fn what_is_not_measured_changes_no_bit() {
+    let varied = |parameter: &str, from: &str, to: &str| {
+        format!("\n[[sweep.vary]]\nparameter = \"{parameter}\"\nfrom = \"{from}\"\nto = \"{to}\"\n")
+    };
+    let more = "\n[[figure]]\nname = \"power\"\nsignal = \"wg_motor.tau * wg.w\"\nmeasure = \"max_abs\"\n\
+                [[figure]]\nname = \"held\"\nsignal = \"cj.friction\"\nmeasure = \"max_abs\"\n";
+    let cases = [
+        ("sia-steering", more.to_string()),
+        ("harmonic-drive-ecu", String::new()),
+        ("rlc-ladder", varied("R", "4 Ohm", "6 Ohm")),
+        ("robot-joint", varied("payload", "4 kg", "6 kg")),
+        ("eps-column", varied("bar", "100 N m/rad", "130 N m/rad")),
+    ];
+    for (name, more) in cases {
+        let text = kardan::model::builtin(name).unwrap().source.to_string() + &more;
+        let project = Project::open(text.as_str());
+        let one = project.sweep_plan(&of(1)).unwrap_or_else(|why| panic!("{name}: {why:?}")).head.variants[0].clone();
+        let run = Settings { tolerance: Some(1e-6), ..Settings::default() };
+        let settings = SweepSettings { variants: vec![one], run: run.clone(), ..of(2) };
+        let (rows, found) = swept(&project, &settings);
+        assert!(found.failures.is_empty(), "{name}: {:?}", found.failures);
+        let plan = project.sweep_plan(&settings).unwrap();
+        let names = plan.head.varied.iter().map(|varied| varied.name.clone());
+        let again: Vec<RowAgain> = rows
+            .iter()
+            .map(|row| RowAgain {
+                sample: row.sample,
+                variant: plan.head.variants[0].clone(),
+                values: names.clone().zip(row.values.iter().copied()).collect(),
+            })
+            .collect();
+        let whole = project.rows_again(&plan.head.identity, &again, &run).unwrap();
+        let study = whole.run(&Settings { runs_only: true, ..run }, &Silent).unwrap();
+        for (row, run) in rows.iter().zip(&study.runs) {
+            let measured: Vec<Option<f64>> = run.requirements.iter().map(|one| one.measured).collect();
+            let swept: Vec<Option<f64>> =
+                row.measured.iter().zip(&row.passed).filter(|(_, x)| !x.is_nan()).map(|(x, _)| Some(*x)).collect();
+            assert_eq!(measured, swept, "{name}");
+            let figures: Vec<Option<f64>> = run.figures.iter().map(|one| one.value).collect();
+            assert_eq!(figures, row.figures.iter().map(|x| Some(*x)).collect::<Vec<_>>(), "{name}");
+            assert!(run.series.signals.len() > 4);
+        }
+    }
 }
 
 /// The same bits on one thread and on several, and where a sweep goes on with blocks that are there.

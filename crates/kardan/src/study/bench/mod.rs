@@ -31,7 +31,7 @@ use crate::num::Random;
 use crate::reduce::{Kinematics, Reduced, reduce};
 use crate::results::{Bench, BenchPlan, Run, Series, Signal, TrueValue};
 use crate::schema::{Given, Kind, Named, Quantity, Value};
-use crate::simulate::{Faults, Scenario, Setup, Tolerance, signal_names, simulate};
+use crate::simulate::{Faults, Recorded, Scenario, Setup, Tolerance, signal_names, simulate};
 use crate::synthesis::Law;
 use plan::{Planner, Refusal, Tour};
 use servo::{Servo, ServoLaw, encoders};
@@ -578,7 +578,8 @@ impl PreparedBench {
             let noise = if noisy { self.torque_noise } else { 0.0 };
             self.columns.push(Column { signal: signal.clone(), name, description, noise });
         }
-        self.scenario.recorded = Some(self.columns.iter().map(|column| column.signal.clone()).collect());
+        let names = self.columns.iter().map(|column| column.signal.clone()).collect();
+        self.scenario.recorded = Some(Recorded { names, as_all: false });
     }
 }
 

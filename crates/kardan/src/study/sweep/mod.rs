@@ -6,6 +6,7 @@ mod points;
 mod region;
 mod spec;
 mod tree;
+mod wanted;
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -274,7 +275,10 @@ impl Project {
             figures: vec![f64::NAN; prepared.figures.len()],
         };
         match found {
-            Ok(ready) => fill(&mut row, prepared, &run_variant(number, &ready, (prepared, settings), progress)),
+            Ok(mut ready) => {
+                ready.scenario.recorded = Some(wanted::wanted(prepared));
+                fill(&mut row, prepared, &run_variant(number, &ready, (prepared, settings), progress));
+            }
             Err(mistakes) => {
                 let first = mistakes.iter().find(|mistake| is_error(mistake));
                 row.reason = first
