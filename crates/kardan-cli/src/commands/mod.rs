@@ -3,6 +3,7 @@
 mod analyze;
 mod bench;
 mod check;
+mod cluster;
 mod completions;
 mod design;
 mod elements;
