@@ -73,7 +73,11 @@ pub fn sweep(args: &SweepArgs, target: Target, quiet: bool) -> Result<u8, Failur
         }
         if again > 0 {
             let (which, why) = (ranges(&missing), work.why(missing[0]));
-            work.say(&format!("{} of {} shards have failed ({which}; {why}): submitted again, {again} of {tries}", missing.len(), work.shards));
+            work.say(&format!(
+                "{} of {} shards have failed ({which}; {why}): submitted again, {again} of {tries}",
+                missing.len(),
+                work.shards
+            ));
         }
         work.run(&missing)?;
     }
@@ -110,7 +114,9 @@ impl<'a> Work<'a> {
         let model = args.model.clone().unwrap_or_default();
         if model.as_os_str() == "-" {
             let message = "`--on` cannot give the model of the standard input to its shards";
-            return Err(Diagnostic::error("sweep::on", message).help("write it to a file that all machines see").into());
+            return Err(Diagnostic::error("sweep::on", message)
+                .help("write it to a file that all machines see")
+                .into());
         }
         let template = match &args.on.template {
             Some(path) => (path.display().to_string(), input::read_text(path)?),
@@ -122,7 +128,8 @@ impl<'a> Work<'a> {
         let plan = plan.map_err(|diagnostics| Failure { source: Some(source), diagnostics })?;
         let out = args.out.clone().unwrap_or_default();
         let out = std::path::absolute(&out).unwrap_or(out);
-        let few = plan.head.samples.div_ceil(SAMPLES).max(if queue.name == "local" { processes(args, u64::MAX) } else { 1 });
+        let few =
+            plan.head.samples.div_ceil(SAMPLES).max(if queue.name == "local" { processes(args, u64::MAX) } else { 1 });
         let shards = args.on.shards.unwrap_or(few.min(plan.blocks()).min(MOST_SHARDS));
         if shards > plan.blocks() {
             let message = format!(
@@ -139,7 +146,10 @@ impl<'a> Work<'a> {
         // All words are known and all paths can be told, before a file is written.
         let job = fill(&work.template.0, &work.template.1, &work.values(&[1])?)?;
         if queue.name == "kubernetes" && job.contains("mountPath: \"/\"") {
-            let message = format!("model and `{}` have no folder above them but `/`, which no volume can take", work.out.display());
+            let message = format!(
+                "model and `{}` have no folder above them but `/`, which no volume can take",
+                work.out.display()
+            );
             let help = "put the model and the folder of `--out` into one folder, that of the claim";
             return Err(Diagnostic::error("sweep::on", message).help(help).into());
         }
@@ -163,7 +173,10 @@ impl<'a> Work<'a> {
         let before = if begun || before.contains("\njob ") { before } else { String::new() };
         let rows = files_of_rows(&self.out);
         if self.args.force {
-            let gone = ["parts", "logs"].map(|name| self.out.join(name)).into_iter().filter(|path| !before.is_empty() && path.is_dir());
+            let gone = ["parts", "logs"]
+                .map(|name| self.out.join(name))
+                .into_iter()
+                .filter(|path| !before.is_empty() && path.is_dir());
             let gone = gone.map(|path| (fs::remove_dir_all(&path), path));
             let gone = gone.chain(rows.into_iter().map(|(_, path)| (fs::remove_file(&path), path)));
             for (done, path) in gone {
@@ -178,11 +191,14 @@ impl<'a> Work<'a> {
             let message = format!("the folder `{shown}` holds rows of a sweep already");
             let help = match rows.is_empty() {
                 true => "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR",
-                false => "they were made without `--on`: replace them with `--force`, or name another folder with --out DIR",
+                false => {
+                    "they were made without `--on`: replace them with `--force`, or name another folder with --out DIR"
+                }
             };
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
-        let of = |key: &str| before.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix(' ')).collect::<Vec<_>>();
+        let of =
+            |key: &str| before.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix(' ')).collect::<Vec<_>>();
         let other = |what: String, help: &str| {
             let message = format!("`{}` cannot be gone on with: {what}", record.display());
             Err(Diagnostic::error("sweep::resume", message).help(help))
@@ -235,7 +251,10 @@ impl<'a> Work<'a> {
         let text = |path: &Path| match path.to_str() {
             Some(text) if !text.contains(|c: char| c.is_control()) => Ok(text.to_owned()),
             _ => {
-                let message = format!("`{}` cannot be written into a script: it is not UTF-8 or has control characters", path.display());
+                let message = format!(
+                    "`{}` cannot be written into a script: it is not UTF-8 or has control characters",
+                    path.display()
+                );
                 Err(Diagnostic::error("sweep::on", message).help("give it another name"))
             }
         };
@@ -279,14 +298,16 @@ impl<'a> Work<'a> {
         let stem = self.model.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();
         let stem: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(30).collect();
         let bytes = self.identity.bytes().chain(self.out.to_string_lossy().bytes().collect::<Vec<_>>());
-        let sum = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |sum, byte| (sum ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3));
+        let sum =
+            bytes.fold(0xcbf2_9ce4_8422_2325_u64, |sum, byte| (sum ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3));
         format!("kardan-{}-{:08x}-{}", stem.trim_matches('-'), sum >> 32, self.jobs.len() + 1)
     }
 
     /// What a shard is run with, for a shell.
     fn arguments(&self, model: &str) -> String {
         let mut words = vec!["sweep".to_string(), model.to_string()];
-        let mut add = |option: &str, value: Option<String>| words.extend(value.map(|value| format!("{option}={value}")));
+        let mut add =
+            |option: &str, value: Option<String>| words.extend(value.map(|value| format!("{option}={value}")));
         let args = self.args;
         add("--samples", args.samples.map(|n| n.to_string()));
         add("--seed", args.seed.map(|n| n.to_string()));
@@ -357,7 +378,12 @@ impl<'a> Work<'a> {
     }
 
     /// Waits until all of the shards are done or their job is over; says how far it is.
-    fn follow(&self, shards: &[u64], runs: &mut dyn FnMut() -> Result<bool, String>, own: bool) -> Result<(), Diagnostic> {
+    fn follow(
+        &self,
+        shards: &[u64],
+        runs: &mut dyn FnMut() -> Result<bool, String>,
+        own: bool,
+    ) -> Result<(), Diagnostic> {
         let (mut told, mut silent, mut wait) = (shards.len(), 0, LOOKS.0);
         let mut next = Instant::now() + wait;
         loop {
@@ -375,7 +401,11 @@ impl<'a> Work<'a> {
             let there = if own { Ok(true) } else { runs() };
             let missing = self.missing(shards).len();
             if missing != told {
-                self.say(&format!("{} of {} shards are done", self.shards - self.missing(&self.all()).len() as u64, self.shards));
+                self.say(&format!(
+                    "{} of {} shards are done",
+                    self.shards - self.missing(&self.all()).len() as u64,
+                    self.shards
+                ));
                 told = missing;
             }
             match there {
@@ -427,11 +457,18 @@ impl<'a> Work<'a> {
     /// Why a shard is not done, as far as its log tells.
     fn why(&self, number: u64) -> String {
         let logs = self.out.join("logs");
-        let read = |end: &str| fs::read(logs.join(format!("{number}.{end}"))).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+        let read = |end: &str| {
+            fs::read(logs.join(format!("{number}.{end}"))).map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+        };
         let said = ["log", "slurm", "hq"].iter().filter_map(|end| read(end).ok()).find_map(|text| {
             let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
-            let error = lines.clone().find_map(|line| line.strip_prefix("× "));
-            error.or_else(|| lines.next_back()).map(|line| line.chars().take(200).collect())
+            // The first error, which may go on in lines of its own.
+            let mut rest = lines.clone().skip_while(|line| !line.starts_with("× "));
+            let error = rest.next().map(|first| {
+                let more = rest.map_while(|line| line.strip_prefix("│ "));
+                std::iter::once(first.trim_start_matches("× ")).chain(more).collect::<Vec<_>>().join(" ")
+            });
+            error.or_else(|| lines.next_back().map(String::from)).map(|said| said.chars().take(300).collect())
         });
         said.unwrap_or_else(|| match logs.join(format!("{number}.log")).exists() {
             true => "it ended without a word: killed, or never through".into(),

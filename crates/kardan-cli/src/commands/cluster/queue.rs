@@ -126,7 +126,9 @@ impl Queue {
     pub fn holds(&self, job: &str) -> Result<bool, String> {
         match self.name {
             // Of those of the user, since one that has gone would be an error by its number.
-            "slurm" => Ok(answer(&["squeue", "--me", "--noheader", "--format=%F"])?.lines().any(|line| line.trim() == job)),
+            "slurm" => {
+                Ok(answer(&["squeue", "--me", "--noheader", "--format=%F"])?.lines().any(|line| line.trim() == job))
+            }
             "hyperqueue" => Ok(answer(&["hq", "--output-mode", "quiet", "job", "list"])?.lines().any(|line| {
                 let mut words = line.split_whitespace();
                 words.next() == Some(job) && matches!(words.next(), Some("WAITING" | "RUNNING"))
@@ -143,7 +145,8 @@ impl Queue {
 
 /// What a program prints; what it says where it fails.
 fn answer(words: &[&str]) -> Result<String, String> {
-    let output = Command::new(words[0]).args(&words[1..]).stdin(Stdio::null()).output().map_err(|error| reason(&error))?;
+    let output =
+        Command::new(words[0]).args(&words[1..]).stdin(Stdio::null()).output().map_err(|error| reason(&error))?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
     match output.status.success() {
         true => Ok(text(&output.stdout)),
@@ -158,6 +161,8 @@ fn answer(words: &[&str]) -> Result<String, String> {
 fn is_there(program: &str) -> bool {
     let path = std::env::var_os("PATH").unwrap_or_default();
     std::env::split_paths(&path).any(|folder| {
-        [program.to_owned(), format!("{program}{}", std::env::consts::EXE_SUFFIX)].iter().any(|name| folder.join(name).is_file())
+        [program.to_owned(), format!("{program}{}", std::env::consts::EXE_SUFFIX)]
+            .iter()
+            .any(|name| folder.join(name).is_file())
     })
 }

@@ -84,7 +84,8 @@ mod tests {
     fn words_are_replaced_and_others_are_refused() {
         let values = [("shard", "sh x".to_string()), ("list", "1 {{shard}}".into())];
         assert_eq!(fill("t", "a {{ shard }} ${X} {y} {{list}}", &values).unwrap(), "a sh x ${X} {y} 1 {{shard}}");
-        for (text, told) in [("\n{{shar}}", "line 2"), ("{{shard\n}}", "without"), ("{{}}", "no `{{}}`"), ("{{", "line 1")]
+        for (text, told) in
+            [("\n{{shar}}", "line 2"), ("{{shard\n}}", "without"), ("{{}}", "no `{{}}`"), ("{{", "line 1")]
         {
             let mistake = fill("t", text, &values).unwrap_err();
             assert!(mistake.message.contains(told), "{}", mistake.message);
@@ -96,7 +97,8 @@ mod tests {
 
     #[test]
     fn words_for_a_shell_are_one_word() {
-        for (text, word) in [("/a/b-1.toml", "/a/b-1.toml"), ("", "''"), ("a b", "'a b'"), ("it's $x", "'it'\\''s $x'")] {
+        for (text, word) in [("/a/b-1.toml", "/a/b-1.toml"), ("", "''"), ("a b", "'a b'"), ("it's $x", "'it'\\''s $x'")]
+        {
             assert_eq!(quoted_for_shell(text), word);
         }
     }
