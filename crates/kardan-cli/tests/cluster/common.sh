@@ -37,6 +37,8 @@ MODEL
 SAMPLES=${SAMPLES:-1600}
 SHARDS=20
 sweep() { "$KARDAN" sweep m.toml --samples "$SAMPLES" --seed 3 "$@"; }
+# The same in the place of the shell: in the background its process id is that of the command.
+start() { exec "$KARDAN" sweep m.toml --samples "$SAMPLES" --seed 3 "$@"; }
 fail() { echo "FAILED: $*" >&2; exit 1; }
 # Whether answers are those of one process, bit by bit; `folder` of the cluster, `whole` of one process.
 same() {

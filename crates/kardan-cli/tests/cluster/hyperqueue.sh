@@ -17,7 +17,7 @@ sweep --on hyperqueue --shards $SHARDS --out plain --quiet >/dev/null; [ $? -le 
 echo "$SHARDS shards on two workers: $(took "$begun" "$(seconds)")"; same plain
 
 # A worker is killed in the middle of a shard; HyperQueue gives the shard to another one.
-sweep --on hyperqueue --shards $SHARDS --out killed >/dev/null 2>killed.err & kardan=$!
+start --on hyperqueue --shards $SHARDS --out killed >/dev/null 2>killed.err & kardan=$!
 until_holds at_least killed 3
 kill -9 "$worker_a" && echo "worker a is killed with -9"
 wait $kardan; [ $? -le 1 ] || { cat killed.err; fail killed; }
@@ -25,7 +25,7 @@ same killed
 
 # A worker whose files may not grow: its shards fail at their first block, until it is gone.
 (ulimit -f 2; exec hq worker start --cpus 1 --hostname small >/dev/null 2>&1) & small=$!; services="$services $small"
-sweep --on hyperqueue --shards $SHARDS --out small --retries 3 >/dev/null 2>small.err & kardan=$!
+start --on hyperqueue --shards $SHARDS --out small --retries 3 >/dev/null 2>small.err & kardan=$!
 until_holds grep -a "failed" small.err
 kill "$small"; echo "the worker without disk is ended"
 wait $kardan; [ $? -le 1 ] || { cat small.err; fail small; }
@@ -45,7 +45,7 @@ fi
 for journal in "--journal $at/journal" ""; do
   name=server${journal:+-journal}
   worker c
-  sweep --on hyperqueue --shards $SHARDS --out $name >/dev/null 2>$name.err & kardan=$!
+  start --on hyperqueue --shards $SHARDS --out $name >/dev/null 2>$name.err & kardan=$!
   until_holds at_least $name 4
   kill -9 "$hqd"; echo "the server is killed with -9 (${journal:-no journal})"; sleep 1
   # shellcheck disable=SC2086
@@ -55,7 +55,7 @@ for journal in "--journal $at/journal" ""; do
 done
 
 # Ctrl-C leaves the job, `--resume` follows it.
-sweep --on hyperqueue --shards $SHARDS --out left >/dev/null 2>left.err & kardan=$!
+start --on hyperqueue --shards $SHARDS --out left >/dev/null 2>left.err & kardan=$!
 until_holds at_least left 2
 kill -INT $kardan; wait $kardan; grep -a "stays in the queue" left.err || { cat left.err; fail "the job is not told"; }
 sweep --on hyperqueue --out left --resume >/dev/null 2>left.err; [ $? -le 1 ] || fail left

@@ -8,14 +8,14 @@ begun=$(seconds)
 sweep --on mpi --shards $SHARDS --out plain --quiet >/dev/null; [ $? -le 1 ] || fail plain
 echo "$SHARDS shards on the ranks of this machine: $(took "$begun" "$(seconds)")"; same plain
 
-sweep --on mpi --shards $SHARDS --out killed >/dev/null 2>killed.err & kardan=$!
+start --on mpi --shards $SHARDS --out killed >/dev/null 2>killed.err & kardan=$!
 until_holds at_least killed 3
 rank() { pgrep -f "^sh $at/killed/job.sh" | tail -1; }
 until_holds rank; kill -9 "$(rank)" && echo "a rank is killed with -9"
 wait $kardan; [ $? -le 1 ] || { cat killed.err; fail killed; }
 grep -a failed killed.err; same killed
 
-sweep --on mpi --shards $SHARDS --out left >/dev/null 2>left.err & kardan=$!
+start --on mpi --shards $SHARDS --out left >/dev/null 2>left.err & kardan=$!
 until_holds at_least left 3
 kill -INT $kardan; wait $kardan; [ $? = 2 ] || fail "Ctrl-C"
 sweep --on mpi --out left --resume >/dev/null 2>&1; [ $? -le 1 ] || fail left

@@ -57,11 +57,11 @@ sweep --on slurm --shards $SHARDS --out plain --quiet >/dev/null; [ $? -le 1 ] |
 echo "$SHARDS shards on two nodes: $(took "$begun" "$(seconds)")"; same plain
 
 # A shard and a node are killed; the controller is restarted in the meantime.
-sweep --on slurm --shards $SHARDS --out killed --retries 5 >/dev/null 2>killed.err & kardan=$!
-until_holds at_least killed 3
-shard() { pgrep -f "sweep $at/m.toml .*--out $at/killed/parts" | head -1; }
-until_holds shard; kill -9 "$(shard)" && echo "a shard is killed with -9"
-until_holds at_least killed 6
+start --on slurm --shards $SHARDS --out killed --retries 5 >/dev/null 2>killed.err & kardan=$!
+shard() { pgrep -n -f "sweep $at/m.toml .*--out $at/killed/parts"; }
+for many in 3 5 7; do
+  until_holds at_least killed $many; until_holds shard; kill -9 "$(shard)" && echo "a shard is killed with -9"
+done
 kill -9 "$node_n1" && echo "slurmd of n1 is killed with -9"
 kill -9 "$ctld" && echo "slurmctld is killed with -9"
 sleep 1; controller; node n1; echo "both are started again"
@@ -77,7 +77,7 @@ sweep --on slurm --shards $SHARDS --out full --resume >/dev/null 2>&1; [ $? -le 
 same full
 
 # Ctrl-C leaves the job, `--resume` follows it.
-sweep --on slurm --shards $SHARDS --out left >/dev/null 2>left.err & kardan=$!
+start --on slurm --shards $SHARDS --out left >/dev/null 2>left.err & kardan=$!
 until_holds at_least left 2
 kill -INT $kardan; wait $kardan; grep -a "stays in the queue" left.err || { cat left.err; fail "the job is not told"; }
 sweep --on slurm --out left --resume >/dev/null 2>left.err; [ $? -le 1 ] || fail left

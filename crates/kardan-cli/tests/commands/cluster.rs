@@ -202,6 +202,75 @@ fn indexed_jobs_name_the_shards_that_are_missing() {
     assert!(job.contains("completions: 2\n") && job.contains(&format!("mountPath: \"{}\"", at.0.display())), "{job}");
 }
 
+/// The part of YAML that jobs are written in: maps and lists by their indentation, texts in lines behind `|`, plain and quoted words.
+fn read_yaml(lines: &mut std::iter::Peekable<std::vec::IntoIter<(usize, String)>>) -> serde_json::Value {
+    let Some(&(depth, _)) = lines.peek() else { return serde_json::Value::Null };
+    let (mut list, mut map) = (Vec::new(), serde_json::Map::new());
+    while let Some((_, line)) = lines.next_if(|(other, _)| *other == depth) {
+        if let Some(item) = line.strip_prefix("- ") {
+            let mut own = vec![(depth + 2, item.to_string())];
+            while let Some(line) = lines.next_if(|(other, _)| *other > depth) {
+                own.push(line);
+            }
+            let is_map = item.contains(": ") || item.ends_with(':');
+            list.push(if is_map { read_yaml(&mut own.into_iter().peekable()) } else { text_of(item, &own[1..]) });
+            continue;
+        }
+        let (key, value) = line.split_once(':').unwrap_or_else(|| panic!("no key: {line}"));
+        let value = match value.trim() {
+            "" => read_yaml(lines),
+            word => text_of(word, &[]),
+        };
+        assert!(map.insert(key.into(), value).is_none(), "`{key}` is there twice");
+    }
+    if list.is_empty() { map.into() } else { list.into() }
+}
+
+/// A word, or the lines behind `|`. Quoted words and lists in brackets are those of JSON.
+fn text_of(word: &str, lines: &[(usize, String)]) -> serde_json::Value {
+    match word {
+        "|" => lines.iter().map(|(_, line)| format!("{line}\n")).collect::<String>().into(),
+        _ => serde_json::from_str(word).unwrap_or_else(|_| word.into()),
+    }
+}
+
+/// The job is one of Kubernetes by the published schema of its API, in which there are no other names.
+#[test]
+fn jobs_of_kubernetes_follow_the_published_schema() {
+    let at = Place::new("schema", &[]);
+    let got = at.sweep(&["--on", "kubernetes", "--shards", "4", "--out", "o o", "--dry-run"]);
+    assert_eq!(got.status.code(), Some(0), "{}", said(&got));
+    let read = |text: &str| {
+        let lines = text.lines().filter(|line| !line.starts_with('#'));
+        let lines = lines.map(|line| (line.len() - line.trim_start().len(), line.trim().to_string()));
+        read_yaml(&mut lines.collect::<Vec<_>>().into_iter().peekable())
+    };
+    let schema: serde_json::Value =
+        serde_json::from_str(include_str!("../cluster/kubernetes-job.schema.json")).unwrap();
+    let (mut schemas, mut compiler) = (boon::Schemas::new(), boon::Compiler::new());
+    compiler.add_resource("https://kardan.invalid/job", schema).unwrap();
+    let schema = compiler.compile("https://kardan.invalid/job", &mut schemas).unwrap();
+    let text = at.read("o o/job.yaml");
+    let job = read(&text);
+    schemas.validate(&job, schema).unwrap_or_else(|wrong| panic!("{wrong}\n{job}"));
+    let pod = &job["spec"]["template"]["spec"];
+    assert_eq!((&job["spec"]["completions"], &job["spec"]["completionMode"]), (&4.into(), &"Indexed".into()));
+    let script =
+        format!("set -- 1 2 3 4\nshift \"$JOB_COMPLETION_INDEX\"\nexec sh '{}/o o/shard.sh' \"$1\"\n", at.0.display());
+    assert_eq!(pod["containers"][0]["args"], serde_json::json!([script]));
+    // The schema and the reader see what is wrong.
+    for (good, bad) in [
+        ("backoffLimitPerIndex", "backoffLimitForIndex"),
+        ("completions: 4", "completions: four"),
+        ("claimName: kardan", "claim: kardan"),
+        ("restartPolicy", "restart"),
+        ("apiVersion: batch/v1", "apiVersion: batch/v2"),
+        ("  mountPath", "  mount"),
+    ] {
+        assert!(text.contains(good) && schemas.validate(&read(&text.replace(good, bad)), schema).is_err(), "{bad}");
+    }
+}
+
 #[test]
 fn ranks_of_mpi_share_the_shards() {
     let at = Place::new("mpi", &[]);
