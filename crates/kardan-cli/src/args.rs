@@ -524,8 +524,6 @@ pub struct SweepArgs {
     /// Run this part of the samples alone, such as `2/7`, on as many machines as there are parts: `kardan sweep merge` puts them together.
     #[arg(long, value_name = "I/N", value_parser = shard, requires = "out")]
     pub shard: Option<Shard>,
-    #[command(flatten)]
-    pub on: OnArgs,
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,
@@ -539,6 +537,8 @@ pub struct SweepArgs {
     pub limits: Limits,
     #[command(flatten)]
     pub changes: Changes,
+    #[command(flatten)]
+    pub on: OnArgs,
 }
 
 /// Where the shards of a sweep run.
@@ -549,7 +549,7 @@ pub struct OnArgs {
     /// machines under the same path. With `--resume` the same command follows what is missing.
     #[arg(long, value_enum, value_name = "WHERE", requires = "out", conflicts_with_all = ["shard", "watch"])]
     pub on: Option<Target>,
-    /// How many shards [default: about 1000 samples each, at most 1000].
+    /// How many shards [default: about 1000 samples each, at most 1000; `local`: not fewer than processes].
     #[arg(long, value_name = "N", requires = "on", value_parser = clap::value_parser!(u64).range(1..=1000))]
     pub shards: Option<u64>,
     /// How often shards that failed are submitted again, at most.
