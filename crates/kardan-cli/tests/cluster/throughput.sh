@@ -14,7 +14,7 @@ measured() { /usr/bin/time -f "%e s, %U s of cores, %M KiB" "$@" 2>&1 >/dev/null
 
 begun=$(seconds); hq submit --wait --array=1-1000 --stdout=none --stderr=none true >/dev/null
 echo "overhead of a task of HyperQueue: $(took "$begun" "$(seconds)") for 1000 that do nothing, on two workers"
-echo "a process that runs one sample: $(measured "$MEASURED" sweep m.toml --samples 64 --shard 1/1 --out one --quiet --max-steps 10)"
+echo "a process that runs 64 samples: $(measured "$MEASURED" sweep m.toml --samples 64 --shard 1/1 --out one --quiet)"
 N=${N:-8000}
 for turn in 1 2 3; do
   rm -rf threads on
