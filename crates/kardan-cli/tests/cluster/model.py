@@ -9,14 +9,14 @@ and with it.
 import heapq
 import random
 
-SAMPLE = 0.76e-3  # s of a core for a sample: 40 shards of 1000 samples, `throughput.sh`
-START = 0.012  # s of a shard beside its samples: process, model, pages
-DISPATCH = 0.9e-3  # s of the scheduler for a task: 1000 empty tasks of HyperQueue on two workers
-MERGE = 4.0e-6  # s of the merge for a row
+SAMPLES = (0.75e-3, 0.5)  # s of a core for a sample: a shaft with a motor, `throughput.sh`; a car with steering and control (built-in `afs-steering`)
+START = 0.02  # s of a shard beside its samples: process, model, pages
+DISPATCH = 2.0e-3  # s of the scheduler for a task: 1000 empty tasks of HyperQueue on two workers
+MERGE = 24e-6  # s of the merge for a row of 30 numbers, 200 000 rows
 SPREAD = 0.1  # shards take up to so much longer than their samples, evenly
 
 
-def simulate(samples, cores):
+def simulate(samples, cores, sample):
     sweeps = max(1, samples // 10**7)
     of_sweep = samples // sweeps
     shards = min(1000, max(1, of_sweep // 1000))
@@ -27,11 +27,11 @@ def simulate(samples, cores):
     end = 0.0
     for k in range(shards * sweeps):
         begin = max(heapq.heappop(free), (k + 1) * DISPATCH)
-        over = begin + START + of_sweep / shards * SAMPLE / threads * (1 + SPREAD * chance.random())
+        over = begin + START + of_sweep / shards * sample / threads * (1 + SPREAD * chance.random())
         heapq.heappush(free, over)
         end = max(end, over)
-    ideal = samples * SAMPLE / cores
-    return shards * sweeps, threads, end, samples * MERGE, ideal / end, ideal / (end + samples * MERGE)
+    ideal = samples * sample / cores
+    return end, ideal / end, ideal / (end + samples * MERGE)
 
 
 def told(seconds):
@@ -42,10 +42,13 @@ def told(seconds):
 
 
 if __name__ == "__main__":
-    print("| samples | cores | shards × threads | shards take | merge | efficiency | with the merge |")
-    print("| --- | --- | --- | --- | --- | --- | --- |")
+    titles = [f"{sample:g} s a sample: {what}" for sample in SAMPLES for what in ("shards take", "efficiency", "with the merge")]
+    print("| samples | cores | merge | " + " | ".join(titles) + " |")
+    print("| --- | --- | --- |" + " --- |" * len(titles))
     for power in range(6, 10):
         for cores in (10, 100, 1000, 10000):
-            shards, threads, end, merge, alone, whole = simulate(10**power, cores)
-            row = (f"10^{power}", cores, f"{shards} × {threads}", told(end), told(merge), f"{alone:.0%}", f"{whole:.0%}")
-            print("| " + " | ".join(map(str, row)) + " |")
+            row = [f"10^{power}", str(cores), told(10**power * MERGE)]
+            for sample in SAMPLES:
+                end, alone, whole = simulate(10**power, cores, sample)
+                row += [told(end), f"{alone:.0%}", f"{whole:.0%}"]
+            print("| " + " | ".join(row) + " |")
