@@ -11,7 +11,6 @@ use kardan::results::{Sweep, SweepRow};
 use kardan::study::{Settings, Shard, SweepPlan, SweepSettings};
 use kardan_report as report;
 
-use super::cluster;
 use super::run::method;
 use crate::args::{MergeArgs, SweepArgs, SweepCommand};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
@@ -24,11 +23,8 @@ use crate::render::{self, Failure};
 const STEM: &str = "rows-";
 
 pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
-    match (&args.merge, args.on.on) {
-        (Some(SweepCommand::Merge(args)), _) => return merge(args, quiet),
-        (Some(SweepCommand::Template(args)), _) => return cluster::print_template(args.on),
-        (None, Some(target)) => return cluster::sweep(args, target, quiet),
-        (None, None) => {}
+    if let Some(SweepCommand::Merge(args)) = &args.merge {
+        return merge(args, quiet);
     }
     let begun = Instant::now();
     // It is there, as nothing else takes its place.

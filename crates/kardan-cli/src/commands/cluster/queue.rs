@@ -41,7 +41,7 @@ const HYPERQUEUE: Queue = Queue {
     template: include_str!("templates/hyperqueue.sh"),
     file: "job.sh",
     needs: &["hq"],
-    install: "HyperQueue's command `hq` (https://github.com/It4innovations/hyperqueue/releases), start `hq server start` and `hq worker start`",
+    install: "HyperQueue's command `hq` (https://github.com/It4innovations/hyperqueue/releases), and start `hq server start` and `hq worker start`",
     submit: &["hq", "--output-mode", "quiet", "submit"],
     cancel: "hq job cancel",
     retries_itself: false,
@@ -152,7 +152,10 @@ fn answer(words: &[&str]) -> Result<String, String> {
         true => Ok(text(&output.stdout)),
         false => match text(&output.stderr) {
             said if said.is_empty() => Err(format!("it ends with {}", output.status)),
-            said => Err(said),
+            // The first lines tell; some programs add where in their code that was.
+            said => {
+                Err(said.lines().map(str::trim).filter(|line| !line.is_empty()).take(4).collect::<Vec<_>>().join("; "))
+            }
         },
     }
 }
