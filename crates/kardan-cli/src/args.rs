@@ -490,6 +490,8 @@ pub struct SafetyArgs {
 #[command(
     after_help = "Examples:\n  kardan sweep my.toml\n  kardan sweep my.toml --samples 10000 --seed 7 --out out\n  kardan sweep my.toml --samples 10000 --seed 7 --out out --resume\n  \
                         kardan sweep my.toml --samples 10000 --shard 2/7 --out part2\n  kardan sweep merge my.toml part1 part2 --out all\n  \
+                        kardan sweep my.toml --samples 1000000 --on slurm --out swept\n  kardan sweep my.toml --samples 1000000 --on slurm --out swept --dry-run\n  \
+                        kardan sweep template slurm > mine.sh\n  kardan sweep my.toml --on slurm --template mine.sh --out swept\n  \
                         kardan sweep my.toml --json | jq '.requirements[] | [.text, .probability, .interval]'"
 )]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -535,12 +537,63 @@ pub struct SweepArgs {
     pub limits: Limits,
     #[command(flatten)]
     pub changes: Changes,
+    #[command(flatten)]
+    pub on: OnArgs,
+}
+
+/// Where the shards of a sweep run.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "On many machines")]
+pub struct OnArgs {
+    /// Run the sweep as shards: write an array job into the folder, submit it, follow it, submit again what failed, merge. The folder is seen from all
+    /// machines under the same path. With `--resume` the same command follows what is missing.
+    #[arg(long, value_enum, value_name = "WHERE", requires = "out", conflicts_with_all = ["shard", "watch"])]
+    pub on: Option<Target>,
+    /// How many shards [default: about 1000 samples each, at most 1000; `local`: not fewer than processes].
+    #[arg(long, value_name = "N", requires = "on", value_parser = clap::value_parser!(u64).range(1..=1000))]
+    pub shards: Option<u64>,
+    /// How often shards that failed are submitted again, at most.
+    #[arg(long, value_name = "N", requires = "on", default_value = "2", value_parser = clap::value_parser!(u64).range(0..=100))]
+    pub retries: u64,
+    /// Threads of a shard.
+    #[arg(long, value_name = "N", requires = "on", default_value = "1", value_parser = clap::value_parser!(u64).range(1..=1024))]
+    pub threads: u64,
+    /// The job in place of that of kardan: `kardan sweep template slurm` prints one to begin with.
+    #[arg(long, value_name = "FILE", requires = "on")]
+    pub template: Option<PathBuf>,
+    /// Write and print the job; submit nothing.
+    #[arg(long, requires = "on", conflicts_with = "json")]
+    pub dry_run: bool,
+}
+
+/// What runs shards.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Target {
+    /// An array of Slurm: `sbatch`, `squeue`.
+    Slurm,
+    /// An array of HyperQueue: `hq`, with a server that runs.
+    Hyperqueue,
+    /// An Indexed Job of Kubernetes: `kubectl`. The pods mount the claim `kardan` and have the image `kardan`; a template names others.
+    Kubernetes,
+    /// The ranks of `mpirun`, each with a part of the shards.
+    Mpi,
+    /// Processes on this machine.
+    Local,
 }
 
 /// What `kardan sweep` does beside it.
 #[derive(Debug, Clone, Subcommand)]
 pub enum SweepCommand {
     Merge(MergeArgs),
+    Template(TemplateArgs),
+}
+
+/// Print the job that `--on` fills in, for a template of one's own: words in double braces are replaced.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:\n  kardan sweep template slurm > mine.sh")]
+pub struct TemplateArgs {
+    /// What runs the shards.
+    pub on: Target,
 }
 
 /// Put the rows of shards together: whether all are there and of one sweep, and what they say.

@@ -3,6 +3,7 @@
 mod analyze;
 mod bench;
 mod check;
+mod cluster;
 mod completions;
 mod design;
 mod elements;
@@ -22,7 +23,7 @@ use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, Parser};
 use kardan::diagnostics::nearest;
 
-use crate::args::{Cli, Command};
+use crate::args::{Cli, Command, SweepArgs, SweepCommand};
 use crate::exit::{DONE, ERROR, exit_code};
 use crate::output::print;
 use crate::panics;
@@ -106,7 +107,11 @@ fn dispatch(cli: &Cli) -> Result<u8, Failure> {
         Command::Identify(args) => identify::identify(args, cli.quiet),
         Command::Bench(args) => bench::bench(args, cli.quiet),
         Command::Safety(args) => safety::safety(args, cli.quiet),
-        Command::Sweep(args) => sweep::sweep(args, cli.quiet),
+        Command::Sweep(SweepArgs { merge: Some(SweepCommand::Template(args)), .. }) => cluster::print_template(args.on),
+        Command::Sweep(args) => match args.on.on {
+            Some(target) => cluster::sweep(args, target, cli.quiet),
+            None => sweep::sweep(args, cli.quiet),
+        },
         Command::Equations(args) => equations::equations(args, cli.quiet),
         Command::Linearise(args) => linearise::linearise(args, cli.quiet),
         Command::Check(args) => check::check(args, cli.quiet),

@@ -35,8 +35,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
         return Err(Failure { source: Some(source), diagnostics: known });
     }
     render::show(Some(&source), &known);
-    let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
-    let settings = SweepSettings { samples: args.samples, seed: args.seed, variants: args.variants.clone(), run };
+    let settings = settings(args);
     let refused = |diagnostics: Vec<Diagnostic>| {
         let diagnostics = diagnostics.into_iter().filter(|d| d.severity == Severity::Error || !known.contains(d));
         Failure { source: Some(source.clone()), diagnostics: diagnostics.collect() }
@@ -80,6 +79,12 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     tell(&found, (args.out.as_deref(), args.json), &source.to_string(), quiet)
 }
 
+/// What is swept.
+pub fn settings(args: &SweepArgs) -> SweepSettings {
+    let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
+    SweepSettings { samples: args.samples, seed: args.seed, variants: args.variants.clone(), run }
+}
+
 /// What a shard has done, beside its rows.
 fn write_manifest(out: &Path, (plan, shard): (&SweepPlan, Shard), rows: u64, seconds: f64) -> Result<(), Diagnostic> {
     let (samples, threads) = (plan.samples_of(plan.own_blocks()), rayon::current_num_threads());
@@ -91,11 +96,16 @@ fn write_manifest(out: &Path, (plan, shard): (&SweepPlan, Shard), rows: u64, sec
         samples.start,
         samples.end - samples.start
     );
-    save(&out.join(format!("shard-{number}-of-{of}.json")), text.as_bytes())
+    save(&manifest_of(out, number, of), text.as_bytes())
+}
+
+/// Where the manifest of a shard is, once it is done.
+pub fn manifest_of(out: &Path, number: u64, of: u64) -> PathBuf {
+    out.join(format!("shard-{number}-of-{of}.json"))
 }
 
 /// `kardan sweep merge`.
-fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
+pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     let files: Vec<(u64, PathBuf)> = args.parts.iter().flat_map(|part| files_of_rows(part)).collect();
     let Some((_, first)) = files.first() else {
@@ -169,7 +179,7 @@ fn write_block(out: &Path, plan: &SweepPlan, block: u64, rows: &[SweepRow]) -> R
 }
 
 /// Files of rows in the folder, by their blocks.
-fn files_of_rows(out: &Path) -> Vec<(u64, PathBuf)> {
+pub fn files_of_rows(out: &Path) -> Vec<(u64, PathBuf)> {
     let entries = fs::read_dir(out).into_iter().flatten().filter_map(Result::ok);
     let block = |path: PathBuf| {
         let name = path.file_name()?.to_str()?.strip_prefix(STEM)?.strip_suffix(".parquet")?;

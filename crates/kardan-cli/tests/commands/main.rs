@@ -3,6 +3,8 @@
 mod bench;
 mod changes;
 mod cli;
+#[cfg(unix)]
+mod cluster;
 mod design;
 mod end_to_end;
 mod files;

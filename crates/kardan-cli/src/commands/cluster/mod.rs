@@ -1,0 +1,505 @@
+//! `kardan sweep --on`: the shards of a sweep as a job of something that runs jobs, followed until all are there, and merged.
+//!
+//! All that is known between two commands stands in the folder: `jobs.txt` (what is swept, in how many shards, and the jobs that were submitted),
+//! `shard.sh` (runs one shard), `job.sh` or `job.yaml` (runs many, made from a template), `parts/I` (the rows of a shard, and its manifest when it is
+//! done), `logs/I.log`. A shard is done when its manifest is there, whatever a queue says of it.
+
+mod queue;
+mod template;
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use kardan::diagnostics::Diagnostic;
+
+use self::queue::Queue;
+use self::template::{check, fill, quoted_for_shell, ranges};
+use super::sweep::{files_of_rows, manifest_of, merge, settings};
+use crate::args::{MergeArgs, SweepArgs, Target, word};
+use crate::exit::DONE;
+use crate::input;
+use crate::output::{prepare_folder, print, reason, save};
+use crate::render::{Failure, note};
+use crate::stop;
+
+/// What runs one shard.
+const SHARD: &str = include_str!("templates/shard.sh");
+/// Samples of a shard, if nobody says how many shards there are.
+const SAMPLES: u64 = 1000;
+const MOST_SHARDS: u64 = 1000;
+/// The record of what was submitted.
+const RECORD: &str = "jobs.txt";
+/// Between two looks at signals and at processes of our own.
+const SLICE: Duration = Duration::from_millis(20);
+/// Between two looks at the folder and the queue: at first, and at most.
+const LOOKS: (Duration, Duration) = (Duration::from_millis(200), Duration::from_secs(10));
+/// Looks at a queue that does not answer, one after the other, before that is an error.
+const SILENCE: u32 = 30;
+/// How long processes of our own have to end when they are told to.
+const GRACE: Duration = Duration::from_secs(4);
+
+/// `kardan sweep template`.
+pub fn print_template(target: Target) -> Result<u8, Failure> {
+    print(Queue::of(target).template)?;
+    Ok(DONE)
+}
+
+/// `kardan sweep --on`.
+pub fn sweep(args: &SweepArgs, target: Target, quiet: bool) -> Result<u8, Failure> {
+    let mut work = Work::prepare(args, Queue::of(target), quiet)?;
+    let missing = work.missing(&work.all());
+    if args.on.dry_run && missing.is_empty() {
+        work.say("all shards are done: there is no job to write");
+        return Ok(DONE);
+    }
+    if args.on.dry_run {
+        let (path, text) = work.write_job(&missing)?;
+        print(&text)?;
+        work.say(&format!("wrote {}; nothing is submitted: `{}` does", path.display(), work.by_hand(&path)));
+        return Ok(DONE);
+    }
+    if let Some(job) = work.jobs.last().cloned().filter(|_| !missing.is_empty()) {
+        work.go_on(&job, &missing)?;
+    }
+    let tries = if work.queue.retries_itself { 0 } else { args.on.retries };
+    for again in 0..=tries {
+        let missing = work.missing(&work.all());
+        if missing.is_empty() {
+            break;
+        }
+        if again > 0 {
+            let (which, why) = (ranges(&missing), work.why(missing[0]));
+            work.say(&format!(
+                "{} of {} shards have failed ({which}; {why}): submitted again, {again} of {tries}",
+                missing.len(),
+                work.shards
+            ));
+        }
+        work.run(&missing)?;
+    }
+    let missing = work.missing(&work.all());
+    if !missing.is_empty() {
+        return Err(work.failed(&missing).into());
+    }
+    let parts = work.all().iter().map(|number| work.part(*number)).collect();
+    let (variants, changes) = (args.variants.clone(), args.changes.clone());
+    let (out, json, method, tolerance) = (args.out.clone(), args.json, args.method, args.tolerance);
+    merge(&MergeArgs { model: work.model, parts, variants, out, json, method, tolerance, changes }, quiet)
+}
+
+/// A sweep that is run as shards.
+struct Work<'a> {
+    args: &'a SweepArgs,
+    queue: &'static Queue,
+    quiet: bool,
+    model: PathBuf,
+    /// The folder, from the root.
+    out: PathBuf,
+    /// Name and text of the template.
+    template: (String, String),
+    shards: u64,
+    /// What is swept, in words.
+    identity: String,
+    /// Jobs in the queue that were submitted from this folder.
+    jobs: Vec<String>,
+}
+
+impl<'a> Work<'a> {
+    /// Looks at everything that can be wrong before something is submitted, and writes what runs a shard.
+    fn prepare(args: &'a SweepArgs, queue: &'static Queue, quiet: bool) -> Result<Self, Failure> {
+        let model = args.model.clone().unwrap_or_default();
+        if model.as_os_str() == "-" {
+            let message = "`--on` cannot give the model of the standard input to its shards";
+            return Err(Diagnostic::error("sweep::on", message)
+                .help("write it to a file that all machines see")
+                .into());
+        }
+        let template = match &args.on.template {
+            Some(path) => (path.display().to_string(), input::read_text(path)?),
+            None => (format!("kardan sweep template {}", queue.name), queue.template.into()),
+        };
+        check(&template.0, &template.1)?;
+        let (source, project) = input::prepared(&model, &args.changes, quiet)?;
+        let plan = project.sweep_plan(&settings(args));
+        let plan = plan.map_err(|diagnostics| Failure { source: Some(source), diagnostics })?;
+        let out = args.out.clone().unwrap_or_default();
+        let out = std::path::absolute(&out).unwrap_or(out);
+        let few =
+            plan.head.samples.div_ceil(SAMPLES).max(if queue.name == "local" { processes(args, u64::MAX) } else { 1 });
+        let shards = args.on.shards.unwrap_or(few.min(plan.blocks()).min(MOST_SHARDS));
+        if shards > plan.blocks() {
+            let message = format!(
+                "{shards} shards: {} samples are {} blocks, and {} shards would have none",
+                plan.head.samples,
+                plan.blocks(),
+                shards - plan.blocks()
+            );
+            let help = format!("at most `--shards {}`", plan.blocks());
+            return Err(Diagnostic::error("sweep::shards", message).help(help).into());
+        }
+        let identity = plan.head.identity.replace('\n', " ");
+        let mut work = Work { args, queue, quiet, model, out, template, shards, identity, jobs: Vec::new() };
+        // All words are known and all paths can be told, before a file is written.
+        let job = fill(&work.template.0, &work.template.1, &work.values(&[1])?)?;
+        if queue.name == "kubernetes" && job.contains("mountPath: \"/\"") {
+            let message = format!(
+                "model and `{}` have no folder above them but `/`, which no volume can take",
+                work.out.display()
+            );
+            let help = "put the model and the folder of `--out` into one folder, that of the claim";
+            return Err(Diagnostic::error("sweep::on", message).help(help).into());
+        }
+        work.take_up()?;
+        for folder in ["parts", "logs"] {
+            prepare_folder(&work.out.join(folder))?;
+        }
+        let script = fill("shard.sh", SHARD, &work.values(&[])?)?;
+        save(&work.out.join("shard.sh"), script.as_bytes())?;
+        work.record()?;
+        Ok(work)
+    }
+
+    /// What the folder tells of the commands before; a folder with another sweep is refused.
+    fn take_up(&mut self) -> Result<(), Diagnostic> {
+        prepare_folder(&self.out)?;
+        let (record, shown) = (self.out.join(RECORD), self.out.display());
+        let before = fs::read_to_string(&record).unwrap_or_default();
+        let begun = fs::read_dir(self.out.join("parts")).is_ok_and(|mut parts| parts.next().is_some());
+        // A job that was written only has left nothing.
+        let before = if begun || before.contains("\njob ") { before } else { String::new() };
+        let rows = files_of_rows(&self.out);
+        if self.args.force {
+            let gone = ["parts", "logs"]
+                .map(|name| self.out.join(name))
+                .into_iter()
+                .filter(|path| !before.is_empty() && path.is_dir());
+            let gone = gone.map(|path| (fs::remove_dir_all(&path), path));
+            let gone = gone.chain(rows.into_iter().map(|(_, path)| (fs::remove_file(&path), path)));
+            for (done, path) in gone {
+                done.map_err(|error| {
+                    let message = format!("cannot remove `{}`: {}", path.display(), reason(&error));
+                    Diagnostic::error("output::folder", message).help("remove it: it holds rows of another sweep")
+                })?;
+            }
+            return Ok(());
+        }
+        if !rows.is_empty() || !(before.is_empty() || self.args.resume) {
+            let message = format!("the folder `{shown}` holds rows of a sweep already");
+            let help = match rows.is_empty() {
+                true => "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR",
+                false => {
+                    "they were made without `--on`: replace them with `--force`, or name another folder with --out DIR"
+                }
+            };
+            return Err(Diagnostic::error("output::folder", message).help(help));
+        }
+        let of =
+            |key: &str| before.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix(' ')).collect::<Vec<_>>();
+        let other = |what: String, help: &str| {
+            let message = format!("`{}` cannot be gone on with: {what}", record.display());
+            Err(Diagnostic::error("sweep::resume", message).help(help))
+        };
+        if let Some(found) = of("sweep").first().filter(|found| **found != self.identity) {
+            let help = "run with the model and the options that made it, or start anew with `--force`";
+            return other(format!("it is of another sweep: {found}, not {}", self.identity), help);
+        }
+        if let Some(found) = of("shards").first().and_then(|found| found.parse().ok()) {
+            if self.args.on.shards.is_some_and(|asked| asked != found) {
+                let help = "leave `--shards` out to go on with those, or start anew with `--force`";
+                return other(format!("its sweep is in {found} shards, not {}", self.shards), help);
+            }
+            self.shards = found;
+        }
+        self.jobs = of("job").into_iter().map(String::from).collect();
+        Ok(())
+    }
+
+    fn record(&self) -> Result<(), Diagnostic> {
+        let mut text = format!("sweep {}\nshards {}\n", self.identity, self.shards);
+        self.jobs.iter().for_each(|job| {
+            let _ = writeln!(text, "job {job}");
+        });
+        save(&self.out.join(RECORD), text.as_bytes())
+    }
+
+    fn all(&self) -> Vec<u64> {
+        (1..=self.shards).collect()
+    }
+
+    fn part(&self, number: u64) -> PathBuf {
+        self.out.join("parts").join(number.to_string())
+    }
+
+    /// Those of the shards that are not done.
+    fn missing(&self, shards: &[u64]) -> Vec<u64> {
+        let done = |number: u64| manifest_of(&self.part(number), number, self.shards).is_file();
+        shards.iter().copied().filter(|number| !done(*number)).collect()
+    }
+
+    fn say(&self, text: &str) {
+        if !self.quiet {
+            note(text);
+        }
+    }
+
+    /// What the words of a template stand for, in a job that runs these shards.
+    fn values(&self, shards: &[u64]) -> Result<Vec<(&'static str, String)>, Diagnostic> {
+        let text = |path: &Path| match path.to_str() {
+            Some(text) if !text.contains(|c: char| c.is_control()) => Ok(text.to_owned()),
+            _ => {
+                let message = format!(
+                    "`{}` cannot be written into a script: it is not UTF-8 or has control characters",
+                    path.display()
+                );
+                Err(Diagnostic::error("sweep::on", message).help("give it another name"))
+            }
+        };
+        let quoted = |path: &Path| Ok::<_, Diagnostic>(quoted_for_shell(&text(path)?));
+        let own = std::env::current_exe().unwrap_or_else(|_| "kardan".into());
+        let model = self.model_everywhere();
+        let list: Vec<String> = shards.iter().map(u64::to_string).collect();
+        let root = match model.parent() {
+            Some(folder) if folder.as_os_str().is_empty() => self.out.as_path(),
+            Some(folder) => self.out.ancestors().find(|above| folder.starts_with(above)).unwrap_or(&self.out),
+            None => &self.out,
+        };
+        Ok(vec![
+            ("shard", format!("sh {}", quoted(&self.out.join("shard.sh"))?)),
+            ("array", ranges(shards)),
+            ("list", list.join(" ")),
+            ("count", shards.len().to_string()),
+            ("shards", self.shards.to_string()),
+            ("threads", self.args.on.threads.to_string()),
+            ("processes", processes(self.args, shards.len() as u64).to_string()),
+            ("retries", self.args.on.retries.to_string()),
+            ("name", self.name()),
+            ("out", quoted(&self.out)?),
+            ("logs", quoted(&self.out.join("logs"))?),
+            ("root", format!("\"{}\"", text(root)?.replace('\\', "\\\\").replace('"', "\\\""))),
+            ("kardan", quoted(&own)?),
+            ("arguments", self.arguments(&text(&model)?)),
+            ("version", env!("CARGO_PKG_VERSION").into()),
+        ])
+    }
+
+    /// The model as any folder has it: the name of a built-in one, or the path of the file from the root.
+    fn model_everywhere(&self) -> PathBuf {
+        let builtin = kardan::model::BUILTIN.iter().any(|builtin| self.model.as_os_str() == builtin.name);
+        let path = if builtin { None } else { std::path::absolute(&self.model).ok() };
+        path.unwrap_or_else(|| self.model.clone())
+    }
+
+    /// A name for the job, of lower-case letters, digits and dashes: of the model, the sweep in this folder, and its number.
+    fn name(&self) -> String {
+        let stem = self.model.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();
+        let stem: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(30).collect();
+        let bytes = self.identity.bytes().chain(self.out.to_string_lossy().bytes().collect::<Vec<_>>());
+        let sum =
+            bytes.fold(0xcbf2_9ce4_8422_2325_u64, |sum, byte| (sum ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3));
+        format!("kardan-{}-{:08x}-{}", stem.trim_matches('-'), sum >> 32, self.jobs.len() + 1)
+    }
+
+    /// What a shard is run with, for a shell.
+    fn arguments(&self, model: &str) -> String {
+        let mut words = vec!["sweep".to_string(), model.to_string()];
+        let mut add =
+            |option: &str, value: Option<String>| words.extend(value.map(|value| format!("{option}={value}")));
+        let args = self.args;
+        add("--samples", args.samples.map(|n| n.to_string()));
+        add("--seed", args.seed.map(|n| n.to_string()));
+        args.variants.iter().for_each(|name| add("--variant", Some(name.clone())));
+        args.changes.set.iter().for_each(|change| add("--set", Some(change.clone())));
+        add("--method", word(args.method));
+        add("--tolerance", args.tolerance.map(|x| format!("{x:e}")));
+        add("--max-steps", Some(args.limits.max_steps.to_string()));
+        if std::env::args_os().any(|word| word == "--portable") {
+            words.push("--portable".into());
+        }
+        words.iter().map(|word| quoted_for_shell(word)).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Writes the job that runs these shards: its path and its text.
+    fn write_job(&self, shards: &[u64]) -> Result<(PathBuf, String), Diagnostic> {
+        let text = fill(&self.template.0, &self.template.1, &self.values(shards)?)?;
+        let path = self.out.join(self.queue.file);
+        save(&path, text.as_bytes())?;
+        Ok((path, text))
+    }
+
+    fn by_hand(&self, path: &Path) -> String {
+        self.queue.by_hand(&quoted_for_shell(&path.to_string_lossy()))
+    }
+
+    /// Submits the shards and waits for the end of the job.
+    fn run(&mut self, shards: &[u64]) -> Result<(), Diagnostic> {
+        let (path, text) = self.write_job(shards)?;
+        if let Some(program) = self.queue.missing(&text) {
+            let message = format!("`{program}` is not there: `{}` is written, not submitted", path.display());
+            let help = format!(
+                "install {}; or submit it elsewhere with `{}`, and when its shards have ended give the same command with `--resume`",
+                self.queue.install,
+                self.by_hand(&path)
+            );
+            return Err(Diagnostic::error("sweep::on", message).help(help));
+        }
+        let (count, name) = (shards.len(), self.queue.name);
+        if self.queue.submit.is_empty() {
+            self.say(&format!("{count} shards run on {name}"));
+            let started = started(&path);
+            let mut child = started.map_err(|error| {
+                let message = format!("cannot run `{}`: {}", path.display(), reason(&error));
+                Diagnostic::error("sweep::on", message).help(format!("install {}", self.queue.install))
+            })?;
+            let followed = self.follow(shards, &mut || Ok(child.try_wait().is_ok_and(|ended| ended.is_none())), true);
+            if followed.is_err() {
+                end(&mut child);
+            }
+            return followed;
+        }
+        let job = self.queue.submit(&path)?;
+        self.say(&format!("{count} shards are job {job} of {name}"));
+        self.jobs.push(format!("{name} {job}"));
+        self.record()?;
+        self.follow(shards, &mut || self.queue.holds(&job), false)
+    }
+
+    /// Follows the job of a command before, if it is still in this queue.
+    fn go_on(&self, job: &str, missing: &[u64]) -> Result<(), Diagnostic> {
+        let Some(job) = job.strip_prefix(self.queue.name).and_then(|job| job.strip_prefix(' ')) else { return Ok(()) };
+        if self.queue.missing("").is_some() || self.queue.holds(job) == Ok(false) {
+            return Ok(());
+        }
+        self.say(&format!("job {job} of {} is followed, {} shards are missing", self.queue.name, missing.len()));
+        self.follow(missing, &mut || self.queue.holds(job), false)
+    }
+
+    /// Waits until all of the shards are done or their job is over; says how far it is.
+    fn follow(
+        &self,
+        shards: &[u64],
+        runs: &mut dyn FnMut() -> Result<bool, String>,
+        own: bool,
+    ) -> Result<(), Diagnostic> {
+        let (mut told, mut silent, mut wait) = (shards.len(), 0, LOOKS.0);
+        let mut next = Instant::now() + wait;
+        loop {
+            if stop::reason().is_some() {
+                return Err(self.left());
+            }
+            if own && runs() == Ok(false) {
+                return Ok(());
+            }
+            if Instant::now() < next {
+                thread::sleep(SLICE);
+                continue;
+            }
+            // The queue is asked before the folder, so that no shard ends between the two.
+            let there = if own { Ok(true) } else { runs() };
+            let missing = self.missing(shards).len();
+            if missing != told {
+                self.say(&format!(
+                    "{} of {} shards are done",
+                    self.shards - self.missing(&self.all()).len() as u64,
+                    self.shards
+                ));
+                told = missing;
+            }
+            match there {
+                Ok(false) => return Ok(()),
+                Ok(true) if missing == 0 && !own => return Ok(()),
+                Ok(true) => silent = 0,
+                Err(why) => {
+                    silent += 1;
+                    if silent == 1 {
+                        self.say(&format!("{} does not answer ({why}): asked again", self.queue.name));
+                    }
+                    if silent > SILENCE {
+                        let message = format!("{} does not answer any more: {why}", self.queue.name);
+                        let help = "its jobs are left as they are; the same command with `--resume` follows them";
+                        return Err(Diagnostic::error("sweep::queue", message).help(help));
+                    }
+                }
+            }
+            wait = wait.mul_f64(1.5).min(LOOKS.1);
+            next = Instant::now() + wait;
+        }
+    }
+
+    /// The command ends before its jobs.
+    fn left(&self) -> Diagnostic {
+        let missing = self.missing(&self.all()).len();
+        let help = match (self.queue.submit, self.jobs.last().and_then(|job| job.rsplit(' ').next())) {
+            ([_, ..], Some(job)) => format!(
+                "job {job} stays in the queue (`{} {job}` ends it); the same command with `--resume` follows it",
+                self.queue.cancel
+            ),
+            _ => "its processes are told to end; the same command with `--resume` goes on with what is missing".into(),
+        };
+        Diagnostic::error("sweep::left", format!("{missing} of {} shards are missing", self.shards)).help(help)
+    }
+
+    /// Shards are missing after all tries.
+    fn failed(&self, missing: &[u64]) -> Diagnostic {
+        let mut message = format!("{} of {} shards are not done ({})", missing.len(), self.shards, ranges(missing));
+        missing.iter().take(3).for_each(|number| {
+            let _ = write!(message, "; shard {number}: {}", self.why(*number));
+        });
+        Diagnostic::error("sweep::shards", message).help(format!(
+            "their last words are in `{}`; when that is put right, the same command with `--resume` runs them again, and the others stay as they are",
+            self.out.join("logs").display()
+        ))
+    }
+
+    /// Why a shard is not done, as far as its log tells.
+    fn why(&self, number: u64) -> String {
+        let logs = self.out.join("logs");
+        let read = |end: &str| {
+            fs::read(logs.join(format!("{number}.{end}"))).map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+        };
+        let said = ["log", "slurm", "hq"].iter().filter_map(|end| read(end).ok()).find_map(|text| {
+            let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+            // The first error, which may go on in lines of its own.
+            let mut rest = lines.clone().skip_while(|line| !line.starts_with("× "));
+            let error = rest.next().map(|first| {
+                let more = rest.map_while(|line| line.strip_prefix("│ "));
+                std::iter::once(first.trim_start_matches("× ")).chain(more).collect::<Vec<_>>().join(" ")
+            });
+            error.or_else(|| lines.next_back().map(String::from)).map(|said| said.chars().take(300).collect())
+        });
+        said.unwrap_or_else(|| match logs.join(format!("{number}.log")).exists() {
+            true => "it ended without a word: killed, or never through".into(),
+            false => "it has not begun".into(),
+        })
+    }
+}
+
+/// Shards that run at a time on this machine.
+fn processes(args: &SweepArgs, shards: u64) -> u64 {
+    let cores = thread::available_parallelism().map_or(1, |cores| cores.get() as u64);
+    (cores / args.on.threads).clamp(1, shards.max(1))
+}
+
+/// Starts a script in a group of its own: signals of the terminal come to it through us.
+fn started(path: &Path) -> std::io::Result<Child> {
+    let mut command = Command::new("sh");
+    command.arg(path).stdin(Stdio::null()).stdout(Stdio::null());
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    command.spawn()
+}
+
+/// Ends a script with all that it has started: politely, so that shards keep their blocks.
+fn end(child: &mut Child) {
+    let group = format!("-{}", child.id());
+    let _ = Command::new("kill").args(["-TERM", "--", &group]).stdin(Stdio::null()).stderr(Stdio::null()).status();
+    let begun = Instant::now();
+    while child.try_wait().is_ok_and(|ended| ended.is_none()) && begun.elapsed() < GRACE {
+        thread::sleep(SLICE);
+    }
+    let _ = child.kill();
+    let _ = child.wait();
+}

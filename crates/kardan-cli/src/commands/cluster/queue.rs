@@ -1,0 +1,171 @@
+//! What each target is: its template, how a job is submitted, and whether it is still there.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use kardan::diagnostics::Diagnostic;
+
+use crate::args::Target;
+use crate::output::reason;
+
+/// How a target is spoken to.
+pub struct Queue {
+    pub name: &'static str,
+    pub template: &'static str,
+    /// How the job is called in the folder.
+    pub file: &'static str,
+    /// Programs that must be there.
+    pub needs: &'static [&'static str],
+    /// How to get them.
+    pub install: &'static str,
+    /// Submits the file that comes behind it; empty: the job is a script that runs until all shards have ended.
+    pub submit: &'static [&'static str],
+    /// Ends the job whose number comes behind it.
+    pub cancel: &'static str,
+    /// Whether it runs a shard that failed again by itself, as often as `{{retries}}`.
+    pub retries_itself: bool,
+}
+
+const SLURM: Queue = Queue {
+    name: "slurm",
+    template: include_str!("templates/slurm.sh"),
+    file: "job.sh",
+    needs: &["sbatch", "squeue"],
+    install: "Slurm's commands (Debian: apt-get install slurm-client, with the slurm.conf of the cluster)",
+    submit: &["sbatch", "--parsable"],
+    cancel: "scancel",
+    retries_itself: false,
+};
+const HYPERQUEUE: Queue = Queue {
+    name: "hyperqueue",
+    template: include_str!("templates/hyperqueue.sh"),
+    file: "job.sh",
+    needs: &["hq"],
+    install: "HyperQueue's command `hq` (https://github.com/It4innovations/hyperqueue/releases), and start `hq server start` and `hq worker start`",
+    submit: &["hq", "--output-mode", "quiet", "submit"],
+    cancel: "hq job cancel",
+    retries_itself: false,
+};
+const KUBERNETES: Queue = Queue {
+    name: "kubernetes",
+    template: include_str!("templates/kubernetes.yaml"),
+    file: "job.yaml",
+    needs: &["kubectl"],
+    install: "kubectl (https://kubernetes.io/docs/tasks/tools) with access to a cluster of version 1.29 or newer",
+    submit: &["kubectl", "create", "-o", "name", "-f"],
+    cancel: "kubectl delete",
+    retries_itself: true,
+};
+const MPI: Queue = Queue {
+    name: "mpi",
+    template: include_str!("templates/mpi.sh"),
+    file: "job.sh",
+    needs: &["mpirun"],
+    install: "an MPI (Debian: apt-get install openmpi-bin)",
+    submit: &[],
+    cancel: "",
+    retries_itself: false,
+};
+const LOCAL: Queue = Queue {
+    name: "local",
+    template: include_str!("templates/local.sh"),
+    file: "job.sh",
+    needs: &["sh", "xargs"],
+    install: "a POSIX shell and xargs (Debian: apt-get install findutils)",
+    submit: &[],
+    cancel: "",
+    retries_itself: false,
+};
+
+impl Queue {
+    pub fn of(target: Target) -> &'static Self {
+        match target {
+            Target::Slurm => &SLURM,
+            Target::Hyperqueue => &HYPERQUEUE,
+            Target::Kubernetes => &KUBERNETES,
+            Target::Mpi => &MPI,
+            Target::Local => &LOCAL,
+        }
+    }
+
+    /// A program that is needed and not there; one's own script needs what it names.
+    pub fn missing(&self, script: &str) -> Option<&'static str> {
+        let needed = |program: &&&str| !self.submit.is_empty() || **program == "sh" || script.contains(**program);
+        self.needs.iter().filter(needed).find(|program| !is_there(program)).copied()
+    }
+
+    /// How one submits by hand.
+    pub fn by_hand(&self, file: &str) -> String {
+        match self.submit {
+            [] => format!("sh {file}"),
+            words => format!("{} {file}", words.join(" ")),
+        }
+    }
+
+    /// Submits the job, and gives its number in the queue.
+    pub fn submit(&self, file: &Path) -> Result<String, Diagnostic> {
+        let shown = file.display();
+        let refused = |why: String| {
+            let message = format!("`{}` has not taken `{shown}`: {why}", self.submit.join(" "));
+            Diagnostic::error("sweep::submit", message)
+                .help("put that right and give the same command with `--resume`; `--template` changes the job")
+        };
+        let mut words: Vec<&str> = self.submit.to_vec();
+        let file = file.to_string_lossy();
+        words.push(&file);
+        let told = answer(&words).map_err(refused)?;
+        // `41;cluster` of Slurm.
+        let number = told.lines().last().unwrap_or_default().split(';').next().unwrap_or_default().trim();
+        match number.is_empty() || number.contains(char::is_whitespace) {
+            true => Err(refused(format!("it answers `{}`, which is no number of a job", told.trim()))),
+            false => Ok(number.into()),
+        }
+    }
+
+    /// Whether a job is still in the queue; why that is not known, else.
+    pub fn holds(&self, job: &str) -> Result<bool, String> {
+        match self.name {
+            // Of those of the user, since one that has gone would be an error by its number.
+            "slurm" => {
+                Ok(answer(&["squeue", "--me", "--noheader", "--format=%F"])?.lines().any(|line| line.trim() == job))
+            }
+            "hyperqueue" => Ok(answer(&["hq", "--output-mode", "quiet", "job", "list"])?.lines().any(|line| {
+                let mut words = line.split_whitespace();
+                words.next() == Some(job) && matches!(words.next(), Some("WAITING" | "RUNNING"))
+            })),
+            _ => {
+                let path = "-o=jsonpath={.metadata.name} {.status.conditions[?(@.status==\"True\")].type}";
+                let told = answer(&["kubectl", "get", job, "--ignore-not-found", path])?;
+                let mut words = told.split_whitespace();
+                Ok(words.next().is_some() && !words.any(|word| word == "Complete" || word == "Failed"))
+            }
+        }
+    }
+}
+
+/// What a program prints; what it says where it fails.
+fn answer(words: &[&str]) -> Result<String, String> {
+    let output =
+        Command::new(words[0]).args(&words[1..]).stdin(Stdio::null()).output().map_err(|error| reason(&error))?;
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
+    match output.status.success() {
+        true => Ok(text(&output.stdout)),
+        false => match text(&output.stderr) {
+            said if said.is_empty() => Err(format!("it ends with {}", output.status)),
+            // The first lines tell; some programs add where in their code that was.
+            said => {
+                Err(said.lines().map(str::trim).filter(|line| !line.is_empty()).take(4).collect::<Vec<_>>().join("; "))
+            }
+        },
+    }
+}
+
+/// Whether a program is on the PATH.
+fn is_there(program: &str) -> bool {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| {
+        [program.to_owned(), format!("{program}{}", std::env::consts::EXE_SUFFIX)]
+            .iter()
+            .any(|name| folder.join(name).is_file())
+    })
+}

@@ -1,0 +1,111 @@
+//! Templates: text in which `{{word}}` is replaced.
+
+use kardan::diagnostics::{Diagnostic, nearest};
+
+/// What words in double braces stand for.
+pub type Values<'a> = [(&'a str, String)];
+
+/// The text with all words replaced.
+///
+/// # Errors
+/// A word that there is not, or braces that do not close, with their line in `name`.
+pub fn fill(name: &str, text: &str, values: &Values<'_>) -> Result<String, Diagnostic> {
+    let (mut out, mut rest) = (String::with_capacity(text.len()), text);
+    let known = || values.iter().map(|(word, _)| *word);
+    let all = || known().map(|word| format!("{{{{{word}}}}}")).collect::<Vec<_>>().join(", ");
+    while let Some(at) = rest.find("{{") {
+        let line = text[..text.len() - rest.len() + at].matches('\n').count() + 1;
+        let wrong = |message: String, help: String| {
+            Err(Diagnostic::error("sweep::template", format!("`{name}`, line {line}: {message}")).help(help))
+        };
+        out.push_str(&rest[..at]);
+        let inside = &rest[at + 2..];
+        let Some(end) = inside.find("}}").filter(|end| !inside[..*end].contains('\n')) else {
+            return wrong("`{{` without `}}` in the same line".into(), format!("the words are {}", all()));
+        };
+        let word = inside[..end].trim();
+        let Some((_, value)) = values.iter().find(|(known, _)| *known == word) else {
+            let near = nearest(word, known()).map_or(String::new(), |near| format!("did you mean `{{{{{near}}}}}`? "));
+            return wrong(format!("there is no `{{{{{word}}}}}`"), format!("{near}The words are {}", all()));
+        };
+        out.push_str(value);
+        rest = &inside[end + 2..];
+    }
+    out.push_str(rest);
+    Ok(out)
+}
+
+/// Whether the template names what no job does without: the command of a shard, and which shards.
+///
+/// # Errors
+/// What is missing.
+pub fn check(name: &str, text: &str) -> Result<(), Diagnostic> {
+    let has = |word: &str| text.split("{{").skip(1).any(|rest| rest.split("}}").next().map(str::trim) == Some(word));
+    let missing = match (has("shard"), has("array") || has("list")) {
+        (false, _) => "`{{shard}}`, the command that runs a shard whose number comes behind it",
+        (true, false) => "`{{array}}` or `{{list}}`, the numbers of the shards that are to run: 1-3,7 or 1 2 3 7",
+        (true, true) => return Ok(()),
+    };
+    let message = format!("the template `{name}` has no {missing}");
+    let help = "begin with a template of kardan: `kardan sweep template slurm` prints one";
+    Err(Diagnostic::error("sweep::template", message).help(help))
+}
+
+/// A word for a shell that means this text, whatever is in it.
+pub fn quoted_for_shell(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@%".contains(c);
+    match !text.is_empty() && text.chars().all(plain) {
+        true => text.into(),
+        false => format!("'{}'", text.replace('\'', "'\\''")),
+    }
+}
+
+/// Numbers in order as ranges: `1-3,7`.
+pub fn ranges(numbers: &[u64]) -> String {
+    let mut out: Vec<(u64, u64)> = Vec::new();
+    for &number in numbers {
+        match out.last_mut() {
+            Some((_, last)) if *last + 1 == number => *last = number,
+            _ => out.push((number, number)),
+        }
+    }
+    let range = |(first, last): &(u64, u64)| match first == last {
+        true => first.to_string(),
+        false => format!("{first}-{last}"),
+    };
+    out.iter().map(range).collect::<Vec<_>>().join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_replaced_and_others_are_refused() {
+        let values = [("shard", "sh x".to_string()), ("list", "1 {{shard}}".into())];
+        assert_eq!(fill("t", "a {{ shard }} ${X} {y} {{list}}", &values).unwrap(), "a sh x ${X} {y} 1 {{shard}}");
+        for (text, told) in
+            [("\n{{shar}}", "line 2"), ("{{shard\n}}", "without"), ("{{}}", "no `{{}}`"), ("{{", "line 1")]
+        {
+            let mistake = fill("t", text, &values).unwrap_err();
+            assert!(mistake.message.contains(told), "{}", mistake.message);
+        }
+        assert!(fill("t", "{{shar}}", &values).unwrap_err().help.unwrap().contains("did you mean `{{shard}}`"));
+        assert!(check("t", "{{shard}} {{list}}").is_ok() && check("t", "{{ shard }} {{array}}").is_ok());
+        assert!(check("t", "shard {{list}}").is_err() && check("t", "{{shard}} 1").is_err());
+    }
+
+    #[test]
+    fn words_for_a_shell_are_one_word() {
+        for (text, word) in [("/a/b-1.toml", "/a/b-1.toml"), ("", "''"), ("a b", "'a b'"), ("it's $x", "'it'\\''s $x'")]
+        {
+            assert_eq!(quoted_for_shell(text), word);
+        }
+    }
+
+    #[test]
+    fn ranges_are_short() {
+        assert_eq!(ranges(&[1, 2, 3, 7, 9, 10]), "1-3,7,9-10");
+        assert_eq!(ranges(&[]), "");
+    }
+}
