@@ -1,6 +1,7 @@
 //! What `[sweep]` of a model file asks for, with the mistakes in it.
 
-use super::points::{Distribution, Filling};
+use super::points::{Distribution, Filling, SOBOL_AXES};
+use super::together::{Together, together};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
 use crate::identify::two_sided_normal;
@@ -35,6 +36,8 @@ pub struct SweepSpec {
     pub variants: Vec<String>,
     /// What varies.
     pub(super) varied: Vec<Varied>,
+    /// What of it varies together.
+    pub(super) together: Vec<Together>,
 }
 
 /// A parameter that varies.
@@ -62,18 +65,22 @@ pub(in crate::study) fn sweep_spec(known: &Known<'_>, variants: &[String], out: 
         tables.iter().for_each(|table| add(&mut varied, vary(&reader, document, table, out), table, out));
     }
     lists(&reader, document, &mut varied, out);
-    if !table.values.contains_key("vary") && !table.values.contains_key("lists") {
+    let of_tolerances = !table.values.contains_key("vary") && !table.values.contains_key("lists");
+    if of_tolerances {
         varied = tolerances(document);
     }
+    let together = together(document, &mut varied, of_tolerances, out);
     let levels = whole(&reader, table, "levels", SWEEP, out).unwrap_or(LEVELS);
     let filling = Filling::named(read_word(table, "points").unwrap_or_default(), levels.clamp(2, MOST_SAMPLES));
     check_points(table, filling, (levels, &varied), out);
+    check_axes(table, filling, (varied.len(), together.is_empty()), out);
     SweepSpec {
         samples,
         seed: whole(&reader, table, "seed", SWEEP, out).unwrap_or_default(),
         filling,
         variants: known_variants(table, variants, known, SWEEP, out),
         varied,
+        together,
     }
 }
 
@@ -103,12 +110,34 @@ fn check_points(table: &Table, filling: Filling, (levels, varied): (u64, &[Varie
     }
 }
 
+/// Tells of points that cannot be had of so many axes, or of those that vary together.
+fn check_axes(table: &Table, filling: Filling, (axes, apart): (usize, bool), out: &mut Vec<Diagnostic>) {
+    let word = filling.word();
+    let mut refuse = |message: String, help: &str| {
+        let place = TableReader::place(table, "points");
+        out.push(Diagnostic::error("sweep::points", format!("{SWEEP}: {message}")).at(place, "here").help(help));
+    };
+    let most = match filling {
+        Filling::Sobol => SOBOL_AXES,
+        Filling::Saltelli => SOBOL_AXES / 2,
+        _ => usize::MAX,
+    };
+    if axes > most {
+        refuse(format!("`points = \"{word}\"` are had of {most} parameters at most, and {axes} vary"), "take other points");
+    }
+    if !apart && matches!(filling, Filling::Levels(_) | Filling::Saltelli | Filling::Morris) {
+        let message = format!("`points = \"{word}\"` move one parameter by itself, and some vary together");
+        refuse(message, "take other points, or `[[sweep.together]]` out");
+    }
+}
+
 /// Each parameter varies in one way.
-fn add(varied: &mut Vec<Varied>, found: Option<Varied>, table: &Table, out: &mut Vec<Diagnostic>) {
+pub(super) fn add(varied: &mut Vec<Varied>, found: Option<Varied>, table: &Table, out: &mut Vec<Diagnostic>) {
     let Some(found) = found else { return };
     if varied.iter().any(|other| other.name == found.name) {
         let message = format!("{SWEEP}: `{}` varies in two ways", shortened(&found.name));
-        let place = TableReader::place(table, "parameter");
+        let key = if table.values.contains_key("file") { "file" } else { "parameter" };
+        let place = TableReader::place(table, key);
         out.push(Diagnostic::error("name::duplicate", message).at(place, "again here").help("keep one of them"));
         return;
     }
@@ -116,7 +145,7 @@ fn add(varied: &mut Vec<Varied>, found: Option<Varied>, table: &Table, out: &mut
 }
 
 /// The parameter of a name, which no variant sets.
-fn parameter<'d>(
+pub(super) fn parameter<'d>(
     document: &'d Document,
     name: &str,
     (place, label): (&Place, &str),
@@ -130,7 +159,7 @@ fn parameter<'d>(
                 None if names().next().is_none() => {
                     "declare it under `[parameters]`, or write a tolerance behind the value of a key: \"100 N m/rad ± 10 %\"".into()
                 }
-                None => format!("there are {}; a key of an element needs a tolerance: `± 10 %`", quoted(names())),
+                None => format!("there are {}; a key of an element, of `[scenario]` or of a fault needs a tolerance: `± 10 %`", quoted(names())),
             };
             let message = format!("{label}: there is no parameter `{}`", shortened(name));
             out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such parameter").help(help));
@@ -298,7 +327,7 @@ fn tolerances(document: &Document) -> Vec<Varied> {
     varied.filter(|one| !document.is_varied(&one.name)).collect()
 }
 
-fn in_words(distribution: &Distribution, dimension: Dimension) -> String {
+pub(super) fn in_words(distribution: &Distribution, dimension: Dimension) -> String {
     let unit = dimension.si();
     let with = |text: String| if unit.is_empty() { text } else { format!("{text} {unit}") };
     let digits = |value: &f64| in_digits(in_15_digits(*value));

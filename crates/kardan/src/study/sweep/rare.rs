@@ -1,0 +1,166 @@
+//! Rare failures by subset simulation: levels of ever smaller margins, each with its part of the samples, reached by chains that stay below the one before
+//! (Au, Beck, Probab. Eng. Mech. 16, 2001, 263). Chains move all scores at once and keep their normal distribution (Papaioannou and others,
+//! Probab. Eng. Mech. 41, 2015, 89).
+
+use super::points::{Axis, Filling, axes, score};
+use super::spec::Varied;
+use crate::num::Random;
+use crate::results::SweptLevel;
+
+/// Samples of a level for each chain: a tenth of them lies below its margin.
+pub(super) const CHAIN: u64 = 10;
+/// Most levels.
+pub(super) const MOST_LEVELS: u64 = 8;
+/// How much of its scores a chain keeps at a step.
+const KEPT: f64 = 0.8;
+/// A level that has more than this part of its samples below its margin leads nowhere.
+const MOST_PART: f64 = 0.5;
+/// Steps of the sequence of [`Random`].
+const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// Scores, and the margin there.
+#[derive(Debug, Clone, PartialEq)]
+struct State {
+    scores: Vec<f64>,
+    margin: f64,
+}
+
+/// A subset simulation, as far as its samples go.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Rare {
+    seed: u64,
+    axes: Vec<Axis>,
+    chains: usize,
+    /// The samples of a level, step by step of all chains.
+    members: Vec<State>,
+    /// The margin below which chains stay.
+    bound: f64,
+    accepted: u64,
+    asked: Vec<Vec<f64>>,
+    levels: Vec<SweptLevel>,
+    /// Why it ended.
+    ended: Option<String>,
+    failed: bool,
+}
+
+impl Rare {
+    /// With so many chains.
+    pub fn new(seed: u64, chains: u64, spread: &[Varied]) -> Self {
+        let named = spread.iter().map(|varied| (varied.name.as_str(), &varied.distribution));
+        Self {
+            seed: Random::named(seed, "rare").next_u64(),
+            axes: axes(Filling::Random, (seed, 0), named),
+            chains: chains as usize,
+            members: Vec::new(),
+            bound: f64::INFINITY,
+            accepted: 0,
+            asked: Vec::new(),
+            levels: Vec::new(),
+            ended: None,
+            failed: false,
+        }
+    }
+
+    /// Scores of the next samples, one of each chain; nothing once it has ended.
+    pub fn ask(&mut self, samples: std::ops::Range<u64>) -> Option<Vec<Vec<f64>>> {
+        if self.ended.is_some() {
+            return None;
+        }
+        let first = self.levels.is_empty();
+        let states = &self.members[self.members.len().saturating_sub(self.chains)..];
+        let aside = (1.0 - KEPT * KEPT).sqrt();
+        let one = |(chain, number): (usize, u64)| -> Vec<f64> {
+            if first {
+                return self.axes.iter().map(|axis| score(axis.at(number))).collect();
+            }
+            let mut random = Random::new(Random::new(self.seed.wrapping_add(number.wrapping_mul(STEP))).next_u64());
+            states[chain].scores.iter().map(|x| KEPT * x + aside * random.normal()).collect()
+        };
+        self.asked = samples.enumerate().map(|(chain, number)| one((chain, number))).collect();
+        Some(self.asked.clone())
+    }
+
+    /// Takes their margins.
+    pub fn tell(&mut self, margins: &[f64]) {
+        let first = self.levels.is_empty();
+        let before = self.members.len().saturating_sub(self.chains);
+        let states: Vec<State> = if first { Vec::new() } else { self.members[before..].to_vec() };
+        for (chain, scores) in std::mem::take(&mut self.asked).into_iter().enumerate() {
+            let new = State { scores, margin: margins[chain] };
+            if first || new.margin <= self.bound {
+                self.accepted += 1;
+                self.members.push(new);
+            } else {
+                self.members.push(states[chain].clone());
+            }
+        }
+        if self.members.len() >= self.chains * CHAIN as usize {
+            self.level();
+        }
+    }
+
+    /// Ends a level, and begins the next one from the samples of the least margins.
+    fn level(&mut self) {
+        let all = self.members.len();
+        let mut order: Vec<usize> = (0..all).collect();
+        order.sort_by(|a, b| self.members[*a].margin.total_cmp(&self.members[*b].margin));
+        let failing = self.members.iter().filter(|one| one.margin <= 0.0).count();
+        self.failed = failing >= self.chains;
+        let margin = if self.failed { 0.0 } else { self.members[order[self.chains - 1]].margin };
+        let below = |one: &State| one.margin <= margin;
+        let part = self.members.iter().filter(|one| below(one)).count() as f64 / all as f64;
+        let first = self.levels.is_empty();
+        let tried = (all - self.chains) as f64;
+        self.levels.push(SweptLevel {
+            margin,
+            part,
+            samples: all as u64,
+            correlation: if first { 0.0 } else { self.correlation(part, below) },
+            accepted: (!first).then(|| self.accepted as f64 / tried),
+        });
+        if self.failed {
+            self.ended = Some("failures are a tenth of the samples of its last level, or more".into());
+        } else if part > MOST_PART {
+            self.ended = Some(format!(
+                "most samples of level {} have the same margin: there is no way down from there",
+                self.levels.len()
+            ));
+        } else if self.levels.len() as u64 == MOST_LEVELS {
+            self.ended = Some(format!("its {MOST_LEVELS} levels did not come to failures: they are rarer than it tells"));
+        } else {
+            self.members = order[..self.chains].iter().map(|one| self.members[*one].clone()).collect();
+            (self.bound, self.accepted) = (margin, 0);
+        }
+    }
+
+    /// γ = 2 Σ (1 − k/n) ρ(k) of the chains of a level \[Au, Beck 2001 (27) to (29)\].
+    fn correlation(&self, part: f64, below: impl Fn(&State) -> bool) -> f64 {
+        let (steps, chains) = (CHAIN as usize, self.chains);
+        let inside: Vec<f64> = self.members.iter().map(|one| f64::from(u8::from(below(one)))).collect();
+        let variance = part * (1.0 - part);
+        if variance <= 0.0 {
+            return 0.0;
+        }
+        let ratio = |lag: usize| {
+            let pairs = (0..(steps - lag) * chains).map(|k| inside[k] * inside[k + lag * chains]).sum::<f64>();
+            (pairs / ((steps - lag) * chains) as f64 - part * part) / variance
+        };
+        let sum = (1..steps).map(|lag| (1.0 - lag as f64 / steps as f64) * ratio(lag)).sum::<f64>();
+        (2.0 * sum).max(0.0)
+    }
+
+    /// The probability with its standard deviations, parts of it: the levels independent, and wholly dependent.
+    pub fn probability(&self) -> Option<(f64, [f64; 2])> {
+        let own = |level: &SweptLevel| {
+            ((1.0 - level.part) / (level.part * level.samples as f64) * (1.0 + level.correlation)).sqrt()
+        };
+        let deviations = || self.levels.iter().map(own);
+        let apart = deviations().map(|x| x * x).sum::<f64>().sqrt();
+        self.failed.then(|| (self.levels.iter().map(|level| level.part).product(), [apart, deviations().sum()]))
+    }
+
+    /// The levels that are complete, and why it ended, if it did.
+    pub fn levels(&self) -> (&[SweptLevel], Option<&str>) {
+        (&self.levels, self.ended.as_deref())
+    }
+}
