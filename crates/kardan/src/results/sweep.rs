@@ -170,7 +170,7 @@ pub struct SweptIndex {
     pub count: u64,
 }
 
-/// How a number moves where one parameter alone moves by half of its probability (Morris, Technometrics 33, 1991, 161), twice that: as if by all of it.
+/// How a number moves where one parameter alone moves by 0.6 of its probability (Morris, Technometrics 33, 1991, 161), divided by that part.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptEffect {
     /// The parameter.

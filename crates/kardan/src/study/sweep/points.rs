@@ -28,14 +28,13 @@ pub(super) enum Filling {
     Levels(u64),
     /// Two samples A and B of Sobol's sequence, then A with one axis after another as it is in B (Saltelli and others, Comput. Phys. Commun. 181, 2010, 259).
     Saltelli,
-    /// Paths on which one axis after another moves by half of its probability, in an order by lot (Morris, Technometrics 33, 1991, 161).
+    /// Paths on which one axis after another moves by a part of its probability, in an order by lot (Morris, Technometrics 33, 1991, 161); they begin anywhere
+    /// where there is room for it, so that no grid hides what repeats.
     Morris,
 }
 
-/// Parts of an axis on which paths of Morris lie, in their middles; they move by half of them.
-const MORRIS_PARTS: u64 = 4;
-/// By how much of the probability paths of Morris move.
-pub(super) const MORRIS_STEP: f64 = 0.5;
+/// By how much of the probability paths of Morris move: by no half or third, which could be a period.
+pub(super) const MORRIS_STEP: f64 = 0.6;
 
 impl Filling {
     /// The words of files, in order.
@@ -179,12 +178,11 @@ impl Axis {
                 let draw = |draws: u64| Random::new(draws.wrapping_add(path.wrapping_mul(STEP)));
                 let key = |one: usize| (draw(others[one]).next_u64(), one);
                 let turn = (0..others.len()).filter(|other| key(*other) < key(*axis)).count();
-                // Two digits of one draw: the next one is that of another path.
+                // One draw: the next one is that of another path.
                 let own = draw(draws.wrapping_add(1)).next_u64();
-                let (part, up) = (own & 1, own >> 1 & 1 == 1);
+                let (start, up) = (((own >> 11) as f64 + 0.5) / (1u64 << 53) as f64, own & 1 == 1);
                 let high = up == (step > turn);
-                let part = part + if high { MORRIS_PARTS / 2 } else { 0 };
-                (part as f64 + 0.5) / MORRIS_PARTS as f64
+                (1.0 - MORRIS_STEP) * start + if high { MORRIS_STEP } else { 0.0 }
             }
             // From the one end to the other, exactly.
             Self::Levels { count: 1, .. } => return 0.5,
