@@ -124,7 +124,13 @@ fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let bytes = fs::read(first).map_err(|error| reason(&error));
     let (samples, seed) = bytes.and_then(export::samples_and_seed).map_err(|why| unusable(first, &why))?;
     let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
-    let asked = SweepSettings { samples: Some(samples), seed: Some(seed), variants: args.variants.clone(), run, goal: SweepGoal::Samples };
+    let asked = SweepSettings {
+        samples: Some(samples),
+        seed: Some(seed),
+        variants: args.variants.clone(),
+        run,
+        goal: SweepGoal::Samples,
+    };
     let refused = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
     let plan = project.sweep_plan(&asked).map_err(refused)?;
     let mut blocks: BTreeMap<u64, (PathBuf, Vec<SweepRow>)> = BTreeMap::new();

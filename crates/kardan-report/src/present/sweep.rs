@@ -52,7 +52,10 @@ fn verdict(found: &Sweep) -> Verdict {
             }
             _ => format!("How rarely {} fails was not found: {}", rare.text, rare.ended),
         };
-        return Verdict { sound: rare.probability.is_none() && found.missing == 0, text: format!("{text}, by {} runs.", found.rows) };
+        return Verdict {
+            sound: rare.probability.is_none() && found.missing == 0,
+            text: format!("{text}, by {} runs.", found.rows),
+        };
     }
     let ended: u64 = found.failures.iter().map(|one| one.count).sum();
     let never = |one: &&SweptRequirement| one.failed > 0;
@@ -210,13 +213,20 @@ fn margin_in_words(worst: &SweptWorst) -> String {
 }
 
 fn worst(worst: &SweptWorst) -> Body {
-    let before = worst.before.map_or_else(String::new, |x| format!(", {} before the search", shown(x, &worst.unit, None)));
-    let SweptWorst { sample, explored, rests, .. } = worst;
+    let before =
+        worst.before.map_or_else(String::new, |x| format!(", {} before the search", shown(x, &worst.unit, None)));
+    let SweptWorst { sample, explored, .. } = worst;
+    let rested = match worst.rests {
+        0 => "the search did not come to rest yet: more samples may find more".to_string(),
+        1 => "the search came to rest once, and began anew elsewhere".to_string(),
+        many => format!("the search came to rest {many} times, and began anew elsewhere"),
+    };
     let hint = format!(
-        "Sample {sample}: {}{before}. {explored} samples filled the space; the search came to rest {rests} times. A found case is no proof that there is no worse one.",
+        "Sample {sample}: {}{before}. {explored} samples filled the space; {rested}. A found case is no proof that there is no worse one.",
         margin_in_words(worst)
     );
-    let rows = worst.values.iter().map(|at| row![&at.parameter, format!("{} {}", figure(at.value, 9), at.unit).trim_end()]);
+    let rows =
+        worst.values.iter().map(|at| row![&at.parameter, format!("{} {}", figure(at.value, 9), at.unit).trim_end()]);
     Body::default().table_of(usize::MAX, &["parameter", "#value"], rows).hint(hint)
 }
 
@@ -268,7 +278,11 @@ fn indices(found: &Sweep) -> Body {
     });
     let body = Body::default().table_of(usize::MAX, &columns, rows);
     let hint = "Parts of the variance: what a parameter explains alone, and what would be left if all others were known. Their difference is what it does together with others.";
-    if numbers_of(found).all(|(_, _, values, _)| values.indices.is_empty()) { body } else { body.hint(hint.to_string()) }
+    if numbers_of(found).all(|(_, _, values, _)| values.indices.is_empty()) {
+        body
+    } else {
+        body.hint(hint.to_string())
+    }
 }
 
 fn effects(found: &Sweep) -> Body {
@@ -291,7 +305,11 @@ fn effects(found: &Sweep) -> Body {
     let body = Body::default().table_of(usize::MAX, &columns, rows);
     let hint = "By how much the number moves for a parameter alone, over all of its probability (Morris): size μ*, mean μ, deviation σ. A deviation near the size tells of bends, or of others \
                 that it acts together with.";
-    if numbers_of(found).all(|(_, _, values, _)| values.effects.is_empty()) { body } else { body.hint(hint.to_string()) }
+    if numbers_of(found).all(|(_, _, values, _)| values.effects.is_empty()) {
+        body
+    } else {
+        body.hint(hint.to_string())
+    }
 }
 
 fn failures(found: &Sweep) -> Body {
@@ -321,8 +339,13 @@ fn varied(found: &Sweep) -> Body {
     };
     let told = match found.points.as_str() {
         "corners" | "grid" => format!("{} samples: {how}.", found.samples),
-        "worst" => format!("{} samples at most by {how}, seed {}.", found.samples, found.seed),
-        "rare" => format!("{} samples at most by {how}, seed {}.", found.samples, found.seed),
+        _ if found.until.is_some() => format!(
+            "{} of at most {} samples by {how}, seed {}: each follows from the seed and its number alone.",
+            found.until.as_ref().map_or(0, |until| until.samples),
+            found.samples,
+            found.seed
+        ),
+        "worst" | "rare" => format!("{} samples at most by {how}, seed {}.", found.samples, found.seed),
         _ => format!(
             "{} samples by {how}, seed {}: each follows from the seed and its number alone.",
             found.samples, found.seed

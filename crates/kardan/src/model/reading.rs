@@ -8,7 +8,9 @@ use super::document::{BlockTable, Control, Document, Doubts, Instance, Parameter
 use super::examples::example_of;
 use super::keys::named_keys;
 use super::manoeuvres::{check_drivers, check_manoeuvres, leave_made_out, unfollowed_manoeuvres, with_manoeuvres};
-use super::parameters::{REMOVE_TOLERANCE, follow, implicit_parameters, implicit_within, read_parameters, refuse_tolerances};
+use super::parameters::{
+    REMOVE_TOLERANCE, follow, implicit_parameters, implicit_within, read_parameters, refuse_tolerances,
+};
 use super::parse::{Node, check_name, table, value};
 use super::tables;
 use super::variants::{check_named_controls, check_named_faults, read_named_variants, read_variants};

@@ -255,7 +255,7 @@ pub struct SweptRare {
     pub deviation: Option<f64>,
     /// The same, the levels taken as wholly dependent: an upper bound as far as the correlations within the chains are known.
     pub deviation_most: Option<f64>,
-    /// About 95 %: that of a lognormal number with `deviation`.
+    /// About 95 %: that of a lognormal number with the mean of both deviations.
     pub interval: Option<[f64; 2]>,
     /// The levels, in order.
     pub levels: Vec<SweptLevel>,

@@ -71,7 +71,9 @@ pub(super) fn target(
             false => format!("name it by its number or its words: {}", listed.join(", ")),
         }
     };
-    let refused = |message: String, help: String| Diagnostic::error("sweep::requirement", format!("`{option}`: {message}")).help(help);
+    let refused = |message: String, help: String| {
+        Diagnostic::error("sweep::requirement", format!("`{option}`: {message}")).help(help)
+    };
     let name = name.trim();
     // A number is no part of the words.
     let number = name.parse::<usize>().ok();
@@ -177,7 +179,11 @@ mod tests {
     /// and is as narrow as was asked for; with every sample a look it would not be: that is why there are few, and each has more confidence.
     #[test]
     fn intervals_hold_whenever_it_ends() {
-        let head = SweepHead { requirements: vec![(String::new(), String::new())], variants: vec!["v".into()], ..SweepHead::default() };
+        let head = SweepHead {
+            requirements: vec![(String::new(), String::new())],
+            variants: vec!["v".into()],
+            ..SweepHead::default()
+        };
         let ended = |probability: f64, seed: u64| {
             let (mut random, mut looks, mut block) = (Random::new(seed * 7919 + 1), Looks::new(0.05, 64, &head), 0);
             while !looks.seen().reached && block < 64 {

@@ -39,16 +39,20 @@ pub(super) fn sobol_indices(groups: &[Vec<f64>], names: &[String], seed: u64) ->
         .map(|axis| {
             let [first, total] = index(groups, axis, 0..n);
             let one = |resample: u64| {
-                let mut random = Random::new(Random::named(seed, "bootstrap").next_u64() ^ resample.wrapping_mul(0x9e37_79b9));
+                let mut random =
+                    Random::new(Random::named(seed, "bootstrap").next_u64() ^ resample.wrapping_mul(0x9e37_79b9));
                 let mut random = Random::new(random.next_u64());
                 let chosen: Vec<usize> = (0..n).map(|_| random.below(n as u64) as usize).collect();
                 index(groups, axis, chosen.iter().copied())
             };
-            let all: Vec<[f64; 2]> = (0..RESAMPLES).map(one).filter(|pair| pair.iter().all(|x| x.is_finite())).collect();
+            let all: Vec<[f64; 2]> =
+                (0..RESAMPLES).map(one).filter(|pair| pair.iter().all(|x| x.is_finite())).collect();
             let interval = |which: usize| {
                 let mut own: Vec<f64> = all.iter().map(|pair| pair[which]).collect();
                 own.sort_by(f64::total_cmp);
-                ENDS.map(|part| own.get((part * (own.len().max(1) - 1) as f64).round() as usize).copied().unwrap_or(f64::NAN))
+                ENDS.map(|part| {
+                    own.get((part * (own.len().max(1) - 1) as f64).round() as usize).copied().unwrap_or(f64::NAN)
+                })
             };
             let (first_interval, total_interval) = (interval(0), interval(1));
             let parameter = names[axis].clone();
@@ -130,7 +134,9 @@ mod tests {
         for one in found {
             let axis: usize = one.parameter[1..].parse().unwrap();
             let [first, total] = exact[axis];
-            for (value, interval, exact) in [(one.first, one.first_interval, first), (one.total, one.total_interval, total)] {
+            for (value, interval, exact) in
+                [(one.first, one.first_interval, first), (one.total, one.total_interval, total)]
+            {
                 assert!((value - exact).abs() < within, "{one:?}: {exact}");
                 assert!(interval[0] <= exact && exact <= interval[1], "{one:?}: {exact}");
             }
@@ -189,7 +195,8 @@ mod tests {
         let of = |x: &[f64]| 3.0 * x[0] - 2.0 * x[1] + x[2] * x[3] + 0.0 * x[4];
         let places = places(Filling::Morris, 5, 6 * 200);
         for pair in places.chunks(6).flat_map(|path| path.windows(2)) {
-            let moved: Vec<f64> = pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).filter(|x| *x > 0.0).collect();
+            let moved: Vec<f64> =
+                pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).filter(|x| *x > 0.0).collect();
             assert!(moved.len() == 1 && (moved[0] - MORRIS_STEP).abs() < 1e-15, "{moved:?}");
         }
         assert!(places.iter().flatten().all(|x| (0.0..=1.0).contains(x)));

@@ -48,7 +48,7 @@ const MOST_BLOCKS: u64 = 1000;
 const BLOCKS_OF_SEARCH: u64 = 16;
 const LEAST_OF_SEARCH: u64 = 8;
 /// Samples of a level of a subset simulation, at least.
-const LEAST_LEVEL: u64 = 100;
+const LEAST_LEVEL: u64 = 200;
 
 /// Takes the rows of a block by its number, or says why it cannot.
 pub type TakeRows<'t> = dyn FnMut(u64, &[SweepRow]) -> Result<(), String> + 't;
@@ -381,7 +381,8 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
         }
         SweepGoal::Until(_) if !drawn => {
             let word = spec.filling.word();
-            let message = format!("`--until`: the samples of `points = \"{word}\"` are a whole, and not drawn one by one");
+            let message =
+                format!("`--until`: the samples of `points = \"{word}\"` are a whole, and not drawn one by one");
             return refused("sweep::until", message, "take other points, or leave it out");
         }
         SweepGoal::Worst(_) => {
@@ -390,7 +391,11 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
         }
         SweepGoal::Rare(_) if asked < LEAST_LEVEL => {
             let message = format!("`--rare`: {asked} samples of a level are less than {LEAST_LEVEL}");
-            return refused("sweep::samples", message, "ask for more: 1000 tell a probability to about a third of it");
+            return refused(
+                "sweep::samples",
+                message,
+                "ask for more: 1000 tell a probability of 1e-5 to about a third of it",
+            );
         }
         SweepGoal::Rare(_) => {
             let chains = asked.div_ceil(CHAIN);
@@ -437,7 +442,11 @@ fn follows(plan: &SweepPlan, course: &mut Course, block: u64, rows: &[SweepRow])
     match same {
         true => Ok(()),
         false => {
-            let message = format!("the rows of samples {} to {} do not follow from those before them", samples.start, samples.end - 1);
+            let message = format!(
+                "the rows of samples {} to {} do not follow from those before them",
+                samples.start,
+                samples.end - 1
+            );
             let help = "some before them are missing or were changed: start anew with `--force`";
             Err(vec![Diagnostic::error("sweep::resume", message).help(help)])
         }
@@ -478,4 +487,3 @@ fn fill(row: &mut SweepRow, prepared: &Prepared, run: &Run) {
         row.figures[k] = found.value.unwrap_or(f64::NAN);
     }
 }
-

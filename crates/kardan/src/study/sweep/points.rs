@@ -77,14 +77,38 @@ impl Filling {
 /// Points along one axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Axis {
-    Random { draws: u64 },
-    Strips { count: u64, draws: u64, keys: u64 },
-    Sobol { directions: Vec<u64>, shift: u64 },
-    Halton { base: u64, shift: f64 },
-    Levels { stride: u64, count: u64 },
+    Random {
+        draws: u64,
+    },
+    Strips {
+        count: u64,
+        draws: u64,
+        keys: u64,
+    },
+    Sobol {
+        directions: Vec<u64>,
+        shift: u64,
+    },
+    Halton {
+        base: u64,
+        shift: f64,
+    },
+    Levels {
+        stride: u64,
+        count: u64,
+    },
     /// With the same axis of the other sample.
-    Saltelli { own: Box<Axis>, other: Box<Axis>, number: u64, group: u64 },
-    Morris { draws: u64, others: Vec<u64>, number: usize },
+    Saltelli {
+        own: Box<Axis>,
+        other: Box<Axis>,
+        number: u64,
+        group: u64,
+    },
+    Morris {
+        draws: u64,
+        others: Vec<u64>,
+        number: usize,
+    },
 }
 
 /// Axes of these distributions, each with its name, for as many points as there are; a grid has as many as there are combinations.

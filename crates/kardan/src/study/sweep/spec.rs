@@ -123,10 +123,13 @@ fn check_axes(table: &Table, filling: Filling, (axes, apart): (usize, bool), out
         _ => usize::MAX,
     };
     if axes > most {
-        refuse(format!("`points = \"{word}\"` are had of {most} parameters at most, and {axes} vary"), "take other points");
+        refuse(
+            format!("there is `points = \"{word}\"` of {most} parameters at most, and {axes} vary"),
+            "take other points",
+        );
     }
     if !apart && matches!(filling, Filling::Levels(_) | Filling::Saltelli | Filling::Morris) {
-        let message = format!("`points = \"{word}\"` move one parameter by itself, and some vary together");
+        let message = format!("samples of `points = \"{word}\"` move one parameter by itself, and some vary together");
         refuse(message, "take other points, or `[[sweep.together]]` out");
     }
 }

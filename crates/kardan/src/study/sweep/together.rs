@@ -88,12 +88,8 @@ pub(super) fn together(
                 let place = TableReader::place(table, "file");
                 let Some(parameter) = parameter(document, name, (&place, &what), out) else { continue };
                 let mean = mean.unwrap_or_else(|| parameter.value.to_f64());
-                let distribution = Distribution::Normal {
-                    mean,
-                    deviation: *deviation,
-                    from: f64::NEG_INFINITY,
-                    to: f64::INFINITY,
-                };
+                let distribution =
+                    Distribution::Normal { mean, deviation: *deviation, from: f64::NEG_INFINITY, to: f64::INFINITY };
                 let text = in_words(&distribution, parameter.dimension);
                 let one = Varied { name: name.clone(), dimension: parameter.dimension, distribution, text };
                 if tolerances {
@@ -165,8 +161,8 @@ fn given(document: &Document, table: &Table, what: &str, out: &mut Vec<Diagnosti
         out.push(Diagnostic::error("sweep::together", format!("{what}: {message}")).at(place, "here").help(help));
     };
     let names: Vec<String> = read_words(table, "parameters").iter().map(|name| name.value.clone()).collect();
-    if let Some(again) = names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)).map(|(_, name)| name) {
-        refuse("parameters", format!("`{}` stands there twice", shortened(again)), "keep one of them");
+    // Names that stand there twice were told.
+    if table.unread.contains(&"parameters") {
         return None;
     }
     let found = match (read_word(table, "correlation"), read_word(table, "file")) {
@@ -180,7 +176,11 @@ fn given(document: &Document, table: &Table, what: &str, out: &mut Vec<Diagnosti
         }
         (Some(text), None) => {
             if names.len() < 2 {
-                refuse("parameters", "two parameters at least vary together".into(), "name them, in the order of the matrix");
+                refuse(
+                    "parameters",
+                    "two parameters at least vary together".into(),
+                    "name them, in the order of the matrix",
+                );
                 return None;
             }
             written(text, names).map_err(|message| ("correlation", message, "write it row by row: \"1, 0.8; 0.8, 1\""))
@@ -222,7 +222,11 @@ fn written(text: &str, names: Vec<String>) -> Result<Given, String> {
     let n = names.len();
     square(&entries, n)?;
     if let Some(i) = (0..n).find(|i| entries[*i][*i] != Rational::one()) {
-        return Err(format!("the correlation of `{}` with itself is 1, and not {}", shortened(&names[i]), rational_to_f64(&entries[i][i])));
+        return Err(format!(
+            "the correlation of `{}` with itself is 1, and not {}",
+            shortened(&names[i]),
+            rational_to_f64(&entries[i][i])
+        ));
     }
     Ok(Given { names, moments: None, matrix: Matrix::from_fn(n, n, |i, j| entries[i][j].clone()) })
 }
@@ -230,10 +234,10 @@ fn written(text: &str, names: Vec<String>) -> Result<Given, String> {
 /// Tells of a matrix that is not square, or not symmetric.
 fn square(entries: &[Vec<Rational>], n: usize) -> Result<(), String> {
     if let Some((i, row)) = entries.iter().enumerate().find(|(_, row)| row.len() != n) {
-        return Err(format!("row {} has {} numbers, of {n} parameters", i + 1, row.len()));
+        return Err(format!("row {} is {} long, and there are {n} parameters", i + 1, row.len()));
     }
     if entries.len() != n {
-        return Err(format!("there are {} rows, of {n} parameters", entries.len()));
+        return Err(format!("it is {} rows high, and there are {n} parameters", entries.len()));
     }
     if n > MOST_TOGETHER {
         return Err(format!("{n} parameters are more than {MOST_TOGETHER}"));
@@ -272,7 +276,11 @@ fn of_file(text: &str, chosen: &[String]) -> Result<Given, String> {
         let names = json.get("names").and_then(texts).ok_or("it has no list `names`, and no `correlation`")?;
         let matrix = json.get("covariance").and_then(rows).ok_or("it has no rows of numbers `covariance`")?;
         let means = match json.get("means") {
-            Some(means) => Some(numbers(means).filter(|means| means.len() == names.len()).ok_or("`means` are not as many numbers as `names`")?),
+            Some(means) => Some(
+                numbers(means)
+                    .filter(|means| means.len() == names.len())
+                    .ok_or("`means` are not as many numbers as `names`")?,
+            ),
             None => None,
         };
         let deviation = |k: usize| matrix.get(k).and_then(|row| row.get(k)).map(|variance| variance.sqrt());
@@ -287,7 +295,12 @@ fn of_file(text: &str, chosen: &[String]) -> Result<Given, String> {
     };
     let places: Vec<usize> = wanted.iter().map(place).collect::<Result<_, _>>()?;
     if let Some(row) = exact.iter().find(|row| row.len() != names.len()).or(exact.get(names.len())) {
-        return Err(format!("its matrix is not square: {} names, {} rows, one of {} numbers", names.len(), exact.len(), row.len()));
+        return Err(format!(
+            "its matrix is not square: {} names, {} rows, one of {} numbers",
+            names.len(),
+            exact.len(),
+            row.len()
+        ));
     }
     if exact.len() != names.len() {
         return Err(format!("its matrix is not square: {} names, {} rows", names.len(), exact.len()));
@@ -297,7 +310,10 @@ fn of_file(text: &str, chosen: &[String]) -> Result<Given, String> {
     square(&own, places.len())?;
     let moments = places.iter().zip(&wanted).map(|(k, name)| match moments[*k] {
         Some((mean, deviation)) if deviation > 0.0 => Ok((mean, deviation)),
-        _ => Err(format!("`{}` has no standard deviation above zero: it was not determined, or does not vary", shortened(name))),
+        _ => Err(format!(
+            "`{}` has no standard deviation above zero: it was not determined, or does not vary",
+            shortened(name)
+        )),
     });
     let moments = moments.collect::<Result<Vec<_>, String>>()?;
     let n = places.len();
@@ -312,9 +328,8 @@ fn decided(given: &Given, table: &Table, what: &str, out: &mut Vec<Diagnostic>) 
     if let (Definiteness::Indefinite { .. }, true) = (&verdict, given.moments.is_some()) {
         // What a file has rounded is one for certain with that much more on its diagonal.
         let more = Rational::one().plus(&rational_from_f64(ROUNDED).unwrap_or_default());
-        let wider = Matrix::from_fn(n, n, |i, j| {
-            if i == j { matrix[(i, j)].times(&more) } else { matrix[(i, j)].clone() }
-        });
+        let wider =
+            Matrix::from_fn(n, n, |i, j| if i == j { matrix[(i, j)].times(&more) } else { matrix[(i, j)].clone() });
         if !matches!(definiteness(&wider), Definiteness::Indefinite { .. }) {
             (matrix, verdict) = (wider, Definiteness::Positive);
         }
@@ -336,7 +351,9 @@ fn decided(given: &Given, table: &Table, what: &str, out: &mut Vec<Diagnostic>) 
     );
     let key = if given.moments.is_some() { "file" } else { "correlation" };
     let help = "correct the matrix: it is to be positive semidefinite";
-    out.push(Diagnostic::error("sweep::together", message).at(TableReader::place(table, key), "not semidefinite").help(help));
+    out.push(
+        Diagnostic::error("sweep::together", message).at(TableReader::place(table, key), "not semidefinite").help(help),
+    );
     None
 }
 
@@ -385,7 +402,9 @@ mod tests {
     #[test]
     fn factors_give_their_matrix_back() {
         let of = |text: &str, n: usize| written(text, (0..n).map(|k| format!("p{k}")).collect()).unwrap();
-        for (text, n) in [("1 0.5; 0.5 1", 2), ("1 1 0; 1 1 0; 0 0 1", 3), ("1, -1; -1, 1", 2), ("1 .8 .6; .8 1 0; .6 0 1", 3)] {
+        for (text, n) in
+            [("1 0.5; 0.5 1", 2), ("1 1 0; 1 1 0; 0 0 1", 3), ("1, -1; -1, 1", 2), ("1 .8 .6; .8 1 0; .6 0 1", 3)]
+        {
             let given = of(text, n);
             assert!(!matches!(definiteness(&given.matrix), Definiteness::Indefinite { .. }), "{text}");
             let factor = factor(&given.matrix);

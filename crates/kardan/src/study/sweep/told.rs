@@ -6,12 +6,7 @@ use super::goal::SweepGoal;
 use super::points::Filling;
 use super::region::{self, failing_rules};
 use super::{Prepared, Shard, SweepPlan};
-use crate::results::{
-    Sweep, SweepRow, SweptAt, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst,
-};
-
-/// Deviations of a normal number on both sides that hold 95 %.
-const TWO_SIDED: f64 = 1.959_963_984_540_054;
+use crate::results::{Sweep, SweepRow, SweptAt, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst};
 
 /// What the rows say together.
 pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow], course: &Course) -> Sweep {
@@ -28,7 +23,8 @@ pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow],
         Course::Until(looks) => (Some(looks.seen().clone()), looks.seen().confidence),
         _ => (None, CONFIDENCE),
     };
-    let answers = Answers { rows, parameters, variants: &plan.head.variants, sampled, seed: plan.head.seed, confidence };
+    let answers =
+        Answers { rows, parameters, variants: &plan.head.variants, sampled, seed: plan.head.seed, confidence };
     let asked = plan.samples_of(plan.own_blocks());
     let mut out = Sweep {
         model: prepared.name.clone(),
@@ -107,8 +103,8 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
                 .into(),
         ),
         (SweepGoal::Rare(_), _) => notes.push(
-            "The probability is an estimate by chains of samples. Its deviation follows from the correlations that the chains show themselves; the interval is an \
-             approximation, and a failure that no chain comes near to is not in it: other seeds tell more."
+            "The probability is an estimate by chains of samples. Its deviation follows from the correlations that the chains show themselves. The interval, of \
+             about 95 %, is an approximation, and a failure that no chain comes near to is not in it: other seeds tell more."
                 .into(),
         ),
         (_, Filling::Levels(_) | Filling::Morris) => notes.push(
@@ -196,12 +192,6 @@ fn rare(plan: &SweepPlan, course: &Course, prepared: &Prepared) -> Option<SweptR
     let Course::Rare(target, found) = course else { return None };
     let (levels, ended) = found.levels();
     let probability = found.probability();
-    let interval = probability.map(|(probability, [deviation, _])| {
-        // A product of many factors: its logarithm is about normal.
-        let size = kardan_rt::functions::ln(1.0 + deviation * deviation).sqrt();
-        let factor = kardan_rt::functions::exp(TWO_SIDED * size);
-        [probability / factor, (probability * factor).min(1.0)]
-    });
     Some(SweptRare {
         text: plan.head.requirements[target.requirement].0.clone(),
         variant: plan.head.variants[0].clone(),
@@ -209,7 +199,7 @@ fn rare(plan: &SweepPlan, course: &Course, prepared: &Prepared) -> Option<SweptR
         probability: probability.map(|(probability, _)| probability),
         deviation: probability.map(|(_, deviations)| deviations[0]),
         deviation_most: probability.map(|(_, deviations)| deviations[1]),
-        interval,
+        interval: found.interval(),
         levels: levels.to_vec(),
         ended: ended.unwrap_or("it was ended before its last level").into(),
     })

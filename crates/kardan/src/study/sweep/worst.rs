@@ -116,9 +116,8 @@ impl Worst {
 
     /// Where the next search begins: the worst sample that is apart from where the others came to rest; a place by lot, where none is left.
     fn begin(&mut self, number: u64) -> Vec<f64> {
-        let apart = |place: &[f64]| {
-            self.rests.iter().all(|rest| rest.iter().zip(place).any(|(a, b)| (a - b).abs() > APART))
-        };
+        let apart =
+            |place: &[f64]| self.rests.iter().all(|rest| rest.iter().zip(place).any(|(a, b)| (a - b).abs() > APART));
         let free = self.tried.iter().filter(|one| apart(&one.place));
         let found = free.reduce(|worst, one| if one.margin < worst.margin { one } else { worst }).cloned();
         let found = found.unwrap_or_else(|| {
