@@ -225,7 +225,8 @@ mod tests {
                 let log = kardan_rt::functions::ln(probability / exact);
                 let [low, high] = found.interval().unwrap();
                 inside += usize::from(low <= exact && exact <= high);
-                (logs.push(log), stated.push(size));
+                logs.push(log);
+                stated.push(size);
             }
             let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
             let middle = mean(&logs);
