@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::SweepPlan;
 use super::goal::{Looks, SweepGoal, Target};
+use super::plan::SweepPlan;
 use super::rare::Rare;
 use super::together::{values_at, values_of_scores};
 use super::worst::Worst;

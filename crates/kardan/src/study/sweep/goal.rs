@@ -1,7 +1,7 @@
 //! What a sweep is for, where it is more than its samples: the requirement that a search is after, and when samples are enough.
 
 use super::answers::{CONFIDENCE, clopper_pearson};
-use super::spec::Varied;
+use super::varied::Varied;
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::tables::Measure;
 use crate::results::{SweepHead, SweepRow, SweptUntil};

@@ -5,6 +5,7 @@ mod answers;
 mod course;
 mod goal;
 mod indices;
+mod plan;
 mod points;
 mod rare;
 mod region;
@@ -12,23 +13,24 @@ mod spec;
 mod together;
 mod told;
 mod tree;
+mod varied;
 mod worst;
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 
 use rayon::prelude::*;
 
 use course::Course;
 pub use goal::SweepGoal;
-use goal::{Target, target};
-use points::{Axis, Filling, axes, combinations};
+use goal::target;
+pub use plan::{Shard, SweepPlan, SweepSettings};
+use points::{Filling, axes, combinations};
 use rare::{CHAIN, MOST_LEVELS};
+use spec::MOST_SAMPLES;
 pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
-use spec::{MOST_SAMPLES, Varied};
-use together::{Together, values_at};
 use told::answered;
+use varied::Varied;
 
 use super::prepare::{is_error, prepare_sample};
 use super::progress::Counted;
@@ -52,90 +54,6 @@ const LEAST_LEVEL: u64 = 200;
 
 /// Takes the rows of a block by its number, or says why it cannot.
 pub type TakeRows<'t> = dyn FnMut(u64, &[SweepRow]) -> Result<(), String> + 't;
-
-/// How a model is swept.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct SweepSettings {
-    /// How many samples, in place of those of the file.
-    pub samples: Option<u64>,
-    /// The seed, in place of that of the file.
-    pub seed: Option<u64>,
-    /// Names of the variants, in place of those of the file; empty: those.
-    pub variants: Vec<String>,
-    /// How runs are integrated; variants and faults of it are not read.
-    pub run: Settings,
-    /// What it is for.
-    pub goal: SweepGoal,
-}
-
-/// What a sweep consists of, before a run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SweepPlan {
-    /// What its rows are of.
-    pub head: SweepHead,
-    /// The part of the blocks that is run; `None`: all of them.
-    pub shard: Option<Shard>,
-    axes: Vec<Axis>,
-    spread: Vec<Varied>,
-    together: Vec<Together>,
-    filling: Filling,
-    goal: SweepGoal,
-    target: Option<Target>,
-    block: u64,
-}
-
-/// One of as many parts of a sweep: a process of its own runs it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shard {
-    /// Its number, from 1.
-    pub number: u64,
-    /// How many there are.
-    pub of: u64,
-}
-
-impl SweepPlan {
-    /// The values of a sample, SI: they follow from the seed and its number alone; those of a search from the samples before it too, and are not told here.
-    pub fn values(&self, sample: u64) -> Vec<f64> {
-        let places: Vec<f64> = self.axes.iter().map(|axis| axis.at(sample)).collect();
-        values_at(&self.spread, &self.together, &places)
-    }
-
-    /// Samples of a block, which is written as a whole: at most a thousand blocks, but for small ones.
-    pub fn block(&self) -> u64 {
-        self.block
-    }
-
-    /// How many blocks rows fill, of as many as there can be: fewer where a sweep has ended by its goal.
-    pub fn blocks_of(&self, rows: u64) -> u64 {
-        (rows / self.head.variants.len().max(1) as u64).div_ceil(self.block)
-    }
-
-    /// How samples are made, in a word.
-    fn points(&self) -> &'static str {
-        match self.goal {
-            SweepGoal::Worst(_) => "worst",
-            SweepGoal::Rare(_) => "rare",
-            SweepGoal::Samples | SweepGoal::Until(_) => self.filling.word(),
-        }
-    }
-
-    /// How many blocks there are.
-    pub fn blocks(&self) -> u64 {
-        self.head.samples.div_ceil(self.block())
-    }
-
-    /// The blocks that are run: all of them, or those of the shard.
-    pub fn own_blocks(&self) -> Range<u64> {
-        let end = |number: u64, of: u64| (u128::from(self.blocks()) * u128::from(number) / u128::from(of)) as u64;
-        self.shard.map_or(0..self.blocks(), |Shard { number, of }| end(number - 1, of)..end(number, of))
-    }
-
-    /// The samples of blocks.
-    pub fn samples_of(&self, blocks: Range<u64>) -> Range<u64> {
-        let at = |block: u64| block.saturating_mul(self.block()).min(self.head.samples);
-        at(blocks.start)..at(blocks.end)
-    }
-}
 
 impl Project {
     /// What a sweep of this model consists of.

@@ -5,7 +5,7 @@
 use kardan_rt::functions::{exp, ln};
 
 use super::points::{Axis, Filling, axes, score};
-use super::spec::Varied;
+use super::varied::Varied;
 use crate::num::Random;
 use crate::results::SweptLevel;
 

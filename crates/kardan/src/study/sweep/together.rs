@@ -3,7 +3,7 @@
 use std::str;
 
 use super::points::{Distribution, score};
-use super::spec::{Varied, add, in_words, parameter};
+use super::varied::{Varied, add, in_words, parameter};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::{Document, TableReader};
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, rational_from_f64, rational_to_f64};

@@ -3,22 +3,16 @@
 use super::answers::{Answers, CONFIDENCE, Sampled};
 use super::course::Course;
 use super::goal::SweepGoal;
+use super::plan::{Shard, SweepPlan};
 use super::points::Filling;
 use super::region::{self, failing_rules};
-use super::{Prepared, Shard, SweepPlan};
 use crate::results::{Sweep, SweepRow, SweptAt, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst};
+use crate::study::Prepared;
 
 /// What the rows say together.
 pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow], course: &Course) -> Sweep {
     let parameters = plan.head.varied.iter().map(|varied| varied.name.clone()).collect();
-    let group = plan.filling.group(plan.spread.len());
-    let sampled = match (&plan.goal, plan.filling) {
-        (SweepGoal::Worst(_) | SweepGoal::Rare(_), _) => Sampled::Sought,
-        (_, Filling::Levels(_)) => Sampled::Grid,
-        (_, Filling::Saltelli) => Sampled::Saltelli { group },
-        (_, Filling::Morris) => Sampled::Morris { group, axes: &plan.axes },
-        _ => Sampled::Drawn,
-    };
+    let sampled = sampled(plan);
     let (until, confidence) = match course {
         Course::Until(looks) => (Some(looks.seen().clone()), looks.seen().confidence),
         _ => (None, CONFIDENCE),
@@ -91,6 +85,18 @@ pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow],
     }
     out.notes = notes(prepared, plan, &out);
     out
+}
+
+/// How its samples were made.
+fn sampled(plan: &SweepPlan) -> Sampled<'_> {
+    let group = plan.filling.group(plan.spread.len());
+    match (&plan.goal, plan.filling) {
+        (SweepGoal::Worst(_) | SweepGoal::Rare(_), _) => Sampled::Sought,
+        (_, Filling::Levels(_)) => Sampled::Grid,
+        (_, Filling::Saltelli) => Sampled::Saltelli { group },
+        (_, Filling::Morris) => Sampled::Morris { group, axes: &plan.axes },
+        _ => Sampled::Drawn,
+    }
 }
 
 /// What is to be known of the answers.

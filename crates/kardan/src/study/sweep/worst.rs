@@ -2,7 +2,7 @@
 //! at a step that halves where none is worse (Kolda, Lewis, Torczon, SIAM Review 45, 2003, 385). Where it comes to rest it begins from another sample.
 
 use super::points::{Axis, Filling, axes, normal_below};
-use super::spec::Varied;
+use super::varied::Varied;
 use crate::num::Random;
 
 /// A distribution without an end is searched up to so many deviations.
