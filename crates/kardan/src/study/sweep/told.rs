@@ -118,7 +118,7 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
         ),
         (_, Filling::Saltelli) => notes.push(
             "Probabilities, means and regressions are those of the two samples A and B alone. Intervals of indices are those of a bootstrap over base samples, as if \
-             these were drawn each by itself; those of a sequence spread no more. An index may come out a little below 0 or above 1."
+             these were drawn each by itself; those of a sequence spread less as a rule. An index may come out a little below 0 or above 1."
                 .into(),
         ),
         _ => {}
