@@ -489,6 +489,8 @@ pub struct SafetyArgs {
 #[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Examples:\n  kardan sweep my.toml\n  kardan sweep my.toml --samples 10000 --seed 7 --out out\n  kardan sweep my.toml --samples 10000 --seed 7 --out out --resume\n  \
+                        kardan sweep my.toml --samples 100000 --until 0.01 --out out\n  kardan sweep my.toml --samples 2000 --worst 1\n  \
+                        kardan sweep my.toml --samples 1000 --rare 'max |bar.tau|'\n  \
                         kardan sweep my.toml --samples 10000 --shard 2/7 --out part2\n  kardan sweep merge my.toml part1 part2 --out all\n  \
                         kardan sweep my.toml --samples 1000000 --on slurm --out swept\n  kardan sweep my.toml --samples 1000000 --on slurm --out swept --dry-run\n  \
                         kardan sweep template slurm > mine.sh\n  kardan sweep my.toml --on slurm --template mine.sh --out swept\n  \
@@ -521,6 +523,16 @@ pub struct SweepArgs {
     /// Replace the rows of another sweep in the folder.
     #[arg(long, requires = "out", conflicts_with = "resume")]
     pub force: bool,
+    /// Samples, of those that there are, until the interval of each requirement is at most so wide, counted from its middle: `0.01` for a probability to 1 %.
+    #[arg(long, value_name = "HALF", conflicts_with_all = ["worst", "rare", "shard", "on"])]
+    pub until: Option<f64>,
+    /// Search for the worst case of a requirement, by its number or its words, with at most as many samples: half of them fill the space, the others go on from
+    /// the worst one.
+    #[arg(long, value_name = "REQUIREMENT", conflicts_with_all = ["rare", "shard", "on"])]
+    pub worst: Option<String>,
+    /// How likely such a requirement fails, down to some 1e-7, by subset simulation; `--samples` are those of a level.
+    #[arg(long, value_name = "REQUIREMENT", conflicts_with = "shard")]
+    pub rare: Option<String>,
     /// Run this part of the samples alone, such as `2/7`, on as many machines as there are parts: `kardan sweep merge` puts them together.
     #[arg(long, value_name = "I/N", value_parser = shard, requires = "out")]
     pub shard: Option<Shard>,

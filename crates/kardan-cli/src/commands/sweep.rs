@@ -8,7 +8,7 @@ use std::time::Instant;
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export;
 use kardan::results::{Sweep, SweepRow};
-use kardan::study::{Settings, Shard, SweepPlan, SweepSettings};
+use kardan::study::{Settings, Shard, SweepGoal, SweepPlan, SweepSettings};
 use kardan_report as report;
 
 use super::run::method;
@@ -71,7 +71,8 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
         ));
     }
     if let (Some(out), 0) = (&args.out, found.missing) {
-        put_away(out, plan.blocks())?;
+        // A sweep that has ended by its goal may go on from rows behind its end.
+        put_away(out, if args.resume { plan.blocks() } else { plan.blocks_of(found.rows) })?;
         if let Some(shard) = plan.shard {
             write_manifest(out, (&plan, shard), found.rows, begun.elapsed().as_secs_f64())?;
         }
@@ -82,7 +83,18 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
 /// What is swept.
 pub fn settings(args: &SweepArgs) -> SweepSettings {
     let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
-    SweepSettings { samples: args.samples, seed: args.seed, variants: args.variants.clone(), run }
+    let (variants, goal) = (args.variants.clone(), goal(args));
+    SweepSettings { samples: args.samples, seed: args.seed, variants, run, goal }
+}
+
+/// What it is for; options that exclude each other are refused before.
+fn goal(args: &SweepArgs) -> SweepGoal {
+    match (&args.worst, &args.rare, args.until) {
+        (Some(name), ..) => SweepGoal::Worst(name.clone()),
+        (_, Some(name), _) => SweepGoal::Rare(name.clone()),
+        (_, _, Some(half)) => SweepGoal::Until(half),
+        _ => SweepGoal::Samples,
+    }
 }
 
 /// What a shard has done, beside its rows.
@@ -122,7 +134,13 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let bytes = fs::read(first).map_err(|error| reason(&error));
     let (samples, seed) = bytes.and_then(export::samples_and_seed).map_err(|why| unusable(first, &why))?;
     let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
-    let asked = SweepSettings { samples: Some(samples), seed: Some(seed), variants: args.variants.clone(), run };
+    let asked = SweepSettings {
+        samples: Some(samples),
+        seed: Some(seed),
+        variants: args.variants.clone(),
+        run,
+        goal: SweepGoal::Samples,
+    };
     let refused = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
     let plan = project.sweep_plan(&asked).map_err(refused)?;
     let mut blocks: BTreeMap<u64, (PathBuf, Vec<SweepRow>)> = BTreeMap::new();
@@ -255,6 +273,8 @@ fn tell(found: &Sweep, (out, json): (Option<&Path>, bool), origin: &str, quiet: 
     print(&if json { export::sweep_json(found) + "\n" } else { in_words(&page, origin) })?;
     written.iter().filter(|_| !quiet).for_each(|path| say_written(path));
     let fails = found.requirements.iter().any(|one| one.failed > 0) || !found.failures.is_empty();
+    let fails = fails || found.worst.as_ref().is_some_and(|worst| worst.fails);
+    let fails = fails || found.rare.as_ref().is_some_and(|rare| rare.probability.is_some());
     Ok(match (found.missing > 0, fails) {
         (true, _) => ERROR,
         (false, true) => REQUIREMENT_FAILED,

@@ -201,3 +201,100 @@ fn nonsense_is_refused() {
         assert!(got.status.code() == Some(2) && error.contains(told), "{arguments:?}: {error}");
     }
 }
+
+/// A figure of two normal numbers, bounded beyond what most samples reach.
+const FAR: &str = "\
+[parameters]
+x = 0
+y = 0
+[shaft.s]
+inertia = \"1 kg m^2\"
+[motor.m]
+shaft = \"s\"
+[scenario]
+duration = \"0.01 s\"
+initial = { \"s.w\" = \"1 rad/s\" }
+[[figure]]
+name = \"f\"
+value = \"0.6*x + 0.8*y\"
+[[requirement]]
+figure = \"f\"
+below = 3
+[[requirement]]
+signal = \"t\"
+measure = \"events\"
+below = 5
+[[sweep.vary]]
+parameter = \"x\"
+distribution = \"normal\"
+deviation = 1
+[[sweep.vary]]
+parameter = \"y\"
+distribution = \"normal\"
+deviation = 1
+";
+
+/// Searches, rare failures and samples until they are enough are told, write rows, go on, and a row runs again.
+#[test]
+fn goals_are_told_and_go_on() {
+    let at = folder("goals");
+    fs::write(at.join("m.toml"), FAR).unwrap();
+    let goals = [
+        (&["--samples", "160", "--worst", "1"][..], "worst", "that 160 runs found: margin", 1),
+        (&["--samples", "200", "--rare", "f"][..], "rare", "fails with the probability", 1),
+        (&["--samples", "400", "--until", "0.05", "--seed", "2"][..], "until", "Every requirement holds", 0),
+    ];
+    for (more, key, told, code) in goals {
+        let sweep = |others: &[&str]| kardan(&at, &[&["sweep", "m.toml", "--out", key], more, others].concat());
+        let first = sweep(&["--json"]);
+        assert_eq!(first.status.code(), Some(code), "{}", String::from_utf8_lossy(&first.stderr));
+        let object = printed(&first.stdout);
+        assert!(object[key].is_object() && object["missing"] == 0, "{object}");
+        let page = fs::read_to_string(at.join(key).join("sweep.html")).unwrap();
+        assert!(page.contains(told), "{told}");
+        let rows: Vec<PathBuf> =
+            (0..99).map(|k| at.join(key).join(format!("rows-{k:06}.parquet"))).filter(|path| path.is_file()).collect();
+        let bytes: Vec<Vec<u8>> = rows.iter().map(|path| fs::read(path).unwrap()).collect();
+        rows[rows.len() / 2..].iter().for_each(|path| fs::remove_file(path).unwrap());
+        assert_eq!(printed(&sweep(&["--json", "--resume"]).stdout), object);
+        assert!(rows.iter().zip(&bytes).all(|(path, bytes)| fs::read(path).unwrap() == *bytes));
+        let text = String::from_utf8(sweep(&["--force"]).stdout).unwrap();
+        assert!(text.contains(told), "{text}");
+    }
+    let worst = printed(&kardan(&at, &["sweep", "m.toml", "--samples", "160", "--worst", "1", "--json"]).stdout);
+    let (sample, block) = (worst["worst"]["sample"].as_u64().unwrap(), worst["worst"]["sample"].as_u64().unwrap() / 10);
+    let rows = format!("worst/rows-{block:06}.parquet");
+    let got = kardan(
+        &at,
+        &["run", "m.toml", "--variants-from", &rows, "--sample", &sample.to_string(), "--no-report", "--json"],
+    );
+    assert_eq!(
+        printed(&got.stdout)["variants"][0]["requirements"][0]["measured"],
+        worst["worst"]["measured"],
+        "{worst}"
+    );
+}
+
+/// Contradictory options, requirements that are none, and those without a way down.
+#[test]
+fn goals_that_are_none_are_refused() {
+    let at = folder("no_goals");
+    fs::write(at.join("m.toml"), FAR).unwrap();
+    for (more, told) in [
+        (&["--worst", "1", "--rare", "1"][..], "cannot be used with"),
+        (&["--worst", "1", "--until", "0.1"], "cannot be used with"),
+        (&["--rare", "1", "--shard", "1/2", "--out", "o"], "cannot be used with"),
+        (&["--until", "0.1", "--shard", "1/2", "--out", "o"], "cannot be used with"),
+        (&["--until", "half"], "invalid value"),
+        (&["--until=-1"], "between 1e-5 and 0.5"),
+        (&["--worst", "3"], "there is no requirement `3`"),
+        (&["--worst", "max"], "there is no requirement `max`"),
+        (&["--worst", "2"], "has no magnitude"),
+        (&["--rare", "1", "--samples", "10"], "less than 200"),
+    ] {
+        let got = kardan(&at, &[&["sweep", "m.toml"], more].concat());
+        let error = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(got.status.code(), Some(2), "{error}");
+        assert!(error.contains(told), "{error}");
+    }
+}

@@ -2,7 +2,9 @@
 
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::text::{figure, number};
-use kardan::results::{DisplayUnit, Sweep, SweptBound, SweptRequirement, SweptRule, SweptValues, Verdict};
+use kardan::results::{
+    DisplayUnit, Sweep, SweptBound, SweptRare, SweptRequirement, SweptRule, SweptValues, SweptWorst, Verdict,
+};
 
 /// Digits of a number.
 const DIGITS: usize = 4;
@@ -19,10 +21,14 @@ pub fn page(found: &Sweep) -> Page {
         verdict: Some(verdict(found)),
         alerts: warnings(&found.warnings),
         sections: Page::sections([
+            ("worst", "The worst case that was found", found.worst.as_ref().map_or_else(Body::default, worst)),
+            ("rare", "Probability of a rare failure", found.rare.as_ref().map_or_else(Body::default, rare)),
             ("requirements", "Probability of each requirement", requirements(found)),
             ("rules", "Where they fail", rules(found)),
             ("figures", "Figures", figures(found)),
             ("measured", "What requirements measure", measured(found)),
+            ("indices", "Indices of Sobol", indices(found)),
+            ("effects", "Elementary effects", effects(found)),
             ("failures", "Runs that did not come to their end", failures(found)),
             ("varied", "What varied", varied(found)),
             ("notes", "Notes", Body::default().list(found.notes.iter().cloned())),
@@ -32,6 +38,25 @@ pub fn page(found: &Sweep) -> Page {
 }
 
 fn verdict(found: &Sweep) -> Verdict {
+    if let Some(worst) = &found.worst {
+        let margin = margin_in_words(worst);
+        let word = if worst.fails { "fails" } else { "holds" };
+        let text = format!("{} {word} in the worst case that {} runs found: {margin}.", worst.text, found.rows);
+        return Verdict { sound: !worst.fails && found.missing == 0, text };
+    }
+    if let Some(rare) = &found.rare {
+        let text = match (rare.probability, rare.interval) {
+            (Some(probability), Some([low, high])) => {
+                let [probability, low, high] = [probability, low, high].map(|x| figure(x, 2));
+                format!("{} fails with the probability {probability} (about {low} to {high})", rare.text)
+            }
+            _ => format!("How rarely {} fails was not found: {}", rare.text, rare.ended),
+        };
+        return Verdict {
+            sound: rare.probability.is_none() && found.missing == 0,
+            text: format!("{text}, by {} runs.", found.rows),
+        };
+    }
     let ended: u64 = found.failures.iter().map(|one| one.count).sum();
     let never = |one: &&SweptRequirement| one.failed > 0;
     let failing = found.requirements.iter().filter(never).count();
@@ -67,6 +92,7 @@ fn percent(part: f64) -> String {
 }
 
 fn requirements(found: &Sweep) -> Body {
+    // Intervals of samples until they are narrow are wider, and hold together with that confidence.
     let interval = format!("#{} % interval", number(100.0 * found.confidence));
     let columns = titles(found, "requirement", &["#holds in", "#fails in", "#probability", &interval]);
     let one = |one: &SweptRequirement| {
@@ -178,6 +204,114 @@ fn measured(found: &Sweep) -> Body {
     Body::default().table_of(usize::MAX, &columns, rows)
 }
 
+/// `margin -0.12 N m`
+fn margin_in_words(worst: &SweptWorst) -> String {
+    match worst.margin {
+        Some(margin) => format!("margin {}", shown(margin, &worst.unit, None)),
+        None => "its run has no number".into(),
+    }
+}
+
+fn worst(worst: &SweptWorst) -> Body {
+    let before =
+        worst.before.map_or_else(String::new, |x| format!(", {} before the search", shown(x, &worst.unit, None)));
+    let SweptWorst { sample, explored, .. } = worst;
+    let rested = match worst.rests {
+        0 => "the search did not come to rest yet: more samples may find more".to_string(),
+        1 => "the search came to rest once, and began anew elsewhere".to_string(),
+        many => format!("the search came to rest {many} times, and began anew elsewhere"),
+    };
+    let hint = format!(
+        "Sample {sample}: {}{before}. {explored} samples filled the space; {rested}. A found case is no proof that there is no worse one.",
+        margin_in_words(worst)
+    );
+    let rows =
+        worst.values.iter().map(|at| row![&at.parameter, format!("{} {}", figure(at.value, 9), at.unit).trim_end()]);
+    Body::default().table_of(usize::MAX, &["parameter", "#value"], rows).hint(hint)
+}
+
+fn rare(rare: &SweptRare) -> Body {
+    let columns = ["#level", "#samples", "#part below", "#margin", "#correlation", "#taken"];
+    let rows = rare.levels.iter().enumerate().map(|(k, level)| {
+        row![
+            (k + 1).to_string(),
+            level.samples.to_string(),
+            percent(level.part),
+            shown(level.margin, &rare.unit, None),
+            figure(level.correlation, 2),
+            level.accepted.map_or_else(String::new, percent)
+        ]
+    });
+    let mut hint = format!("It ended as {}.", rare.ended);
+    if let (Some(deviation), Some(most)) = (rare.deviation, rare.deviation_most) {
+        hint += &format!(
+            " Standard deviation: {} of the probability by the correlations in the chains, the levels independent; at most {} if they depend on each other.",
+            percent(deviation),
+            percent(most)
+        );
+    }
+    Body::default().table_of(usize::MAX, &columns, rows).hint(hint)
+}
+
+/// All numbers with their names and variants.
+fn numbers_of(found: &Sweep) -> impl Iterator<Item = (&String, &String, &SweptValues, &str)> {
+    let figures = found.figures.iter().map(|one| (&one.name, &one.variant, &one.values, one.unit.as_str()));
+    figures.chain(found.requirements.iter().map(|one| (&one.text, &one.variant, &one.measured, one.unit.as_str())))
+}
+
+fn indices(found: &Sweep) -> Body {
+    let columns = titles(found, "number", &["parameter", "#alone", "#95 % interval", "#in all", "#95 % interval "]);
+    let rows = numbers_of(found).flat_map(|(name, variant, values, _)| {
+        values.indices.iter().map(move |one| {
+            let mut cells = row![name];
+            cells.extend(several(found).then(|| Cell::Text(variant.clone())));
+            let interval = |[low, high]: [f64; 2]| format!("{} to {}", figure(low, 3), figure(high, 3));
+            cells.extend(row![
+                &one.parameter,
+                figure(one.first, 3),
+                interval(one.first_interval),
+                figure(one.total, 3),
+                interval(one.total_interval)
+            ]);
+            cells
+        })
+    });
+    let body = Body::default().table_of(usize::MAX, &columns, rows);
+    let hint = "Parts of the variance: what a parameter explains alone, and what would be left if all others were known. Their difference is what it does together with others.";
+    if numbers_of(found).all(|(_, _, values, _)| values.indices.is_empty()) {
+        body
+    } else {
+        body.hint(hint.to_string())
+    }
+}
+
+fn effects(found: &Sweep) -> Body {
+    let columns = titles(found, "number", &["parameter", "#size", "#its error", "#mean", "#deviation"]);
+    let rows = numbers_of(found).flat_map(|(name, variant, values, unit)| {
+        values.effects.iter().map(move |one| {
+            let mut cells = row![name];
+            cells.extend(several(found).then(|| Cell::Text(variant.clone())));
+            let told = |x: Option<f64>| x.map_or_else(String::new, |x| shown(x, unit, None));
+            cells.extend(row![
+                &one.parameter,
+                told(Some(one.size)),
+                told(one.size_error),
+                told(Some(one.mean)),
+                told(one.deviation)
+            ]);
+            cells
+        })
+    });
+    let body = Body::default().table_of(usize::MAX, &columns, rows);
+    let hint = "By how much the number moves for a parameter alone, over all of its probability (Morris): size μ*, mean μ, deviation σ. A deviation near the size tells of bends, or of others \
+                that it acts together with.";
+    if numbers_of(found).all(|(_, _, values, _)| values.effects.is_empty()) {
+        body
+    } else {
+        body.hint(hint.to_string())
+    }
+}
+
 fn failures(found: &Sweep) -> Body {
     let columns = titles(found, "why", &["#runs", "#first sample"]);
     let rows = found.failures.iter().map(|one| {
@@ -197,10 +331,21 @@ fn varied(found: &Sweep) -> Body {
         "halton" => "Halton's sequence",
         "corners" => "all corners",
         "grid" => "all places of a grid",
+        "saltelli" => "pairs of Sobol's sequence, with one parameter after another exchanged",
+        "morris" => "paths of Morris",
+        "worst" => "a search for the worst case",
+        "rare" => "subset simulation",
         _ => "a Latin hypercube",
     };
     let told = match found.points.as_str() {
         "corners" | "grid" => format!("{} samples: {how}.", found.samples),
+        _ if found.until.is_some() => format!(
+            "{} of at most {} samples by {how}, seed {}: each follows from the seed and its number alone.",
+            found.until.as_ref().map_or(0, |until| until.samples),
+            found.samples,
+            found.seed
+        ),
+        "worst" | "rare" => format!("{} samples at most by {how}, seed {}.", found.samples, found.seed),
         _ => format!(
             "{} samples by {how}, seed {}: each follows from the seed and its number alone.",
             found.samples, found.seed

@@ -159,6 +159,8 @@ pub struct Document {
     pub parameters: Vec<Parameter>,
     /// Keys of elements that are written with a tolerance: parameters of the names `<element>.<key>`.
     pub implicit: Vec<Parameter>,
+    /// The same of `[scenario]` and of faults, `scenario.initial.a.phi`, `scenario.event.1.at`, `fault.NAME.at`: what the model is does not follow from them.
+    pub of_runs: Vec<Parameter>,
     /// Keys of elements that expressions name, `<element>.<key>`: their values are in the tables of the elements, these are to be looked up.
     pub keys: Vec<Parameter>,
     /// `[variants]`
@@ -306,13 +308,17 @@ impl Document {
 
     /// The entries of `[parameters]` and the implicit parameters.
     pub(crate) fn all_parameters(&self) -> impl Iterator<Item = &Parameter> {
-        self.parameters.iter().chain(&self.implicit)
+        self.parameters.iter().chain(&self.implicit).chain(&self.of_runs)
     }
 
     /// Names of the files that the model needs.
     pub fn file_names(&self) -> impl Iterator<Item = &str> {
         let tables = self.signals.iter().map(|signal| &signal.table).chain(self.tables.iter().map(|(_, table)| table));
-        tables.filter_map(|table| match &table.values.get("file")?.value {
+        let together = match self.sweep.values.get("together").map(|found| &found.value) {
+            Some(Value::Tables(tables)) => &tables[..],
+            _ => &[],
+        };
+        tables.chain(together).filter_map(|table| match &table.values.get("file")?.value {
             Value::Word(name) => Some(name.as_str()),
             _ => None,
         })

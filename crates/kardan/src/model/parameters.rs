@@ -182,7 +182,33 @@ pub(super) fn implicit_parameters(element: &str, table: &mut Table) -> Vec<Param
     out
 }
 
-pub(super) const REMOVE_TOLERANCE: &str = "remove the tolerance: elements and `[parameters]` can have one";
+/// The same of what is given in it by name, in lists of tables, and, if asked for, by its own keys: `scenario.initial.a.phi`, `scenario.event.1.at`.
+pub(super) fn implicit_within(prefix: &str, table: &mut Table, own: bool) -> Vec<Parameter> {
+    let mut out = if own { implicit_parameters(prefix, table) } else { Vec::new() };
+    for (key, given) in &mut table.values {
+        match &mut given.value {
+            Value::Map(entries) => {
+                for (entry, scalar) in entries {
+                    let name = format!("{prefix}.{key}.{}", entry.value);
+                    if let Scalar::Tolerated(read) = &scalar.value {
+                        out.push(parameter(name.clone(), scalar.place.clone(), (**read).clone()));
+                        scalar.value = Scalar::Parameter(name);
+                    }
+                }
+            }
+            Value::Tables(tables) => {
+                for (k, table) in tables.iter_mut().enumerate() {
+                    out.extend(implicit_within(&format!("{prefix}.{key}.{}", k + 1), table, true));
+                }
+            }
+            _ => {}
+        }
+    }
+    out
+}
+
+pub(super) const REMOVE_TOLERANCE: &str =
+    "remove the tolerance: elements, `[parameters]`, `initial` of `[scenario]`, its events and faults can have one";
 
 /// Reports tolerances where a value cannot have one, and goes on with the value itself.
 pub(super) fn refuse_tolerances(table: &mut Table, what: &str, help: &str, out: &mut Vec<Diagnostic>) {

@@ -4,11 +4,13 @@ use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use super::composites::with_parts;
-use super::document::{BlockTable, Control, Document, Doubts, Instance, SignalTable};
+use super::document::{BlockTable, Control, Document, Doubts, Instance, Parameter, SignalTable};
 use super::examples::example_of;
 use super::keys::named_keys;
 use super::manoeuvres::{check_drivers, check_manoeuvres, leave_made_out, unfollowed_manoeuvres, with_manoeuvres};
-use super::parameters::{REMOVE_TOLERANCE, follow, implicit_parameters, read_parameters, refuse_tolerances};
+use super::parameters::{
+    REMOVE_TOLERANCE, follow, implicit_parameters, implicit_within, read_parameters, refuse_tolerances,
+};
 use super::parse::{Node, check_name, table, value};
 use super::tables;
 use super::variants::{check_named_controls, check_named_faults, read_named_variants, read_variants};
@@ -123,7 +125,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     let root = Node::root(entries);
     check_tables(&root, &mut document.doubts, &mut out, &mut study);
     document.model = single(&root, "model", tables::Header::FIELDS, &mut out);
-    document.scenario = single(&root, "scenario", tables::Scenario::FIELDS, &mut study);
+    (document.scenario, document.of_runs) = scenario(&root, &mut study);
     document.analysis = single(&root, "analysis", tables::Analysis::FIELDS, &mut study);
     document.identification = single(&root, "identification", tables::Identification::FIELDS, &mut study);
     document.bench = single(&root, "bench", tables::Bench::FIELDS, &mut study);
@@ -253,14 +255,26 @@ fn texts(value: &Written, out: &mut BTreeSet<String>) {
     }
 }
 
+/// `[scenario]`, with what has a tolerance in it.
+fn scenario(root: &Node<'_>, out: &mut Vec<Diagnostic>) -> (Table, Vec<Parameter>) {
+    let mut scenario = plain(root, "scenario", tables::Scenario::FIELDS, out);
+    let of_runs = implicit_within("scenario", &mut scenario, false);
+    refuse_tolerances(&mut scenario, "`[scenario]`", REMOVE_TOLERANCE, out);
+    (scenario, of_runs)
+}
+
 /// The table `[key]`.
 fn single(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>) -> Table {
+    let mut table = plain(root, key, fields, out);
+    refuse_tolerances(&mut table, &format!("`[{key}]`"), REMOVE_TOLERANCE, out);
+    table
+}
+
+/// The same with the tolerances that are in it.
+fn plain(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>) -> Table {
     let what = format!("`[{key}]`");
     let empty = || Table { fields, ..Table::default() };
-    let mut table =
-        root.child(key, out).map_or_else(empty, |node| table(fields, &node.like(example_of(key)), &what, out));
-    refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
-    table
+    root.child(key, out).map_or_else(empty, |node| table(fields, &node.like(example_of(key)), &what, out))
 }
 
 /// The tables `[[key]]`.
@@ -349,6 +363,7 @@ fn read_faults(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnosti
     for node in named_tables(root, "fault", tables::Fault::FIELDS, &mut Doubts::default(), out) {
         let what = format!("fault `{}`", shortened(node.name));
         let mut table = table(tables::Fault::FIELDS, &node.clone().like(example_of("fault")), &what, out);
+        document.of_runs.extend(implicit_within(&format!("fault.{}", node.name), &mut table, true));
         refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
         let name = Placed { value: node.name.to_string(), place: node.name_place.clone() };
         document.faults.push((name, table));

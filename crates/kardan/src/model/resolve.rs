@@ -140,7 +140,7 @@ impl Document {
             idle,
             programs,
             parameters: self.parameter_values(settings),
-            tolerances: self.tolerances(settings),
+            tolerances: self.tolerances_of_model(settings),
             doubtful,
             rounded: Vec::new(),
         };

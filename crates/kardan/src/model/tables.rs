@@ -398,10 +398,12 @@ keys! {
         optional {
             samples: Number(Sign::Positive) = "1000", "How many samples, at most ten millions.";
             seed: Number(Sign::NonNegative) = "0", "A whole number: another one, other samples.";
-            points: Choice(&["latin_hypercube", "sobol", "halton", "random", "corners", "grid"]) = "latin_hypercube",
+            points: Choice(&["latin_hypercube", "sobol", "halton", "random", "corners", "grid", "saltelli", "morris"]) = "latin_hypercube",
                 "How samples fill the space of what varies. `latin_hypercube`: each value has one sample in each of as many parts of its distribution \
                  as there are samples; `sobol` and `halton`: sequences that fill it evenly; `random`: each sample by itself; `corners`: every combination of \
-                 least and largest values; `grid`: every combination of `levels` values of each, from least to largest. Lists keep their values.";
+                 least and largest values; `grid`: every combination of `levels` values of each, from least to largest. Lists keep their values. \
+                 `saltelli`: for the indices of Sobol, each parameter exchanged between two samples of Sobol's sequence, one after another; `morris`: for elementary \
+                 effects, paths on which one parameter after another moves. Both are filled up to whole groups.";
             levels: Number(Sign::Positive) = "5", "Values of each parameter on a grid.";
             variants: Words,
                 "The variants that run with each sample, all with the same values; left out: all.";
@@ -410,6 +412,24 @@ keys! {
                  has a confidence.";
             lists: Lists,
                 "Parameters that take one of some values, each as often: { v = [\"10 m/s\", \"20 m/s\"] }.";
+            together: Tables(SweepTogether), "What varies together, with correlations: `[[sweep.together]]`.";
+        }
+    }
+}
+
+keys! {
+    /// `[[sweep.together]]`.
+    table SweepTogether {
+        required {
+        }
+        optional {
+            parameters: Words, "What varies together, in the order of the correlations; of a file left out: all that it names.";
+            correlation: Text,
+                "The matrix of correlations, row by row: \"1, 0.8; 0.8, 1\". They are those of normal numbers, which distributions that are not normal follow by their \
+                 parts: each keeps its own distribution.";
+            file: Text,
+                "In its place: what `kardan identify --json` has written, found values with their errors and correlations; or an object of JSON with `names`, \
+                 `covariance` row by row in SI, and `means`, left out: the values of this file. All are normal.";
         }
     }
 }
@@ -418,7 +438,7 @@ keys! {
     /// `[[sweep.vary]]`.
     table SweepVary {
         required {
-            parameter: Text, "A name of `[parameters]`, or a key of an element that has a tolerance: `bar.stiffness`.";
+            parameter: Text, "A name of `[parameters]`, or a key that has a tolerance: `bar.stiffness`, `scenario.initial.a.phi`, `scenario.event.1.at`, `fault.NAME.at`.";
         }
         optional {
             distribution: Choice(&["uniform", "normal", "triangular"]) = "uniform", "How its values are distributed.";

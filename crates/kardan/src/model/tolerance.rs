@@ -53,6 +53,13 @@ impl Document {
         out
     }
 
+    /// Those that the model itself follows from, whatever runs begin with and whatever happens in them.
+    pub(super) fn tolerances_of_model(&self, settings: &[Setting]) -> Vec<Tolerance> {
+        let mut out = self.tolerances(settings);
+        out.retain(|one| self.of_runs.iter().all(|other| other.name != one.parameter));
+        out
+    }
+
     /// Reports tolerances that reach values which the model cannot take.
     pub fn check_tolerances(&self, settings: &[Setting], out: &mut Vec<Diagnostic>) {
         for tolerance in self.tolerances(settings) {
@@ -60,10 +67,14 @@ impl Document {
             self.check_inside(&tolerance, settings, out);
             let elements = self.elements.iter().map(|e| (e.kind.keyword, &e.name, e.kind.fields, &e.table));
             let controls = self.controls.iter().map(|c| ("control", &c.name, c.law.fields, &c.table));
-            for (keyword, name, fields, table) in elements.chain(controls) {
+            let faults = self.faults.iter().map(|(name, table)| ("fault", &name.value, table.fields, table));
+            let named = elements.chain(controls).chain(faults);
+            let named = named.map(|(keyword, name, fields, table)| (format!("{keyword} `{name}`"), fields, table));
+            let scenario = ("`[scenario]`".to_string(), self.scenario.fields, &self.scenario);
+            for (what, fields, table) in named.chain([scenario]) {
                 // The first key that it breaks says enough.
                 if out.len() == before {
-                    check_signs(&tolerance, fields, table, &format!("{keyword} `{name}`"), out);
+                    check_signs(&tolerance, fields, table, &what, out);
                 }
             }
             if out.len() == before {

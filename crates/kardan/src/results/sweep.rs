@@ -16,7 +16,8 @@ pub struct Sweep {
     pub samples: u64,
     /// What the samples follow from, with their numbers.
     pub seed: u64,
-    /// How samples fill the space: `latin_hypercube`, `sobol`, `halton`, `random`, `corners`, `grid`.
+    /// How samples fill the space: `latin_hypercube`, `sobol`, `halton`, `random`, `corners`, `grid`, `saltelli`, `morris`; `worst` of a search
+    /// and `rare` of one for rare events, whose samples follow from those before them.
     pub points: String,
     /// The variants that ran with each sample.
     pub variants: Vec<String>,
@@ -34,6 +35,12 @@ pub struct Sweep {
     pub failures: Vec<SweptFailure>,
     /// The confidence of the intervals of probabilities: 0.95.
     pub confidence: f64,
+    /// How samples were ended by the width of intervals, if that was asked for.
+    pub until: Option<SweptUntil>,
+    /// The worst case that a search found, if one was asked for.
+    pub worst: Option<SweptWorst>,
+    /// The probability of a rare failure, if it was asked for.
+    pub rare: Option<SweptRare>,
     /// What the reader must know.
     pub notes: Vec<String>,
     /// What speaks against the sweep.
@@ -140,6 +147,135 @@ pub struct SweptValues {
     pub shares: Vec<SweptShare>,
     /// The part of the variance that a straight line through all parameters explains; what is missing bends or comes from products.
     pub explained: Option<f64>,
+    /// Indices of Sobol of each parameter, the largest total one first; of `points = "saltelli"` alone.
+    pub indices: Vec<SweptIndex>,
+    /// Elementary effects of each parameter, the largest first; of `points = "morris"` alone.
+    pub effects: Vec<SweptEffect>,
+}
+
+/// Parts of the variance of a number (Sobol, Math. Comput. Simul. 55, 2001, 271), with intervals of a bootstrap over the base samples.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SweptIndex {
+    /// The parameter.
+    pub parameter: String,
+    /// The part that it explains alone (Saltelli and others, Comput. Phys. Commun. 181, 2010, 259, table 2 (b)).
+    pub first: f64,
+    /// An interval for it, 95 %.
+    pub first_interval: [f64; 2],
+    /// The part that would be left if all others were known: alone and with others (Jansen, ibid. (f)).
+    pub total: f64,
+    /// An interval for it, 95 %.
+    pub total_interval: [f64; 2],
+    /// Base samples with all their numbers.
+    pub count: u64,
+}
+
+/// How a number moves where one parameter alone moves by 0.6 of its probability (Morris, Technometrics 33, 1991, 161), divided by that part.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SweptEffect {
+    /// The parameter.
+    pub parameter: String,
+    /// Mean of the sizes of its effects, μ*.
+    pub size: f64,
+    /// Standard error of that mean.
+    pub size_error: Option<f64>,
+    /// Mean of its effects, μ.
+    pub mean: f64,
+    /// Their standard deviation, σ: large where it bends, or acts together with others.
+    pub deviation: Option<f64>,
+    /// How many effects there are.
+    pub count: u64,
+}
+
+/// Samples until intervals are narrow.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SweptUntil {
+    /// Half of the width that was asked for.
+    pub half_width: f64,
+    /// Samples of the last look.
+    pub samples: u64,
+    /// How often the intervals are looked at, at most.
+    pub looks: u64,
+    /// The confidence of the intervals of each look, so that those of all looks hold together at the confidence of the sweep (Bonferroni).
+    pub confidence: f64,
+    /// Whether all are as narrow.
+    pub reached: bool,
+}
+
+/// The worst case that a search found; there may be a worse one.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SweptWorst {
+    /// The requirement in words.
+    pub text: String,
+    /// The variant.
+    pub variant: String,
+    /// SI unit of the margin.
+    pub unit: String,
+    /// How far what is measured is from its bound, SI; below zero it fails. Nothing of a run that failed without a number.
+    pub margin: Option<f64>,
+    /// What is measured there.
+    pub measured: Option<f64>,
+    /// Whether the requirement fails there.
+    pub fails: bool,
+    /// The sample.
+    pub sample: u64,
+    /// Its values.
+    pub values: Vec<SweptAt>,
+    /// The least margin of the samples before the search, of as many.
+    pub before: Option<f64>,
+    /// Samples before the search.
+    pub explored: u64,
+    /// How often the search came to rest and began from another place.
+    pub rests: u64,
+}
+
+/// A value of what varies.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SweptAt {
+    /// The parameter.
+    pub parameter: String,
+    /// SI unit.
+    pub unit: String,
+    /// SI value.
+    pub value: f64,
+}
+
+/// The probability that a requirement fails, where that is rare, by subset simulation (Au, Beck, Probab. Eng. Mech. 16, 2001, 263).
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SweptRare {
+    /// The requirement in words.
+    pub text: String,
+    /// The variant.
+    pub variant: String,
+    /// SI unit of the margins.
+    pub unit: String,
+    /// The probability of failing; nothing where the levels did not come to failures.
+    pub probability: Option<f64>,
+    /// Its standard deviation by the correlation within the chains of each level, the levels taken as independent, as a part of it.
+    pub deviation: Option<f64>,
+    /// The same, the levels taken as wholly dependent: an upper bound as far as the correlations within the chains are known.
+    pub deviation_most: Option<f64>,
+    /// About 95 %: that of a lognormal number with the mean of both deviations.
+    pub interval: Option<[f64; 2]>,
+    /// The levels, in order.
+    pub levels: Vec<SweptLevel>,
+    /// Why it ended.
+    pub ended: String,
+}
+
+/// A level of subset simulation.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SweptLevel {
+    /// The margin below which the next level lies, SI; zero at the last one.
+    pub margin: f64,
+    /// The part of its samples that lies below.
+    pub part: f64,
+    /// Its samples, those that the level before gave among them.
+    pub samples: u64,
+    /// By how much the correlation in its chains raises the variance of that part: 0 of independent samples.
+    pub correlation: f64,
+    /// The part of its candidates that its chains took.
+    pub accepted: Option<f64>,
 }
 
 /// How a number follows a parameter.

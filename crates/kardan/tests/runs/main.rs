@@ -45,6 +45,7 @@ mod simulation;
 mod start;
 mod stiff;
 mod sweep;
+mod sweep_answers;
 mod taylor;
 mod told;
 mod unseen;

@@ -2,8 +2,12 @@
 
 use statrs::distribution::{Beta, ContinuousCDF};
 
+use super::indices::{effects, sobol_indices};
+use super::points::Axis;
 use crate::num::Matrix;
-use crate::results::{SweepRow, SweptFailure, SweptFigure, SweptRequirement, SweptShare, SweptValues};
+use crate::results::{
+    SweepRow, SweptEffect, SweptFailure, SweptFigure, SweptIndex, SweptRequirement, SweptShare, SweptValues,
+};
 
 /// Confidence of intervals of probabilities.
 pub(super) const CONFIDENCE: f64 = 0.95;
@@ -12,6 +16,33 @@ const MOST_REASONS: usize = 20;
 /// Parts of all numbers, of which quantiles are told.
 const PARTS: [f64; 7] = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
 
+/// How samples were made.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Sampled<'a> {
+    /// From the distributions.
+    Drawn,
+    /// All combinations of some values.
+    Grid,
+    /// In groups of A, B, and A with one axis after another of B.
+    Saltelli { group: u64 },
+    /// In paths.
+    Morris { group: u64, axes: &'a [Axis] },
+    /// One from another.
+    Sought,
+}
+
+impl Sampled<'_> {
+    /// Whether parts of them are probabilities.
+    pub fn is_drawn(self) -> bool {
+        matches!(self, Self::Drawn | Self::Saltelli { .. })
+    }
+
+    /// Whether a sample is drawn by itself.
+    fn counts(self, sample: u64) -> bool {
+        !matches!(self, Self::Saltelli { group } if sample % group > 1)
+    }
+}
+
 /// Rows, by sample and variant, and what is known of them beside: what to fill in.
 pub(super) struct Answers<'a> {
     pub rows: &'a [SweepRow],
@@ -19,11 +50,21 @@ pub(super) struct Answers<'a> {
     pub parameters: Vec<String>,
     /// Names of the variants.
     pub variants: &'a [String],
+    /// How they were made.
+    pub sampled: Sampled<'a>,
+    /// What they follow from.
+    pub seed: u64,
+    /// That of intervals of probabilities.
+    pub confidence: f64,
 }
 
 impl Answers<'_> {
-    /// Rows of a variant.
+    /// Rows of a variant, those that are drawn by themselves where others are too.
     pub fn of(&self, variant: &str) -> impl Iterator<Item = &SweepRow> {
+        self.all_of(variant).filter(|row| self.sampled.counts(row.sample))
+    }
+
+    fn all_of(&self, variant: &str) -> impl Iterator<Item = &SweepRow> {
         let number = self.variants.iter().position(|name| name == variant);
         self.rows.iter().filter(move |row| Some(row.variant) == number)
     }
@@ -34,9 +75,9 @@ impl Answers<'_> {
             verdicts.fold((0, 0), |(yes, no), one| if one > 0.5 { (yes + 1, no) } else { (yes, no + 1) });
         (out.passed, out.failed) = (passed, failed);
         let all = passed + failed;
-        if all > 0 {
+        if all > 0 && self.sampled.is_drawn() {
             out.probability = Some(passed as f64 / all as f64);
-            out.interval = Some(clopper_pearson(passed, all, CONFIDENCE));
+            out.interval = Some(clopper_pearson(passed, all, self.confidence));
         }
         out.measured = self.spread(&out.variant, |row| row.measured[number]);
     }
@@ -80,6 +121,7 @@ impl Answers<'_> {
             with.iter().fold(first, |best, one| if is(one.1, best.1) { one } else { best }).0.sample
         };
         let (shares, explained) = self.shares(&with, mean, squares);
+        let (indices, effects) = self.followed(variant, &number);
         SweptValues {
             count: with.len() as u64,
             mean: Some(mean),
@@ -88,6 +130,35 @@ impl Answers<'_> {
             ends: Some([end(|a, b| a < b), end(|a, b| a > b)]),
             shares,
             explained,
+            indices,
+            effects,
+        }
+    }
+
+    /// What a number follows, of samples that were made for it: of whole groups alone.
+    fn followed(&self, variant: &str, number: &impl Fn(&SweepRow) -> f64) -> (Vec<SweptIndex>, Vec<SweptEffect>) {
+        let (Sampled::Saltelli { group } | Sampled::Morris { group, .. }) = self.sampled else {
+            return (Vec::new(), Vec::new());
+        };
+        let mut groups: Vec<(u64, Vec<f64>)> = Vec::new();
+        for row in self.all_of(variant) {
+            let first = row.sample / group * group;
+            match groups.last_mut().filter(|(own, _)| *own == first) {
+                Some((_, numbers)) => numbers.push(number(row)),
+                None => groups.push((first, vec![number(row)])),
+            }
+        }
+        groups.retain(|(_, numbers)| numbers.len() as u64 == group);
+        match self.sampled {
+            Sampled::Morris { axes, .. } => {
+                let place = |sample: u64, axis: usize| axes[axis].at(sample);
+                (Vec::new(), effects(&groups, place, &self.parameters))
+            }
+            _ => {
+                groups.retain(|(_, numbers)| numbers.iter().all(|x| x.is_finite()));
+                let groups: Vec<Vec<f64>> = groups.into_iter().map(|(_, numbers)| numbers).collect();
+                (sobol_indices(&groups, &self.parameters, self.seed), Vec::new())
+            }
         }
     }
 
@@ -178,7 +249,8 @@ mod tests {
         };
         let rows: Vec<SweepRow> = (0..40).map(row).collect();
         let parameters = ["a", "b", "same"].map(String::from).to_vec();
-        let answers = Answers { rows: &rows, parameters, variants: &["only".into()] };
+        let (variants, sampled) = (&["only".to_string()], Sampled::Drawn);
+        let answers = Answers { rows: &rows, parameters, variants, sampled, seed: 0, confidence: CONFIDENCE };
         let found = answers.spread("only", |row| row.figures[0]);
         let deviation = |of: &dyn Fn(&SweepRow) -> f64| {
             let mean = rows.iter().map(of).sum::<f64>() / 40.0;

@@ -2,23 +2,36 @@
 
 mod again;
 mod answers;
+mod course;
+mod goal;
+mod indices;
+mod plan;
 mod points;
+mod rare;
 mod region;
 mod spec;
+mod together;
+mod told;
 mod tree;
+mod varied;
 mod wanted;
+mod worst;
 
-use std::collections::BTreeSet;
-use std::ops::Range;
+use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use answers::{Answers, CONFIDENCE};
-use points::{Axis, Filling, axes, combinations};
-use region::failing_rules;
+use course::Course;
+pub use goal::SweepGoal;
+use goal::target;
+pub use plan::{Shard, SweepPlan, SweepSettings};
+use points::{Filling, axes, combinations};
+use rare::{CHAIN, MOST_LEVELS};
+use spec::MOST_SAMPLES;
 pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
-use spec::{MOST_SAMPLES, Varied};
+use told::answered;
+use varied::Varied;
 
 use super::prepare::{is_error, prepare_sample};
 use super::progress::Counted;
@@ -27,82 +40,21 @@ use super::{Prepared, PreparedVariant, Progress, Project, Settings};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Setting, VariantSettings};
 use crate::num::{Random, rational_from_f64};
-use crate::results::{
-    Outcome, Run, Sweep, SweepHead, SweepRow, SweptFigure, SweptParameter, SweptRequirement, SweptValues,
-};
+use crate::results::{Outcome, Run, Sweep, SweepHead, SweepRow, SweptParameter};
 use crate::units::{Exact, written_quantity};
 
 /// Samples of a block, at least.
 const LEAST_BLOCK: u64 = 64;
 /// Blocks of a sweep, at most.
 const MOST_BLOCKS: u64 = 1000;
+/// Samples of a block of a search: so many blocks at least, where they are not smaller than that.
+const BLOCKS_OF_SEARCH: u64 = 16;
+const LEAST_OF_SEARCH: u64 = 8;
+/// Samples of a level of a subset simulation, at least.
+const LEAST_LEVEL: u64 = 200;
 
 /// Takes the rows of a block by its number, or says why it cannot.
 pub type TakeRows<'t> = dyn FnMut(u64, &[SweepRow]) -> Result<(), String> + 't;
-
-/// How a model is swept.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct SweepSettings {
-    /// How many samples, in place of those of the file.
-    pub samples: Option<u64>,
-    /// The seed, in place of that of the file.
-    pub seed: Option<u64>,
-    /// Names of the variants, in place of those of the file; empty: those.
-    pub variants: Vec<String>,
-    /// How runs are integrated; variants and faults of it are not read.
-    pub run: Settings,
-}
-
-/// What a sweep consists of, before a run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SweepPlan {
-    /// What its rows are of.
-    pub head: SweepHead,
-    /// The part of the blocks that is run; `None`: all of them.
-    pub shard: Option<Shard>,
-    axes: Vec<Axis>,
-    spread: Vec<Varied>,
-    points: &'static str,
-}
-
-/// One of as many parts of a sweep: a process of its own runs it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shard {
-    /// Its number, from 1.
-    pub number: u64,
-    /// How many there are.
-    pub of: u64,
-}
-
-impl SweepPlan {
-    /// The values of a sample, SI: they follow from the seed and its number alone.
-    pub fn values(&self, sample: u64) -> Vec<f64> {
-        let axes = self.axes.iter().zip(&self.spread);
-        axes.map(|(axis, varied)| varied.distribution.quantile(axis.at(sample))).collect()
-    }
-
-    /// Samples of a block, which is written as a whole: at most a thousand blocks, but for small ones.
-    pub fn block(&self) -> u64 {
-        self.head.samples.div_ceil(MOST_BLOCKS).max(LEAST_BLOCK)
-    }
-
-    /// How many blocks there are.
-    pub fn blocks(&self) -> u64 {
-        self.head.samples.div_ceil(self.block())
-    }
-
-    /// The blocks that are run: all of them, or those of the shard.
-    pub fn own_blocks(&self) -> Range<u64> {
-        let end = |number: u64, of: u64| (u128::from(self.blocks()) * u128::from(number) / u128::from(of)) as u64;
-        self.shard.map_or(0..self.blocks(), |Shard { number, of }| end(number - 1, of)..end(number, of))
-    }
-
-    /// The samples of blocks.
-    pub fn samples_of(&self, blocks: Range<u64>) -> Range<u64> {
-        let at = |block: u64| block.saturating_mul(self.block()).min(self.head.samples);
-        at(blocks.start)..at(blocks.end)
-    }
-}
 
 impl Project {
     /// What a sweep of this model consists of.
@@ -115,36 +67,29 @@ impl Project {
         if diagnostics.iter().any(is_error) {
             return Err(diagnostics);
         }
-        let refused = |code, message: &str, help: &str| Err(vec![Diagnostic::error(code, message).help(help)]);
-        let Some(spec) = prepared.sweep.as_ref().filter(|spec| !spec.varied.is_empty()) else {
+        let nothing = || {
             let help = "write tolerances behind values, \"100 N m/rad ± 10 %\", or a table `[sweep]`; `kardan elements sweep` shows one";
-            return refused("sweep::nothing", "nothing in the file varies", help);
+            vec![Diagnostic::error("sweep::nothing", "nothing in the file varies").help(help)]
         };
-        let (mut samples, seed) = (settings.samples.unwrap_or(spec.samples), settings.seed.unwrap_or(spec.seed));
-        if let Filling::Levels(levels) = spec.filling {
-            let all = combinations(levels, spec.varied.iter().map(|varied| &varied.distribution));
-            if settings.samples.is_some_and(|asked| asked != all) {
-                let message = format!("{samples} samples: all combinations of the grid are {all}");
-                return refused("sweep::samples", &message, "leave the number out, or take other `points`");
-            }
-            samples = all;
-        }
-        if samples == 0 || samples > MOST_SAMPLES {
-            let message = format!("{samples} samples: there can be 1 to {MOST_SAMPLES}");
-            return refused("sweep::samples", &message, "ask for another number of samples");
-        }
+        let spec = prepared.sweep.as_ref().filter(|spec| !spec.varied.is_empty()).ok_or_else(nothing)?;
+        let seed = settings.seed.unwrap_or(spec.seed);
+        let (samples, block) = sizes(spec, settings).map_err(|mistake| vec![mistake])?;
         let asked = if settings.variants.is_empty() { &spec.variants } else { &settings.variants };
         let variants = prepared.all().map(|variant| variant.name.clone());
         let variants: Vec<String> = variants.filter(|name| asked.is_empty() || asked.contains(name)).collect();
+        let sought = settings.goal.sought();
+        let target = sought.map(|sought| target(prepared, sought, &variants, &spec.varied)).transpose();
+        let target = target.map_err(|mistake| vec![mistake])?;
         let spread = spec.varied.iter().map(|varied| (varied.name.as_str(), &varied.distribution));
         let told = |varied: &Varied| SweptParameter {
             name: varied.name.clone(),
             unit: varied.dimension.si(),
             distribution: varied.text.clone(),
         };
+        let search = sought.zip(target.as_ref()).map(|((option, _), target)| (option, target.requirement));
         Ok(SweepPlan {
             head: SweepHead {
-                identity: self.identity((samples, seed), &variants, settings),
+                identity: self.identity((samples, seed), &variants, search, settings),
                 samples,
                 seed,
                 variants,
@@ -153,16 +98,28 @@ impl Project {
                 figures: prepared.figures.iter().map(|figure| (figure.name.clone(), figure.unit.clone())).collect(),
             },
             shard: None,
-            axes: axes(spec.filling, (seed, samples), spread),
+            // A search makes its own ones.
+            axes: if search.is_some() { Vec::new() } else { axes(spec.filling, (seed, samples), spread) },
             spread: spec.varied.clone(),
-            points: spec.filling.word(),
+            together: spec.together.clone(),
+            filling: spec.filling,
+            goal: settings.goal.clone(),
+            target,
+            block,
         })
     }
 
     /// What the rows of a sweep follow from: this program, the model with its files, the samples, the variants, how runs are integrated.
-    fn identity(&self, (samples, seed): (u64, u64), variants: &[String], settings: &SweepSettings) -> String {
+    fn identity(
+        &self,
+        (samples, seed): (u64, u64),
+        variants: &[String],
+        search: Option<(&str, usize)>,
+        settings: &SweepSettings,
+    ) -> String {
         let runs = format!("{samples} samples of {}", quoted(variants.iter().map(String::as_str)));
-        format!("{}, {runs}, seed {seed}, {}", self.origin(), integrated(&settings.run))
+        let search = search.map_or(String::new(), |(option, number)| format!(", {option} {}", number + 1));
+        format!("{}, {runs}, seed {seed}{search}, {}", self.origin(), integrated(&settings.run))
     }
 
     /// This program and the model with its files.
@@ -204,6 +161,10 @@ impl Project {
         if diagnostics.iter().any(is_error) {
             return Err(diagnostics.to_vec());
         }
+        if let (Some(_), false) = (plan.shard, plan.goal == SweepGoal::Samples) {
+            let message = "a shard is a part of samples that are known before: there is none of a search, nor of samples until there are enough";
+            return Err(vec![Diagnostic::error("sweep::shard", message).help("run it on one machine")]);
+        }
         let all_settings = self.document().variant_settings();
         let chosen: Vec<(&PreparedVariant, &VariantSettings)> = plan
             .head
@@ -212,43 +173,73 @@ impl Project {
             .filter_map(|name| prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == *name))
             .collect();
         let asked = plan.samples_of(plan.own_blocks()).count();
-        let all = asked.saturating_mul(chosen.len());
-        let heard = Counted::new(progress, known.len(), all);
-        let size = plan.block();
-        let there: BTreeSet<u64> = known.iter().map(|row| row.sample / size).collect();
-        let missing: Vec<u64> = plan.own_blocks().filter(|block| !there.contains(block)).collect();
-        let mut rows = known;
+        let heard = Counted::new(progress, known.len(), asked.saturating_mul(chosen.len()));
+        let mut there = by_block(plan, known);
+        let mut course = Course::of(plan);
+        let mut rows: Vec<SweepRow> = Vec::new();
         let mut ended = None;
-        for block in missing {
-            let samples = plan.samples_of(block..block + 1);
-            let cases: Vec<(u64, usize)> = samples.flat_map(|k| (0..chosen.len()).map(move |v| (k, v))).collect();
-            let case = |(sample, variant): &(u64, usize)| {
-                // Runs that were ended are none, nor are those behind them in the block.
-                if progress.stop().is_some() {
-                    return None;
+        for block in plan.own_blocks() {
+            let found = match there.remove(&block) {
+                Some(found) => follows(plan, &mut course, block, &found).map(|()| Some(found))?,
+                None => {
+                    let Some(values) = course.values(plan, plan.samples_of(block..block + 1)) else { break };
+                    let cases = plan.samples_of(block..block + 1).zip(&values);
+                    let cases: Vec<_> = cases.flat_map(|case| (0..chosen.len()).map(move |v| (case, v))).collect();
+                    let case = |((sample, values), variant): &((u64, &Vec<f64>), usize)| {
+                        // Runs that were ended are none, nor are those behind them in the block.
+                        if progress.stop().is_some() {
+                            return None;
+                        }
+                        let of = (*sample, *variant, (*values).clone());
+                        let row = self.sample((prepared, settings), plan, of, chosen[*variant], &heard);
+                        heard.count(1);
+                        Some(row)
+                    };
+                    let found: Option<Vec<SweepRow>> = cases.par_iter().map(case).collect();
+                    ended = progress.stop();
+                    let Some(found) = found.filter(|_| ended.is_none()) else { break };
+                    if let Err(why) = write(block, &found) {
+                        ended = Some(why);
+                        break;
+                    }
+                    Some(found)
                 }
-                let row = self.sample((prepared, settings), plan, (*sample, *variant), chosen[*variant], &heard);
-                heard.count(1);
-                Some(row)
             };
-            let found: Option<Vec<SweepRow>> = cases.par_iter().map(case).collect();
-            ended = progress.stop();
-            let Some(found) = found.filter(|_| ended.is_none()) else { break };
-            if let Err(why) = write(block, &found) {
-                ended = Some(why);
+            let Some(found) = found else { break };
+            course.take(plan, block, &found);
+            rows.extend(found);
+            if course.is_done() {
                 break;
             }
-            rows.extend(found);
         }
+        let behind = if course.is_done() { Vec::new() } else { there.into_values().flatten().collect() };
+        rows.extend(behind);
         let mut out = self.sweep_answers(plan, rows);
         out.warnings.extend(ended.map(|why| format!("{why}: what was not computed by then is missing")));
         Ok(out)
     }
 
     /// What rows of a plan say together, as many as there are; nothing is run.
-    pub fn sweep_answers(&self, plan: &SweepPlan, mut rows: Vec<SweepRow>) -> Sweep {
-        rows.sort_by_key(|row| (row.sample, row.variant));
-        let mut out = answered(self.prepared(), plan, &rows);
+    pub fn sweep_answers(&self, plan: &SweepPlan, rows: Vec<SweepRow>) -> Sweep {
+        let mut there = by_block(plan, rows);
+        let mut course = Course::of(plan);
+        let mut used: Vec<SweepRow> = Vec::new();
+        for block in plan.own_blocks() {
+            let Some(mut rows) = there.remove(&block) else {
+                // What follows from those that are missing tells nothing.
+                if course.is_plain() { continue } else { break }
+            };
+            rows.sort_by_key(|row| (row.sample, row.variant));
+            if course.is_led() && course.values(plan, plan.samples_of(block..block + 1)).is_none() {
+                break;
+            }
+            course.take(plan, block, &rows);
+            used.extend(rows);
+            if course.is_done() {
+                break;
+            }
+        }
+        let mut out = answered(self.prepared(), plan, &used, &course);
         out.warnings = self.mistakes().iter().map(ToString::to_string).collect();
         out
     }
@@ -258,11 +249,10 @@ impl Project {
         &self,
         (prepared, settings): (&Prepared, &Settings),
         plan: &SweepPlan,
-        (sample, number): (u64, usize),
+        (sample, number, values): (u64, usize, Vec<f64>),
         (variant, own): (&PreparedVariant, &VariantSettings),
         progress: &dyn Progress,
     ) -> SweepRow {
-        let values = plan.values(sample);
         let all = settings_with(own, plan.spread.iter().zip(values.iter().copied()));
         let found = prepare_sample(self.document(), variant, (&all, own.controls.as_deref(), &own.faults));
         let mut row = SweepRow {
@@ -291,6 +281,97 @@ impl Project {
             }
         }
         row
+    }
+}
+
+/// How many samples there are, at most, and how many of a block.
+fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagnostic> {
+    let refused = |code, message: String, help: &str| Err(Diagnostic::error(code, message).help(help));
+    let asked = settings.samples.unwrap_or(spec.samples);
+    let too_many = |samples: u64| {
+        let message = format!("{samples} samples: there can be 1 to {MOST_SAMPLES}");
+        refused("sweep::samples", message, "ask for another number of samples")
+    };
+    if asked == 0 || asked > MOST_SAMPLES {
+        return too_many(asked);
+    }
+    let drawn = spec.filling.group(2) == 1 && !matches!(spec.filling, Filling::Levels(_));
+    match &settings.goal {
+        SweepGoal::Until(width) if !(1e-5..0.5).contains(width) => {
+            let message = format!("`--until`: half of the width of intervals is between 1e-5 and 0.5, not {width}");
+            return refused("sweep::until", message, "0.01 asks for probabilities to 1 %");
+        }
+        SweepGoal::Until(_) if !drawn => {
+            let word = spec.filling.word();
+            let message =
+                format!("`--until`: the samples of `points = \"{word}\"` are a whole, and not drawn one by one");
+            return refused("sweep::until", message, "take other points, or leave it out");
+        }
+        SweepGoal::Worst(_) => {
+            let least = asked.div_ceil(BLOCKS_OF_SEARCH).clamp(LEAST_OF_SEARCH, LEAST_BLOCK);
+            return Ok((asked, asked.div_ceil(MOST_BLOCKS).max(least)));
+        }
+        SweepGoal::Rare(_) if asked < LEAST_LEVEL => {
+            let message = format!("`--rare`: {asked} samples of a level are less than {LEAST_LEVEL}");
+            return refused(
+                "sweep::samples",
+                message,
+                "ask for more: 1000 tell a probability of 1e-5 to about a third of it",
+            );
+        }
+        SweepGoal::Rare(_) => {
+            let chains = asked.div_ceil(CHAIN);
+            return Ok((chains * (CHAIN + (MOST_LEVELS - 1) * (CHAIN - 1)), chains));
+        }
+        SweepGoal::Samples | SweepGoal::Until(_) => {}
+    }
+    let samples = match spec.filling {
+        Filling::Levels(levels) => {
+            let all = combinations(levels, spec.varied.iter().map(|varied| &varied.distribution));
+            if settings.samples.is_some_and(|asked| asked != all) {
+                let message = format!("{asked} samples: all combinations of the grid are {all}");
+                return refused("sweep::samples", message, "leave the number out, or take other `points`");
+            }
+            all
+        }
+        filling => asked.next_multiple_of(filling.group(spec.varied.len())),
+    };
+    if samples == 0 || samples > MOST_SAMPLES {
+        return too_many(samples);
+    }
+    Ok((samples, samples.div_ceil(MOST_BLOCKS).max(LEAST_BLOCK)))
+}
+
+/// Rows by their blocks.
+fn by_block(plan: &SweepPlan, rows: Vec<SweepRow>) -> BTreeMap<u64, Vec<SweepRow>> {
+    let mut out: BTreeMap<u64, Vec<SweepRow>> = BTreeMap::new();
+    for row in rows {
+        out.entry(row.sample / plan.block()).or_default().push(row);
+    }
+    out
+}
+
+/// Whether rows of a search that are there already are those that follow from the rows before them.
+fn follows(plan: &SweepPlan, course: &mut Course, block: u64, rows: &[SweepRow]) -> Result<(), Vec<Diagnostic>> {
+    if !course.is_led() {
+        return Ok(());
+    }
+    let samples = plan.samples_of(block..block + 1);
+    let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    let same = course.values(plan, samples.clone()).is_some_and(|values| {
+        values.len() == rows.len() && values.iter().zip(rows).all(|(own, row)| bits(own) == bits(&row.values))
+    });
+    match same {
+        true => Ok(()),
+        false => {
+            let message = format!(
+                "the rows of samples {} to {} do not follow from those before them",
+                samples.start,
+                samples.end - 1
+            );
+            let help = "some before them are missing or were changed: start anew with `--force`";
+            Err(vec![Diagnostic::error("sweep::resume", message).help(help)])
+        }
     }
 }
 
@@ -327,103 +408,4 @@ fn fill(row: &mut SweepRow, prepared: &Prepared, run: &Run) {
     for ((k, _), found) in figures.zip(&run.figures) {
         row.figures[k] = found.value.unwrap_or(f64::NAN);
     }
-}
-
-/// What the rows say together.
-fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow]) -> Sweep {
-    let parameters = plan.head.varied.iter().map(|varied| varied.name.clone()).collect();
-    let answers = Answers { rows, parameters, variants: &plan.head.variants };
-    let asked = plan.samples_of(plan.own_blocks());
-    let mut out = Sweep {
-        model: prepared.name.clone(),
-        description: prepared.description.clone(),
-        samples: plan.head.samples,
-        seed: plan.head.seed,
-        points: plan.points.into(),
-        variants: plan.head.variants.clone(),
-        varied: plan.head.varied.clone(),
-        rows: rows.len() as u64,
-        missing: (asked.end - asked.start) * plan.head.variants.len() as u64 - rows.len() as u64,
-        failures: answers.failures(),
-        confidence: CONFIDENCE,
-        ..Sweep::default()
-    };
-    let own = |names: &[String]| {
-        let own = |name: &&String| names.is_empty() || names.contains(name);
-        plan.head.variants.iter().filter(own).cloned().collect::<Vec<_>>()
-    };
-    for (k, requirement) in prepared.requirements.iter().enumerate() {
-        for variant in own(&requirement.variants) {
-            let mut one = SweptRequirement {
-                text: plan.head.requirements[k].0.clone(),
-                unit: requirement.unit.clone(),
-                display: requirement.display.clone(),
-                passed: 0,
-                failed: 0,
-                probability: None,
-                interval: None,
-                measured: SweptValues::default(),
-                rules: failing_rules(&answers, (k, &variant), &plan.head.varied),
-                variant,
-            };
-            answers.fill_requirement(k, &mut one);
-            if is_grid(plan) {
-                (one.probability, one.interval, one.rules) = (None, None, Vec::new());
-            }
-            out.requirements.push(one);
-        }
-    }
-    for (k, figure) in prepared.figures.iter().enumerate() {
-        for variant in own(&figure.variants) {
-            let mut one = SweptFigure {
-                name: figure.name.clone(),
-                text: figure.in_words(),
-                variant,
-                unit: figure.unit.clone(),
-                display: figure.display.clone(),
-                values: SweptValues::default(),
-            };
-            answers.fill_figure(k, &mut one);
-            out.figures.push(one);
-        }
-    }
-    out.notes = notes(prepared, plan, &out);
-    out
-}
-
-/// What is to be known of the answers.
-fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
-    let mut notes: Vec<String> = Vec::new();
-    if is_grid(plan) {
-        notes.push(
-            "The samples are no draw: in how many of them a requirement holds is a count, and no probability.".into(),
-        );
-    }
-    if let Some(Shard { number, of }) = plan.shard {
-        let asked = plan.samples_of(plan.own_blocks());
-        notes.push(match asked.is_empty() {
-            true => format!("Shard {number} of {of}: there are fewer blocks of samples than shards, and it has none."),
-            false => format!(
-                "Shard {number} of {of}, samples {} to {} of {}: the whole is told by `kardan sweep merge` of all shards.",
-                asked.start,
-                asked.end - 1,
-                plan.head.samples
-            ),
-        });
-    }
-    if found.requirements.iter().any(|one| !one.rules.is_empty()) {
-        notes.push(region::NOTE.into());
-    }
-    if prepared.all().any(|variant| !variant.running.is_empty()) {
-        notes.push(
-            "Laws are those of the values in the file, whatever the sample is; programs and blocks follow its values."
-                .into(),
-        );
-    }
-    notes
-}
-
-/// Whether the samples are all combinations of some values.
-fn is_grid(plan: &SweepPlan) -> bool {
-    ["corners", "grid"].contains(&plan.points)
 }

@@ -10,6 +10,8 @@ const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 const ROUNDS: u64 = 6;
 /// Binary digits of Sobol's directions: of so many points at most.
 const SOBOL_DIGITS: usize = 32;
+/// Axes for which there are directions.
+pub(super) const SOBOL_AXES: usize = 1000;
 
 /// How points fill the cube.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,7 +26,15 @@ pub(super) enum Filling {
     Halton,
     /// Every combination of so many values of each axis, from end to end.
     Levels(u64),
+    /// Two samples A and B of Sobol's sequence, then A with one axis after another as it is in B (Saltelli and others, Comput. Phys. Commun. 181, 2010, 259).
+    Saltelli,
+    /// Paths on which one axis after another moves by a part of its probability, in an order by lot (Morris, Technometrics 33, 1991, 161); they begin anywhere
+    /// where there is room for it, so that no grid hides what repeats.
+    Morris,
 }
+
+/// By how much of the probability paths of Morris move: by no half or third, which could be a period.
+pub(super) const MORRIS_STEP: f64 = 0.6;
 
 impl Filling {
     /// The words of files, in order.
@@ -35,6 +45,8 @@ impl Filling {
             "halton" => Self::Halton,
             "corners" => Self::Levels(2),
             "grid" => Self::Levels(levels),
+            "saltelli" => Self::Saltelli,
+            "morris" => Self::Morris,
             _ => Self::LatinHypercube,
         }
     }
@@ -47,6 +59,17 @@ impl Filling {
             Self::Halton => "halton",
             Self::Levels(2) => "corners",
             Self::Levels(_) => "grid",
+            Self::Saltelli => "saltelli",
+            Self::Morris => "morris",
+        }
+    }
+
+    /// Samples that belong together, of so many axes.
+    pub fn group(self, axes: usize) -> u64 {
+        match self {
+            Self::Saltelli => axes as u64 + 2,
+            Self::Morris => axes as u64 + 1,
+            _ => 1,
         }
     }
 }
@@ -54,11 +77,38 @@ impl Filling {
 /// Points along one axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Axis {
-    Random { draws: u64 },
-    Strips { count: u64, draws: u64, keys: u64 },
-    Sobol { directions: Vec<u64>, shift: u64 },
-    Halton { base: u64, shift: f64 },
-    Levels { stride: u64, count: u64 },
+    Random {
+        draws: u64,
+    },
+    Strips {
+        count: u64,
+        draws: u64,
+        keys: u64,
+    },
+    Sobol {
+        directions: Vec<u64>,
+        shift: u64,
+    },
+    Halton {
+        base: u64,
+        shift: f64,
+    },
+    Levels {
+        stride: u64,
+        count: u64,
+    },
+    /// With the same axis of the other sample.
+    Saltelli {
+        own: Box<Axis>,
+        other: Box<Axis>,
+        number: u64,
+        group: u64,
+    },
+    Morris {
+        draws: u64,
+        others: Vec<u64>,
+        number: usize,
+    },
 }
 
 /// Axes of these distributions, each with its name, for as many points as there are; a grid has as many as there are combinations.
@@ -69,10 +119,17 @@ pub(super) fn axes<'d>(
 ) -> Vec<Axis> {
     let spread: Vec<_> = spread.collect();
     let mut directions = Vec::new();
-    if filling == Filling::Sobol {
+    let wanted = match filling {
+        Filling::Sobol => spread.len(),
+        Filling::Saltelli => 2 * spread.len(),
+        _ => 0,
+    };
+    if wanted > 0 {
         let parameters = sobol::params::JoeKuoD6::standard();
-        directions = sobol::Sobol::<f64>::init_direction_vals(spread.len(), SOBOL_DIGITS, &parameters);
+        directions = sobol::Sobol::<f64>::init_direction_vals(wanted, SOBOL_DIGITS, &parameters);
     }
+    let draws: Vec<u64> = spread.iter().map(|(name, _)| Random::named(seed, name).next_u64()).collect();
+    let group = filling.group(spread.len());
     let (mut stride, mut base) = (1u64, 1u64);
     let axis = |(k, (name, distribution)): (usize, &(&str, &Distribution))| {
         let mut random = Random::named(seed, name);
@@ -92,6 +149,14 @@ pub(super) fn axes<'d>(
                 stride = stride.saturating_mul(count);
                 Axis::Levels { stride: own, count }
             }
+            Filling::Saltelli => {
+                let mut sobol = |k: usize| {
+                    Box::new(Axis::Sobol { directions: std::mem::take(&mut directions[k]), shift: random.next_u64() })
+                };
+                let (own, other) = (sobol(k), sobol(k + spread.len()));
+                Axis::Saltelli { own, other, number: k as u64, group }
+            }
+            Filling::Morris => Axis::Morris { draws: draws[k], others: draws.clone(), number: k },
         }
     };
     spread.iter().enumerate().map(axis).collect()
@@ -126,6 +191,23 @@ impl Axis {
                 ((digits >> 11) as f64 + 0.5) / (1u64 << 53) as f64
             }
             Self::Halton { base, shift } => (radical_inverse(number, *base) + shift).fract(),
+            Self::Saltelli { own, other, number: axis, group } => {
+                let member = number % group;
+                let from = if member == 1 || member == axis + 2 { other } else { own };
+                return from.at(number / group);
+            }
+            Self::Morris { draws, others, number: axis } => {
+                let group = others.len() as u64 + 1;
+                let (path, step) = (number / group, (number % group) as usize);
+                let draw = |draws: u64| Random::new(draws.wrapping_add(path.wrapping_mul(STEP)));
+                let key = |one: usize| (draw(others[one]).next_u64(), one);
+                let turn = (0..others.len()).filter(|other| key(*other) < key(*axis)).count();
+                // One draw: the next one is that of another path.
+                let own = draw(draws.wrapping_add(1)).next_u64();
+                let (start, up) = (((own >> 11) as f64 + 0.5) / (1u64 << 53) as f64, own & 1 == 1);
+                let high = up == (step > turn);
+                (1.0 - MORRIS_STEP) * start + if high { MORRIS_STEP } else { 0.0 }
+            }
             // From the one end to the other, exactly.
             Self::Levels { count: 1, .. } => return 0.5,
             Self::Levels { stride, count } => return (number / stride % count) as f64 / (count - 1) as f64,
@@ -184,7 +266,15 @@ impl Distribution {
 
     /// Whether it has a least and a largest value.
     pub fn has_ends(&self) -> bool {
-        !matches!(self, Self::Normal { from, to, .. } if !from.is_finite() || !to.is_finite())
+        !self.is_open().contains(&true)
+    }
+
+    /// Whether it goes on without an end below, and above.
+    pub fn is_open(&self) -> [bool; 2] {
+        match self {
+            Self::Normal { from, to, .. } => [from.is_infinite(), to.is_infinite()],
+            _ => [false; 2],
+        }
     }
 
     /// The value below which there is this part of all.
@@ -209,8 +299,25 @@ impl Distribution {
     }
 }
 
+impl Distribution {
+    /// The value of which as much lies below as of a normal number with mean 0 and deviation 1 below so many deviations.
+    pub fn of_score(&self, score: f64) -> f64 {
+        match self {
+            Self::Normal { mean, deviation, from, to } if from.is_infinite() && to.is_infinite() => {
+                mean + deviation * score
+            }
+            _ => self.quantile(normal_below(score)),
+        }
+    }
+}
+
+/// The deviations below which this part of a normal distribution lies.
+pub(super) fn score(part: f64) -> f64 {
+    -normal_quantile(part)
+}
+
 /// Part of a normal distribution that lies below so many deviations.
-fn normal_below(z: f64) -> f64 {
+pub(super) fn normal_below(z: f64) -> f64 {
     if z.is_infinite() {
         if z > 0.0 { 1.0 } else { 0.0 }
     } else {

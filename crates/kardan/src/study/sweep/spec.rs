@@ -1,20 +1,18 @@
 //! What `[sweep]` of a model file asks for, with the mistakes in it.
 
-use super::points::{Distribution, Filling};
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::entries::Place;
+use super::points::{Distribution, Filling, SOBOL_AXES};
+use super::together::{Together, together};
+use super::varied::{SWEEP, Varied, add, in_words, parameter};
+use crate::diagnostics::{Diagnostic, shortened};
 use crate::identify::two_sided_normal;
 use crate::model::{Document, Parameter, TableReader};
 use crate::schema::{Sign, Table, Value};
 use crate::study::asked::known_variants;
 use crate::study::known::Known;
 use crate::study::read::{of_dimension, quantity, read_word};
-use crate::study::requirement::{in_15_digits, in_digits};
 use crate::study::scenario::whole;
-use crate::units::{Dimension, Exact};
+use crate::units::Exact;
 
-/// The table in messages.
-const SWEEP: &str = "`[sweep]`";
 /// Most samples.
 pub(super) const MOST_SAMPLES: u64 = 10_000_000;
 /// Levels of a grid, where none are given.
@@ -35,16 +33,8 @@ pub struct SweepSpec {
     pub variants: Vec<String>,
     /// What varies.
     pub(super) varied: Vec<Varied>,
-}
-
-/// A parameter that varies.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Varied {
-    pub name: String,
-    pub dimension: Dimension,
-    pub distribution: Distribution,
-    /// In words, with units.
-    pub text: String,
+    /// What of it varies together.
+    pub(super) together: Vec<Together>,
 }
 
 /// Reads it; where a file says nothing of it, all its tolerances vary.
@@ -62,18 +52,22 @@ pub(in crate::study) fn sweep_spec(known: &Known<'_>, variants: &[String], out: 
         tables.iter().for_each(|table| add(&mut varied, vary(&reader, document, table, out), table, out));
     }
     lists(&reader, document, &mut varied, out);
-    if !table.values.contains_key("vary") && !table.values.contains_key("lists") {
+    let of_tolerances = !table.values.contains_key("vary") && !table.values.contains_key("lists");
+    if of_tolerances {
         varied = tolerances(document);
     }
+    let together = together(document, &mut varied, of_tolerances, out);
     let levels = whole(&reader, table, "levels", SWEEP, out).unwrap_or(LEVELS);
     let filling = Filling::named(read_word(table, "points").unwrap_or_default(), levels.clamp(2, MOST_SAMPLES));
     check_points(table, filling, (levels, &varied), out);
+    check_axes(table, filling, (varied.len(), together.is_empty()), out);
     SweepSpec {
         samples,
         seed: whole(&reader, table, "seed", SWEEP, out).unwrap_or_default(),
         filling,
         variants: known_variants(table, variants, known, SWEEP, out),
         varied,
+        together,
     }
 }
 
@@ -103,54 +97,28 @@ fn check_points(table: &Table, filling: Filling, (levels, varied): (u64, &[Varie
     }
 }
 
-/// Each parameter varies in one way.
-fn add(varied: &mut Vec<Varied>, found: Option<Varied>, table: &Table, out: &mut Vec<Diagnostic>) {
-    let Some(found) = found else { return };
-    if varied.iter().any(|other| other.name == found.name) {
-        let message = format!("{SWEEP}: `{}` varies in two ways", shortened(&found.name));
-        let place = TableReader::place(table, "parameter");
-        out.push(Diagnostic::error("name::duplicate", message).at(place, "again here").help("keep one of them"));
-        return;
-    }
-    varied.push(found);
-}
-
-/// The parameter of a name, which no variant sets.
-fn parameter<'d>(
-    document: &'d Document,
-    name: &str,
-    (place, label): (&Place, &str),
-    out: &mut Vec<Diagnostic>,
-) -> Option<&'d Parameter> {
-    let Some(parameter) = document.all_parameters().find(|parameter| parameter.name == name) else {
-        if !document.doubts.has_key(name) {
-            let names = || document.all_parameters().map(|parameter| parameter.name.as_str());
-            let help = match nearest(name, names()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if names().next().is_none() => {
-                    "declare it under `[parameters]`, or write a tolerance behind the value of a key: \"100 N m/rad ± 10 %\"".into()
-                }
-                None => format!("there are {}; a key of an element needs a tolerance: `± 10 %`", quoted(names())),
-            };
-            let message = format!("{label}: there is no parameter `{}`", shortened(name));
-            out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such parameter").help(help));
-        }
-        return None;
+/// Tells of points that cannot be had of so many axes, or of those that vary together.
+fn check_axes(table: &Table, filling: Filling, (axes, apart): (usize, bool), out: &mut Vec<Diagnostic>) {
+    let word = filling.word();
+    let mut refuse = |message: String, help: &str| {
+        let place = TableReader::place(table, "points");
+        out.push(Diagnostic::error("sweep::points", format!("{SWEEP}: {message}")).at(place, "here").help(help));
     };
-    if document.is_varied(name) {
-        let message =
-            format!("{label}: `{name}` differs between the variants, so that a value here would change nothing");
-        let help = "take it out here, or out of the variants";
-        out.push(Diagnostic::error("sweep::varied", message).at(place.clone(), "a varied parameter").help(help));
-        return None;
+    let most = match filling {
+        Filling::Sobol => SOBOL_AXES,
+        Filling::Saltelli => SOBOL_AXES / 2,
+        _ => usize::MAX,
+    };
+    if axes > most {
+        refuse(
+            format!("there is `points = \"{word}\"` of {most} parameters at most, and {axes} vary"),
+            "take other points",
+        );
     }
-    if parameter.expression.is_some() {
-        let message = format!("{label}: `{name}` follows from other parameters");
-        let help = "let those vary, or write a value in its place";
-        out.push(Diagnostic::error("sweep::follows", message).at(place.clone(), "no value of its own").help(help));
-        return None;
+    if !apart && matches!(filling, Filling::Levels(_) | Filling::Saltelli | Filling::Morris) {
+        let message = format!("samples of `points = \"{word}\"` move one parameter by itself, and some vary together");
+        refuse(message, "take other points, or `[[sweep.together]]` out");
     }
-    Some(parameter)
 }
 
 /// A `[[sweep.vary]]`.
@@ -296,26 +264,4 @@ fn tolerances(document: &Document) -> Vec<Varied> {
         Varied { name: one.parameter, dimension: one.dimension, distribution, text }
     });
     varied.filter(|one| !document.is_varied(&one.name)).collect()
-}
-
-fn in_words(distribution: &Distribution, dimension: Dimension) -> String {
-    let unit = dimension.si();
-    let with = |text: String| if unit.is_empty() { text } else { format!("{text} {unit}") };
-    let digits = |value: &f64| in_digits(in_15_digits(*value));
-    match distribution {
-        Distribution::Uniform { from, to } => with(format!("uniform from {} to {}", digits(from), digits(to))),
-        Distribution::Normal { mean, deviation, from, to } => {
-            let cut = match (from.is_finite(), to.is_finite()) {
-                (false, false) => String::new(),
-                (true, false) => format!(", above {}", digits(from)),
-                (false, true) => format!(", below {}", digits(to)),
-                (true, true) => format!(", between {} and {}", digits(from), digits(to)),
-            };
-            with(format!("normal, mean {}, deviation {}{cut}", digits(mean), digits(deviation)))
-        }
-        Distribution::Triangular { from, peak, to } => {
-            with(format!("triangular from {} by {} to {}", digits(from), digits(peak), digits(to)))
-        }
-        Distribution::Listed(values) => with(values.iter().map(digits).collect::<Vec<_>>().join(", ")),
-    }
 }

@@ -1,0 +1,218 @@
+//! What a sweep is for, where it is more than its samples: the requirement that a search is after, and when samples are enough.
+
+use super::answers::{CONFIDENCE, clopper_pearson};
+use super::varied::Varied;
+use crate::diagnostics::{Diagnostic, shortened};
+use crate::model::tables::Measure;
+use crate::results::{SweepHead, SweepRow, SweptUntil};
+use crate::study::figure::FigureOf;
+use crate::study::{Prepared, Requirement};
+
+/// What a sweep is for.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum SweepGoal {
+    /// All its samples.
+    #[default]
+    Samples,
+    /// Samples until each requirement's interval is at most so wide, counted from its middle; all of them at most.
+    Until(f64),
+    /// The worst case of a requirement: by its number from 1, its words, or a part of them that no other one has.
+    Worst(String),
+    /// The probability that such a requirement fails, where that is rare.
+    Rare(String),
+}
+
+impl SweepGoal {
+    /// Its option, and the requirement that is sought.
+    pub(super) fn sought(&self) -> Option<(&'static str, &str)> {
+        match self {
+            Self::Worst(name) => Some(("--worst", name)),
+            Self::Rare(name) => Some(("--rare", name)),
+            Self::Samples | Self::Until(_) => None,
+        }
+    }
+}
+
+/// A requirement with bounds, whose margin tells the way.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Target {
+    /// Its number, from 0.
+    pub requirement: usize,
+    below: Option<f64>,
+    above: Option<f64>,
+}
+
+impl Target {
+    /// How far a run is from the bound, SI: at most zero where it fails, and less than all numbers where it fails without one.
+    pub fn margin(&self, row: &SweepRow) -> f64 {
+        let measured = row.measured[self.requirement];
+        let least = [self.below.map(|bound| bound - measured), self.above.map(|bound| measured - bound)];
+        let margin = least.into_iter().flatten().fold(f64::INFINITY, f64::min);
+        match row.passed[self.requirement] > 0.5 {
+            true => margin,
+            false if margin <= 0.0 => margin,
+            false => f64::NEG_INFINITY,
+        }
+    }
+}
+
+/// The requirement that is sought in the one variant that is chosen.
+pub(super) fn target(
+    prepared: &Prepared,
+    (option, name): (&str, &str),
+    variants: &[String],
+    varied: &[Varied],
+) -> Result<Target, Diagnostic> {
+    let all: Vec<String> = prepared.requirements.iter().map(Requirement::in_words).collect();
+    let told = || {
+        let listed: Vec<String> = all.iter().enumerate().map(|(k, text)| format!("{} `{text}`", k + 1)).collect();
+        match listed.is_empty() {
+            true => "write one: `[[requirement]]`".to_string(),
+            false => format!("name it by its number or its words: {}", listed.join(", ")),
+        }
+    };
+    let refused = |message: String, help: String| {
+        Diagnostic::error("sweep::requirement", format!("`{option}`: {message}")).help(help)
+    };
+    let name = name.trim();
+    // A number is no part of the words.
+    let number = name.parse::<usize>().ok();
+    let is_part = |k: &usize| number.is_none() && !name.is_empty() && all[*k].contains(name);
+    let with: Vec<usize> = (0..all.len()).filter(is_part).collect();
+    let found = match (number, &with[..]) {
+        (Some(number), _) => number.checked_sub(1).filter(|k| *k < all.len()),
+        (None, [only]) => Some(*only),
+        (None, _) => all.iter().position(|text| text == name),
+    };
+    let Some(number) = found else {
+        let why = if with.len() > 1 { "several requirements have" } else { "there is no requirement" };
+        return Err(refused(format!("{why} `{}`", shortened(name)), told()));
+    };
+    let requirement = &prepared.requirements[number];
+    let measured = match &requirement.figure {
+        None => requirement.measure,
+        Some(figure) => match prepared.figures.iter().find(|one| one.name == *figure).map(|one| &one.of) {
+            Some(FigureOf::Measure(measure)) => measure.measure,
+            _ => Measure::Final,
+        },
+    };
+    if measured == Measure::Events {
+        let message = format!("`{}` counts: it holds or not, and has no magnitude that tells the way", all[number]);
+        return Err(refused(message, "name a requirement of a signal, or let samples tell how often it holds".into()));
+    }
+    let own: Vec<&String> =
+        variants.iter().filter(|name| requirement.variants.is_empty() || requirement.variants.contains(name)).collect();
+    if own.is_empty() {
+        let message = format!("`{}` is none of a variant that is chosen", all[number]);
+        return Err(refused(message, format!("choose one of its own: `--variant {}`", requirement.variants[0])));
+    }
+    if variants.len() > 1 {
+        let message = "it follows one variant, and several are chosen".to_string();
+        return Err(refused(message, format!("choose one: `--variant {}`", own[0])));
+    }
+    if varied.is_empty() {
+        return Err(refused("nothing varies".into(), "write tolerances, or `[[sweep.vary]]`".into()));
+    }
+    Ok(Target { requirement: number, below: requirement.below, above: requirement.above })
+}
+
+/// Each look at intervals sees so many times the samples of the one before.
+const GROWTH: f64 = 1.5;
+
+/// When there are enough samples.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Looks {
+    half_width: f64,
+    /// The blocks behind which intervals are looked at.
+    at: Vec<u64>,
+    /// Samples of each requirement in each variant, passed and all.
+    counts: Vec<[u64; 2]>,
+    seen: SweptUntil,
+}
+
+impl Looks {
+    /// Of so many blocks: the last one, and those before it at steps that shrink.
+    pub fn new(half_width: f64, blocks: u64, head: &SweepHead) -> Self {
+        let mut at: Vec<u64> = Vec::new();
+        let mut next = blocks as f64;
+        while next >= 1.0 {
+            at.push(next as u64);
+            next /= GROWTH;
+        }
+        at.dedup();
+        let looks = at.len() as u64;
+        let confidence = 1.0 - (1.0 - CONFIDENCE) / looks.max(1) as f64;
+        let counts = vec![[0; 2]; head.requirements.len() * head.variants.len()];
+        Self { half_width, at, counts, seen: SweptUntil { half_width, samples: 0, looks, confidence, reached: false } }
+    }
+
+    /// Takes the rows of the next block; those behind the first look that is narrow enough are not needed.
+    pub fn take(&mut self, block: u64, rows: &[SweepRow], variants: usize) {
+        for row in rows {
+            for (k, passed) in row.passed.iter().enumerate().filter(|(_, passed)| !passed.is_nan()) {
+                let count = &mut self.counts[k * variants + row.variant];
+                *count = [count[0] + u64::from(*passed > 0.5), count[1] + 1];
+            }
+        }
+        self.seen.samples += rows.len() as u64 / variants.max(1) as u64;
+        if self.at.contains(&(block + 1)) {
+            let wide = |[passed, all]: &[u64; 2]| {
+                let [low, high] = clopper_pearson(*passed, *all, self.seen.confidence);
+                0.5 * (high - low) > self.half_width
+            };
+            self.seen.reached = !self.counts.iter().filter(|[_, all]| *all > 0).any(wide);
+        }
+    }
+
+    /// What is known so far.
+    pub fn seen(&self) -> &SweptUntil {
+        &self.seen
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::Random;
+
+    /// The interval at the end of 400 sweeps that end by its width holds the probability in 95 % of them at least, within three standard deviations of that count,
+    /// and is as narrow as was asked for; with every sample a look it would not be: that is why there are few, and each has more confidence.
+    #[test]
+    fn intervals_hold_whenever_it_ends() {
+        let head = SweepHead {
+            requirements: vec![(String::new(), String::new())],
+            variants: vec!["v".into()],
+            ..SweepHead::default()
+        };
+        let ended = |probability: f64, seed: u64| {
+            let (mut random, mut looks, mut block) = (Random::new(seed * 7919 + 1), Looks::new(0.05, 64, &head), 0);
+            while !looks.seen().reached && block < 64 {
+                let mut row = |k: u64| SweepRow {
+                    sample: 64 * block + k,
+                    variant: 0,
+                    reason: String::new(),
+                    values: Vec::new(),
+                    measured: vec![f64::NAN],
+                    passed: vec![f64::from(u8::from(random.unit() < probability))],
+                    figures: Vec::new(),
+                };
+                let rows: Vec<SweepRow> = (0..64).map(&mut row).collect();
+                looks.take(block, &rows, 1);
+                block += 1;
+            }
+            let [passed, all] = looks.counts[0];
+            assert_eq!((looks.seen().samples, looks.seen().reached), (64 * block, true));
+            let [low, high] = clopper_pearson(passed, all, looks.seen().confidence);
+            assert!(0.5 * (high - low) <= 0.05);
+            (low <= probability && probability <= high, all)
+        };
+        for probability in [0.02, 0.1, 0.5] {
+            let held = (0..400).filter(|seed| ended(probability, *seed).0).count();
+            assert!(held as f64 >= 380.0 - 3.0 * (400.0f64 * 0.95 * 0.05).sqrt(), "{probability}: {held}");
+        }
+        // Fewer samples where the probability is far from a half.
+        assert!(ended(0.02, 1).1 < ended(0.5, 1).1);
+        let looks = Looks::new(0.05, 64, &head);
+        assert_eq!(looks.at, [64, 42, 28, 18, 12, 8, 5, 3, 2, 1]);
+    }
+}

@@ -1,0 +1,219 @@
+//! What a number follows, from samples that were made for it: indices of Sobol, and elementary effects.
+
+use rayon::prelude::*;
+
+use super::points::MORRIS_STEP;
+use crate::num::Random;
+use crate::results::{SweptEffect, SweptIndex};
+
+/// Samples of the bootstrap.
+const RESAMPLES: u64 = 1000;
+/// Parts of the bootstrap's numbers between which the interval lies.
+const ENDS: [f64; 2] = [0.025, 0.975];
+/// Fewest base samples.
+const LEAST: usize = 8;
+
+/// First-order and total index of an axis: numbers of A, B, and A with that axis of B, at these base samples.
+fn index(groups: &[Vec<f64>], axis: usize, chosen: impl Iterator<Item = usize> + Clone) -> [f64; 2] {
+    let count = chosen.clone().count() as f64;
+    let mean = chosen.clone().map(|k| 0.5 * (groups[k][0] + groups[k][1])).sum::<f64>() / count;
+    let (mut first, mut total, mut variance) = (0.0, 0.0, 0.0);
+    for k in chosen {
+        let [a, b, mixed] = [0, 1, axis + 2].map(|member| groups[k][member] - mean);
+        first += b * (mixed - a);
+        total += 0.5 * (a - mixed) * (a - mixed);
+        variance += 0.5 * (a * a + b * b);
+    }
+    [first / variance, total / variance]
+}
+
+/// Indices of Sobol of groups of numbers, each of A, B and A with one axis after another of B; nothing of few groups, and of a number that never changes.
+pub(super) fn sobol_indices(groups: &[Vec<f64>], names: &[String], seed: u64) -> Vec<SweptIndex> {
+    let n = groups.len();
+    let changes = groups.iter().flatten().any(|x| *x != groups[0][0]);
+    if n < LEAST || !changes {
+        return Vec::new();
+    }
+    let mut found: Vec<SweptIndex> = (0..names.len())
+        .into_par_iter()
+        .map(|axis| {
+            let [first, total] = index(groups, axis, 0..n);
+            let one = |resample: u64| {
+                let mut random =
+                    Random::new(Random::named(seed, "bootstrap").next_u64() ^ resample.wrapping_mul(0x9e37_79b9));
+                let mut random = Random::new(random.next_u64());
+                let chosen: Vec<usize> = (0..n).map(|_| random.below(n as u64) as usize).collect();
+                index(groups, axis, chosen.iter().copied())
+            };
+            let all: Vec<[f64; 2]> =
+                (0..RESAMPLES).map(one).filter(|pair| pair.iter().all(|x| x.is_finite())).collect();
+            let interval = |which: usize| {
+                let mut own: Vec<f64> = all.iter().map(|pair| pair[which]).collect();
+                own.sort_by(f64::total_cmp);
+                ENDS.map(|part| {
+                    own.get((part * (own.len().max(1) - 1) as f64).round() as usize).copied().unwrap_or(f64::NAN)
+                })
+            };
+            let (first_interval, total_interval) = (interval(0), interval(1));
+            let parameter = names[axis].clone();
+            SweptIndex { parameter, first, first_interval, total, total_interval, count: n as u64 }
+        })
+        .collect();
+    found.retain(|one| one.first.is_finite() && one.total.is_finite());
+    found.sort_by(|a, b| b.total.total_cmp(&a.total));
+    found
+}
+
+/// Elementary effects of paths, each with the number of its first sample and its numbers, NaN where there is none.
+pub(super) fn effects(
+    paths: &[(u64, Vec<f64>)],
+    places: impl Fn(u64, usize) -> f64,
+    names: &[String],
+) -> Vec<SweptEffect> {
+    let mut all: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
+    for (first, path) in paths {
+        for (sample, pair) in (*first..).zip(path.windows(2)) {
+            let moved = (0..names.len()).find(|axis| places(sample, *axis) != places(sample + 1, *axis));
+            let Some(axis) = moved else { continue };
+            let sign = (places(sample + 1, axis) - places(sample, axis)).signum();
+            let effect = sign * (pair[1] - pair[0]) / MORRIS_STEP;
+            if effect.is_finite() {
+                all[axis].push(effect);
+            }
+        }
+    }
+    let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+    let deviation = |of: &[f64]| {
+        let middle = mean(of);
+        let squares = of.iter().map(|x| (x - middle) * (x - middle)).sum::<f64>();
+        (of.len() > 1).then(|| (squares / (of.len() - 1) as f64).sqrt())
+    };
+    let told = names.iter().zip(&all).filter(|(_, own)| !own.is_empty()).map(|(name, own)| {
+        let sizes: Vec<f64> = own.iter().map(|x| x.abs()).collect();
+        SweptEffect {
+            parameter: name.clone(),
+            size: mean(&sizes),
+            size_error: deviation(&sizes).map(|x| x / (own.len() as f64).sqrt()),
+            mean: mean(own),
+            deviation: deviation(own),
+            count: own.len() as u64,
+        }
+    });
+    let mut found: Vec<SweptEffect> = told.collect();
+    found.sort_by(|a, b| b.size.total_cmp(&a.size));
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use kardan_rt::functions::{powi, sin};
+
+    use super::super::points::{Distribution, Filling, axes};
+    use super::*;
+
+    /// Places of the samples of a design over so many axes.
+    fn places(filling: Filling, axes_: usize, samples: u64) -> Vec<Vec<f64>> {
+        let unit = Distribution::Uniform { from: 0.0, to: 1.0 };
+        let names: Vec<String> = (0..axes_).map(|k| format!("x{k}")).collect();
+        let made = axes(filling, (3, samples), names.iter().map(|name| (name.as_str(), &unit)));
+        (0..samples).map(|k| made.iter().map(|axis| axis.at(k)).collect()).collect()
+    }
+
+    fn found(axes: usize, base: usize, of: impl Fn(&[f64]) -> f64) -> Vec<SweptIndex> {
+        let group = axes + 2;
+        let numbers: Vec<f64> =
+            places(Filling::Saltelli, axes, (base * group) as u64).iter().map(|place| of(place)).collect();
+        let groups: Vec<Vec<f64>> = numbers.chunks(group).map(<[f64]>::to_vec).collect();
+        let names: Vec<String> = (0..axes).map(|k| format!("x{k}")).collect();
+        sobol_indices(&groups, &names, 0)
+    }
+
+    /// Every index lies in its interval, and within so much.
+    fn near(found: &[SweptIndex], exact: &[[f64; 2]], within: f64) {
+        assert_eq!(found.len(), exact.len());
+        for one in found {
+            let axis: usize = one.parameter[1..].parse().unwrap();
+            let [first, total] = exact[axis];
+            for (value, interval, exact) in
+                [(one.first, one.first_interval, first), (one.total, one.total_interval, total)]
+            {
+                assert!((value - exact).abs() < within, "{one:?}: {exact}");
+                assert!(interval[0] <= exact && exact <= interval[1], "{one:?}: {exact}");
+            }
+        }
+    }
+
+    /// In each group two samples that differ in all axes, then one that is the first but for one axis.
+    #[test]
+    fn groups_exchange_one_axis() {
+        for group in places(Filling::Saltelli, 4, 60).chunks(6) {
+            assert!((0..4).all(|axis| group[0][axis] != group[1][axis]));
+            for (one, axis) in (0..4).flat_map(|one| (0..4).map(move |axis| (one, axis))) {
+                assert_eq!(group[2 + one][axis], group[usize::from(one == axis)][axis]);
+            }
+        }
+    }
+
+    /// Ishigami's function (Homma, Saltelli, Reliab. Eng. Syst. Saf. 52, 1996, 1): V = 1/2 + a²/8 + bπ⁴/5 + b²π⁸/18.
+    #[test]
+    fn indices_are_those_of_ishigami() {
+        let (a, b, pi) = (7.0, 0.1, std::f64::consts::PI);
+        let of = |x: &[f64]| {
+            let [x, y, z] = [0, 1, 2].map(|k| pi * (2.0 * x[k] - 1.0));
+            sin(x) + a * powi(sin(y), 2) + b * powi(z, 4) * sin(x)
+        };
+        let all = 0.5 + a * a / 8.0 + b * powi(pi, 4) / 5.0 + b * b * powi(pi, 8) / 18.0;
+        let alone = [0.5 * powi(1.0 + b * powi(pi, 4) / 5.0, 2), a * a / 8.0, 0.0];
+        let with = b * b * powi(pi, 8) * (1.0 / 18.0 - 1.0 / 50.0);
+        let exact = [[alone[0] / all, (alone[0] + with) / all], [alone[1] / all; 2], [0.0, with / all]];
+        near(&found(3, 4096, of), &exact, 0.02);
+    }
+
+    /// Sobol's function of products Π (|4x − 2| + a)/(1 + a): Vᵢ = 1/3(1 + a)².
+    #[test]
+    fn indices_are_those_of_products() {
+        let weights: [f64; 4] = [0.0, 1.0, 4.5, 9.0];
+        let of = |x: &[f64]| x.iter().zip(weights).map(|(x, a)| ((4.0 * x - 2.0).abs() + a) / (1.0 + a)).product();
+        let own = weights.map(|a| 1.0 / (3.0 * (1.0 + a) * (1.0 + a)));
+        let product = |left_out: usize| (0..4).filter(|k| *k != left_out).map(|k| 1.0 + own[k]).product::<f64>();
+        let all = product(4) - 1.0;
+        let exact = [0, 1, 2, 3].map(|k| [own[k] / all, own[k] * product(k) / all]);
+        near(&found(4, 4096, of), &exact, 0.02);
+    }
+
+    /// Nothing is told of few samples, and of a number that never changes.
+    #[test]
+    fn nothing_is_told_of_constants() {
+        assert!(found(2, 64, |_| 3.0).is_empty() && found(2, 7, |x| x[0]).is_empty());
+        let free = found(2, 64, |x| x[1]);
+        assert_eq!((free[0].parameter.as_str(), free[1].first, free[1].total), ("x1", 0.0, 0.0));
+    }
+
+    /// A straight line has its slopes as effects and no deviation; a square bends, a product acts together.
+    #[test]
+    fn effects_are_slopes() {
+        let of = |x: &[f64]| 3.0 * x[0] - 2.0 * x[1] + x[2] * x[3] + 0.0 * x[4];
+        let places = places(Filling::Morris, 5, 6 * 200);
+        for pair in places.chunks(6).flat_map(|path| path.windows(2)) {
+            let moved: Vec<f64> =
+                pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).filter(|x| *x > 0.0).collect();
+            assert!(moved.len() == 1 && (moved[0] - MORRIS_STEP).abs() < 1e-15, "{moved:?}");
+        }
+        assert!(places.iter().flatten().all(|x| (0.0..=1.0).contains(x)));
+        let paths: Vec<(u64, Vec<f64>)> =
+            places.chunks(6).zip(0..).map(|(path, k)| (6 * k, path.iter().map(|x| of(x)).collect())).collect();
+        let names: Vec<String> = (0..5).map(|k| format!("x{k}")).collect();
+        let found = effects(&paths, |sample, axis| places[sample as usize][axis], &names);
+        let one = |name: &str| found.iter().find(|one| one.parameter == name).unwrap();
+        for (name, slope) in [("x0", 3.0), ("x1", -2.0), ("x4", 0.0)] {
+            let one = one(name);
+            assert!((one.mean - slope).abs() < 1e-12 && (one.size - slope.abs()).abs() < 1e-12, "{one:?}");
+            assert!(one.deviation.unwrap() < 1e-12 && one.count == 200);
+        }
+        // The slope is the other factor, anywhere in [0, 0.4] and [0.6, 1]: mean 1/2, variance 1/12 · 0.16 + 0.09.
+        let product = one("x2");
+        assert!((product.mean - 0.5).abs() < 4.0 * (0.1033f64 / 200.0).sqrt(), "{product:?}");
+        assert!((product.deviation.unwrap() - 0.1033f64.sqrt()).abs() < 0.05, "{product:?}");
+        assert_eq!(found[0].parameter, "x0");
+    }
+}

@@ -1,0 +1,433 @@
+//! What varies together: `[[sweep.together]]`, with a matrix that is decided to be one of correlations before anything is drawn.
+
+use std::str;
+
+use super::points::{Distribution, score};
+use super::varied::{Varied, add, in_words, parameter};
+use crate::diagnostics::{Diagnostic, shortened};
+use crate::model::{Document, TableReader};
+use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, rational_from_f64, rational_to_f64};
+use crate::schema::{Table, Value};
+use crate::study::read::{read_word, read_words};
+use crate::study::requirement::in_digits;
+use crate::units::parse_number;
+
+/// Most parameters of one matrix: it is decided in fractions.
+const MOST_TOGETHER: usize = 40;
+/// By how much the numbers of a file may be rounded: so much is added to its variances, as parts of them, where they are no covariance without it.
+const ROUNDED: f64 = 1e-12;
+/// Others that are told of a parameter.
+const MOST_TOLD: usize = 5;
+
+/// Parameters that vary together, and the matrix that makes their scores of independent ones.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Together {
+    /// Their numbers among all that varies.
+    pub members: Vec<usize>,
+    /// Lower triangle F, rows of length one: `F Fᵀ` are the correlations.
+    pub factor: Matrix<f64>,
+}
+
+impl Together {
+    /// Scores with their correlations in place of independent ones.
+    pub fn mix(&self, scores: &mut [f64]) {
+        let independent: Vec<f64> = self.members.iter().map(|member| scores[*member]).collect();
+        for (i, member) in self.members.iter().enumerate() {
+            scores[*member] = (0..=i).map(|j| self.factor[(i, j)] * independent[j]).sum();
+        }
+    }
+}
+
+/// Values of distributions at places from 0 to 1 on their axes, those that vary together with their correlations.
+pub(super) fn values_at(spread: &[Varied], together: &[Together], places: &[f64]) -> Vec<f64> {
+    let mut values: Vec<f64> =
+        spread.iter().zip(places).map(|(varied, place)| varied.distribution.quantile(*place)).collect();
+    if !together.is_empty() {
+        let mut scores: Vec<f64> = places.iter().map(|place| score(*place)).collect();
+        together.iter().for_each(|group| group.mix(&mut scores));
+        for member in together.iter().flat_map(|group| &group.members) {
+            values[*member] = spread[*member].distribution.of_score(scores[*member]);
+        }
+    }
+    values
+}
+
+/// The same at scores: independent normal numbers.
+pub(super) fn values_of_scores(spread: &[Varied], together: &[Together], scores: &[f64]) -> Vec<f64> {
+    let mut scores = scores.to_vec();
+    together.iter().for_each(|group| group.mix(&mut scores));
+    spread.iter().zip(&scores).map(|(varied, score)| varied.distribution.of_score(*score)).collect()
+}
+
+/// A matrix with what is known of its rows: SI.
+struct Given {
+    names: Vec<String>,
+    /// Means and standard deviations; of correlations alone none.
+    moments: Option<Vec<(Option<f64>, f64)>>,
+    matrix: Matrix<Rational>,
+}
+
+/// Reads all of them; what is normal by a file takes the place of a tolerance.
+pub(super) fn together(
+    document: &Document,
+    varied: &mut Vec<Varied>,
+    tolerances: bool,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<Together> {
+    let Some(Value::Tables(tables)) = document.sweep.values.get("together").map(|found| &found.value) else {
+        return Vec::new();
+    };
+    let mut found: Vec<Together> = Vec::new();
+    for (number, table) in tables.iter().enumerate() {
+        let what = format!("entry {} of `[[sweep.together]]`", number + 1);
+        let before = out.len();
+        let Some(given) = given(document, table, &what, out) else { continue };
+        let Some(factor) = decided(&given, table, &what, out) else { continue };
+        if let Some(moments) = &given.moments {
+            for (name, (mean, deviation)) in given.names.iter().zip(moments) {
+                let place = TableReader::place(table, "file");
+                let Some(parameter) = parameter(document, name, (&place, &what), out) else { continue };
+                let mean = mean.unwrap_or_else(|| parameter.value.to_f64());
+                let distribution =
+                    Distribution::Normal { mean, deviation: *deviation, from: f64::NEG_INFINITY, to: f64::INFINITY };
+                let text = in_words(&distribution, parameter.dimension);
+                let one = Varied { name: name.clone(), dimension: parameter.dimension, distribution, text };
+                if tolerances {
+                    varied.retain(|other| other.name != one.name);
+                }
+                add(varied, Some(one), table, out);
+            }
+        }
+        let members: Vec<usize> =
+            given.names.iter().filter_map(|name| member((varied, &found), name, (table, &what), out)).collect();
+        if out.len() == before {
+            tell(varied, &members, &factor);
+            found.push(Together { members, factor });
+        }
+    }
+    found
+}
+
+/// The number of what varies, if it has an order and no other matrix has it.
+fn member(
+    (varied, others): (&[Varied], &[Together]),
+    name: &str,
+    (table, what): (&Table, &str),
+    out: &mut Vec<Diagnostic>,
+) -> Option<usize> {
+    let mut refuse = |why: &str, help: &str| {
+        let message = format!("{what}: `{}` {why}", shortened(name));
+        let key = if table.values.contains_key("parameters") { "parameters" } else { "file" };
+        out.push(Diagnostic::error("sweep::together", message).at(TableReader::place(table, key), "here").help(help));
+        None
+    };
+    let Some(number) = varied.iter().position(|one| one.name == name) else {
+        return refuse("does not vary", "let it vary by `[[sweep.vary]]` or a tolerance, or take it out here");
+    };
+    if matches!(varied[number].distribution, Distribution::Listed(_)) {
+        return refuse("is a list of values", "what has a correlation needs a distribution: `[[sweep.vary]]`");
+    }
+    if others.iter().any(|group| group.members.contains(&number)) {
+        return refuse("varies together with others already", "write one matrix for all of them");
+    }
+    Some(number)
+}
+
+/// What it varies together with, behind its distribution.
+fn tell(varied: &mut [Varied], members: &[usize], factor: &Matrix<f64>) {
+    let correlations = factor.multiply(&factor.transpose());
+    for (i, member) in members.iter().enumerate() {
+        let mut others: Vec<(f64, usize)> = (0..members.len())
+            .filter(|j| *j != i && correlations[(i, *j)].abs() > 5e-4)
+            .map(|j| (correlations[(i, j)], members[j]))
+            .collect();
+        others.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+        let shown: Vec<String> = others
+            .iter()
+            .take(MOST_TOLD)
+            .map(|(c, other)| format!("{} with `{}`", in_digits((c * 1e3).round() / 1e3), varied[*other].name))
+            .collect();
+        if !shown.is_empty() {
+            let more = if others.len() > MOST_TOLD { ", ..." } else { "" };
+            varied[*member].text += &format!("; correlation {}{more}", shown.join(", "));
+        }
+    }
+}
+
+/// The matrix of a table, whichever way it is given.
+fn given(document: &Document, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Given> {
+    let mut refuse = |key: &str, message: String, help: &str| {
+        let place = TableReader::place(table, key);
+        out.push(Diagnostic::error("sweep::together", format!("{what}: {message}")).at(place, "here").help(help));
+    };
+    let names: Vec<String> = read_words(table, "parameters").iter().map(|name| name.value.clone()).collect();
+    // Names that stand there twice were told.
+    if table.unread.contains(&"parameters") {
+        return None;
+    }
+    let found = match (read_word(table, "correlation"), read_word(table, "file")) {
+        (Some(_), Some(_)) => {
+            refuse("file", "`correlation` and `file` are both given".into(), "keep one of them");
+            return None;
+        }
+        (None, None) => {
+            refuse("parameters", "no matrix is given".into(), "write `correlation` or `file`");
+            return None;
+        }
+        (Some(text), None) => {
+            if names.len() < 2 {
+                refuse(
+                    "parameters",
+                    "two parameters at least vary together".into(),
+                    "name them, in the order of the matrix",
+                );
+                return None;
+            }
+            written(text, names).map_err(|message| ("correlation", message, "write it row by row: \"1, 0.8; 0.8, 1\""))
+        }
+        (None, Some(file)) => {
+            let bytes = match document.files.get(file) {
+                Some(Ok(bytes)) => Ok(bytes),
+                Some(Err(why)) => Err(why.clone()),
+                None => Err(format!("the file `{}` was not handed over", shortened(file))),
+            };
+            let read = bytes.and_then(|bytes| {
+                let text = str::from_utf8(bytes).map_err(|_| format!("`{}` is no text", shortened(file)))?;
+                of_file(text, &names).map_err(|why| format!("`{}`: {why}", shortened(file)))
+            });
+            let help = "give what `kardan identify --json` has written, or {\"names\": [\"a.inertia\", \"b.inertia\"], \"covariance\": [[1, 0], [0, 1]]}";
+            read.map_err(|message| ("file", message, help))
+        }
+    };
+    match found {
+        Ok(given) => Some(given),
+        Err((key, message, help)) => {
+            refuse(key, message, help);
+            None
+        }
+    }
+}
+
+/// A matrix in a model file, in exact numbers.
+fn written(text: &str, names: Vec<String>) -> Result<Given, String> {
+    let mut entries: Vec<Vec<Rational>> = Vec::new();
+    for (i, row) in text.trim().trim_end_matches(';').split(';').enumerate() {
+        let words = row.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
+        let number = |word: &str| {
+            let read = parse_number(word).map_err(|_| format!("`{}` in row {} is no number", shortened(word), i + 1));
+            Ok(read?.to_rational())
+        };
+        entries.push(words.map(number).collect::<Result<_, String>>()?);
+    }
+    let n = names.len();
+    square(&entries, n)?;
+    if let Some(i) = (0..n).find(|i| entries[*i][*i] != Rational::one()) {
+        return Err(format!(
+            "the correlation of `{}` with itself is 1, and not {}",
+            shortened(&names[i]),
+            rational_to_f64(&entries[i][i])
+        ));
+    }
+    Ok(Given { names, moments: None, matrix: Matrix::from_fn(n, n, |i, j| entries[i][j].clone()) })
+}
+
+/// Tells of a matrix that is not square, or not symmetric.
+fn square(entries: &[Vec<Rational>], n: usize) -> Result<(), String> {
+    if let Some((i, row)) = entries.iter().enumerate().find(|(_, row)| row.len() != n) {
+        return Err(format!("row {} is {} long, and there are {n} parameters", i + 1, row.len()));
+    }
+    if entries.len() != n {
+        return Err(format!("it is {} rows high, and there are {n} parameters", entries.len()));
+    }
+    if n > MOST_TOGETHER {
+        return Err(format!("{n} parameters are more than {MOST_TOGETHER}"));
+    }
+    for (i, j) in (0..n).flat_map(|i| (0..i).map(move |j| (i, j))) {
+        if entries[i][j] != entries[j][i] {
+            let [below, above] = [&entries[i][j], &entries[j][i]].map(rational_to_f64);
+            return Err(format!("it is not symmetric: {below} in row {}, column {}, and {above} across", i + 1, j + 1));
+        }
+    }
+    Ok(())
+}
+
+/// That of a file: of an identification, or names with a covariance.
+fn of_file(text: &str, chosen: &[String]) -> Result<Given, String> {
+    use serde_json::Value as Json;
+    let json: Json = serde_json::from_str(text).map_err(|error| format!("it is no JSON: {error}"))?;
+    let texts = |of: &Json| -> Option<Vec<String>> {
+        of.as_array()?.iter().map(|name| name.as_str().map(String::from)).collect()
+    };
+    let numbers = |of: &Json| -> Option<Vec<f64>> {
+        of.as_array()?.iter().map(|x| x.as_f64().filter(|x| x.is_finite())).collect()
+    };
+    let rows = |of: &Json| -> Option<Vec<Vec<f64>>> { of.as_array()?.iter().map(numbers).collect() };
+    let (names, matrix, moments) = if let Some(found) = json.get("correlation") {
+        let names = found.get("names").and_then(texts).ok_or("`correlation` has no list `names`")?;
+        let matrix = found.get("values").and_then(rows).ok_or("`correlation` has no rows of numbers `values`")?;
+        let parameters = json.get("parameters").and_then(Json::as_array).ok_or("it has no list `parameters`")?;
+        let of = |name: &String| {
+            let one = parameters.iter().find(|one| one.get("name").and_then(Json::as_str) == Some(name))?;
+            let number = |key: &str| one.get(key).and_then(Json::as_f64).filter(|x| x.is_finite());
+            Some((number("value"), number("standard_error")?))
+        };
+        (names.clone(), matrix, names.iter().map(of).collect::<Vec<_>>())
+    } else {
+        let names = json.get("names").and_then(texts).ok_or("it has no list `names`, and no `correlation`")?;
+        let matrix = json.get("covariance").and_then(rows).ok_or("it has no rows of numbers `covariance`")?;
+        let means = match json.get("means") {
+            Some(means) => Some(
+                numbers(means)
+                    .filter(|means| means.len() == names.len())
+                    .ok_or("`means` are not as many numbers as `names`")?,
+            ),
+            None => None,
+        };
+        let deviation = |k: usize| matrix.get(k).and_then(|row| row.get(k)).map(|variance| variance.sqrt());
+        let of = |k: usize| Some((means.as_ref().map(|means| means[k]), deviation(k)?));
+        (names.clone(), matrix.clone(), (0..names.len()).map(of).collect())
+    };
+    let exact: Vec<Vec<Rational>> =
+        matrix.iter().map(|row| row.iter().map(|x| rational_from_f64(*x).unwrap_or_default()).collect()).collect();
+    let wanted: Vec<String> = if chosen.is_empty() { names.clone() } else { chosen.to_vec() };
+    let place = |name: &String| {
+        names.iter().position(|other| other == name).ok_or_else(|| format!("it has no `{}`", shortened(name)))
+    };
+    let places: Vec<usize> = wanted.iter().map(place).collect::<Result<_, _>>()?;
+    if let Some(row) = exact.iter().find(|row| row.len() != names.len()).or(exact.get(names.len())) {
+        return Err(format!(
+            "its matrix is not square: {} names, {} rows, one of {} numbers",
+            names.len(),
+            exact.len(),
+            row.len()
+        ));
+    }
+    if exact.len() != names.len() {
+        return Err(format!("its matrix is not square: {} names, {} rows", names.len(), exact.len()));
+    }
+    let own: Vec<Vec<Rational>> =
+        places.iter().map(|i| places.iter().map(|j| exact[*i][*j].clone()).collect()).collect();
+    square(&own, places.len())?;
+    let moments = places.iter().zip(&wanted).map(|(k, name)| match moments[*k] {
+        Some((mean, deviation)) if deviation > 0.0 => Ok((mean, deviation)),
+        _ => Err(format!(
+            "`{}` has no standard deviation above zero: it was not determined, or does not vary",
+            shortened(name)
+        )),
+    });
+    let moments = moments.collect::<Result<Vec<_>, String>>()?;
+    let n = places.len();
+    Ok(Given { names: wanted, moments: Some(moments), matrix: Matrix::from_fn(n, n, |i, j| own[i][j].clone()) })
+}
+
+/// The factor of a matrix that is positive semidefinite, which is decided in fractions; a direction in which it is not, else.
+fn decided(given: &Given, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Matrix<f64>> {
+    let n = given.names.len();
+    let mut matrix = given.matrix.clone();
+    let mut verdict = definiteness(&matrix);
+    if let (Definiteness::Indefinite { .. }, true) = (&verdict, given.moments.is_some()) {
+        // What a file has rounded is one for certain with that much more on its diagonal.
+        let more = Rational::one().plus(&rational_from_f64(ROUNDED).unwrap_or_default());
+        let wider =
+            Matrix::from_fn(n, n, |i, j| if i == j { matrix[(i, j)].times(&more) } else { matrix[(i, j)].clone() });
+        if !matches!(definiteness(&wider), Definiteness::Indefinite { .. }) {
+            (matrix, verdict) = (wider, Definiteness::Positive);
+        }
+    }
+    let Definiteness::Indefinite { witness } = verdict else { return Some(factor(&matrix)) };
+    let largest = witness.iter().map(|x| rational_to_f64(x).abs()).fold(0.0, f64::max);
+    let part = |x: &Rational| in_digits((rational_to_f64(x) / largest * 1e4).round() / 1e4);
+    let direction: Vec<String> = witness
+        .iter()
+        .zip(&given.names)
+        .filter(|(x, _)| !x.is_zero())
+        .map(|(x, name)| format!("{} of `{name}`", part(x)))
+        .collect();
+    let variance = quadratic(&given.matrix, &witness);
+    let message = format!(
+        "{what}: no numbers have these correlations: the sum of {} would have the variance {:.3e}, which is below zero",
+        direction.join(", "),
+        variance / (largest * largest)
+    );
+    let key = if given.moments.is_some() { "file" } else { "correlation" };
+    let help = "correct the matrix: it is to be positive semidefinite";
+    out.push(
+        Diagnostic::error("sweep::together", message).at(TableReader::place(table, key), "not semidefinite").help(help),
+    );
+    None
+}
+
+fn quadratic(matrix: &Matrix<Rational>, at: &[Rational]) -> f64 {
+    let n = at.len();
+    let terms = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+    let sum = terms.fold(Rational::zero(), |sum, (i, j)| sum.plus(&at[i].times(&matrix[(i, j)]).times(&at[j])));
+    rational_to_f64(&sum)
+}
+
+/// Lower triangle with rows of length one whose product with its transpose are the correlations of a semidefinite matrix: L √D of its exact L D Lᵀ.
+fn factor(matrix: &Matrix<Rational>) -> Matrix<f64> {
+    let n = matrix.rows();
+    let mut rest = matrix.clone();
+    let mut out = Matrix::zeros(n, n);
+    for k in 0..n {
+        let pivot = rest[(k, k)].clone();
+        // The column of a zero pivot is zero.
+        if pivot.is_zero() {
+            continue;
+        }
+        let size = rational_to_f64(&pivot).sqrt();
+        for i in k..n {
+            out[(i, k)] = rational_to_f64(&rest[(i, k)]) / size;
+        }
+        for i in k + 1..n {
+            let slope = rest[(i, k)].over(&pivot);
+            for j in k + 1..n {
+                let less = slope.times(&rest[(k, j)]);
+                rest[(i, j)] = rest[(i, j)].minus(&less);
+            }
+        }
+    }
+    for i in 0..n {
+        let length = (0..=i).map(|j| out[(i, j)] * out[(i, j)]).sum::<f64>().sqrt();
+        (0..=i).for_each(|j| out[(i, j)] /= length);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The factor gives the correlations back, of singular matrices too; zero pivots give zeros.
+    #[test]
+    fn factors_give_their_matrix_back() {
+        let of = |text: &str, n: usize| written(text, (0..n).map(|k| format!("p{k}")).collect()).unwrap();
+        for (text, n) in
+            [("1 0.5; 0.5 1", 2), ("1 1 0; 1 1 0; 0 0 1", 3), ("1, -1; -1, 1", 2), ("1 .8 .6; .8 1 0; .6 0 1", 3)]
+        {
+            let given = of(text, n);
+            assert!(!matches!(definiteness(&given.matrix), Definiteness::Indefinite { .. }), "{text}");
+            let factor = factor(&given.matrix);
+            let product = factor.multiply(&factor.transpose());
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                assert!((product[(i, j)] - rational_to_f64(&given.matrix[(i, j)])).abs() < 1e-15, "{text}");
+            }
+        }
+    }
+
+    /// What a file has rounded below zero by a bit is taken; what is not semidefinite by more has its witness.
+    #[test]
+    fn files_may_be_rounded() {
+        let low = 1.0 + 2e-16;
+        let text = |c: f64| format!("{{\"names\": [\"a\", \"b\"], \"covariance\": [[1.0, {c:?}], [{c:?}, 1.0]]}}");
+        let decide = |c: f64| {
+            let (given, mut out) = (of_file(&text(c), &[]).unwrap(), Vec::new());
+            (decided(&given, &Table::default(), "it", &mut out), out)
+        };
+        assert!(matches!(definiteness(&of_file(&text(low), &[]).unwrap().matrix), Definiteness::Indefinite { .. }));
+        let (found, out) = decide(low);
+        assert!(out.is_empty() && (found.unwrap()[(1, 0)] - 1.0).abs() < 1e-11);
+        let (found, out) = decide(1.01);
+        assert!(found.is_none() && out[0].message.contains("below zero"), "{out:?}");
+    }
+}

@@ -1,0 +1,212 @@
+//! What the rows of a sweep say together, and what is to be known of it.
+
+use super::answers::{Answers, CONFIDENCE, Sampled};
+use super::course::Course;
+use super::goal::SweepGoal;
+use super::plan::{Shard, SweepPlan};
+use super::points::Filling;
+use super::region::{self, failing_rules};
+use crate::results::{Sweep, SweepRow, SweptAt, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst};
+use crate::study::Prepared;
+
+/// What the rows say together.
+pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow], course: &Course) -> Sweep {
+    let parameters = plan.head.varied.iter().map(|varied| varied.name.clone()).collect();
+    let sampled = sampled(plan);
+    let (until, confidence) = match course {
+        Course::Until(looks) => (Some(looks.seen().clone()), looks.seen().confidence),
+        _ => (None, CONFIDENCE),
+    };
+    let answers =
+        Answers { rows, parameters, variants: &plan.head.variants, sampled, seed: plan.head.seed, confidence };
+    let asked = plan.samples_of(plan.own_blocks());
+    let mut out = Sweep {
+        model: prepared.name.clone(),
+        description: prepared.description.clone(),
+        samples: plan.head.samples,
+        seed: plan.head.seed,
+        points: plan.points().into(),
+        variants: plan.head.variants.clone(),
+        varied: plan.head.varied.clone(),
+        rows: rows.len() as u64,
+        missing: match course.is_done() {
+            true => 0,
+            false => (asked.end - asked.start) * plan.head.variants.len() as u64 - rows.len() as u64,
+        },
+        failures: answers.failures(),
+        confidence: CONFIDENCE,
+        until,
+        worst: worst(plan, rows, course, prepared),
+        rare: rare(plan, course, prepared),
+        ..Sweep::default()
+    };
+    if out.worst.is_some() || out.rare.is_some() {
+        out.notes = notes(prepared, plan, &out);
+        return out;
+    }
+    let own = |names: &[String]| {
+        let own = |name: &&String| names.is_empty() || names.contains(name);
+        plan.head.variants.iter().filter(own).cloned().collect::<Vec<_>>()
+    };
+    for (k, requirement) in prepared.requirements.iter().enumerate() {
+        for variant in own(&requirement.variants) {
+            let mut one = SweptRequirement {
+                text: plan.head.requirements[k].0.clone(),
+                unit: requirement.unit.clone(),
+                display: requirement.display.clone(),
+                passed: 0,
+                failed: 0,
+                probability: None,
+                interval: None,
+                measured: SweptValues::default(),
+                rules: Vec::new(),
+                variant,
+            };
+            answers.fill_requirement(k, &mut one);
+            if sampled.is_drawn() {
+                one.rules = failing_rules(&answers, (k, &one.variant), &plan.head.varied);
+            }
+            out.requirements.push(one);
+        }
+    }
+    for (k, figure) in prepared.figures.iter().enumerate() {
+        for variant in own(&figure.variants) {
+            let mut one = SweptFigure {
+                name: figure.name.clone(),
+                text: figure.in_words(),
+                variant,
+                unit: figure.unit.clone(),
+                display: figure.display.clone(),
+                values: SweptValues::default(),
+            };
+            answers.fill_figure(k, &mut one);
+            out.figures.push(one);
+        }
+    }
+    out.notes = notes(prepared, plan, &out);
+    out
+}
+
+/// How its samples were made.
+fn sampled(plan: &SweepPlan) -> Sampled<'_> {
+    let group = plan.filling.group(plan.spread.len());
+    match (&plan.goal, plan.filling) {
+        (SweepGoal::Worst(_) | SweepGoal::Rare(_), _) => Sampled::Sought,
+        (_, Filling::Levels(_)) => Sampled::Grid,
+        (_, Filling::Saltelli) => Sampled::Saltelli { group },
+        (_, Filling::Morris) => Sampled::Morris { group, axes: &plan.axes },
+        _ => Sampled::Drawn,
+    }
+}
+
+/// What is to be known of the answers.
+fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
+    let mut notes: Vec<String> = Vec::new();
+    match (&plan.goal, plan.filling) {
+        (SweepGoal::Worst(_), _) => notes.push(
+            "The worst case is a found one, and no proof: there may be worse ones. The search stays between the ends of the distributions, and within three \
+             deviations where they have none."
+                .into(),
+        ),
+        (SweepGoal::Rare(_), _) => notes.push(
+            "The probability is an estimate by chains of samples. Its deviation follows from the correlations that the chains show themselves. The interval, of \
+             about 95 %, is an approximation, and a failure that no chain comes near to is not in it: other seeds tell more."
+                .into(),
+        ),
+        (_, Filling::Levels(_) | Filling::Morris) => notes.push(
+            "The samples are no draw: in how many of them a requirement holds is a count, and no probability.".into(),
+        ),
+        (_, Filling::Saltelli) => notes.push(
+            "Probabilities, means and regressions are those of the two samples A and B alone. Intervals of indices are those of a bootstrap over base samples, as if \
+             these were drawn each by itself; those of a sequence spread less as a rule. An index may come out a little below 0 or above 1."
+                .into(),
+        ),
+        _ => {}
+    }
+    if let Some(until) = &found.until {
+        notes.push(format!(
+            "Whoever looks often sees a narrow interval by chance sooner. So there are {} looks at most, planned before, and the intervals of each have a confidence of \
+             {:.3} %: all of them together hold with {} %, whichever look is the last. They are wider than one for as many samples, planned before, would be.",
+            until.looks,
+            100.0 * until.confidence,
+            100.0 * CONFIDENCE
+        ));
+        if !until.reached && found.missing == 0 {
+            notes.push(format!(
+                "After all {} samples an interval is still wider than ± {}: ask for more samples.",
+                plan.head.samples, until.half_width
+            ));
+        }
+    }
+    if !plan.together.is_empty() {
+        notes.push(
+            "Correlations are those of normal numbers that distributions follow by their parts; of normal distributions they are those of the values."
+                .into(),
+        );
+    }
+    if let Some(Shard { number, of }) = plan.shard {
+        let asked = plan.samples_of(plan.own_blocks());
+        notes.push(match asked.is_empty() {
+            true => format!("Shard {number} of {of}: there are fewer blocks of samples than shards, and it has none."),
+            false => format!(
+                "Shard {number} of {of}, samples {} to {} of {}: the whole is told by `kardan sweep merge` of all shards.",
+                asked.start,
+                asked.end - 1,
+                plan.head.samples
+            ),
+        });
+    }
+    if found.requirements.iter().any(|one| !one.rules.is_empty()) {
+        notes.push(region::NOTE.into());
+    }
+    if prepared.all().any(|variant| !variant.running.is_empty()) {
+        notes.push(
+            "Laws are those of the values in the file, whatever the sample is; programs and blocks follow its values."
+                .into(),
+        );
+    }
+    notes
+}
+
+/// The worst case, of a search.
+fn worst(plan: &SweepPlan, rows: &[SweepRow], course: &Course, prepared: &Prepared) -> Option<SweptWorst> {
+    let Course::Worst(target, search) = course else { return None };
+    let (least, before) = search.least();
+    let (margin, sample) = least?;
+    let row = rows.iter().find(|row| row.sample == sample)?;
+    let number = |x: f64| x.is_finite().then_some(x);
+    let values = plan.head.varied.iter().zip(&row.values);
+    Some(SweptWorst {
+        text: plan.head.requirements[target.requirement].0.clone(),
+        variant: plan.head.variants[row.variant].clone(),
+        unit: prepared.requirements[target.requirement].unit.clone(),
+        margin: number(margin),
+        measured: number(row.measured[target.requirement]),
+        fails: margin <= 0.0,
+        sample,
+        values: values
+            .map(|(one, value)| SweptAt { parameter: one.name.clone(), unit: one.unit.clone(), value: *value })
+            .collect(),
+        before: before.and_then(number),
+        explored: search.explored().min(rows.len() as u64),
+        rests: search.rests(),
+    })
+}
+
+/// The probability of a rare failure.
+fn rare(plan: &SweepPlan, course: &Course, prepared: &Prepared) -> Option<SweptRare> {
+    let Course::Rare(target, found) = course else { return None };
+    let (levels, ended) = found.levels();
+    let probability = found.probability();
+    Some(SweptRare {
+        text: plan.head.requirements[target.requirement].0.clone(),
+        variant: plan.head.variants[0].clone(),
+        unit: prepared.requirements[target.requirement].unit.clone(),
+        probability: probability.map(|(probability, _)| probability),
+        deviation: probability.map(|(_, deviations)| deviations[0]),
+        deviation_most: probability.map(|(_, deviations)| deviations[1]),
+        interval: found.interval(),
+        levels: levels.to_vec(),
+        ended: ended.unwrap_or("it was ended before its last level").into(),
+    })
+}

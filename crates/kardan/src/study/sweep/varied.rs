@@ -1,0 +1,96 @@
+//! What varies: a parameter with its distribution, in words.
+
+use super::points::Distribution;
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::entries::Place;
+use crate::model::{Document, Parameter, TableReader};
+use crate::schema::Table;
+use crate::study::requirement::{in_15_digits, in_digits};
+use crate::units::Dimension;
+
+/// The table in messages.
+pub(super) const SWEEP: &str = "`[sweep]`";
+
+/// A parameter that varies.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Varied {
+    pub name: String,
+    pub dimension: Dimension,
+    pub distribution: Distribution,
+    /// In words, with units.
+    pub text: String,
+}
+
+/// Each parameter varies in one way.
+pub(super) fn add(varied: &mut Vec<Varied>, found: Option<Varied>, table: &Table, out: &mut Vec<Diagnostic>) {
+    let Some(found) = found else { return };
+    if varied.iter().any(|other| other.name == found.name) {
+        let message = format!("{SWEEP}: `{}` varies in two ways", shortened(&found.name));
+        let key = if table.values.contains_key("file") { "file" } else { "parameter" };
+        let place = TableReader::place(table, key);
+        out.push(Diagnostic::error("name::duplicate", message).at(place, "again here").help("keep one of them"));
+        return;
+    }
+    varied.push(found);
+}
+
+/// The parameter of a name, which no variant sets.
+pub(super) fn parameter<'d>(
+    document: &'d Document,
+    name: &str,
+    (place, label): (&Place, &str),
+    out: &mut Vec<Diagnostic>,
+) -> Option<&'d Parameter> {
+    let Some(parameter) = document.all_parameters().find(|parameter| parameter.name == name) else {
+        if !document.doubts.has_key(name) {
+            let names = || document.all_parameters().map(|parameter| parameter.name.as_str());
+            let help = match nearest(name, names()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if names().next().is_none() => {
+                    "declare it under `[parameters]`, or write a tolerance behind the value of a key: \"100 N m/rad ± 10 %\"".into()
+                }
+                None => format!("there are {}; a key of an element, of `[scenario]` or of a fault needs a tolerance: `± 10 %`", quoted(names())),
+            };
+            let message = format!("{label}: there is no parameter `{}`", shortened(name));
+            out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such parameter").help(help));
+        }
+        return None;
+    };
+    if document.is_varied(name) {
+        let message =
+            format!("{label}: `{name}` differs between the variants, so that a value here would change nothing");
+        let help = "take it out here, or out of the variants";
+        out.push(Diagnostic::error("sweep::varied", message).at(place.clone(), "a varied parameter").help(help));
+        return None;
+    }
+    if parameter.expression.is_some() {
+        let message = format!("{label}: `{name}` follows from other parameters");
+        let help = "let those vary, or write a value in its place";
+        out.push(Diagnostic::error("sweep::follows", message).at(place.clone(), "no value of its own").help(help));
+        return None;
+    }
+    Some(parameter)
+}
+
+/// A distribution with its unit.
+pub(super) fn in_words(distribution: &Distribution, dimension: Dimension) -> String {
+    let unit = dimension.si();
+    let with = |text: String| if unit.is_empty() { text } else { format!("{text} {unit}") };
+    let digits = |value: &f64| in_digits(in_15_digits(*value));
+    match distribution {
+        Distribution::Uniform { from, to } => with(format!("uniform from {} to {}", digits(from), digits(to))),
+        Distribution::Normal { mean, deviation, from, to } => {
+            let cut = match (from.is_finite(), to.is_finite()) {
+                (false, false) => String::new(),
+                (true, false) => format!(", above {}", digits(from)),
+                (false, true) => format!(", below {}", digits(to)),
+                (true, true) => format!(", between {} and {}", digits(from), digits(to)),
+            };
+            with(format!("normal, mean {}, deviation {}{cut}", digits(mean), digits(deviation)))
+        }
+        Distribution::Triangular { from, peak, to } => {
+            with(format!("triangular from {} by {} to {}", digits(from), digits(peak), digits(to)))
+        }
+        Distribution::Listed(values) => with(values.iter().map(digits).collect::<Vec<_>>().join(", ")),
+    }
+}

@@ -1,0 +1,232 @@
+//! The worst case of a requirement, sought by polls around the worst sample so far: along each axis, on along the last way, and in directions by lot,
+//! at a step that halves where none is worse (Kolda, Lewis, Torczon, SIAM Review 45, 2003, 385). Where it comes to rest it begins from another sample.
+
+use super::points::{Axis, Filling, axes, normal_below};
+use super::varied::Varied;
+use crate::num::Random;
+
+/// A distribution without an end is searched up to so many deviations.
+const MOST_DEVIATIONS: f64 = 3.0;
+/// First step of a search and the least one, as parts of the probability of an axis.
+const STEPS: [f64; 2] = [0.2, 1e-5];
+/// A search begins at least so far from where others came to rest, along one axis.
+const APART: f64 = 0.1;
+/// Steps of the sequence of [`Random`].
+const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// A place, and the margin there.
+#[derive(Debug, Clone, PartialEq)]
+struct Tried {
+    place: Vec<f64>,
+    margin: f64,
+}
+
+/// A search, as far as its samples go.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Worst {
+    seed: u64,
+    /// First samples, which fill the space.
+    axes: Vec<Axis>,
+    bounds: Vec<[f64; 2]>,
+    explore: u64,
+    tried: Vec<Tried>,
+    /// Where the search is.
+    at: Option<Tried>,
+    /// How it came there.
+    way: Vec<f64>,
+    step: f64,
+    turn: usize,
+    rests: Vec<Vec<f64>>,
+    asked: Vec<Vec<f64>>,
+    /// The least margin of all, and its sample.
+    least: Option<(f64, u64)>,
+    before: Option<f64>,
+}
+
+impl Worst {
+    /// With so many samples before the search; those that vary together are in `mixed`.
+    pub fn new(seed: u64, explore: u64, spread: &[Varied], mixed: impl Fn(usize) -> bool) -> Self {
+        let named = spread.iter().map(|varied| (varied.name.as_str(), &varied.distribution));
+        let open = normal_below(-MOST_DEVIATIONS);
+        let bounds = spread.iter().enumerate().map(|(k, varied)| {
+            let [low, high] = varied.distribution.is_open();
+            let end = |is_open: bool| if is_open || mixed(k) { open } else { 0.0 };
+            [end(low), 1.0 - end(high)]
+        });
+        Self {
+            seed: Random::named(seed, "worst").next_u64(),
+            bounds: bounds.collect(),
+            axes: axes(Filling::LatinHypercube, (seed, explore), named),
+            explore,
+            tried: Vec::new(),
+            at: None,
+            way: Vec::new(),
+            step: STEPS[0],
+            turn: 0,
+            rests: Vec::new(),
+            asked: Vec::new(),
+            least: None,
+            before: None,
+        }
+    }
+
+    /// Places of the next samples.
+    pub fn ask(&mut self, samples: std::ops::Range<u64>) -> Vec<Vec<f64>> {
+        let count = samples.clone().count();
+        let held = |place: Vec<f64>, bounds: &[[f64; 2]]| -> Vec<f64> {
+            place.iter().zip(bounds).map(|(x, [low, high])| x.clamp(*low, *high)).collect()
+        };
+        if samples.end <= self.explore {
+            let places = samples.map(|number| self.axes.iter().map(|axis| axis.at(number)).collect());
+            self.asked = places.map(|place| held(place, &self.bounds)).collect();
+            return self.asked.clone();
+        }
+        let at = match &self.at {
+            Some(at) => at.place.clone(),
+            None => self.begin(samples.start),
+        };
+        let k = at.len();
+        let mut places: Vec<Vec<f64>> = Vec::new();
+        let along = |factor: f64| at.iter().zip(&self.way).map(|(x, way)| x + factor * way).collect::<Vec<f64>>();
+        if !self.way.is_empty() {
+            places.extend([along(1.0), along(3.0)]);
+        }
+        // Half of them along the axes, which take turns where there are many.
+        let on_axes = (2 * k).min(count.div_ceil(2));
+        for one in 0..on_axes {
+            let (axis, sign) = ((self.turn + one / 2) % k, if one % 2 == 0 { 1.0 } else { -1.0 });
+            let mut place = at.clone();
+            place[axis] += sign * self.step;
+            places.push(place);
+        }
+        self.turn = (self.turn + on_axes / 2) % k;
+        let mut number = 0;
+        while places.len() < count {
+            let draws = self.seed.wrapping_add(samples.start.wrapping_add(number).wrapping_mul(STEP));
+            let mut random = Random::new(Random::new(draws).next_u64());
+            // Short ones and long ones.
+            let size = self.step * [1.0, 0.5, 0.25, 2.0][(number % 4) as usize];
+            places.push(at.iter().map(|x| x + size * random.normal()).collect());
+            number += 1;
+        }
+        places.truncate(count);
+        self.asked = places.into_iter().map(|place| held(place, &self.bounds)).collect();
+        self.asked.clone()
+    }
+
+    /// Where the next search begins: the worst sample that is apart from where the others came to rest; a place by lot, where none is left.
+    fn begin(&mut self, number: u64) -> Vec<f64> {
+        let apart =
+            |place: &[f64]| self.rests.iter().all(|rest| rest.iter().zip(place).any(|(a, b)| (a - b).abs() > APART));
+        let free = self.tried.iter().filter(|one| apart(&one.place));
+        let found = free.reduce(|worst, one| if one.margin < worst.margin { one } else { worst }).cloned();
+        let found = found.unwrap_or_else(|| {
+            let mut random = Random::new(Random::new(self.seed ^ number).next_u64());
+            let place = self.bounds.iter().map(|[low, high]| low + (high - low) * random.unit()).collect();
+            Tried { place, margin: f64::INFINITY }
+        });
+        (self.step, self.way) = (STEPS[0], Vec::new());
+        self.at = Some(found.clone());
+        found.place
+    }
+
+    /// Takes their margins.
+    pub fn tell(&mut self, first: u64, margins: &[f64]) {
+        for (number, margin) in (first..).zip(margins) {
+            if self.least.is_none_or(|(least, _)| *margin < least) {
+                self.least = Some((*margin, number));
+            }
+        }
+        let asked = std::mem::take(&mut self.asked);
+        let all = asked.into_iter().zip(margins).map(|(place, margin)| Tried { place, margin: *margin });
+        let Some(at) = self.at.clone() else {
+            self.tried.extend(all);
+            self.before = self.least.map(|(least, _)| least);
+            return;
+        };
+        let best = all.reduce(|worst, one| if one.margin < worst.margin { one } else { worst });
+        match best.filter(|best| best.margin < at.margin) {
+            Some(best) => {
+                self.way = best.place.iter().zip(&at.place).map(|(new, old)| new - old).collect();
+                let far = self.way.iter().map(|x| x.abs()).fold(0.0, f64::max);
+                self.step = (if far >= self.step { 1.5 * self.step } else { (0.5 * self.step).max(far) }).min(0.5);
+                self.at = Some(best);
+            }
+            None => (self.step, self.way) = (0.4 * self.step, Vec::new()),
+        }
+        if self.step < STEPS[1] {
+            self.rests.extend(self.at.take().map(|at| at.place));
+        }
+    }
+
+    /// The least margin with its sample, and that of the samples before the search.
+    pub fn least(&self) -> (Option<(f64, u64)>, Option<f64>) {
+        (self.least, self.before)
+    }
+
+    /// How often it came to rest.
+    pub fn rests(&self) -> u64 {
+        self.rests.len() as u64
+    }
+
+    /// Samples before the search.
+    pub fn explored(&self) -> u64 {
+        self.explore
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::points::Distribution;
+    use super::*;
+    use crate::units::Dimension;
+
+    fn sought(axes: usize, samples: u64, margin: impl Fn(&[f64]) -> f64) -> (f64, Vec<f64>, u64) {
+        let one = |k: usize| Varied {
+            name: format!("x{k}"),
+            dimension: Dimension::NONE,
+            distribution: Distribution::Uniform { from: 0.0, to: 1.0 },
+            text: String::new(),
+        };
+        let spread: Vec<Varied> = (0..axes).map(one).collect();
+        let (block, mut all) = (40, Vec::new());
+        let mut search = Worst::new(5, samples / 2 / block * block, &spread, |_| false);
+        for first in (0..samples).step_by(block as usize) {
+            let places = search.ask(first..(first + block).min(samples));
+            let margins: Vec<f64> = places.iter().map(|place| margin(place)).collect();
+            search.tell(first, &margins);
+            all.extend(places);
+        }
+        let (least, before) = search.least();
+        let (least, sample) = least.unwrap();
+        assert!(least <= before.unwrap() && all.iter().flatten().all(|x| (0.0..=1.0).contains(x)));
+        (least, all[sample as usize].clone(), search.rests())
+    }
+
+    /// Corners to the last bit, hollows within the step, one of two hollows that is deeper, and a bent valley to some percent.
+    #[test]
+    fn least_margins_are_found() {
+        let (least, place, _) = sought(3, 800, |x| x[0] - 2.0 * x[1] + x[2]);
+        assert_eq!((least, place), (-2.0, vec![0.0, 1.0, 0.0]));
+        let bowl = |x: &[f64]| x.iter().map(|x| (x - 0.37) * (x - 0.37)).sum::<f64>();
+        let (least, place, rests) = sought(4, 2000, |x| bowl(x) - 1.0);
+        assert!(least + 1.0 < 1e-7 && place.iter().all(|x| (x - 0.37).abs() < 1e-3), "{least} {place:?}");
+        let two = |x: &[f64]| {
+            let from = |at: f64| x.iter().map(|x| (x - at) * (x - at)).sum::<f64>();
+            (from(0.2)).min(from(0.85) - 0.01)
+        };
+        let (least, ..) = sought(2, 1200, two);
+        assert!((least + 0.01).abs() < 1e-6, "{least} {rests}");
+        let valley = |x: &[f64]| 100.0 * (x[1] - x[0] * x[0]) * (x[1] - x[0] * x[0]) + (0.8 - x[0]) * (0.8 - x[0]);
+        let (least, place, _) = sought(2, 2000, valley);
+        assert!(least < 1e-3, "{least} {place:?}");
+    }
+
+    /// Where all fail without a number, or none has one, it ends as all do.
+    #[test]
+    fn flat_margins_are_no_trouble() {
+        for margin in [f64::NEG_INFINITY, f64::INFINITY, 1.0] {
+            assert_eq!(sought(2, 400, |_| margin).0, margin);
+        }
+    }
+}
