@@ -531,7 +531,7 @@ pub struct SweepArgs {
     #[arg(long, value_name = "REQUIREMENT", conflicts_with_all = ["rare", "shard", "on"])]
     pub worst: Option<String>,
     /// How likely such a requirement fails, down to some 1e-7, by subset simulation; `--samples` are those of a level.
-    #[arg(long, value_name = "REQUIREMENT", conflicts_with = "shard")]
+    #[arg(long, value_name = "REQUIREMENT", conflicts_with_all = ["shard", "on"])]
     pub rare: Option<String>,
     /// Run this part of the samples alone, such as `2/7`, on as many machines as there are parts: `kardan sweep merge` puts them together.
     #[arg(long, value_name = "I/N", value_parser = shard, requires = "out")]
