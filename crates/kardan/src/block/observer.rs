@@ -208,7 +208,7 @@ fn check_seen(plant: &Plant, states: &[State<'_>]) -> Result<(), Mistake> {
 fn polynomial(wiring: &Wiring<'_>, states: usize) -> Result<Polynomial, Mistake> {
     let poles = wiring.values.poles("poles").unwrap_or_default();
     if poles.len() != states {
-        let message = format!("there are {} `poles` for {states} states", poles.len());
+        let message = format!("{} `poles` for {states} states", poles.len());
         return Err(mistake("poles", message, "write one for each state; `\"-14 ± 14.3j\"` are two"));
     }
     let time = wiring.sample_time.as_ref().map(|time| time.to_rational());
