@@ -128,7 +128,7 @@ fn mistakes_of_observers_are_told() {
                 .into(),
             "not observable: `x` by -0.5 rad/s, `y` by 1 rad/s may change together, and nothing that is measured shows it",
         ),
-        (observer(&both) + "poles = [-5]\n", "there are 1 `poles` for 2 states"),
+        (observer(&both) + "poles = [-5]\n", "1 `poles` for 2 states"),
         (observer(&both) + "poles = [-5, 0]\n", "`poles`: the error of the estimate does not decay at a pole with the real part 0 1/s"),
         (observer(&both) + "poles = [\"-5 + 2j\", -3]\n", "`poles`: a complex one stands without its conjugate"),
         (
