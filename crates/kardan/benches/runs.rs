@@ -4,7 +4,7 @@
 use divan::{Bencher, black_box};
 use kardan::reduce::Dynamics;
 use kardan::results::Effort;
-use kardan::simulate::{Method, Ready, Setup, Tolerance};
+use kardan::simulate::{Method, Ready, Recorded, Setup, Tolerance};
 use kardan::study::{self, Prepared};
 use std::fmt::Write;
 
@@ -16,7 +16,7 @@ fn main() {
 struct Work {
     prepared: Prepared,
     variant: usize,
-    recorded: Option<Vec<String>>,
+    recorded: Option<Recorded>,
     rows: Option<f64>,
 }
 
@@ -25,7 +25,8 @@ impl Work {
         let (prepared, mistakes) = study::prepare(source);
         let variant =
             prepared.variants.iter().position(|one| one.name == variant).unwrap_or_else(|| panic!("{mistakes:?}"));
-        let recorded = (!recorded.is_empty()).then(|| recorded.iter().map(ToString::to_string).collect());
+        let recorded = (!recorded.is_empty())
+            .then(|| Recorded { names: recorded.iter().map(ToString::to_string).collect(), as_all: false });
         Self { prepared, variant, recorded, rows }
     }
 
