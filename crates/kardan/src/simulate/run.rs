@@ -1140,6 +1140,7 @@ impl RunningLoop {
 
     /// [`find_event`](Self::find_event) in the step as it is, and whether it is known to be the first one.
     fn find_event_within(&mut self, length: f64) -> Option<(f64, bool)> {
+        self.guard.noted = 0;
         match self.solver.prospect(&mut self.machine) {
             Prospect::Stays => return None,
             Prospect::Leaves(part) => {
@@ -1196,12 +1197,17 @@ impl RunningLoop {
         let part = |k: usize| if self.guard.blind { looks::LOOKS[k - 1] } else { k as f64 / looks as f64 };
         let places: [f64; LOOKS] = std::array::from_fn(|k| if k < looks { part(k + 1) } else { 1.0 });
         let (mut before, mut left) = (from, None);
+        self.guard.noted = 0;
         for k in 1..=looks {
             let at = if k == looks { to } else { from + (to - from) * places[k - 1] };
             if at <= before {
                 continue;
             }
-            left = if self.leaves(at) { Some(at) } else { self.touched(before, at) };
+            let leaves = self.leaves(at);
+            if !leaves {
+                self.note_bends(k);
+            }
+            left = if leaves { Some(at) } else { self.touched(before, at) };
             if left.is_some() {
                 break;
             }

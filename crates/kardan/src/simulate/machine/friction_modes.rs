@@ -153,9 +153,14 @@ impl Machine {
         (weighted, w)
     }
 
+    /// Whether anything holds that [`Machine::breaks_away`] evaluates.
+    pub fn may_break_away(&self) -> bool {
+        !(self.holding.is_empty() && self.sliders.directions.is_empty() && !self.holds.has_locks)
+    }
+
     /// Whether the sticking directions can no longer hold at this point.
     pub fn breaks_away(&mut self, time: f64, state: &[f64]) -> bool {
-        if self.holding.is_empty() && self.sliders.directions.is_empty() && !self.holds.has_locks {
+        if !self.may_break_away() {
             return false;
         }
         self.evaluate(time, state);

@@ -53,7 +53,12 @@ impl Machine {
 
     /// The numbers whose zeros these places are, at a time and a state.
     pub(in crate::simulate) fn find_bends(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
-        self.evaluate(time, state);
+        self.forces(time, state);
+        self.bends_here(out);
+    }
+
+    /// The same at the point last evaluated.
+    pub(in crate::simulate) fn bends_here(&self, out: &mut [f64]) {
         let places: Range<usize> = self.places.bends.clone();
         out.iter_mut().zip(places).for_each(|(out, place)| *out = self.work.more(&self.dynamics, place));
     }
