@@ -61,9 +61,10 @@ impl SweepPlan {
         self.block
     }
 
-    /// How many blocks rows fill, of as many as there can be: fewer where a sweep has ended by its goal.
+    /// How many blocks a sweep has come to, of as many as there can be, with so many rows: fewer where it has ended by its goal, which shards have none of.
     pub fn blocks_of(&self, rows: u64) -> u64 {
-        (rows / self.head.variants.len().max(1) as u64).div_ceil(self.block)
+        let filled = || (rows / self.head.variants.len().max(1) as u64).div_ceil(self.block);
+        if self.shard.is_some() { self.blocks() } else { filled() }
     }
 
     /// How samples are made, in a word.
