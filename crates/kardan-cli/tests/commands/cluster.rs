@@ -7,22 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-const MODEL: &str = "\
-[shaft.a]
-inertia = \"2 kg m^2 ± 10 %\"
-[motor.m]
-shaft = \"a\"
-[scenario]
-duration = \"1 s\"
-[[scenario.event]]
-signal = \"m.tau\"
-at = \"0 s\"
-to = \"4 N m\"
-[[requirement]]
-signal = \"a.w\"
-measure = \"final\"
-above = \"2 rad/s\"
-";
+use super::sweep::MODEL;
 
 /// What all schedulers of these tests do with a job: they run its tasks one after the other while `running` is there. At the first submission shard 2
 /// may not write files of more than a block and shard 3 is never begun; where `hold` is there nothing begins.

@@ -18,7 +18,7 @@ fn kardan(folder: &Path, arguments: &[&str]) -> Output {
     command.current_dir(folder).args(arguments).stdin(Stdio::null()).output().unwrap()
 }
 
-const MODEL: &str = "\
+pub(super) const MODEL: &str = "\
 [shaft.a]
 inertia = \"2 kg m^2 ± 10 %\"
 [motor.m]

@@ -135,6 +135,8 @@ fn what_is_not_measured_changes_no_bit() {
                 [[figure]]\nname = \"held\"\nsignal = \"cj.friction\"\nmeasure = \"max_abs\"\n";
     let cases = [
         ("sia-steering", more.to_string()),
+        // Of angles and speeds alone rows would follow from series.
+        ("sia-steering", String::new()),
         ("harmonic-drive-ecu", String::new()),
         ("rlc-ladder", varied("R", "4 Ohm", "6 Ohm")),
         ("robot-joint", varied("payload", "4 kg", "6 kg")),

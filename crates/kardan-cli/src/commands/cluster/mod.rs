@@ -15,6 +15,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use kardan::diagnostics::Diagnostic;
+use kardan::num::Random;
 
 use self::queue::Queue;
 use self::template::{check, fill, quoted_for_shell, ranges};
@@ -297,9 +298,8 @@ impl<'a> Work<'a> {
     fn name(&self) -> String {
         let stem = self.model.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();
         let stem: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(30).collect();
-        let bytes = self.identity.bytes().chain(self.out.to_string_lossy().bytes().collect::<Vec<_>>());
-        let sum =
-            bytes.fold(0xcbf2_9ce4_8422_2325_u64, |sum, byte| (sum ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3));
+        let out = self.out.to_string_lossy();
+        let sum = [self.identity.as_bytes(), out.as_bytes()].into_iter().fold(Random::FNV, Random::fnv);
         format!("kardan-{}-{:08x}-{}", stem.trim_matches('-'), sum >> 32, self.jobs.len() + 1)
     }
 

@@ -32,6 +32,7 @@ pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
 use told::answered;
 use varied::Varied;
+use wanted::wanted;
 
 use super::prepare::{is_error, prepare_sample};
 use super::progress::Counted;
@@ -41,6 +42,7 @@ use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Setting, VariantSettings};
 use crate::num::{Random, rational_from_f64};
 use crate::results::{Outcome, Run, Sweep, SweepHead, SweepRow, SweptParameter};
+use crate::simulate::Recorded;
 use crate::units::{Exact, written_quantity};
 
 /// Samples of a block, at least.
@@ -176,6 +178,7 @@ impl Project {
         let heard = Counted::new(progress, known.len(), asked.saturating_mul(chosen.len()));
         let mut there = by_block(plan, known);
         let mut course = Course::of(plan);
+        let recorded = wanted(prepared);
         let mut rows: Vec<SweepRow> = Vec::new();
         let mut ended = None;
         for block in plan.own_blocks() {
@@ -191,7 +194,7 @@ impl Project {
                             return None;
                         }
                         let of = (*sample, *variant, (*values).clone());
-                        let row = self.sample((prepared, settings), plan, of, chosen[*variant], &heard);
+                        let row = self.sample((prepared, settings, &recorded), plan, of, chosen[*variant], &heard);
                         heard.count(1);
                         Some(row)
                     };
@@ -247,7 +250,7 @@ impl Project {
     /// A run.
     fn sample(
         &self,
-        (prepared, settings): (&Prepared, &Settings),
+        (prepared, settings, recorded): (&Prepared, &Settings, &Recorded),
         plan: &SweepPlan,
         (sample, number, values): (u64, usize, Vec<f64>),
         (variant, own): (&PreparedVariant, &VariantSettings),
@@ -266,7 +269,7 @@ impl Project {
         };
         match found {
             Ok(mut ready) => {
-                ready.scenario.recorded = Some(wanted::wanted(prepared));
+                ready.scenario.recorded = Some(recorded.clone());
                 fill(&mut row, prepared, &run_variant(number, &ready, (prepared, settings), progress));
             }
             Err(mistakes) => {
