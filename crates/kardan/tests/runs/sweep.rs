@@ -135,15 +135,21 @@ fn what_is_not_measured_changes_no_bit() {
                 [[figure]]\nname = \"held\"\nsignal = \"cj.friction\"\nmeasure = \"max_abs\"\n";
     let cases = [
         ("sia-steering", more.to_string()),
-        // Of angles and speeds alone rows would follow from series.
-        ("sia-steering", String::new()),
         ("harmonic-drive-ecu", String::new()),
         ("rlc-ladder", varied("R", "4 Ohm", "6 Ohm")),
         ("robot-joint", varied("payload", "4 kg", "6 kg")),
         ("eps-column", varied("bar", "100 N m/rad", "130 N m/rad")),
     ];
-    for (name, more) in cases {
-        let text = kardan::model::builtin(name).unwrap().source.to_string() + &more;
+    let whole = cases.map(|(name, more)| (name, kardan::model::builtin(name).unwrap().source.to_string() + &more));
+    // Of angles and speeds alone rows would follow from series.
+    let angles = kardan::model::builtin("sia-steering").unwrap().source.split("[[requirement]]").next().unwrap();
+    let ends: String = (0..20)
+        .map(|k| {
+            let at = 1.013 + 0.1 * f64::from(k);
+            format!("\n[[figure]]\nname = \"at_{k}\"\nsignal = \"wg.w\"\nmeasure = \"at\"\nat = \"{at} s\"\n")
+        })
+        .collect();
+    for (name, text) in whole.into_iter().chain([("sia-steering", angles.to_string() + &ends)]) {
         let project = Project::open(text.as_str());
         let one = project.sweep_plan(&of(1)).unwrap_or_else(|why| panic!("{name}: {why:?}")).head.variants[0].clone();
         let run = Settings { tolerance: Some(1e-6), ..Settings::default() };
