@@ -2,7 +2,8 @@
 //!
 //! What can be ended in its middle asks [`reason`] now and then and ends by itself. What cannot (proofs, eigenvalues, fits) has
 //! handed over by [`keep`] how to show what was finished before; after a short grace that is shown from here, and the process
-//! ends. What has nothing to show is ended too. Files appear whole or not at all, so nothing half done is left.
+//! ends. What has nothing to show is ended too, and what finishes a part before it ends ([`finish_parts`]) is waited for. Files appear
+//! whole or not at all, so nothing half done is left.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -29,6 +30,8 @@ pub type Show = Box<dyn FnOnce(&str) -> u8 + Send>;
 static REASON: OnceLock<String> = OnceLock::new();
 /// Whether something has heard of the end and now keeps what it has.
 static HEARD: AtomicBool = AtomicBool::new(false);
+/// Whether what is computed ends by itself behind the part that is begun, however long that takes.
+static FINISHING: AtomicBool = AtomicBool::new(false);
 /// Whether the reader of the standard output waits for an object of JSON.
 static JSON: AtomicBool = AtomicBool::new(false);
 /// What is done at this moment; locked by the one who writes.
@@ -79,6 +82,11 @@ pub fn computing(yes: bool) {
     *state() = State { computing: yes, kept: None };
 }
 
+/// From now on a part that is begun is finished before the end.
+pub fn finish_parts() {
+    FINISHING.store(true, Ordering::SeqCst);
+}
+
 /// Keeps how to show what is finished, in place of what was kept before; nothing: all of it is done.
 pub fn keep(show: Option<Show>) {
     let kept = show.is_some();
@@ -96,6 +104,12 @@ fn request(reason: String) {
         return;
     }
     let reason = REASON.get().map_or("", String::as_str);
+    if FINISHING.load(Ordering::SeqCst) {
+        stderr(&format!(
+            "note: {reason}; the block of runs that is begun is finished and written (a second signal ends at once, and that block is lost)\n"
+        ));
+        return;
+    }
     stderr(&format!("note: {reason}; what is there is kept (a second signal ends at once)\n"));
     thread::spawn(move || {
         thread::sleep(GRACE);

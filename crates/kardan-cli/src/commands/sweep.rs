@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export;
-use kardan::results::{Sweep, SweepRow};
+use kardan::results::{Sweep, SweepRow, SweepRows};
 use kardan::study::{Settings, Shard, SweepGoal, SweepPlan, SweepSettings};
 use kardan_report as report;
 
@@ -18,6 +18,7 @@ use crate::input;
 use crate::output::{in_words, prepare_folder, print, reason, save, save_page, say_written};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
+use crate::stop;
 
 /// What files of rows are called.
 const STEM: &str = "rows-";
@@ -44,9 +45,10 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     plan.shard = args.shard;
     let before = match &args.out {
         Some(out) => rows_before(args, out, &plan)?,
-        None => Vec::new(),
+        None => SweepRows::default(),
     };
     let bars = Bars::within(quiet, args.limits);
+    stop::finish_parts();
     let mut failed = None;
     let mut write = |block: u64, rows: &[SweepRow]| match &args.out {
         Some(out) => write_block(out, &plan, block, rows).map_err(|mistake| {
@@ -143,21 +145,25 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     };
     let refused = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
     let plan = project.sweep_plan(&asked).map_err(refused)?;
-    let mut blocks: BTreeMap<u64, (PathBuf, Vec<SweepRow>)> = BTreeMap::new();
+    let mut blocks: BTreeMap<u64, PathBuf> = BTreeMap::new();
+    let mut rows = SweepRows::default();
     for (block, path) in files {
-        let found = rows_of(&plan, block, &path).map_err(|why| unusable(&path, &why))?;
-        if let Some((other, rows)) = blocks.get(&block) {
-            if !same(rows, &found) {
+        let read = |path: &Path| rows_of(&plan, block, path).map_err(|why| unusable(path, &why));
+        let found = read(&path)?;
+        match blocks.get(&block) {
+            Some(other) if !same(&read(other)?, &found) => {
                 return Err(
                     unusable(&path, &format!("`{}` has other numbers in the same rows", other.display())).into()
                 );
             }
-            continue;
+            Some(_) => {}
+            None => {
+                rows.extend(found);
+                blocks.insert(block, path);
+            }
         }
-        blocks.insert(block, (path, found));
     }
     let missing: Vec<u64> = (0..plan.blocks()).filter(|block| !blocks.contains_key(block)).collect();
-    let rows = blocks.into_values().flat_map(|(_, rows)| rows).collect();
     let mut found = project.sweep_answers(&plan, rows);
     if let (Some(first), Some(last)) = (missing.first(), missing.last()) {
         let samples = plan.samples_of(*first..last + 1);
@@ -220,7 +226,7 @@ fn put_away(out: &Path, blocks: u64) -> Result<(), Diagnostic> {
 }
 
 /// The rows that are there already, of the same sweep; a folder with those of another one is refused.
-fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<Vec<SweepRow>, Diagnostic> {
+fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<SweepRows, Diagnostic> {
     prepare_folder(out)?;
     let mut files = files_of_rows(out);
     if plan.shard.is_some() {
@@ -234,9 +240,9 @@ fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<Vec<Swe
             let help = "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR";
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
-        return Ok(Vec::new());
+        return Ok(SweepRows::default());
     }
-    let mut rows: Vec<SweepRow> = Vec::new();
+    let mut rows = SweepRows::default();
     for (block, path) in files {
         let found = rows_of(plan, block, &path).map_err(|why| {
             let message = format!("`{}` cannot be gone on with: {why}", path.display());

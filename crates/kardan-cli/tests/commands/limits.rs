@@ -117,6 +117,33 @@ fn a_signal_ends_a_run_with_what_it_has() {
     }
 }
 
+/// A sweep finishes the block that is begun, writes it, and says how to go on.
+#[test]
+fn a_signal_lets_a_sweep_finish_its_block() {
+    let at = folder("signal-sweep");
+    let text = "[shaft.a]\ninertia = \"1 kg m^2 ± 10 %\"\n[disturbance.T]\nshaft = \"a\"\n[scenario]\nduration = \"10 ms\"\n\
+                [[requirement]]\nsignal = \"a.phi\"\nmeasure = \"max_abs\"\nbelow = \"1 rad\"\n";
+    fs::write(at.join("many.toml"), text).unwrap();
+    let child = kardan(&at, &["sweep", "many.toml", "--samples", "1000000", "--out", "out", "--json"]);
+    while !at.join("out/rows-000000.parquet").exists() {
+        sleep(Duration::from_millis(20));
+    }
+    signal(&child, "-INT");
+    let out = ended(child);
+    let told = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.code() == Some(2) && told.contains("is finished and written"), "{told}");
+    let json = printed(&out.stdout);
+    let files = fs::read_dir(at.join("out")).unwrap().filter_map(Result::ok);
+    let blocks = files.filter(|file| file.path().extension().is_some_and(|end| end == "parquet")).count();
+    assert_eq!(
+        (json["rows"].as_u64(), json["failures"].as_array().map(Vec::len)),
+        (Some(1000 * blocks as u64), Some(0))
+    );
+    assert!(
+        json["notes"].to_string().contains("--resume") && json["warnings"].to_string().contains("stopped by a signal")
+    );
+}
+
 /// A bench under its controllers, endless too: its log is whole and says that it ended early.
 #[test]
 fn a_limit_ends_a_bench() {

@@ -52,7 +52,9 @@ fn where_samples_fail() {
                   [[requirement]]\nsignal = \"a.w\"\nmeasure = \"final\"\nabove = \"2 rad/s\"\n";
     let project = Project::open(source);
     let plan = project.sweep_plan(&SweepSettings { samples: Some(100), ..SweepSettings::default() }).expect("a plan");
-    let found = project.sweep(&plan, &Settings::default(), Vec::new(), &Silent, &mut |_, _| Ok(())).expect("a sweep");
+    let found = project
+        .sweep(&plan, &Settings::default(), kardan::results::SweepRows::default(), &Silent, &mut |_, _| Ok(()))
+        .expect("a sweep");
     let rule = &found.requirements[0].rules[0];
     let page = kardan_report::sweep(&found).markdown();
     let told = format!("a.inertia ≥ 2 kg m^2: {0} of {0} samples there fail", rule.inside);

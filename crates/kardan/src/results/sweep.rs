@@ -301,7 +301,7 @@ pub struct SweptFailure {
 }
 
 /// A run of a sweep.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct SweepRow {
     /// Number of its sample, from 0.
     pub sample: u64,
@@ -317,6 +317,146 @@ pub struct SweepRow {
     pub passed: Vec<f64>,
     /// Its figures, SI, likewise.
     pub figures: Vec<f64>,
+}
+
+/// Rows of a sweep, many of them: eight bytes a number and twenty-four a row.
+///
+/// ```
+/// use kardan::results::{SweepRow, SweepRows};
+/// let row = SweepRow { values: vec![1.0, 2.0], passed: vec![1.0], measured: vec![0.5], ..SweepRow::default() };
+/// let rows: SweepRows = [SweepRow { sample: 7, ..row.clone() }, row.clone()].into_iter().collect();
+/// assert_eq!((rows.len(), rows.get(0).sample, rows.get(1).values), (2, 7, &[1.0, 2.0][..]));
+/// assert_eq!(rows.in_order().get(0).to_row(), row);
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SweepRows {
+    /// How many values, measured numbers, verdicts and figures each has.
+    counts: [usize; 4],
+    /// Of each its sample, its variant, and the number of why it did not come to its end.
+    heads: Vec<(u64, u32, u32)>,
+    numbers: Vec<f64>,
+    /// Reasons in turn; the first one is none.
+    reasons: Vec<String>,
+}
+
+/// One of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SweepRowOf<'r> {
+    /// See [`SweepRow`], as for all of it.
+    pub sample: u64,
+    /// Number of its variant.
+    pub variant: usize,
+    /// Why it did not come to its end.
+    pub reason: &'r str,
+    /// Values of what varies.
+    pub values: &'r [f64],
+    /// What its requirements measure.
+    pub measured: &'r [f64],
+    /// Whether they hold.
+    pub passed: &'r [f64],
+    /// Its figures.
+    pub figures: &'r [f64],
+}
+
+impl SweepRows {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.heads.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.heads.is_empty()
+    }
+
+    /// Adds one; all have as many numbers as the first.
+    ///
+    /// # Panics
+    /// Where it has not.
+    pub fn push(&mut self, row: &SweepRow) {
+        let lists = [&row.values, &row.measured, &row.passed, &row.figures];
+        let counts = lists.map(Vec::len);
+        if self.heads.is_empty() {
+            (self.counts, self.reasons) = (counts, vec![String::new()]);
+        }
+        assert_eq!(counts, self.counts, "rows of one sweep have as many numbers");
+        let none = row.reason.is_empty();
+        if !none && self.reasons.last() != Some(&row.reason) {
+            self.reasons.push(row.reason.clone());
+        }
+        let reason = if none { 0 } else { self.reasons.len() - 1 };
+        self.heads.push((row.sample, row.variant as u32, reason as u32));
+        lists.into_iter().for_each(|list| self.numbers.extend_from_slice(list));
+    }
+
+    /// One of them.
+    ///
+    /// # Panics
+    /// Where there are not as many.
+    pub fn get(&self, number: usize) -> SweepRowOf<'_> {
+        let (sample, variant, reason) = self.heads[number];
+        let width: usize = self.counts.iter().sum();
+        let (values, rest) = self.numbers[number * width..][..width].split_at(self.counts[0]);
+        let (measured, rest) = rest.split_at(self.counts[1]);
+        let (passed, figures) = rest.split_at(self.counts[2]);
+        let reason = &self.reasons[reason as usize];
+        SweepRowOf { sample, variant: variant as usize, reason, values, measured, passed, figures }
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl DoubleEndedIterator<Item = SweepRowOf<'_>> + ExactSizeIterator {
+        (0..self.len()).map(|number| self.get(number))
+    }
+
+    /// By sample, then by variant.
+    #[must_use]
+    pub fn in_order(self) -> Self {
+        let place = |number: &usize| (self.heads[*number].0, self.heads[*number].1);
+        if (1..self.len()).all(|number| place(&(number - 1)) <= place(&number)) {
+            return self;
+        }
+        let mut order: Vec<usize> = (0..self.len()).collect();
+        order.sort_by_key(place);
+        order.into_iter().map(|number| self.get(number).to_row()).collect()
+    }
+
+    /// Those of some samples, of rows in order.
+    pub fn range(&self, samples: std::ops::Range<u64>) -> std::ops::Range<usize> {
+        let place = |sample: u64| self.heads.partition_point(|head| head.0 < sample);
+        place(samples.start)..place(samples.end)
+    }
+
+    /// Leaves those of that range alone.
+    pub fn keep(&mut self, range: std::ops::Range<usize>) {
+        let width: usize = self.counts.iter().sum();
+        self.heads.truncate(range.end);
+        self.heads.drain(..range.start);
+        self.numbers.truncate(range.end * width);
+        self.numbers.drain(..range.start * width);
+    }
+}
+
+impl FromIterator<SweepRow> for SweepRows {
+    fn from_iter<I: IntoIterator<Item = SweepRow>>(rows: I) -> Self {
+        let mut out = Self::default();
+        out.extend(rows);
+        out
+    }
+}
+
+impl Extend<SweepRow> for SweepRows {
+    fn extend<I: IntoIterator<Item = SweepRow>>(&mut self, rows: I) {
+        rows.into_iter().for_each(|row| self.push(&row));
+    }
+}
+
+impl SweepRowOf<'_> {
+    /// By itself.
+    pub fn to_row(self) -> SweepRow {
+        let Self { sample, variant, reason, values, measured, passed, figures } = self;
+        let [values, measured, passed, figures] = [values, measured, passed, figures].map(<[f64]>::to_vec);
+        SweepRow { sample, variant, reason: reason.into(), values, measured, passed, figures }
+    }
 }
 
 /// What the rows of a sweep are of.

@@ -61,12 +61,19 @@ pub(super) struct Counted<'p> {
     progress: &'p dyn Progress,
     done: AtomicUsize,
     all: usize,
+    /// Whether none of them is ended in its middle.
+    whole: bool,
 }
 
 impl<'p> Counted<'p> {
     /// With those that are done already.
     pub fn new(progress: &'p dyn Progress, done: usize, all: usize) -> Self {
-        Self { progress, done: AtomicUsize::new(done), all }
+        Self { progress, done: AtomicUsize::new(done), all, whole: false }
+    }
+
+    /// The same for runs that come to their end, whatever is asked meanwhile.
+    pub fn of_whole_runs(self) -> Self {
+        Self { whole: true, ..self }
     }
 
     /// So many more are done.
@@ -80,7 +87,7 @@ impl Progress for Counted<'_> {
     fn advance(&self, _: usize, _: &str, _: f64) {}
 
     fn stop(&self) -> Option<String> {
-        self.progress.stop()
+        if self.whole { None } else { self.progress.stop() }
     }
 
     fn most_steps(&self) -> usize {

@@ -2,8 +2,9 @@
 
 use kardan::export::{read_sweep_rows, sweep_rows};
 use kardan::project::Project;
-use kardan::results::{RowAgain, SweepRow};
-use kardan::study::{Settings, Silent, SweepSettings};
+use kardan::results::{RowAgain, SweepRow, SweepRows};
+use kardan::study::{Progress, Settings, Silent, SweepSettings};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 const MODEL: &str = "\
 [shaft.a]
@@ -38,7 +39,7 @@ fn swept(project: &Project, settings: &SweepSettings) -> (Vec<SweepRow>, kardan:
         rows.extend_from_slice(found);
         Ok(())
     };
-    let found = project.sweep(&plan, &settings.run, Vec::new(), &Silent, &mut write).unwrap();
+    let found = project.sweep(&plan, &settings.run, SweepRows::default(), &Silent, &mut write).unwrap();
     (rows, found)
 }
 
@@ -198,7 +199,7 @@ fn rows_do_not_depend_on_threads_or_interruptions() {
         made.push(block);
         Ok(())
     };
-    let again = project.sweep(&plan, &settings.run, known, &Silent, &mut write).unwrap();
+    let again = project.sweep(&plan, &settings.run, known.into_iter().collect(), &Silent, &mut write).unwrap();
     assert_eq!((made, again), (vec![0, 2, 3], found));
     // What cannot be written ends it; what was written stays.
     let mut count = 0;
@@ -206,9 +207,34 @@ fn rows_do_not_depend_on_threads_or_interruptions() {
         count += 1;
         if count < 3 { Ok(()) } else { Err("no space left on the device".to_string()) }
     };
-    let ended = project.sweep(&plan, &settings.run, Vec::new(), &Silent, &mut full).unwrap();
+    let ended = project.sweep(&plan, &settings.run, SweepRows::default(), &Silent, &mut full).unwrap();
     assert_eq!((ended.rows, ended.missing), (128, 72));
     assert!(ended.warnings.iter().any(|told| told.starts_with("no space left on the device")), "{:?}", ended.warnings);
+}
+
+/// Asked for the end while a block runs: that one is finished, and no other is begun; no run is ended in its middle.
+#[test]
+fn a_block_that_is_begun_is_finished() {
+    struct Ends(AtomicUsize);
+    impl Progress for Ends {
+        fn advance(&self, _: usize, _: &str, _: f64) {}
+
+        fn stop(&self) -> Option<String> {
+            (self.0.fetch_add(1, Ordering::Relaxed) > 0).then(|| "somebody asked".into())
+        }
+    }
+    let project = Project::open(MODEL);
+    let plan = project.sweep_plan(&of(200)).unwrap();
+    let (mut written, whole) = (Vec::new(), swept(&project, &of(200)).0);
+    let mut write = |_: u64, rows: &[SweepRow]| {
+        written.extend(rows.to_vec());
+        Ok(())
+    };
+    let ends = Ends(AtomicUsize::new(0));
+    let found = project.sweep(&plan, &Default::default(), SweepRows::default(), &ends, &mut write).unwrap();
+    assert_eq!((found.rows, found.missing), (plan.block(), 200 - plan.block()));
+    assert!(written == whole[..plan.block() as usize] && found.failures.is_empty());
+    assert!(found.warnings.iter().any(|told| told.starts_with("somebody asked")), "{:?}", found.warnings);
 }
 
 /// What a model cannot be at some values is a row with its reason, not the end.

@@ -6,7 +6,8 @@ use super::indices::{effects, sobol_indices};
 use super::points::Axis;
 use crate::num::Matrix;
 use crate::results::{
-    SweepRow, SweptEffect, SweptFailure, SweptFigure, SweptIndex, SweptRequirement, SweptShare, SweptValues,
+    SweepRowOf, SweepRows, SweptEffect, SweptFailure, SweptFigure, SweptIndex, SweptRequirement, SweptShare,
+    SweptValues,
 };
 
 /// Confidence of intervals of probabilities.
@@ -45,7 +46,7 @@ impl Sampled<'_> {
 
 /// Rows, by sample and variant, and what is known of them beside: what to fill in.
 pub(super) struct Answers<'a> {
-    pub rows: &'a [SweepRow],
+    pub rows: &'a SweepRows,
     /// Names of what varies.
     pub parameters: Vec<String>,
     /// Names of the variants.
@@ -60,11 +61,11 @@ pub(super) struct Answers<'a> {
 
 impl Answers<'_> {
     /// Rows of a variant, those that are drawn by themselves where others are too.
-    pub fn of(&self, variant: &str) -> impl Iterator<Item = &SweepRow> {
+    pub fn of(&self, variant: &str) -> impl Iterator<Item = SweepRowOf<'_>> {
         self.all_of(variant).filter(|row| self.sampled.counts(row.sample))
     }
 
-    fn all_of(&self, variant: &str) -> impl Iterator<Item = &SweepRow> {
+    fn all_of(&self, variant: &str) -> impl Iterator<Item = SweepRowOf<'_>> {
         let number = self.variants.iter().position(|name| name == variant);
         self.rows.iter().filter(move |row| Some(row.variant) == number)
     }
@@ -94,7 +95,7 @@ impl Answers<'_> {
             match found.iter().position(|one| one.reason == row.reason) {
                 Some(one) => found[one].count += 1,
                 None if found.len() < MOST_REASONS => found.push(SweptFailure {
-                    reason: row.reason.clone(),
+                    reason: row.reason.to_string(),
                     count: 1,
                     first: row.sample,
                     variant: variant.clone(),
@@ -107,8 +108,8 @@ impl Answers<'_> {
     }
 
     /// The numbers of a variant.
-    fn spread(&self, variant: &str, number: impl Fn(&SweepRow) -> f64) -> SweptValues {
-        let with: Vec<(&SweepRow, f64)> =
+    fn spread(&self, variant: &str, number: impl Fn(SweepRowOf<'_>) -> f64) -> SweptValues {
+        let with: Vec<(SweepRowOf<'_>, f64)> =
             self.of(variant).map(|row| (row, number(row))).filter(|(_, x)| x.is_finite()).collect();
         let Some(first) = with.first() else { return SweptValues::default() };
         let count = with.len() as f64;
@@ -136,7 +137,7 @@ impl Answers<'_> {
     }
 
     /// What a number follows, of samples that were made for it: of whole groups alone.
-    fn followed(&self, variant: &str, number: &impl Fn(&SweepRow) -> f64) -> (Vec<SweptIndex>, Vec<SweptEffect>) {
+    fn followed(&self, variant: &str, number: &impl Fn(SweepRowOf<'_>) -> f64) -> (Vec<SweptIndex>, Vec<SweptEffect>) {
         let (Sampled::Saltelli { group } | Sampled::Morris { group, .. }) = self.sampled else {
             return (Vec::new(), Vec::new());
         };
@@ -164,7 +165,7 @@ impl Answers<'_> {
 
     /// The regression of numbers over all that varies, standardised; nothing of fewer samples than it has unknowns, of a number that is always
     /// the same, and where parameters do not vary independently.
-    fn shares(&self, with: &[(&SweepRow, f64)], mean: f64, squares: f64) -> (Vec<SweptShare>, Option<f64>) {
+    fn shares(&self, with: &[(SweepRowOf<'_>, f64)], mean: f64, squares: f64) -> (Vec<SweptShare>, Option<f64>) {
         let (n, k) = (with.len(), self.parameters.len());
         if n < 2 * k + 2 || squares <= 0.0 {
             return (Vec::new(), None);
@@ -174,11 +175,11 @@ impl Answers<'_> {
         let sizes: Vec<f64> =
             (0..k).map(|j| column(j).map(|x| (x - means[j]) * (x - means[j])).sum::<f64>().sqrt()).collect();
         let moving: Vec<usize> = (0..k).filter(|&j| sizes[j] > 1e-12 * means[j].abs() * (n as f64).sqrt()).collect();
-        let scaled = |row: &SweepRow, j: usize| (row.values[j] - means[j]) / sizes[j];
-        let product = |i: usize, j: usize| with.iter().map(|(row, _)| scaled(row, i) * scaled(row, j)).sum::<f64>();
+        let scaled = |row: SweepRowOf<'_>, j: usize| (row.values[j] - means[j]) / sizes[j];
+        let product = |i: usize, j: usize| with.iter().map(|(row, _)| scaled(*row, i) * scaled(*row, j)).sum::<f64>();
         let correlations = Matrix::from_fn(moving.len(), moving.len(), |i, j| product(moving[i], moving[j]));
         let size = squares.sqrt();
-        let own = |j: usize| with.iter().map(|(row, x)| scaled(row, j) * (x - mean) / size).sum::<f64>();
+        let own = |j: usize| with.iter().map(|(row, x)| scaled(*row, j) * (x - mean) / size).sum::<f64>();
         let right = Matrix::from_fn(moving.len(), 1, |i, _| own(moving[i]));
         let Some(slopes) = correlations.solve(&right) else { return (Vec::new(), None) };
         let explained = (0..moving.len()).map(|i| slopes[(i, 0)] * right[(i, 0)]).sum::<f64>();
@@ -252,7 +253,7 @@ mod tests {
         let (variants, sampled) = (&["only".to_string()], Sampled::Drawn);
         let answers = Answers { rows: &rows, parameters, variants, sampled, seed: 0, confidence: CONFIDENCE };
         let found = answers.spread("only", |row| row.figures[0]);
-        let deviation = |of: &dyn Fn(&SweepRow) -> f64| {
+        let deviation = |of: &dyn Fn(SweepRowOf<'_>) -> f64| {
             let mean = rows.iter().map(of).sum::<f64>() / 40.0;
             (rows.iter().map(|row| (of(row) - mean) * (of(row) - mean)).sum::<f64>() / 39.0).sqrt()
         };

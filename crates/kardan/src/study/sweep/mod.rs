@@ -17,7 +17,7 @@ mod varied;
 mod wanted;
 mod worst;
 
-use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rayon::prelude::*;
 
@@ -41,7 +41,7 @@ use super::{Prepared, PreparedVariant, Progress, Project, Settings};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Setting, VariantSettings};
 use crate::num::{Random, rational_from_f64};
-use crate::results::{Outcome, Run, Sweep, SweepHead, SweepRow, SweptParameter};
+use crate::results::{Outcome, Run, Sweep, SweepHead, SweepRow, SweepRows, SweptParameter};
 use crate::simulate::Recorded;
 use crate::units::{Exact, written_quantity};
 
@@ -133,7 +133,7 @@ impl Project {
     }
 
     /// Runs every sample of a plan in every variant of it, block by block; `write` takes the rows of each block as soon as they are there, and
-    /// ends the sweep where it fails. Blocks of `known` rows are not run again.
+    /// ends the sweep where it fails. Blocks of `known` rows are not run again. Where `progress` asks for the end, the block that is begun is finished.
     ///
     /// ```
     /// use kardan::project::Project;
@@ -144,7 +144,7 @@ impl Project {
     ///      signal = \"m.tau\"\nat = \"0 s\"\nto = \"4 N m\"\n[[requirement]]\nsignal = \"a.w\"\nmeasure = \"final\"\nabove = \"2 rad/s\"\n",
     /// );
     /// let plan = project.sweep_plan(&SweepSettings { samples: Some(100), ..SweepSettings::default() }).unwrap();
-    /// let found = project.sweep(&plan, &Default::default(), Vec::new(), &Silent, &mut |_, _| Ok(())).unwrap();
+    /// let found = project.sweep(&plan, &Default::default(), Default::default(), &Silent, &mut |_, _| Ok(())).unwrap();
     /// // The speed 4 N m · 1 s / J is above 2 rad/s where J is below 2 kg m²: in half of the samples, one in each of 100 strips.
     /// assert_eq!(found.requirements[0].passed, 50);
     /// ```
@@ -155,7 +155,7 @@ impl Project {
         &self,
         plan: &SweepPlan,
         settings: &Settings,
-        known: Vec<SweepRow>,
+        known: SweepRows,
         progress: &dyn Progress,
         write: &mut TakeRows<'_>,
     ) -> Result<Sweep, Vec<Diagnostic>> {
@@ -175,32 +175,36 @@ impl Project {
             .filter_map(|name| prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == *name))
             .collect();
         let asked = plan.samples_of(plan.own_blocks()).count();
-        let heard = Counted::new(progress, known.len(), asked.saturating_mul(chosen.len()));
-        let mut there = by_block(plan, known);
+        let heard = Counted::new(progress, known.len(), asked.saturating_mul(chosen.len())).of_whole_runs();
+        let known = known.in_order();
+        let known_of = |block: u64| known.range(plan.samples_of(block..block + 1));
         let mut course = Course::of(plan);
         let recorded = wanted(prepared);
-        let mut rows: Vec<SweepRow> = Vec::new();
+        let mut rows = SweepRows::default();
         let mut ended = None;
         for block in plan.own_blocks() {
-            let found = match there.remove(&block) {
-                Some(found) => follows(plan, &mut course, block, &found).map(|()| Some(found))?,
-                None => {
+            let there = known_of(block);
+            let found = match there.is_empty() {
+                false => {
+                    let found: Vec<SweepRow> = there.map(|number| known.get(number).to_row()).collect();
+                    follows(plan, &mut course, block, &found).map(|()| Some(found))?
+                }
+                true => {
+                    // What is begun is finished, and written.
+                    ended = progress.stop();
+                    if ended.is_some() {
+                        break;
+                    }
                     let Some(values) = course.values(plan, plan.samples_of(block..block + 1)) else { break };
                     let cases = plan.samples_of(block..block + 1).zip(&values);
                     let cases: Vec<_> = cases.flat_map(|case| (0..chosen.len()).map(move |v| (case, v))).collect();
                     let case = |((sample, values), variant): &((u64, &Vec<f64>), usize)| {
-                        // Runs that were ended are none, nor are those behind them in the block.
-                        if progress.stop().is_some() {
-                            return None;
-                        }
                         let of = (*sample, *variant, (*values).clone());
                         let row = self.sample((prepared, settings, &recorded), plan, of, chosen[*variant], &heard);
                         heard.count(1);
-                        Some(row)
+                        row
                     };
-                    let found: Option<Vec<SweepRow>> = cases.par_iter().map(case).collect();
-                    ended = progress.stop();
-                    let Some(found) = found.filter(|_| ended.is_none()) else { break };
+                    let found: Vec<SweepRow> = cases.par_iter().map(case).collect();
                     if let Err(why) = write(block, &found) {
                         ended = Some(why);
                         break;
@@ -215,34 +219,42 @@ impl Project {
                 break;
             }
         }
-        let behind = if course.is_done() { Vec::new() } else { there.into_values().flatten().collect() };
-        rows.extend(behind);
+        if !course.is_done() {
+            // Those that are there behind the place where it was ended.
+            let next = rows.iter().next_back().map_or(0, |row| row.sample + 1);
+            rows.extend(known.range(next..u64::MAX).map(|number| known.get(number).to_row()));
+        }
+        drop(known);
         let mut out = self.sweep_answers(plan, rows);
         out.warnings.extend(ended.map(|why| format!("{why}: what was not computed by then is missing")));
         Ok(out)
     }
 
     /// What rows of a plan say together, as many as there are; nothing is run.
-    pub fn sweep_answers(&self, plan: &SweepPlan, rows: Vec<SweepRow>) -> Sweep {
-        let mut there = by_block(plan, rows);
+    pub fn sweep_answers(&self, plan: &SweepPlan, rows: SweepRows) -> Sweep {
+        let mut rows = rows.in_order();
         let mut course = Course::of(plan);
-        let mut used: Vec<SweepRow> = Vec::new();
-        for block in plan.own_blocks() {
-            let Some(mut rows) = there.remove(&block) else {
+        let own = rows.range(plan.samples_of(plan.own_blocks()));
+        rows.keep(own);
+        if !course.is_plain() {
+            let mut used = 0;
+            for block in plan.own_blocks() {
+                let samples = plan.samples_of(block..block + 1);
+                let range = rows.range(samples.clone());
                 // What follows from those that are missing tells nothing.
-                if course.is_plain() { continue } else { break }
-            };
-            rows.sort_by_key(|row| (row.sample, row.variant));
-            if course.is_led() && course.values(plan, plan.samples_of(block..block + 1)).is_none() {
-                break;
+                if range.is_empty() || course.is_led() && course.values(plan, samples).is_none() {
+                    break;
+                }
+                used = range.end;
+                let found: Vec<SweepRow> = range.map(|number| rows.get(number).to_row()).collect();
+                course.take(plan, block, &found);
+                if course.is_done() {
+                    break;
+                }
             }
-            course.take(plan, block, &rows);
-            used.extend(rows);
-            if course.is_done() {
-                break;
-            }
+            rows.keep(0..used);
         }
-        let mut out = answered(self.prepared(), plan, &used, &course);
+        let mut out = answered(self.prepared(), plan, &rows, &course);
         out.warnings = self.mistakes().iter().map(ToString::to_string).collect();
         out
     }
@@ -257,7 +269,6 @@ impl Project {
         progress: &dyn Progress,
     ) -> SweepRow {
         let all = settings_with(own, plan.spread.iter().zip(values.iter().copied()));
-        let found = prepare_sample(self.document(), variant, (&all, own.controls.as_deref(), &own.faults));
         let mut row = SweepRow {
             sample,
             variant: number,
@@ -267,15 +278,19 @@ impl Project {
             passed: vec![f64::NAN; prepared.requirements.len()],
             figures: vec![f64::NAN; prepared.figures.len()],
         };
-        match found {
-            Ok(mut ready) => {
-                ready.scenario.recorded = Some(recorded.clone());
-                fill(&mut row, prepared, &run_variant(number, &ready, (prepared, settings), progress));
-            }
-            Err(mistakes) => {
+        let run = || {
+            let found = prepare_sample(self.document(), variant, (&all, own.controls.as_deref(), &own.faults));
+            let mut ready = found.map_err(|mistakes| {
                 let first = mistakes.iter().find(|mistake| is_error(mistake));
-                row.reason = first
-                    .map_or_else(|| "it cannot be prepared".into(), |one| format!("{}: {}", one.code, one.message));
+                first.map_or_else(|| "it cannot be prepared".into(), |one| format!("{}: {}", one.code, one.message))
+            })?;
+            ready.scenario.recorded = Some(recorded.clone());
+            Ok(run_variant(number, &ready, (prepared, settings), progress))
+        };
+        match answering(run) {
+            Ok(run) => fill(&mut row, prepared, &run),
+            Err(reason) => {
+                row.reason = reason;
                 for (k, requirement) in prepared.requirements.iter().enumerate() {
                     if requirement.variants.is_empty() || requirement.variants.contains(&variant.name) {
                         row.passed[k] = 0.0;
@@ -285,6 +300,15 @@ impl Project {
         }
         row
     }
+}
+
+/// What a sample comes to; one that this program has a mistake in is lost alone.
+fn answering<T>(run: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    // What it has begun to change is dropped with it.
+    catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
+        Err(format!("a mistake in kardan, please report it: {}", text.unwrap_or("without words")))
+    })
 }
 
 /// How many samples there are, at most, and how many of a block.
@@ -345,15 +369,6 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
     Ok((samples, samples.div_ceil(MOST_BLOCKS).max(LEAST_BLOCK)))
 }
 
-/// Rows by their blocks.
-fn by_block(plan: &SweepPlan, rows: Vec<SweepRow>) -> BTreeMap<u64, Vec<SweepRow>> {
-    let mut out: BTreeMap<u64, Vec<SweepRow>> = BTreeMap::new();
-    for row in rows {
-        out.entry(row.sample / plan.block()).or_default().push(row);
-    }
-    out
-}
-
 /// Whether rows of a search that are there already are those that follow from the rows before them.
 fn follows(plan: &SweepPlan, course: &mut Course, block: u64, rows: &[SweepRow]) -> Result<(), Vec<Diagnostic>> {
     if !course.is_led() {
@@ -410,5 +425,20 @@ fn fill(row: &mut SweepRow, prepared: &Prepared, run: &Run) {
     let figures = prepared.figures.iter().enumerate().filter(|(_, one)| own(&one.variants));
     for ((k, _), found) in figures.zip(&run.figures) {
         row.figures[k] = found.value.unwrap_or(f64::NAN);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::answering;
+
+    /// A panic is the reason of a row.
+    #[test]
+    fn what_panics_is_a_reason() {
+        assert_eq!(answering(|| Ok::<_, String>(3)), Ok(3));
+        assert_eq!(answering(|| Err::<i32, _>("refused".into())), Err("refused".into()));
+        let told = |found: Result<(), String>| assert!(found.unwrap_err().ends_with("please report it: index 3"));
+        told(answering(|| panic!("index 3")));
+        told(answering(|| panic!("index {}", 3)));
     }
 }

@@ -24,8 +24,7 @@ pub(super) fn failing_rules(
     varied: &[SweptParameter],
 ) -> Vec<SweptRule> {
     let told = answers.of(variant).filter(|row| !row.passed[requirement].is_nan());
-    let cases =
-        told.map(|row| Case { sample: row.sample, values: &row.values, failed: row.passed[requirement] <= 0.5 });
+    let cases = told.map(|row| Case { sample: row.sample, values: row.values, failed: row.passed[requirement] <= 0.5 });
     rules(&cases.collect::<Vec<_>>(), varied)
 }
 

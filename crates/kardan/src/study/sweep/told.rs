@@ -6,11 +6,11 @@ use super::goal::SweepGoal;
 use super::plan::{Shard, SweepPlan};
 use super::points::Filling;
 use super::region::{self, failing_rules};
-use crate::results::{Sweep, SweepRow, SweptAt, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst};
+use crate::results::{Sweep, SweepRows, SweptAt, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst};
 use crate::study::Prepared;
 
 /// What the rows say together.
-pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow], course: &Course) -> Sweep {
+pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows, course: &Course) -> Sweep {
     let parameters = plan.head.varied.iter().map(|varied| varied.name.clone()).collect();
     let sampled = sampled(plan);
     let (until, confidence) = match course {
@@ -169,13 +169,13 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
 }
 
 /// The worst case, of a search.
-fn worst(plan: &SweepPlan, rows: &[SweepRow], course: &Course, prepared: &Prepared) -> Option<SweptWorst> {
+fn worst(plan: &SweepPlan, rows: &SweepRows, course: &Course, prepared: &Prepared) -> Option<SweptWorst> {
     let Course::Worst(target, search) = course else { return None };
     let (least, before) = search.least();
     let (margin, sample) = least?;
     let row = rows.iter().find(|row| row.sample == sample)?;
     let number = |x: f64| x.is_finite().then_some(x);
-    let values = plan.head.varied.iter().zip(&row.values);
+    let values = plan.head.varied.iter().zip(row.values);
     Some(SweptWorst {
         text: plan.head.requirements[target.requirement].0.clone(),
         variant: plan.head.variants[row.variant].clone(),
