@@ -21,8 +21,16 @@ pub fn page(found: &Sweep) -> Page {
         verdict: Some(verdict(found)),
         alerts: warnings(&found.warnings),
         sections: Page::sections([
-            ("worst", "The worst case that was found", found.worst.as_ref().map_or_else(Body::default, worst)),
-            ("rare", "Probability of a rare failure", found.rare.as_ref().map_or_else(Body::default, rare)),
+            (
+                "worst",
+                "The worst case that was found",
+                found.worst.as_ref().map_or_else(Body::default, |one| worst(found, one)),
+            ),
+            (
+                "rare",
+                "Probability of a rare failure",
+                found.rare.as_ref().map_or_else(Body::default, |one| rare(found, one)),
+            ),
             ("requirements", "Probability of each requirement", requirements(found)),
             ("rules", "Where they fail", rules(found)),
             ("figures", "Figures", figures(found)),
@@ -212,7 +220,8 @@ fn margin_in_words(worst: &SweptWorst) -> String {
     }
 }
 
-fn worst(worst: &SweptWorst) -> Body {
+fn worst(found: &Sweep, worst: &SweptWorst) -> Body {
+    let variant = if found.variants.len() > 1 { format!(", variant {}", worst.variant) } else { String::new() };
     let before =
         worst.before.map_or_else(String::new, |x| format!(", {} before the search", shown(x, &worst.unit, None)));
     let SweptWorst { sample, explored, .. } = worst;
@@ -222,7 +231,7 @@ fn worst(worst: &SweptWorst) -> Body {
         many => format!("the search came to rest {many} times, and began anew elsewhere"),
     };
     let hint = format!(
-        "Sample {sample}: {}{before}. {explored} samples filled the space; {rested}. A found case is no proof that there is no worse one.",
+        "Sample {sample}{variant}: {}{before}. {explored} samples filled the space; {rested}. A found case is no proof that there is no worse one.",
         margin_in_words(worst)
     );
     let rows =
@@ -230,7 +239,7 @@ fn worst(worst: &SweptWorst) -> Body {
     Body::default().table_of(usize::MAX, &["parameter", "#value"], rows).hint(hint)
 }
 
-fn rare(rare: &SweptRare) -> Body {
+fn rare(found: &Sweep, rare: &SweptRare) -> Body {
     let columns = ["#level", "#samples", "#part below", "#margin", "#correlation", "#taken"];
     let rows = rare.levels.iter().enumerate().map(|(k, level)| {
         row![
@@ -243,6 +252,9 @@ fn rare(rare: &SweptRare) -> Body {
         ]
     });
     let mut hint = format!("It ended as {}.", rare.ended);
+    if found.variants.len() > 1 {
+        hint += &format!(" A sample fails where any of its variants does: {}.", rare.variant);
+    }
     if let (Some(deviation), Some(most)) = (rare.deviation, rare.deviation_most) {
         hint += &format!(
             " Standard deviation: {} of the probability by the correlations in the chains, the levels independent; at most {} if they depend on each other.",

@@ -156,7 +156,7 @@ pub struct SweptValues {
 /// Parts of the variance of a number (Sobol, Math. Comput. Simul. 55, 2001, 271), with intervals of a bootstrap over the base samples.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptIndex {
-    /// The parameter.
+    /// The parameter; of those that vary together all, with ` with ` between them: they have one index.
     pub parameter: String,
     /// The part that it explains alone (Saltelli and others, Comput. Phys. Commun. 181, 2010, 259, table 2 (b)).
     pub first: f64,
@@ -207,7 +207,7 @@ pub struct SweptUntil {
 pub struct SweptWorst {
     /// The requirement in words.
     pub text: String,
-    /// The variant.
+    /// The variant, of several that with the least margin.
     pub variant: String,
     /// SI unit of the margin.
     pub unit: String,
@@ -245,7 +245,7 @@ pub struct SweptAt {
 pub struct SweptRare {
     /// The requirement in words.
     pub text: String,
-    /// The variant.
+    /// The variant, or all those in any of which it fails.
     pub variant: String,
     /// SI unit of the margins.
     pub unit: String,

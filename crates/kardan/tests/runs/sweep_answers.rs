@@ -280,6 +280,31 @@ points = \"saltelli\"
     assert!(found.requirements[0].probability.is_none() && found.notes.iter().any(|note| note.contains("no draw")));
 }
 
+/// Of x + y + z the parts of the variance are (2 + 2ρ)/(3 + 2ρ) of x and y together and 1/(3 + 2ρ) of z, alone and in all.
+#[test]
+fn what_varies_together_has_one_index() {
+    let text = normal(&["x", "z", "y"]).replacen("[[sweep.vary]]", "[sweep]\npoints = \"saltelli\"\n[[sweep.vary]]", 1)
+        + "[[sweep.together]]\nparameters = [\"y\", \"x\"]\ncorrelation = \"1 0.5; 0.5 1\"\n\
+           [[figure]]\nname = \"f\"\nvalue = \"x + y + z\"\n";
+    let project = project(&text);
+    // Two that move by themselves: A, B, and two mixed.
+    let plan = project.sweep_plan(&asked(4001, SweepGoal::Samples)).unwrap();
+    assert_eq!(plan.head.samples, 4004);
+    for group in
+        (0..12).collect::<Vec<u64>>().chunks(4).map(|group| group.iter().map(|k| plan.values(*k)).collect::<Vec<_>>())
+    {
+        let [a, b, first, second] = &group[..] else { panic!("{group:?}") };
+        assert!(first[1] == a[1] && first[0] == b[0] && first[2] == b[2] && second[1] == b[1] && second[0] == a[0]);
+        assert!(second[2] == a[2]);
+    }
+    let (_, found) = swept(&project, &asked(4001, SweepGoal::Samples), &[]);
+    let indices = &found.figures[0].values.indices;
+    assert_eq!([&indices[0].parameter, &indices[1].parameter], ["x with y", "z"]);
+    for (one, exact) in indices.iter().zip([0.75, 0.25]) {
+        assert!((one.first - exact).abs() < 0.02 && (one.total - exact).abs() < 0.02, "{one:?}");
+    }
+}
+
 /// Samples until they are enough are the first ones of all, whatever the threads; the interval is as narrow as asked for.
 #[test]
 fn samples_end_when_they_are_enough() {
@@ -331,6 +356,19 @@ fn worst_cases_are_found() {
     // At the corner (1, 0) it is 0.49 + 0.49.
     assert!((worst.margin.unwrap() - 0.01).abs() < 1e-12 && !worst.fails, "{worst:?}");
     assert_eq!([worst.values[0].value, worst.values[1].value], [1.0, 0.0]);
+    // Of two variants the least margin, wherever it is; variants that the requirement is not of do not run.
+    let text = text
+        .replace("(x - 0.3)^2 + (y - 0.7)^2", "(x - 0.3)^2 + (y - 0.7)^2 + c")
+        .replace("[parameters]\n", "[parameters]\nc = 0\n")
+        + "variants = [\"near\", \"far\"]\n[[variant]]\nname = \"near\"\n[[variant]]\nname = \"far\"\nset = { c = 0.001 }\n[[variant]]\nname = \"other\"\nset = { c = 1 }\n";
+    let project = self::project(&text);
+    let (rows, found) = always_the_same(&project, &asked(200, SweepGoal::Worst("2".into())));
+    let worst = found.worst.unwrap();
+    assert!(
+        (worst.margin.unwrap() - 0.009).abs() < 1e-12 && worst.variant == "far" && worst.explored <= 200,
+        "{worst:?}"
+    );
+    assert!(found.variants == ["near", "far"] && rows.len() == 400 && found.missing == 0);
 }
 
 /// A straight line of normal numbers beyond four deviations: Φ(−4) = 3.167e-5 lies in the interval, and correlations count.
@@ -356,6 +394,15 @@ fn rare_failures_have_their_probability() {
     let nearer = text.replace("below = 4", "below = 3") + together;
     let (_, found) = swept(&project(&nearer), &settings, &[]);
     assert!(holds(&found.rare.unwrap(), 1.59e-5));
+    // In one of two variants: below −3 or above 3, twice 1.35e-3.
+    let either = text
+        .replace("below = 4", "below = 3")
+        .replace("0.6*x + 0.8*y", "c*(0.6*x + 0.8*y)")
+        .replace("[parameters]\n", "[parameters]\nc = 1\n")
+        + "[[variant]]\nname = \"up\"\n[[variant]]\nname = \"down\"\nset = { c = -1 }\n";
+    let (_, found) = swept(&project(&either), &settings, &[]);
+    let rare = found.rare.unwrap();
+    assert!(holds(&rare, 2.7e-3) && !holds(&rare, 1.35e-3 / 2.0) && rare.variant == "up, down", "{rare:?}");
 }
 
 /// What contradicts itself, or has no way that a search could take, is refused with what to do.
@@ -379,7 +426,6 @@ fn nonsense_is_refused() {
         (refused(100, &["a"], worst("<")), "several requirements have `<`"),
         (refused(100, &["a"], worst("2")), "has no magnitude"),
         (refused(100, &["a"], worst("3")), "none of a variant"),
-        (refused(100, &[], worst("1")), "several are chosen"),
         (refused(50, &["a"], SweepGoal::Rare("1".into())), "less than 200"),
         (refused(100, &["a"], SweepGoal::Until(0.0)), "between 1e-5 and 0.5"),
         (refused(100, &["a"], SweepGoal::Until(f64::NAN)), "between 1e-5 and 0.5"),
@@ -402,7 +448,8 @@ fn nonsense_is_refused() {
     };
     project.sweep(&plan, &Default::default(), SweepRows::default(), &Silent, &mut write).unwrap();
     rows[3].values[0] += 1e-9;
-    let mistakes = project.sweep(&plan, &Default::default(), rows.into_iter().collect(), &Silent, &mut |_, _| Ok(())).unwrap_err();
+    let mistakes =
+        project.sweep(&plan, &Default::default(), rows.into_iter().collect(), &Silent, &mut |_, _| Ok(())).unwrap_err();
     assert_eq!(mistakes[0].code, "sweep::resume");
     let grid = Project::open(text.replace("[[sweep.vary]]", "[sweep]\npoints = \"morris\"\n[[sweep.vary]]"));
     let mistakes = grid.sweep_plan(&asked(100, SweepGoal::Until(0.1))).unwrap_err();

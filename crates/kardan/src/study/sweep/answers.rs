@@ -49,6 +49,8 @@ pub(super) struct Answers<'a> {
     pub rows: &'a SweepRows,
     /// Names of what varies.
     pub parameters: Vec<String>,
+    /// The same, those that vary together in one.
+    pub moving: Vec<String>,
     /// Names of the variants.
     pub variants: &'a [String],
     /// How they were made.
@@ -158,7 +160,7 @@ impl Answers<'_> {
             _ => {
                 groups.retain(|(_, numbers)| numbers.iter().all(|x| x.is_finite()));
                 let groups: Vec<Vec<f64>> = groups.into_iter().map(|(_, numbers)| numbers).collect();
-                (sobol_indices(&groups, &self.parameters, self.seed), Vec::new())
+                (sobol_indices(&groups, &self.moving, self.seed), Vec::new())
             }
         }
     }

@@ -70,10 +70,9 @@ impl Course {
             Self::Plain => {}
             Self::Until(looks) => looks.take(block, rows, plan.head.variants.len()),
             Self::Worst(target, worst) => {
-                let margins: Vec<f64> = rows.iter().map(|row| target.margin(row)).collect();
-                worst.tell(plan.samples_of(block..block + 1).start, &margins);
+                worst.tell(plan.samples_of(block..block + 1).start, &target.margins(rows));
             }
-            Self::Rare(target, rare) => rare.tell(&rows.iter().map(|row| target.margin(row)).collect::<Vec<_>>()),
+            Self::Rare(target, rare) => rare.tell(&target.margins(rows)),
         }
     }
 

@@ -54,13 +54,19 @@ impl Target {
             false => f64::NEG_INFINITY,
         }
     }
+
+    /// The least margin of each sample over its variants, of rows by sample.
+    pub fn margins(&self, rows: &[SweepRow]) -> Vec<f64> {
+        let of_sample = |rows: &[SweepRow]| rows.iter().map(|row| self.margin(row)).fold(f64::INFINITY, f64::min);
+        rows.chunk_by(|one, next| one.sample == next.sample).map(of_sample).collect()
+    }
 }
 
-/// The requirement that is sought in the one variant that is chosen.
+/// The requirement that is sought, in those of the chosen variants that it is of; the others are left out.
 pub(super) fn target(
     prepared: &Prepared,
     (option, name): (&str, &str),
-    variants: &[String],
+    variants: &mut Vec<String>,
     varied: &[Varied],
 ) -> Result<Target, Diagnostic> {
     let all: Vec<String> = prepared.requirements.iter().map(Requirement::in_words).collect();
@@ -100,15 +106,10 @@ pub(super) fn target(
         let message = format!("`{}` counts: it holds or not, and has no magnitude that tells the way", all[number]);
         return Err(refused(message, "name a requirement of a signal, or let samples tell how often it holds".into()));
     }
-    let own: Vec<&String> =
-        variants.iter().filter(|name| requirement.variants.is_empty() || requirement.variants.contains(name)).collect();
-    if own.is_empty() {
+    variants.retain(|name| requirement.variants.is_empty() || requirement.variants.contains(name));
+    if variants.is_empty() {
         let message = format!("`{}` is none of a variant that is chosen", all[number]);
         return Err(refused(message, format!("choose one of its own: `--variant {}`", requirement.variants[0])));
-    }
-    if variants.len() > 1 {
-        let message = "it follows one variant, and several are chosen".to_string();
-        return Err(refused(message, format!("choose one: `--variant {}`", own[0])));
     }
     if varied.is_empty() {
         return Err(refused("nothing varies".into(), "write tolerances, or `[[sweep.vary]]`".into()));

@@ -115,7 +115,7 @@ mod tests {
     fn places(filling: Filling, axes_: usize, samples: u64) -> Vec<Vec<f64>> {
         let unit = Distribution::Uniform { from: 0.0, to: 1.0 };
         let names: Vec<String> = (0..axes_).map(|k| format!("x{k}")).collect();
-        let made = axes(filling, (3, samples), names.iter().map(|name| (name.as_str(), &unit)));
+        let made = axes(filling, (3, samples), names.iter().map(|name| (name.as_str(), &unit)), &[]);
         (0..samples).map(|k| made.iter().map(|axis| axis.at(k)).collect()).collect()
     }
 

@@ -25,11 +25,12 @@ use course::Course;
 pub use goal::SweepGoal;
 use goal::target;
 pub use plan::{Shard, SweepPlan, SweepSettings};
-use points::{Filling, axes, combinations};
+use points::{Filling, axes, combinations, moved};
 use rare::{CHAIN, MOST_LEVELS};
 use spec::MOST_SAMPLES;
 pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
+use together::factors;
 use told::answered;
 use varied::Varied;
 use wanted::wanted;
@@ -78,10 +79,11 @@ impl Project {
         let (samples, block) = sizes(spec, settings).map_err(|mistake| vec![mistake])?;
         let asked = if settings.variants.is_empty() { &spec.variants } else { &settings.variants };
         let variants = prepared.all().map(|variant| variant.name.clone());
-        let variants: Vec<String> = variants.filter(|name| asked.is_empty() || asked.contains(name)).collect();
+        let mut variants: Vec<String> = variants.filter(|name| asked.is_empty() || asked.contains(name)).collect();
         let sought = settings.goal.sought();
-        let target = sought.map(|sought| target(prepared, sought, &variants, &spec.varied)).transpose();
+        let target = sought.map(|sought| target(prepared, sought, &mut variants, &spec.varied)).transpose();
         let target = target.map_err(|mistake| vec![mistake])?;
+        let factors = factors(spec.varied.len(), &spec.together);
         let spread = spec.varied.iter().map(|varied| (varied.name.as_str(), &varied.distribution));
         let told = |varied: &Varied| SweptParameter {
             name: varied.name.clone(),
@@ -101,7 +103,7 @@ impl Project {
             },
             shard: None,
             // A search makes its own ones.
-            axes: if search.is_some() { Vec::new() } else { axes(spec.filling, (seed, samples), spread) },
+            axes: if search.is_some() { Vec::new() } else { axes(spec.filling, (seed, samples), spread, &factors) },
             spread: spec.varied.clone(),
             together: spec.together.clone(),
             filling: spec.filling,
@@ -187,7 +189,8 @@ impl Project {
             let found = match there.is_empty() {
                 false => {
                     let found: Vec<SweepRow> = there.map(|number| known.get(number).to_row()).collect();
-                    follows(plan, &mut course, block, &found).map(|()| Some(found))?
+                    follows(plan, &mut course, block, &found)?;
+                    found
                 }
                 true => {
                     // What is begun is finished, and written.
@@ -209,10 +212,9 @@ impl Project {
                         ended = Some(why);
                         break;
                     }
-                    Some(found)
+                    found
                 }
             };
-            let Some(found) = found else { break };
             course.take(plan, block, &found);
             rows.extend(found);
             if course.is_done() {
@@ -361,7 +363,7 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
             }
             all
         }
-        filling => asked.next_multiple_of(filling.group(spec.varied.len())),
+        filling => asked.next_multiple_of(filling.group(moved(&factors(spec.varied.len(), &spec.together)))),
     };
     if samples == 0 || samples > MOST_SAMPLES {
         return too_many(samples);
@@ -377,7 +379,9 @@ fn follows(plan: &SweepPlan, course: &mut Course, block: u64, rows: &[SweepRow])
     let samples = plan.samples_of(block..block + 1);
     let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     let same = course.values(plan, samples.clone()).is_some_and(|values| {
-        values.len() == rows.len() && values.iter().zip(rows).all(|(own, row)| bits(own) == bits(&row.values))
+        let variants = plan.head.variants.len();
+        let own = values.iter().flat_map(|own| std::iter::repeat_n(own, variants));
+        values.len() * variants == rows.len() && own.zip(rows).all(|(own, row)| bits(own) == bits(&row.values))
     });
     match same {
         true => Ok(()),

@@ -64,7 +64,7 @@ impl Filling {
         }
     }
 
-    /// Samples that belong together, of so many axes.
+    /// Samples that belong together, of so many axes, or of what moves together.
     pub fn group(self, axes: usize) -> u64 {
         match self {
             Self::Saltelli => axes as u64 + 2,
@@ -97,7 +97,7 @@ pub(super) enum Axis {
         stride: u64,
         count: u64,
     },
-    /// With the same axis of the other sample.
+    /// With the same axis of the other sample, and the number of what it belongs to.
     Saltelli {
         own: Box<Axis>,
         other: Box<Axis>,
@@ -111,11 +111,13 @@ pub(super) enum Axis {
     },
 }
 
-/// Axes of these distributions, each with its name, for as many points as there are; a grid has as many as there are combinations.
+/// Axes of these distributions, each with its name, for as many points as there are; a grid has as many as there are combinations. `factors`
+/// tells of each what it moves with, by number; none: each by itself.
 pub(super) fn axes<'d>(
     filling: Filling,
     (seed, points): (u64, u64),
     spread: impl Iterator<Item = (&'d str, &'d Distribution)>,
+    factors: &[usize],
 ) -> Vec<Axis> {
     let spread: Vec<_> = spread.collect();
     let mut directions = Vec::new();
@@ -129,7 +131,9 @@ pub(super) fn axes<'d>(
         directions = sobol::Sobol::<f64>::init_direction_vals(wanted, SOBOL_DIGITS, &parameters);
     }
     let draws: Vec<u64> = spread.iter().map(|(name, _)| Random::named(seed, name).next_u64()).collect();
-    let group = filling.group(spread.len());
+    let alone: Vec<usize> = (0..spread.len()).collect();
+    let factors = if factors.is_empty() { &alone } else { factors };
+    let group = filling.group(moved(factors));
     let (mut stride, mut base) = (1u64, 1u64);
     let axis = |(k, (name, distribution)): (usize, &(&str, &Distribution))| {
         let mut random = Random::named(seed, name);
@@ -154,12 +158,17 @@ pub(super) fn axes<'d>(
                     Box::new(Axis::Sobol { directions: std::mem::take(&mut directions[k]), shift: random.next_u64() })
                 };
                 let (own, other) = (sobol(k), sobol(k + spread.len()));
-                Axis::Saltelli { own, other, number: k as u64, group }
+                Axis::Saltelli { own, other, number: factors[k] as u64, group }
             }
             Filling::Morris => Axis::Morris { draws: draws[k], others: draws.clone(), number: k },
         }
     };
     spread.iter().enumerate().map(axis).collect()
+}
+
+/// How many there are that move by themselves.
+pub(super) fn moved(factors: &[usize]) -> usize {
+    factors.iter().max().map_or(0, |last| last + 1)
 }
 
 /// The number of combinations of a grid.
@@ -334,14 +343,14 @@ mod tests {
     const UNIT: Distribution = Distribution::Uniform { from: 0.0, to: 1.0 };
 
     fn axis(filling: Filling, seed_and_count: (u64, u64)) -> Axis {
-        axes(filling, seed_and_count, [("x", &UNIT)].into_iter()).remove(0)
+        axes(filling, seed_and_count, [("x", &UNIT)].into_iter(), &[]).remove(0)
     }
 
     /// Sobol's first 2^m points have one in each box of that area of the first two axes, whatever the shift; means over the cube come out far closer than
     /// those of draws.
     #[test]
     fn sequences_fill_the_square_evenly() {
-        let square = |filling| axes(filling, (5, 0), [("x", &UNIT), ("y", &UNIT), ("z", &UNIT)].into_iter());
+        let square = |filling| axes(filling, (5, 0), [("x", &UNIT), ("y", &UNIT), ("z", &UNIT)].into_iter(), &[]);
         let sobol = square(Filling::Sobol);
         for (m, split) in [(6, 0), (6, 1), (6, 3), (6, 5), (10, 4)] {
             let mut boxes = vec![0; 1 << m];
@@ -369,7 +378,7 @@ mod tests {
         let listed = Distribution::Listed(vec![1.0, 2.0, 5.0]);
         let spread = [&wide, &listed, &wide];
         assert_eq!(combinations(2, spread.into_iter()), 12);
-        let axes = axes(Filling::Levels(2), (0, 12), [("a", &wide), ("b", &listed), ("c", &wide)].into_iter());
+        let axes = axes(Filling::Levels(2), (0, 12), [("a", &wide), ("b", &listed), ("c", &wide)].into_iter(), &[]);
         let mut found: Vec<[f64; 3]> =
             (0..12).map(|k| [0, 1, 2].map(|axis| spread[axis].quantile(axes[axis].at(k)))).collect();
         found.sort_by(|a, b| a.partial_cmp(b).unwrap());
@@ -383,7 +392,7 @@ mod tests {
     }
 
     fn axes_of_three(of: &Distribution) -> [f64; 3] {
-        let axis = axes(Filling::Levels(3), (0, 3), [("a", of)].into_iter()).remove(0);
+        let axis = axes(Filling::Levels(3), (0, 3), [("a", of)].into_iter(), &[]).remove(0);
         [0, 1, 2].map(|k| of.quantile(axis.at(k)))
     }
 

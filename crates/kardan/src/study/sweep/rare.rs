@@ -53,7 +53,7 @@ impl Rare {
         let named = spread.iter().map(|varied| (varied.name.as_str(), &varied.distribution));
         Self {
             seed: Random::named(seed, "rare").next_u64(),
-            axes: axes(Filling::Random, (seed, 0), named),
+            axes: axes(Filling::Random, (seed, 0), named, &[]),
             chains: chains as usize,
             members: Vec::new(),
             bound: f64::INFINITY,

@@ -115,7 +115,7 @@ fn check_axes(table: &Table, filling: Filling, (axes, apart): (usize, bool), out
             "take other points",
         );
     }
-    if !apart && matches!(filling, Filling::Levels(_) | Filling::Saltelli | Filling::Morris) {
+    if !apart && matches!(filling, Filling::Levels(_) | Filling::Morris) {
         let message = format!("samples of `points = \"{word}\"` move one parameter by itself, and some vary together");
         refuse(message, "take other points, or `[[sweep.together]]` out");
     }

@@ -38,6 +38,20 @@ impl Together {
     }
 }
 
+/// Of each of so many axes the number of what it moves with: those that vary together are one.
+pub(super) fn factors(axes: usize, together: &[Together]) -> Vec<usize> {
+    let mut out: Vec<usize> = Vec::new();
+    let mut next = 0;
+    for axis in 0..axes {
+        let first =
+            together.iter().find(|group| group.members.contains(&axis)).and_then(|group| group.members.iter().min());
+        let known = first.filter(|first| **first < axis).map(|first| out[*first]);
+        out.push(known.unwrap_or(next));
+        next += usize::from(known.is_none());
+    }
+    out
+}
+
 /// Values of distributions at places from 0 to 1 on their axes, those that vary together with their correlations.
 pub(super) fn values_at(spread: &[Varied], together: &[Together], places: &[f64]) -> Vec<f64> {
     let mut values: Vec<f64> =

@@ -4,21 +4,19 @@ use super::answers::{Answers, CONFIDENCE, Sampled};
 use super::course::Course;
 use super::goal::SweepGoal;
 use super::plan::{Shard, SweepPlan};
-use super::points::Filling;
+use super::points::{Filling, moved};
 use super::region::{self, failing_rules};
+use super::together::factors;
 use crate::results::{Sweep, SweepRows, SweptAt, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst};
 use crate::study::Prepared;
 
 /// What the rows say together.
 pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows, course: &Course) -> Sweep {
-    let parameters = plan.head.varied.iter().map(|varied| varied.name.clone()).collect();
-    let sampled = sampled(plan);
     let (until, confidence) = match course {
         Course::Until(looks) => (Some(looks.seen().clone()), looks.seen().confidence),
         _ => (None, CONFIDENCE),
     };
-    let answers =
-        Answers { rows, parameters, variants: &plan.head.variants, sampled, seed: plan.head.seed, confidence };
+    let answers = answers(plan, rows, confidence);
     let asked = plan.samples_of(plan.own_blocks());
     let mut out = Sweep {
         model: prepared.name.clone(),
@@ -63,7 +61,7 @@ pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows, 
                 variant,
             };
             answers.fill_requirement(k, &mut one);
-            if sampled.is_drawn() {
+            if answers.sampled.is_drawn() {
                 one.rules = failing_rules(&answers, (k, &one.variant), &plan.head.varied);
             }
             out.requirements.push(one);
@@ -87,9 +85,28 @@ pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows, 
     out
 }
 
+/// What its rows are of.
+fn answers<'a>(plan: &'a SweepPlan, rows: &'a SweepRows, confidence: f64) -> Answers<'a> {
+    let parameters = plan.head.varied.iter().map(|varied| varied.name.clone()).collect();
+    let (variants, seed) = (&plan.head.variants[..], plan.head.seed);
+    Answers { rows, moving: moving(plan), parameters, variants, sampled: sampled(plan), seed, confidence }
+}
+
+/// Names of what moves by itself; those that vary together are one.
+fn moving(plan: &SweepPlan) -> Vec<String> {
+    let mut out: Vec<String> = Vec::new();
+    for (varied, factor) in plan.head.varied.iter().zip(factors(plan.spread.len(), &plan.together)) {
+        match out.get_mut(factor) {
+            Some(together) => *together += &format!(" with {}", varied.name),
+            None => out.push(varied.name.clone()),
+        }
+    }
+    out
+}
+
 /// How its samples were made.
 fn sampled(plan: &SweepPlan) -> Sampled<'_> {
-    let group = plan.filling.group(plan.spread.len());
+    let group = plan.filling.group(moved(&factors(plan.spread.len(), &plan.together)));
     match (&plan.goal, plan.filling) {
         (SweepGoal::Worst(_) | SweepGoal::Rare(_), _) => Sampled::Sought,
         (_, Filling::Levels(_)) => Sampled::Grid,
@@ -173,9 +190,10 @@ fn worst(plan: &SweepPlan, rows: &SweepRows, course: &Course, prepared: &Prepare
     let Course::Worst(target, search) = course else { return None };
     let (least, before) = search.least();
     let (margin, sample) = least?;
-    let row = rows.iter().find(|row| row.sample == sample)?;
+    let of_sample = rows.range(sample..sample + 1).map(|number| rows.get(number).to_row());
+    let row = of_sample.min_by(|one, other| target.margin(one).total_cmp(&target.margin(other)))?;
     let number = |x: f64| x.is_finite().then_some(x);
-    let values = plan.head.varied.iter().zip(row.values);
+    let values = plan.head.varied.iter().zip(&row.values);
     Some(SweptWorst {
         text: plan.head.requirements[target.requirement].0.clone(),
         variant: plan.head.variants[row.variant].clone(),
@@ -188,7 +206,7 @@ fn worst(plan: &SweepPlan, rows: &SweepRows, course: &Course, prepared: &Prepare
             .map(|(one, value)| SweptAt { parameter: one.name.clone(), unit: one.unit.clone(), value: *value })
             .collect(),
         before: before.and_then(number),
-        explored: search.explored().min(rows.len() as u64),
+        explored: search.explored().min(rows.len() as u64 / plan.head.variants.len().max(1) as u64),
         rests: search.rests(),
     })
 }
@@ -200,7 +218,7 @@ fn rare(plan: &SweepPlan, course: &Course, prepared: &Prepared) -> Option<SweptR
     let probability = found.probability();
     Some(SweptRare {
         text: plan.head.requirements[target.requirement].0.clone(),
-        variant: plan.head.variants[0].clone(),
+        variant: plan.head.variants.join(", "),
         unit: prepared.requirements[target.requirement].unit.clone(),
         probability: probability.map(|(probability, _)| probability),
         deviation: probability.map(|(_, deviations)| deviations[0]),

@@ -56,7 +56,7 @@ impl Worst {
         Self {
             seed: Random::named(seed, "worst").next_u64(),
             bounds: bounds.collect(),
-            axes: axes(Filling::LatinHypercube, (seed, explore), named),
+            axes: axes(Filling::LatinHypercube, (seed, explore), named, &[]),
             explore,
             tried: Vec::new(),
             at: None,
