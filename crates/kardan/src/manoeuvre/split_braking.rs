@@ -5,7 +5,8 @@ pub(super) const SPLIT_BRAKING: ManoeuvreKind = ManoeuvreKind {
     keyword: "split_braking",
     summary: "Braking straight ahead to standstill; with `mu_left` and `mu_right` of the car on split friction.",
     measures: "`yaw_rate`, `heading`, `offset` (y): largest sizes; `correction`, `torque`: those of the angle of the wheel and of the steering torque; `lack`: \
-               largest braking force that is asked for and not given. Criterion: `lack` below 1 N, as the speed falls as if all were given.",
+               largest braking force that is asked for and not given; `speed`: the least one. Criteria: `lack` below 1 N, as the speed falls as if all were given; \
+               `speed` at zero or more, but for rounding: the car had the speed from which it brakes.",
     keys: &[
         ("speed", Need::Required),
         ("deceleration", Need::Required),
@@ -48,5 +49,8 @@ fn write(given: &Given<'_>, made: &mut Made) {
     if let Some(torque) = &given.torque {
         made.figure(given, "torque", &[("signal", torque), ("measure", "max_abs")]);
     }
+    let signal = given.of_car("v_x");
+    made.figure(given, "speed", &[("signal", &signal), ("measure", "min")]);
     made.criterion(given, "lack", ("below", "1 N"));
+    made.criterion(given, "speed", ("above", "-1e-6 m/s"));
 }

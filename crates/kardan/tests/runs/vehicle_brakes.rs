@@ -411,6 +411,27 @@ fn split_braking_is_driven() {
     assert!(value(&hard.runs[0], "halt_lack") > 0.9 * lack);
 }
 
+/// From a speed that the car does not have it would come to drive backwards: told by a criterion.
+#[test]
+fn braking_from_another_speed_is_told() {
+    let failed = |speed: &str| {
+        let keys = "speed = \"20 m/s - slowed\"\nmu = 0.9\nbraking = \"braking\"\nrelaxation_length = \"0.5 m\"";
+        let halt =
+            format!("[manoeuvre.halt]\nkind = \"split_braking\"\nspeed = \"{speed}\"\ndeceleration = \"5 m/s^2\"\n");
+        let settings = Settings { runs_only: true, ..Settings::default() };
+        let study = Project::open(car("0 rad", keys, &halt)).run(&settings, &Silent).unwrap();
+        let run = &study.runs[0];
+        let failed: Vec<String> =
+            run.requirements.iter().filter(|one| !one.passed).map(|one| one.text.clone()).collect();
+        (value(run, "halt_speed"), failed)
+    };
+    let (least, none) = failed("20 m/s");
+    assert!(least.abs() < 1e-9 && none.is_empty(), "{least} {none:?}");
+    let (least, told) = failed("21 m/s");
+    close(least, -1.0, 1e-9, "least speed");
+    assert!(matches!(&told[..], [one] if one.contains("halt_speed")), "{told:?}");
+}
+
 /// Who brakes with another signal than that of the manoeuvre would not brake: that is told.
 #[test]
 fn braking_that_the_car_does_not_follow_is_told() {
