@@ -2,7 +2,7 @@
 
 use kardan::export::{read_sweep_rows, sweep_rows};
 use kardan::project::Project;
-use kardan::results::{RowAgain, SweepRow, SweepRows};
+use kardan::results::{RowAgain, SweepRow, SweepRows, SweptParameter};
 use kardan::study::{Progress, Settings, Silent, SweepSettings};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -177,6 +177,11 @@ fn what_is_not_measured_changes_no_bit() {
             let figures: Vec<Option<f64>> = run.figures.iter().map(|one| one.value).collect();
             assert_eq!(figures, row.figures.iter().map(|x| Some(*x)).collect::<Vec<_>>(), "{name}");
             assert!(run.series.signals.len() > 4);
+            // The values that it has are told.
+            let told =
+                |one: &SweptParameter| run.parameters.iter().find(|two| two.name == one.name).map(|two| two.value);
+            let told: Vec<Option<f64>> = plan.head.varied.iter().map(told).collect();
+            assert_eq!(told, row.values.iter().map(|x| Some(*x)).collect::<Vec<_>>(), "{name}");
         }
     }
 }

@@ -2,7 +2,8 @@
 
 use super::{integrated, settings_with};
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::results::RowAgain;
+use crate::model::Setting;
+use crate::results::{ParameterValue, RowAgain};
 use crate::study::prepare::{is_error, prepare_sample};
 use crate::study::{Prepared, Project, Settings};
 
@@ -67,6 +68,16 @@ impl Project {
             let mut found =
                 prepare_sample(self.document(), variant, (&settings, own.controls.as_deref(), &own.faults))?;
             found.name = format!("{}_sample-{}", row.variant, row.sample);
+            for one in &varied {
+                let told = &mut found.model.parameters;
+                let setting = settings.iter().find(|setting| setting.name == one.name);
+                if let Some(Setting { name, text, value }) =
+                    setting.filter(|_| told.iter().all(|two| two.name != one.name))
+                {
+                    let (name, text, unit) = (name.clone(), text.clone(), one.dimension.si());
+                    told.push(ParameterValue { name, value: value.to_f64(), unit, text });
+                }
+            }
             variants.push(found.into());
         }
         let names = |own: &[String]| named(own, rows);
