@@ -188,15 +188,8 @@ pub(super) fn output_times(duration: &Exact, step: &Exact, events: &[Exact]) -> 
     let end = duration.to_f64();
     let ratio = step.to_rational();
     let mut times: Vec<f64> = Vec::new();
-    let (numerator, denominator) =
-        (rational_to_f64(&Rational::from(ratio.numerator().clone())), ratio.denominator().clone());
-    let denominator = rational_to_f64(&Rational::from(denominator));
-    // A quotient of two whole numbers below 2^53 is rounded once.
-    let multiple = |k: f64| {
-        if numerator * k < 9e15 && denominator < 9e15 { numerator * k / denominator } else { step.to_f64() * k }
-    };
     let count = (end / step.to_f64()).floor() as usize;
-    times.extend((0..=count).map(|k| multiple(k as f64)));
+    add_multiples(&mut times, &Rational::ZERO, &ratio, count);
     let twentieth = &ratio / Rational::from(FINE);
     let window = &ratio * Rational::from(FINE_STEPS);
     let last = duration.to_rational();
@@ -212,11 +205,8 @@ pub(super) fn output_times(duration: &Exact, step: &Exact, events: &[Exact]) -> 
             k += 1;
         }
         let until = until.min(last.clone());
-        let mut fine = first;
-        while fine <= until {
-            times.push(rational_to_f64(&fine));
-            fine += &twentieth;
-        }
+        let fine = rational_to_f64(&Rational::from(((until - &first) / &twentieth).floor()));
+        add_multiples(&mut times, &first, &twentieth, fine as usize);
     }
     times.push(end);
     times.retain(|time| (0.0..=end).contains(time));
@@ -226,6 +216,19 @@ pub(super) fn output_times(duration: &Exact, step: &Exact, events: &[Exact]) -> 
         *last = end;
     }
     times
+}
+
+/// Adds `first + k step` for k from 0 to a count, each rounded once where these are fractions of numbers that are not too long.
+fn add_multiples(times: &mut Vec<f64>, first: &Rational, step: &Rational, count: usize) {
+    let below = Rational::from(first.denominator().clone()) * Rational::from(step.denominator().clone());
+    let [own, each, below] = [first * &below, step * &below, below].map(|number| rational_to_f64(&number));
+    let [begin, length] = [first, step].map(rational_to_f64);
+    // A quotient of two whole numbers below 2^53 is rounded once.
+    let small = own + each * (count as f64 + 1.0) < 9e15 && below < 9e15;
+    times.extend((0..=count).map(|k| match small {
+        true => (own + each * k as f64) / below,
+        false => begin + length * k as f64,
+    }));
 }
 
 #[cfg(test)]
@@ -267,6 +270,21 @@ mod tests {
         // 2001 twentieths of half a millisecond; every fourth event falls on one, and so does every multiple of the step.
         assert_eq!(rows, 2001 + 8000 - 2000);
         assert!(bound >= rows as f64 && bound < rows as f64 + 2000.0 + 102.0 + 10.0, "{bound} for {rows}");
+    }
+
+    /// Rows are those fractions, rounded to nearest.
+    #[test]
+    fn rows_are_rounded_once() {
+        let (step, event) = (exact(1, 300), exact(1234, 10_000));
+        let times = output_times(&exact(1, 1), &step, &[event.clone()]);
+        for k in 0..=300_i64 {
+            assert!(times.contains(&exact(k, 300).to_f64()), "{k}");
+        }
+        for k in 0..=400_i64 {
+            // 0.1234 + k/6000, but where a multiple of the step lies beside it by less than rounding.
+            let fine = exact(1234 * 3 + 5 * k, 30_000).to_f64();
+            assert!(times.contains(&fine), "{k}");
+        }
     }
 
     #[test]

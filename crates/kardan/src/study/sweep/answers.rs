@@ -226,6 +226,7 @@ mod tests {
     use kardan_rt::functions::powi;
 
     use super::*;
+    use crate::results::SweepRow;
 
     /// The defining equation: at each end the tail of the binomial distribution is half of what the confidence leaves.
     #[test]
@@ -250,10 +251,11 @@ mod tests {
             let (reason, measured, passed) = (String::new(), Vec::new(), Vec::new());
             SweepRow { sample: k, variant: 0, reason, values: vec![a, b, 4.0], measured, passed, figures: vec![y] }
         };
-        let rows: Vec<SweepRow> = (0..40).map(row).collect();
+        let rows: SweepRows = (0..40).map(row).collect();
         let parameters = ["a", "b", "same"].map(String::from).to_vec();
         let (variants, sampled) = (&["only".to_string()], Sampled::Drawn);
-        let answers = Answers { rows: &rows, parameters, variants, sampled, seed: 0, confidence: CONFIDENCE };
+        let moving = Vec::new();
+        let answers = Answers { rows: &rows, moving, parameters, variants, sampled, seed: 0, confidence: CONFIDENCE };
         let found = answers.spread("only", |row| row.figures[0]);
         let deviation = |of: &dyn Fn(SweepRowOf<'_>) -> f64| {
             let mean = rows.iter().map(of).sum::<f64>() / 40.0;
