@@ -21,6 +21,8 @@ pub struct Page {
     pub sections: Vec<Section>,
     /// What the charts show, as JSON for the script of the page; `None` where there are none.
     pub data: Option<String>,
+    /// What the plots of the runs of a sweep show, as JSON for their script; `None` where there are none.
+    pub samples: Option<String>,
 }
 
 /// What nobody may overlook: `Warning`, and what it is about.

@@ -7,20 +7,24 @@ use std::time::Instant;
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export;
-use kardan::results::{Sweep, SweepRow};
+use kardan::project::Project;
+use kardan::results::{RowAgain, Sweep, SweepRow, SweptRequirement};
 use kardan::study::{Settings, Shard, SweepGoal, SweepPlan, SweepSettings};
 use kardan_report as report;
 
 use super::run::method;
-use crate::args::{MergeArgs, SweepArgs, SweepCommand};
+use crate::args::{MergeArgs, RunMethod, SweepArgs, SweepCommand, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
 use crate::input;
-use crate::output::{in_words, prepare_folder, print, reason, save, save_page, say_written};
+use crate::output::{in_words, prepare_folder, print, quoted_for_shell, reason, save, save_page, say_written};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 
 /// What files of rows are called.
 const STEM: &str = "rows-";
+/// The page with the full runs of the worst cases, and how many.
+const FULL: &str = "worst.html";
+const MOST_FULL: usize = 3;
 
 pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     if let Some(SweepCommand::Merge(args)) = &args.merge {
@@ -77,7 +81,105 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
             write_manifest(out, (&plan, shard), found.rows, begun.elapsed().as_secs_f64())?;
         }
     }
-    tell(&found, (args.out.as_deref(), args.json), &source.to_string(), quiet)
+    let files: Files = match &args.out {
+        Some(out) => files_of_rows(out).into_iter().filter(|(block, _)| plan.own_blocks().contains(block)).collect(),
+        None => Files::default(),
+    };
+    let looked = args.out.as_ref().map(|out| {
+        let command = command_again(&model, &args.changes.set, args.method, args.tolerance);
+        let (samples, mut again) = looked_into((&plan, &found), &files, command);
+        if found.missing == 0 && plan.shard.is_none() {
+            let bars = Bars::within(quiet, args.limits);
+            again.full = full_runs(&project, (&plan, &found), &files, (&settings.run, &bars), out);
+            bars.finish();
+        }
+        (samples, again)
+    });
+    tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
+}
+
+/// Files of rows, by blocks.
+type Files = BTreeMap<u64, PathBuf>;
+
+/// The command that runs rows again, up to their file.
+fn command_again(model: &Path, set: &[String], method: RunMethod, tolerance: Option<f64>) -> String {
+    let mut command = format!("kardan run {}", quoted_for_shell(&model.display().to_string()));
+    for change in set {
+        command += &format!(" --set {}", quoted_for_shell(change));
+    }
+    if let Some(word) = word(method).filter(|_| method != RunMethod::Automatic) {
+        command += &format!(" --method {word}");
+    }
+    if let Some(tolerance) = tolerance {
+        command += &format!(" --tolerance {tolerance:e}");
+    }
+    command + " --variants-from"
+}
+
+/// The rows that the page draws, and how each is made again. What cannot be read is not drawn: the answers are there all the same.
+fn looked_into(
+    (plan, found): (&SweepPlan, &Sweep),
+    files: &Files,
+    command: String,
+) -> (report::Samples, report::Again) {
+    let mut samples = report::Samples::new(&plan.head, found);
+    let mut left = usize::try_from(found.rows).unwrap_or(usize::MAX);
+    let mut words = Vec::new();
+    for (&block, path) in files.range(..plan.blocks()) {
+        // A sweep that has ended by its goal may have rows behind its end.
+        if left == 0 {
+            break;
+        }
+        let Ok(rows) = rows_of(plan, block, path) else { continue };
+        left = left.saturating_sub(rows.len());
+        samples.take(rows);
+        words.resize(block as usize, String::new());
+        words.push(quoted_for_shell(&path.display().to_string()));
+    }
+    (samples, report::Again { command, block: plan.block(), files: words, full: None })
+}
+
+/// Samples of the worst cases of the first requirements, with their variants.
+fn worst_cases(found: &Sweep) -> Vec<(u64, &str)> {
+    let worst = |one: &SweptRequirement| {
+        let ([least, largest], quantiles) = (one.measured.ends?, one.measured.quantiles?);
+        let above = one.above.map_or(f64::INFINITY, |bound| quantiles[0] - bound);
+        let below = one.below.map_or(f64::INFINITY, |bound| bound - quantiles[6]);
+        Some(if above < below { least } else { largest })
+    };
+    let searched = found.worst.iter().map(|one| (one.sample, one.variant.as_str()));
+    let own = found.requirements.iter().filter_map(|one| Some((worst(one)?, one.variant.as_str())));
+    let mut all: Vec<(u64, &str)> = Vec::new();
+    for one in searched.chain(own) {
+        if !all.contains(&one) && all.len() < MOST_FULL {
+            all.push(one);
+        }
+    }
+    all
+}
+
+/// Runs the worst cases again with all signals and writes their page; says its name. Where that fails, commands stand for it.
+fn full_runs(
+    project: &Project,
+    (plan, found): (&SweepPlan, &Sweep),
+    files: &Files,
+    (settings, bars): (&Settings, &Bars),
+    out: &Path,
+) -> Option<String> {
+    let again = |(sample, variant): (u64, &str)| {
+        let block = sample / plan.block();
+        let rows = rows_of(plan, block, files.get(&block)?).ok()?;
+        let number = plan.head.variants.iter().position(|name| name == variant)?;
+        let row = rows.into_iter().find(|row| row.sample == sample && row.variant == number)?;
+        let names = plan.head.varied.iter().map(|one| one.name.clone());
+        Some(RowAgain { sample, variant: variant.into(), values: names.zip(row.values).collect() })
+    };
+    let rows: Vec<RowAgain> = worst_cases(found).into_iter().filter_map(again).collect();
+    let settings = Settings { runs_only: true, ..settings.clone() };
+    let project = project.rows_again(&plan.head.identity, &rows, &settings).ok()?;
+    let study = project.run(&settings, bars).ok()?;
+    save_page(&out.join(FULL), &report::study(&study)).ok()?;
+    Some(FULL.into())
 }
 
 /// What is swept.
@@ -157,6 +259,7 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
         blocks.insert(block, (path, found));
     }
     let missing: Vec<u64> = (0..plan.blocks()).filter(|block| !blocks.contains_key(block)).collect();
+    let files: Files = blocks.iter().map(|(block, (path, _))| (*block, path.clone())).collect();
     let rows = blocks.into_values().flat_map(|(_, rows)| rows).collect();
     let mut found = project.sweep_answers(&plan, rows);
     if let (Some(first), Some(last)) = (missing.first(), missing.last()) {
@@ -169,10 +272,13 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
             samples.end - 1
         ));
     }
+    let mut looked = None;
     if let Some(out) = &args.out {
         prepare_folder(out)?;
+        let command = command_again(&args.model, &args.changes.set, args.method, args.tolerance);
+        looked = Some(looked_into((&plan, &found), &files, command));
     }
-    tell(&found, (args.out.as_deref(), args.json), &source.to_string(), quiet)
+    tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
 }
 
 /// Whether rows are the same to the last bit.
@@ -261,12 +367,18 @@ fn rows_of(plan: &SweepPlan, block: u64, path: &Path) -> Result<Vec<SweepRow>, S
 }
 
 /// Writes and prints what was found, all of it or not.
-fn tell(found: &Sweep, (out, json): (Option<&Path>, bool), origin: &str, quiet: bool) -> Result<u8, Failure> {
+fn tell(
+    (found, looked): (&Sweep, Option<(report::Samples, report::Again)>),
+    (out, json): (Option<&Path>, bool),
+    origin: &str,
+    quiet: bool,
+) -> Result<u8, Failure> {
     let page = report::sweep(found);
     let mut written = Vec::new();
     if let Some(out) = out {
         let (pages, numbers) = (out.join("sweep.html"), out.join("sweep.json"));
-        save_page(&pages, &page)?;
+        let whole = looked.map(|(samples, again)| report::sweep_with(found, samples, &again));
+        save_page(&pages, whole.as_ref().unwrap_or(&page))?;
         save(&numbers, (export::sweep_json(found) + "\n").as_bytes())?;
         written = vec![pages, numbers];
     }

@@ -35,6 +35,7 @@ pub fn page(found: &Identification) -> Page {
             ("notes", "Notes", new().list(found.notes.iter().cloned())),
         ]),
         data: None,
+        samples: None,
     }
 }
 

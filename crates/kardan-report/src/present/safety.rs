@@ -24,6 +24,7 @@ pub fn page(table: &Safety) -> Page {
             ("again", "Each row again", commands(table)),
         ]),
         data: None,
+        samples: None,
     }
 }
 

@@ -69,6 +69,10 @@ pub struct SweptRequirement {
     pub unit: String,
     /// The unit of its bounds in the file, where that is another one.
     pub display: Option<DisplayUnit>,
+    /// What is measured must be below this, SI.
+    pub below: Option<f64>,
+    /// What is measured must be above this, SI.
+    pub above: Option<f64>,
     /// Samples in which it holds.
     pub passed: u64,
     /// Samples in which it does not, those whose run ended early among them.

@@ -1,0 +1,499 @@
+"use strict";
+(() => {
+  const place = document.getElementById("samples-plots");
+  const data = JSON.parse(document.getElementById("samples-data").textContent);
+  const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const figure = (value) => {
+    if (!Number.isFinite(value)) return "no number";
+    const size = Math.abs(value);
+    const text = size !== 0 && (size >= 1e6 || size < 1e-4) ? value.toExponential(4) : String(parseFloat(value.toPrecision(5)));
+    return text.replace(/-/g, "−");
+  };
+  const bytes = (text) => Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
+  const count = data.count;
+  const sample = new Uint32Array(bytes(data.sample).buffer);
+  const ended = bytes(data.ended);
+  const variant = data.variant ? new Uint32Array(bytes(data.variant).buffer) : new Uint32Array(count);
+  const columns = data.columns.map((column) => {
+    const values = new Float32Array(bytes(column.data).buffer);
+    let [low, high] = [Infinity, -Infinity];
+    for (const value of values) {
+      if (!Number.isFinite(value)) continue;
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+    const some = low <= high;
+    // Where all are the same they stand in the middle.
+    const room = high > low ? 0 : (Math.abs(column.from) || 1) * 0.05;
+    const [from, span] = some ? [low - room, high - low + 2 * room] : [0, 1];
+    const places = values.map((value) => (Number.isFinite(value) ? (value - from) / span : NaN));
+    const title = column.unit ? `${column.name} [${column.unit}]` : column.name;
+    return { ...column, values, places, title, least: column.from + from, span };
+  });
+  const passed = data.requirements.map((one) => bytes(one.passed));
+  // Any part of all runs that were drawn so far is a fair one.
+  const step = (() => {
+    const common = (a, b) => (b ? common(b, a % b) : a);
+    let step = Math.max(1, Math.round(count * 0.618));
+    while (common(count, step) > 1) step++;
+    return step;
+  })();
+  const order = new Uint32Array(count);
+  for (let k = 0, at = 0; k < count; k++, at = (at + step) % count) order[k] = at;
+
+  const make = (tag, parent, text, properties) => {
+    const made = Object.assign(document.createElement(tag), properties);
+    if (text) made.textContent = text;
+    parent.append(made);
+    return made;
+  };
+  const choice = (parent, label, names, chosen) => {
+    const box = make("label", parent, label + " ");
+    const select = make("select", box);
+    names.forEach((name, k) => make("option", select, name, { value: k, selected: k === chosen }));
+    select.addEventListener("change", changed);
+    return select;
+  };
+  const titles = columns.map((one) => one.title);
+  const parameters = columns.flatMap((one, k) => (one.kind === "parameter" ? [k] : []));
+  const numbers = columns.flatMap((one, k) => (one.kind === "parameter" ? [] : [k]));
+  const tools = make("div", place, "", { className: "choices" });
+  const across = choice(tools, "across", titles, 0);
+  const up = choice(tools, "up", titles, numbers[0] ?? Math.min(1, columns.length - 1));
+  const colour = choice(tools, "colour by", ["any failure", ...data.requirements.map((one) => one.text)], data.requirements.length === 1 ? 1 : 0);
+  const only = data.variants.length > 1 ? choice(tools, "variant", ["all", ...data.variants], 0) : null;
+  const frame = (label) => {
+    const box = make("div", place, "", { className: "plot" });
+    const canvas = make("canvas", box);
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", label);
+    return { box, canvas, context: canvas.getContext("2d"), layer: document.createElement("canvas") };
+  };
+  const key = make("p", place, "", { className: "hint" });
+  const scatter = frame("Runs as points; their numbers stand in the tables.");
+  const tip = make("div", scatter.box, "", { className: "tip", hidden: true });
+  const pinned = make("p", place, "", { className: "pinned", hidden: true });
+  const line = make("div", place, "", { className: "choices" });
+  const measure = numbers.length > 0 ? choice(line, "last axis", numbers.map((k) => titles[k]), 0) : null;
+  const clear = make("button", line, "all runs", { type: "button", title: "forget what was chosen on axes" });
+  const told = make("span", line, "", { className: "hint" });
+  told.setAttribute("role", "status");
+  const parallel = frame("Runs as lines over their parameters.");
+  make("p", place, "Drag along an axis to choose runs, click it to forget; both plots follow. Click a point for the command that runs it again in full.", { className: "hint" });
+
+  let brushes = new Map();
+  let axes = [];
+  let [fate, chosen, shown] = [new Uint8Array(count), new Uint8Array(count), 0];
+  let [width, ratio, pending] = [0, 1, 0];
+  let picked = -1;
+  const HEIGHT = 380, LEFT = 74, RIGHT = 16, TOP = 12, BELOW = 46, LANE = 26;
+  const NONE = 2;
+
+  function judge() {
+    const which = Number(colour.value) - 1;
+    for (let k = 0; k < count; k++) {
+      if (which >= 0) fate[k] = passed[which][k];
+      else fate[k] = ended[k] && passed.every((one) => one[k] !== 0) ? 1 : 0;
+    }
+  }
+  function choose() {
+    const own = only ? Number(only.value) - 1 : -1;
+    const bounds = [...brushes].map(([column, range]) => [columns[column].places, ...range]);
+    shown = 0;
+    let failing = 0;
+    for (let k = 0; k < count; k++) {
+      let inside = own < 0 || variant[k] === own;
+      for (let b = 0; inside && b < bounds.length; b++) {
+        const [places, low, high] = bounds[b];
+        const at = places[k];
+        // A range that ends below the axis takes those without a number.
+        inside = at === at ? at >= low && at <= high : low < 0;
+      }
+      chosen[k] = inside ? 1 : 0;
+      if (inside) { shown++; failing += fate[k] === 0; }
+    }
+    told.textContent = `${shown} of ${count} runs are chosen, ${failing} of them fail` + (Number(colour.value) ? " it." : ".");
+    place.dataset.chosen = shown;
+    clear.disabled = brushes.size === 0;
+  }
+
+  const rgb = (text) => {
+    const digits = text.slice(1);
+    return digits.length === 3 ? [...digits].map((one) => parseInt(one + one, 16)) : [0, 2, 4].map((k) => parseInt(digits.slice(k, k + 2), 16));
+  };
+  function size(plot) {
+    const height = HEIGHT;
+    plot.canvas.style.height = height + "px";
+    [plot.canvas.width, plot.canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
+    [plot.layer.width, plot.layer.height] = [plot.canvas.width, plot.canvas.height];
+    plot.counts = [0, 1, 2].map(() => new Uint16Array(plot.canvas.width * plot.canvas.height));
+    plot.behind = new Uint16Array(plot.canvas.width * plot.canvas.height);
+  }
+  const reset = (plot) => { plot.counts.forEach((one) => one.fill(0)); plot.behind.fill(0); };
+
+  // Counts of marks per pixel as colours: what fails lies above.
+  function paint(plot, alpha) {
+    const [w, h] = [plot.layer.width, plot.layer.height];
+    const context = plot.layer.getContext("2d");
+    const image = context.createImageData(w, h);
+    const out = new Uint32Array(image.data.buffer);
+    const [fail, hold, none, grey] = [style("--curve-1"), style("--curve-0"), style("--curve-6"), style("--line")].map(rgb);
+    const [failing, holding, others] = plot.counts;
+    const solid = Array.from({ length: 256 }, (_, n) => 1 - (1 - alpha) ** n);
+    const at = (n) => solid[n < 256 ? n : 255];
+    for (let k = 0; k < out.length; k++) {
+      const [a, b, c, d] = [failing[k], holding[k], others[k], plot.behind[k]];
+      if (!(a | b | c | d)) continue;
+      let [red, green, blue, left] = [0, 0, 0, 1];
+      const over = (colour, part) => {
+        if (!part) return;
+        const take = left * part;
+        red += take * colour[0]; green += take * colour[1]; blue += take * colour[2];
+        left -= take;
+      };
+      over(fail, at(a)); over(hold, at(b)); over(none, at(c)); over(grey, d ? 0.5 : 0);
+      const whole = 1 - left;
+      out[k] = (Math.round(255 * whole) << 24) | (Math.round(blue / whole) << 16) | (Math.round(green / whole) << 8) | Math.round(red / whole);
+    }
+    context.putImageData(image, 0, 0);
+  }
+  function begin(plot) {
+    const { context } = plot;
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.clearRect(0, 0, plot.canvas.width, plot.canvas.height);
+    context.drawImage(plot.layer, 0, 0);
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.font = "12px " + getComputedStyle(document.body).fontFamily;
+    context.fillStyle = context.strokeStyle = style("--ink");
+    context.lineWidth = 1;
+    return context;
+  }
+  // Round numbers within an axis, by their places.
+  function ticks(column) {
+    const raw = column.span / 5;
+    const power = 10 ** Math.floor(Math.log10(raw));
+    const distance = [1, 2, 5, 10].map((k) => k * power).find((one) => one >= raw * 0.999);
+    const out = [];
+    for (let k = Math.ceil(column.least / distance); k * distance <= column.least + column.span && out.length < 12; k++) {
+      out.push([(k * distance - column.least) / column.span, figure(Math.abs(k * distance) < 1e-9 * column.span ? 0 : k * distance)]);
+    }
+    return out;
+  }
+  const cut = (context, text, room) => {
+    if (context.measureText(text).width <= room) return text;
+    let short = text;
+    while (short.length > 1 && context.measureText(short + "…").width > room) short = short.slice(0, -1);
+    return short + "…";
+  };
+  const stroke = (context, colour, ...points) => {
+    context.strokeStyle = colour;
+    context.beginPath();
+    points.forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
+    context.stroke();
+  };
+
+  const inner = () => [width - LEFT - RIGHT, HEIGHT - TOP - BELOW];
+  let grid = null;
+  function drawScatter() {
+    const started = performance.now();
+    const [w, h] = inner();
+    const [x, y] = [columns[across.value], columns[up.value]];
+    const [xs, ys] = [x.places, y.places];
+    reset(scatter);
+    const pixels = scatter.canvas.width;
+    const half = Math.round((shown <= 2000 ? 2 : shown <= 20000 ? 1 : 0.5) * ratio);
+    let missing = 0;
+    for (let k = 0; k < count; k++) {
+      if (!chosen[k]) continue;
+      if (!(xs[k] === xs[k] && ys[k] === ys[k])) { missing++; continue; }
+      const counts = scatter.counts[fate[k] === 0 ? 0 : fate[k] === NONE ? 2 : 1];
+      const column = Math.round((LEFT + xs[k] * w) * ratio), row = Math.round((TOP + (1 - ys[k]) * h) * ratio);
+      for (let r = -half; r <= half; r++) {
+        const first = (row + r) * pixels + column;
+        for (let c = -half; c <= half; c++) counts[first + c]++;
+      }
+    }
+    paint(scatter, Math.min(0.9, Math.max(0.25, 40 / Math.sqrt(shown))));
+    buildGrid(xs, ys, w, h);
+    const context = begin(scatter);
+    const [line, faint, ink] = [style("--grid"), style("--faint"), style("--ink")];
+    context.globalCompositeOperation = "destination-over";
+    for (const [at] of ticks(x)) stroke(context, line, [LEFT + at * w, TOP], [LEFT + at * w, TOP + h]);
+    for (const [at] of ticks(y)) stroke(context, line, [LEFT, TOP + (1 - at) * h], [LEFT + w, TOP + (1 - at) * h]);
+    context.globalCompositeOperation = "source-over";
+    context.textAlign = "center";
+    for (const [at, text] of ticks(x)) context.fillText(text, LEFT + at * w, TOP + h + 18);
+    context.textAlign = "right";
+    for (const [at, text] of ticks(y)) context.fillText(text, LEFT - 8, TOP + (1 - at) * h + 4);
+    stroke(context, faint, [LEFT, TOP], [LEFT, TOP + h], [LEFT + w, TOP + h]);
+    context.textAlign = "center";
+    context.fillText(cut(context, x.title, w), LEFT + w / 2, HEIGHT - 8);
+    context.save();
+    context.translate(14, TOP + h / 2);
+    context.rotate(-Math.PI / 2);
+    context.fillText(cut(context, y.title, h), 0, 0);
+    context.restore();
+    context.setLineDash([6, 4]);
+    context.lineWidth = 1.5;
+    for (const one of data.requirements) {
+      for (const bound of [one.below, one.above]) {
+        if (bound === null) continue;
+        const at = (column) => (bound - column.least) / column.span;
+        const [across, up] = [at(x), at(y)];
+        if (x === columns[one.column] && across >= 0 && across <= 1) stroke(context, ink, [LEFT + across * w, TOP], [LEFT + across * w, TOP + h]);
+        if (y === columns[one.column] && up >= 0 && up <= 1) stroke(context, ink, [LEFT, TOP + (1 - up) * h], [LEFT + w, TOP + (1 - up) * h]);
+      }
+    }
+    context.setLineDash([]);
+    if (picked >= 0 && xs[picked] === xs[picked] && ys[picked] === ys[picked]) {
+      context.strokeStyle = ink;
+      context.beginPath();
+      context.arc(LEFT + xs[picked] * w, TOP + (1 - ys[picked]) * h, 6, 0, 7);
+      context.stroke();
+    }
+    legend(missing);
+    place.dataset.scatter = (performance.now() - started).toFixed(1);
+  }
+  function legend(missing) {
+    key.textContent = "";
+    const which = Number(colour.value) - 1;
+    const words = which < 0 ? ["fails a requirement or did not end", "holds"] : [`fails ${data.requirements[which].text}`, "holds"];
+    const entry = (number, text) => {
+      const box = make("span", key, "", { className: "entry" });
+      make("span", box, "", { className: "swatch c" + number });
+      box.append(text);
+    };
+    entry(1, words[0]);
+    entry(0, words[1]);
+    if (which >= 0 && passed[which].includes(NONE)) entry(6, "of another variant");
+    const bounds = data.requirements.some((one) => [one.below, one.above].some((bound) => bound !== null) && [across.value, up.value].includes(String(one.column)));
+    if (bounds) make("span", key, "– – bound ", { className: "entry" });
+    if (missing) key.append(`${missing} of the chosen runs have no number here.`);
+  }
+
+  // Runs by cells of the plot, for the one nearest to the pointer.
+  const CELL = 16;
+  function buildGrid(xs, ys, w, h) {
+    const [nx, ny] = [Math.ceil(w / CELL) + 1, Math.ceil(h / CELL) + 1];
+    const starts = new Uint32Array(nx * ny + 1);
+    const cell = (k) => Math.floor((xs[k] * w) / CELL) + nx * Math.floor(((1 - ys[k]) * h) / CELL);
+    const there = (k) => chosen[k] && xs[k] === xs[k] && ys[k] === ys[k];
+    for (let k = 0; k < count; k++) if (there(k)) starts[cell(k) + 1]++;
+    for (let k = 0; k < nx * ny; k++) starts[k + 1] += starts[k];
+    const next = starts.slice(), runs = new Uint32Array(starts[nx * ny]);
+    for (let k = 0; k < count; k++) if (there(k)) runs[next[cell(k)]++] = k;
+    grid = { nx, ny, starts, runs, xs, ys, w, h };
+  }
+  function nearest(px, py) {
+    if (!grid) return -1;
+    const { nx, ny, starts, runs, xs, ys, w, h } = grid;
+    const [cx, cy] = [Math.floor(px / CELL), Math.floor(py / CELL)];
+    let [best, least] = [-1, CELL * CELL];
+    for (let j = Math.max(0, cy - 1); j <= Math.min(ny - 1, cy + 1); j++) {
+      for (let i = Math.max(0, cx - 1); i <= Math.min(nx - 1, cx + 1); i++) {
+        for (let k = starts[i + nx * j]; k < starts[i + nx * j + 1]; k++) {
+          const run = runs[k];
+          const distance = (xs[run] * w - px) ** 2 + ((1 - ys[run]) * h - py) ** 2;
+          if (distance < least) [best, least] = [run, distance];
+        }
+      }
+    }
+    return best;
+  }
+
+  const LOW = HEIGHT - 14 - LANE, HIGH = 46;
+  const axisAt = (k) => (axes.length > 1 ? 60 + ((width - 120) * k) / (axes.length - 1) : width / 2);
+  const level = (place) => (place === place ? LOW - place * (LOW - HIGH) : LOW + LANE);
+  let progress = 0;
+  // Lines are counted pixel by pixel, as many at once as a frame has time for.
+  function drawParallel() {
+    axes = [...parameters, ...(measure ? [numbers[measure.value]] : [])];
+    if (axes.length === 1) axes.push(axes[0]);
+    reset(parallel);
+    cancelAnimationFrame(progress);
+    const started = performance.now();
+    let [done, work] = [0, 0];
+    const pixels = parallel.canvas.width;
+    const xs = axes.map((_, k) => Math.round(axisAt(k) * ratio));
+    const all = axes.map((k) => columns[k].places);
+    const alpha = Math.min(0.8, Math.max(0.012, 12 / Math.max(1, shown)));
+    const filtered = shown < count;
+    const more = () => {
+      const begun = performance.now();
+      while (done < count && (done % 256 !== 0 || performance.now() - begun < 10)) {
+        const run = order[done++];
+        const own = chosen[run];
+        // A part of the others is enough to see where they are.
+        if (!own && !(filtered && done < 4000)) continue;
+        const counts = own ? parallel.counts[fate[run] === 0 ? 0 : fate[run] === NONE ? 2 : 1] : parallel.behind;
+        for (let k = 1; k < xs.length; k++) {
+          const from = level(all[k - 1][run]) * ratio, slope = (level(all[k][run]) * ratio - from) / (xs[k] - xs[k - 1]);
+          if (shown > 3000 || !own) {
+            for (let x = xs[k - 1], y = from + 0.5; x < xs[k]; x++, y += slope) counts[(y | 0) * pixels + x]++;
+            continue;
+          }
+          // Few lines are closed where they are steep.
+          for (let x = xs[k - 1], y = from + 0.5; x < xs[k]; x++, y += slope) {
+            const [low, high] = [Math.min(y, y + slope) | 0, Math.max(y, y + slope) | 0];
+            for (let r = low; r <= high; r++) counts[r * pixels + x]++;
+          }
+        }
+      }
+      paint(parallel, alpha);
+      drawAxes();
+      work += performance.now() - begun;
+      if (!place.dataset.first) place.dataset.first = (performance.now() - started).toFixed(1);
+      if (done < count) progress = requestAnimationFrame(more);
+      else place.dataset.parallel = `${work.toFixed(1)} ms, ${(performance.now() - started).toFixed(1)} ms with pauses`;
+    };
+    more();
+  }
+  function drawAxes() {
+    const context = begin(parallel);
+    const [ink, faint, accent, paper] = [style("--ink"), style("--faint"), style("--accent"), style("--paper")];
+    const room = axes.length > 1 ? (width - 120) / (axes.length - 1) : width;
+    const written = (text, x, y) => {
+      context.lineWidth = 4;
+      context.strokeStyle = paper;
+      context.strokeText(text, x, y);
+      context.lineWidth = 1;
+      context.fillText(text, x, y);
+    };
+    axes.forEach((number, k) => {
+      const [x, column] = [axisAt(k), columns[number]];
+      context.fillStyle = ink;
+      stroke(context, ink, [x, HIGH], [x, LOW]);
+      const edge = k === 0 ? "left" : k === axes.length - 1 ? "right" : "center";
+      context.textAlign = edge;
+      const at = k === 0 ? 2 : k === axes.length - 1 ? width - 2 : x;
+      const wide = edge === "center" ? room - 8 : room / 2 + 54;
+      context.fillText(cut(context, column.title, wide), at, 14);
+      context.textAlign = "center";
+      written(figure(column.least + column.span), x, HIGH - 8);
+      written(figure(column.least), x, LOW + 15);
+      context.fillStyle = faint;
+      if (column.places.some((place) => place !== place)) written("no number", x, HEIGHT - 2);
+      const range = brushes.get(number);
+      if (range) {
+        const [top, bottom] = [level(Math.min(1, range[1])), range[0] < 0 ? LOW + LANE : level(range[0])];
+        context.fillStyle = accent;
+        context.globalAlpha = 0.35;
+        context.fillRect(x - 8, top, 16, Math.max(2, bottom - top));
+        context.globalAlpha = 1;
+        context.strokeStyle = accent;
+        context.strokeRect(x - 8, top, 16, Math.max(2, bottom - top));
+      }
+    });
+  }
+
+  function draw() {
+    pending = 0;
+    choose();
+    drawScatter();
+    drawParallel();
+  }
+  function schedule() { if (!pending) pending = requestAnimationFrame(draw); }
+  function changed(event) {
+    if (event?.target === colour) judge();
+    if (event?.target === measure) {
+      const kept = new Set([...parameters, numbers[measure.value]]);
+      brushes = new Map([...brushes].filter(([column]) => kept.has(column)));
+    }
+    schedule();
+  }
+  function sized() {
+    const now = [place.clientWidth, window.devicePixelRatio || 1];
+    if (now[0] < 1) return;
+    [width, ratio] = [Math.max(280, now[0]), Math.min(2, now[1])];
+    size(scatter);
+    size(parallel);
+    schedule();
+  }
+
+  const position = (event, canvas) => {
+    const box = canvas.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  };
+  scatter.canvas.addEventListener("pointermove", (event) => {
+    const [x, y] = position(event, scatter.canvas);
+    const run = nearest(x - LEFT, y - TOP);
+    tip.hidden = run < 0;
+    if (run < 0) return;
+    const [across_, up_] = [columns[across.value], columns[up.value]];
+    const value = (column) => `${column.name} = ${figure(column.from + column.values[run])} ${column.unit}`.trim();
+    const rest = parameters.map((k) => columns[k]).filter((one) => one !== across_ && one !== up_);
+    const head = `sample ${sample[run]}` + (data.variants.length > 1 ? `, ${data.variants[variant[run]]}` : "") + (ended[run] ? "" : ", did not come to its end");
+    tip.textContent = [head, value(across_), value(up_), ...rest.slice(0, 8).map(value)].join("\n");
+    tip.style.left = Math.min(x + 14, width - tip.offsetWidth - 4) + "px";
+    tip.style.top = Math.max(0, Math.min(y + 14, HEIGHT - tip.offsetHeight - 4)) + "px";
+  });
+  scatter.canvas.addEventListener("pointerleave", () => { tip.hidden = true; });
+  scatter.canvas.addEventListener("click", (event) => {
+    const [x, y] = position(event, scatter.canvas);
+    picked = nearest(x - LEFT, y - TOP);
+    pinned.hidden = picked < 0;
+    pinned.textContent = "";
+    if (picked >= 0) {
+      const file = data.again.files[Math.floor(sample[picked] / data.again.block)];
+      pinned.append(`Sample ${sample[picked]}: `);
+      if (file) copied(make("code", pinned, `${data.again.command} ${file} --sample ${sample[picked]}`));
+    }
+    drawScatter();
+  });
+
+  let drag = null;
+  const place_ = (y) => {
+    const at = (LOW - y) / (LOW - HIGH);
+    return at > 1 ? 1 : at < -0.02 ? -1 : Math.max(0, at);
+  };
+  parallel.canvas.addEventListener("pointerdown", (event) => {
+    const [x, y] = position(event, parallel.canvas);
+    const near = axes.findIndex((_, k) => Math.abs(axisAt(k) - x) < 22);
+    if (near < 0) return;
+    drag = { axis: axes[near], from: place_(y), y };
+    parallel.canvas.setPointerCapture(event.pointerId);
+    event.preventDefault();
+  });
+  parallel.canvas.addEventListener("pointermove", (event) => {
+    const [x, y] = position(event, parallel.canvas);
+    parallel.canvas.style.cursor = drag || axes.some((_, k) => Math.abs(axisAt(k) - x) < 22) ? "ns-resize" : "";
+    if (!drag || Math.abs(y - drag.y) < 4) return;
+    const to = place_(y);
+    brushes.set(drag.axis, [Math.min(drag.from, to), Math.max(drag.from, to)]);
+    drag.moved = true;
+    schedule();
+  });
+  const drop = () => {
+    if (drag && !drag.moved) { brushes.delete(drag.axis); schedule(); }
+    drag = null;
+  };
+  parallel.canvas.addEventListener("pointerup", drop);
+  parallel.canvas.addEventListener("pointercancel", drop);
+  clear.addEventListener("click", () => { brushes.clear(); schedule(); });
+
+  // A button that copies a command.
+  function copied(code) {
+    const button = make("button", code.parentElement, "copy", { type: "button", className: "copy" });
+    button.addEventListener("click", () => {
+      const select = () => getSelection().selectAllChildren(code);
+      if (!navigator.clipboard) return select();
+      navigator.clipboard.writeText(code.textContent).then(() => {
+        button.textContent = "copied";
+        setTimeout(() => { button.textContent = "copy"; }, 1500);
+      }, select);
+    });
+  }
+
+  try {
+    judge();
+    sized();
+    document.querySelectorAll("#cases td code").forEach((code) => code.textContent && copied(code));
+  } catch (error) {
+    document.documentElement.className = "";
+    throw error;
+  }
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", schedule);
+  // Paper has its own colours.
+  window.matchMedia("print").addEventListener("change", draw);
+  new ResizeObserver(() => { if (Math.max(280, place.clientWidth) !== width) sized(); }).observe(place);
+})();
