@@ -28,7 +28,7 @@
     const [from, span] = some ? [low - room, high - low + 2 * room] : [0, 1];
     const places = values.map((value) => (Number.isFinite(value) ? (value - from) / span : NaN));
     const title = column.unit ? `${column.name} [${column.unit}]` : column.name;
-    return { ...column, values, places, title, least: column.from + from, span };
+    return { ...column, values, places, title, some, least: column.from + from, span };
   });
   const passed = data.requirements.map((one) => bytes(one.passed));
   // Any part of all runs that were drawn so far is a fair one.
@@ -58,9 +58,11 @@
   const parameters = columns.flatMap((one, k) => (one.kind === "parameter" ? [k] : []));
   const numbers = columns.flatMap((one, k) => (one.kind === "parameter" ? [] : [k]));
   const tools = make("div", place, "", { className: "choices" });
-  const across = choice(tools, "across", titles, 0);
+  // What explains the most of the first number, where that is known.
+  const most = columns.findIndex((one) => one.kind === "parameter" && one.name === data.across);
+  const across = choice(tools, "across", titles, Math.max(0, most));
   const up = choice(tools, "up", titles, numbers[0] ?? Math.min(1, columns.length - 1));
-  const colour = choice(tools, "colour by", ["any failure", ...data.requirements.map((one) => one.text)], data.requirements.length === 1 ? 1 : 0);
+  const colour = choice(tools, "colour by", ["any failure", ...data.requirements.map((one) => one.text)], data.requirements.length ? 1 : 0);
   const only = data.variants.length > 1 ? choice(tools, "variant", ["all", ...data.variants], 0) : null;
   const frame = (label) => {
     const box = make("div", place, "", { className: "plot" });
@@ -126,8 +128,8 @@
     plot.canvas.style.height = height + "px";
     [plot.canvas.width, plot.canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
     [plot.layer.width, plot.layer.height] = [plot.canvas.width, plot.canvas.height];
-    plot.counts = [0, 1, 2].map(() => new Uint16Array(plot.canvas.width * plot.canvas.height));
-    plot.behind = new Uint16Array(plot.canvas.width * plot.canvas.height);
+    plot.counts = [0, 1, 2].map(() => new Uint32Array(plot.canvas.width * plot.canvas.height));
+    plot.behind = new Uint32Array(plot.canvas.width * plot.canvas.height);
   }
   const reset = (plot) => { plot.counts.forEach((one) => one.fill(0)); plot.behind.fill(0); };
 
@@ -139,21 +141,20 @@
     const out = new Uint32Array(image.data.buffer);
     const [fail, hold, none, grey] = [style("--curve-1"), style("--curve-0"), style("--curve-6"), style("--line")].map(rgb);
     const [failing, holding, others] = plot.counts;
-    const solid = Array.from({ length: 256 }, (_, n) => 1 - (1 - alpha) ** n);
-    const at = (n) => solid[n < 256 ? n : 255];
+    const solid = Float32Array.from({ length: 4096 }, (_, n) => 1 - (1 - alpha) ** n);
+    const behind = plot.behind;
     for (let k = 0; k < out.length; k++) {
-      const [a, b, c, d] = [failing[k], holding[k], others[k], plot.behind[k]];
-      if (!(a | b | c | d)) continue;
-      let [red, green, blue, left] = [0, 0, 0, 1];
-      const over = (colour, part) => {
-        if (!part) return;
-        const take = left * part;
-        red += take * colour[0]; green += take * colour[1]; blue += take * colour[2];
-        left -= take;
-      };
-      over(fail, at(a)); over(hold, at(b)); over(none, at(c)); over(grey, d ? 0.5 : 0);
-      const whole = 1 - left;
-      out[k] = (Math.round(255 * whole) << 24) | (Math.round(blue / whole) << 16) | (Math.round(green / whole) << 8) | Math.round(red / whole);
+      const a = failing[k], b = holding[k], c = others[k], d = behind[k];
+      if ((a | b | c | d) === 0) continue;
+      const pa = solid[a < 4096 ? a : 4095];
+      const pb = (1 - pa) * solid[b < 4096 ? b : 4095];
+      const pc = (1 - pa - pb) * solid[c < 4096 ? c : 4095];
+      const pd = d === 0 ? 0 : (1 - pa - pb - pc) * 0.5;
+      const whole = pa + pb + pc + pd;
+      const red = (pa * fail[0] + pb * hold[0] + pc * none[0] + pd * grey[0]) / whole;
+      const green = (pa * fail[1] + pb * hold[1] + pc * none[1] + pd * grey[1]) / whole;
+      const blue = (pa * fail[2] + pb * hold[2] + pc * none[2] + pd * grey[2]) / whole;
+      out[k] = ((255 * whole + 0.5) << 24) | ((blue + 0.5) << 16) | ((green + 0.5) << 8) | (red + 0.5);
     }
     context.putImageData(image, 0, 0);
   }
@@ -170,6 +171,7 @@
   }
   // Round numbers within an axis, by their places.
   function ticks(column) {
+    if (!column.some) return [];
     const raw = column.span / 5;
     const power = 10 ** Math.floor(Math.log10(raw));
     const distance = [1, 2, 5, 10].map((k) => k * power).find((one) => one >= raw * 0.999);
@@ -222,10 +224,11 @@
     for (const [at] of ticks(y)) stroke(context, line, [LEFT, TOP + (1 - at) * h], [LEFT + w, TOP + (1 - at) * h]);
     context.globalCompositeOperation = "source-over";
     context.textAlign = "center";
-    for (const [at, text] of ticks(x)) context.fillText(text, LEFT + at * w, TOP + h + 18);
+    for (const [at, text] of ticks(x)) context.fillText(text, LEFT + at * w, TOP + h + 22);
     context.textAlign = "right";
-    for (const [at, text] of ticks(y)) context.fillText(text, LEFT - 8, TOP + (1 - at) * h + 4);
-    stroke(context, faint, [LEFT, TOP], [LEFT, TOP + h], [LEFT + w, TOP + h]);
+    for (const [at, text] of ticks(y)) context.fillText(text, LEFT - 12, TOP + (1 - at) * h + 4);
+    // Points at the ends stand clear of the axes.
+    stroke(context, faint, [LEFT - 6, TOP - 6], [LEFT - 6, TOP + h + 6], [LEFT + w + 6, TOP + h + 6]);
     context.textAlign = "center";
     context.fillText(cut(context, x.title, w), LEFT + w / 2, HEIGHT - 8);
     context.save();
@@ -316,11 +319,11 @@
     const pixels = parallel.canvas.width;
     const xs = axes.map((_, k) => Math.round(axisAt(k) * ratio));
     const all = axes.map((k) => columns[k].places);
-    const alpha = Math.min(0.8, Math.max(0.012, 12 / Math.max(1, shown)));
+    const alpha = Math.min(0.6, Math.max(0.003, 100 / Math.max(1, shown)));
     const filtered = shown < count;
     const more = () => {
       const begun = performance.now();
-      while (done < count && (done % 256 !== 0 || performance.now() - begun < 10)) {
+      while (done < count && (done % 256 !== 0 || performance.now() - begun < 16)) {
         const run = order[done++];
         const own = chosen[run];
         // A part of the others is enough to see where they are.
@@ -369,8 +372,10 @@
       const wide = edge === "center" ? room - 8 : room / 2 + 54;
       context.fillText(cut(context, column.title, wide), at, 14);
       context.textAlign = "center";
-      written(figure(column.least + column.span), x, HIGH - 8);
-      written(figure(column.least), x, LOW + 15);
+      if (column.some) {
+        written(figure(column.least + column.span), x, HIGH - 8);
+        written(figure(column.least), x, LOW + 15);
+      }
       context.fillStyle = faint;
       if (column.places.some((place) => place !== place)) written("no number", x, HEIGHT - 2);
       const range = brushes.get(number);

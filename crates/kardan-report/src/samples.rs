@@ -155,14 +155,18 @@ impl Samples {
                 self.column("figure", (name, unit, told.and_then(|one| one.display.as_ref())), |row| row.figures[k]),
             );
         }
+        let followed = found.requirements.first().map(|one| &one.measured);
+        let followed = followed.or_else(|| found.figures.first().map(|one| &one.values));
+        let across = followed.and_then(|values| values.shares.first()).map_or("", |share| share.parameter.as_str());
         let bytes = |of: &dyn Fn(&SweepRow) -> u32| -> Vec<u8> {
             self.kept.iter().flat_map(|row| of(row).to_le_bytes()).collect()
         };
         let ended: Vec<u8> = self.kept.iter().map(|row| u8::from(row.reason.is_empty())).collect();
         format!(
-            "{{\"count\":{},\"sample\":\"{}\",\"ended\":\"{}\",\"variants\":{},\"variant\":\"{}\",\"columns\":{},\"requirements\":{},\
+            "{{\"count\":{},\"across\":{},\"sample\":\"{}\",\"ended\":\"{}\",\"variants\":{},\"variant\":\"{}\",\"columns\":{},\"requirements\":{},\
              \"again\":{{\"command\":{},\"block\":{},\"files\":{}}}}}",
             self.kept.len(),
+            json_string(across),
             base64(&bytes(&|row| u32::try_from(row.sample).unwrap_or(u32::MAX))),
             base64(&ended),
             json_array(head.variants.iter().map(|name| json_string(name))),

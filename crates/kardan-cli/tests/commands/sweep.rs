@@ -51,6 +51,27 @@ fn half_of_the_samples_hold() {
     assert!(text.contains("1 of 1 requirements fail in some of 150 runs") && text.contains("50 %"), "{text}");
 }
 
+/// The page has the runs and the commands that make them again; the terminal has neither.
+#[test]
+fn the_page_has_the_runs() {
+    let at = folder("page");
+    fs::write(at.join("m.toml"), MODEL).unwrap();
+    let got = kardan(&at, &["sweep", "m.toml", "--samples", "150", "--out", "o o", "--set", "motor.m.inertia=1 g m^2"]);
+    assert_eq!(got.status.code(), Some(1), "{}", String::from_utf8_lossy(&got.stderr));
+    let page = fs::read_to_string(at.join("o o/sweep.html")).unwrap();
+    let data = page.split("id=\"samples-data\">").nth(1).unwrap().split("</script>").next().unwrap();
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    assert_eq!((&data["count"], &data["again"]["block"]), (&150.into(), &64.into()));
+    assert_eq!(data["again"]["files"][2], "'o o/rows-000002.parquet'");
+    assert_eq!(data["again"]["command"], "kardan run m.toml --set 'motor.m.inertia=1 g m^2' --variants-from");
+    assert_eq!((&data["requirements"][0]["above"], &data["requirements"][0]["column"]), (&2.0.into(), &1.into()));
+    assert!(page.contains("All 150 runs, 75 of which fail") && page.contains("href=\"worst.html\""));
+    let told = String::from_utf8(got.stdout).unwrap();
+    assert!(!told.contains("--variants-from") && !told.contains("samples-data"), "{told}");
+    let full = fs::read_to_string(at.join("o o/worst.html")).unwrap();
+    assert!(full.contains("model_sample-"));
+}
+
 /// What is missing is made, and nothing else; rows of another sweep are refused.
 #[test]
 fn it_goes_on_where_it_ended() {
