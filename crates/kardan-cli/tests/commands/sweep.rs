@@ -56,14 +56,14 @@ fn half_of_the_samples_hold() {
 fn the_page_has_the_runs() {
     let at = folder("page");
     fs::write(at.join("m.toml"), MODEL).unwrap();
-    let got = kardan(&at, &["sweep", "m.toml", "--samples", "150", "--out", "o o", "--set", "motor.m.inertia=1 g m^2"]);
+    let got = kardan(&at, &["sweep", "m.toml", "--samples", "150", "--out", "o o", "--set", "scenario.duration=1 s"]);
     assert_eq!(got.status.code(), Some(1), "{}", String::from_utf8_lossy(&got.stderr));
     let page = fs::read_to_string(at.join("o o/sweep.html")).unwrap();
     let data = page.split("id=\"samples-data\">").nth(1).unwrap().split("</script>").next().unwrap();
     let data: serde_json::Value = serde_json::from_str(data).unwrap();
     assert_eq!((&data["count"], &data["again"]["block"]), (&150.into(), &64.into()));
     assert_eq!(data["again"]["files"][2], "'o o/rows-000002.parquet'");
-    assert_eq!(data["again"]["command"], "kardan run m.toml --set 'motor.m.inertia=1 g m^2' --variants-from");
+    assert_eq!(data["again"]["command"], "kardan run m.toml --set 'scenario.duration=1 s' --variants-from");
     assert_eq!((&data["requirements"][0]["above"], &data["requirements"][0]["column"]), (&2.0.into(), &1.into()));
     assert!(page.contains("All 150 runs, 75 of which fail") && page.contains("href=\"worst.html\""));
     let told = String::from_utf8(got.stdout).unwrap();
