@@ -207,6 +207,7 @@ fn cell(cell: &Cell, number: bool, first: bool) -> String {
         Cell::Text(text) if first && !number => format!("<th scope=\"row\">{}</th>", prose(text)),
         Cell::Text(text) => format!("<td{class}>{}</td>", prose(text)),
         Cell::Code(text) => format!("<td><code>{}</code></td>", prose(text)),
+        Cell::Verbatim(text) => format!("<td><code>{}</code></td>", escaped(text)),
         Cell::Mark(good, word) => {
             let (class, sign) = if *good { ("good", "✓") } else { ("bad", "✗") };
             format!("<td><span class=\"{class}\">{sign} {}</span></td>", prose(word))

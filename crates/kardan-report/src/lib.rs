@@ -26,6 +26,7 @@ pub mod model;
 mod pareto;
 mod present;
 mod prose;
+mod sample_pictures;
 mod samples;
 mod signal_graph;
 mod svg;

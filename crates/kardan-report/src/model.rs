@@ -105,6 +105,8 @@ pub enum Cell {
     Text(String),
     /// A formula.
     Code(String),
+    /// What is to be copied, as it is to the last character: a command.
+    Verbatim(String),
     /// A verdict: good or bad.
     Mark(bool, String),
     /// The name of this row and of as many rows in all as the number says; those below have [`Cell::Under`].

@@ -28,9 +28,17 @@
     const [from, span] = some ? [low - room, high - low + 2 * room] : [0, 1];
     const places = values.map((value) => (Number.isFinite(value) ? (value - from) / span : NaN));
     const title = column.unit ? `${column.name} [${column.unit}]` : column.name;
-    return { ...column, values, places, title, some, least: column.from + from, span };
+    const gaps = places.some((place) => place !== place);
+    return { ...column, values, places, title, some, gaps, least: column.from + from, span };
   });
+  const NONE = 2;
   const passed = data.requirements.map((one) => bytes(one.passed));
+  // Whether a requirement is one of a variant.
+  const applies = passed.map((own) => {
+    const found = data.variants.map(() => false);
+    for (let k = 0; k < count; k++) if (own[k] !== NONE) found[variant[k]] = true;
+    return found;
+  });
   // Any part of all runs that were drawn so far is a fair one.
   const step = (() => {
     const common = (a, b) => (b ? common(b, a % b) : a);
@@ -58,15 +66,13 @@
   const parameters = columns.flatMap((one, k) => (one.kind === "parameter" ? [k] : []));
   const numbers = columns.flatMap((one, k) => (one.kind === "parameter" ? [] : [k]));
   const tools = make("div", place, "", { className: "choices" });
-  // What explains the most of the first number, where that is known.
-  const most = columns.findIndex((one) => one.kind === "parameter" && one.name === data.across);
-  const across = choice(tools, "across", titles, Math.max(0, most));
-  const up = choice(tools, "up", titles, numbers[0] ?? Math.min(1, columns.length - 1));
-  const colour = choice(tools, "colour by", ["any failure", ...data.requirements.map((one) => one.text)], data.requirements.length ? 1 : 0);
+  const across = choice(tools, "across", titles, data.across);
+  const up = choice(tools, "up", titles, data.up);
+  const colour = choice(tools, "colour by", ["any failure", ...data.requirements.map((one) => one.text)], 1 + data.requirements.findIndex((one) => one.column === data.up));
   const only = data.variants.length > 1 ? choice(tools, "variant", ["all", ...data.variants], 0) : null;
   const frame = (label) => {
     const box = make("div", place, "", { className: "plot" });
-    const canvas = make("canvas", box);
+    const canvas = make("canvas", make("div", box));
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", label);
     return { box, canvas, context: canvas.getContext("2d"), layer: document.createElement("canvas") };
@@ -76,20 +82,19 @@
   const tip = make("div", scatter.box, "", { className: "tip", hidden: true });
   const pinned = make("p", place, "", { className: "pinned", hidden: true });
   const line = make("div", place, "", { className: "choices" });
-  const measure = numbers.length > 0 ? choice(line, "last axis", numbers.map((k) => titles[k]), 0) : null;
+  const measure = numbers.length > 0 ? choice(line, "last axis", numbers.map((k) => titles[k]), Math.max(0, numbers.indexOf(data.up))) : null;
   const clear = make("button", line, "all runs", { type: "button", title: "forget what was chosen on axes" });
   const told = make("span", line, "", { className: "hint" });
   told.setAttribute("role", "status");
   const parallel = frame("Runs as lines over their parameters.");
-  make("p", place, "Drag along an axis to choose runs, click it to forget; both plots follow. Click a point for the command that runs it again in full.", { className: "hint" });
+  make("p", place, "Drag along an axis to choose runs, click it to forget; both plots follow. Click a point for the command that runs it again in full.", { className: "hint how" });
 
   let brushes = new Map();
   let axes = [];
   let [fate, chosen, shown] = [new Uint8Array(count), new Uint8Array(count), 0];
-  let [width, ratio, pending] = [0, 1, 0];
-  let picked = -1;
-  const HEIGHT = 380, LEFT = 74, RIGHT = 16, TOP = 12, BELOW = 46, LANE = 26;
-  const NONE = 2;
+  let [width, ratio, missing, failing, picked] = [0, 1, 0, 0, -1];
+  const HEIGHT = 380, LEFT = 74, RIGHT = 16, TOP = 12, BELOW = 46, LANE = 26, ROOM = 72;
+  const paper = window.matchMedia("print");
 
   function judge() {
     const which = Number(colour.value) - 1;
@@ -101,8 +106,8 @@
   function choose() {
     const own = only ? Number(only.value) - 1 : -1;
     const bounds = [...brushes].map(([column, range]) => [columns[column].places, ...range]);
-    shown = 0;
-    let failing = 0;
+    const [xs, ys] = [columns[across.value].places, columns[up.value].places];
+    shown = missing = failing = 0;
     for (let k = 0; k < count; k++) {
       let inside = own < 0 || variant[k] === own;
       for (let b = 0; inside && b < bounds.length; b++) {
@@ -112,7 +117,10 @@
         inside = at === at ? at >= low && at <= high : low < 0;
       }
       chosen[k] = inside ? 1 : 0;
-      if (inside) { shown++; failing += fate[k] === 0; }
+      if (!inside) continue;
+      shown++;
+      failing += fate[k] === 0;
+      missing += xs[k] !== xs[k] || ys[k] !== ys[k];
     }
     told.textContent = `${shown} of ${count} runs are chosen, ${failing} of them fail` + (Number(colour.value) ? " it." : ".");
     place.dataset.chosen = shown;
@@ -123,30 +131,34 @@
     const digits = text.slice(1);
     return digits.length === 3 ? [...digits].map((one) => parseInt(one + one, 16)) : [0, 2, 4].map((k) => parseInt(digits.slice(k, k + 2), 16));
   };
-  function size(plot) {
-    const height = HEIGHT;
-    plot.canvas.style.height = height + "px";
-    [plot.canvas.width, plot.canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
-    [plot.layer.width, plot.layer.height] = [plot.canvas.width, plot.canvas.height];
-    plot.counts = [0, 1, 2].map(() => new Uint32Array(plot.canvas.width * plot.canvas.height));
-    plot.behind = new Uint32Array(plot.canvas.width * plot.canvas.height);
+  function size(plot, wide) {
+    const pixels = [wide, HEIGHT].map((size) => Math.round(size * ratio));
+    plot.wide = wide;
+    plot.canvas.parentElement.style.width = wide > width ? wide + "px" : "";
+    [plot.canvas.width, plot.canvas.height] = pixels;
+    plot.canvas.style.height = HEIGHT + "px";
+    // Many marks are counted in larger pixels: each frame looks at all of them.
+    plot.scale = count > 20000 && !paper.matches ? 1 : ratio;
+    [plot.layer.width, plot.layer.height] = [wide, HEIGHT].map((size) => Math.round(size * plot.scale));
+    const all = plot.layer.width * plot.layer.height;
+    plot.counts = [0, 1, 2].map(() => new Uint32Array(all));
+    plot.behind = new Uint32Array(all);
+    plot.image = new ImageData(plot.layer.width, plot.layer.height);
   }
   const reset = (plot) => { plot.counts.forEach((one) => one.fill(0)); plot.behind.fill(0); };
 
   // Counts of marks per pixel as colours: what fails lies above.
-  function paint(plot, alpha) {
-    const [w, h] = [plot.layer.width, plot.layer.height];
-    const context = plot.layer.getContext("2d");
-    const image = context.createImageData(w, h);
-    const out = new Uint32Array(image.data.buffer);
+  function paint(plot, alphas) {
+    const out = new Uint32Array(plot.image.data.buffer);
+    out.fill(0);
     const [fail, hold, none, grey] = [style("--curve-1"), style("--curve-0"), style("--curve-6"), style("--line")].map(rgb);
     const [failing, holding, others] = plot.counts;
-    const solid = Float32Array.from({ length: 4096 }, (_, n) => 1 - (1 - alpha) ** n);
+    const [over, solid] = alphas.map((alpha) => Float32Array.from({ length: 4096 }, (_, n) => 1 - (1 - alpha) ** n));
     const behind = plot.behind;
     for (let k = 0; k < out.length; k++) {
       const a = failing[k], b = holding[k], c = others[k], d = behind[k];
       if ((a | b | c | d) === 0) continue;
-      const pa = solid[a < 4096 ? a : 4095];
+      const pa = over[a < 4096 ? a : 4095];
       const pb = (1 - pa) * solid[b < 4096 ? b : 4095];
       const pc = (1 - pa - pb) * solid[c < 4096 ? c : 4095];
       const pd = d === 0 ? 0 : (1 - pa - pb - pc) * 0.5;
@@ -156,13 +168,13 @@
       const blue = (pa * fail[2] + pb * hold[2] + pc * none[2] + pd * grey[2]) / whole;
       out[k] = ((255 * whole + 0.5) << 24) | ((blue + 0.5) << 16) | ((green + 0.5) << 8) | (red + 0.5);
     }
-    context.putImageData(image, 0, 0);
+    plot.layer.getContext("2d").putImageData(plot.image, 0, 0);
   }
   function begin(plot) {
     const { context } = plot;
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, plot.canvas.width, plot.canvas.height);
-    context.drawImage(plot.layer, 0, 0);
+    context.drawImage(plot.layer, 0, 0, plot.canvas.width, plot.canvas.height);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.font = "12px " + getComputedStyle(document.body).fontFamily;
     context.fillStyle = context.strokeStyle = style("--ink");
@@ -196,27 +208,26 @@
 
   const inner = () => [width - LEFT - RIGHT, HEIGHT - TOP - BELOW];
   let grid = null;
+  // A run as a square; it tells where, as a function that draws one.
+  function points() {
+    const [w, h] = inner();
+    const [xs, ys] = [columns[across.value].places, columns[up.value].places];
+    const { counts, scale, layer: { width: pixels } } = scatter;
+    const half = Math.round((shown <= 2000 ? 2 : shown <= 20000 ? 1 : 0.5) * scale);
+    return (k) => {
+      if (!chosen[k] || xs[k] !== xs[k] || ys[k] !== ys[k]) return;
+      const own = counts[fate[k] === 0 ? 0 : fate[k] === NONE ? 2 : 1];
+      const column = Math.round((LEFT + xs[k] * w) * scale), row = Math.round((TOP + (1 - ys[k]) * h) * scale);
+      for (let r = -half; r <= half; r++) {
+        const first = (row + r) * pixels + column;
+        for (let c = -half; c <= half; c++) own[first + c]++;
+      }
+    };
+  }
   function drawScatter() {
-    const started = performance.now();
     const [w, h] = inner();
     const [x, y] = [columns[across.value], columns[up.value]];
     const [xs, ys] = [x.places, y.places];
-    reset(scatter);
-    const pixels = scatter.canvas.width;
-    const half = Math.round((shown <= 2000 ? 2 : shown <= 20000 ? 1 : 0.5) * ratio);
-    let missing = 0;
-    for (let k = 0; k < count; k++) {
-      if (!chosen[k]) continue;
-      if (!(xs[k] === xs[k] && ys[k] === ys[k])) { missing++; continue; }
-      const counts = scatter.counts[fate[k] === 0 ? 0 : fate[k] === NONE ? 2 : 1];
-      const column = Math.round((LEFT + xs[k] * w) * ratio), row = Math.round((TOP + (1 - ys[k]) * h) * ratio);
-      for (let r = -half; r <= half; r++) {
-        const first = (row + r) * pixels + column;
-        for (let c = -half; c <= half; c++) counts[first + c]++;
-      }
-    }
-    paint(scatter, Math.min(0.9, Math.max(0.25, 40 / Math.sqrt(shown))));
-    buildGrid(xs, ys, w, h);
     const context = begin(scatter);
     const [line, faint, ink] = [style("--grid"), style("--faint"), style("--ink")];
     context.globalCompositeOperation = "destination-over";
@@ -238,26 +249,28 @@
     context.restore();
     context.setLineDash([6, 4]);
     context.lineWidth = 1.5;
-    for (const one of data.requirements) {
-      for (const bound of [one.below, one.above]) {
-        if (bound === null) continue;
-        const at = (column) => (bound - column.least) / column.span;
-        const [across, up] = [at(x), at(y)];
-        if (x === columns[one.column] && across >= 0 && across <= 1) stroke(context, ink, [LEFT + across * w, TOP], [LEFT + across * w, TOP + h]);
-        if (y === columns[one.column] && up >= 0 && up <= 1) stroke(context, ink, [LEFT, TOP + (1 - up) * h], [LEFT + w, TOP + (1 - up) * h]);
-      }
+    for (const [column, bound] of bounds()) {
+      const at = (bound - columns[column].least) / columns[column].span;
+      if (at < 0 || at > 1) continue;
+      if (x === columns[column]) stroke(context, ink, [LEFT + at * w, TOP], [LEFT + at * w, TOP + h]);
+      if (y === columns[column]) stroke(context, ink, [LEFT, TOP + (1 - at) * h], [LEFT + w, TOP + (1 - at) * h]);
     }
     context.setLineDash([]);
-    if (picked >= 0 && xs[picked] === xs[picked] && ys[picked] === ys[picked]) {
+    context.lineWidth = 1;
+    if (picked >= 0 && chosen[picked] && xs[picked] === xs[picked] && ys[picked] === ys[picked]) {
       context.strokeStyle = ink;
       context.beginPath();
       context.arc(LEFT + xs[picked] * w, TOP + (1 - ys[picked]) * h, 6, 0, 7);
       context.stroke();
     }
-    legend(missing);
-    place.dataset.scatter = (performance.now() - started).toFixed(1);
   }
-  function legend(missing) {
+  // Bounds of what is drawn, of the variants that are shown, with their columns.
+  function bounds() {
+    const own = only ? Number(only.value) - 1 : -1;
+    const drawn = data.requirements.filter((one, k) => (own < 0 || applies[k][own]) && [across.value, up.value].includes(String(one.column)));
+    return drawn.flatMap((one) => [one.below, one.above].filter((bound) => bound !== null).map((bound) => [one.column, bound]));
+  }
+  function legend() {
     key.textContent = "";
     const which = Number(colour.value) - 1;
     const words = which < 0 ? ["fails a requirement or did not end", "holds"] : [`fails ${data.requirements[which].text}`, "holds"];
@@ -269,14 +282,21 @@
     entry(1, words[0]);
     entry(0, words[1]);
     if (which >= 0 && passed[which].includes(NONE)) entry(6, "of another variant");
-    const bounds = data.requirements.some((one) => [one.below, one.above].some((bound) => bound !== null) && [across.value, up.value].includes(String(one.column)));
-    if (bounds) make("span", key, "– – bound ", { className: "entry" });
+    const [inside, outside] = [[], []];
+    for (const [column, bound] of bounds()) {
+      const { name, unit, least, span } = columns[column];
+      const at = (bound - least) / span;
+      (at >= 0 && at <= 1 ? inside : outside).push(`${name} = ${figure(bound)} ${unit}`.trim());
+    }
+    if (inside.length) make("span", key, `– – bound: ${inside.join(", ")} `, { className: "entry" });
+    if (outside.length) make("span", key, `bound beyond the axis: ${outside.join(", ")} `, { className: "entry" });
     if (missing) key.append(`${missing} of the chosen runs have no number here.`);
   }
 
   // Runs by cells of the plot, for the one nearest to the pointer.
   const CELL = 16;
-  function buildGrid(xs, ys, w, h) {
+  function cells() {
+    const [[w, h], xs, ys] = [inner(), columns[across.value].places, columns[up.value].places];
     const [nx, ny] = [Math.ceil(w / CELL) + 1, Math.ceil(h / CELL) + 1];
     const starts = new Uint32Array(nx * ny + 1);
     const cell = (k) => Math.floor((xs[k] * w) / CELL) + nx * Math.floor(((1 - ys[k]) * h) / CELL);
@@ -285,10 +305,10 @@
     for (let k = 0; k < nx * ny; k++) starts[k + 1] += starts[k];
     const next = starts.slice(), runs = new Uint32Array(starts[nx * ny]);
     for (let k = 0; k < count; k++) if (there(k)) runs[next[cell(k)]++] = k;
-    grid = { nx, ny, starts, runs, xs, ys, w, h };
+    return { nx, ny, starts, runs, xs, ys, w, h };
   }
   function nearest(px, py) {
-    if (!grid) return -1;
+    grid ??= cells();
     const { nx, ny, starts, runs, xs, ys, w, h } = grid;
     const [cx, cy] = [Math.floor(px / CELL), Math.floor(py / CELL)];
     let [best, least] = [-1, CELL * CELL];
@@ -304,60 +324,42 @@
     return best;
   }
 
-  const LOW = HEIGHT - 14 - LANE, HIGH = 46;
-  const axisAt = (k) => (axes.length > 1 ? 60 + ((width - 120) * k) / (axes.length - 1) : width / 2);
+  const LOW = HEIGHT - 14 - LANE, HIGH = 58;
+  const axisAt = (k) => (axes.length > 1 ? 60 + ((parallel.wide - 120) * k) / (axes.length - 1) : parallel.wide / 2);
   const level = (place) => (place === place ? LOW - place * (LOW - HIGH) : LOW + LANE);
-  let progress = 0;
-  // Lines are counted pixel by pixel, as many at once as a frame has time for.
-  function drawParallel() {
+  function lay() {
     axes = [...parameters, ...(measure ? [numbers[measure.value]] : [])];
     if (axes.length === 1) axes.push(axes[0]);
-    reset(parallel);
-    cancelAnimationFrame(progress);
-    const started = performance.now();
-    let [done, work] = [0, 0];
-    const pixels = parallel.canvas.width;
-    const xs = axes.map((_, k) => Math.round(axisAt(k) * ratio));
+  }
+  // A run as a line, counted pixel by pixel, as a function that draws one.
+  function lines() {
+    const { counts, behind, scale, layer: { width: pixels } } = parallel;
+    const xs = axes.map((_, k) => Math.round(axisAt(k) * scale));
     const all = axes.map((k) => columns[k].places);
-    const alpha = Math.min(0.6, Math.max(0.003, 100 / Math.max(1, shown)));
-    const filtered = shown < count;
-    const more = () => {
-      const begun = performance.now();
-      while (done < count && (done % 256 !== 0 || performance.now() - begun < 16)) {
-        const run = order[done++];
-        const own = chosen[run];
-        // A part of the others is enough to see where they are.
-        if (!own && !(filtered && done < 4000)) continue;
-        const counts = own ? parallel.counts[fate[run] === 0 ? 0 : fate[run] === NONE ? 2 : 1] : parallel.behind;
-        for (let k = 1; k < xs.length; k++) {
-          const from = level(all[k - 1][run]) * ratio, slope = (level(all[k][run]) * ratio - from) / (xs[k] - xs[k - 1]);
-          if (shown > 3000 || !own) {
-            for (let x = xs[k - 1], y = from + 0.5; x < xs[k]; x++, y += slope) counts[(y | 0) * pixels + x]++;
-            continue;
-          }
-          // Few lines are closed where they are steep.
-          for (let x = xs[k - 1], y = from + 0.5; x < xs[k]; x++, y += slope) {
-            const [low, high] = [Math.min(y, y + slope) | 0, Math.max(y, y + slope) | 0];
-            for (let r = low; r <= high; r++) counts[r * pixels + x]++;
-          }
+    return (run) => {
+      const own = chosen[run];
+      const into = own ? counts[fate[run] === 0 ? 0 : fate[run] === NONE ? 2 : 1] : behind;
+      for (let k = 1; k < xs.length; k++) {
+        const from = level(all[k - 1][run]) * scale, slope = (level(all[k][run]) * scale - from) / (xs[k] - xs[k - 1]);
+        if (shown > 3000 || !own) {
+          for (let x = xs[k - 1], y = from + 0.5; x < xs[k]; x++, y += slope) into[(y | 0) * pixels + x]++;
+          continue;
+        }
+        // Few lines are closed where they are steep.
+        for (let x = xs[k - 1], y = from + 0.5; x < xs[k]; x++, y += slope) {
+          const [low, high] = [Math.min(y, y + slope) | 0, Math.max(y, y + slope) | 0];
+          for (let r = low; r <= high; r++) into[r * pixels + x]++;
         }
       }
-      paint(parallel, alpha);
-      drawAxes();
-      work += performance.now() - begun;
-      if (!place.dataset.first) place.dataset.first = (performance.now() - started).toFixed(1);
-      if (done < count) progress = requestAnimationFrame(more);
-      else place.dataset.parallel = `${work.toFixed(1)} ms, ${(performance.now() - started).toFixed(1)} ms with pauses`;
     };
-    more();
   }
   function drawAxes() {
     const context = begin(parallel);
-    const [ink, faint, accent, paper] = [style("--ink"), style("--faint"), style("--accent"), style("--paper")];
-    const room = axes.length > 1 ? (width - 120) / (axes.length - 1) : width;
+    const [ink, faint, accent, ground] = [style("--ink"), style("--faint"), style("--accent"), style("--paper")];
+    const room = axes.length > 1 ? (parallel.wide - 120) / (axes.length - 1) : parallel.wide;
     const written = (text, x, y) => {
       context.lineWidth = 4;
-      context.strokeStyle = paper;
+      context.strokeStyle = ground;
       context.strokeText(text, x, y);
       context.lineWidth = 1;
       context.fillText(text, x, y);
@@ -368,16 +370,19 @@
       stroke(context, ink, [x, HIGH], [x, LOW]);
       const edge = k === 0 ? "left" : k === axes.length - 1 ? "right" : "center";
       context.textAlign = edge;
-      const at = k === 0 ? 2 : k === axes.length - 1 ? width - 2 : x;
+      const at = k === 0 ? 2 : k === axes.length - 1 ? parallel.wide - 2 : x;
       const wide = edge === "center" ? room - 8 : room / 2 + 54;
-      context.fillText(cut(context, column.title, wide), at, 14);
+      context.fillText(cut(context, column.name, wide), at, 12);
+      context.fillStyle = faint;
+      if (column.unit) context.fillText(cut(context, `[${column.unit}]`, wide), at, 28);
+      context.fillStyle = ink;
       context.textAlign = "center";
       if (column.some) {
         written(figure(column.least + column.span), x, HIGH - 8);
         written(figure(column.least), x, LOW + 15);
       }
       context.fillStyle = faint;
-      if (column.places.some((place) => place !== place)) written("no number", x, HEIGHT - 2);
+      if (column.gaps) written("no number", x, HEIGHT - 2);
       const range = brushes.get(number);
       if (range) {
         const [top, bottom] = [level(Math.min(1, range[1])), range[0] < 0 ? LOW + LANE : level(range[0])];
@@ -391,27 +396,69 @@
     });
   }
 
-  function draw() {
-    pending = 0;
+  // A part of the work at a time, as much as a frame has time for; what is newer takes its place.
+  function* work() {
     choose();
-    drawScatter();
-    drawParallel();
+    legend();
+    grid = null;
+    tip.hidden = true;
+    [scatter, parallel].forEach(reset);
+    const [point, line] = [points(), lines()];
+    let drawn = 0;
+    for (let done = 0; done < count; done++) {
+      const run = order[done];
+      point(run);
+      // A part of the others is enough to see where they are.
+      if (!chosen[run] && done >= 4000) continue;
+      line(run);
+      if (++drawn % 64 === 0 && drawn >= LEAST) yield drawn;
+    }
+    return drawn;
   }
-  function schedule() { if (!pending) pending = requestAnimationFrame(draw); }
+  const BUDGET = 6, LEAST = 1000;
+  let [job, pending, turn] = [null, 0, 0];
+  function advance(budget) {
+    const begun = performance.now();
+    job ??= work();
+    let found;
+    do found = job.next(); while (!found.done && performance.now() - begun < budget);
+    // What fails is seen, however few.
+    const few = Math.min(found.value, failing);
+    const both = found.done || turn++ % 2 === 0;
+    // Painting takes as long as counting: points follow in every other frame.
+    if (both) paint(scatter, [few, shown].map((count) => Math.min(0.9, Math.max(0.25, 40 / Math.sqrt(count)))));
+    if (both) drawScatter();
+    paint(parallel, [few, found.value].map((count) => Math.min(0.6, Math.max(0.003, 100 / Math.max(1, count)))));
+    drawAxes();
+    place.dataset.drawn = found.done ? "all" : found.value;
+    if (found.done) job = null;
+    return found.done;
+  }
+  function tick() {
+    pending = 0;
+    if (!advance(BUDGET)) pending = requestAnimationFrame(tick);
+  }
+  function schedule() {
+    job = null;
+    // Nobody waits for the next frame of paper.
+    if (paper.matches) advance(Infinity);
+    else if (!pending) pending = requestAnimationFrame(tick);
+  }
   function changed(event) {
     if (event?.target === colour) judge();
     if (event?.target === measure) {
-      const kept = new Set([...parameters, numbers[measure.value]]);
-      brushes = new Map([...brushes].filter(([column]) => kept.has(column)));
+      lay();
+      brushes = new Map([...brushes].filter(([column]) => axes.includes(column)));
     }
     schedule();
   }
   function sized() {
-    const now = [place.clientWidth, window.devicePixelRatio || 1];
-    if (now[0] < 1) return;
-    [width, ratio] = [Math.max(280, now[0]), Math.min(2, now[1])];
-    size(scatter);
-    size(parallel);
+    if (place.clientWidth < 1) return;
+    width = Math.max(280, place.clientWidth);
+    ratio = paper.matches ? 2 : Math.min(2, window.devicePixelRatio || 1);
+    lay();
+    size(scatter, width);
+    size(parallel, Math.max(width, 120 + ROOM * (axes.length - 1)));
     schedule();
   }
 
@@ -433,15 +480,20 @@
     tip.style.top = Math.max(0, Math.min(y + 14, HEIGHT - tip.offsetHeight - 4)) + "px";
   });
   scatter.canvas.addEventListener("pointerleave", () => { tip.hidden = true; });
+  const again = (run) => {
+    const { command, block, files, variants } = data.again;
+    const file = files[Math.floor(sample[run] / block)];
+    return file ? `${command} ${file} --sample ${sample[run]}` + (variants.length ? ` --variant ${variants[variant[run]]}` : "") : "";
+  };
   scatter.canvas.addEventListener("click", (event) => {
     const [x, y] = position(event, scatter.canvas);
     picked = nearest(x - LEFT, y - TOP);
     pinned.hidden = picked < 0;
     pinned.textContent = "";
     if (picked >= 0) {
-      const file = data.again.files[Math.floor(sample[picked] / data.again.block)];
-      pinned.append(`Sample ${sample[picked]}: `);
-      if (file) copied(make("code", pinned, `${data.again.command} ${file} --sample ${sample[picked]}`));
+      const own = data.variants.length > 1 ? `, ${data.variants[variant[picked]]}` : "";
+      pinned.append(`Sample ${sample[picked]}${own}: `);
+      if (again(picked)) copied(make("code", pinned, again(picked)));
     }
     drawScatter();
   });
@@ -479,13 +531,18 @@
   // A button that copies a command.
   function copied(code) {
     const button = make("button", code.parentElement, "copy", { type: "button", className: "copy" });
+    const done = (word) => {
+      button.textContent = word;
+      setTimeout(() => { button.textContent = "copy"; }, 1500);
+    };
+    // Where the clipboard is closed to pages, at least the text is chosen.
+    const select = () => {
+      getSelection().selectAllChildren(code);
+      done("chosen");
+    };
     button.addEventListener("click", () => {
-      const select = () => getSelection().selectAllChildren(code);
-      if (!navigator.clipboard) return select();
-      navigator.clipboard.writeText(code.textContent).then(() => {
-        button.textContent = "copied";
-        setTimeout(() => { button.textContent = "copy"; }, 1500);
-      }, select);
+      if (navigator.clipboard) navigator.clipboard.writeText(code.textContent).then(() => done("copied"), select);
+      else select();
     });
   }
 
@@ -499,6 +556,6 @@
   }
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", schedule);
   // Paper has its own colours.
-  window.matchMedia("print").addEventListener("change", draw);
+  paper.addEventListener("change", sized);
   new ResizeObserver(() => { if (Math.max(280, place.clientWidth) !== width) sized(); }).observe(place);
 })();

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::text::{json_array, json_string};
-use kardan::results::{DisplayUnit, Sweep, SweepHead, SweepRow};
+use super::text::{json_array, json_string, powers};
+use kardan::results::{DisplayUnit, Sweep, SweepHead, SweepRequirement, SweepRow};
 
 /// More runs are not drawn.
 const MOST: usize = 100_000;
@@ -12,19 +12,17 @@ const MOST_NUMBERS: usize = 4_000_000;
 /// The word for a verdict that a run does not have.
 const NONE: u8 = 2;
 
-/// Runs that a page draws. Where there are too many it keeps those of least and largest numbers, then those that fail, then others, by lots that
-/// follow from the numbers of samples.
+/// Runs that a page draws. Where there are too many it keeps those of least and largest numbers, and of the others as many that fail as that hold, as far as
+/// there are, by lots that follow from the seed and the numbers of samples.
 #[derive(Debug, Clone, Default)]
 pub struct Samples {
     head: SweepHead,
-    told: BTreeSet<u64>,
-    most: usize,
     kept: Vec<SweepRow>,
     all: usize,
     failing: usize,
 }
 
-/// How a run is made again: its command is `command` with the file of its block behind, and its number.
+/// How a run is made again: its command is `command` with the file of its block behind, its number, and its variant.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Again {
     /// The command up to the file of rows.
@@ -33,69 +31,39 @@ pub struct Again {
     pub block: u64,
     /// Files of rows, as words for a shell, by blocks; empty where there is none.
     pub files: Vec<String>,
-    /// The page with the full runs of the worst cases beside this one, if there is one.
-    pub full: Option<String>,
+    /// Variants, as words for a shell; none where there is but one.
+    pub variants: Vec<String>,
+    /// The page with the full runs of the worst cases beside this one, or why there is none; `None` where none was to be made.
+    pub full: Option<Result<String, String>>,
 }
 
 impl Again {
-    /// The command that runs a sample again.
-    pub fn of(&self, sample: u64) -> Option<String> {
+    /// The command that runs a sample in a variant again.
+    pub fn of(&self, sample: u64, variant: usize) -> Option<String> {
         let block = usize::try_from(sample / self.block.max(1)).ok()?;
         let file = self.files.get(block).filter(|file| !file.is_empty())?;
-        Some(format!("{} {file} --sample {sample}", self.command))
+        let variant = self.variants.get(variant).map(|name| format!(" --variant {name}")).unwrap_or_default();
+        Some(format!("{} {file} --sample {sample}{variant}", self.command))
     }
 }
 
 impl Samples {
-    /// None yet, of a sweep with these answers.
-    pub fn new(head: &SweepHead, found: &Sweep) -> Self {
+    /// Those of these rows that the page of a sweep with these answers draws.
+    pub fn new(head: &SweepHead, found: &Sweep, rows: Vec<SweepRow>) -> Self {
         let columns = head.varied.len() + 2 * head.requirements.len() + head.figures.len() + 1;
         let measured = found.requirements.iter().map(|one| &one.measured);
         let ends = measured.chain(found.figures.iter().map(|one| &one.values)).filter_map(|values| values.ends);
-        Self {
-            head: head.clone(),
-            told: ends.flatten().chain(found.worst.iter().map(|worst| worst.sample)).collect(),
-            most: MOST.min(MOST_NUMBERS / columns),
-            ..Self::default()
+        let told: BTreeSet<u64> = ends.flatten().chain(found.worst.iter().map(|worst| worst.sample)).collect();
+        Self::at_most(MOST.min(MOST_NUMBERS / columns), head, &told, rows)
+    }
+
+    fn at_most(most: usize, head: &SweepHead, told: &BTreeSet<u64>, mut rows: Vec<SweepRow>) -> Self {
+        let (all, failing) = (rows.len(), rows.iter().filter(|row| fails(row)).count());
+        if all > most {
+            thin(most, head.seed, told, &mut rows);
         }
-    }
-
-    /// Takes runs.
-    pub fn take(&mut self, rows: impl IntoIterator<Item = SweepRow>) {
-        for row in rows {
-            self.all += 1;
-            self.failing += usize::from(fails(&row));
-            self.kept.push(row);
-            if self.kept.len() >= 2 * self.most {
-                self.thin();
-            }
-        }
-    }
-
-    /// Leaves the first ones of [`Self::rank`], whatever order they came in.
-    fn thin(&mut self) {
-        let mut kept = std::mem::take(&mut self.kept);
-        if kept.len() > self.most {
-            kept.select_nth_unstable_by_key(self.most, |row| self.rank(row));
-            kept.truncate(self.most);
-        }
-        self.kept = kept;
-    }
-
-    fn rank(&self, row: &SweepRow) -> (u8, u64, u64, usize) {
-        let group = match (self.told.contains(&row.sample), fails(row)) {
-            (true, _) => 0,
-            (false, true) => 1,
-            (false, false) => 2,
-        };
-        (group, lot(row.sample), row.sample, row.variant)
-    }
-
-    /// The runs that are drawn, by samples.
-    pub fn kept(mut self) -> Self {
-        self.thin();
-        self.kept.sort_by_key(|row| (row.sample, row.variant));
-        self
+        rows.sort_unstable_by_key(|row| (row.sample, row.variant));
+        Self { head: head.clone(), kept: rows, all, failing }
     }
 
     /// Which runs are drawn, in words.
@@ -123,6 +91,27 @@ impl Samples {
         self.kept.is_empty()
     }
 
+    /// What is drawn first: the number that most is known of, over the parameter that explains the most of it; places among all columns.
+    fn first(&self, found: &Sweep) -> (usize, usize) {
+        let SweepHead { varied, requirements, .. } = &self.head;
+        let numbers = varied.len();
+        let place = |text: &str| requirements.iter().position(|one| one.text == text);
+        let explained = found.requirements.iter().filter_map(|one| Some((place(&one.text)?, &one.measured)));
+        let figures = found.figures.iter().filter_map(|figure| {
+            let k = self.head.figures.iter().position(|(name, _)| *name == figure.name)?;
+            Some((requirements.len() + k, &figure.values))
+        });
+        let told = explained.chain(figures).find_map(|(k, values)| {
+            let most = values.shares.first()?;
+            let across = varied.iter().position(|one| one.name == most.parameter)?;
+            Some((across, numbers + k))
+        });
+        let sought = found.worst.iter().map(|one| &one.text).chain(found.rare.iter().map(|one| &one.text));
+        let sought = sought.filter_map(|text| place(text)).map(|k| (0, numbers + k)).next();
+        let last = numbers + requirements.len() + self.head.figures.len() - 1;
+        told.or(sought).unwrap_or((0, numbers.min(last)))
+    }
+
     /// What the script of the page draws, as JSON: `columns` of 32-bit floats behind `from`, in the unit that is shown, `requirements` with their
     /// bounds and verdicts, `sample`, `ended`, `variant`; arrays are little-endian, in base64.
     pub fn data(&self, found: &Sweep, again: &Again) -> String {
@@ -132,51 +121,90 @@ impl Samples {
             columns.push(self.column("parameter", (&one.name, &one.unit, None), |row| row.values[k]));
         }
         let mut requirements = Vec::new();
-        for (k, (text, unit)) in head.requirements.iter().enumerate() {
-            let told = found.requirements.iter().find(|one| one.text == *text);
-            let display = told.and_then(|one| one.display.as_ref());
-            let bound = |bound: Option<f64>| {
-                bound.map_or("null".into(), |bound| exact(display.map_or(bound, |display| display.of(bound))))
-            };
+        for (k, one) in head.requirements.iter().enumerate() {
+            let display = one.display.as_ref();
+            let bound = |bound: Option<f64>| bound.map_or("null".into(), |bound| exact(shown(bound, display)));
             let passed: Vec<u8> = self.kept.iter().map(|row| verdict(row.passed[k])).collect();
             requirements.push(format!(
                 "{{\"text\":{},\"column\":{},\"below\":{},\"above\":{},\"passed\":\"{}\"}}",
-                json_string(text),
+                json_string(&powers(&one.text)),
                 columns.len(),
-                bound(told.and_then(|one| one.below)),
-                bound(told.and_then(|one| one.above)),
+                bound(one.below),
+                bound(one.above),
                 base64(&passed)
             ));
-            columns.push(self.column("measured", (text, unit, display), |row| row.measured[k]));
+            columns.push(self.column("measured", (self.name(one), &one.unit, display), |row| row.measured[k]));
         }
         for (k, (name, unit)) in head.figures.iter().enumerate() {
             let told = found.figures.iter().find(|one| one.name == *name);
-            columns.push(
-                self.column("figure", (name, unit, told.and_then(|one| one.display.as_ref())), |row| row.figures[k]),
-            );
+            let display = told.and_then(|one| one.display.as_ref());
+            columns.push(self.column("figure", (name, unit, display), |row| row.figures[k]));
         }
-        let followed = found.requirements.first().map(|one| &one.measured);
-        let followed = followed.or_else(|| found.figures.first().map(|one| &one.values));
-        let across = followed.and_then(|values| values.shares.first()).map_or("", |share| share.parameter.as_str());
+        let (across, up) = self.first(found);
         let bytes = |of: &dyn Fn(&SweepRow) -> u32| -> Vec<u8> {
             self.kept.iter().flat_map(|row| of(row).to_le_bytes()).collect()
         };
         let ended: Vec<u8> = self.kept.iter().map(|row| u8::from(row.reason.is_empty())).collect();
+        let several = head.variants.len() > 1;
         format!(
-            "{{\"count\":{},\"across\":{},\"sample\":\"{}\",\"ended\":\"{}\",\"variants\":{},\"variant\":\"{}\",\"columns\":{},\"requirements\":{},\
-             \"again\":{{\"command\":{},\"block\":{},\"files\":{}}}}}",
+            "{{\"count\":{},\"across\":{across},\"up\":{up},\"sample\":\"{}\",\"ended\":\"{}\",\"variants\":{},\"variant\":\"{}\",\"columns\":{},\
+             \"requirements\":{},\"again\":{{\"command\":{},\"block\":{},\"files\":{},\"variants\":{}}}}}",
             self.kept.len(),
-            json_string(across),
             base64(&bytes(&|row| u32::try_from(row.sample).unwrap_or(u32::MAX))),
             base64(&ended),
             json_array(head.variants.iter().map(|name| json_string(name))),
-            if head.variants.len() > 1 { base64(&bytes(&|row| row.variant as u32)) } else { String::new() },
+            if several { base64(&bytes(&|row| row.variant as u32)) } else { String::new() },
             json_array(columns),
             json_array(requirements),
             json_string(&again.command),
             again.block.max(1),
-            json_array(again.files.iter().map(|file| json_string(file)))
+            json_array(again.files.iter().map(|file| json_string(file))),
+            json_array(again.variants.iter().map(|name| json_string(name)))
         )
+    }
+
+    /// What a requirement measures; all of it where another one measures the same.
+    fn name<'s>(&self, one: &'s SweepRequirement) -> &'s str {
+        let same = self.head.requirements.iter().filter(|other| other.measured == one.measured).count();
+        if same > 1 { &one.text } else { &one.measured }
+    }
+
+    /// A few of the runs in the axes that are drawn first, for a picture that stands still.
+    pub(super) fn few<'s>(&'s self, most: usize, found: &Sweep) -> Few<'s> {
+        let (across, up) = self.first(found);
+        let mut order: Vec<&SweepRow> = self.kept.iter().collect();
+        order.sort_by_key(|row| (lot(self.head.seed, row.sample), row.sample, row.variant));
+        order.truncate(most);
+        let SweepHead { varied, requirements, figures, .. } = &self.head;
+        let asked = up.checked_sub(varied.len()).and_then(|k| requirements.get(k));
+        let figure = up.checked_sub(varied.len() + requirements.len()).and_then(|k| figures.get(k));
+        let display = match (asked, figure) {
+            (Some(one), _) => one.display.as_ref(),
+            (_, Some((name, _))) => {
+                found.figures.iter().find(|one| one.name == *name).and_then(|one| one.display.as_ref())
+            }
+            _ => None,
+        };
+        let value = |row: &SweepRow| {
+            row.values.iter().chain(&row.measured).chain(&row.figures).nth(up).copied().unwrap_or(f64::NAN)
+        };
+        let (name, unit) = match (asked, figure) {
+            (Some(one), _) => (self.name(one), one.unit.as_str()),
+            (_, Some((name, unit))) => (name.as_str(), unit.as_str()),
+            _ => (varied[up].name.as_str(), varied[up].unit.as_str()),
+        };
+        let fate = |row: &SweepRow| match up.checked_sub(varied.len()).and_then(|k| row.passed.get(k)) {
+            Some(&passed) => passed < 0.5,
+            None => fails(row),
+        };
+        Few {
+            points: order.iter().map(|row| (row.values[across], shown(value(row), display), fate(row))).collect(),
+            bounds: asked.iter().flat_map(|one| [one.below, one.above]).flatten().map(|x| shown(x, display)).collect(),
+            across: titled(&varied[across].name, &varied[across].unit),
+            up: titled(name, display.map_or(unit, |display| &display.unit)),
+            asked: asked.map(|one| one.text.as_str()),
+            all: self.all,
+        }
     }
 
     fn column(
@@ -185,20 +213,68 @@ impl Samples {
         (name, unit, display): (&str, &str, Option<&DisplayUnit>),
         value: impl Fn(&SweepRow) -> f64,
     ) -> String {
-        let values: Vec<f64> =
-            self.kept.iter().map(&value).map(|x| display.map_or(x, |display| display.of(x))).collect();
+        let values: Vec<f64> = self.kept.iter().map(|row| shown(value(row), display)).collect();
         let least = values.iter().copied().filter(|x| x.is_finite()).fold(f64::INFINITY, f64::min);
         // Small differences of large numbers have their digits too.
         let from = if least.is_finite() { least } else { 0.0 };
         let bytes: Vec<u8> = values.iter().flat_map(|x| ((x - from) as f32).to_le_bytes()).collect();
         format!(
             "{{\"kind\":\"{kind}\",\"name\":{},\"unit\":{},\"from\":{},\"data\":\"{}\"}}",
-            json_string(name),
-            json_string(display.map_or(unit, |display| display.unit.as_str())),
+            json_string(&powers(name)),
+            json_string(&powers(display.map_or(unit, |display| display.unit.as_str()))),
             exact(from),
             base64(&bytes)
         )
     }
+}
+
+/// Runs for a picture that stands still: their places, and whether they fail.
+pub(super) struct Few<'s> {
+    pub(super) points: Vec<(f64, f64, bool)>,
+    pub(super) bounds: Vec<f64>,
+    pub(super) across: String,
+    pub(super) up: String,
+    /// The requirement that is on the axis up, which they fail or not; `None`: any.
+    pub(super) asked: Option<&'s str>,
+    /// How many runs there are in all.
+    pub(super) all: usize,
+}
+
+/// Leaves so many rows.
+fn thin(most: usize, seed: u64, told: &BTreeSet<u64>, rows: &mut Vec<SweepRow>) {
+    let mut groups: [Vec<(u64, usize, usize)>; 3] = Default::default();
+    for (k, row) in rows.iter().enumerate() {
+        let group = match (told.contains(&row.sample), fails(row)) {
+            (true, _) => 0,
+            (false, true) => 1,
+            (false, false) => 2,
+        };
+        groups[group].push((lot(seed, row.sample), row.variant, k));
+    }
+    let [own, failing, holding] = &groups;
+    let free = most.saturating_sub(own.len());
+    let of_failing = failing.len().min(free - holding.len().min(free / 2));
+    let mut kept = vec![false; rows.len()];
+    for (group, count) in groups.iter_mut().zip([most, of_failing, free - of_failing]) {
+        if count < group.len() {
+            group.select_nth_unstable(count);
+            group.truncate(count);
+        }
+        group.iter().for_each(|&(_, _, k)| kept[k] = true);
+    }
+    let mut kept = kept.into_iter();
+    rows.retain(|_| kept.next().unwrap_or(false));
+    rows.shrink_to_fit();
+}
+
+/// A number in the unit that is shown.
+fn shown(value: f64, display: Option<&DisplayUnit>) -> f64 {
+    display.map_or(value, |display| display.of(value))
+}
+
+/// The title of an axis.
+fn titled(name: &str, unit: &str) -> String {
+    if unit.is_empty() { powers(name) } else { powers(&format!("{name} [{unit}]")) }
 }
 
 /// Whether a run did not come to its end, or fails a requirement.
@@ -210,12 +286,15 @@ fn verdict(passed: f64) -> u8 {
     if passed.is_nan() { NONE } else { u8::from(passed > 0.5) }
 }
 
-/// A lot that follows from the number (SplitMix64: Steele, Lea, Flood, OOPSLA 2014).
-fn lot(number: u64) -> u64 {
-    let x = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
+/// A lot that follows from the seed and the number (SplitMix64: Steele, Lea, Flood, OOPSLA 2014).
+fn lot(seed: u64, number: u64) -> u64 {
+    let mixed = |x: u64| {
+        let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        x ^ (x >> 31)
+    };
+    mixed(mixed(seed) ^ number)
 }
 
 /// A number as JSON, to the last bit.
@@ -257,15 +336,17 @@ mod tests {
         }
     }
 
-    fn samples() -> Samples {
-        let varied = vec![SweptParameter { name: "</script>".into(), unit: "m".into(), distribution: String::new() }];
-        let head = SweepHead {
-            varied,
-            requirements: vec![("x < 1".into(), "m".into())],
-            variants: vec!["model".into()],
-            ..Default::default()
+    fn head() -> SweepHead {
+        let varied = vec![SweptParameter { name: "</script>".into(), unit: "m^2".into(), distribution: String::new() }];
+        let asked = SweepRequirement {
+            text: "x < 50 cm".into(),
+            measured: "x".into(),
+            unit: "m".into(),
+            display: Some(DisplayUnit { unit: "cm".into(), size: 0.01 }),
+            below: Some(0.5),
+            above: None,
         };
-        Samples::new(&head, &Sweep::default())
+        SweepHead { varied, requirements: vec![asked], variants: vec!["model".into()], ..Default::default() }
     }
 
     fn decoded(text: &str) -> Vec<u8> {
@@ -295,10 +376,8 @@ mod tests {
     /// The data decode to the rows, those without a number too; no name closes the script.
     #[test]
     fn data_are_the_rows() {
-        let mut samples = samples();
-        let rows = [row(2, 1e9 + 0.25, 0.5), row(0, 1e9, 2.0), row(1, 1e9 + 1.0, f64::NAN)];
-        samples.take(rows);
-        let data = samples.kept().data(&Sweep::default(), &Again::default());
+        let rows = vec![row(2, 1e9 + 0.25, 0.5), row(0, 1e9, 2.0), row(1, 1e9 + 1.0, f64::NAN)];
+        let data = Samples::new(&head(), &Sweep::default(), rows).data(&Sweep::default(), &Again::default());
         assert!(!data.contains("</script"), "{data}");
         let columns = strings(&data, "data");
         let numbers = |text: &str| -> Vec<f32> {
@@ -307,32 +386,50 @@ mod tests {
         assert!(data.contains("\"from\":1000000000.0,"), "{data}");
         assert_eq!(numbers(columns[0]), [0.0, 1.0, 0.25]);
         let measured = numbers(columns[1]);
-        assert!(measured[0] == 1.5 && measured[1].is_nan() && measured[2] == 0.0, "{measured:?}");
+        assert!(measured[0] == 150.0 && measured[1].is_nan() && measured[2] == 0.0, "{measured:?}");
+        // A sweep that is a search has no answers of its requirements: bounds and units are known all the same.
+        assert!(
+            data.contains("\"column\":1,\"below\":50.0,\"above\":null") && data.contains("\"unit\":\"cm\""),
+            "{data}"
+        );
+        assert!(data.contains("\"unit\":\"m²\"") && data.contains("\"name\":\"x\""), "{data}");
         assert_eq!(decoded(strings(&data, "passed")[0]), [0, 0, 1]);
         assert_eq!(decoded(strings(&data, "ended")[0]), [1, 0, 1]);
         assert_eq!(decoded(strings(&data, "sample")[0]), [0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
     }
 
-    /// Too many rows: what is told and what fails stays, the others by lots, in whatever order they come.
+    /// Too many rows: what is told stays, then as many that fail as that hold, as far as there are, by lots, in whatever order they come.
     #[test]
     fn too_many_runs_are_thinned_openly() {
-        let all = |order: &dyn Fn(u64) -> u64, failing: u64| {
-            let mut samples = Samples { most: 100, told: [7].into(), ..samples() };
-            samples.take(
-                (0..1000).map(order).map(|k| row(k, 0.0, if k % 1000 < failing { 2.0 } else { k as f64 * 1e-4 })),
-            );
-            samples.kept()
+        let of = |seed: u64, order: &dyn Fn(u64) -> u64, failing: u64| {
+            let rows =
+                (0..1000).map(order).map(|k| row(k, 0.0, if k % 1000 < failing { 2.0 } else { k as f64 * 1e-4 }));
+            Samples::at_most(100, &SweepHead { seed, ..head() }, &[7].into(), rows.collect())
         };
-        let (one, other) = (all(&|k| k, 5), all(&|k| 999 - k, 5));
         let numbers = |samples: &Samples| samples.kept.iter().map(|row| row.sample).collect::<Vec<_>>();
+        let (one, other) = (of(3, &|k| k, 5), of(3, &|k| 999 - k, 5));
         assert_eq!(numbers(&one), numbers(&other));
         assert!(numbers(&one).starts_with(&[0, 1, 2, 3, 4]) && numbers(&one).contains(&7));
+        assert_ne!(numbers(&one), numbers(&of(4, &|k| k, 5)));
         let told = one.in_words();
         assert!(
             told.starts_with("100 of 1000 runs are drawn: all 5 that fail, and 95 of 995 others, by lot"),
             "{told}"
         );
-        let told = all(&|k| k, 200).in_words();
-        assert!(told.starts_with("100 of 1000 runs are drawn: 100 of 200 that fail, by lot, and 0 of 800"), "{told}");
+        // Sample 7, which is told of, is one that fails, and one of 50.
+        let told = of(3, &|k| k, 600).in_words();
+        assert!(told.starts_with("100 of 1000 runs are drawn: 51 of 600 that fail, by lot, and 49 of 400"), "{told}");
+        let told = of(3, &|k| k, 990).in_words();
+        assert!(told.starts_with("100 of 1000 runs are drawn: 90 of 990 that fail, by lot, and 10 of 10"), "{told}");
+    }
+
+    #[test]
+    fn commands_name_file_sample_and_variant() {
+        let mut again =
+            Again { command: "run".into(), block: 10, files: vec![String::new(), "b".into()], ..Again::default() };
+        assert_eq!((again.of(9, 0), again.of(20, 0)), (None, None));
+        assert_eq!(again.of(12, 0).as_deref(), Some("run b --sample 12"));
+        again.variants = vec!["one".into(), "'the other'".into()];
+        assert_eq!(again.of(12, 1).as_deref(), Some("run b --sample 12 --variant 'the other'"));
     }
 }

@@ -9,7 +9,7 @@ use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export;
 use kardan::project::Project;
 use kardan::results::{RowAgain, Sweep, SweepRow, SweptRequirement};
-use kardan::study::{Settings, Shard, SweepGoal, SweepPlan, SweepSettings};
+use kardan::study::{Progress, Settings, Shard, SweepGoal, SweepPlan, SweepSettings};
 use kardan_report as report;
 
 use super::run::method;
@@ -46,7 +46,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     };
     let mut plan = project.sweep_plan(&settings).map_err(refused)?;
     plan.shard = args.shard;
-    let before = match &args.out {
+    let mut rows = match &args.out {
         Some(out) => rows_before(args, out, &plan)?,
         None => Vec::new(),
     };
@@ -60,7 +60,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
         }),
         None => Ok(()),
     };
-    let found = project.sweep(&plan, &settings.run, before, &bars, &mut write);
+    let found = project.sweep(&plan, &settings.run, &mut rows, &bars, &mut write);
     bars.finish();
     if let Some(mistake) = failed {
         let help =
@@ -81,20 +81,24 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
             write_manifest(out, (&plan, shard), found.rows, begun.elapsed().as_secs_f64())?;
         }
     }
-    let files: Files = match &args.out {
-        Some(out) => files_of_rows(out).into_iter().filter(|(block, _)| plan.own_blocks().contains(block)).collect(),
-        None => Files::default(),
-    };
-    let looked = args.out.as_ref().map(|out| {
-        let command = command_again(&model, &args.changes.set, args.method, args.tolerance);
-        let (samples, mut again) = looked_into((&plan, &found), &files, command);
-        if found.missing == 0 && plan.shard.is_none() {
-            let bars = Bars::within(quiet, args.limits);
-            again.full = full_runs(&project, (&plan, &found), &files, (&settings.run, &bars), out);
-            bars.finish();
+    let looked = match &args.out {
+        Some(out) => {
+            let full = match plan.shard {
+                Some(_) => None,
+                None => full_page(
+                    &project,
+                    (&plan, &found),
+                    &rows,
+                    (&settings.run, &Bars::within(quiet, args.limits)),
+                    out,
+                )?,
+            };
+            let files = files_of_rows(out).into_iter().collect();
+            let command = command_again(&model, &args.changes.set, args.method, args.tolerance);
+            Some(looked_into((&plan, &found), rows, &files, command, full))
         }
-        (samples, again)
-    });
+        None => None,
+    };
     tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
 }
 
@@ -116,27 +120,23 @@ fn command_again(model: &Path, set: &[String], method: RunMethod, tolerance: Opt
     command + " --variants-from"
 }
 
-/// The rows that the page draws, and how each is made again. What cannot be read is not drawn: the answers are there all the same.
+/// The rows that the page draws, and how each is made again.
 fn looked_into(
     (plan, found): (&SweepPlan, &Sweep),
+    rows: Vec<SweepRow>,
     files: &Files,
     command: String,
+    full: Option<Result<String, String>>,
 ) -> (report::Samples, report::Again) {
-    let mut samples = report::Samples::new(&plan.head, found);
-    let mut left = usize::try_from(found.rows).unwrap_or(usize::MAX);
     let mut words = Vec::new();
     for (&block, path) in files.range(..plan.blocks()) {
-        // A sweep that has ended by its goal may have rows behind its end.
-        if left == 0 {
-            break;
-        }
-        let Ok(rows) = rows_of(plan, block, path) else { continue };
-        left = left.saturating_sub(rows.len());
-        samples.take(rows);
         words.resize(block as usize, String::new());
         words.push(quoted_for_shell(&path.display().to_string()));
     }
-    (samples, report::Again { command, block: plan.block(), files: words, full: None })
+    let names = plan.head.variants.iter().map(|name| quoted_for_shell(name));
+    let variants = if plan.head.variants.len() > 1 { names.collect() } else { Vec::new() };
+    let again = report::Again { command, block: plan.block(), files: words, variants, full };
+    (report::Samples::new(&plan.head, found, rows), again)
 }
 
 /// Samples of the worst cases of the first requirements, with their variants.
@@ -158,28 +158,64 @@ fn worst_cases(found: &Sweep) -> Vec<(u64, &str)> {
     all
 }
 
-/// Runs the worst cases again with all signals and writes their page; says its name. Where that fails, commands stand for it.
+/// Runs the worst cases again with all signals and writes their page, or takes that of a sweep before away; its name, or why there is none.
+fn full_page(
+    project: &Project,
+    (plan, found): (&SweepPlan, &Sweep),
+    rows: &[SweepRow],
+    (settings, bars): (&Settings, &Bars),
+    out: &Path,
+) -> Result<Option<Result<String, String>>, Diagnostic> {
+    let path = out.join(FULL);
+    let asked = !(found.requirements.is_empty() && found.worst.is_none());
+    let made = asked.then(|| full_runs(project, (plan, found), rows, (settings, bars)));
+    bars.finish();
+    match &made {
+        Some(Ok(page)) => save_page(&path, page)?,
+        _ => removed(&path, "it is of a sweep before this one")?,
+    }
+    Ok(made.map(|made| made.map(|_| FULL.into())))
+}
+
+/// The page of the worst cases, run again with all signals.
 fn full_runs(
     project: &Project,
     (plan, found): (&SweepPlan, &Sweep),
-    files: &Files,
+    rows: &[SweepRow],
     (settings, bars): (&Settings, &Bars),
-    out: &Path,
-) -> Option<String> {
+) -> Result<report::Page, String> {
+    if found.missing > 0 {
+        return Err(format!("{} runs are missing", found.missing));
+    }
     let again = |(sample, variant): (u64, &str)| {
-        let block = sample / plan.block();
-        let rows = rows_of(plan, block, files.get(&block)?).ok()?;
         let number = plan.head.variants.iter().position(|name| name == variant)?;
-        let row = rows.into_iter().find(|row| row.sample == sample && row.variant == number)?;
+        let row = rows.iter().find(|row| row.sample == sample && row.variant == number)?;
         let names = plan.head.varied.iter().map(|one| one.name.clone());
-        Some(RowAgain { sample, variant: variant.into(), values: names.zip(row.values).collect() })
+        Some(RowAgain { sample, variant: variant.into(), values: names.zip(row.values.iter().copied()).collect() })
     };
     let rows: Vec<RowAgain> = worst_cases(found).into_iter().filter_map(again).collect();
+    if rows.is_empty() {
+        return Err("no run has a number of what a requirement measures".into());
+    }
     let settings = Settings { runs_only: true, ..settings.clone() };
-    let project = project.rows_again(&plan.head.identity, &rows, &settings).ok()?;
-    let study = project.run(&settings, bars).ok()?;
-    save_page(&out.join(FULL), &report::study(&study)).ok()?;
-    Some(FULL.into())
+    let first = |mistakes: Vec<Diagnostic>| {
+        let first = mistakes.into_iter().find(|one| one.severity == Severity::Error);
+        first.map_or_else(|| "they cannot be prepared".into(), |one| one.message)
+    };
+    let project = project.rows_again(&plan.head.identity, &rows, &settings).map_err(first)?;
+    let study = project.run(&settings, bars).map_err(first)?;
+    bars.stop().map_or(Ok(report::study(&study)), Err)
+}
+
+/// Removes a file, if it is there.
+fn removed(path: &Path, why: &str) -> Result<(), Diagnostic> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            let message = format!("cannot remove `{}`: {}", path.display(), reason(&error));
+            Err(Diagnostic::error("output::folder", message).help(format!("remove it: {why}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// What is swept.
@@ -260,8 +296,8 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     }
     let missing: Vec<u64> = (0..plan.blocks()).filter(|block| !blocks.contains_key(block)).collect();
     let files: Files = blocks.iter().map(|(block, (path, _))| (*block, path.clone())).collect();
-    let rows = blocks.into_values().flat_map(|(_, rows)| rows).collect();
-    let mut found = project.sweep_answers(&plan, rows);
+    let mut rows = blocks.into_values().flat_map(|(_, rows)| rows).collect();
+    let mut found = project.sweep_answers(&plan, &mut rows);
     if let (Some(first), Some(last)) = (missing.first(), missing.last()) {
         let samples = plan.samples_of(*first..last + 1);
         found.notes.push(format!(
@@ -275,8 +311,9 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let mut looked = None;
     if let Some(out) = &args.out {
         prepare_folder(out)?;
+        removed(&out.join(FULL), "it is of a sweep before this one")?;
         let command = command_again(&args.model, &args.changes.set, args.method, args.tolerance);
-        looked = Some(looked_into((&plan, &found), &files, command));
+        looked = Some(looked_into((&plan, &found), rows, &files, command, None));
     }
     tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
 }
@@ -316,13 +353,8 @@ pub fn files_of_rows(out: &Path) -> Vec<(u64, PathBuf)> {
 
 /// Removes files of rows behind those of a sweep that is complete: they are of another one, whose others were replaced.
 fn put_away(out: &Path, blocks: u64) -> Result<(), Diagnostic> {
-    for (_, path) in files_of_rows(out).into_iter().filter(|(block, _)| *block >= blocks) {
-        fs::remove_file(&path).map_err(|error| {
-            let message = format!("cannot remove `{}`: {}", path.display(), reason(&error));
-            Diagnostic::error("output::folder", message).help("remove it: it holds rows of another sweep")
-        })?;
-    }
-    Ok(())
+    let mut behind = files_of_rows(out).into_iter().filter(|(block, _)| *block >= blocks);
+    behind.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
 }
 
 /// The rows that are there already, of the same sweep; a folder with those of another one is refused.
@@ -377,7 +409,7 @@ fn tell(
     let mut written = Vec::new();
     if let Some(out) = out {
         let (pages, numbers) = (out.join("sweep.html"), out.join("sweep.json"));
-        let whole = looked.map(|(samples, again)| report::sweep_with(found, samples, &again));
+        let whole = looked.map(|(samples, again)| report::sweep_with(found, &samples, &again));
         save_page(&pages, whole.as_ref().unwrap_or(&page))?;
         save(&numbers, (export::sweep_json(found) + "\n").as_bytes())?;
         written = vec![pages, numbers];

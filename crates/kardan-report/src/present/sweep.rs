@@ -1,7 +1,7 @@
 //! What a sweep found, as a page.
 
-use crate::model::Picture;
-use crate::model::{Body, Cell, Page, row, warnings};
+use crate::model::{Body, Cell, Page, Picture, row, warnings};
+use crate::sample_pictures::still;
 use crate::samples::{Again, Samples};
 use crate::text::{escape, figure, number};
 use kardan::results::{
@@ -16,9 +16,9 @@ const BOUND_DIGITS: usize = 15;
 const MOST_SHARES: usize = 4;
 
 /// The page of a sweep with its runs to look into, and how each is made again.
-pub fn page_with(found: &Sweep, samples: Samples, again: &Again) -> Page {
-    let (mut page, samples) = (page(found), samples.kept());
-    let explored = if samples.is_empty() { Body::default() } else { explored(&samples) };
+pub fn page_with(found: &Sweep, samples: &Samples, again: &Again) -> Page {
+    let mut page = page(found);
+    let explored = if samples.is_empty() { Body::default() } else { explored(samples, found) };
     let more = Page::sections([("samples", "Runs", explored), ("cases", "Least and largest", cases(found, again))]);
     let at = page.sections.iter().position(|one| one.anchor == "figures" || one.anchor == "measured");
     let at = at.unwrap_or(page.sections.len());
@@ -27,52 +27,60 @@ pub fn page_with(found: &Sweep, samples: Samples, again: &Again) -> Page {
     page
 }
 
-/// Where the script of the page draws.
-fn explored(samples: &Samples) -> Body {
-    let drawing = "<div class=\"samples\" id=\"samples-plots\"></div>\n\
-                   <noscript><p class=\"hint\">Plots of them need JavaScript.</p></noscript>\n";
+/// Where the script of the page draws, and what stands there without it.
+fn explored(samples: &Samples, found: &Sweep) -> Body {
+    let drawing = "<div class=\"samples\" id=\"samples-plots\"></div>\n";
     let picture = Picture { drawing: drawing.into(), ..Picture::default() };
-    Body::default().hint(samples.in_words()).pictures([picture])
+    Body::default().hint(samples.in_words()).pictures([picture]).pictures(still(samples, found))
 }
 
 /// The commands that run the samples of least and largest numbers again.
 fn cases(found: &Sweep, again: &Again) -> Body {
     let columns = titles(found, "of", &["", "#value", "#sample", "run again in full"]);
     let requirements = found.requirements.iter().map(|one| {
-        let fails = [one.below.is_none() && one.above.is_some(), one.above.is_none() && one.below.is_some()];
-        (&one.text, &one.variant, &one.measured, (one.unit.as_str(), one.display.as_ref()), fails)
+        let worst = [one.below.is_none() && one.above.is_some(), one.above.is_none() && one.below.is_some()];
+        (&one.text, &one.variant, &one.measured, (one.unit.as_str(), one.display.as_ref()), worst)
     });
     let figures = found
         .figures
         .iter()
         .map(|one| (&one.name, &one.variant, &one.values, (one.unit.as_str(), one.display.as_ref()), [false; 2]));
     let mut rows = Vec::new();
+    let mut add = |name: &String, variant: &String, word: String, value: String, sample: u64| {
+        let number = found.variants.iter().position(|one| one == variant).unwrap_or(0);
+        let mut cells = row![name];
+        cells.extend(several(found).then(|| Cell::Text(variant.clone())));
+        cells.extend(row![word, value, sample.to_string()]);
+        cells.push(Cell::Verbatim(again.of(sample, number).unwrap_or_default()));
+        rows.push(cells);
+    };
     for (name, variant, values, (unit, display), worst) in requirements.chain(figures) {
         let (Some(ends), Some(quantiles)) = (values.ends, values.quantiles) else { continue };
-        for (k, (word, value)) in [("least", quantiles[0]), ("largest", quantiles[6])].into_iter().enumerate() {
-            let mut cells = row![name];
-            cells.extend(several(found).then(|| Cell::Text(variant.clone())));
+        let [least, largest] = [0, 6].map(|k| shown(quantiles[k], unit, display));
+        if quantiles[0] == quantiles[6] {
+            add(name, variant, "the same in all".into(), least, ends[0]);
+            continue;
+        }
+        for (k, (word, value)) in [("least", least), ("largest", largest)].into_iter().enumerate() {
             let word = if worst[k] { format!("{word}, the worst") } else { word.into() };
-            cells.extend(row![word, shown(value, unit, display), ends[k].to_string()]);
-            cells.push(Cell::Code(again.of(ends[k]).unwrap_or_default()));
-            rows.push(cells);
+            add(name, variant, word, value, ends[k]);
         }
     }
     if let Some(worst) = &found.worst {
-        let mut cells = row![&worst.text];
-        cells.extend(several(found).then(|| Cell::Text(worst.variant.clone())));
         let value = worst.measured.map_or_else(String::new, |x| shown(x, &worst.unit, None));
-        cells.extend(row!["the worst that was found", value, worst.sample.to_string()]);
-        cells.push(Cell::Code(again.of(worst.sample).unwrap_or_default()));
-        rows.push(cells);
+        add(&worst.text, &worst.variant, "the worst that was found".into(), value, worst.sample);
     }
-    let full = again.full.as_ref().map(|file| {
-        let file = escape(file);
-        let drawing =
-            format!("<p><a href=\"{file}\">Full runs of the worst cases</a>, with all signals and events.</p>\n");
-        Picture { drawing, ..Picture::default() }
-    });
-    Body::default().pictures(full).table_of(usize::MAX, &columns, rows)
+    let body = match &again.full {
+        Some(Ok(file)) => {
+            let file = escape(file);
+            let drawing =
+                format!("<p><a href=\"{file}\">Full runs of the worst cases</a>, with all signals and events.</p>\n");
+            Body::default().pictures([Picture { drawing, ..Picture::default() }])
+        }
+        Some(Err(why)) => Body::default().judge(false, format!("There are no full runs of the worst cases: {why}.")),
+        None => Body::default(),
+    };
+    body.table_of(usize::MAX, &columns, rows)
 }
 
 /// The page of a sweep.

@@ -43,7 +43,7 @@ fn swept(project: &Project, settings: &SweepSettings, known: &[SweepRow]) -> (BT
         blocks.insert(block, found.to_vec());
         Ok(())
     };
-    let found = project.sweep(&plan, &settings.run, known.to_vec(), &Silent, &mut write).unwrap();
+    let found = project.sweep(&plan, &settings.run, &mut known.to_vec(), &Silent, &mut write).unwrap();
     (blocks, found)
 }
 
@@ -390,7 +390,7 @@ fn nonsense_is_refused() {
     }
     let mut plan = project.sweep_plan(&SweepSettings { variants: vec!["a".into()], ..asked(200, worst("1")) }).unwrap();
     plan.shard = Some(Shard { number: 1, of: 2 });
-    let mistakes = project.sweep(&plan, &Default::default(), Vec::new(), &Silent, &mut |_, _| Ok(())).unwrap_err();
+    let mistakes = project.sweep(&plan, &Default::default(), &mut Vec::new(), &Silent, &mut |_, _| Ok(())).unwrap_err();
     assert_eq!(mistakes[0].code, "sweep::shard");
     // Rows of a search that do not follow from those before them.
     plan.shard = None;
@@ -399,9 +399,9 @@ fn nonsense_is_refused() {
         rows.extend_from_slice(found);
         Ok(())
     };
-    project.sweep(&plan, &Default::default(), Vec::new(), &Silent, &mut write).unwrap();
+    project.sweep(&plan, &Default::default(), &mut Vec::new(), &Silent, &mut write).unwrap();
     rows[3].values[0] += 1e-9;
-    let mistakes = project.sweep(&plan, &Default::default(), rows, &Silent, &mut |_, _| Ok(())).unwrap_err();
+    let mistakes = project.sweep(&plan, &Default::default(), &mut rows, &Silent, &mut |_, _| Ok(())).unwrap_err();
     assert_eq!(mistakes[0].code, "sweep::resume");
     let grid = Project::open(text.replace("[[sweep.vary]]", "[sweep]\npoints = \"morris\"\n[[sweep.vary]]"));
     let mistakes = grid.sweep_plan(&asked(100, SweepGoal::Until(0.1))).unwrap_err();

@@ -36,12 +36,13 @@ use wanted::wanted;
 
 use super::prepare::{is_error, prepare_sample};
 use super::progress::Counted;
+use super::requirement::Requirement;
 use super::run::{check_variants, run_variant};
 use super::{Prepared, PreparedVariant, Progress, Project, Settings};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Setting, VariantSettings};
 use crate::num::{Random, rational_from_f64};
-use crate::results::{Outcome, Run, Sweep, SweepHead, SweepRow, SweptParameter};
+use crate::results::{Outcome, Run, Sweep, SweepHead, SweepRequirement, SweepRow, SweptParameter};
 use crate::simulate::Recorded;
 use crate::units::{Exact, written_quantity};
 
@@ -96,7 +97,7 @@ impl Project {
                 seed,
                 variants,
                 varied: spec.varied.iter().map(told).collect(),
-                requirements: prepared.requirements.iter().map(|one| (one.in_words(), one.unit.clone())).collect(),
+                requirements: prepared.requirements.iter().map(required).collect(),
                 figures: prepared.figures.iter().map(|figure| (figure.name.clone(), figure.unit.clone())).collect(),
             },
             shard: None,
@@ -133,7 +134,7 @@ impl Project {
     }
 
     /// Runs every sample of a plan in every variant of it, block by block; `write` takes the rows of each block as soon as they are there, and
-    /// ends the sweep where it fails. Blocks of `known` rows are not run again.
+    /// ends the sweep where it fails. Blocks whose `rows` are there are not run again; afterwards `rows` are all that the answers are of, by samples.
     ///
     /// ```
     /// use kardan::project::Project;
@@ -144,7 +145,7 @@ impl Project {
     ///      signal = \"m.tau\"\nat = \"0 s\"\nto = \"4 N m\"\n[[requirement]]\nsignal = \"a.w\"\nmeasure = \"final\"\nabove = \"2 rad/s\"\n",
     /// );
     /// let plan = project.sweep_plan(&SweepSettings { samples: Some(100), ..SweepSettings::default() }).unwrap();
-    /// let found = project.sweep(&plan, &Default::default(), Vec::new(), &Silent, &mut |_, _| Ok(())).unwrap();
+    /// let found = project.sweep(&plan, &Default::default(), &mut Vec::new(), &Silent, &mut |_, _| Ok(())).unwrap();
     /// // The speed 4 N m · 1 s / J is above 2 rad/s where J is below 2 kg m²: in half of the samples, one in each of 100 strips.
     /// assert_eq!(found.requirements[0].passed, 50);
     /// ```
@@ -155,7 +156,7 @@ impl Project {
         &self,
         plan: &SweepPlan,
         settings: &Settings,
-        known: Vec<SweepRow>,
+        rows: &mut Vec<SweepRow>,
         progress: &dyn Progress,
         write: &mut TakeRows<'_>,
     ) -> Result<Sweep, Vec<Diagnostic>> {
@@ -175,11 +176,10 @@ impl Project {
             .filter_map(|name| prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == *name))
             .collect();
         let asked = plan.samples_of(plan.own_blocks()).count();
-        let heard = Counted::new(progress, known.len(), asked.saturating_mul(chosen.len()));
-        let mut there = by_block(plan, known);
+        let heard = Counted::new(progress, rows.len(), asked.saturating_mul(chosen.len()));
+        let mut there = by_block(plan, std::mem::take(rows));
         let mut course = Course::of(plan);
         let recorded = wanted(prepared);
-        let mut rows: Vec<SweepRow> = Vec::new();
         let mut ended = None;
         for block in plan.own_blocks() {
             let found = match there.remove(&block) {
@@ -222,27 +222,27 @@ impl Project {
         Ok(out)
     }
 
-    /// What rows of a plan say together, as many as there are; nothing is run.
-    pub fn sweep_answers(&self, plan: &SweepPlan, rows: Vec<SweepRow>) -> Sweep {
-        let mut there = by_block(plan, rows);
+    /// What rows of a plan say together, as many as there are; nothing is run. Rows behind the end of a sweep that has come to its goal, and those of no block
+    /// of it, are taken out; the others are by samples afterwards.
+    pub fn sweep_answers(&self, plan: &SweepPlan, rows: &mut Vec<SweepRow>) -> Sweep {
+        let mut there = by_block(plan, std::mem::take(rows));
         let mut course = Course::of(plan);
-        let mut used: Vec<SweepRow> = Vec::new();
         for block in plan.own_blocks() {
-            let Some(mut rows) = there.remove(&block) else {
+            let Some(mut own) = there.remove(&block) else {
                 // What follows from those that are missing tells nothing.
                 if course.is_plain() { continue } else { break }
             };
-            rows.sort_by_key(|row| (row.sample, row.variant));
+            own.sort_by_key(|row| (row.sample, row.variant));
             if course.is_led() && course.values(plan, plan.samples_of(block..block + 1)).is_none() {
                 break;
             }
-            course.take(plan, block, &rows);
-            used.extend(rows);
+            course.take(plan, block, &own);
+            rows.extend(own);
             if course.is_done() {
                 break;
             }
         }
-        let mut out = answered(self.prepared(), plan, &used, &course);
+        let mut out = answered(self.prepared(), plan, rows, &course);
         out.warnings = self.mistakes().iter().map(ToString::to_string).collect();
         out
     }
@@ -284,6 +284,18 @@ impl Project {
             }
         }
         row
+    }
+}
+
+/// What a requirement asks, before any run.
+fn required(one: &Requirement) -> SweepRequirement {
+    SweepRequirement {
+        text: one.in_words(),
+        measured: one.measured_in_words(),
+        unit: one.unit.clone(),
+        display: one.display.clone(),
+        below: one.below,
+        above: one.above,
     }
 }
 

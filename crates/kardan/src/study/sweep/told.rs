@@ -51,7 +51,7 @@ pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &[SweepRow],
     for (k, requirement) in prepared.requirements.iter().enumerate() {
         for variant in own(&requirement.variants) {
             let mut one = SweptRequirement {
-                text: plan.head.requirements[k].0.clone(),
+                text: plan.head.requirements[k].text.clone(),
                 unit: requirement.unit.clone(),
                 display: requirement.display.clone(),
                 below: requirement.below,
@@ -179,7 +179,7 @@ fn worst(plan: &SweepPlan, rows: &[SweepRow], course: &Course, prepared: &Prepar
     let number = |x: f64| x.is_finite().then_some(x);
     let values = plan.head.varied.iter().zip(&row.values);
     Some(SweptWorst {
-        text: plan.head.requirements[target.requirement].0.clone(),
+        text: plan.head.requirements[target.requirement].text.clone(),
         variant: plan.head.variants[row.variant].clone(),
         unit: prepared.requirements[target.requirement].unit.clone(),
         margin: number(margin),
@@ -201,7 +201,7 @@ fn rare(plan: &SweepPlan, course: &Course, prepared: &Prepared) -> Option<SweptR
     let (levels, ended) = found.levels();
     let probability = found.probability();
     Some(SweptRare {
-        text: plan.head.requirements[target.requirement].0.clone(),
+        text: plan.head.requirements[target.requirement].text.clone(),
         variant: plan.head.variants[0].clone(),
         unit: prepared.requirements[target.requirement].unit.clone(),
         probability: probability.map(|(probability, _)| probability),
