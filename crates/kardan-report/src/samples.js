@@ -411,11 +411,12 @@
       // A part of the others is enough to see where they are.
       if (!chosen[run] && done >= 4000) continue;
       line(run);
-      if (++drawn % 64 === 0 && drawn >= LEAST) yield drawn;
+      // Few are there at once.
+      if (++drawn % 64 === 0 && count > 1000) yield drawn;
     }
     return drawn;
   }
-  const BUDGET = 6, LEAST = 1000;
+  const BUDGET = 6;
   let [job, pending, turn] = [null, 0, 0];
   function advance(budget) {
     const begun = performance.now();
