@@ -43,6 +43,15 @@ fn print_bytes(bytes: &[u8]) -> Result<(), Diagnostic> {
     }
 }
 
+/// A word for a shell that means this text, whatever is in it.
+pub fn quoted_for_shell(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@%".contains(c);
+    match !text.is_empty() && text.chars().all(plain) {
+        true => text.into(),
+        false => format!("'{}'", text.replace('\'', "'\\''")),
+    }
+}
+
 /// An error of the operating system in a few words.
 pub fn reason(error: &io::Error) -> String {
     match error.kind() {
@@ -468,6 +477,14 @@ fn is_part(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn words_for_a_shell_are_one_word() {
+        for (text, word) in [("/a/b-1.toml", "/a/b-1.toml"), ("", "''"), ("a b", "'a b'"), ("it's $x", "'it'\\''s $x'")]
+        {
+            assert_eq!(quoted_for_shell(text), word);
+        }
+    }
 
     #[test]
     fn leftovers_are_known_by_their_names() {

@@ -11,6 +11,7 @@ const UPLOT_STYLE: &str = include_str!("../assets/uplot/uPlot.min.css");
 const UPLOT_LICENSE: &str = include_str!("../assets/uplot/LICENSE");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
+const SAMPLES: &str = include_str!("samples.js");
 
 /// A matrix with more rows or columns is not shown.
 const LARGE: usize = 40;
@@ -38,13 +39,15 @@ pub(super) fn html(page: &Page) -> String {
             without_banner(UPLOT),
         )
     });
-    let (style, head, credits) = match page.data {
-        Some(_) => (
-            UPLOT_STYLE,
-            "<script>document.documentElement.className = \"scripted\";</script>\n",
-            " Charts by uPlot 1.6.32 (MIT).",
-        ),
-        None => ("", "", ""),
+    let samples = page.samples.as_ref().map_or(String::new(), |data| {
+        format!("<script type=\"application/json\" id=\"samples-data\">{data}</script>\n<script>\n{SAMPLES}</script>\n")
+    });
+    let scripts = scripts + &samples;
+    let scripted = "<script>document.documentElement.className = \"scripted\";</script>\n";
+    let (style, head, credits) = match (&page.data, &page.samples) {
+        (Some(_), _) => (UPLOT_STYLE, scripted, " Charts by uPlot 1.6.32 (MIT)."),
+        (None, Some(_)) => ("", scripted, ""),
+        (None, None) => ("", "", ""),
     };
     let paragraphs = page.description.split("\n\n").filter(|paragraph| !paragraph.trim().is_empty());
     let description: String =
@@ -204,6 +207,7 @@ fn cell(cell: &Cell, number: bool, first: bool) -> String {
         Cell::Text(text) if first && !number => format!("<th scope=\"row\">{}</th>", prose(text)),
         Cell::Text(text) => format!("<td{class}>{}</td>", prose(text)),
         Cell::Code(text) => format!("<td><code>{}</code></td>", prose(text)),
+        Cell::Verbatim(text) => format!("<td><code>{}</code></td>", escaped(text)),
         Cell::Mark(good, word) => {
             let (class, sign) = if *good { ("good", "✓") } else { ("bad", "✗") };
             format!("<td><span class=\"{class}\">{sign} {}</span></td>", prose(word))

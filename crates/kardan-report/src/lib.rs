@@ -26,6 +26,8 @@ pub mod model;
 mod pareto;
 mod present;
 mod prose;
+mod sample_pictures;
+mod samples;
 mod signal_graph;
 mod svg;
 mod terminal;
@@ -46,6 +48,8 @@ pub use present::safety::page as safety;
 pub use present::study::page as study;
 pub use present::study::words_of as study_in_words;
 pub use present::sweep::page as sweep;
+pub use present::sweep::page_with as sweep_with;
+pub use samples::{Again, Samples};
 
 impl Page {
     /// One HTML file that opens offline: nothing is fetched, styles, scripts and data are inside, and the page's own content

@@ -40,7 +40,7 @@ fn blocks(out: &mut String, body: &Body, level: usize) {
                 texts.iter().for_each(|text| *out += &format!("- {}\n", escape(text)));
             }
             Block::Names(what, names) => {
-                let codes: Vec<String> = names.iter().map(|name| code(name)).collect();
+                let codes: Vec<String> = names.iter().map(|name| code(&rounded(name))).collect();
                 let codes = if codes.is_empty() { "none".into() } else { codes.join(", ") };
                 *out += &format!("\n{} ({}): {codes}\n", escape(what), names.len());
             }
@@ -103,7 +103,8 @@ fn table(out: &mut String, table: &Table) {
 fn cell(cell: &Cell) -> String {
     match cell {
         Cell::Text(text) | Cell::Span(text, _) => escape(text),
-        Cell::Code(text) => code(text),
+        Cell::Code(text) => code(&rounded(text)),
+        Cell::Verbatim(text) => code(text),
         Cell::Mark(good, text) => format!("{} {}", if *good { "✓" } else { "✗" }, escape(text)),
         Cell::Under => String::new(),
         Cell::Entry(entry) => escape(&entry.written(DIGITS).0),
@@ -112,8 +113,7 @@ fn cell(cell: &Cell) -> String {
 
 /// A name or a formula as it is; a vertical line would end the cell of a table.
 fn code(text: &str) -> String {
-    let text: String =
-        rounded(text).chars().filter(|&c| c != '`').map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let text: String = text.chars().filter(|&c| c != '`').map(|c| if c.is_control() { ' ' } else { c }).collect();
     if text.trim().is_empty() { String::new() } else { format!("`{}`", text.replace('|', "\\|")) }
 }
 
@@ -125,7 +125,7 @@ fn escape(text: &str) -> String {
     for piece in pieces(&text) {
         match piece {
             Piece::Plain(text) => plain(text, &mut out),
-            Piece::Code(text) => out += &code(text),
+            Piece::Code(text) => out += &code(&rounded(text)),
             Piece::Fraction(_, decimals) => out += &decimals,
         }
     }

@@ -21,6 +21,8 @@ pub struct Page {
     pub sections: Vec<Section>,
     /// What the charts show, as JSON for the script of the page; `None` where there are none.
     pub data: Option<String>,
+    /// What the plots of the runs of a sweep show, as JSON for their script; `None` where there are none.
+    pub samples: Option<String>,
 }
 
 /// What nobody may overlook: `Warning`, and what it is about.
@@ -103,6 +105,8 @@ pub enum Cell {
     Text(String),
     /// A formula.
     Code(String),
+    /// What is to be copied, as it is to the last character: a command.
+    Verbatim(String),
     /// A verdict: good or bad.
     Mark(bool, String),
     /// The name of this row and of as many rows in all as the number says; those below have [`Cell::Under`].

@@ -104,6 +104,7 @@ fn more(out: &mut String, all: usize, shown: usize) {
 fn cell(cell: &Cell) -> String {
     match cell {
         Cell::Text(text) | Cell::Code(text) | Cell::Span(text, _) | Cell::Mark(true, text) => rounded(text),
+        Cell::Verbatim(text) => text.clone(),
         // Units have no other case.
         Cell::Mark(false, text) if text.contains(|c: char| c.is_ascii_digit()) => format!("{text} (!)"),
         Cell::Mark(false, text) => text.to_uppercase(),

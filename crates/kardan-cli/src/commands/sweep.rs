@@ -7,21 +7,25 @@ use std::time::Instant;
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export;
-use kardan::results::{Sweep, SweepRow, SweepRows};
-use kardan::study::{Settings, Shard, SweepGoal, SweepPlan, SweepSettings};
+use kardan::project::Project;
+use kardan::results::{RowAgain, Sweep, SweepRow, SweepRows, SweptRequirement};
+use kardan::study::{Progress, Settings, Shard, SweepGoal, SweepPlan, SweepSettings};
 use kardan_report as report;
 
 use super::run::method;
-use crate::args::{MergeArgs, SweepArgs, SweepCommand};
+use crate::args::{MergeArgs, RunMethod, SweepArgs, SweepCommand, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
 use crate::input;
-use crate::output::{in_words, prepare_folder, print, reason, save, save_page, say_written};
+use crate::output::{in_words, prepare_folder, print, quoted_for_shell, reason, save, save_page, say_written};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
 
 /// What files of rows are called.
 const STEM: &str = "rows-";
+/// The page with the full runs of the worst cases, and how many.
+const FULL: &str = "worst.html";
+const MOST_FULL: usize = 3;
 
 pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     if let Some(SweepCommand::Merge(args)) = &args.merge {
@@ -43,7 +47,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     };
     let mut plan = project.sweep_plan(&settings).map_err(refused)?;
     plan.shard = args.shard;
-    let before = match &args.out {
+    let mut rows = match &args.out {
         Some(out) => rows_before(args, out, &plan)?,
         None => SweepRows::default(),
     };
@@ -58,7 +62,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
         }),
         None => Ok(()),
     };
-    let found = project.sweep(&plan, &settings.run, before, &bars, &mut write);
+    let found = project.sweep(&plan, &settings.run, &mut rows, &bars, &mut write);
     bars.finish();
     if let Some(mistake) = failed {
         let help =
@@ -79,7 +83,142 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
             write_manifest(out, (&plan, shard), found.rows, begun.elapsed().as_secs_f64())?;
         }
     }
-    tell(&found, (args.out.as_deref(), args.json), &source.to_string(), quiet)
+    let looked = match &args.out {
+        Some(out) => {
+            let full = match plan.shard {
+                Some(_) => None,
+                None => full_page(
+                    &project,
+                    (&plan, &found),
+                    &rows,
+                    (&settings.run, &Bars::within(quiet, args.limits)),
+                    out,
+                )?,
+            };
+            let files = files_of_rows(out).into_iter().collect();
+            let command = command_again(&model, &args.changes.set, args.method, args.tolerance);
+            Some(looked_into((&plan, &found), &rows, &files, command, full))
+        }
+        None => None,
+    };
+    tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
+}
+
+/// Files of rows, by blocks.
+type Files = BTreeMap<u64, PathBuf>;
+
+/// The command that runs rows again, up to their file.
+fn command_again(model: &Path, set: &[String], method: RunMethod, tolerance: Option<f64>) -> String {
+    let mut command = format!("kardan run {}", quoted_for_shell(&model.display().to_string()));
+    for change in set {
+        command += &format!(" --set {}", quoted_for_shell(change));
+    }
+    if let Some(word) = word(method).filter(|_| method != RunMethod::Automatic) {
+        command += &format!(" --method {word}");
+    }
+    if let Some(tolerance) = tolerance {
+        command += &format!(" --tolerance {tolerance:e}");
+    }
+    command + " --variants-from"
+}
+
+/// The rows that the page draws, and how each is made again.
+fn looked_into(
+    (plan, found): (&SweepPlan, &Sweep),
+    rows: &SweepRows,
+    files: &Files,
+    command: String,
+    full: Option<Result<String, String>>,
+) -> (report::Samples, report::Again) {
+    let mut words = Vec::new();
+    for (&block, path) in files.range(..plan.blocks()) {
+        words.resize(block as usize, String::new());
+        words.push(quoted_for_shell(&path.display().to_string()));
+    }
+    let names = plan.head.variants.iter().map(|name| quoted_for_shell(name));
+    let variants = if plan.head.variants.len() > 1 { names.collect() } else { Vec::new() };
+    let again = report::Again { command, block: plan.block(), files: words, variants, full };
+    (report::Samples::new(&plan.head, found, rows), again)
+}
+
+/// Samples of the worst cases of the first requirements, with their variants.
+fn worst_cases(found: &Sweep) -> Vec<(u64, &str)> {
+    let worst = |one: &SweptRequirement| {
+        let ([least, largest], quantiles) = (one.measured.ends?, one.measured.quantiles?);
+        let above = one.above.map_or(f64::INFINITY, |bound| quantiles[0] - bound);
+        let below = one.below.map_or(f64::INFINITY, |bound| bound - quantiles[6]);
+        Some(if above < below { least } else { largest })
+    };
+    let searched = found.worst.iter().map(|one| (one.sample, one.variant.as_str()));
+    let own = found.requirements.iter().filter_map(|one| Some((worst(one)?, one.variant.as_str())));
+    let mut all: Vec<(u64, &str)> = Vec::new();
+    for one in searched.chain(own) {
+        if !all.contains(&one) && all.len() < MOST_FULL {
+            all.push(one);
+        }
+    }
+    all
+}
+
+/// Runs the worst cases again with all signals and writes their page, or takes that of a sweep before away; its name, or why there is none.
+fn full_page(
+    project: &Project,
+    (plan, found): (&SweepPlan, &Sweep),
+    rows: &SweepRows,
+    (settings, bars): (&Settings, &Bars),
+    out: &Path,
+) -> Result<Option<Result<String, String>>, Diagnostic> {
+    let path = out.join(FULL);
+    let asked = !(found.requirements.is_empty() && found.worst.is_none());
+    let made = asked.then(|| full_runs(project, (plan, found), rows, (settings, bars)));
+    bars.finish();
+    match &made {
+        Some(Ok(page)) => save_page(&path, page)?,
+        _ => removed(&path, "it is of a sweep before this one")?,
+    }
+    Ok(made.map(|made| made.map(|_| FULL.into())))
+}
+
+/// The page of the worst cases, run again with all signals.
+fn full_runs(
+    project: &Project,
+    (plan, found): (&SweepPlan, &Sweep),
+    rows: &SweepRows,
+    (settings, bars): (&Settings, &Bars),
+) -> Result<report::Page, String> {
+    if found.missing > 0 {
+        return Err(format!("{} runs are missing", found.missing));
+    }
+    let again = |(sample, variant): (u64, &str)| {
+        let number = plan.head.variants.iter().position(|name| name == variant)?;
+        let own = rows.range(sample..sample + 1);
+        let row = own.map(|row| rows.get(row)).find(|row| row.variant == number)?;
+        let names = plan.head.varied.iter().map(|one| one.name.clone());
+        Some(RowAgain { sample, variant: variant.into(), values: names.zip(row.values.iter().copied()).collect() })
+    };
+    let rows: Vec<RowAgain> = worst_cases(found).into_iter().filter_map(again).collect();
+    if rows.is_empty() {
+        return Err("no run has a number of what a requirement measures".into());
+    }
+    let settings = Settings { runs_only: true, ..settings.clone() };
+    let first = |mistakes: Vec<Diagnostic>| {
+        let first = mistakes.into_iter().find(|one| one.severity == Severity::Error);
+        first.map_or_else(|| "they cannot be prepared".into(), |one| one.message)
+    };
+    let project = project.rows_again(&plan.head.identity, &rows, &settings).map_err(first)?;
+    let study = project.run(&settings, bars).map_err(first)?;
+    bars.stop().map_or(Ok(report::study(&study)), Err)
+}
+
+/// Removes a file, if it is there.
+fn removed(path: &Path, why: &str) -> Result<(), Diagnostic> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            let message = format!("cannot remove `{}`: {}", path.display(), reason(&error));
+            Err(Diagnostic::error("output::folder", message).help(format!("remove it: {why}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// What is swept.
@@ -164,7 +303,8 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
         }
     }
     let missing: Vec<u64> = (0..plan.blocks()).filter(|block| !blocks.contains_key(block)).collect();
-    let mut found = project.sweep_answers(&plan, rows);
+    let files: Files = blocks.iter().map(|(block, path)| (*block, path.clone())).collect();
+    let mut found = project.sweep_answers(&plan, &mut rows);
     if let (Some(first), Some(last)) = (missing.first(), missing.last()) {
         let samples = plan.samples_of(*first..last + 1);
         found.notes.push(format!(
@@ -175,10 +315,14 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
             samples.end - 1
         ));
     }
+    let mut looked = None;
     if let Some(out) = &args.out {
         prepare_folder(out)?;
+        removed(&out.join(FULL), "it is of a sweep before this one")?;
+        let command = command_again(&args.model, &args.changes.set, args.method, args.tolerance);
+        looked = Some(looked_into((&plan, &found), &rows, &files, command, None));
     }
-    tell(&found, (args.out.as_deref(), args.json), &source.to_string(), quiet)
+    tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
 }
 
 /// Whether rows are the same to the last bit.
@@ -216,13 +360,8 @@ pub fn files_of_rows(out: &Path) -> Vec<(u64, PathBuf)> {
 
 /// Removes files of rows behind those of a sweep that is complete: they are of another one, whose others were replaced.
 fn put_away(out: &Path, blocks: u64) -> Result<(), Diagnostic> {
-    for (_, path) in files_of_rows(out).into_iter().filter(|(block, _)| *block >= blocks) {
-        fs::remove_file(&path).map_err(|error| {
-            let message = format!("cannot remove `{}`: {}", path.display(), reason(&error));
-            Diagnostic::error("output::folder", message).help("remove it: it holds rows of another sweep")
-        })?;
-    }
-    Ok(())
+    let mut behind = files_of_rows(out).into_iter().filter(|(block, _)| *block >= blocks);
+    behind.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
 }
 
 /// The rows that are there already, of the same sweep; a folder with those of another one is refused.
@@ -267,12 +406,18 @@ fn rows_of(plan: &SweepPlan, block: u64, path: &Path) -> Result<Vec<SweepRow>, S
 }
 
 /// Writes and prints what was found, all of it or not.
-fn tell(found: &Sweep, (out, json): (Option<&Path>, bool), origin: &str, quiet: bool) -> Result<u8, Failure> {
+fn tell(
+    (found, looked): (&Sweep, Option<(report::Samples, report::Again)>),
+    (out, json): (Option<&Path>, bool),
+    origin: &str,
+    quiet: bool,
+) -> Result<u8, Failure> {
     let page = report::sweep(found);
     let mut written = Vec::new();
     if let Some(out) = out {
         let (pages, numbers) = (out.join("sweep.html"), out.join("sweep.json"));
-        save_page(&pages, &page)?;
+        let whole = looked.map(|(samples, again)| report::sweep_with(found, &samples, &again));
+        save_page(&pages, whole.as_ref().unwrap_or(&page))?;
         save(&numbers, (export::sweep_json(found) + "\n").as_bytes())?;
         written = vec![pages, numbers];
     }

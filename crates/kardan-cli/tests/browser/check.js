@@ -8,6 +8,9 @@
   addEventListener("unhandledrejection", (event) => say("load", "script error: " + event.reason));
   document.addEventListener("securitypolicyviolation", (event) => say("load", "blocked: " + event.blockedURI));
 
+  // Frames out of sight are given no time to draw.
+  window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 1);
+
   // The rules of a medium hold when it is looked at, whatever the browser's own is.
   const rules = [];
   const gather = (list) => {
@@ -117,6 +120,65 @@
     if (reset) await press(reset, whole);
   }
 
+  // Runs of a sweep: drawn, told of where the pointer is, chosen along an axis and by variant, and run again by a command.
+  async function sampled() {
+    const element = document.getElementById("samples-data");
+    if (!element) return;
+    const [data, place] = [JSON.parse(element.textContent), document.getElementById("samples-plots")];
+    const [scatter, parallel] = place.querySelectorAll("canvas");
+    const drawn = async () => {
+      for (let k = 0; k < 500; k++) {
+        await new Promise((done) => setTimeout(done, 2));
+        if (place.dataset.drawn === "all") return;
+      }
+      say("runs", "they are not drawn: " + place.dataset.drawn);
+    };
+    const send = (canvas, type, x, y) => {
+      const box = canvas.getBoundingClientRect();
+      canvas.dispatchEvent(new PointerEvent(type, { clientX: box.left + x, clientY: box.top + y, bubbles: true, pointerId: 1 }));
+    };
+    const hold = (what, right) => right || say("runs", what);
+    await drawn();
+    const inked = (canvas) => canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.filter((_, k) => k % 4 === 3).some((x) => x > 0);
+    hold("a plot is empty", inked(scatter) && inked(parallel));
+    hold("not all are chosen", Number(place.dataset.chosen) === data.count);
+    const [tip, pinned] = [".tip", ".pinned"].map((one) => place.querySelector(one));
+    let found = null;
+    for (let y = 8; y < 340 && !found; y += 8) {
+      for (let x = 80; x < scatter.clientWidth && !found; x += 8) {
+        send(scatter, "pointermove", x, y);
+        if (!tip.hidden) found = [x, y];
+      }
+    }
+    hold("nothing is told where the pointer is", found && /^sample \d+, \w+\n.* = .*\n/.test(tip.textContent));
+    if (found) send(scatter, "click", ...found);
+    const code = pinned.querySelector("code")?.textContent ?? "";
+    const told = tip.textContent.match(/^sample (\d+), (\w+)/) ?? [];
+    hold(`"${code}" does not run ${told[0]} again`, code.endsWith(` --sample ${told[1]} --variant ${told[2]}`) && code.startsWith(data.again.command));
+    hold("the command cannot be copied", pinned.querySelector("button"));
+    send(scatter, "pointerleave", 0, 0);
+    hold("what was told of a run stays", tip.hidden);
+    const [variant, all] = [place.querySelectorAll("select")[3], place.querySelector(".choices button")];
+    variant.value = "1";
+    variant.dispatchEvent(new Event("change"));
+    await drawn();
+    hold("a variant is not chosen", Number(place.dataset.chosen) * data.variants.length === data.count);
+    variant.value = "0";
+    variant.dispatchEvent(new Event("change"));
+    await drawn();
+    // No pointer is down that could be captured.
+    parallel.setPointerCapture = () => {};
+    send(parallel, "pointerdown", 60, 100);
+    send(parallel, "pointermove", 60, 200);
+    send(parallel, "pointerup", 60, 200);
+    await drawn();
+    const part = Number(place.dataset.chosen);
+    hold(`${part} of ${data.count} runs are chosen along an axis`, part > 0 && part < data.count && !all.disabled);
+    all.click();
+    await drawn();
+    hold("not all are chosen again", Number(place.dataset.chosen) === data.count && all.disabled);
+  }
+
   addEventListener("load", async () => {
     for (const sheet of document.styleSheets) gather(sheet.cssRules);
     document.querySelectorAll("details").forEach((details) => { details.open = true; });
@@ -125,6 +187,7 @@
       look(mode);
     }
     if (!paper) await zoomed();
+    if (!paper) await sampled();
     parent.postMessage([...wrong], "*");
   });
 })();

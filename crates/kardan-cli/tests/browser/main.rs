@@ -235,6 +235,40 @@ fn built_in_reports_are_sound_in_a_browser() {
     assert!(wrong.is_empty(), "{} complaints:\n{}", wrong.len(), wrong.join("\n"));
 }
 
+/// Two shafts of which six values are uncertain, in two variants.
+const SWEPT: &str = "[shaft.a]\ninertia = \"2 kg m^2 ± 10 %\"\ndamping = \"0.5 N m s/rad ± 40 %\"\n\
+                     [shaft.b]\ninertia = \"1 kg m^2 ± 20 %\"\ndamping = \"0.1 N m s/rad ± 50 %\"\n\
+                     [spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"100 N m/rad ± 20 %\"\n\
+                     damping = \"1 N m s/rad ± 30 %\"\n[motor.m]\nshaft = \"a\"\n[scenario]\nduration = \"1 s\"\n\
+                     [[scenario.event]]\nsignal = \"m.tau\"\nat = \"0 s\"\nto = \"4 N m\"\n\
+                     [[requirement]]\nsignal = \"a.w\"\nmeasure = \"final\"\nabove = \"1.1 rad/s\"\n\
+                     [[requirement]]\nsignal = \"a.phi\"\nmeasure = \"final\"\nbelow = \"36 deg\"\n\
+                     [[variant]]\nname = \"one\"\n[[variant]]\nname = \"other\"\n";
+
+#[test]
+fn runs_of_a_sweep_can_be_looked_into() {
+    let Ok(browser) = browser() else { return };
+    let folder = Folder::new("sweep");
+    std::fs::write(folder.0.join("m.toml"), SWEPT).expect("a model");
+    let done = Command::new(env!("CARGO_BIN_EXE_kardan"))
+        .current_dir(&folder.0)
+        .args(["sweep", "m.toml", "--samples", "80", "--out", "o"])
+        .output();
+    let done = done.expect("kardan starts");
+    assert_eq!(done.status.code(), Some(1), "{}", String::from_utf8_lossy(&done.stderr));
+    let page = std::fs::read_to_string(folder.0.join("o/sweep.html")).expect("the page");
+    let place = folder.0.join("sweep.html");
+    std::fs::write(&place, with_check(&page)).expect("a copy");
+    let wrong = complaints(&browser, &folder.0, std::slice::from_ref(&place));
+    assert!(wrong.is_empty(), "{} complaints:\n{}", wrong.len(), wrong.join("\n"));
+    // The check sees where nothing can be clicked, and where what is dragged chooses nothing.
+    let dead =
+        page.replace("addEventListener(\"click\"", "addEventListener(\"no-click\"").replace("brushes.set(", "[].at(");
+    std::fs::write(&place, with_check(&dead)).expect("a copy");
+    let wrong = complaints(&browser, &folder.0, &[place]).join("\n");
+    assert!(wrong.contains("again") && wrong.contains("chosen along an axis"), "{wrong}");
+}
+
 /// What the check is for: a page with one of each mistake is told of all.
 #[test]
 fn mistakes_are_seen() {

@@ -44,11 +44,90 @@ fn half_of_the_samples_hold() {
     assert_eq!(got.status.code(), Some(1), "{}", String::from_utf8_lossy(&got.stderr));
     let object = printed(&got.stdout);
     assert_eq!(object["requirements"][0]["passed"], 75);
+    let bounds = ["above", "below"].map(|key| object["requirements"][0][key].clone());
+    assert_eq!(bounds, [2.0.into(), serde_json::Value::Null]);
+    let schema = String::from_utf8(kardan(&at, &["schema", "sweep"]).stdout).unwrap();
+    assert!(["below", "above"].iter().all(|key| schema.contains(&format!("What is measured must be {key} this, SI."))));
     let files = ["rows-000000.parquet", "rows-000001.parquet", "rows-000002.parquet", "sweep.html", "sweep.json"];
     assert!(files.iter().all(|name| at.join("o").join(name).is_file()));
     let told = kardan(&at, &["sweep", "m.toml", "--samples", "150"]);
     let text = String::from_utf8(told.stdout).unwrap();
     assert!(text.contains("1 of 1 requirements fail in some of 150 runs") && text.contains("50 %"), "{text}");
+}
+
+/// The page has the runs and the commands that make them again; the terminal has neither.
+#[test]
+fn the_page_has_the_runs() {
+    let at = folder("page");
+    fs::write(at.join("m.toml"), MODEL).unwrap();
+    let got = kardan(&at, &["sweep", "m.toml", "--samples", "150", "--out", "o o", "--set", "scenario.duration=1 s"]);
+    assert_eq!(got.status.code(), Some(1), "{}", String::from_utf8_lossy(&got.stderr));
+    let page = fs::read_to_string(at.join("o o/sweep.html")).unwrap();
+    let data = page.split("id=\"samples-data\">").nth(1).unwrap().split("</script>").next().unwrap();
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    assert_eq!((&data["count"], &data["again"]["block"]), (&150.into(), &64.into()));
+    assert_eq!(data["again"]["files"][2], "'o o/rows-000002.parquet'");
+    assert_eq!(data["again"]["command"], "kardan run m.toml --set 'scenario.duration=1 s' --variants-from");
+    assert_eq!((&data["requirements"][0]["above"], &data["requirements"][0]["column"]), (&2.0.into(), &1.into()));
+    assert!(page.contains("All 150 runs, 75 of which fail") && page.contains("href=\"worst.html\""));
+    let told = String::from_utf8(got.stdout).unwrap();
+    assert!(!told.contains("--variants-from") && !told.contains("samples-data"), "{told}");
+    let full = fs::read_to_string(at.join("o o/worst.html")).unwrap();
+    assert!(full.contains("model_sample-"));
+}
+
+/// The command beside a run makes that run again, of the variant alone that it is of.
+#[test]
+fn the_page_tells_how_a_run_is_made_again() {
+    let at = folder("again_page");
+    let variants = "[[variant]]\nname = \"weak\"\n[[variant]]\nname = \"strong\"\n";
+    fs::write(at.join("m.toml"), format!("{MODEL}{variants}")).unwrap();
+    let got = kardan(&at, &["sweep", "m.toml", "--samples", "70", "--out", "o"]);
+    assert_eq!(got.status.code(), Some(1), "{}", String::from_utf8_lossy(&got.stderr));
+    let page = fs::read_to_string(at.join("o/sweep.html")).unwrap();
+    let data = page.split("id=\"samples-data\">").nth(1).unwrap().split("</script>").next().unwrap();
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    assert_eq!(data["again"]["variants"], serde_json::json!(["weak", "strong"]));
+    let again = "--variants-from o/rows-000000.parquet --sample 7 --variant weak".split(' ');
+    let got = kardan(&at, &["run", "m.toml", "--json"].into_iter().chain(again).collect::<Vec<_>>());
+    let object = printed(&got.stdout);
+    let runs = object["variants"].as_array().unwrap();
+    assert_eq!((runs.len(), runs[0]["name"].as_str()), (1, Some("weak_sample-7")));
+}
+
+/// A page of full runs does not outlive its sweep, and where there is none it is told why.
+#[test]
+fn full_runs_are_those_of_this_sweep() {
+    let at = folder("full");
+    let sweep = |model: &str, more: &[&str]| {
+        fs::write(at.join("m.toml"), model).unwrap();
+        let got = kardan(&at, &[&["sweep", "m.toml", "--out", "o", "--force"], more].concat());
+        (got.status.code(), fs::read_to_string(at.join("o/sweep.html")).unwrap(), at.join("o/worst.html").is_file())
+    };
+    let (code, page, full) = sweep(MODEL, &["--samples", "100"]);
+    assert!(code == Some(1) && page.contains("href=\"worst.html\"") && full);
+    let (bare, _) = MODEL.split_once("[[requirement]]").unwrap();
+    let figure = "[[figure]]\nname = \"speed\"\nsignal = \"a.w\"\nmeasure = \"final\"\n";
+    let (code, page, full) = sweep(&format!("{bare}{figure}"), &["--samples", "100"]);
+    assert!(code == Some(0) && !page.contains("worst.html") && !full);
+    assert!(sweep(MODEL, &["--samples", "100"]).2);
+    let (code, page, full) = sweep(MODEL, &["--samples", "10000000", "--time-limit", "1"]);
+    assert_eq!(code, Some(2));
+    assert!(page.contains("no full runs of the worst cases: ") && page.contains("runs are missing") && !full);
+}
+
+/// A search has the bounds of what it searches for.
+#[test]
+fn the_page_of_a_search_has_bounds() {
+    let at = folder("searched");
+    fs::write(at.join("m.toml"), MODEL).unwrap();
+    let got = kardan(&at, &["sweep", "m.toml", "--samples", "64", "--worst", "1", "--out", "o"]);
+    assert_eq!(got.status.code(), Some(1), "{}", String::from_utf8_lossy(&got.stderr));
+    let page = fs::read_to_string(at.join("o/sweep.html")).unwrap();
+    let data = page.split("id=\"samples-data\">").nth(1).unwrap().split("</script>").next().unwrap();
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    assert_eq!((&data["requirements"][0]["above"], &data["up"]), (&2.0.into(), &1.into()));
+    assert!(page.contains("the worst that was found") && at.join("o/worst.html").is_file());
 }
 
 /// What is missing is made, and nothing else; rows of another sweep are refused.

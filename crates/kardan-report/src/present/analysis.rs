@@ -66,6 +66,7 @@ fn page_with(analysis: &Analysis, drawn: bool) -> Page {
             ("remarks", "Notes of the analysis", Body::default().list(analysis.notes.iter().cloned())),
         ]),
         data: None,
+        samples: None,
     }
 }
 

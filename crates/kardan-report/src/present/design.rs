@@ -68,6 +68,7 @@ pub fn page(design: &Design) -> Page {
             ),
         ]),
         data: None,
+        samples: None,
     }
 }
 

@@ -35,6 +35,7 @@ pub fn page(found: &Identification) -> Page {
             ("notes", "Notes", new().list(found.notes.iter().cloned())),
         ]),
         data: None,
+        samples: None,
     }
 }
 
@@ -227,7 +228,7 @@ fn suggestions(found: &Identification) -> Body {
              folds; it must be above zero by 2.1 of them, and 1 % at least.",
         );
     }
-    let lines = suggested.text.lines().map(|line| vec![Cell::Code(line.into())]);
+    let lines = suggested.text.lines().map(|line| vec![Cell::Verbatim(line.into())]);
     body.table_of(ROWS, &["what to write into the model file"], lines).part(
         "With the terms taken",
         if suggested.taken.is_empty() { Body::default() } else { extended(suggested, found.confidence) },

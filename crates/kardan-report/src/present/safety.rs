@@ -24,6 +24,7 @@ pub fn page(table: &Safety) -> Page {
             ("again", "Each row again", commands(table)),
         ]),
         data: None,
+        samples: None,
     }
 }
 
@@ -177,7 +178,7 @@ fn commands(table: &Safety) -> Body {
     columns.push("command".into());
     let rows = table.rows.iter().map(|one| {
         let mut cells = head(one, several);
-        cells.push(Cell::Code(one.command.clone()));
+        cells.push(Cell::Verbatim(one.command.clone()));
         cells
     });
     let words = "A simulation of the faults that the file names, on which an analysis of failures can be built; what it is worth in a \

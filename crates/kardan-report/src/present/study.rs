@@ -59,6 +59,7 @@ fn with_plots(study: &Study, drawn: &[PlotFile]) -> Page {
         alerts: alerts(study),
         sections,
         data: None,
+        samples: None,
     }
 }
 

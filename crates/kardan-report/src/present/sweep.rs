@@ -1,7 +1,9 @@
 //! What a sweep found, as a page.
 
-use crate::model::{Body, Cell, Page, row, warnings};
-use crate::text::{figure, number};
+use crate::model::{Body, Cell, Page, Picture, row, warnings};
+use crate::sample_pictures::still;
+use crate::samples::{Again, Samples};
+use crate::text::{escape, figure, number};
 use kardan::results::{
     DisplayUnit, Sweep, SweptBound, SweptRare, SweptRequirement, SweptRule, SweptValues, SweptWorst, Verdict,
 };
@@ -12,6 +14,74 @@ const DIGITS: usize = 4;
 const BOUND_DIGITS: usize = 15;
 /// Parameters that are told of a figure.
 const MOST_SHARES: usize = 4;
+
+/// The page of a sweep with its runs to look into, and how each is made again.
+pub fn page_with(found: &Sweep, samples: &Samples, again: &Again) -> Page {
+    let mut page = page(found);
+    let explored = if samples.is_empty() { Body::default() } else { explored(samples, found) };
+    let more = Page::sections([("samples", "Runs", explored), ("cases", "Least and largest", cases(found, again))]);
+    let at = page.sections.iter().position(|one| one.anchor == "figures" || one.anchor == "measured");
+    let at = at.unwrap_or(page.sections.len());
+    page.sections.splice(at..at, more);
+    page.samples = (!samples.is_empty()).then(|| samples.data(found, again));
+    page
+}
+
+/// Where the script of the page draws, and what stands there without it.
+fn explored(samples: &Samples, found: &Sweep) -> Body {
+    let drawing = "<div class=\"samples\" id=\"samples-plots\"></div>\n";
+    let picture = Picture { drawing: drawing.into(), ..Picture::default() };
+    Body::default().hint(samples.in_words()).pictures([picture]).pictures(still(samples, found))
+}
+
+/// The commands that run the samples of least and largest numbers again.
+fn cases(found: &Sweep, again: &Again) -> Body {
+    let columns = titles(found, "of", &["", "#value", "#sample", "run again in full"]);
+    let requirements = found.requirements.iter().map(|one| {
+        let worst = [one.below.is_none() && one.above.is_some(), one.above.is_none() && one.below.is_some()];
+        (&one.text, &one.variant, &one.measured, (one.unit.as_str(), one.display.as_ref()), worst)
+    });
+    let figures = found
+        .figures
+        .iter()
+        .map(|one| (&one.name, &one.variant, &one.values, (one.unit.as_str(), one.display.as_ref()), [false; 2]));
+    let mut rows = Vec::new();
+    let mut add = |name: &String, variant: &String, word: String, value: String, sample: u64| {
+        let number = found.variants.iter().position(|one| one == variant).unwrap_or(0);
+        let mut cells = row![name];
+        cells.extend(several(found).then(|| Cell::Text(variant.clone())));
+        cells.extend(row![word, value, sample.to_string()]);
+        cells.push(Cell::Verbatim(again.of(sample, number).unwrap_or_default()));
+        rows.push(cells);
+    };
+    for (name, variant, values, (unit, display), worst) in requirements.chain(figures) {
+        let (Some(ends), Some(quantiles)) = (values.ends, values.quantiles) else { continue };
+        let [least, largest] = [0, 6].map(|k| shown(quantiles[k], unit, display));
+        if quantiles[0] == quantiles[6] {
+            add(name, variant, "the same in all".into(), least, ends[0]);
+            continue;
+        }
+        for (k, (word, value)) in [("least", least), ("largest", largest)].into_iter().enumerate() {
+            let word = if worst[k] { format!("{word}, the worst") } else { word.into() };
+            add(name, variant, word, value, ends[k]);
+        }
+    }
+    if let Some(worst) = &found.worst {
+        let value = worst.measured.map_or_else(String::new, |x| shown(x, &worst.unit, None));
+        add(&worst.text, &worst.variant, "the worst that was found".into(), value, worst.sample);
+    }
+    let body = match &again.full {
+        Some(Ok(file)) => {
+            let file = escape(file);
+            let drawing =
+                format!("<p><a href=\"{file}\">Full runs of the worst cases</a>, with all signals and events.</p>\n");
+            Body::default().pictures([Picture { drawing, ..Picture::default() }])
+        }
+        Some(Err(why)) => Body::default().judge(false, format!("There are no full runs of the worst cases: {why}.")),
+        None => Body::default(),
+    };
+    body.table_of(usize::MAX, &columns, rows)
+}
 
 /// The page of a sweep.
 pub fn page(found: &Sweep) -> Page {
@@ -42,6 +112,7 @@ pub fn page(found: &Sweep) -> Page {
             ("notes", "Notes", Body::default().list(found.notes.iter().cloned())),
         ]),
         data: None,
+        samples: None,
     }
 }
 

@@ -1,8 +1,12 @@
 //! What is found out about a model stands in its page too.
 
 use kardan::project::Project;
-use kardan::study::{DesignSettings, IdentifySettings, LogFile, Settings, Silent, SweepSettings, design, identify};
+use kardan::results::{Sweep, SweepRows};
+use kardan::study::{
+    DesignSettings, IdentifySettings, LogFile, Settings, Silent, SweepPlan, SweepSettings, design, identify,
+};
 use kardan::tables::read::in_memory;
+use kardan_report::{Again, Samples, sweep_with};
 
 /// A loop whose torque may hardly be larger is no good design, and its page says at which factor.
 #[test]
@@ -47,18 +51,66 @@ fn a_damaged_log() {
 /// Where a requirement fails stands below its probability, with units and with what was counted; the speed of a is 4 N m · 1 s / J.
 #[test]
 fn where_samples_fail() {
-    let source = "[shaft.a]\ninertia = \"2 kg m^2 ± 10 %\"\n[motor.m]\nshaft = \"a\"\n[scenario]\nduration = \"1 s\"\n\
-                  [[scenario.event]]\nsignal = \"m.tau\"\nat = \"0 s\"\nto = \"4 N m\"\n\
-                  [[requirement]]\nsignal = \"a.w\"\nmeasure = \"final\"\nabove = \"2 rad/s\"\n";
-    let project = Project::open(source);
-    let plan = project.sweep_plan(&SweepSettings { samples: Some(100), ..SweepSettings::default() }).expect("a plan");
-    let found = project
-        .sweep(&plan, &Settings::default(), kardan::results::SweepRows::default(), &Silent, &mut |_, _| Ok(()))
-        .expect("a sweep");
+    let (_, found, _) = swept(PUSHED, 100);
     let rule = &found.requirements[0].rules[0];
     let page = kardan_report::sweep(&found).markdown();
     let told = format!("a.inertia ≥ 2 kg m^2: {0} of {0} samples there fail", rule.inside);
     for said in ["Where they fail", "fails where:", &told, "100 % of all failures", "one half of the samples"] {
         assert!(page.contains(said), "{said}: {page}");
     }
+}
+
+/// The speed of a is 4 N m · 1 s / J.
+const PUSHED: &str = "[shaft.a]\ninertia = \"2 kg m^2 ± 10 %\"\n[motor.m]\nshaft = \"a\"\n[scenario]\nduration = \"1 s\"\n\
+                      [[scenario.event]]\nsignal = \"m.tau\"\nat = \"0 s\"\nto = \"4 N m\"\n\
+                      [[requirement]]\nsignal = \"a.w\"\nmeasure = \"final\"\nabove = \"2 rad/s\"\n";
+
+fn swept(source: &str, samples: u64) -> (SweepPlan, Sweep, SweepRows) {
+    let project = Project::open(source);
+    let settings = SweepSettings { samples: Some(samples), ..SweepSettings::default() };
+    let plan = project.sweep_plan(&settings).expect("a plan");
+    let mut rows = SweepRows::default();
+    let found = project.sweep(&plan, &Settings::default(), &mut rows, &Silent, &mut |_, _| Ok(())).expect("a sweep");
+    (plan, found, rows)
+}
+
+/// With a script and without the page shows the runs; commands are copied as they are, and why there are no full runs is said.
+#[test]
+fn runs_of_a_sweep_are_drawn() {
+    let (plan, found, rows) = swept(PUSHED, 100);
+    let mut again = Again {
+        command: "kardan run m.toml --set 'a.inertia=2 kg m^2' --variants-from".into(),
+        block: plan.block(),
+        files: vec!["a.parquet".into(), "b.parquet".into()],
+        variants: Vec::new(),
+        full: Some(Ok("worst.html".into())),
+    };
+    let samples = Samples::new(&plan.head, &found, &rows);
+    let page = sweep_with(&found, &samples, &again).html();
+    let (still, data) = page.split_once("id=\"samples-data\">").expect("data of the runs");
+    assert!(data.contains("\"across\":0,\"up\":1,") && data.contains("\"above\":2.0"), "{}", &data[..400]);
+    let still = still.split("class=\"unscripted\"").nth(1).expect("a picture that stands still");
+    for said in ["final a.w [rad/s] over a.inertia [kg m²]", "class=\"bound\"", "fails final a.w &gt; 2 rad/s", "holds"]
+    {
+        assert!(still.contains(said), "{said}: {}", &still[..2000.min(still.len())]);
+    }
+    assert!(
+        page.contains("--set &#39;a.inertia=2 kg m^2&#39; --variants-from") && page.contains("href=\"worst.html\"")
+    );
+    again.full = Some(Err("2 runs are missing".into()));
+    let page = sweep_with(&found, &samples, &again).html();
+    assert!(page.contains("no full runs of the worst cases: 2 runs are missing") && !page.contains("worst.html"));
+    assert!(!kardan_report::sweep(&found).html().contains("samples-data"));
+}
+
+/// What is the same in all runs is told once.
+#[test]
+fn what_does_not_spread_is_one_case() {
+    let (plan, found, rows) = swept(
+        &PUSHED.replace("above = \"2 rad/s\"", "above = \"-2 rad/s\"").replace("to = \"4 N m\"", "to = \"0 N m\""),
+        64,
+    );
+    let page = sweep_with(&found, &Samples::new(&plan.head, &found, &rows), &Again::default()).html();
+    let cases = page.split("id=\"cases\"").nth(1).expect("cases").split("</section>").next().unwrap_or_default();
+    assert!(cases.contains("the same in all") && !cases.contains("<td>largest"), "{cases}");
 }

@@ -3,7 +3,7 @@
 use kardan_tables::{Column, write};
 
 use super::printed::printed;
-use crate::results::{RowAgain, Sweep, SweepHead, SweepRow};
+use crate::results::{RowAgain, Sweep, SweepHead, SweepRequirement, SweepRow};
 
 /// Columns before those of what varies.
 const SAMPLE: &str = "sample";
@@ -31,7 +31,7 @@ pub fn sweep_json(found: &Sweep) -> String {
 fn columns(head: &SweepHead) -> Vec<(String, String)> {
     let mut out: Vec<(String, String)> = head.varied.iter().map(|one| (one.name.clone(), one.unit.clone())).collect();
     out.extend(head.figures.iter().map(|(name, unit)| (format!("figure.{name}"), unit.clone())));
-    for (k, (_, unit)) in head.requirements.iter().enumerate() {
+    for (k, SweepRequirement { unit, .. }) in head.requirements.iter().enumerate() {
         out.push((format!("requirement.{}.measured", k + 1), unit.clone()));
         out.push((format!("requirement.{}.passed", k + 1), String::new()));
     }
@@ -61,7 +61,7 @@ pub fn sweep_rows(head: &SweepHead, rows: &[SweepRow]) -> Result<Vec<u8>, write:
         .requirements
         .iter()
         .enumerate()
-        .map(|(k, (text, _))| (format!("requirement.{}", k + 1), text.as_str()))
+        .map(|(k, one)| (format!("requirement.{}", k + 1), one.text.as_str()))
         .collect();
     let [samples, seed] = [head.samples, head.seed].map(|number| number.to_string());
     let mut metadata = vec![(IDENTITY, head.identity.as_str()), (SAMPLES, &samples), (SEED, &seed)];

@@ -69,6 +69,10 @@ pub struct SweptRequirement {
     pub unit: String,
     /// The unit of its bounds in the file, where that is another one.
     pub display: Option<DisplayUnit>,
+    /// What is measured must be below this, SI.
+    pub below: Option<f64>,
+    /// What is measured must be above this, SI.
+    pub above: Option<f64>,
     /// Samples in which it holds.
     pub passed: u64,
     /// Samples in which it does not, those whose run ended early among them.
@@ -472,10 +476,27 @@ pub struct SweepHead {
     pub varied: Vec<SweptParameter>,
     /// Names of the variants.
     pub variants: Vec<String>,
-    /// Requirements: in words, with the SI unit of what they measure.
-    pub requirements: Vec<(String, String)>,
+    /// Its requirements.
+    pub requirements: Vec<SweepRequirement>,
     /// Figures: their names, with their SI units.
     pub figures: Vec<(String, String)>,
+}
+
+/// What a requirement asks of the runs of a sweep.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SweepRequirement {
+    /// In words: `max |driver.tau| < 3 N m`.
+    pub text: String,
+    /// What is measured, in words: `max |driver.tau|`.
+    pub measured: String,
+    /// SI unit of what is measured.
+    pub unit: String,
+    /// The unit of its bounds in the file, where that is another one.
+    pub display: Option<DisplayUnit>,
+    /// What is measured must be below this, SI.
+    pub below: Option<f64>,
+    /// What is measured must be above this, SI.
+    pub above: Option<f64>,
 }
 
 /// A row of a sweep that is to be run again.

@@ -197,6 +197,11 @@ impl Requirement {
         let ran = Ran { strains: &[], events: &[], completed: false };
         judge(self, &Series::default(), &ran, &[]).result.text
     }
+
+    /// What it measures, in words, before any run.
+    pub(super) fn measured_in_words(&self) -> String {
+        described(self, &Series::default(), &Ran { strains: &[], events: &[], completed: false })
+    }
 }
 
 pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>, figures: &[FigureResult]) -> Judged {

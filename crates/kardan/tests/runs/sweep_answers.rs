@@ -6,7 +6,7 @@ use std::sync::Arc;
 use kardan::export::identification_json;
 use kardan::project::Project;
 use kardan::results::{Correlation, Identification, IdentifiedParameter, Sweep, SweepRow, SweepRows};
-use kardan::study::{Shard, Silent, SweepGoal, SweepSettings};
+use kardan::study::{Shard, Silent, SweepGoal, SweepPlan, SweepSettings};
 
 /// A model that takes no time, and figures that are its parameters' functions.
 const PLAIN: &str = "\
@@ -43,7 +43,8 @@ fn swept(project: &Project, settings: &SweepSettings, known: &[SweepRow]) -> (BT
         blocks.insert(block, found.to_vec());
         Ok(())
     };
-    let found = project.sweep(&plan, &settings.run, known.iter().cloned().collect(), &Silent, &mut write).unwrap();
+    let mut known = known.iter().cloned().collect();
+    let found = project.sweep(&plan, &settings.run, &mut known, &Silent, &mut write).unwrap();
     (blocks, found)
 }
 
@@ -436,8 +437,10 @@ fn nonsense_is_refused() {
     }
     let mut plan = project.sweep_plan(&SweepSettings { variants: vec!["a".into()], ..asked(200, worst("1")) }).unwrap();
     plan.shard = Some(Shard { number: 1, of: 2 });
-    let mistakes =
-        project.sweep(&plan, &Default::default(), SweepRows::default(), &Silent, &mut |_, _| Ok(())).unwrap_err();
+    let run = |plan: &SweepPlan, rows: &mut SweepRows| {
+        project.sweep(plan, &Default::default(), rows, &Silent, &mut |_, _| Ok(())).unwrap_err()
+    };
+    let mistakes = run(&plan, &mut SweepRows::default());
     assert_eq!(mistakes[0].code, "sweep::shard");
     // Rows of a search that do not follow from those before them.
     plan.shard = None;
@@ -446,10 +449,9 @@ fn nonsense_is_refused() {
         rows.extend_from_slice(found);
         Ok(())
     };
-    project.sweep(&plan, &Default::default(), SweepRows::default(), &Silent, &mut write).unwrap();
+    project.sweep(&plan, &Default::default(), &mut SweepRows::default(), &Silent, &mut write).unwrap();
     rows[3].values[0] += 1e-9;
-    let mistakes =
-        project.sweep(&plan, &Default::default(), rows.into_iter().collect(), &Silent, &mut |_, _| Ok(())).unwrap_err();
+    let mistakes = run(&plan, &mut rows.into_iter().collect());
     assert_eq!(mistakes[0].code, "sweep::resume");
     let grid = Project::open(text.replace("[[sweep.vary]]", "[sweep]\npoints = \"morris\"\n[[sweep.vary]]"));
     let mistakes = grid.sweep_plan(&asked(100, SweepGoal::Until(0.1))).unwrap_err();

@@ -18,12 +18,12 @@ use kardan::diagnostics::Diagnostic;
 use kardan::num::Random;
 
 use self::queue::Queue;
-use self::template::{check, fill, quoted_for_shell, ranges};
+use self::template::{check, fill, ranges};
 use super::sweep::{files_of_rows, manifest_of, merge, settings};
 use crate::args::{MergeArgs, SweepArgs, Target, word};
 use crate::exit::DONE;
 use crate::input;
-use crate::output::{prepare_folder, print, reason, save};
+use crate::output::{prepare_folder, print, quoted_for_shell, reason, save};
 use crate::render::{Failure, note};
 use crate::stop;
 

@@ -51,15 +51,6 @@ pub fn check(name: &str, text: &str) -> Result<(), Diagnostic> {
     Err(Diagnostic::error("sweep::template", message).help(help))
 }
 
-/// A word for a shell that means this text, whatever is in it.
-pub fn quoted_for_shell(text: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@%".contains(c);
-    match !text.is_empty() && text.chars().all(plain) {
-        true => text.into(),
-        false => format!("'{}'", text.replace('\'', "'\\''")),
-    }
-}
-
 /// Numbers in order as ranges: `1-3,7`.
 pub fn ranges(numbers: &[u64]) -> String {
     let mut out: Vec<(u64, u64)> = Vec::new();
@@ -93,14 +84,6 @@ mod tests {
         assert!(fill("t", "{{shar}}", &values).unwrap_err().help.unwrap().contains("did you mean `{{shard}}`"));
         assert!(check("t", "{{shard}} {{list}}").is_ok() && check("t", "{{ shard }} {{array}}").is_ok());
         assert!(check("t", "shard {{list}}").is_err() && check("t", "{{shard}} 1").is_err());
-    }
-
-    #[test]
-    fn words_for_a_shell_are_one_word() {
-        for (text, word) in [("/a/b-1.toml", "/a/b-1.toml"), ("", "''"), ("a b", "'a b'"), ("it's $x", "'it'\\''s $x'")]
-        {
-            assert_eq!(quoted_for_shell(text), word);
-        }
     }
 
     #[test]

@@ -175,13 +175,14 @@ impl Looks {
 mod tests {
     use super::*;
     use crate::num::Random;
+    use crate::results::SweepRequirement;
 
     /// The interval at the end of 400 sweeps that end by its width holds the probability in 95 % of them at least, within three standard deviations of that count,
     /// and is as narrow as was asked for; with every sample a look it would not be: that is why there are few, and each has more confidence.
     #[test]
     fn intervals_hold_whenever_it_ends() {
         let head = SweepHead {
-            requirements: vec![(String::new(), String::new())],
+            requirements: vec![SweepRequirement::default()],
             variants: vec!["v".into()],
             ..SweepHead::default()
         };

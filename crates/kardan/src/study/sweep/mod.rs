@@ -37,12 +37,13 @@ use wanted::wanted;
 
 use super::prepare::{is_error, prepare_sample};
 use super::progress::Counted;
+use super::requirement::Requirement;
 use super::run::{check_variants, run_variant};
 use super::{Prepared, PreparedVariant, Progress, Project, Settings};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Setting, VariantSettings};
 use crate::num::{Random, rational_from_f64};
-use crate::results::{Outcome, Run, Sweep, SweepHead, SweepRow, SweepRows, SweptParameter};
+use crate::results::{Outcome, Run, Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
 use crate::simulate::Recorded;
 use crate::units::{Exact, written_quantity};
 
@@ -98,7 +99,7 @@ impl Project {
                 seed,
                 variants,
                 varied: spec.varied.iter().map(told).collect(),
-                requirements: prepared.requirements.iter().map(|one| (one.in_words(), one.unit.clone())).collect(),
+                requirements: prepared.requirements.iter().map(required).collect(),
                 figures: prepared.figures.iter().map(|figure| (figure.name.clone(), figure.unit.clone())).collect(),
             },
             shard: None,
@@ -135,7 +136,8 @@ impl Project {
     }
 
     /// Runs every sample of a plan in every variant of it, block by block; `write` takes the rows of each block as soon as they are there, and
-    /// ends the sweep where it fails. Blocks of `known` rows are not run again. Where `progress` asks for the end, the block that is begun is finished.
+    /// ends the sweep where it fails. Blocks whose `rows` are there are not run again; afterwards `rows` are all that the answers are of, by samples. Where
+    /// `progress` asks for the end, the block that is begun is finished.
     ///
     /// ```
     /// use kardan::project::Project;
@@ -146,7 +148,7 @@ impl Project {
     ///      signal = \"m.tau\"\nat = \"0 s\"\nto = \"4 N m\"\n[[requirement]]\nsignal = \"a.w\"\nmeasure = \"final\"\nabove = \"2 rad/s\"\n",
     /// );
     /// let plan = project.sweep_plan(&SweepSettings { samples: Some(100), ..SweepSettings::default() }).unwrap();
-    /// let found = project.sweep(&plan, &Default::default(), Default::default(), &Silent, &mut |_, _| Ok(())).unwrap();
+    /// let found = project.sweep(&plan, &Default::default(), &mut Default::default(), &Silent, &mut |_, _| Ok(())).unwrap();
     /// // The speed 4 N m · 1 s / J is above 2 rad/s where J is below 2 kg m²: in half of the samples, one in each of 100 strips.
     /// assert_eq!(found.requirements[0].passed, 50);
     /// ```
@@ -157,7 +159,7 @@ impl Project {
         &self,
         plan: &SweepPlan,
         settings: &Settings,
-        known: SweepRows,
+        rows: &mut SweepRows,
         progress: &dyn Progress,
         write: &mut TakeRows<'_>,
     ) -> Result<Sweep, Vec<Diagnostic>> {
@@ -177,12 +179,11 @@ impl Project {
             .filter_map(|name| prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == *name))
             .collect();
         let asked = plan.samples_of(plan.own_blocks()).count();
-        let heard = Counted::new(progress, known.len(), asked.saturating_mul(chosen.len())).of_whole_runs();
-        let known = known.in_order();
+        let heard = Counted::new(progress, rows.len(), asked.saturating_mul(chosen.len())).of_whole_runs();
+        let known = std::mem::take(rows).in_order();
         let known_of = |block: u64| known.range(plan.samples_of(block..block + 1));
         let mut course = Course::of(plan);
         let recorded = wanted(prepared);
-        let mut rows = SweepRows::default();
         let mut ended = None;
         for block in plan.own_blocks() {
             let there = known_of(block);
@@ -232,9 +233,10 @@ impl Project {
         Ok(out)
     }
 
-    /// What rows of a plan say together, as many as there are; nothing is run.
-    pub fn sweep_answers(&self, plan: &SweepPlan, rows: SweepRows) -> Sweep {
-        let mut rows = rows.in_order();
+    /// What rows of a plan say together, as many as there are; nothing is run. Rows behind the end of a sweep that has come to its goal, and those of no block
+    /// of it, are taken out; the others are by samples afterwards.
+    pub fn sweep_answers(&self, plan: &SweepPlan, rows: &mut SweepRows) -> Sweep {
+        *rows = std::mem::take(rows).in_order();
         let mut course = Course::of(plan);
         let own = rows.range(plan.samples_of(plan.own_blocks()));
         rows.keep(own);
@@ -256,7 +258,7 @@ impl Project {
             }
             rows.keep(0..used);
         }
-        let mut out = answered(self.prepared(), plan, &rows, &course);
+        let mut out = answered(self.prepared(), plan, rows, &course);
         out.warnings = self.mistakes().iter().map(ToString::to_string).collect();
         out
     }
@@ -311,6 +313,18 @@ fn answering<T>(run: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
         let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
         Err(format!("a mistake in kardan, please report it: {}", text.unwrap_or("without words")))
     })
+}
+
+/// What a requirement asks, before any run.
+fn required(one: &Requirement) -> SweepRequirement {
+    SweepRequirement {
+        text: one.in_words(),
+        measured: one.measured_in_words(),
+        unit: one.unit.clone(),
+        display: one.display.clone(),
+        below: one.below,
+        above: one.above,
+    }
 }
 
 /// How many samples there are, at most, and how many of a block.

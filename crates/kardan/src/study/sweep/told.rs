@@ -49,9 +49,11 @@ pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows, 
     for (k, requirement) in prepared.requirements.iter().enumerate() {
         for variant in own(&requirement.variants) {
             let mut one = SweptRequirement {
-                text: plan.head.requirements[k].0.clone(),
+                text: plan.head.requirements[k].text.clone(),
                 unit: requirement.unit.clone(),
                 display: requirement.display.clone(),
+                below: requirement.below,
+                above: requirement.above,
                 passed: 0,
                 failed: 0,
                 probability: None,
@@ -195,7 +197,7 @@ fn worst(plan: &SweepPlan, rows: &SweepRows, course: &Course, prepared: &Prepare
     let number = |x: f64| x.is_finite().then_some(x);
     let values = plan.head.varied.iter().zip(&row.values);
     Some(SweptWorst {
-        text: plan.head.requirements[target.requirement].0.clone(),
+        text: plan.head.requirements[target.requirement].text.clone(),
         variant: plan.head.variants[row.variant].clone(),
         unit: prepared.requirements[target.requirement].unit.clone(),
         margin: number(margin),
@@ -217,7 +219,7 @@ fn rare(plan: &SweepPlan, course: &Course, prepared: &Prepared) -> Option<SweptR
     let (levels, ended) = found.levels();
     let probability = found.probability();
     Some(SweptRare {
-        text: plan.head.requirements[target.requirement].0.clone(),
+        text: plan.head.requirements[target.requirement].text.clone(),
         variant: plan.head.variants.join(", "),
         unit: prepared.requirements[target.requirement].unit.clone(),
         probability: probability.map(|(probability, _)| probability),

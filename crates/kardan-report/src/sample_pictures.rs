@@ -1,0 +1,54 @@
+//! The runs of a sweep as a picture that stands still: where there is no script.
+
+use super::analysis_pictures::{drawing, line};
+use super::frame::Frame;
+use super::model::Picture;
+use super::samples::Samples;
+use super::text::{escape, powers};
+use kardan::results::Sweep;
+
+const WIDTH: f64 = 640.0;
+const HEIGHT: f64 = 320.0;
+/// Room right of the frame.
+const RIGHT: f64 = 24.0;
+/// More runs are not drawn.
+const POINTS: usize = 500;
+
+/// Some runs as points; empty where none has both numbers.
+pub(super) fn still(samples: &Samples, found: &Sweep) -> Option<Picture> {
+    let few = samples.few(POINTS, found);
+    let points: Vec<(f64, f64, bool)> =
+        few.points.into_iter().filter(|(x, y, _)| x.is_finite() && y.is_finite()).collect();
+    let first = points.first()?.0;
+    let places = points.iter().map(|&(x, y, _)| (x, y)).chain(few.bounds.iter().map(|&y| (first, y)));
+    let frame = Frame::new(places, WIDTH, HEIGHT);
+    let mut body = frame.drawn(&few.across, &few.up);
+    for colour in [0, 1] {
+        let own = points.iter().filter(|(_, _, fails)| *fails == (colour == 1)).map(|&(x, y, _)| (x, y));
+        body += &frame.dots(own, colour, 4.0);
+    }
+    for &bound in &few.bounds {
+        body += &line(frame.place((frame.across.low, bound)), frame.place((frame.across.high, bound)), "bound");
+    }
+    let entry =
+        |class: &str, word: &str| format!("<span class=\"entry\"><span class=\"swatch {class}\"></span>{word}</span> ");
+    let fails = few.asked.map(|text| format!("fails {}", escape(&powers(text))));
+    let fails = fails.unwrap_or_else(|| "fails a requirement or did not come to its end".into());
+    let mut caption = entry("c0", "holds") + &entry("c1", &fails);
+    if !few.bounds.is_empty() {
+        caption += "<span class=\"entry\">– – bound</span> ";
+    }
+    if points.len() < few.all {
+        caption += &format!("{} of {} runs.", points.len(), few.all);
+    }
+    let title = format!("{} over {}", few.up, few.across);
+    let svg = drawing(frame.left + WIDTH + RIGHT, frame.end(), &title, &body);
+    Some(Picture {
+        title: String::new(),
+        drawing: format!(
+            "<div class=\"unscripted\">\n<figure class=\"analysis\">\n<h3>{}</h3>\n{svg}<figcaption>{caption}</figcaption>\n</figure>\n</div>\n",
+            escape(&title)
+        ),
+        caption: String::new(),
+    })
+}

@@ -1,0 +1,436 @@
+//! The runs of a sweep as points of a page: which of them, and how they are written.
+
+use std::collections::BTreeSet;
+
+use super::text::{json_array, json_string, powers};
+use kardan::results::{DisplayUnit, Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows};
+
+/// More runs are not drawn.
+const MOST: usize = 100_000;
+/// Nor more numbers: a page of 100 columns has fewer runs.
+const MOST_NUMBERS: usize = 4_000_000;
+/// The word for a verdict that a run does not have.
+const NONE: u8 = 2;
+
+/// Runs that a page draws. Where there are too many it keeps those of least and largest numbers, and of the others as many that fail as that hold, as far as
+/// there are, by lots that follow from the seed and the numbers of samples.
+#[derive(Debug, Clone, Default)]
+pub struct Samples {
+    head: SweepHead,
+    kept: Vec<SweepRow>,
+    all: usize,
+    failing: usize,
+}
+
+/// How a run is made again: its command is `command` with the file of its block behind, its number, and its variant.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Again {
+    /// The command up to the file of rows.
+    pub command: String,
+    /// Samples of a block.
+    pub block: u64,
+    /// Files of rows, as words for a shell, by blocks; empty where there is none.
+    pub files: Vec<String>,
+    /// Variants, as words for a shell; none where there is but one.
+    pub variants: Vec<String>,
+    /// The page with the full runs of the worst cases beside this one, or why there is none; `None` where none was to be made.
+    pub full: Option<Result<String, String>>,
+}
+
+impl Again {
+    /// The command that runs a sample in a variant again.
+    pub fn of(&self, sample: u64, variant: usize) -> Option<String> {
+        let block = usize::try_from(sample / self.block.max(1)).ok()?;
+        let file = self.files.get(block).filter(|file| !file.is_empty())?;
+        let variant = self.variants.get(variant).map(|name| format!(" --variant {name}")).unwrap_or_default();
+        Some(format!("{} {file} --sample {sample}{variant}", self.command))
+    }
+}
+
+impl Samples {
+    /// Those of these rows that the page of a sweep with these answers draws.
+    pub fn new(head: &SweepHead, found: &Sweep, rows: &SweepRows) -> Self {
+        let columns = head.varied.len() + 2 * head.requirements.len() + head.figures.len() + 1;
+        let measured = found.requirements.iter().map(|one| &one.measured);
+        let ends = measured.chain(found.figures.iter().map(|one| &one.values)).filter_map(|values| values.ends);
+        let told: BTreeSet<u64> = ends.flatten().chain(found.worst.iter().map(|worst| worst.sample)).collect();
+        Self::at_most(MOST.min(MOST_NUMBERS / columns), head, &told, rows)
+    }
+
+    fn at_most(most: usize, head: &SweepHead, told: &BTreeSet<u64>, rows: &SweepRows) -> Self {
+        let (all, failing) = (rows.len(), rows.iter().filter(|row| fails(row.reason, row.passed)).count());
+        let drawn = (all > most).then(|| drawn(most, head.seed, told, rows));
+        let is_drawn = |number: usize| drawn.as_ref().is_none_or(|drawn| drawn[number]);
+        let own = rows.iter().enumerate().filter(|(number, _)| is_drawn(*number));
+        let mut kept: Vec<SweepRow> = own.map(|(_, row)| row.to_row()).collect();
+        kept.sort_unstable_by_key(|row| (row.sample, row.variant));
+        Self { head: head.clone(), kept, all, failing }
+    }
+
+    /// Which runs are drawn, in words.
+    pub fn in_words(&self) -> String {
+        let (drawn, failing) =
+            (self.kept.len(), self.kept.iter().filter(|row| fails(&row.reason, &row.passed)).count());
+        if drawn == self.all {
+            return format!("All {drawn} runs, {failing} of which fail a requirement or did not come to their end.");
+        }
+        let fate = if failing == self.failing {
+            format!("all {failing} that fail")
+        } else {
+            format!("{failing} of {} that fail, by lot", self.failing)
+        };
+        let others = drawn - failing;
+        format!(
+            "{drawn} of {} runs are drawn: {fate}, and {others} of {} others, by lot; those of least and largest numbers are among them. \
+             Where points lie close does not tell how likely failures are: the tables count all runs.",
+            self.all,
+            self.all - self.failing
+        )
+    }
+
+    /// Whether there is nothing to draw.
+    pub fn is_empty(&self) -> bool {
+        self.kept.is_empty()
+    }
+
+    /// What is drawn first: the number that most is known of, over the parameter that explains the most of it; places among all columns.
+    fn first(&self, found: &Sweep) -> (usize, usize) {
+        let SweepHead { varied, requirements, .. } = &self.head;
+        let numbers = varied.len();
+        let place = |text: &str| requirements.iter().position(|one| one.text == text);
+        let explained = found.requirements.iter().filter_map(|one| Some((place(&one.text)?, &one.measured)));
+        let figures = found.figures.iter().filter_map(|figure| {
+            let k = self.head.figures.iter().position(|(name, _)| *name == figure.name)?;
+            Some((requirements.len() + k, &figure.values))
+        });
+        let told = explained.chain(figures).find_map(|(k, values)| {
+            let most = values.shares.first()?;
+            let across = varied.iter().position(|one| one.name == most.parameter)?;
+            Some((across, numbers + k))
+        });
+        let sought = found.worst.iter().map(|one| &one.text).chain(found.rare.iter().map(|one| &one.text));
+        let sought = sought.filter_map(|text| place(text)).map(|k| (0, numbers + k)).next();
+        let last = numbers + requirements.len() + self.head.figures.len() - 1;
+        told.or(sought).unwrap_or((0, numbers.min(last)))
+    }
+
+    /// What the script of the page draws, as JSON: `columns` of 32-bit floats behind `from`, in the unit that is shown, `requirements` with their
+    /// bounds and verdicts, `sample`, `ended`, `variant`; arrays are little-endian, in base64.
+    pub fn data(&self, found: &Sweep, again: &Again) -> String {
+        let head = &self.head;
+        let mut columns = Vec::new();
+        for (k, one) in head.varied.iter().enumerate() {
+            columns.push(self.column("parameter", (&one.name, &one.unit, None), |row| row.values[k]));
+        }
+        let mut requirements = Vec::new();
+        for (k, one) in head.requirements.iter().enumerate() {
+            let display = one.display.as_ref();
+            let bound = |bound: Option<f64>| bound.map_or("null".into(), |bound| exact(shown(bound, display)));
+            let passed: Vec<u8> = self.kept.iter().map(|row| verdict(row.passed[k])).collect();
+            requirements.push(format!(
+                "{{\"text\":{},\"column\":{},\"below\":{},\"above\":{},\"passed\":\"{}\"}}",
+                json_string(&powers(&one.text)),
+                columns.len(),
+                bound(one.below),
+                bound(one.above),
+                base64(&passed)
+            ));
+            columns.push(self.column("measured", (self.name(one), &one.unit, display), |row| row.measured[k]));
+        }
+        for (k, (name, unit)) in head.figures.iter().enumerate() {
+            let told = found.figures.iter().find(|one| one.name == *name);
+            let display = told.and_then(|one| one.display.as_ref());
+            columns.push(self.column("figure", (name, unit, display), |row| row.figures[k]));
+        }
+        let (across, up) = self.first(found);
+        let bytes = |of: &dyn Fn(&SweepRow) -> u32| -> Vec<u8> {
+            self.kept.iter().flat_map(|row| of(row).to_le_bytes()).collect()
+        };
+        let ended: Vec<u8> = self.kept.iter().map(|row| u8::from(row.reason.is_empty())).collect();
+        let several = head.variants.len() > 1;
+        format!(
+            "{{\"count\":{},\"across\":{across},\"up\":{up},\"sample\":\"{}\",\"ended\":\"{}\",\"variants\":{},\"variant\":\"{}\",\"columns\":{},\
+             \"requirements\":{},\"again\":{{\"command\":{},\"block\":{},\"files\":{},\"variants\":{}}}}}",
+            self.kept.len(),
+            base64(&bytes(&|row| u32::try_from(row.sample).unwrap_or(u32::MAX))),
+            base64(&ended),
+            json_array(head.variants.iter().map(|name| json_string(name))),
+            if several { base64(&bytes(&|row| row.variant as u32)) } else { String::new() },
+            json_array(columns),
+            json_array(requirements),
+            json_string(&again.command),
+            again.block.max(1),
+            json_array(again.files.iter().map(|file| json_string(file))),
+            json_array(again.variants.iter().map(|name| json_string(name)))
+        )
+    }
+
+    /// What a requirement measures; all of it where another one measures the same.
+    fn name<'s>(&self, one: &'s SweepRequirement) -> &'s str {
+        let same = self.head.requirements.iter().filter(|other| other.measured == one.measured).count();
+        if same > 1 { &one.text } else { &one.measured }
+    }
+
+    /// A few of the runs in the axes that are drawn first, for a picture that stands still.
+    pub(super) fn few<'s>(&'s self, most: usize, found: &Sweep) -> Few<'s> {
+        let (across, up) = self.first(found);
+        let mut order: Vec<&SweepRow> = self.kept.iter().collect();
+        order.sort_by_key(|row| (lot(self.head.seed, row.sample), row.sample, row.variant));
+        order.truncate(most);
+        let SweepHead { varied, requirements, figures, .. } = &self.head;
+        let asked = up.checked_sub(varied.len()).and_then(|k| requirements.get(k));
+        let figure = up.checked_sub(varied.len() + requirements.len()).and_then(|k| figures.get(k));
+        let display = match (asked, figure) {
+            (Some(one), _) => one.display.as_ref(),
+            (_, Some((name, _))) => {
+                found.figures.iter().find(|one| one.name == *name).and_then(|one| one.display.as_ref())
+            }
+            _ => None,
+        };
+        let value = |row: &SweepRow| {
+            row.values.iter().chain(&row.measured).chain(&row.figures).nth(up).copied().unwrap_or(f64::NAN)
+        };
+        let (name, unit) = match (asked, figure) {
+            (Some(one), _) => (self.name(one), one.unit.as_str()),
+            (_, Some((name, unit))) => (name.as_str(), unit.as_str()),
+            _ => (varied[up].name.as_str(), varied[up].unit.as_str()),
+        };
+        let fate = |row: &SweepRow| match up.checked_sub(varied.len()).and_then(|k| row.passed.get(k)) {
+            Some(&passed) => passed < 0.5,
+            None => fails(&row.reason, &row.passed),
+        };
+        Few {
+            points: order.iter().map(|row| (row.values[across], shown(value(row), display), fate(row))).collect(),
+            bounds: asked.iter().flat_map(|one| [one.below, one.above]).flatten().map(|x| shown(x, display)).collect(),
+            across: titled(&varied[across].name, &varied[across].unit),
+            up: titled(name, display.map_or(unit, |display| &display.unit)),
+            asked: asked.map(|one| one.text.as_str()),
+            all: self.all,
+        }
+    }
+
+    fn column(
+        &self,
+        kind: &str,
+        (name, unit, display): (&str, &str, Option<&DisplayUnit>),
+        value: impl Fn(&SweepRow) -> f64,
+    ) -> String {
+        let values: Vec<f64> = self.kept.iter().map(|row| shown(value(row), display)).collect();
+        let least = values.iter().copied().filter(|x| x.is_finite()).fold(f64::INFINITY, f64::min);
+        // Small differences of large numbers have their digits too.
+        let from = if least.is_finite() { least } else { 0.0 };
+        let bytes: Vec<u8> = values.iter().flat_map(|x| ((x - from) as f32).to_le_bytes()).collect();
+        format!(
+            "{{\"kind\":\"{kind}\",\"name\":{},\"unit\":{},\"from\":{},\"data\":\"{}\"}}",
+            json_string(&powers(name)),
+            json_string(&powers(display.map_or(unit, |display| display.unit.as_str()))),
+            exact(from),
+            base64(&bytes)
+        )
+    }
+}
+
+/// Runs for a picture that stands still: their places, and whether they fail.
+pub(super) struct Few<'s> {
+    pub(super) points: Vec<(f64, f64, bool)>,
+    pub(super) bounds: Vec<f64>,
+    pub(super) across: String,
+    pub(super) up: String,
+    /// The requirement that is on the axis up, which they fail or not; `None`: any.
+    pub(super) asked: Option<&'s str>,
+    /// How many runs there are in all.
+    pub(super) all: usize,
+}
+
+/// Which rows are drawn, so many of them.
+fn drawn(most: usize, seed: u64, told: &BTreeSet<u64>, rows: &SweepRows) -> Vec<bool> {
+    let mut groups: [Vec<(u64, usize, usize)>; 3] = Default::default();
+    for (k, row) in rows.iter().enumerate() {
+        let group = match (told.contains(&row.sample), fails(row.reason, row.passed)) {
+            (true, _) => 0,
+            (false, true) => 1,
+            (false, false) => 2,
+        };
+        groups[group].push((lot(seed, row.sample), row.variant, k));
+    }
+    let [own, failing, holding] = &groups;
+    let free = most.saturating_sub(own.len());
+    let of_failing = failing.len().min(free - holding.len().min(free / 2));
+    let mut kept = vec![false; rows.len()];
+    for (group, count) in groups.iter_mut().zip([most, of_failing, free - of_failing]) {
+        if count < group.len() {
+            group.select_nth_unstable(count);
+            group.truncate(count);
+        }
+        group.iter().for_each(|&(_, _, k)| kept[k] = true);
+    }
+    kept
+}
+
+/// A number in the unit that is shown.
+fn shown(value: f64, display: Option<&DisplayUnit>) -> f64 {
+    display.map_or(value, |display| display.of(value))
+}
+
+/// The title of an axis.
+fn titled(name: &str, unit: &str) -> String {
+    if unit.is_empty() { powers(name) } else { powers(&format!("{name} [{unit}]")) }
+}
+
+/// Whether a run did not come to its end, or fails a requirement.
+fn fails(reason: &str, passed: &[f64]) -> bool {
+    !reason.is_empty() || passed.iter().any(|&passed| passed < 0.5)
+}
+
+fn verdict(passed: f64) -> u8 {
+    if passed.is_nan() { NONE } else { u8::from(passed > 0.5) }
+}
+
+/// A lot that follows from the seed and the number (SplitMix64: Steele, Lea, Flood, OOPSLA 2014).
+fn lot(seed: u64, number: u64) -> u64 {
+    let mixed = |x: u64| {
+        let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        x ^ (x >> 31)
+    };
+    mixed(mixed(seed) ^ number)
+}
+
+/// A number as JSON, to the last bit.
+fn exact(value: f64) -> String {
+    if value.is_finite() { format!("{value:?}") } else { "null".into() }
+}
+
+/// RFC 4648, with padding.
+fn base64(bytes: &[u8]) -> String {
+    const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let byte = |k: usize| u32::from(chunk.get(k).copied().unwrap_or(0));
+        let word = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for k in 0..4 {
+            let digit = char::from(ALPHABET[(word >> (18 - 6 * k)) as usize & 63]);
+            out.push(if k <= chunk.len() { digit } else { '=' });
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kardan::results::SweptParameter;
+
+    fn row(sample: u64, value: f64, measured: f64) -> SweepRow {
+        let passed = f64::from(u8::from(measured < 1.0));
+        let reason = if measured.is_nan() { "refused".into() } else { String::new() };
+        SweepRow {
+            sample,
+            variant: 0,
+            reason,
+            values: vec![value],
+            measured: vec![measured],
+            passed: vec![passed],
+            figures: vec![],
+        }
+    }
+
+    fn head() -> SweepHead {
+        let varied = vec![SweptParameter { name: "</script>".into(), unit: "m^2".into(), distribution: String::new() }];
+        let asked = SweepRequirement {
+            text: "x < 50 cm".into(),
+            measured: "x".into(),
+            unit: "m".into(),
+            display: Some(DisplayUnit { unit: "cm".into(), size: 0.01 }),
+            below: Some(0.5),
+            above: None,
+        };
+        SweepHead { varied, requirements: vec![asked], variants: vec!["model".into()], ..Default::default() }
+    }
+
+    fn decoded(text: &str) -> Vec<u8> {
+        const DIGITS: &str = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+        let mut out = Vec::new();
+        for four in text.as_bytes().chunks(4) {
+            let digit = |k: usize| DIGITS.find(char::from(four[k])).unwrap_or(0);
+            let word = digit(0) << 18 | digit(1) << 12 | digit(2) << 6 | digit(3);
+            out.extend([word >> 16, word >> 8, word].map(|x| x as u8));
+        }
+        out.truncate(out.len() - text.bytes().filter(|&c| c == b'=').count());
+        out
+    }
+
+    /// What stands behind each `"key":"`.
+    fn strings<'t>(json: &'t str, key: &str) -> Vec<&'t str> {
+        json.split(&format!("\"{key}\":\"")).skip(1).map(|rest| rest.split('"').next().unwrap()).collect()
+    }
+
+    #[test]
+    fn base64_gives_the_examples_of_the_rfc() {
+        for (plain, written) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
+            assert_eq!(base64(plain.as_bytes()), written);
+        }
+    }
+
+    /// The data decode to the rows, those without a number too; no name closes the script.
+    #[test]
+    fn data_are_the_rows() {
+        let rows = vec![row(2, 1e9 + 0.25, 0.5), row(0, 1e9, 2.0), row(1, 1e9 + 1.0, f64::NAN)];
+        let data = Samples::new(&head(), &Sweep::default(), &rows.into_iter().collect())
+            .data(&Sweep::default(), &Again::default());
+        assert!(!data.contains("</script"), "{data}");
+        let columns = strings(&data, "data");
+        let numbers = |text: &str| -> Vec<f32> {
+            decoded(text).chunks(4).map(|four| f32::from_le_bytes(four.try_into().unwrap())).collect()
+        };
+        assert!(data.contains("\"from\":1000000000.0,"), "{data}");
+        assert_eq!(numbers(columns[0]), [0.0, 1.0, 0.25]);
+        let measured = numbers(columns[1]);
+        assert!(measured[0] == 150.0 && measured[1].is_nan() && measured[2] == 0.0, "{measured:?}");
+        // A sweep that is a search has no answers of its requirements: bounds and units are known all the same.
+        assert!(
+            data.contains("\"column\":1,\"below\":50.0,\"above\":null") && data.contains("\"unit\":\"cm\""),
+            "{data}"
+        );
+        assert!(data.contains("\"unit\":\"m²\"") && data.contains("\"name\":\"x\""), "{data}");
+        assert_eq!(decoded(strings(&data, "passed")[0]), [0, 0, 1]);
+        assert_eq!(decoded(strings(&data, "ended")[0]), [1, 0, 1]);
+        assert_eq!(decoded(strings(&data, "sample")[0]), [0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
+    }
+
+    /// Too many rows: what is told stays, then as many that fail as that hold, as far as there are, by lots, in whatever order they come.
+    #[test]
+    fn too_many_runs_are_thinned_openly() {
+        let of = |seed: u64, order: &dyn Fn(u64) -> u64, failing: u64| {
+            let rows =
+                (0..1000).map(order).map(|k| row(k, 0.0, if k % 1000 < failing { 2.0 } else { k as f64 * 1e-4 }));
+            Samples::at_most(100, &SweepHead { seed, ..head() }, &[7].into(), &rows.collect())
+        };
+        let numbers = |samples: &Samples| samples.kept.iter().map(|row| row.sample).collect::<Vec<_>>();
+        let (one, other) = (of(3, &|k| k, 5), of(3, &|k| 999 - k, 5));
+        assert_eq!(numbers(&one), numbers(&other));
+        assert!(numbers(&one).starts_with(&[0, 1, 2, 3, 4]) && numbers(&one).contains(&7));
+        assert_ne!(numbers(&one), numbers(&of(4, &|k| k, 5)));
+        let told = one.in_words();
+        assert!(
+            told.starts_with("100 of 1000 runs are drawn: all 5 that fail, and 95 of 995 others, by lot"),
+            "{told}"
+        );
+        // Sample 7, which is told of, is one that fails, and one of 50.
+        let told = of(3, &|k| k, 600).in_words();
+        assert!(told.starts_with("100 of 1000 runs are drawn: 51 of 600 that fail, by lot, and 49 of 400"), "{told}");
+        let told = of(3, &|k| k, 990).in_words();
+        assert!(told.starts_with("100 of 1000 runs are drawn: 90 of 990 that fail, by lot, and 10 of 10"), "{told}");
+    }
+
+    #[test]
+    fn commands_name_file_sample_and_variant() {
+        let mut again =
+            Again { command: "run".into(), block: 10, files: vec![String::new(), "b".into()], ..Again::default() };
+        assert_eq!((again.of(9, 0), again.of(20, 0)), (None, None));
+        assert_eq!(again.of(12, 0).as_deref(), Some("run b --sample 12"));
+        again.variants = vec!["one".into(), "'the other'".into()];
+        assert_eq!(again.of(12, 1).as_deref(), Some("run b --sample 12 --variant 'the other'"));
+    }
+}
