@@ -8,8 +8,10 @@
   addEventListener("unhandledrejection", (event) => say("load", "script error: " + event.reason));
   document.addEventListener("securitypolicyviolation", (event) => say("load", "blocked: " + event.blockedURI));
 
-  // Frames out of sight are given no time to draw.
-  window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 1);
+  // Frames out of sight are given no time to draw the runs of a sweep.
+  const inSight = window.requestAnimationFrame.bind(window);
+  window.requestAnimationFrame = (draw) =>
+    document.getElementById("samples-data") ? setTimeout(() => draw(performance.now()), 1) : inSight(draw);
 
   // The rules of a medium hold when it is looked at, whatever the browser's own is.
   const rules = [];
