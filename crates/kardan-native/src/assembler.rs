@@ -14,6 +14,12 @@ pub enum Operand {
     Memory(u32),
     /// Bytes from where the constants of the code, or the first coefficients of series, begin (rbp).
     Constant(u32),
+    /// Bytes from where whole numbers for series begin (rcx).
+    Number(u32),
+    /// The coefficient that a loop is at: of the first operand (rdi), and of the second one (rsi).
+    First,
+    /// See [`Operand::First`].
+    Second,
 }
 
 /// What an instruction does with one number, or all of a register.
@@ -65,20 +71,20 @@ const LOAD_BITS: Opcode = bits(0x10, 0x10);
 const BLEND: Opcode = Opcode { map: 3, byte: 0x4b, byte_eight: 0x4b, bits: true };
 /// Of eight numbers: the last operand where the digit of [`DIGITS`] is set, else the first.
 const BLEND_EIGHT: Opcode = Opcode { map: 2, byte: 0x65, byte_eight: 0x65, bits: true };
+/// One number in all of a register.
+const SPREAD: Opcode = Opcode { map: 2, byte: 0x19, byte_eight: 0x19, bits: true };
 /// The register of masks in use: k1.
 const DIGITS: Register = 1;
 
-/// The registers rdi and rsi, which walk through coefficients.
-const FIRST: u8 = 7;
-const SECOND: u8 = 6;
-
-/// How many terms a convolution of order k has.
+/// How many terms a sum of order k has.
 #[derive(Clone, Copy)]
 pub enum Terms {
     /// k + 1.
-    All,
-    /// k: the highest of the first one is left out.
-    Below,
+    More,
+    /// k.
+    Order,
+    /// k − 1.
+    Less,
     /// Half of k + 1, rounded down.
     Half,
 }
@@ -99,33 +105,65 @@ impl Assembler {
     }
 
     /// `target = opcode(first, last)`.
-    pub fn operation(&mut self, opcode: Opcode, target: Register, first: Register, last: Operand) {
-        let high = |register: Register| u8::from(register < 8);
-        let (base_high, mode, low) = match last {
-            Operand::Register(register) => (high(register), 0xc0, register & 7),
-            Operand::Memory(_) => (1, 0x80, 3),
-            Operand::Constant(_) => (1, 0x80, 5),
+    pub fn operation(&mut self, opcode: Opcode, target: Register, first_register: Register, last: Operand) {
+        let high = |register: Register| u8::from(register & 8 == 0);
+        let (base_high, low, offset) = match last {
+            Operand::Register(register) => (high(register), register & 7, None),
+            Operand::Memory(offset) => (1, 3, Some(offset)),
+            Operand::Constant(offset) => (1, 5, Some(offset)),
+            Operand::Number(offset) => (1, 1, Some(offset)),
+            Operand::First => (1, 7, None),
+            Operand::Second => (1, 6, None),
         };
-        let highs = (high(target) << 7) | (1 << 6) | (base_high << 5);
-        let first = (!first & 15) << 3;
+        // Offsets of one byte count as many bytes as the operand has where registers have eight numbers.
+        let unit = match self.width {
+            Width::Eight if opcode == SPREAD => 8,
+            Width::Eight => 64,
+            _ => 1,
+        };
+        let short = offset.filter(|offset| offset % unit == 0).and_then(|offset| i8::try_from(offset / unit).ok());
+        let mode = match last {
+            Operand::Register(_) => 0xc0,
+            Operand::First | Operand::Second => 0,
+            _ => {
+                if short.is_some() {
+                    0x40
+                } else {
+                    0x80
+                }
+            }
+        };
+        let first = (!first_register & 15) << 3;
         let operands = mode | ((target & 7) << 3) | low;
-        if self.width == Width::Eight {
-            // Three bytes of EVEX: high digits of the registers (inverted, those beyond 15 are not in use) and the map;
-            // the first operand (inverted), packed doubles; the length and the mask. Offsets of four bytes count bytes,
-            // those of one would not.
+        let (head, length) = if self.width == Width::Eight {
+            // Three bytes of EVEX: high digits of the registers (inverted) and the map; the first operand (inverted), packed doubles; the
+            // length, its highest digit and the mask.
+            let highest = |register: Register| u8::from(register < 16);
+            let last_highest = if let Operand::Register(register) = last { highest(register) } else { 1 };
+            let highs = (high(target) << 7) | (last_highest << 6) | (base_high << 5) | (highest(target) << 4);
             let mask = if opcode == BLEND_EIGHT { DIGITS } else { 0 };
-            self.bytes(&[0x62, highs | 0x10 | opcode.map, 0x85 | first, 0x48 | mask, opcode.byte_eight, operands]);
+            let lengths = 0x40 | (highest(first_register) << 3) | mask;
+            ([0x62, highs | opcode.map, 0x85 | first, lengths, opcode.byte_eight, operands], 6)
         } else {
-            // Two bytes of VEX: high digits of the registers (inverted) and the map; the first operand (inverted), the
-            // length and the kind of numbers: 66 for packed doubles, F2 for one.
+            // VEX: the first operand (inverted), the length and the kind of numbers: 66 for packed doubles, F2 for one.
             let (length, kind) = match self.width {
                 Width::One => (0, if opcode.bits { 1 } else { 3 }),
                 _ => (4, 1),
             };
-            self.bytes(&[0xc4, highs | opcode.map, first | length | kind, opcode.byte, operands]);
-        }
-        if let Operand::Memory(offset) | Operand::Constant(offset) = last {
-            self.bytes(&offset.to_le_bytes());
+            let rest = first | length | kind;
+            // Before it high digits of the registers (inverted) and the map, in a byte of its own where they are not the usual ones.
+            if opcode.map == 1 && base_high == 1 {
+                ([0xc5, (high(target) << 7) | rest, opcode.byte, operands, 0, 0], 4)
+            } else {
+                let highs = (high(target) << 7) | (1 << 6) | (base_high << 5);
+                ([0xc4, highs | opcode.map, rest, opcode.byte, operands, 0], 5)
+            }
+        };
+        self.bytes(&head[..length]);
+        match (short, offset) {
+            (Some(short), _) => self.bytes(&short.to_le_bytes()),
+            (None, Some(offset)) => self.bytes(&offset.to_le_bytes()),
+            _ => {}
         }
     }
 
@@ -140,6 +178,14 @@ impl Assembler {
     /// Loads a register with as many bits of constants as it has.
     pub fn load_bits(&mut self, target: Register, from: Operand) {
         self.operation(LOAD_BITS, target, 0, from);
+    }
+
+    /// Loads all of a register with one number, from memory or from another register.
+    pub fn spread(&mut self, target: Register, from: Operand) {
+        match self.width {
+            Width::One => self.load(target, from),
+            _ => self.operation(SPREAD, target, 0, from),
+        }
     }
 
     pub fn store(&mut self, register: Register, to: Operand) {
@@ -179,12 +225,13 @@ impl Assembler {
         self.bytes(&[0x48, 0x83, 0xc4, 0x08, 0x5d, 0x5b, 0xc3]); // add rsp, 8; pop rbp; pop rbx; ret
     }
 
-    /// The begin of code for series: coefficients of the order sought in rbx, the first ones in rbp, how many orders are below it in rdx, bits
-    /// in rcx.
-    pub fn begin_series(&mut self, sign: Register) {
+    /// The begin of code for series: coefficients of the order sought in rbx, the first ones in rbp, how many orders are below it in rdx, whole
+    /// numbers in rcx, which begin with the sign; a number of the order in the lowest register, which is kept in all of another one.
+    pub fn begin_series(&mut self, sign: Register, number: Register) {
         self.bytes(&[0x53, 0x55]); // push rbx, push rbp
         self.bytes(&[0x48, 0x89, 0xfb, 0x48, 0x89, 0xf5]); // mov rbx, rdi; mov rbp, rsi
-        self.bytes(&[0xc5, 0x7d, 0x10, 0x01 | (sign & 7) << 3]); // vmovupd sign, [rcx]
+        self.spread(sign, Operand::Number(0));
+        self.spread(number, Operand::Register(0));
     }
 
     pub fn end_series(&mut self) {
@@ -192,48 +239,44 @@ impl Assembler {
         self.bytes(&[0x5d, 0x5b, 0xc3]); // pop rbp; pop rbx; ret
     }
 
-    /// `sum = Σ a_j b_(k−j)`: a from its first coefficient upwards, b from that of the order sought downwards, over so many j; `stride` bytes
-    /// are between two orders. `product` is overwritten.
-    pub fn convolution(&mut self, [sum, product]: [Register; 2], [a, b]: [u32; 2], stride: u32, terms: Terms) {
-        self.bytes(&[0x48, 0x8d, 0xbd]); // lea rdi, [rbp + a]
-        self.bytes(&a.to_le_bytes());
-        self.bytes(&[0x48, 0x8d, 0xb3]); // lea rsi, [rbx + b]
-        self.bytes(&b.to_le_bytes());
+    /// Does something for each term of a sum `Σ a_j b_(k−j)`, a from `first` bytes above the first coefficients, b from `second` bytes above those
+    /// of the order sought; `stride` bytes are between two orders.
+    pub fn repeat(&mut self, terms: Terms, [first, second]: [i32; 2], stride: u32, term: impl FnOnce(&mut Self)) {
+        self.bytes(&[0x48, 0x8d, 0xbd]); // lea rdi, [rbp + first]
+        self.bytes(&first.to_le_bytes());
+        self.bytes(&[0x48, 0x8d, 0xb3]); // lea rsi, [rbx + second]
+        self.bytes(&second.to_le_bytes());
         self.bytes(match terms {
-            Terms::All => &[0x8d, 0x4a, 0x01],              // lea ecx, [rdx + 1]
-            Terms::Below => &[0x89, 0xd1],                  // mov ecx, edx
-            Terms::Half => &[0x8d, 0x4a, 0x01, 0xd1, 0xe9], // lea ecx, [rdx + 1]; shr ecx, 1
+            Terms::More => &[0x48, 0x8d, 0x42, 0x01], // lea rax, [rdx + 1]
+            Terms::Order => &[0x48, 0x89, 0xd0],      // mov rax, rdx
+            Terms::Half => &[0x48, 0x8d, 0x42, 0x01, 0x48, 0xd1, 0xe8], // lea rax, [rdx + 1]; shr rax, 1
+            Terms::Less => &[0x48, 0x89, 0xd0, 0x48, 0xff, 0xc8], // mov rax, rdx; dec rax
         });
-        self.operation(XOR, sum, sum, Operand::Register(sum));
+        let none = self.code.len();
+        if matches!(terms, Terms::Less) {
+            self.bytes(&[0x74, 0]); // jz behind
+        }
         let again = self.code.len();
-        self.multiply(product, SECOND);
-        self.operation(ADD, sum, sum, Operand::Register(product));
+        term(self);
         self.bytes(&[0x48, 0x81, 0xc7]); // add rdi, stride
         self.bytes(&stride.to_le_bytes());
         self.bytes(&[0x48, 0x81, 0xee]); // sub rsi, stride
         self.bytes(&stride.to_le_bytes());
-        self.bytes(&[0xff, 0xc9]); // dec ecx
+        self.bytes(&[0x48, 0xff, 0xc8]); // dec rax
         let back = again as i64 - (self.code.len() as i64 + 2);
         self.bytes(&[0x75, back as i8 as u8]); // jnz again
+        if matches!(terms, Terms::Less) {
+            self.code[none + 1] = (self.code.len() - none - 2) as u8;
+        }
     }
 
-    /// `sum = Σ a_j a_(k−j)` over all j: twice the sum over the lower half, and the square in the middle where there is one.
-    pub fn square(&mut self, [sum, product]: [Register; 2], a: u32, stride: u32) {
-        self.convolution([sum, product], [a, a], stride, Terms::Half);
-        self.operation(ADD, sum, sum, Operand::Register(sum));
+    /// Does something where the order is even.
+    pub fn where_even(&mut self, code: impl FnOnce(&mut Self)) {
         self.bytes(&[0xf6, 0xc2, 0x01]); // test dl, 1
         let jump = self.code.len();
         self.bytes(&[0x75, 0]); // jnz behind
-        self.multiply(product, FIRST);
-        self.operation(ADD, sum, sum, Operand::Register(product));
+        code(self);
         self.code[jump + 1] = (self.code.len() - jump - 2) as u8;
-    }
-
-    /// `product = [rdi]·[rsi]`, or the square of [rdi].
-    fn multiply(&mut self, product: Register, by: u8) {
-        let high = u8::from(product < 8) << 7;
-        self.bytes(&[0xc5, high | 0x7b, 0x10, (product & 7) << 3 | FIRST]); // vmovsd product, [rdi]
-        self.bytes(&[0xc5, high | ((!product & 15) << 3) | 3, 0x59, (product & 7) << 3 | by]); // vmulsd product, product, [by]
     }
 
     /// Calls a function with addresses of places: two that it reads, two that it writes.

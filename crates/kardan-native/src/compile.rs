@@ -17,7 +17,7 @@ struct Writer {
 /// The code of a plan, for one number or several side by side; none where it has tables, or is too long.
 pub fn compile(plan: &Plan<'_, f64>, width: Width) -> Option<Vec<u8>> {
     i32::try_from(plan.memory().checked_mul(width.bytes() as usize)?).ok()?;
-    let mut writer = Writer { assembler: Assembler::new(width), width, registers: Registers::default() };
+    let mut writer = Writer { assembler: Assembler::new(width), width, registers: Registers::new(width) };
     writer.assembler.begin();
     writer.constants();
     let mut next = u32::try_from(plan.inputs + plan.constants.len()).ok()?;

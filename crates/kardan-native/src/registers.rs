@@ -1,9 +1,11 @@
 //! Which values the registers hold while code is written.
 
 use crate::assembler::{Assembler, Operand, Register};
+use crate::width::Width;
 
-/// Registers that hold values; the others are a mask, and constants.
-const VALUES: usize = 13;
+/// Registers that hold values below those that are a mask, and constants; of eight numbers there are as many as this more behind them.
+const LOWER: usize = 13;
+const UPPER: usize = 16;
 /// A register for what is needed at once.
 pub const MASK: Register = 13;
 /// The sign alone.
@@ -18,19 +20,55 @@ pub const SIZE_OFFSET: u32 = 64;
 
 /// The value of a place in memory that each register holds, and when it was used last. Each result is stored at once, so that a register
 /// can be given away at any time.
-#[derive(Default)]
 pub struct Registers {
-    held: [Option<(Operand, u64)>; VALUES],
+    /// How many of them there are.
+    count: usize,
+    held: [Option<(Operand, u64)>; LOWER + UPPER],
+    /// Those that are not given away for now.
+    taken: [bool; LOWER + UPPER],
     now: u64,
 }
 
+/// The number of the k-th register that holds values, and back.
+fn number(k: usize) -> Register {
+    (if k < LOWER { k } else { k + 3 }) as Register
+}
+
+fn index(register: Register) -> usize {
+    let register = usize::from(register);
+    if register < LOWER { register } else { register - 3 }
+}
+
 impl Registers {
+    pub fn new(width: Width) -> Self {
+        let count = if width == Width::Eight { LOWER + UPPER } else { LOWER };
+        Self { count, held: [None; LOWER + UPPER], taken: [false; LOWER + UPPER], now: 0 }
+    }
+
     /// The register that was not used for longest: none of those that the operation at hand has in use.
     pub fn free(&mut self) -> Register {
         let age = |held: &Option<(Operand, u64)>| held.map_or(0, |(_, used)| used);
-        let oldest = (0..VALUES).min_by_key(|&k| age(&self.held[k])).expect("there are registers");
+        let others = (0..self.count).filter(|&k| !self.taken[k]);
+        let oldest = others.min_by_key(|&k| age(&self.held[k])).expect("there are registers");
         self.held[oldest] = None;
-        oldest as Register
+        number(oldest)
+    }
+
+    /// Whether there are more than a few.
+    pub fn are_many(&self) -> bool {
+        self.count > LOWER
+    }
+
+    /// A register that is not given away until [`release`](Self::release); a few at a time.
+    pub fn take(&mut self) -> Register {
+        let register = self.free();
+        self.taken[index(register)] = true;
+        register
+    }
+
+    /// All registers can be given away again.
+    pub fn release(&mut self) {
+        self.taken = [false; LOWER + UPPER];
     }
 
     /// A value as last operand: from its register, or from memory.
@@ -41,31 +79,43 @@ impl Registers {
     /// The register that holds a value.
     pub fn of(&mut self, place: Operand) -> Option<Register> {
         self.now += 1;
-        let k = self.held.iter().position(|held| held.is_some_and(|(other, _)| other == place))?;
+        let k = self.held[..self.count].iter().position(|held| held.is_some_and(|(other, _)| other == place))?;
         self.held[k] = Some((place, self.now));
-        Some(k as Register)
+        Some(number(k))
     }
 
     /// A value in a register.
     pub fn loaded(&mut self, assembler: &mut Assembler, place: Operand) -> Register {
+        self.found(place, |register| assembler.load(register, place))
+    }
+
+    /// A number in all of a register.
+    pub fn spread(&mut self, assembler: &mut Assembler, place: Operand) -> Register {
+        self.found(place, |register| assembler.spread(register, place))
+    }
+
+    fn found(&mut self, place: Operand, load: impl FnOnce(Register)) -> Register {
         if let Some(register) = self.of(place) {
             return register;
         }
         let register = self.free();
-        assembler.load(register, place);
-        self.held[usize::from(register)] = Some((place, self.now));
+        load(register);
+        self.held[index(register)] = Some((place, self.now));
         register
     }
 
-    /// Stores a result, which stays in its register too.
+    /// Stores a result, which stays in its register too, and in no other.
     pub fn keep(&mut self, assembler: &mut Assembler, register: Register, place: Operand) {
         assembler.store(register, place);
         self.now += 1;
-        self.held[usize::from(register)] = Some((place, self.now));
+        for held in self.held[..self.count].iter_mut().filter(|held| held.is_some_and(|(other, _)| other == place)) {
+            *held = None;
+        }
+        self.held[index(register)] = Some((place, self.now));
     }
 
     /// Nothing is held any more.
     pub fn forget(&mut self) {
-        self.held = [None; VALUES];
+        self.held = [None; LOWER + UPPER];
     }
 }

@@ -1,89 +1,128 @@
-//! Code for coefficients of Taylor series.
+use std::fmt::{self, Debug, Formatter};
+use std::marker::PhantomData;
 
-use kardan_rt::Operator;
-
-use crate::assembler::{ADD, Assembler, DIVIDE, MULTIPLY, Operand, SUBTRACT, Terms, XOR};
-use crate::registers::{MASK, Registers, SIGN};
 use crate::step::Step;
+use crate::width::Value;
+#[cfg(all(target_arch = "x86_64", unix))]
+use crate::{
+    assembler::Assembler,
+    memory::Executable,
+    recurrences::{NUMBERS, ORDERS, sums, write},
+    width::is_able,
+};
 
-/// Whether there is code for a step: sums, multiples, products and quotients.
-pub fn has_code(step: &Step) -> bool {
-    use Operator::{Add, AddProduct, Divide, Multiply, Negate, Subtract, SubtractProduct};
-    matches!(step.operator, Add | Subtract | Negate | Multiply | Divide | AddProduct | SubtractProduct)
-}
+/// Bytes that code for single orders may have: beyond, reading it takes longer than loops do.
+#[cfg(all(target_arch = "x86_64", unix))]
+const MOST: usize = 3 << 14;
 
-/// Writes steps that have code, one after the other; `width` is how many values an order has.
-pub fn write(assembler: &mut Assembler, steps: &[Step], width: u32) {
-    assembler.begin_series(SIGN);
-    let mut registers = Registers::default();
-    for step in steps {
-        write_step(assembler, &mut registers, step, 8 * width);
-    }
-    assembler.end_series();
-}
-
-fn write_step(assembler: &mut Assembler, registers: &mut Registers, step: &Step, stride: u32) {
-    let [a, b, c] = step.operands.map(|place| 8 * place);
-    let out = Operand::Memory(8 * step.out);
-    let target = match step.operator {
-        Operator::Add | Operator::Subtract => {
-            let opcode = if step.operator == Operator::Add { ADD } else { SUBTRACT };
-            let first = registers.loaded(assembler, Operand::Memory(a));
-            let last = registers.operand(Operand::Memory(b));
-            let target = registers.free();
-            assembler.operation(opcode, target, first, last);
-            target
-        }
-        Operator::Negate => {
-            let first = registers.loaded(assembler, Operand::Memory(a));
-            let target = registers.free();
-            assembler.operation(XOR, target, first, Operand::Register(SIGN));
-            target
-        }
-        Operator::Divide if !step.scaled => {
-            // (a_k − Σ q_j b_(k−j)) / b_0 over j below k
-            let target = registers.free();
-            assembler.convolution([target, MASK], [8 * step.out, b], stride, Terms::Below);
-            take_from(assembler, registers, a, target);
-            let last = registers.operand(Operand::Constant(b));
-            assembler.operation(DIVIDE, target, target, last);
-            target
-        }
-        _ => {
-            let target = if step.scaled {
-                let opcode = if step.operator == Operator::Divide { DIVIDE } else { MULTIPLY };
-                let first = registers.loaded(assembler, Operand::Memory(a));
-                let last = registers.operand(Operand::Constant(b));
-                let target = registers.free();
-                assembler.operation(opcode, target, first, last);
-                target
-            } else {
-                let target = registers.free();
-                match a == b {
-                    true => assembler.square([target, MASK], a, stride),
-                    false => assembler.convolution([target, MASK], [a, b], stride, Terms::All),
-                }
-                target
-            };
-            match step.operator {
-                Operator::AddProduct => {
-                    let sum = registers.operand(Operand::Memory(c));
-                    assembler.operation(ADD, target, target, sum);
-                }
-                Operator::SubtractProduct => take_from(assembler, registers, c, target),
-                _ => {}
-            }
-            target
-        }
+/// How many orders are to have code of their own: all, or most of them if that is not too long.
+#[cfg(all(target_arch = "x86_64", unix))]
+fn own_orders(steps: &[Step], order: usize) -> usize {
+    let sums: usize = steps.iter().map(sums).sum();
+    // Bytes of a term and of what else a step takes, about.
+    let long = |k: &usize| 21 * sums * k + 14 * steps.len();
+    let mut room = if sums == 0 { 0 } else { MOST };
+    let fits = |k: &usize| {
+        let length = long(k);
+        let fits = length <= room;
+        room = room.saturating_sub(length);
+        fits
     };
-    registers.keep(assembler, target, out);
+    let own = (1..=order.min(ORDERS)).take_while(fits).count();
+    if 2 * own < order { 0 } else { own }
 }
 
-/// `target = place − target`
-fn take_from(assembler: &mut Assembler, registers: &mut Registers, place: u32, target: u8) {
-    let from = registers.of(Operand::Memory(place)).unwrap_or_else(|| {
-        assembler.load(MASK, Operand::Memory(place));
-        MASK
-    });
-    assembler.operation(SUBTRACT, target, from, Operand::Register(target));
+/// Coefficients of Taylor series as machine code, of numbers `N`: of one series, or of one in each lane.
+///
+/// ```
+/// use kardan_native::{NativeSeries, Step};
+/// use kardan_rt::{Lanes, Operator};
+/// // y = x², both at places 0 and 1 of each order.
+/// let square = Step { operator: Operator::Multiply, scaled: false, out: 1, operands: [0, 0, 0], more: 0 };
+/// if let Some(code) = NativeSeries::new(&[square], 2, 2) {
+///     // x = 3 + 5 t
+///     let mut memory = [3.0, 9.0, 5.0, 0.0, 0.0, 0.0];
+///     code.advance(&mut memory, 1);
+///     code.advance(&mut memory, 2);
+///     assert_eq!([memory[1], memory[3], memory[5]], [9.0, 30.0, 25.0]);
+/// }
+/// if let Some(code) = NativeSeries::new(&[square], 2, 1) {
+///     // 3 + 5 t, 1 − t, 2, t
+///     let mut memory = [[3.0, 1.0, 2.0, 0.0], [9.0, 1.0, 4.0, 0.0], [5.0, -1.0, 0.0, 1.0], [0.0; 4]].map(Lanes);
+///     code.advance(&mut memory, 1);
+///     assert_eq!(memory[3], Lanes([30.0, -2.0, 0.0, 0.0]));
+/// }
+/// ```
+pub struct NativeSeries<N> {
+    #[cfg(all(target_arch = "x86_64", unix))]
+    code: Executable,
+    /// Where the code of each order from 1 begins, as far as there is such code; then where that of all others does.
+    starts: Vec<usize>,
+    /// Values of an order.
+    width: usize,
+    values: PhantomData<fn(N)>,
+}
+
+impl<N> Debug for NativeSeries<N> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.debug_struct("NativeSeries")
+            .field("orders", &self.starts.len())
+            .field("width", &self.width)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<N: Value> NativeSeries<N> {
+    /// Writes the code of steps over so many values, fastest up to an order. None as [`Native::new`](crate::Native::new), where a step names a
+    /// value that there is not, and where one [has no rule](Step::has_rule).
+    #[cfg(all(target_arch = "x86_64", unix))]
+    pub fn new(steps: &[Step], width: usize, order: usize) -> Option<Self> {
+        // Offsets have 31 bits, also of the orders that have code of their own.
+        let values =
+            u32::try_from(width).ok().filter(|width| *width <= (i32::MAX as u32 >> 6) / (ORDERS as u32 + 1))?;
+        let known = |step: &Step| step.operands.iter().chain([&step.out, &step.more]).all(|place| *place < values);
+        if !is_able(N::WIDTH) || !steps.iter().all(|step| known(step) && step.has_rule()) {
+            return None;
+        }
+        let (mut assembler, mut starts) = (Assembler::new(N::WIDTH), Vec::new());
+        for k in 1..=own_orders(steps, order) {
+            starts.push(assembler.code.len());
+            write(&mut assembler, steps, values, N::WIDTH, Some(k as u32));
+        }
+        starts.push(assembler.code.len());
+        write(&mut assembler, steps, values, N::WIDTH, None);
+        Some(Self { code: Executable::new(&assembler.code)?, starts, width, values: PhantomData })
+    }
+
+    /// None: there is no code for this processor or system.
+    #[cfg(not(all(target_arch = "x86_64", unix)))]
+    pub fn new(_: &[Step], _: usize, _: usize) -> Option<Self> {
+        None
+    }
+
+    /// Does what [`Step::find`] does with each step in turn: finds the coefficients of order `k` of all values, from those of operands that are
+    /// no step's. `memory` holds all coefficients, those of one order after those of the order before. Of order 0 there is nothing to find.
+    ///
+    /// # Panics
+    /// If the memory has no order `k`.
+    #[cfg(all(target_arch = "x86_64", unix))]
+    pub fn advance(&self, memory: &mut [N], k: usize) {
+        let needed = k.checked_add(1).and_then(|orders| orders.checked_mul(self.width));
+        assert!(needed.is_some_and(|needed| needed <= memory.len()), "no coefficients of order {k}");
+        let Some(own) = k.checked_sub(1) else { return };
+        let begin = self.starts[own.min(self.starts.len() - 1)];
+        // SAFETY: `write` wrote functions of this type, the code of each begins where it was written. They read and write places of `width`
+        // values of the orders from 0 to k, which the memory has, each as many numbers as `N` has, and read `NUMBERS`; `new` asked whether the
+        // processor can.
+        unsafe {
+            let start = self.code.start().cast::<u8>().add(begin);
+            let run: unsafe extern "C" fn(*mut N, *mut N, usize, *const f64, f64) = std::mem::transmute(start);
+            let lowest = memory.as_mut_ptr();
+            run(lowest.add(k * self.width), lowest, k, NUMBERS.as_ptr(), 1.0 / k as f64);
+        }
+    }
+
+    /// There is no code for this processor or system.
+    #[cfg(not(all(target_arch = "x86_64", unix)))]
+    pub fn advance(&self, _: &mut [N], _: usize) {}
 }

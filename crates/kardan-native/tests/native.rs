@@ -188,68 +188,146 @@ fn what_cannot_be_code_is_left_to_the_interpreter() {
     }
 }
 
-/// The coefficient of order k by its rule: a_k and b_k for sums, `Σ a_j b_(k−j)` for products (of squares each pair once), and `(a_k − Σ q_j b_(k−j))/b_0` for quotients.
-fn coefficient(step: &Step, memory: &[f64], width: usize, k: usize) -> f64 {
-    let at = |place: u32, order: usize| memory[order * width + place as usize];
-    let [a, b, c] = step.operands;
-    let sum = |a: u32, orders: usize| (0..orders).fold(0.0, |sum, j| sum + at(a, j) * at(b, k - j));
-    let product = match (step.scaled, a == b) {
-        (true, _) => at(a, k) * at(b, 0),
-        (false, false) => sum(a, k + 1),
-        (false, true) => {
-            let half = sum(a, k.div_ceil(2));
-            half + half + if k.is_multiple_of(2) { at(a, k / 2) * at(a, k / 2) } else { 0.0 }
+/// Steps over so many inputs, each with a place for what it keeps beside; operands are of those before it.
+fn random_steps(random: &mut Random, inputs: u32, count: u32) -> Vec<Step> {
+    let mut steps = Vec::new();
+    while steps.len() < count as usize {
+        let out = inputs + 2 * steps.len() as u32;
+        let mut below = || random.below(u64::from(out)) as u32;
+        let operands = [below(), below(), below()];
+        let operator = OPERATORS[random.below(20) as usize];
+        // A square at times.
+        let operands = if random.below(4) == 0 { [operands[0]; 3] } else { operands };
+        use Operator::{AddProduct, Divide, Multiply, SubtractProduct};
+        let scaled = matches!(operator, Multiply | Divide | AddProduct | SubtractProduct) && random.below(2) == 0;
+        let step = Step { operator, scaled, out, operands, more: out + 1 };
+        if step.has_rule() {
+            steps.push(step);
         }
-    };
-    match step.operator {
-        Operator::Add => at(a, k) + at(b, k),
-        Operator::Subtract => at(a, k) - at(b, k),
-        Operator::Negate => -at(a, k),
-        Operator::Multiply => product,
-        Operator::AddProduct => at(c, k) + product,
-        Operator::SubtractProduct => at(c, k) - product,
-        Operator::Divide if step.scaled => at(a, k) / at(b, 0),
-        Operator::Divide => (at(a, k) - sum(step.out, k)) / at(b, 0),
-        // What has no code stands for any other rule.
-        _ => at(a, k) + 1.0,
     }
+    steps
+}
+
+/// The series of random steps by code, in each lane those of the rules; false where there is no code of this width.
+fn series_agree<N: Value>(random: &mut Random, lanes: usize, lane: impl Fn(&mut N, usize) -> &mut f64) -> bool {
+    let (inputs, count, orders) = (5, 1 + random.below(20) as u32, 1 + random.below(14) as usize);
+    let steps = random_steps(random, inputs, count);
+    let width = (inputs + 2 * count) as usize;
+    // Orders up to this one have code without loops.
+    let Some(native) = NativeSeries::<N>::new(&steps, width, random.below(16) as usize) else { return false };
+    let mut together = vec![N::all(0.0); width * (orders + 1)];
+    // Where one lane has edges, the others mostly have none.
+    let edges = random.below(1 + lanes as u64) as usize;
+    for place in &mut together {
+        for k in 0..lanes {
+            let number = random.number();
+            let plain = random.below(1 << 31) as f64 / f64::from(1 << 29) - 2.0;
+            *lane(place, k) = if k == edges { number } else { plain };
+        }
+    }
+    let mut alone: Vec<Vec<f64>> =
+        (0..lanes).map(|k| together.iter_mut().map(|place| *lane(place, k)).collect()).collect();
+    for order in 1..=orders {
+        native.advance(&mut together, order);
+        alone.iter_mut().for_each(|memory| steps.iter().for_each(|step| step.find(memory, width, order)));
+    }
+    for (k, alone) in alone.iter().enumerate() {
+        let different = together.iter_mut().zip(alone).position(|(a, b)| !same(*lane(a, k), *b));
+        assert_eq!(different, None, "lane {k} of {lanes}, {width} values: {steps:?}");
+    }
+    true
 }
 
 #[test]
 fn code_of_series_has_the_bits_of_their_rules() {
     let mut random = Random(43);
-    for _ in 0..1000 {
-        let (inputs, width, orders) = (5, 40, 1 + random.below(14) as usize);
-        let operators = &OPERATORS[..8];
-        let step = |out: u32, random: &mut Random| Step {
-            operator: operators[random.below(8) as usize],
-            scaled: random.below(2) == 0,
-            out,
-            operands: match random.below(4) {
-                // A square.
-                0 => [random.below(u64::from(out)) as u32; 3],
-                _ => std::array::from_fn(|_| random.below(u64::from(out)) as u32),
-            },
-            more: 0,
-        };
-        let steps: Vec<Step> = (inputs..width).map(|out| step(out, &mut random)).collect();
-        let Some(native) = NativeSeries::new(&steps, width as usize) else {
-            assert!(!has_avx2(), "no code");
-            return;
-        };
-        let width = width as usize;
-        let mut one: Vec<f64> = (0..width * (orders + 1)).map(|_| random.number()).collect();
-        let mut other = one.clone();
-        for k in 1..=orders {
-            for step in &steps {
-                one[k * width + step.out as usize] = coefficient(step, &one, width, k);
-            }
-            native.advance(&mut other, k, |memory, number| {
-                let step = &steps[number];
-                memory[k * width + step.out as usize] = coefficient(step, memory, width, k);
-            });
+    for _ in 0..1500 {
+        assert_eq!(series_agree::<f64>(&mut random, 1, |x, _| x), has_avx2());
+        assert_eq!(series_agree::<Lanes<f64, 4>>(&mut random, 4, |x, k| &mut x.0[k]), has_avx2());
+        assert_eq!(series_agree::<Lanes<f64, 8>>(&mut random, 8, |x, k| &mut x.0[k]), has_avx512());
+    }
+}
+
+/// Rules for lanes without code have the bits of those for one number.
+#[test]
+fn rules_have_the_same_bits_in_lanes() {
+    let mut random = Random(47);
+    for _ in 0..300 {
+        let steps = random_steps(&mut random, 5, 12);
+        let width = 29;
+        let mut together: Vec<Lanes<f64, 3>> =
+            (0..width * 8).map(|_| Lanes(std::array::from_fn(|_| random.number()))).collect();
+        let mut alone: [Vec<f64>; 3] = std::array::from_fn(|k| together.iter().map(|x| x.0[k]).collect());
+        steps.iter().for_each(|step| step.begin(&mut together[..width]));
+        alone.iter_mut().for_each(|memory| steps.iter().for_each(|step| step.begin(&mut memory[..width])));
+        for order in 1..8 {
+            steps.iter().for_each(|step| step.find(&mut together, width, order));
+            alone.iter_mut().for_each(|memory| steps.iter().for_each(|step| step.find(memory, width, order)));
         }
-        let different = one.iter().zip(&other).position(|(a, b)| !same(*a, *b));
-        assert_eq!(different, None, "{steps:?}");
+        for (k, alone) in alone.iter().enumerate() {
+            assert!(together.iter().zip(alone).all(|(a, b)| same(a.0[k], *b)), "lane {k}: {steps:?}");
+        }
+    }
+}
+
+/// Up to so many steps that no order has code of its own.
+#[test]
+fn long_series_have_the_bits_of_their_rules() {
+    let mut random = Random(53);
+    for count in [20, 30, 40, 250] {
+        let (inputs, orders) = (9, 24);
+        let steps = random_steps(&mut random, inputs, count);
+        let width = (inputs + 2 * count) as usize;
+        let Some(native) = NativeSeries::new(&steps, width, orders) else { return };
+        let number = |_| random.below(1 << 31) as f64 / f64::from(1 << 30);
+        let mut one: Vec<f64> = (0..width * (orders + 1)).map(number).collect();
+        let mut other = one.clone();
+        for order in 1..=orders {
+            steps.iter().for_each(|step| step.find(&mut one, width, order));
+            native.advance(&mut other, order);
+        }
+        assert!(one.iter().zip(&other).all(|(a, b)| same(*a, *b)), "{count} steps");
+    }
+}
+
+/// Steps that no plan has: over each other's places, over their own, out of order.
+#[test]
+fn steps_without_sense_do_no_harm() {
+    let mut random = Random(59);
+    for _ in 0..500 {
+        let width = 1 + random.below(6) as usize;
+        let step = |random: &mut Random| {
+            let most = width as u64 + u64::from(random.below(20) == 0);
+            let mut place = || random.below(most) as u32;
+            let (out, more, operands) = (place(), place(), [place(), place(), place()]);
+            let operator = OPERATORS[random.below(20) as usize];
+            Step { operator, scaled: random.below(2) == 0, out, operands, more }
+        };
+        let steps: Vec<Step> = (0..4).map(|_| step(&mut random)).collect();
+        let sound = |step: &Step| {
+            step.has_rule()
+                && step.operands.iter().chain([&step.out, &step.more]).all(|place| (*place as usize) < width)
+        };
+        let native = NativeSeries::<f64>::new(&steps, width, 3);
+        assert_eq!(native.is_some(), has_avx2() && steps.iter().all(sound));
+        let mut memory = vec![1.0; 6 * width];
+        if let Some(native) = native {
+            let before = memory.clone();
+            native.advance(&mut memory, 0);
+            assert_eq!(memory, before, "of order 0 nothing is found");
+            (1..6).for_each(|order| native.advance(&mut memory, order));
+        }
+    }
+    assert!(NativeSeries::<f64>::new(&[], usize::MAX, 3).is_none(), "too many values");
+    assert_eq!(NativeSeries::<f64>::new(&[], 0, usize::MAX).is_some(), has_avx2());
+}
+
+#[test]
+#[should_panic(expected = "no coefficients of order 2")]
+fn orders_that_the_memory_has_not_are_refused() {
+    let step = Step { operator: Operator::Add, scaled: false, out: 0, operands: [0; 3], more: 0 };
+    match NativeSeries::new(&[step], 1, 4) {
+        Some(native) => native.advance(&mut [1.0, 2.0], 2),
+        None => panic!("no coefficients of order 2: there is no code"),
     }
 }

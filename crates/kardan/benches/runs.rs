@@ -145,6 +145,16 @@ fn chain_with_friction_taylor(bencher: Bencher, n: usize) {
     chain_work(n, true).bench(bencher, Method::Taylor, 1e-6);
 }
 
+fn dynamics(model: &str) -> Dynamics {
+    let source = match model {
+        "chain of 20" => chain(20, true),
+        "chain of 100" => chain(100, true),
+        _ => builtin(model).to_owned(),
+    };
+    let (prepared, _) = study::prepare(&source);
+    Dynamics::new(&prepared.variants.last().expect("a variant").reduced).0
+}
+
 /// One evaluation of the steering system's equations of motion, and of those of chains: interpreted, as machine code, and as machine code
 /// for four and for eight at once.
 mod evaluation {
@@ -153,16 +163,6 @@ mod evaluation {
     use kardan_rt::Lanes;
 
     const MODELS: [&str; 3] = ["sia-steering", "chain of 20", "chain of 100"];
-
-    fn dynamics(model: &str) -> Dynamics {
-        let source = match model {
-            "chain of 20" => chain(20, true),
-            "chain of 100" => chain(100, true),
-            _ => builtin(model).to_owned(),
-        };
-        let (prepared, _) = study::prepare(&source);
-        Dynamics::new(&prepared.variants.last().expect("a variant").reduced).0
-    }
 
     #[divan::bench(args = MODELS)]
     fn interpreted(bencher: Bencher, model: &str) {
@@ -210,5 +210,49 @@ mod evaluation {
     fn compiled(bencher: Bencher, model: &str) {
         let dynamics = dynamics(model);
         bencher.bench_local(|| Native::<f64>::new(&dynamics.plan().plan.block()).is_some());
+    }
+}
+
+/// Taylor coefficients of the steering system's equations of motion, and of those of a chain, up to the order of a relative tolerance of 1e-6 and of
+/// 1e-15: of one motion, and of four and of eight side by side. An item is an order of one of them.
+mod series {
+    use super::*;
+    use divan::counter::ItemsCount;
+    use kardan::plan::Series;
+    use kardan_native::Value;
+    use kardan_rt::Lanes;
+
+    const WORK: [(&str, usize); 3] = [("sia-steering", 9), ("sia-steering", 20), ("chain of 20", 9)];
+
+    #[divan::bench(args = WORK)]
+    fn one(bencher: Bencher, (model, order): (&str, usize)) {
+        expanded::<f64>(bencher, model, order, 1);
+    }
+
+    #[divan::bench(args = WORK)]
+    fn four(bencher: Bencher, (model, order): (&str, usize)) {
+        expanded::<Lanes<f64, 4>>(bencher, model, order, 4);
+    }
+
+    #[divan::bench(args = WORK)]
+    fn eight(bencher: Bencher, (model, order): (&str, usize)) {
+        expanded::<Lanes<f64, 8>>(bencher, model, order, 8);
+    }
+
+    fn expanded<N: Value>(bencher: Bencher, model: &str, order: usize, lanes: usize) {
+        let dynamics = dynamics(model);
+        let plan = &dynamics.plan().plan;
+        let wanted: Vec<usize> = (0..plan.outputs.len()).map(|output| plan.place(output)).collect();
+        let mut series = Series::<N>::new(plan, order, &wanted, |_| false).expect("no kinks");
+        let mut memory = vec![N::all(0.0); plan.memory().len()];
+        plan.block().begin(&mut memory);
+        memory[..plan.inputs.len()].fill(N::all(0.3));
+        assert!(plan.block().evaluate(&mut memory));
+        series.begin(&memory);
+        for k in 1..=order {
+            series.set(0, k, &vec![N::all(0.3 * 0.5_f64.powi(k as i32)); plan.inputs.len()]);
+        }
+        let counted = bencher.counter(ItemsCount::new(lanes * order));
+        counted.bench_local(|| (1..=order).for_each(|k| black_box(&mut series).advance(k)));
     }
 }

@@ -6,6 +6,7 @@ use kardan::expr::{
 use kardan::num::{Rational, rational_from_f64, rational_to_f64};
 use kardan::plan::{Plan, Series, compile, parse};
 use kardan::units::Dimension;
+use kardan_native::Value;
 use kardan_rt::Lanes;
 use proptest::prelude::*;
 
@@ -28,19 +29,36 @@ fn table() -> PiecewisePolynomial {
     PiecewisePolynomial::through(&points).unwrap()
 }
 
-/// A graph with three symbols and an expression of some operations, rational or any.
-fn random(seed: u64, operations: usize, rational: bool) -> (Graph, [Symbol; 3], Expr) {
+/// Operations of a random graph: rational, any, or those that have series.
+#[derive(Clone, Copy, PartialEq)]
+enum Kinds {
+    Rational,
+    Any,
+    Smooth,
+}
+
+impl Kinds {
+    fn draw(self, draw: &mut Draw) -> usize {
+        match self {
+            Self::Rational => draw.below(6),
+            Self::Any => draw.below(14),
+            Self::Smooth => [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 14, 14, 14][draw.below(13)],
+        }
+    }
+}
+
+/// A graph with three symbols and an expression of some operations.
+fn random(seed: u64, operations: usize, kinds: Kinds) -> (Graph, [Symbol; 3], Expr) {
     let (mut graph, mut draw) = (Graph::default(), Draw(seed));
     let symbols = ["x", "y", "z"].map(|name| graph.symbol(name, Dimension::NONE));
     let mut known: Vec<Expr> = symbols.to_vec();
     known.push(graph.pi());
-    if rational {
+    if kinds == Kinds::Rational {
         known.pop();
     }
     for _ in 0..operations {
-        let kinds = if rational { 6 } else { 14 };
         let [a, b, c, d] = [(); 4].map(|()| known[draw.below(known.len())]);
-        let new = match draw.below(kinds) {
+        let new = match kinds.draw(&mut draw) {
             0 => graph.add(a, b),
             1 => graph.subtract(a, b),
             2 => graph.multiply(a, b),
@@ -62,6 +80,20 @@ fn random(seed: u64, operations: usize, rational: bool) -> (Graph, [Symbol; 3], 
             10 => graph.min(a, b),
             11 => graph.select(a, b, c, d),
             12 => graph.table(table(), a),
+            14 => {
+                let square = graph.power(a, 2);
+                let above = graph.sum(Rational::ONE, &[(square, Rational::ONE)]);
+                let within = graph.divide(a, above);
+                let (function, of) = [
+                    (Function::Sqrt, above),
+                    (Function::Ln, above),
+                    (Function::Exp, a),
+                    (Function::Tan, a),
+                    (Function::Asin, within),
+                    (Function::Acos, within),
+                ][draw.below(6)];
+                graph.apply(function, of)
+            }
             _ => {
                 let square = graph.power(a, 2);
                 let sum = graph.sum(Rational::ONE, &[(square, Rational::ONE)]);
@@ -92,7 +124,7 @@ proptest! {
     /// A plan, one lane or many, has the bits of the graph evaluated directly; its text is the plan.
     #[test]
     fn a_plan_is_its_graph_bit_for_bit(seed in any::<u64>(), x in prop::array::uniform3(-3.0f64..3.0)) {
-        let (graph, symbols, wanted) = random(seed, 30, false);
+        let (graph, symbols, wanted) = random(seed, 30, Kinds::Any);
         let plan = compile(&graph, &symbols, &[("f".into(), wanted)]).unwrap();
         let direct = lower(&graph, &[wanted], &mut Floating::<f64>::default(), at(symbols, x))[0];
         let found = evaluated(&plan, &x);
@@ -119,7 +151,7 @@ proptest! {
     /// Intervals hold the values at all points in them: 300 times 350 points.
     #[test]
     fn intervals_hold_every_value(seed in any::<u64>(), x in prop::array::uniform3(-3.0f64..3.0), width in 0.0f64..1.0) {
-        let (graph, symbols, wanted) = random(seed, 14, false);
+        let (graph, symbols, wanted) = random(seed, 14, Kinds::Any);
         let range = |symbol| { let low = at(symbols, x)(symbol); Interval { low, high: low + width } };
         let found = lower(&graph, &[wanted], &mut Intervals, range)[0];
         let plan = compile(&graph, &symbols, &[("f".into(), wanted)]).unwrap();
@@ -134,7 +166,7 @@ proptest! {
     /// Over the rationals the derivative is what difference quotients tend to: with a tenth of the step a hundredth of the error.
     #[test]
     fn derivatives_are_limits_of_exact_quotients(seed in any::<u64>(), x in prop::array::uniform3(-2.0f64..2.0)) {
-        let (mut graph, symbols, wanted) = random(seed, 8, true);
+        let (mut graph, symbols, wanted) = random(seed, 8, Kinds::Rational);
         let x = x.map(|x| rational_from_f64((x * 64.0).round() / 64.0).unwrap());
         for by in 0..3 {
             let slope = graph.derivative(wanted, symbols[by]);
@@ -159,7 +191,7 @@ proptest! {
     /// What is substituted by itself is the same node, and the value of one with numbers put in is that of the other.
     #[test]
     fn substitution_is_evaluation(seed in any::<u64>(), x in prop::array::uniform3(-2i64..3)) {
-        let (mut graph, symbols, wanted) = random(seed, 10, true);
+        let (mut graph, symbols, wanted) = random(seed, 10, Kinds::Rational);
         let own: Vec<_> = ["x", "y", "z"].map(|name| graph.symbol(name, Dimension::NONE)).to_vec();
         let itself: Vec<_> = symbols.into_iter().zip(own).collect();
         prop_assert_eq!(graph.substitute(&[wanted], &itself), vec![wanted]);
@@ -367,6 +399,71 @@ fn series_are_the_values_along_a_path() {
     }
 }
 
+/// The series of a plan up to order 12 along a path of its three inputs, of which the last does not change.
+fn coefficients<N: Value>(plan: &Plan, path: &[[N; 3]; 3], interpreted: bool) -> Vec<N> {
+    const ORDER: usize = 12;
+    let mut series = Series::<N>::new(plan, ORDER, &[plan.place(0)], |input| input == 2).expect("no kinks");
+    if interpreted {
+        series = series.interpreted();
+    }
+    let mut memory = vec![N::all(0.0); plan.memory().len()];
+    plan.block().begin(&mut memory);
+    memory[..3].copy_from_slice(&path[0]);
+    let _ = plan.block().evaluate(&mut memory);
+    series.begin(&memory);
+    for order in 1..=ORDER {
+        let [x, y, _] = path.get(order).copied().unwrap_or([N::all(0.0); 3]);
+        series.set(0, order, &[x, y]);
+        series.advance(order);
+    }
+    let places = 0..memory.len();
+    places.flat_map(|place| series.of(place).collect::<Vec<N>>()).collect()
+}
+
+/// Whether both are the same number, or none.
+fn same(a: f64, b: f64) -> bool {
+    a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())
+}
+
+/// The series of some paths side by side, by code and by rules: in each lane those of one alone.
+fn lanes_have_the_bits<const N: usize>(plan: &Plan, draw: &mut Draw)
+where
+    Lanes<f64, N>: Value,
+{
+    let mut path = [[Lanes([0.0; N]); 3]; 3];
+    let broken = draw.below(2 * N);
+    for (k, place) in path.iter_mut().flatten().enumerate() {
+        *place = Lanes(std::array::from_fn(|lane| match draw.below(6) {
+            0 if lane == broken => [f64::NAN, f64::INFINITY, 0.0, -0.0][draw.below(4)],
+            _ if k == 8 => 0.0,
+            _ => draw.below(4001) as f64 / 1000.0 - 2.0,
+        }));
+    }
+    let together = [false, true].map(|interpreted| coefficients(plan, &path, interpreted));
+    for lane in 0..N {
+        let alone = path.map(|row| row.map(|x| x.0[lane]));
+        let interpreted = coefficients(plan, &alone, true);
+        let native = coefficients(plan, &alone, false);
+        assert!(native.iter().zip(&interpreted).all(|(a, b)| same(*a, *b)), "alone: {plan}");
+        for together in &together {
+            let different = together.iter().zip(&interpreted).position(|(a, b)| !same(a.0[lane], *b));
+            assert_eq!(different, None, "lane {lane} of {N}: {plan}");
+        }
+    }
+}
+
+/// Series in lanes have the bits of one after the other by the rules, whatever another lane holds.
+#[test]
+fn series_in_lanes_have_the_bits_of_each() {
+    let mut draw = Draw(7);
+    for seed in 0..200 {
+        let (graph, symbols, wanted) = random(seed, 24, Kinds::Smooth);
+        let plan = compile(&graph, &symbols, &[("f".into(), wanted)]).unwrap();
+        lanes_have_the_bits::<4>(&plan, &mut draw);
+        lanes_have_the_bits::<8>(&plan, &mut draw);
+    }
+}
+
 /// What has kinks has no series; what does not need it has.
 #[test]
 fn kinks_have_no_series() {
@@ -377,8 +474,8 @@ fn kinks_have_no_series() {
     for (k, kink) in kinks.into_iter().enumerate() {
         let outputs = [("kink".to_string(), kink), ("square".to_string(), square)];
         let plan = compile(&graph, &[graph.symbol_of(x).unwrap()], &outputs).unwrap();
-        assert!(Series::new(&plan, 5, &[plan.place(0)], |_| false).is_none(), "{k}");
-        assert!(Series::new(&plan, 5, &[plan.place(0)], |_| true).is_some(), "{k}");
-        assert!(Series::new(&plan, 5, &[plan.place(1)], |_| false).is_some(), "{k}");
+        assert!(Series::<f64>::new(&plan, 5, &[plan.place(0)], |_| false).is_none(), "{k}");
+        assert!(Series::<f64>::new(&plan, 5, &[plan.place(0)], |_| true).is_some(), "{k}");
+        assert!(Series::<f64>::new(&plan, 5, &[plan.place(1)], |_| false).is_some(), "{k}");
     }
 }
