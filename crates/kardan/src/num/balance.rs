@@ -13,14 +13,14 @@ use super::Matrix;
 pub fn balance(matrix: &Mat<f64>) -> Vec<f64> {
     let n = matrix.nrows();
     assert_eq!(n, matrix.ncols(), "balancing a matrix that is not square");
-    let mut a = matrix.clone();
+    let mut columns: Vec<Vec<f64>> = (0..n).map(|k| (0..n).map(|i| matrix[(i, k)]).collect()).collect();
+    let mut rows: Vec<Vec<f64>> = (0..n).map(|k| (0..n).map(|j| matrix[(k, j)]).collect()).collect();
     let mut scales = vec![1.0; n];
     for _ in 0..20 {
         let mut changed = false;
         for k in 0..n {
-            let others = || (0..n).filter(|&i| i != k);
-            let column: f64 = others().map(|i| a[(i, k)].abs()).sum();
-            let row: f64 = others().map(|j| a[(k, j)].abs()).sum();
+            let others = |line: &[f64]| line[..k].iter().chain(&line[k + 1..]).map(|x| x.abs()).sum::<f64>();
+            let (column, row) = (others(&columns[k]), others(&rows[k]));
             if !(column > 0.0 && row > 0.0 && column.is_finite() && row.is_finite()) {
                 continue;
             }
@@ -33,10 +33,12 @@ pub fn balance(matrix: &Mat<f64>) -> Vec<f64> {
                 changed = true;
                 scales[k] *= factor;
                 for i in 0..n {
-                    a[(i, k)] *= factor;
+                    columns[k][i] *= factor;
+                    rows[i][k] *= factor;
                 }
                 for j in 0..n {
-                    a[(k, j)] /= factor;
+                    columns[j][k] /= factor;
+                    rows[k][j] /= factor;
                 }
             }
         }

@@ -194,6 +194,9 @@ pub(super) struct RunningLoop {
     /// Where the equations of now end, s: a breakpoint of the scenario, or a sample.
     segment_end: f64,
     guard: Guard,
+    /// Whether the next step is the first one behind a sample, and how long that is to be: as the last one behind a sample asked for, s.
+    behind_sample: bool,
+    first_step: f64,
     /// The next breakpoint of the scenario, and the next sample, s.
     breakpoint: f64,
     tick: f64,
@@ -421,6 +424,8 @@ impl RunningLoop {
             time: 0.0,
             due: Due { start: true, ..Due::default() },
             segment_end: 0.0,
+            behind_sample: false,
+            first_step: 0.0,
             breakpoint: 0.0,
             tick: 0.0,
             chatter: Chatter::default(),
@@ -507,13 +512,13 @@ impl RunningLoop {
         self.solver.keep(keeper);
         self.machine.keep(keeper);
         self.outputs.keep(keeper);
-        for time in [&mut self.time, &mut self.segment_end, &mut self.breakpoint, &mut self.tick] {
+        for time in [&mut self.time, &mut self.segment_end, &mut self.breakpoint, &mut self.tick, &mut self.first_step]
+        {
             keeper.number(time);
         }
         self.machine.dynamics.enter_faults(self.time);
-        for flag in [&mut self.due.start, &mut self.due.event, &mut self.due.boundary, &mut self.resting] {
-            keeper.flag(flag);
-        }
+        let due = [&mut self.due.start, &mut self.due.event, &mut self.due.boundary];
+        due.into_iter().chain([&mut self.resting, &mut self.behind_sample]).for_each(|flag| keeper.flag(flag));
         keeper.number(&mut self.chatter.since);
         keeper.count(&mut self.chatter.events);
         keeper.number(&mut self.chatter.longest);
@@ -638,11 +643,11 @@ impl RunningLoop {
             self.segment_end = low;
         }
         self.chatter = Chatter { since: time, ..Chatter::default() };
-        let step = self.solver.next_step();
         self.restart(time);
         if self.tick.is_finite() {
-            // Between two samples goes on what went on before.
-            self.solver.set_step(step);
+            // What motors make of a new command begins as it did at the sample before.
+            self.solver.set_step(self.first_step);
+            self.behind_sample = true;
         }
     }
 
@@ -678,6 +683,9 @@ impl RunningLoop {
                 return self.tell(progress);
             }
             return Err(self.step_failed(error));
+        }
+        if std::mem::take(&mut self.behind_sample) {
+            self.first_step = self.solver.suited_step();
         }
         let length = self.solver.time() - self.solver.previous_time();
         let mut event = self.find_event(length);
@@ -1140,7 +1148,6 @@ impl RunningLoop {
 
     /// [`find_event`](Self::find_event) in the step as it is, and whether it is known to be the first one.
     fn find_event_within(&mut self, length: f64) -> Option<(f64, bool)> {
-        self.guard.noted = 0;
         match self.solver.prospect(&mut self.machine) {
             Prospect::Stays => return None,
             Prospect::Leaves(part) => {
@@ -1197,16 +1204,12 @@ impl RunningLoop {
         let part = |k: usize| if self.guard.blind { looks::LOOKS[k - 1] } else { k as f64 / looks as f64 };
         let places: [f64; LOOKS] = std::array::from_fn(|k| if k < looks { part(k + 1) } else { 1.0 });
         let (mut before, mut left) = (from, None);
-        self.guard.noted = 0;
         for k in 1..=looks {
             let at = if k == looks { to } else { from + (to - from) * places[k - 1] };
             if at <= before {
                 continue;
             }
             let leaves = self.leaves(at);
-            if !leaves {
-                self.note_bends(k);
-            }
             left = if leaves { Some(at) } else { self.touched(before, at) };
             if left.is_some() {
                 break;

@@ -1,7 +1,7 @@
 //! Constraints that a run keeps with their multipliers: what they do not go with, where a run begins on them, and what an analysis sees of
 //! them.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::checks::generic_positions;
 use super::equilibrium::{Rest, in_words};
@@ -371,6 +371,7 @@ impl Standing {
             unfrozen: Some(Box::new(variant.reduced.clone())),
             looped: None,
             start_notes,
+            settled: OnceLock::new(),
         })
     }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::PreparedVariant;
+use super::prepared::Settled;
 use crate::reduce::{Kinematics, OperatingPoint, answered_locks, answered_torques};
 use crate::simulate::Profile;
 use crate::synthesis::{BesideBlocks, Law, LinearTask, LoopBlocks, LoopPlant, SampledPart, Seen, TaskLaw, Told};
@@ -11,11 +12,15 @@ use crate::synthesis::{BesideBlocks, Law, LinearTask, LoopBlocks, LoopPlant, Sam
 /// Samples after which blocks stand as they do at rest; those that never do (integrators) are linear.
 const SETTLED: usize = 1000;
 
-/// A task, what it remembers, and what it reads from others.
+/// A task, what it remembers, and where what it reads from others and what it answers stand among all values.
 struct Standing {
     law: TaskLaw,
     memory: Vec<f64>,
+    next: Vec<f64>,
+    reads: Vec<usize>,
     references: Vec<f64>,
+    places: Vec<usize>,
+    answers: Vec<f64>,
 }
 
 /// Blocks around where they stand with the plant at rest.
@@ -46,7 +51,6 @@ pub(super) fn loop_blocks(variant: &PreparedVariant, plant: &LoopPlant) -> LoopB
 
 /// The same, and whether they bend.
 pub(super) fn blocks(variant: &PreparedVariant, plant: &LoopPlant) -> Blocks {
-    // What blocks begin with fits there.
     blocks_at(variant, plant, &variant.scenario.position)
 }
 
@@ -54,24 +58,38 @@ pub(super) fn blocks(variant: &PreparedVariant, plant: &LoopPlant) -> Blocks {
 pub(super) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: &[f64]) -> Blocks {
     let PreparedVariant { model, reduced, running: laws, scenario, .. } = variant;
     let seen = are_in_maps(variant);
-    let tasks = scenario.flow.iter().chain(scenario.tasks.iter().filter(|_| seen));
-    let tasks: Vec<TaskLaw> = tasks.map(|task| TaskLaw::new(task, reduced)).collect();
-    if tasks.is_empty() || laws.len() != model.controls.len() {
+    if scenario.flow.is_none() && (scenario.tasks.is_empty() || !seen) || laws.len() != model.controls.len() {
         return Blocks { of_loop: LoopBlocks::default(), engaged: Vec::new(), bend: false };
     }
+    let beside: Vec<BesideBlocks> =
+        model.controls.iter().zip(laws).map(|(control, law)| beside(&control.name, law)).collect();
+    // What blocks begin with fits where the run begins, and most is asked of there.
+    let elsewhere;
+    let settled = if position == scenario.position {
+        variant.settled.get_or_init(|| settled(variant, &beside, position))
+    } else {
+        elsewhere = settled(variant, &beside, position);
+        &elsewhere
+    };
+    let point = OperatingPoint { position: position.to_vec(), ..variant.point.clone() };
+    let answer = |name: &str| settled.answers.get(name).copied().unwrap_or(0.0);
+    let torques = if seen { answered_torques(reduced, &point, &answer) } else { Vec::new() };
+    let of_loop = LoopBlocks::new(&settled.tasks, &beside, &torques, plant);
+    Blocks { of_loop, engaged: answered_locks(reduced, &point, &answer), bend: settled.bend }
+}
+
+/// Where the blocks of a variant stand with the plant at rest at a reduced position, rad.
+fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64]) -> Settled {
+    let PreparedVariant { reduced, scenario, .. } = variant;
+    let seen = are_in_maps(variant);
+    let tasks = scenario.flow.iter().chain(scenario.tasks.iter().filter(|_| seen));
+    let tasks: Vec<TaskLaw> = tasks.map(|task| TaskLaw::new(task, reduced)).collect();
     let mut kinematics = Kinematics::new(reduced);
     kinematics.update(position, &variant.point.rates);
     let at_rest = [&kinematics.angles[..], &kinematics.speeds[..]];
-    let beside: Vec<BesideBlocks> =
-        model.controls.iter().zip(laws).map(|(control, law)| beside(&control.name, law)).collect();
-    let mut answers = known(variant, &beside, at_rest);
+    let mut answers = known(variant, beside, at_rest);
     let bend = tasks.iter().any(|task| task.bends());
-    let tasks = linear_tasks(tasks, &mut answers, at_rest);
-    let point = OperatingPoint { position: position.to_vec(), ..variant.point.clone() };
-    let answer = |name: &str| answers.get(name).copied().unwrap_or(0.0);
-    let torques = if seen { answered_torques(reduced, &point, &answer) } else { Vec::new() };
-    let of_loop = LoopBlocks::new(&tasks, &beside, &torques, plant);
-    Blocks { of_loop, engaged: answered_locks(reduced, &point, &answer), bend }
+    Settled { tasks: linear_tasks(tasks, &mut answers, at_rest), answers, bend }
 }
 
 /// A law as blocks know it.
@@ -112,36 +130,52 @@ fn known(variant: &PreparedVariant, beside: &[BesideBlocks], [angles, speeds]: [
 /// Tasks around where they stand after some samples at rest.
 fn linear_tasks(laws: Vec<TaskLaw>, known: &mut BTreeMap<String, f64>, at_rest: [&[f64]; 2]) -> Vec<LinearTask> {
     let [angles, speeds] = at_rest;
+    // Names are looked up once: values stand in the order in which their names came.
+    let mut names: Vec<String> = known.keys().cloned().collect();
+    let mut values: Vec<Option<f64>> = known.values().copied().map(Some).collect();
+    let mut places: BTreeMap<String, usize> = names.iter().cloned().zip(0..).collect();
+    let mut place = |name: &String| {
+        *places.entry(name.clone()).or_insert_with(|| {
+            names.push(name.clone());
+            values.push(None);
+            values.len() - 1
+        })
+    };
     let standing = |law: TaskLaw| {
         let mut memory = vec![0.0; law.states().len()];
         law.start(angles, speeds, &mut memory);
-        Standing { references: vec![0.0; law.references().len()], memory, law }
+        let reads: Vec<usize> = law.references().iter().map(|reference| place(&reference.name)).collect();
+        let places: Vec<usize> = law.inputs().iter().map(&mut place).collect();
+        let (references, answers) = (vec![0.0; reads.len()], vec![0.0; places.len()]);
+        Standing { next: memory.clone(), memory, reads, references, places, answers, law }
     };
     let mut all: Vec<Standing> = laws.into_iter().map(standing).collect();
     let mut running: Vec<_> = all.iter().map(|one| one.law.run()).collect();
     for _ in 0..SETTLED {
         let mut changed = false;
         for (one, running) in all.iter_mut().zip(&mut running) {
-            for (value, reference) in one.references.iter_mut().zip(one.law.references()) {
-                *value = known.get(&reference.name).copied().unwrap_or(0.0);
+            let Standing { law, memory, next, reads, references, places, answers } = one;
+            for (value, place) in references.iter_mut().zip(&*reads) {
+                *value = values[*place].unwrap_or(0.0);
             }
-            let names = one.law.inputs();
-            let (mut answers, mut next) = (vec![0.0; names.len()], one.memory.clone());
-            let seen = seen(at_rest, &one.references, &one.memory);
-            running.command(seen, &mut answers);
-            if one.law.clock().is_some() {
-                running.next(seen, &answers, &mut next);
-                changed |= next != one.memory;
-                one.memory = next;
+            let seen = seen(at_rest, references, memory);
+            answers.fill(0.0);
+            running.command(seen, answers);
+            if law.clock().is_some() {
+                next.copy_from_slice(memory);
+                running.next(seen, answers, next);
+                changed |= next != memory;
+                std::mem::swap(memory, next);
             }
-            for (name, answer) in names.iter().zip(answers) {
-                changed |= known.insert(name.clone(), answer) != Some(answer);
+            for (place, answer) in places.iter().zip(&*answers) {
+                changed |= values[*place].replace(*answer) != Some(*answer);
             }
         }
         if !changed {
             break;
         }
     }
+    known.extend(names.into_iter().zip(values).filter_map(|(name, value)| Some((name, value?))));
     all.iter().map(|one| one.law.around(&seen(at_rest, &one.references, &one.memory))).collect()
 }
 

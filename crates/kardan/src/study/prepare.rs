@@ -44,8 +44,8 @@ use crate::simulate::{Scenario, SignalEvent, signal_names};
 use crate::synthesis::{Law, Plant, Program, design_law, running, within};
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashSet};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// What a file is prepared for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -353,6 +353,7 @@ fn prepare_variant(
         unfrozen: None,
         looped: None,
         start_notes,
+        settled: OnceLock::new(),
     };
     if purpose == Purpose::Sample {
         return complete.then_some(variant);

@@ -1,7 +1,8 @@
 //! What is ready to run: the plain data between preparation and the studies.
 
 use std::borrow::Cow;
-use std::sync::Arc;
+use std::collections::BTreeMap;
+use std::sync::{Arc, OnceLock};
 
 use super::computed::Computed;
 use super::faults::NamedFault;
@@ -12,7 +13,7 @@ use crate::names::unknown_name;
 use crate::reduce::{LinearModel, OperatingPoint, Reduced, linearise_at};
 use crate::results::Plot;
 use crate::simulate::{Scenario, Tolerance};
-use crate::synthesis::{Law, LoopPlant, Plant, VariedPlant};
+use crate::synthesis::{Law, LinearTask, LoopPlant, Plant, VariedPlant};
 
 /// A study that is ready to run, as far as the file is right.
 #[derive(Debug, Default)]
@@ -57,6 +58,17 @@ impl Prepared {
     }
 }
 
+/// Where blocks stand after some samples with the plant at rest.
+#[derive(Debug)]
+pub(super) struct Settled {
+    /// Linear around there.
+    pub tasks: Vec<LinearTask>,
+    /// What signals and blocks are there.
+    pub answers: BTreeMap<String, f64>,
+    /// Whether some blocks bend or switch, so that elsewhere they do otherwise.
+    pub bend: bool,
+}
+
 /// One run, ready to start.
 #[derive(Debug)]
 pub struct PreparedVariant {
@@ -92,6 +104,8 @@ pub struct PreparedVariant {
     pub(super) looped: Option<Box<PreparedVariant>>,
     /// What is told of where its run begins.
     pub(super) start_notes: Vec<String>,
+    /// Where its blocks stand where its run begins, once that was asked for.
+    pub(super) settled: OnceLock<Settled>,
 }
 
 impl PreparedVariant {

@@ -2,6 +2,7 @@
 
 use kardan::model;
 use kardan::results::{Outcome, Run};
+use kardan::simulate::Method;
 use kardan::study::{self, DesignSettings, Settings, Silent};
 
 fn run_of(source: &str) -> Run {
@@ -99,6 +100,24 @@ fn time_at_a_limit_is_that_of_the_torque_asked() {
     assert!((window.measured.unwrap() - 1.0).abs() < 1e-9, "{window:?}");
     let note = run.notes.iter().find(|note| note.contains("torque limit")).expect("a note");
     assert!(note.starts_with("m is at its torque limit of 2 N m for 3 s of 6 s, first at 1 s; up to 5 N m"), "{note}");
+}
+
+/// A motor of 1 N m that nobody controls is asked for 2 N m sin t: it is at its limit from t = π/6 to 5π/6.
+#[test]
+fn what_is_asked_by_a_function_of_time_comes_to_the_limit() {
+    let (head, _) = ASKED.split_once("[scenario]").expect("a scenario");
+    let head = head.replace("torque_limit = \"2 N m\"", "torque_limit = \"1 N m\"");
+    let source =
+        format!("{head}[scenario]\nduration = \"3 s\"\nsignals = {{ \"m.tau\" = \"2 N m * sin(t / (1 s))\" }}\n");
+    for method in [Method::Taylor, Method::Dop853] {
+        let settings = Settings { method, ..Settings::default() };
+        let run = study::run(&source, &settings, &Silent).unwrap_or_else(|why| panic!("{why:?}")).runs.remove(0);
+        let [at] = &run.strains[0].at_torque_limit[..] else { panic!("{:?}", run.strains) };
+        let sixth = std::f64::consts::FRAC_PI_6;
+        assert!((at.from - sixth).abs() < 1e-9 && (at.until - 5.0 * sixth).abs() < 1e-9, "{at:?}");
+        let largest = run.series.signal("m.tau").unwrap().values.iter().fold(0.0f64, |most, x| most.max(*x));
+        assert!((largest - 1.0).abs() < 1e-12, "{largest}");
+    }
 }
 
 #[test]

@@ -1,9 +1,12 @@
 //! Expressions whose zeros are places where a loop jumps or bends.
 
+use kardan_native::Native;
 use kardan_rt::Operator;
 
 use super::expressions::Places;
 use crate::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Symbol, lower};
+use crate::plan::{Plan, compile};
+use crate::reduce::{Extension, Motion};
 
 /// What is given of the time at an instant.
 #[derive(Debug, Clone, Copy)]
@@ -13,19 +16,23 @@ enum Given {
 }
 
 /// Expressions whose zeros are places where the loop jumps or bends.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Bends {
     /// Those of the time alone, in a graph of their own, with what its symbols are.
     graph: Graph,
     pub of_time: Vec<Expr>,
     given: Vec<(Symbol, Given)>,
-    /// Of others, how many there are.
+    /// Of others, how many there are; alone they are evaluated faster than with all that the loop is.
     pub of_state: usize,
+    plan: Plan,
+    native: Option<Native<f64>>,
+    memory: Vec<f64>,
 }
 
 impl Bends {
-    /// From expressions of the time alone of a graph, and what is given there to the loop, in order.
-    pub fn new(graph: &Graph, of_time: &[Expr], inputs: &[Symbol], places: &Places) -> Self {
+    /// From expressions of the time alone of a motion, and a loop that was written into it.
+    pub fn new(motion: &Motion, of_time: &[Expr], (extension, places): (&Extension, &Places)) -> Self {
+        let (graph, inputs) = (&motion.graph, &extension.inputs);
         let mut own = Graph::default();
         let (mut given, mut pairs) = (Vec::new(), Vec::new());
         for symbol in graph.symbols(of_time) {
@@ -40,7 +47,26 @@ impl Bends {
             given.extend(own.symbol_of(copy).map(|symbol| (symbol, what)));
         }
         let of_time = of_time.iter().map(|kink| own.copied(graph, *kink, &pairs)).collect();
-        Self { graph: own, of_time, given, of_state: places.bends.len() }
+        let all: Vec<Symbol> = motion.symbols.iter().chain(inputs).copied().collect();
+        let plan =
+            compile(graph, &all, &extension.outputs[places.bends.clone()]).expect("a loop names all that it is given");
+        let native = if places.bends.is_empty() { None } else { Native::new(&plan.block()) };
+        let memory = plan.memory();
+        Self { graph: own, of_time, given, of_state: places.bends.len(), plan, native, memory }
+    }
+
+    /// The numbers of those of states, where the loop moves and is given all the rest.
+    pub fn find(&mut self, motion: &[f64], given: &[f64], out: &mut [f64]) {
+        let Self { plan, native, memory, .. } = self;
+        let later = motion.len()..plan.inputs.len();
+        memory[..later.start].copy_from_slice(motion);
+        memory[later.clone()].copy_from_slice(&given[..later.len()]);
+        // What is no number is on no side.
+        let _ = match native {
+            Some(native) => native.evaluate(memory),
+            None => plan.block().evaluate(memory),
+        };
+        out.iter_mut().enumerate().for_each(|(k, out)| *out = memory[plan.place(k)]);
     }
 
     fn of(&self, symbol: Symbol) -> Given {

@@ -210,7 +210,7 @@ impl Compiled {
         let mut moving = vec![false; reduced.equations.set_valued().count() + reduced.equations.kept.len()];
         let (dynamics, work) = Dynamics::extended(reduced, |motion| {
             let (extension, found, sources, leaps) = extend(motion, reduced, parts, states);
-            bends = Bends::new(&motion.graph, &leaps, &extension.inputs, &found);
+            bends = Bends::new(motion, &leaps, (&extension, &found));
             timed = Timed::new(motion, scenario, (&extension, &found), &sources);
             meshes = Meshes::new(motion, reduced, &extension.inputs);
             if reduced.equations.prescribes() {
@@ -263,6 +263,8 @@ impl Machine {
             laws,
             targets,
             lines: vec![(0.0, 0.0, 0.0); scenario.sources.len()],
+            ramps: Vec::new(),
+            limits_rest: false,
             sources: vec![0.0; scenario.sources.len()],
             profiles: profiles(scenario),
             signals: scenario.signals.clone(),

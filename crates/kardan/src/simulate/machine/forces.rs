@@ -10,8 +10,9 @@ use crate::simulate::friction::Mode;
 impl Machine {
     /// Values of the sources at a time of the segment.
     pub(in crate::simulate) fn set_sources(&mut self, time: f64) {
-        for (value, (at, slope, start)) in self.sources.iter_mut().zip(&self.lines) {
-            *value = at + slope * (time - start);
+        for &source in &self.ramps {
+            let (at, slope, start) = self.lines[source];
+            self.sources[source] = at + slope * (time - start);
         }
     }
 
@@ -23,10 +24,22 @@ impl Machine {
         for (line, profile) in self.lines.iter_mut().zip(&self.profiles) {
             *line = profile.piece(time);
         }
+        for (value, (at, slope, start)) in self.sources.iter_mut().zip(&self.lines) {
+            *value = at + slope * (time - start);
+        }
+        self.find_what_rests();
     }
 
-    /// Kinematics, sources, commands, torques and the force with the friction of slipping directions. False if the inertia is singular.
-    pub(super) fn forces(&mut self, time: f64, state: &[f64]) -> bool {
+    /// What stays as it is until the next breakpoint, or sample.
+    pub(super) fn find_what_rests(&mut self) {
+        self.ramps.clear();
+        self.ramps.extend((0..self.lines.len()).filter(|&source| self.lines[source].1 != 0.0));
+        self.limits_rest = self.no_limit_moves();
+    }
+
+    /// Gives the expressions of the loop all that they are given at a state but angles and speeds: sources, and what laws command that compute by
+    /// themselves.
+    pub(super) fn give_loop(&mut self, time: f64, state: &[f64]) {
         let r = self.degrees_of_freedom;
         self.set_sources(time);
         self.held.fill(0.0);
@@ -35,7 +48,8 @@ impl Machine {
             self.give_time(time, state);
             self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         }
-        for wired in &mut self.laws {
+        // Blocks command nothing.
+        for wired in self.laws.iter_mut().filter(|wired| !wired.inputs.is_empty()) {
             match &mut wired.computer {
                 Computer::Linear(_) => continue,
                 Computer::Clocked(clocked) => wired.commands.copy_from_slice(&clocked.held),
@@ -50,6 +64,11 @@ impl Machine {
             wired.inputs.iter().zip(&wired.commands).for_each(|(&input, command)| self.held[input] += command);
         }
         self.give(time, state);
+    }
+
+    /// Kinematics, sources, commands, torques and the force with the friction of slipping directions. False if the inertia is singular.
+    pub(super) fn forces(&mut self, time: f64, state: &[f64]) -> bool {
+        self.give_loop(time, state);
         let regular = self.update(state);
         self.meshes.torques.fill(0.0);
         let Self { dynamics, work, places, .. } = self;

@@ -113,7 +113,7 @@ impl Machine {
             for (source, value) in answers.chain(told) {
                 self.lines[source] = (value, 0.0, time);
                 self.profiles[source].hold(time, value);
-                self.sources[source] = value;
+                self.sources[source] = value + 0.0;
                 self.timed.answer(source, value);
             }
             self.timed.find_sources(&self.sources, time, state);

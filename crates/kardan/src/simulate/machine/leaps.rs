@@ -3,8 +3,6 @@
 //! What depends on the time alone is found by intervals, before it comes: an interval of time whose values exclude zero has no such place.
 //! What depends on the state is looked at within each step.
 
-use std::ops::Range;
-
 use super::Machine;
 use super::bends::Bends;
 use super::timed::Timed;
@@ -53,14 +51,9 @@ impl Machine {
 
     /// The numbers whose zeros these places are, at a time and a state.
     pub(in crate::simulate) fn find_bends(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
-        self.forces(time, state);
-        self.bends_here(out);
-    }
-
-    /// The same at the point last evaluated.
-    pub(in crate::simulate) fn bends_here(&self, out: &mut [f64]) {
-        let places: Range<usize> = self.places.bends.clone();
-        out.iter_mut().zip(places).for_each(|(out, place)| *out = self.work.more(&self.dynamics, place));
+        self.give_loop(time, state);
+        let moving = 2 * self.degrees_of_freedom;
+        self.bends.find(&state[..moving], &self.work.values()[moving..], out);
     }
 }
 

@@ -83,6 +83,9 @@ pub struct Machine {
     signals: Vec<SourceSignal>,
     /// `(value, slope, start)` of each source in the current segment.
     lines: Vec<(f64, f64, f64)>,
+    /// Sources whose lines are not level, and whether no motor comes to its limit, or leaves it, before the next sample.
+    ramps: Vec<usize>,
+    limits_rest: bool,
     /// What else is given of the time.
     timed: Timed,
     /// Where it jumps or bends.
@@ -176,6 +179,7 @@ impl Machine {
         self.profiles.iter_mut().for_each(|profile| profile.keep(keeper));
         self.timed.keep(keeper);
         self.drives.iter_mut().for_each(|drive| drive.keep(keeper));
+        self.find_what_rests();
         for wired in &mut self.laws {
             for list in [&mut wired.reference_values, &mut wired.commands, &mut wired.torques] {
                 keeper.numbers(list);

@@ -52,7 +52,7 @@ impl Machine {
         out: &mut Vec<usize>,
     ) {
         out.clear();
-        if self.drives.iter().all(|drive| drive.limit.is_none() && drive.rate.is_none()) || self.commands_rest() {
+        if self.limits_rest {
             return;
         }
         self.forces(time, state);
@@ -85,23 +85,20 @@ impl Machine {
         }
     }
 
-    /// Whether commands and rate limiters stay as they are until the next sample or breakpoint: sampled laws alone command.
-    pub(super) fn commands_rest(&self) -> bool {
-        let steady =
-            |(target, line): (&SourceTarget, &(f64, f64, f64))| *target == SourceTarget::Reference || line.1 == 0.0;
-        self.laws.iter().all(|wired| wired.clocked().is_some())
-            && self.drives.iter().all(|drive| drive.rate.is_none())
-            && self.targets.iter().zip(&self.lines).all(steady)
+    /// Whether no motor comes to its limit, or leaves it, until the next sample or breakpoint: commands of those with a limit stay as they are.
+    pub(super) fn no_limit_moves(&self) -> bool {
+        let rests = |(input, drive): (usize, &Drive)| {
+            drive.rate.is_none() && (drive.limit.is_none() || self.command_rests(input))
+        };
+        self.drives.iter().enumerate().all(rests)
     }
 
     /// Whether the command of one motor stays as it is until the next sample or breakpoint.
     pub(super) fn command_rests(&self, input: usize) -> bool {
-        let steady = |(target, line): (&SourceTarget, &(f64, f64, f64))| match target {
-            SourceTarget::Input(other) => *other != input || line.1 == 0.0,
-            SourceTarget::Reference | SourceTarget::Block => true,
-        };
+        let sources = self.targets.iter().zip(&self.lines).enumerate();
+        let mut own = sources.filter(|(_, (target, _))| **target == SourceTarget::Input(input));
         self.laws.iter().all(|wired| wired.clocked().is_some() || !wired.inputs.contains(&input))
-            && self.targets.iter().zip(&self.lines).all(steady)
+            && own.all(|(source, (_, line))| line.1 == 0.0 && !self.timed.follows(source))
     }
 
     /// Rates of all commands along the motion, N m/s, by a difference along the vector field.

@@ -193,6 +193,11 @@ impl Timed {
         own.for_each(|(_, answer)| *answer = value);
     }
 
+    /// Whether a source follows a function of time.
+    pub fn follows(&self, source: usize) -> bool {
+        self.sources.iter().zip(&self.follows).any(|(own, follows)| *own == source && *follows != 0.0)
+    }
+
     /// A source is set from outside from now on.
     pub fn take_over(&mut self, source: usize) {
         let own = self.sources.iter().zip(&mut self.follows).filter(|(own, _)| **own == source);

@@ -41,8 +41,6 @@ pub(super) struct Guard {
     pub(super) bent_at: f64,
     /// Memory for the numbers that vanish where the loop jumps or bends by its state: at each look, and the sides that they are on.
     pub(super) numbers: Vec<f64>,
-    /// At how many looks into the last step they are known from a look for events.
-    pub(super) noted: usize,
 }
 
 impl Guard {
@@ -54,7 +52,6 @@ impl Guard {
             bent: 0,
             bent_at: f64::NEG_INFINITY,
             numbers: vec![0.0; (LOOKS.len() + 2) * bends],
-            noted: 0,
         }
     }
 

@@ -74,21 +74,10 @@ impl RunningLoop {
         ))
     }
 
-    /// Keeps what vanishes at bends, at the look into the step that was evaluated just now.
-    pub(super) fn note_bends(&mut self, look: usize) {
-        let count = self.machine.bends();
-        let known = self.guard.blind && self.guard.noted + 1 == look && self.machine.may_break_away();
-        if count > 0 && known {
-            self.machine.bends_here(&mut self.guard.numbers[look * count..][..count]);
-            self.guard.noted = look;
-        }
-    }
-
     /// With the number that vanishes there, where it is one.
     fn bend_by(&mut self, until: f64, numbers: &mut [f64]) -> Option<(f64, Option<usize>)> {
         let (from, count) = (self.solver.previous_time(), self.machine.bends());
         let (found, sides) = numbers.split_at_mut((LOOKS.len() + 1) * count);
-        let noted = if until == self.solver.time() { self.guard.noted } else { 0 };
         // Rounding may carry the last one beyond the step.
         let later = |row: usize| (from + LOOKS[row - 1] * (until - from)).min(until);
         let time = |row: usize| if row == 0 { from } else { later(row) };
@@ -96,9 +85,7 @@ impl RunningLoop {
         sides.copy_from_slice(&found[..count]);
         for row in 1..=LOOKS.len() {
             let now = &mut found[row * count..][..count];
-            if row > noted {
-                self.bends_at(time(row), now);
-            }
+            self.bends_at(time(row), now);
             // Of what begins at zero the side is where it goes.
             sides.iter_mut().zip(&*now).for_each(|(side, now)| *side = if *side == 0.0 { *now } else { *side });
             if passed(sides, now).is_some() {
