@@ -276,7 +276,7 @@ mod tests {
     #[test]
     fn rows_are_rounded_once() {
         let (step, event) = (exact(1, 300), exact(1234, 10_000));
-        let times = output_times(&exact(1, 1), &step, &[event.clone()]);
+        let times = output_times(&exact(1, 1), &step, std::slice::from_ref(&event));
         for k in 0..=300_i64 {
             assert!(times.contains(&exact(k, 300).to_f64()), "{k}");
         }
