@@ -263,8 +263,6 @@ impl Machine {
             laws,
             targets,
             lines: vec![(0.0, 0.0, 0.0); scenario.sources.len()],
-            ramps: Vec::new(),
-            limits_rest: false,
             sources: vec![0.0; scenario.sources.len()],
             profiles: profiles(scenario),
             signals: scenario.signals.clone(),

@@ -10,7 +10,7 @@ use crate::simulate::friction::Mode;
 impl Machine {
     /// Values of the sources at a time of the segment.
     pub(in crate::simulate) fn set_sources(&mut self, time: f64) {
-        for &source in &self.ramps {
+        for &source in &self.timed.ramps {
             let (at, slope, start) = self.lines[source];
             self.sources[source] = at + slope * (time - start);
         }
@@ -32,9 +32,9 @@ impl Machine {
 
     /// What stays as it is until the next breakpoint, or sample.
     pub(super) fn find_what_rests(&mut self) {
-        self.ramps.clear();
-        self.ramps.extend((0..self.lines.len()).filter(|&source| self.lines[source].1 != 0.0));
-        self.limits_rest = self.no_limit_moves();
+        self.timed.ramps.clear();
+        self.timed.ramps.extend((0..self.lines.len()).filter(|&source| self.lines[source].1 != 0.0));
+        self.timed.limits_rest = self.no_limit_moves();
     }
 
     /// Gives the expressions of the loop all that they are given at a state but angles and speeds: sources, and what laws command that compute by

@@ -83,9 +83,6 @@ pub struct Machine {
     signals: Vec<SourceSignal>,
     /// `(value, slope, start)` of each source in the current segment.
     lines: Vec<(f64, f64, f64)>,
-    /// Sources whose lines are not level, and whether no motor comes to its limit, or leaves it, before the next sample.
-    ramps: Vec<usize>,
-    limits_rest: bool,
     /// What else is given of the time.
     timed: Timed,
     /// Where it jumps or bends.

@@ -52,7 +52,7 @@ impl Machine {
         out: &mut Vec<usize>,
     ) {
         out.clear();
-        if self.limits_rest {
+        if self.timed.limits_rest {
             return;
         }
         self.forces(time, state);

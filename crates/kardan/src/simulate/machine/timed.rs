@@ -25,6 +25,9 @@ pub(super) struct Timed {
     time: bool,
     /// What blocks answer: their sources, and the values of now.
     blocks: Vec<(usize, f64)>,
+    /// Sources whose lines are not level, and whether no motor comes to its limit, or leaves it, before the next sample.
+    pub ramps: Vec<usize>,
+    pub limits_rest: bool,
     /// Sources with a function of time, and 1 where they follow it, 0 where they are set from outside.
     sources: Vec<usize>,
     follows: Vec<f64>,
@@ -72,6 +75,8 @@ impl Timed {
             parts,
             time: motion.timed.time.is_some(),
             blocks: motion.timed.blocks.iter().map(|(name, _)| (source(name), 0.0)).collect(),
+            ramps: Vec::new(),
+            limits_rest: false,
             follows: vec![1.0; sources.len()],
             sources,
             flows,
