@@ -367,7 +367,7 @@ impl Response {
         }
         let mut starts = Vec::new();
         for shift in [0.737 * low, 1.131 * (low * high).sqrt(), 1.373 * high] {
-            let pencil = Mat::from_fn(size, size, |i, j| {
+            let pencil = Matrix::from_fn(size, size, |i, j| {
                 let diagonal = if i == j { shift } else { 0.0 };
                 match (i / n.max(1), j / n.max(1)) {
                     _ if i == 2 * n && j == 2 * n => corner,
@@ -378,10 +378,8 @@ impl Response {
                     _ => 0.0,
                 }
             });
-            let unit = Mat::from_fn(size, size, |i, j| f64::from(u8::from(i == j && i < 2 * n)));
-            // Of a singular pencil nothing is finite.
-            let turned = pencil.partial_piv_lu().solve(unit);
-            let Some(found) = eigenvalues(&Matrix::from_fn(size, size, |i, j| turned[(i, j)])) else { continue };
+            let unit = Matrix::from_fn(size, size, |i, j| f64::from(u8::from(i == j && i < 2 * n)));
+            let Some(found) = pencil.solve(&unit).as_ref().and_then(eigenvalues) else { continue };
             for (re, im) in found {
                 let square = re * re + im * im;
                 let (x, y) = (shift + re / square, -im / square);
