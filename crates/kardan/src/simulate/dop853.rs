@@ -95,8 +95,6 @@ pub struct Dop853 {
     next: f64,
     /// Error norm of the last accepted step, memory of the PI controller.
     last_error: f64,
-    /// The length with which that step would have met the tolerance.
-    suited: f64,
     counts: Counts,
     rounding: Rounding,
 }
@@ -130,7 +128,6 @@ impl Dop853 {
             work: zero,
             next: 0.0,
             last_error: LEAST_ERROR,
-            suited: 0.0,
             counts: Counts::default(),
             rounding: Rounding::new(absolute.len()),
         }
@@ -184,11 +181,6 @@ impl Dop853 {
         self.next
     }
 
-    /// The length with which the last step would have met the tolerance, as far as a step tells of others.
-    pub fn suited_step(&self) -> f64 {
-        self.suited
-    }
-
     /// Makes one accepted step from [`Dop853::time`], at most to `until`.
     ///
     /// A step that would end beyond `until`, or so short of it that less than 1 % of the step would be left, ends on
@@ -237,13 +229,10 @@ impl Dop853 {
                 self.counts.evaluations += 1;
                 if finite(&self.slopes[LAST]) && finite(&self.trial) {
                     let mut next = h * growth_factor(error, self.last_error);
-                    // Of a step by itself nothing is known of the one before.
-                    self.suited = h * growth_factor(error, 1.0);
                     if rejected {
                         next = next.min(h);
                     } else if landing {
                         next = next.max(proposed);
-                        self.suited = self.suited.max(proposed);
                     }
                     self.next = next;
                     self.last_error = error.max(LEAST_ERROR);

@@ -167,14 +167,6 @@ impl Integrator {
         each!(self, next_step)
     }
 
-    /// The length that the last step should have had.
-    pub(super) fn suited_step(&self) -> f64 {
-        match self {
-            Self::Dop853(solver) => solver.suited_step(),
-            Self::Taylor(_) | Self::Radau(_) => self.next_step(),
-        }
-    }
-
     pub(super) fn previous_time(&self) -> f64 {
         each!(self, previous_time)
     }

@@ -194,9 +194,6 @@ pub(super) struct RunningLoop {
     /// Where the equations of now end, s: a breakpoint of the scenario, or a sample.
     segment_end: f64,
     guard: Guard,
-    /// Whether the next step is the first one behind a sample, and how long that is to be: as the last one behind a sample asked for, s.
-    behind_sample: bool,
-    first_step: f64,
     /// The next breakpoint of the scenario, and the next sample, s.
     breakpoint: f64,
     tick: f64,
@@ -424,8 +421,6 @@ impl RunningLoop {
             time: 0.0,
             due: Due { start: true, ..Due::default() },
             segment_end: 0.0,
-            behind_sample: false,
-            first_step: 0.0,
             breakpoint: 0.0,
             tick: 0.0,
             chatter: Chatter::default(),
@@ -512,13 +507,13 @@ impl RunningLoop {
         self.solver.keep(keeper);
         self.machine.keep(keeper);
         self.outputs.keep(keeper);
-        for time in [&mut self.time, &mut self.segment_end, &mut self.breakpoint, &mut self.tick, &mut self.first_step]
-        {
+        for time in [&mut self.time, &mut self.segment_end, &mut self.breakpoint, &mut self.tick] {
             keeper.number(time);
         }
         self.machine.dynamics.enter_faults(self.time);
-        let due = [&mut self.due.start, &mut self.due.event, &mut self.due.boundary];
-        due.into_iter().chain([&mut self.resting, &mut self.behind_sample]).for_each(|flag| keeper.flag(flag));
+        for flag in [&mut self.due.start, &mut self.due.event, &mut self.due.boundary, &mut self.resting] {
+            keeper.flag(flag);
+        }
         keeper.number(&mut self.chatter.since);
         keeper.count(&mut self.chatter.events);
         keeper.number(&mut self.chatter.longest);
@@ -643,11 +638,11 @@ impl RunningLoop {
             self.segment_end = low;
         }
         self.chatter = Chatter { since: time, ..Chatter::default() };
+        let step = self.solver.next_step();
         self.restart(time);
         if self.tick.is_finite() {
-            // What motors make of a new command begins as it did at the sample before.
-            self.solver.set_step(self.first_step);
-            self.behind_sample = true;
+            // Between two samples goes on what went on before.
+            self.solver.set_step(step);
         }
     }
 
@@ -683,9 +678,6 @@ impl RunningLoop {
                 return self.tell(progress);
             }
             return Err(self.step_failed(error));
-        }
-        if std::mem::take(&mut self.behind_sample) {
-            self.first_step = self.solver.suited_step();
         }
         let length = self.solver.time() - self.solver.previous_time();
         let mut event = self.find_event(length);
