@@ -111,7 +111,7 @@ fn full_runs_are_those_of_this_sweep() {
     let (code, page, full) = sweep(&format!("{bare}{figure}"), &["--samples", "100"]);
     assert!(code == Some(0) && !page.contains("worst.html") && !full);
     assert!(sweep(MODEL, &["--samples", "100"]).2);
-    let (code, page, full) = sweep(MODEL, &["--samples", "10000000", "--time-limit", "1"]);
+    let (code, page, full) = sweep(MODEL, &["--samples", "1000000", "--time-limit", "1"]);
     assert_eq!(code, Some(2));
     assert!(page.contains("no full runs of the worst cases: ") && page.contains("runs are missing") && !full);
 }
@@ -163,11 +163,11 @@ fn it_goes_on_where_it_ended() {
 fn an_ended_sweep_keeps_its_blocks() {
     let at = folder("ended");
     fs::write(at.join("m.toml"), MODEL).unwrap();
-    let got = kardan(&at, &["sweep", "m.toml", "--samples", "10000000", "--time-limit", "2", "--out", "o", "--json"]);
+    let got = kardan(&at, &["sweep", "m.toml", "--samples", "1000000", "--time-limit", "2", "--out", "o", "--json"]);
     assert_eq!(got.status.code(), Some(2), "{}", String::from_utf8_lossy(&got.stderr));
     let object = printed(&got.stdout);
     let rows = object["rows"].as_u64().unwrap();
-    assert_eq!(rows + object["missing"].as_u64().unwrap(), 10_000_000);
+    assert_eq!(rows + object["missing"].as_u64().unwrap(), 1_000_000);
     let warnings = object["warnings"].to_string();
     assert!(warnings.contains("is missing"), "{warnings}");
 }
