@@ -204,6 +204,8 @@ pub struct Equations {
     pub rounded: Vec<String>,
     /// Sensors by element name.
     pub sensors: Vec<(String, Sensor)>,
+    /// Names of coefficients that a run is given with its start: they are symbols of its motion.
+    pub given: Vec<String>,
 }
 
 /// Numbers the shafts and sorts the terms of a model.
@@ -407,6 +409,26 @@ impl Equations {
             of(&self.frictions, CoefficientKind::Friction, |friction| friction.torque.to_f64()),
         ]
         .concat()
+    }
+
+    /// The coefficient of a kind and of the term of a number.
+    pub fn coefficient(&self, (kind, term): (CoefficientKind, usize)) -> &Exact {
+        match kind {
+            CoefficientKind::Inertia => &self.inertias[term].value,
+            CoefficientKind::Damping => &self.dampers[term].value,
+            CoefficientKind::Stiffness => &self.springs[term].value.stiffness,
+            CoefficientKind::Friction => &self.frictions[term].value.torque,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn coefficient_mut(&mut self, (kind, term): (CoefficientKind, usize)) -> &mut Exact {
+        match kind {
+            CoefficientKind::Inertia => &mut self.inertias[term].value,
+            CoefficientKind::Damping => &mut self.dampers[term].value,
+            CoefficientKind::Stiffness => &mut self.springs[term].value.stiffness,
+            CoefficientKind::Friction => &mut self.frictions[term].value.torque,
+        }
     }
 
     /// What a coordinate is.

@@ -225,7 +225,7 @@ fn removed(path: &Path, why: &str) -> Result<(), Diagnostic> {
 pub fn settings(args: &SweepArgs) -> SweepSettings {
     let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
     let (variants, goal) = (args.variants.clone(), goal(args));
-    SweepSettings { samples: args.samples, seed: args.seed, variants, run, goal }
+    SweepSettings { samples: args.samples, seed: args.seed, variants, run, goal, lanes: None }
 }
 
 /// What it is for; options that exclude each other are refused before.
@@ -281,6 +281,7 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
         variants: args.variants.clone(),
         run,
         goal: SweepGoal::Samples,
+        lanes: None,
     };
     let refused = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
     let plan = project.sweep_plan(&asked).map_err(refused)?;

@@ -6,7 +6,7 @@ use kardan_rt::functions::exp;
 
 use super::motion::{Motion, SparseRow};
 use super::{Kinematics, Reduced};
-use crate::assemble::{Along, Equations, FrictionLaw, Weakened};
+use crate::assemble::{Along, CoefficientKind, Equations, FrictionLaw, Weakened};
 use crate::expr::{Expr, Floating, Symbol, lower};
 use crate::num::{Cholesky, dot};
 use crate::plan::{Plan, compile};
@@ -422,6 +422,11 @@ impl Dynamics {
         &self.plan
     }
 
+    /// The same, shared.
+    pub(crate) fn shared_plan(&self) -> &Arc<MotionPlan> {
+        &self.plan
+    }
+
     /// Whether the inertia is the same at every position.
     pub fn has_constant_inertia(&self) -> bool {
         self.constant
@@ -534,6 +539,20 @@ impl Dynamics {
             }
             for (k, damping) in dampers {
                 self.dampers.coefficients[*k] = left * damping;
+            }
+        }
+    }
+
+    /// Takes a coefficient of the equations, by its kind and the number of its term, for all but the plan, which is given it. Of a friction it is
+    /// what holds at rest too.
+    pub fn take_coefficient(&mut self, (kind, term): (CoefficientKind, usize), value: f64) {
+        match kind {
+            CoefficientKind::Inertia => self.inertias.coefficients[term] = value,
+            CoefficientKind::Damping => self.dampers.coefficients[term] = value,
+            CoefficientKind::Stiffness => self.springs.coefficients[term] = value,
+            CoefficientKind::Friction => {
+                self.frictions.coefficients[term] = value;
+                self.breakaways[term] = value;
             }
         }
     }

@@ -7,7 +7,7 @@ use super::{Reduced, Relaxation, Step};
 use crate::expr::{Expr, Graph, OfTime, Part, Symbol};
 use crate::num::{Rational, rational_from_f64};
 use crate::plan::{Plan, compile};
-use crate::units::{Dimension, Exact};
+use crate::units::{Dimension, Exact, InNames};
 
 /// A direction in reduced coordinates: its entries by number, none of them zero.
 pub type SparseRow = BTreeMap<usize, Expr>;
@@ -85,6 +85,8 @@ pub struct Motion {
     pub kept: Vec<KeptRate>,
     /// What is given of the time.
     pub timed: Timed,
+    /// Coefficients that are given, by name.
+    pub given: Vec<(String, Expr)>,
     /// Motions without inertia that dampers hold.
     pub(super) relaxing: Option<Box<Relaxing>>,
 }
@@ -191,6 +193,8 @@ impl Motion {
             reduced.coordinates.iter().map(symbol).collect()
         };
         let (position, speed) = (symbols(0), symbols(1));
+        let mut coefficient = |name: &String| (name.clone(), graph.new_symbol(name.clone(), Dimension::NONE));
+        let given = reduced.equations.given.iter().map(&mut coefficient).collect();
         let (zero, one) = (graph.integer(0), graph.integer(1));
         let mut out = Self {
             symbols: position.iter().chain(&speed).filter_map(|&symbol| graph.symbol_of(symbol)).collect(),
@@ -209,6 +213,7 @@ impl Motion {
             laws: Vec::new(),
             kept: Vec::new(),
             timed: Timed { begin, ..Timed::default() },
+            given,
             relaxing: None,
         };
         for (k, &shaft) in reduced.coordinates.iter().enumerate() {
@@ -361,8 +366,13 @@ impl Motion {
         function.write_into(&mut self.graph, &mut time, &mut part)
     }
 
-    /// The expression of a rational times a power of π.
+    /// The expression of a rational times a power of π; the symbol of a coefficient that is given.
     pub fn exact(&mut self, value: &Exact) -> Expr {
+        if let (false, Some(InNames::Name(name))) = (self.given.is_empty(), value.in_names())
+            && let Some((_, symbol)) = self.given.iter().find(|(own, _)| own == name)
+        {
+            return *symbol;
+        }
         self.graph.exact(value)
     }
 

@@ -3,6 +3,7 @@
 mod clocked;
 pub mod dop853;
 mod drive;
+mod ensemble;
 mod faults;
 pub mod friction;
 mod integrator;
@@ -20,6 +21,7 @@ mod stiffness;
 mod taylor;
 mod walk;
 
+pub use ensemble::{Ensemble, Ran, Varying};
 pub use faults::{
     Failing, Faults, MechanicalFault, MechanicalFaultKind, MotorFault, MotorFaultKind, SensorFault, SensorFaultKind,
     UnitFault, UnitFaultKind,

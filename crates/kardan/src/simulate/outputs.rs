@@ -6,6 +6,7 @@ use super::sampler::{Compliance, Sampler, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
 use crate::assemble::Along;
 use crate::equations::{Domain, Hold, InputKind, Measured};
+use crate::expr::Expr;
 use crate::names::Quantity;
 use crate::num::{Keeper, rational_to_f64};
 use crate::reduce::{Motion, Multipliers, Reduced};
@@ -403,6 +404,11 @@ impl Outputs {
     pub fn compile(&mut self, motion: &mut Motion, reduced: &Reduced, found: &Found) {
         let reads: Vec<&Read> = self.reads.iter().chain(self.samplers.iter().map(|(read, _)| read)).collect();
         self.readings = Some(Readings::new(motion, reduced, found, &reads));
+    }
+
+    /// Their expressions, where they follow from the state and from what is given; see [`Readings::alone`].
+    pub fn alone(&self, motion: &mut Motion, reduced: &Reduced, found: &Found) -> Option<Vec<Expr>> {
+        Readings::alone(motion, reduced, found, &self.reads)
     }
 
     /// Whether sensors read at times of their own.

@@ -97,6 +97,22 @@ impl Readings {
         Self { native: Native::new(&plan.block()), memory: plan.memory(), plan, counts, sources, timed, needs_forces }
     }
 
+    /// The same as expressions of the loop alone; none where one needs accelerations or friction torques, or is a sensor's.
+    pub(super) fn alone(motion: &mut Motion, reduced: &Reduced, found: &Found, reads: &[Read]) -> Option<Vec<Expr>> {
+        let mut shared =
+            Shared { motion, reduced, found, accelerations: Vec::new(), frictions: Vec::new(), multipliers: None };
+        let one = |read: &Read| match read {
+            Read::Angle(_) | Read::Speed(_) | Read::Torque(_) | Read::Command(_) | Read::Ripple(_) => {
+                Some(shared.expression(read))
+            }
+            Read::SpringDamper { .. } | Read::Compliance(_) | Read::Law(_) | Read::Source(_) => {
+                Some(shared.expression(read))
+            }
+            _ => None,
+        };
+        reads.iter().map(one).collect()
+    }
+
     /// Evaluates a machine at a point, and all readings there.
     pub(super) fn observe(&mut self, machine: &mut Machine, time: f64, state: &[f64]) {
         let [inputs, accelerations, frictions] = self.counts;

@@ -371,7 +371,10 @@ impl RunningLoop {
         let names: Vec<String> = reduced.equations.set_valued().map(|(element, _)| element.to_string()).collect();
         let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
         let mut outputs = Outputs::new(reduced, scenario);
-        let mut machine = Machine::with(setup, |motion, found| outputs.compile(motion, reduced, found));
+        let mut machine = Machine::with(setup, |motion, found| {
+            outputs.compile(motion, reduced, found);
+            Vec::new()
+        });
         let (r, size) = (machine.degrees_of_freedom(), machine.size());
         let absolute = absolute_tolerances(reduced, tolerance, size);
         let mut state = vec![0.0; size];
@@ -1637,7 +1640,7 @@ fn input_units(reduced: &Reduced) -> Vec<&'static str> {
 }
 
 /// What each state may be off by, whatever its size.
-fn absolute_tolerances(reduced: &Reduced, tolerance: Tolerance, size: usize) -> Vec<f64> {
+pub(super) fn absolute_tolerances(reduced: &Reduced, tolerance: Tolerance, size: usize) -> Vec<f64> {
     let r = reduced.degrees_of_freedom();
     let mut absolute = vec![tolerance.absolute; size];
     absolute[size - 2..].fill(ENERGY * tolerance.relative);

@@ -354,7 +354,11 @@ pub(super) fn run_variant(
 ) -> Run {
     let tolerance = tolerance(prepared, settings, progress);
     let scenario = scenario_of(variant, settings);
-    let mut result = simulate_heard(setup(variant, &scenario), tolerance, (number, &variant.name), progress);
+    judged(variant, prepared, simulate_heard(setup(variant, &scenario), tolerance, (number, &variant.name), progress))
+}
+
+/// What a run comes to, with what is computed from its signals, its figures, and what is required of it.
+pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result: RunResult) -> Run {
     result.series.signals.extend(variant.computed.signals(&result.series));
     let completed = result.outcome == Outcome::Completed;
     let ran = Ran { strains: &result.strains, events: &result.events, completed };

@@ -17,6 +17,7 @@ use super::watched::WatchedRows;
 use super::wired::{Computer, Setup, Wired};
 use crate::assemble::{Along, Equations};
 use crate::equations::InputKind;
+use crate::expr::Expr;
 use crate::names::SignalName;
 use crate::num::{Cholesky, Matrix};
 use crate::program::Task;
@@ -204,19 +205,21 @@ impl Compiled {
         reduced: &Reduced,
         scenario: &Scenario,
         (parts, states): (Parts<'_>, Range<usize>),
-        also: impl FnOnce(&mut Motion, &Found),
+        also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>,
     ) -> Self {
         let (mut places, mut timed, mut bends, mut meshes) = Default::default();
         let mut moving = vec![false; reduced.equations.set_valued().count() + reduced.equations.kept.len()];
         let (dynamics, work) = Dynamics::extended(reduced, |motion| {
-            let (extension, found, sources, leaps) = extend(motion, reduced, parts, states);
+            let (mut extension, mut found, sources, leaps) = extend(motion, reduced, parts, states);
             bends = Bends::new(motion, &leaps, (&extension, &found));
             timed = Timed::new(motion, scenario, (&extension, &found), &sources);
             meshes = Meshes::new(motion, reduced, &extension.inputs);
             if reduced.equations.prescribes() {
                 moving = motion.prescribed_directions(reduced);
             }
-            also(motion, &Found::new(&extension, &found, sources));
+            let more = also(motion, &Found::new(&extension, &found, sources));
+            found.also = extension.outputs.len()..extension.outputs.len() + more.len();
+            extension.outputs.extend(more.into_iter().enumerate().map(|(k, expr)| (format!("also.{k}"), expr)));
             places = found;
             extension
         });
@@ -230,11 +233,11 @@ impl Machine {
     /// # Panics
     /// If a law names an input or reference that does not exist (the model checks this before).
     pub fn new(setup: Setup<'_>) -> Self {
-        Self::with(setup, |_, _| {})
+        Self::with(setup, |_, _| Vec::new())
     }
 
-    /// The same, with something made of the same expressions.
-    pub(in crate::simulate) fn with(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found)) -> Self {
+    /// The same, with something made of the same expressions, and with what else of them is to be found at each evaluation.
+    pub(in crate::simulate) fn with(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.set_valued().count());
         // Kept rows hold like frictions that never give way.

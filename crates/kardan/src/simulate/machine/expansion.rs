@@ -79,7 +79,7 @@ pub enum Prospect {
 }
 
 impl Prospect {
-    fn and(self, other: Self) -> Self {
+    pub(super) fn and(self, other: Self) -> Self {
         match (self, other) {
             (Self::Unknown, _) | (_, Self::Unknown) => Self::Unknown,
             (Self::Leaves(a), Self::Leaves(b)) => Self::Leaves(a.min(b)),
@@ -260,7 +260,7 @@ impl Expansion {
 }
 
 /// Where a sign times a series and a limit become negative within a step.
-fn margin(
+pub(super) fn margin(
     scratch: &mut [f64],
     length: f64,
     coefficients: impl Iterator<Item = f64>,

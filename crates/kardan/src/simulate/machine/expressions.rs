@@ -38,6 +38,8 @@ pub(super) struct Places {
     pub couplings: Range<usize>,
     /// Given: of each motor whose torque sticks in the run that torque, zero while it does not.
     pub stuck: Range<usize>,
+    /// Given with the start of a run: coefficients of the equations.
+    pub given: Range<usize>,
     /// Given of the time: of each source with a function of it whether it follows that (1) or is set from outside (0), parts of
     /// functions, the time itself.
     pub timed: Range<usize>,
@@ -74,6 +76,8 @@ pub(super) struct Places {
     pub slider_speeds: Range<usize>,
     /// Found: numbers that vanish where something jumps or bends by the state.
     pub bends: Range<usize>,
+    /// Found: what else was asked for.
+    pub also: Range<usize>,
 }
 
 /// What readings of the loop are made of.
@@ -193,6 +197,9 @@ pub(super) fn extend(
     let sticking = equations.inputs.iter().zip(drives).filter(|(_, drive)| drive.sticks());
     let (places_of_stuck, stuck) = all.given(sticking.map(|(input, _)| format!("{}.stuck", input.element)));
     places.stuck = places_of_stuck;
+    places.given = all.inputs.len()..all.inputs.len() + all.motion.given.len();
+    let given = all.motion.given.iter().filter_map(|(_, symbol)| all.motion.graph.symbol_of(*symbol));
+    all.inputs.extend(given);
     let mut sources = with_signals(&mut all, &mut places, sources, signals);
     let zero = all.motion.graph.integer(0);
     let mut rates = vec![zero; more_states.len()];

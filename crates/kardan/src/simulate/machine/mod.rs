@@ -1,5 +1,6 @@
 //! The closed loop as a differential equation in one set of modes, and the decisions between modes.
 
+mod abreast;
 mod bends;
 mod construction;
 mod derivatives;
@@ -29,6 +30,7 @@ mod timed;
 mod watched;
 mod wired;
 
+pub(super) use abreast::{Abreast, Lane};
 pub use expansion::Prospect;
 pub use expressions::Found;
 pub(super) use hold_kinds::Unfit;

@@ -1,5 +1,6 @@
 //! `kardan sweep`: many runs with values drawn from distributions, each a function of the seed and its number alone.
 
+mod abreast;
 mod again;
 mod answers;
 mod course;
@@ -21,6 +22,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rayon::prelude::*;
 
+use abreast::Abreast;
 use course::Course;
 pub use goal::SweepGoal;
 use goal::target;
@@ -38,13 +40,13 @@ use wanted::wanted;
 use super::prepare::{is_error, prepare_sample};
 use super::progress::Counted;
 use super::requirement::Requirement;
-use super::run::{check_variants, run_variant};
+use super::run::{check_variants, run_variant, tolerance};
 use super::{Prepared, PreparedVariant, Progress, Project, Settings};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Setting, VariantSettings};
 use crate::num::{Random, rational_from_f64};
 use crate::results::{Outcome, Run, Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
-use crate::simulate::Recorded;
+use crate::simulate::{Method, Recorded};
 use crate::units::{Exact, written_quantity};
 
 /// Samples of a block, at least.
@@ -111,6 +113,7 @@ impl Project {
             goal: settings.goal.clone(),
             target,
             block,
+            lanes: settings.lanes,
         })
     }
 
@@ -184,6 +187,7 @@ impl Project {
         let known_of = |block: u64| known.range(plan.samples_of(block..block + 1));
         let mut course = Course::of(plan);
         let recorded = wanted(prepared);
+        let abreast = self.abreast(plan, settings, &chosen, &recorded, progress);
         let mut ended = None;
         for block in plan.own_blocks() {
             let there = known_of(block);
@@ -201,14 +205,22 @@ impl Project {
                     }
                     let Some(values) = course.values(plan, plan.samples_of(block..block + 1)) else { break };
                     let cases = plan.samples_of(block..block + 1).zip(&values);
-                    let cases: Vec<_> = cases.flat_map(|case| (0..chosen.len()).map(move |v| (case, v))).collect();
-                    let case = |((sample, values), variant): &((u64, &Vec<f64>), usize)| {
-                        let of = (*sample, *variant, (*values).clone());
-                        let row = self.sample((prepared, settings, &recorded), plan, of, chosen[*variant], &heard);
-                        heard.count(1);
-                        row
+                    let blank = |(sample, values): (u64, &Vec<f64>), variant: usize| {
+                        let values = values.clone();
+                        SweepRow { sample, variant, values, ..blank(prepared) }
                     };
-                    let found: Vec<SweepRow> = cases.par_iter().map(case).collect();
+                    let mut found: Vec<SweepRow> = cases.flat_map(|case| (0..chosen.len()).map(move |v| blank(case, v))).collect();
+                    let mut left: Vec<&mut SweepRow> = found.iter_mut().collect();
+                    for (number, lanes) in abreast.iter().enumerate() {
+                        let Some(lanes) = lanes else { continue };
+                        let (mut own, others): (Vec<_>, Vec<_>) = left.into_iter().partition(|row| row.variant == number);
+                        let filled = lanes.fill(prepared, &mut own, &|| heard.count(1));
+                        left = own.into_iter().zip(filled).filter(|(_, filled)| !filled).map(|(row, _)| row).chain(others).collect();
+                    }
+                    left.into_par_iter().for_each(|row| {
+                        self.sample((prepared, settings, &recorded), plan, row, chosen[row.variant], &heard);
+                        heard.count(1);
+                    });
                     if let Err(why) = write(block, &found) {
                         ended = Some(why);
                         break;
@@ -268,20 +280,12 @@ impl Project {
         &self,
         (prepared, settings, recorded): (&Prepared, &Settings, &Recorded),
         plan: &SweepPlan,
-        (sample, number, values): (u64, usize, Vec<f64>),
+        row: &mut SweepRow,
         (variant, own): (&PreparedVariant, &VariantSettings),
         progress: &dyn Progress,
-    ) -> SweepRow {
-        let all = settings_with(own, plan.spread.iter().zip(values.iter().copied()));
-        let mut row = SweepRow {
-            sample,
-            variant: number,
-            reason: String::new(),
-            values,
-            measured: vec![f64::NAN; prepared.requirements.len()],
-            passed: vec![f64::NAN; prepared.requirements.len()],
-            figures: vec![f64::NAN; prepared.figures.len()],
-        };
+    ) {
+        let number = row.variant;
+        let all = settings_with(own, plan.spread.iter().zip(row.values.iter().copied()));
         let run = || {
             let found = prepare_sample(self.document(), variant, (&all, own.controls.as_deref(), &own.faults));
             let mut ready = found.map_err(|mistakes| {
@@ -292,7 +296,7 @@ impl Project {
             Ok(run_variant(number, &ready, (prepared, settings), progress))
         };
         match answering(run) {
-            Ok(run) => fill(&mut row, prepared, &run),
+            Ok(run) => fill(row, prepared, &run),
             Err(reason) => {
                 row.reason = reason;
                 for (k, requirement) in prepared.requirements.iter().enumerate() {
@@ -302,7 +306,36 @@ impl Project {
                 }
             }
         }
-        row
+    }
+
+    /// Lanes for the variants that are chosen, where they can run in such.
+    fn abreast<'p>(
+        &self,
+        plan: &SweepPlan,
+        settings: &Settings,
+        chosen: &[(&'p PreparedVariant, &VariantSettings)],
+        recorded: &Recorded,
+        progress: &dyn Progress,
+    ) -> Vec<Option<Abreast<'p>>> {
+        let prepared = self.prepared();
+        let tolerance = tolerance(prepared, settings, progress);
+        let of = |variant: &(&'p PreparedVariant, &VariantSettings)| {
+            if settings.method != Method::Automatic {
+                return None;
+            }
+            Abreast::new((self.document(), prepared), *variant, &plan.spread, (tolerance, recorded, plan.lanes))
+        };
+        chosen.iter().map(of).collect()
+    }
+}
+
+/// A row before its run.
+fn blank(prepared: &Prepared) -> SweepRow {
+    SweepRow {
+        measured: vec![f64::NAN; prepared.requirements.len()],
+        passed: vec![f64::NAN; prepared.requirements.len()],
+        figures: vec![f64::NAN; prepared.figures.len()],
+        ..SweepRow::default()
     }
 }
 

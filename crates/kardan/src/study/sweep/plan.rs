@@ -22,6 +22,8 @@ pub struct SweepSettings {
     pub run: Settings,
     /// What it is for.
     pub goal: SweepGoal,
+    /// How many lanes there are where runs go side by side, 1, 4 or 8; `None`: as many as machine code has. Results do not depend on it.
+    pub lanes: Option<usize>,
 }
 
 /// What a sweep consists of, before a run.
@@ -38,6 +40,7 @@ pub struct SweepPlan {
     pub(super) goal: SweepGoal,
     pub(super) target: Option<Target>,
     pub(super) block: u64,
+    pub(super) lanes: Option<usize>,
 }
 
 /// One of as many parts of a sweep: a process of its own runs it.

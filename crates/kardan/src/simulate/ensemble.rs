@@ -1,0 +1,464 @@
+//! Many runs of one loop with other coefficients, side by side in lanes.
+//!
+//! Lanes share the plan and its Taylor series. Each has steps, modes and events of its own, decided by a machine of its own, and takes the next run as
+//! soon as its own has ended: none waits for another one. What a lane computes does not depend on what the others do, so that a run has the same bits in
+//! any of them, however many there are.
+
+use kardan_native::lanes;
+use kardan_rt::Lanes;
+
+use super::machine::{Abreast, Lane, Machine, Prospect, Setup};
+use super::outputs::Outputs;
+use super::run::absolute_tolerances;
+use super::{Scenario, Tolerance, taylor};
+use crate::assemble::CoefficientKind;
+use crate::results::{Energy, Series};
+
+/// Steps after which a run is left to the reference.
+const MOST_STEPS: usize = 1_000_000;
+/// A speed that no drivetrain reaches, rad/s.
+const DIVERGED: f64 = 1e6;
+/// Widenings of the interval about a zero of a series until a mode is left there; the first is so many units in the last place.
+const CONFIRMATIONS: usize = 7;
+const FIRST: f64 = 4.0 * f64::EPSILON;
+const WIDER: f64 = 32.0;
+/// Places in a step where modes are looked at if series do not tell, and halvings to a place between.
+const LOOKS: usize = 6;
+const HALVINGS: usize = 40;
+/// Events with next to nothing between them after which a run is left to the reference.
+const FLURRY: usize = 200;
+/// Relative difference of two times that are one.
+const SAME: f64 = 1e-14;
+
+/// Which coefficients of a loop differ from run to run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Varying {
+    /// Each by its kind and the number of its term.
+    pub coefficients: Vec<(CoefficientKind, usize)>,
+}
+
+/// What a run comes to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ran {
+    /// The signals recorded; the times are those of the scenario.
+    pub series: Series,
+    /// Its balance of energy.
+    pub energy: Energy,
+    /// Steps, and events located.
+    pub steps: usize,
+    /// See there.
+    pub events: usize,
+}
+
+/// A run that ends, by its number; nothing where it is to be left to the reference.
+pub type TakeRun<'t> = dyn FnMut(usize, Option<&mut Ran>) + 't;
+
+/// What all lanes share.
+struct Common {
+    coefficients: Vec<(CoefficientKind, usize)>,
+    scenario: Scenario,
+    start: Vec<f64>,
+    /// Times at which lines of sources change, and the end, s.
+    breakpoints: Vec<f64>,
+    names: Vec<String>,
+    input_names: Vec<String>,
+}
+
+/// A lane: its run, and where it stands.
+struct Own {
+    machine: Machine,
+    run: Option<usize>,
+    ran: Ran,
+    time: f64,
+    end: f64,
+    state: Vec<f64>,
+    looked: Vec<f64>,
+    rates: Vec<f64>,
+    reversed: Vec<usize>,
+    next_row: usize,
+    initial_energy: f64,
+    /// Events close behind each other, and the last one.
+    flurry: usize,
+    last: f64,
+    coefficients: Vec<f64>,
+}
+
+/// Lanes for runs of one loop.
+pub struct Ensemble(Kind);
+
+enum Kind {
+    One(Group<f64>),
+    Four(Group<Lanes<f64, 4>>),
+    Eight(Group<Lanes<f64, 8>>),
+}
+
+impl Ensemble {
+    /// Lanes for a loop whose equations are [given](crate::assemble::Equations::given) what varies, in the same order; as many as machine code has
+    /// where `count` asks for no other number: 1, 4 or 8. None where lanes do not do all that the loop does.
+    pub fn new(setup: Setup<'_>, varying: &Varying, tolerance: Tolerance, count: Option<usize>) -> Option<Self> {
+        Some(Self(match count.unwrap_or_else(lanes) {
+            8 => Kind::Eight(Group::new(setup, varying, tolerance)?),
+            4 => Kind::Four(Group::new(setup, varying, tolerance)?),
+            _ => Kind::One(Group::new(setup, varying, tolerance)?),
+        }))
+    }
+
+    /// Runs one after the other, as many at a time as there are lanes: of each the values of what varies. They end in any order.
+    pub fn run(&mut self, runs: &[Vec<f64>], take: &mut TakeRun<'_>) {
+        match &mut self.0 {
+            Kind::One(group) => group.run(runs, take),
+            Kind::Four(group) => group.run(runs, take),
+            Kind::Eight(group) => group.run(runs, take),
+        }
+    }
+}
+
+struct Group<N> {
+    abreast: Abreast<N>,
+    common: Common,
+    own: Vec<Own>,
+    times: N,
+    rooms: N,
+    nexts: N,
+}
+
+impl<N: Lane> Group<N> {
+    fn new(setup: Setup<'_>, varying: &Varying, tolerance: Tolerance) -> Option<Self> {
+        let (reduced, scenario) = (setup.reduced, setup.scenario);
+        let outputs = Outputs::new(reduced, scenario);
+        if !scenario.faults.is_empty() || !scenario.tasks.is_empty() || scenario.flow.is_some() {
+            return None;
+        }
+        let mut able = true;
+        let mut machine = || {
+            Machine::with(setup, |motion, found| {
+                let more = outputs.alone(motion, reduced, found);
+                able &= more.is_some();
+                more.unwrap_or_default()
+            })
+        };
+        let first = machine();
+        let absolute = absolute_tolerances(reduced, tolerance, first.size());
+        let order = taylor::order(tolerance.relative);
+        let abreast = Abreast::new(&first, (tolerance.relative, &absolute), order)?;
+        let machines: Vec<Machine> = std::iter::once(first).chain((1..N::COUNT).map(|_| machine())).collect();
+        if !able {
+            return None;
+        }
+        let mut breakpoints: Vec<f64> = (0..scenario.sources.len())
+            .flat_map(|k| machines[0].profile(k).breakpoints().collect::<Vec<_>>())
+            .chain([scenario.duration])
+            .collect();
+        breakpoints.sort_by(f64::total_cmp);
+        let names = reduced.equations.set_valued().map(|(element, _)| element.to_string()).collect();
+        let common = Common {
+            coefficients: varying.coefficients.clone(),
+            scenario: scenario.clone(),
+            start: reduced.state(&scenario.position, &scenario.speed),
+            breakpoints,
+            names,
+            input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
+        };
+        let size = machines[0].size();
+        let series = Series { time: scenario.times.clone(), signals: outputs.signals };
+        let own = |machine| Own::new(machine, size, series.clone());
+        Some(Self {
+            abreast,
+            common,
+            own: machines.into_iter().map(own).collect(),
+            times: N::all(0.0),
+            rooms: N::all(1.0),
+            nexts: N::all(0.0),
+        })
+    }
+
+    fn run(&mut self, runs: &[Vec<f64>], take: &mut TakeRun<'_>) {
+        let mut waiting = runs.iter().enumerate();
+        self.own.iter_mut().for_each(|own| own.run = None);
+        loop {
+            let mut busy = false;
+            for lane in 0..N::COUNT {
+                while self.own[lane].run.is_none() {
+                    let Some((number, values)) = waiting.next() else { break };
+                    self.own[lane].begin(number, values, &self.common);
+                    self.nexts.lanes_mut()[lane] = 0.0;
+                    self.proceed(lane, take);
+                }
+                busy |= self.own[lane].run.is_some();
+            }
+            if !busy {
+                return;
+            }
+            self.step(take);
+        }
+    }
+
+    /// What a lane does where its equations change: it stands anew, waits as long as nothing moves, and ends.
+    fn proceed(&mut self, lane: usize, take: &mut TakeRun<'_>) {
+        let Self { own, abreast, common, times, rooms, .. } = self;
+        let own = &mut own[lane];
+        while let Some(number) = own.run {
+            if own.time >= common.scenario.duration {
+                own.end_run(abreast.also_places(), common);
+                own.run = None;
+                take(number, Some(&mut own.ran));
+                return;
+            }
+            if own.time >= own.end {
+                own.cross(common);
+            }
+            own.stand();
+            if !own.is_fit() {
+                own.run = None;
+                take(number, None);
+                return;
+            }
+            if !own.rests() {
+                abreast.load(lane, &own.machine, &own.state);
+                times.lanes_mut()[lane] = own.time;
+                rooms.lanes_mut()[lane] = own.end - own.time;
+                return;
+            }
+            own.wait(abreast.also_places(), common);
+        }
+    }
+
+    /// One step of every lane.
+    fn step(&mut self, take: &mut TakeRun<'_>) {
+        self.abreast.expand(&self.times, &self.rooms, &self.nexts);
+        for lane in 0..N::COUNT {
+            let Self { own, abreast, common, times, rooms, nexts } = self;
+            let own = &mut own[lane];
+            let Some(number) = own.run else { continue };
+            let length = abreast.length(lane);
+            if !(length > FIRST * own.time && own.ran.steps < MOST_STEPS) {
+                own.run = None;
+                take(number, None);
+                continue;
+            }
+            own.ran.steps += 1;
+            let whole = length < rooms.lanes()[lane];
+            if whole {
+                nexts.lanes_mut()[lane] = length;
+            }
+            abreast.end(lane, &mut own.looked);
+            let event = if abreast.room(lane) > 0.0 { None } else { own.event(lane, length, abreast) };
+            let end = match event {
+                Some(later) => (own.time + later).min(own.end),
+                None if whole => own.time + length,
+                None => own.end,
+            };
+            let r = own.machine.degrees_of_freedom();
+            let fits = own.looked.iter().all(|x| x.is_finite()) && own.looked[r..2 * r].iter().all(|w| w.abs() < DIVERGED);
+            if !fits {
+                own.run = None;
+                take(number, None);
+                continue;
+            }
+            own.observe(lane, end, abreast);
+            own.arrive(end);
+            if event.is_some() {
+                own.happen(common);
+            }
+            if event.is_some() || own.time >= own.end {
+                self.proceed(lane, take);
+            } else {
+                abreast.go_on(lane);
+                times.lanes_mut()[lane] = end;
+                rooms.lanes_mut()[lane] = own.end - end;
+            }
+        }
+    }
+}
+
+impl Own {
+    fn new(machine: Machine, size: usize, series: Series) -> Self {
+        let energy = Energy { input: 0.0, stored: 0.0, dissipated: 0.0, residual: 0.0, exchanged: 0.0 };
+        Self {
+            machine,
+            run: None,
+            ran: Ran { series, energy, steps: 0, events: 0 },
+            time: 0.0,
+            end: 0.0,
+            state: vec![0.0; size],
+            looked: vec![0.0; size],
+            rates: vec![0.0; size],
+            reversed: Vec::new(),
+            next_row: 0,
+            initial_energy: 0.0,
+            flurry: 0,
+            last: 0.0,
+            coefficients: Vec::new(),
+        }
+    }
+
+    /// Begins a run with these values of what varies.
+    fn begin(&mut self, number: usize, values: &[f64], common: &Common) {
+        self.run = Some(number);
+        self.machine.begin_anew(&common.coefficients, values);
+        self.state.fill(0.0);
+        self.state[..common.start.len()].copy_from_slice(&common.start);
+        self.machine.start_laws(&mut self.state);
+        self.ran.series.signals.iter_mut().for_each(|signal| signal.values.clear());
+        (self.ran.steps, self.ran.events) = (0, 0);
+        (self.time, self.next_row, self.flurry, self.last) = (0.0, 0, 0, 0.0);
+        self.machine.enter_segment(0.0);
+        self.machine.settle(0.0, &mut self.state, &[], true, &common.names, &common.input_names);
+        let [work, lost] = [2, 1].map(|back| self.state[self.state.len() - back]);
+        self.initial_energy = self.machine.energy(0.0, &self.state) + (lost - work);
+        self.ran.energy.exchanged = 0.0;
+        self.open(common);
+    }
+
+    /// The lines of the sources that hold from here on.
+    fn open(&mut self, common: &Common) {
+        self.end = common.breakpoints.iter().copied().find(|at| *at > self.time).unwrap_or(common.scenario.duration);
+        self.end = self.end.min(common.scenario.duration);
+    }
+
+    fn cross(&mut self, common: &Common) {
+        self.machine.enter_segment(self.time);
+        self.machine.settle(self.time, &mut self.state, &[], false, &common.names, &common.input_names);
+        self.open(common);
+    }
+
+    /// Evaluates the rates where it stands.
+    fn stand(&mut self) {
+        self.machine.derivative(self.time, &self.state, &mut self.rates);
+    }
+
+    fn is_fit(&self) -> bool {
+        self.machine.contradiction().is_empty()
+            && self.flurry < FLURRY
+            && self.rates.iter().all(|rate| rate.is_finite())
+    }
+
+    /// Whether nothing changes until the equations do.
+    fn rests(&mut self) -> bool {
+        self.rates.iter().all(|rate| *rate == 0.0) && self.machine.is_steady() && !self.leaves(self.time, None)
+    }
+
+    /// Stays where it is until the equations change.
+    fn wait(&mut self, places: &[usize], common: &Common) {
+        let rows = &common.scenario.times[self.next_row..];
+        let count = rows.iter().take_while(|row| **row < self.end).count();
+        self.machine.evaluate(self.time, &self.state);
+        for (signal, place) in self.ran.series.signals.iter_mut().zip(places) {
+            signal.values.extend(std::iter::repeat_n(self.machine.plan_value(*place), count));
+        }
+        self.next_row += count;
+        self.time = self.end;
+    }
+
+    /// Records all rows before a time within the step.
+    fn observe<N: Lane>(&mut self, lane: usize, end: f64, abreast: &Abreast<N>) {
+        let rows = &self.ran.series.time[self.next_row..];
+        let count = rows.iter().take_while(|row| **row < end).count();
+        let rows = &rows[..count];
+        for (number, signal) in self.ran.series.signals.iter_mut().enumerate() {
+            abreast.also(lane, number, &mut self.coefficients);
+            let at = |row: &f64| {
+                let later = row - self.time;
+                self.coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * later + coefficient)
+            };
+            signal.values.extend(rows.iter().map(at));
+        }
+        self.next_row += count;
+    }
+
+    /// Stands at the state that was looked at last.
+    fn arrive(&mut self, end: f64) {
+        let work = self.state.len() - 2;
+        self.ran.energy.exchanged += (self.looked[work] - self.state[work]).abs();
+        std::mem::swap(&mut self.state, &mut self.looked);
+        // What rounding alone parts is one time.
+        self.time = if end >= self.end * (1.0 - SAME) { self.end } else { end };
+    }
+
+    /// Whether a mode is left at a state: that it stands at, or that looked at.
+    fn leaves(&mut self, time: f64, looked: Option<()>) -> bool {
+        let state = if looked.is_some() { &self.looked } else { &self.state };
+        self.machine.reversed(time, state, &mut self.reversed);
+        !self.reversed.is_empty() || self.machine.breaks_away(time, state)
+    }
+
+    /// When a mode is left within a step, after the time where it stands; [`Self::looked`] is the state at its end.
+    fn event<N: Lane>(&mut self, lane: usize, length: f64, abreast: &Abreast<N>) -> Option<f64> {
+        let prospect = abreast.prospect(lane, length, &self.machine);
+        if prospect == Prospect::Stays {
+            return None;
+        }
+        self.machine.measure_step(length, &self.state, &self.looked);
+        let found = match prospect {
+            Prospect::Leaves(part) => self.confirm(lane, (part, length), abreast),
+            _ => None,
+        };
+        let found = found.or_else(|| self.look(lane, length, abreast));
+        if found.is_none() {
+            abreast.state(lane, length, &mut self.looked);
+        }
+        found
+    }
+
+    fn leaves_after<N: Lane>(&mut self, lane: usize, later: f64, abreast: &Abreast<N>) -> bool {
+        abreast.state(lane, later, &mut self.looked);
+        self.leaves(self.time + later, Some(()))
+    }
+
+    /// Just behind the zero of a series, where a mode is left.
+    fn confirm<N: Lane>(&mut self, lane: usize, (part, length): (f64, f64), abreast: &Abreast<N>) -> Option<f64> {
+        let mut apart = FIRST * (self.time + length);
+        for _ in 0..CONFIRMATIONS {
+            let later = (part * length + apart).min(length);
+            if self.leaves_after(lane, later, abreast) {
+                return Some(later);
+            }
+            apart *= WIDER;
+        }
+        None
+    }
+
+    /// The first place found by looking where a mode is left.
+    fn look<N: Lane>(&mut self, lane: usize, length: f64, abreast: &Abreast<N>) -> Option<f64> {
+        let mut low = 0.0;
+        for look in 1..LOOKS + 1 {
+            let mut high = length * look as f64 / LOOKS as f64;
+            if !self.leaves_after(lane, high, abreast) {
+                low = high;
+                continue;
+            }
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (low + high);
+                if self.leaves_after(lane, middle, abreast) { high = middle } else { low = middle }
+            }
+            self.leaves_after(lane, high, abreast);
+            return Some(high);
+        }
+        None
+    }
+
+    /// What happens where a mode is left.
+    fn happen(&mut self, common: &Common) {
+        let close = 1e-7 * common.scenario.duration.min(1.0);
+        self.flurry = if self.time - self.last <= close { self.flurry + 1 } else { 0 };
+        self.last = self.time;
+        self.ran.events += 1;
+        let crossing = std::mem::take(&mut self.reversed);
+        self.machine.settle(self.time, &mut self.state, &crossing, false, &common.names, &common.input_names);
+        self.reversed = crossing;
+    }
+
+    /// The last rows, and what the run leaves of its energy.
+    fn end_run(&mut self, places: &[usize], common: &Common) {
+        self.machine.evaluate(self.time, &self.state);
+        let count = common.scenario.times.len() - self.next_row;
+        for (signal, place) in self.ran.series.signals.iter_mut().zip(places) {
+            signal.values.extend(std::iter::repeat_n(self.machine.plan_value(*place), count));
+        }
+        let size = self.state.len();
+        let stored = self.machine.energy(self.time, &self.state) - self.initial_energy;
+        let (input, dissipated) = (self.state[size - 2], self.state[size - 1]);
+        let exchanged = self.initial_energy + self.ran.energy.exchanged;
+        self.ran.energy = Energy { input, stored, dissipated, residual: input - stored - dissipated, exchanged };
+    }
+}

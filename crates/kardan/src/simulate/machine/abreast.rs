@@ -1,0 +1,729 @@
+//! Taylor series of one loop in lanes: each lane at a point of its own, in modes of its own, with coefficients of its own.
+//!
+//! The plan and its series are found for all lanes at once. With `H a = f − Gᵀ λ` the accelerations and the torques that hold follow from forces and
+//! biases by matrices that each lane has at its point: of all directions, where those that do not hold have rows of zeros.
+
+use std::sync::Arc;
+
+use kardan_native::{Aligned, Native, Step, Value};
+use kardan_rt::{Lanes, Operator};
+
+use super::Machine;
+use super::expansion::{Prospect, margin};
+use crate::assemble::CoefficientKind;
+use crate::expr::{Expr, Function, Graph, Symbol};
+use crate::num::{Rational, rational_from_f64};
+use crate::plan::{Plan, Series, compile};
+use crate::reduce::MotionPlan;
+use crate::simulate::friction::{Mode, NOISE};
+use crate::units::Dimension;
+
+/// What lanes are made of.
+pub trait Lane: Value + Send {
+    /// How many there are.
+    const COUNT: usize;
+
+    /// Their numbers.
+    fn lanes(&self) -> &[f64];
+
+    /// The same, to be changed.
+    fn lanes_mut(&mut self) -> &mut [f64];
+}
+
+impl Lane for f64 {
+    const COUNT: usize = 1;
+
+    fn lanes(&self) -> &[f64] {
+        std::slice::from_ref(self)
+    }
+
+    fn lanes_mut(&mut self) -> &mut [f64] {
+        std::slice::from_mut(self)
+    }
+}
+
+macro_rules! lane {
+    ($count:literal) => {
+        impl Lane for Lanes<f64, $count> {
+            const COUNT: usize = $count;
+
+            #[inline(always)]
+            fn lanes(&self) -> &[f64] {
+                &self.0
+            }
+
+            #[inline(always)]
+            fn lanes_mut(&mut self) -> &mut [f64] {
+                &mut self.0
+            }
+        }
+    };
+}
+
+lane!(4);
+lane!(8);
+
+/// Directions and coordinates at most: matrices of all of them are found at each point.
+const MOST: usize = 12;
+/// Part of the length at which the last terms are as large as the tolerance, in tenths.
+const SAFETY: i64 = 9;
+/// A step that would be longer than so many hundredths of what is left to the end of all steps ends there.
+const NEAR: i64 = 101;
+/// Part of a limit that is kept clear of it.
+const CLEAR: f64 = 1e-9;
+/// A room that nothing takes.
+const WIDE: i64 = 1 << 40;
+
+/// Where things are in the memory of the plan.
+struct Places {
+    /// Inputs of the plan; the first source among them.
+    inputs: usize,
+    sources: usize,
+    forces: Vec<usize>,
+    rates: Vec<usize>,
+    friction_speeds: Vec<usize>,
+    /// What else is read.
+    also: Vec<usize>,
+    /// Entries of the inertia (row, column, place) and of each direction (column, place) that depend on the position; biases of directions.
+    inertia: Vec<(usize, usize, usize)>,
+    rows: Vec<Vec<(usize, usize)>>,
+    bias: Vec<Option<usize>>,
+}
+
+/// A plan of numbers in lanes, with its memory.
+struct Numbers<N> {
+    plan: Plan,
+    native: Option<Native<N>>,
+    memory: Aligned<N>,
+}
+
+impl<N: Lane> Numbers<N> {
+    fn new(graph: &Graph, inputs: &[Expr], outputs: Vec<Expr>) -> Self {
+        let inputs: Vec<Symbol> = inputs.iter().filter_map(|input| graph.symbol_of(*input)).collect();
+        let outputs: Vec<(String, Expr)> = outputs.into_iter().map(|expr| (String::new(), expr)).collect();
+        let plan = compile(graph, &inputs, &outputs).expect("all inputs are given");
+        let mut memory = Aligned::new(plan.block().memory());
+        plan.block().begin(&mut memory);
+        Self { native: Native::new(&plan.block()), plan, memory }
+    }
+
+    fn evaluate(&mut self) {
+        evaluate(self.native.as_ref(), &self.plan, &mut self.memory);
+    }
+
+    fn output(&self, number: usize) -> &N {
+        &self.memory[self.plan.place(number)]
+    }
+}
+
+/// What is no number is seen where it is used.
+fn evaluate<N: Lane>(native: Option<&Native<N>>, plan: &Plan, memory: &mut [N]) {
+    let _ = match native {
+        Some(native) => native.evaluate(memory),
+        None => plan.block().evaluate(memory),
+    };
+}
+
+/// Symbols of a graph, one after the other.
+fn symbols(graph: &mut Graph, count: usize) -> Vec<Expr> {
+    (0..count).map(|k| graph.new_symbol(k.to_string(), Dimension::NONE)).collect()
+}
+
+/// `Σ a_k b_k`
+fn along(graph: &mut Graph, pairs: impl Iterator<Item = (Expr, Expr)>) -> Expr {
+    let terms: Vec<(Expr, Rational)> = pairs.map(|(a, b)| (graph.multiply(a, b), Rational::ONE)).collect();
+    let sum = graph.sum(Rational::ZERO, &terms);
+    graph.group(sum)
+}
+
+/// The inverse of a positive definite matrix (Gauss and Jordan).
+fn inverse(graph: &mut Graph, a: &[Expr], n: usize) -> Vec<Expr> {
+    let (zero, one, mut a) = (graph.integer(0), graph.integer(1), a.to_vec());
+    for k in 0..n {
+        let pivot = a[k * n + k];
+        a[k * n + k] = one;
+        for j in 0..n {
+            a[k * n + j] = graph.divide(a[k * n + j], pivot);
+        }
+        for i in (0..n).filter(|i| *i != k) {
+            let factor = std::mem::replace(&mut a[i * n + k], zero);
+            for j in 0..n {
+                let less = graph.multiply(factor, a[k * n + j]);
+                let left = graph.subtract(a[i * n + j], less);
+                a[i * n + j] = graph.group(left);
+            }
+        }
+    }
+    a
+}
+
+/// What accelerations and torques that hold are for forces and biases: `a = A f − B b`, `λ = L f + S b`, in lanes with masks.
+struct Response<N> {
+    numbers: Numbers<N>,
+    /// Places of the plan that its first inputs are taken from; behind them are 1 for each direction that holds and for each coordinate that moves.
+    from: Vec<usize>,
+    /// Directions that have a bias.
+    biased: Vec<usize>,
+    /// Whether an entry of the matrices, one after the other, is there.
+    is_there: Vec<bool>,
+}
+
+impl<N: Lane> Response<N> {
+    fn new(machine: &Machine, places: &Places) -> Self {
+        let (r, m) = (machine.degrees_of_freedom, machine.modes.len());
+        let (mut graph, mut from, mut inputs) = (Graph::default(), Vec::new(), Vec::new());
+        let number = |graph: &mut Graph, x: f64| graph.number(rational_from_f64(x).unwrap_or(Rational::ZERO));
+        let mut given = |graph: &mut Graph, place: usize| match from.iter().position(|own| *own == place) {
+            Some(known) => inputs[known],
+            None => {
+                from.push(place);
+                inputs.push(symbols(graph, 1)[0]);
+                inputs[inputs.len() - 1]
+            }
+        };
+        let mut h: Vec<Expr> = machine.work.inertia.iter().map(|x| number(&mut graph, *x)).collect();
+        places.inertia.iter().for_each(|(i, j, place)| h[i * r + j] = given(&mut graph, *place));
+        let mut g: Vec<Expr> = machine.work.friction_rows[..m * r].iter().map(|x| number(&mut graph, *x)).collect();
+        for (d, row) in places.rows.iter().enumerate() {
+            row.iter().for_each(|(i, place)| g[d * r + i] = given(&mut graph, *place));
+        }
+        let biased: Vec<usize> = (0..m).filter(|d| !places.rows[*d].is_empty() || places.bias[*d].is_some()).collect();
+        let zero = graph.integer(0);
+        let f: Vec<Expr> = places.forces.iter().map(|place| given(&mut graph, *place)).collect();
+        let b: Vec<Expr> =
+            biased.iter().map(|d| places.bias[*d].map_or(zero, |place| given(&mut graph, place))).collect();
+        let (holds, moves) = (symbols(&mut graph, m), symbols(&mut graph, r));
+        inputs.extend(holds.iter().chain(&moves));
+        let outputs = Self::matrices(&mut graph, (&h, &g), (&holds, &moves), (&f, &b), &biased);
+        let is_there = outputs.iter().map(|output| !graph.is_zero(*output)).collect();
+        Self { numbers: Numbers::new(&graph, &inputs, outputs), from, biased, is_there }
+    }
+
+    /// A, B, L and S row by row, then the accelerations and the torques.
+    fn matrices(
+        graph: &mut Graph,
+        (h, g): (&[Expr], &[Expr]),
+        (holds, moves): (&[Expr], &[Expr]),
+        (f, b): (&[Expr], &[Expr]),
+        biased: &[usize],
+    ) -> Vec<Expr> {
+        let (r, m, one) = (moves.len(), holds.len(), graph.integer(1));
+        let h = inverse(graph, h, r);
+        let mut w = Vec::new();
+        for d in 0..m {
+            for i in 0..r {
+                let sum = along(graph, (0..r).map(|j| (h[i * r + j], g[d * r + j])));
+                w.push(graph.multiply(sum, holds[d]));
+            }
+        }
+        let mut own = Vec::new();
+        for d in 0..m {
+            for e in 0..m {
+                let sum = along(graph, (0..r).map(|i| (g[d * r + i], w[e * r + i])));
+                let sum = graph.multiply(sum, holds[d]);
+                let left = graph.subtract(one, holds[d]);
+                let sum = if d == e { graph.add(sum, left) } else { sum };
+                own.push(graph.group(sum));
+            }
+        }
+        let shares = inverse(graph, &own, m);
+        let mut of_bias = Vec::new();
+        for d in 0..m {
+            biased.iter().for_each(|e| of_bias.push(graph.multiply(shares[d * m + e], holds[*e])));
+        }
+        let n = biased.len();
+        let mut of_force = Vec::new();
+        for d in 0..m {
+            for i in 0..r {
+                of_force.push(along(graph, (0..m).map(|e| (shares[d * m + e], w[e * r + i]))));
+            }
+        }
+        let (mut on_force, mut on_bias) = (Vec::new(), Vec::new());
+        for i in 0..r {
+            for j in 0..r {
+                let less = along(graph, (0..m).map(|d| (w[d * r + i], of_force[d * r + j])));
+                let left = graph.subtract(h[i * r + j], less);
+                on_force.push(graph.multiply(left, moves[i]));
+            }
+            for k in 0..n {
+                let sum = along(graph, (0..m).map(|d| (w[d * r + i], of_bias[d * n + k])));
+                on_bias.push(graph.multiply(sum, moves[i]));
+            }
+        }
+        let mut both = |on_f: &[Expr], on_b: &[Expr], row: usize, sign: i64| {
+            let of_f = along(graph, f.iter().enumerate().map(|(j, f)| (on_f[row * r + j], *f)));
+            let of_b = along(graph, b.iter().enumerate().map(|(k, b)| (on_b[row * n + k], *b)));
+            graph.sum(Rational::ZERO, &[(of_f, Rational::ONE), (of_b, sign.into())])
+        };
+        let accelerations: Vec<Expr> = (0..r).map(|i| both(&on_force, &on_bias, i, -1)).collect();
+        let torques: Vec<Expr> = (0..m).map(|d| both(&of_force, &of_bias, d, 1)).collect();
+        [on_force, on_bias, of_force, of_bias, accelerations, torques].concat()
+    }
+
+    /// The steps of series for places from a first one on: matrices, accelerations, torques, then what is between; and how many places they are.
+    fn steps(&self, places: &Places, first: usize) -> (usize, Vec<Step>) {
+        let (r, m, n) = (places.forces.len(), places.rows.len(), self.biased.len());
+        let (mut steps, all) = (Vec::new(), self.is_there.len());
+        let mut next = first + all;
+        let [a, torque] = [first + all - m - r, first + all - m];
+        let mut put = |operator: Operator, scaled: bool, operands: [usize; 3], out: Option<usize>| {
+            let out = out.unwrap_or_else(|| {
+                next += 1;
+                next - 1
+            });
+            let operands = operands.map(|place| place as u32);
+            steps.push(Step { operator, scaled, out: out as u32, operands, more: 0 });
+            out
+        };
+        let mut force = places.forces.clone();
+        for &(row, column, place) in &places.inertia {
+            force[row] = put(Operator::SubtractProduct, false, [place, a + column, force[row]], None);
+        }
+        let mut bias: Vec<Option<usize>> = self.biased.iter().map(|d| places.bias[*d]).collect();
+        for (d, row) in places.rows.iter().enumerate() {
+            for &(i, place) in row {
+                force[i] = put(Operator::SubtractProduct, false, [place, torque + d, force[i]], None);
+                let own = self.biased.iter().position(|other| *other == d).expect("it has a bias");
+                bias[own] = Some(match bias[own] {
+                    Some(sum) => put(Operator::AddProduct, false, [place, a + i, sum], None),
+                    None => put(Operator::Multiply, false, [place, a + i, 0], None),
+                });
+            }
+        }
+        let starts = [0, r * r, r * r + r * n, r * r + r * n + m * r].map(|start| first + start);
+        for row in 0..r + m {
+            let (on_force, on_bias, row, out, operator) = match row.checked_sub(r) {
+                None => (starts[0], starts[1], row, a + row, Operator::SubtractProduct),
+                Some(row) => (starts[2], starts[3], row, torque + row, Operator::AddProduct),
+            };
+            let forces = force.iter().enumerate().map(|(j, f)| (*f, on_force + row * r + j, Operator::AddProduct));
+            let biases = bias.iter().enumerate().filter_map(|(k, b)| Some(((*b)?, on_bias + row * n + k, operator)));
+            let terms: Vec<_> = forces.chain(biases).filter(|(_, matrix, _)| self.is_there[matrix - first]).collect();
+            let mut sum = None;
+            for (k, (value, matrix, operator)) in terms.iter().enumerate() {
+                let out = (k + 1 == terms.len()).then_some(out);
+                sum = Some(match (sum, operator) {
+                    (Some(sum), _) => put(*operator, true, [*value, *matrix, sum], out),
+                    (None, Operator::AddProduct) => put(Operator::Multiply, true, [*value, *matrix, 0], out),
+                    (None, _) => {
+                        let product = put(Operator::Multiply, true, [*value, *matrix, 0], None);
+                        put(Operator::Negate, false, [product, 0, 0], out)
+                    }
+                });
+            }
+        }
+        (next - first, steps)
+    }
+}
+
+/// What a step comes to: inputs are the coefficients of the states, those of an order one after the other, then those of the speeds of directions,
+/// those of the torques that hold, senses, 1 for each direction that holds, the largest torques, what room there is, and the last length.
+struct Stride<N> {
+    numbers: Numbers<N>,
+    speeds: usize,
+    torques: usize,
+    senses: usize,
+    holds: usize,
+    bounds: usize,
+    room: usize,
+}
+
+impl<N: Lane> Stride<N> {
+    fn new((size, m): (usize, usize), order: usize, (relative, absolute): (f64, &[f64])) -> Self {
+        let mut graph = Graph::default();
+        let speeds = (order + 1) * size;
+        let torques = speeds + order * m;
+        let senses = torques + order * m;
+        let [holds, bounds, room] = [senses + m, senses + 2 * m, senses + 3 * m];
+        let all = symbols(&mut graph, room + 2);
+        let length = Self::length(&mut graph, &all, (size, order), (relative, absolute), room);
+        let mut outputs = vec![length];
+        let wide = graph.integer(WIDE);
+        let mut least = wide;
+        for d in 0..m {
+            let of = |first: usize| (0..order).map(|k| all[first + k * m + d]).collect::<Vec<_>>();
+            let (sense, hold) = (all[senses + d], all[holds + d]);
+            let (speed, torque) = (of(speeds), of(torques));
+            let sizes = Self::sizes(&mut graph, &speed, length);
+            let slips = graph.multiply(speed[0], sense);
+            let slips = graph.subtract(slips, sizes);
+            let slipping = graph.product(&[(sense, 2)]);
+            let sizes = Self::sizes(&mut graph, &torque, length);
+            let held = graph.apply(Function::Abs, torque[0]);
+            let clear = graph.scale(rational_from_f64(1.0 - CLEAR).unwrap_or(Rational::ONE), all[bounds + d]);
+            let stays = graph.sum(Rational::ZERO, &[(clear, 1.into()), (held, (-1).into()), (sizes, (-1).into())]);
+            let zero = graph.integer(0);
+            let slips = graph.select(zero, slipping, slips, wide);
+            let stays = graph.select(zero, hold, stays, wide);
+            let own = graph.min(slips, stays);
+            least = graph.min(least, own);
+        }
+        outputs.push(least);
+        for i in 0..size {
+            let mut sum = all[order * size + i];
+            for k in (0..order).rev() {
+                let more = graph.multiply(sum, length);
+                let more = graph.add(more, all[k * size + i]);
+                sum = graph.group(more);
+            }
+            outputs.push(sum);
+        }
+        Self { numbers: Numbers::new(&graph, &all, outputs), speeds, torques, senses, holds, bounds, room }
+    }
+
+    /// Where the last two terms are as large as the tolerance, at most as long as there is room.
+    fn length(
+        graph: &mut Graph,
+        all: &[Expr],
+        (size, order): (usize, usize),
+        (relative, absolute): (f64, &[f64]),
+        room: usize,
+    ) -> Expr {
+        let number = |graph: &mut Graph, x: f64| graph.number(rational_from_f64(x).unwrap_or(Rational::ZERO));
+        let (room, next) = (all[room], all[room + 1]);
+        let about = graph.min(room, next);
+        let zero = graph.integer(0);
+        let mut most = [zero; 2];
+        for (i, absolute) in absolute.iter().enumerate() {
+            let ahead = graph.multiply(about, all[size + i]);
+            let ahead = graph.add(all[i], ahead);
+            let sizes = [all[i], ahead].map(|x| graph.apply(Function::Abs, x));
+            let scale = graph.max(sizes[0], sizes[1]);
+            let relative = number(graph, relative);
+            let scale = graph.multiply(relative, scale);
+            let absolute = number(graph, *absolute);
+            let scale = graph.add(absolute, scale);
+            for (back, most) in most.iter_mut().enumerate() {
+                let term = graph.apply(Function::Abs, all[(order - back) * size + i]);
+                let part = graph.divide(term, scale);
+                *most = graph.max(*most, part);
+            }
+        }
+        let [last, before] = [0, 1].map(|back| {
+            let size = graph.apply(Function::Ln, most[back]);
+            let part = Rational::from_parts((-1).into(), (order - back).into());
+            let size = graph.scale(part, size);
+            graph.apply(Function::Exp, size)
+        });
+        let found = graph.min(last, before);
+        let found = graph.scale(Rational::from_parts(SAFETY.into(), 10u8.into()), found);
+        let near = graph.scale(Rational::from_parts(NEAR.into(), 100u8.into()), found);
+        graph.select(near, room, found, room)
+    }
+
+    /// What the terms of a series are at most together, the last one twice.
+    fn sizes(graph: &mut Graph, series: &[Expr], length: Expr) -> Expr {
+        let (mut sum, mut power) = (graph.integer(0), graph.integer(1));
+        for (k, coefficient) in series.iter().enumerate().skip(1) {
+            power = graph.multiply(power, length);
+            power = graph.group(power);
+            let size = graph.apply(Function::Abs, *coefficient);
+            let size = graph.multiply(size, power);
+            let twice = if k + 1 == series.len() { 2 } else { 1 };
+            let more = graph.scale(twice.into(), size);
+            sum = graph.add(sum, more);
+        }
+        sum
+    }
+}
+
+/// Series in lanes.
+pub(in crate::simulate) struct Abreast<N> {
+    plan: Arc<MotionPlan>,
+    native: Option<Native<N>>,
+    series: Series<N>,
+    places: Places,
+    order: usize,
+    /// States, degrees of freedom, directions.
+    size: usize,
+    counts: [usize; 2],
+    memory: Aligned<N>,
+    response: Response<N>,
+    stride: Stride<N>,
+    /// Where the matrices of the response begin among the values of the series, and its accelerations and torques.
+    matrices: usize,
+    accelerations: usize,
+    torques: usize,
+    /// Value, slope and start of each source.
+    lines: [Vec<N>; 3],
+    zeros: Vec<N>,
+}
+
+/// `x·factor`, lane by lane.
+#[inline(always)]
+fn scaled<N: Lane>(out: &mut N, x: &N, factor: f64) {
+    out.lanes_mut().iter_mut().zip(x.lanes()).for_each(|(out, x)| *out = x * factor);
+}
+
+impl<N: Lane> Abreast<N> {
+    /// Series of the loop of a machine up to an order; none where these lanes do not do what the machine does.
+    pub(in crate::simulate) fn new(machine: &Machine, tolerances: (f64, &[f64]), order: usize) -> Option<Self> {
+        let (r, m) = (machine.degrees_of_freedom, machine.modes.len());
+        if !machine.goes_abreast() || r > MOST || m > MOST {
+            return None;
+        }
+        let own = &machine.places;
+        let plan = Arc::clone(machine.dynamics.shared_plan());
+        let MotionPlan { plan: code, inertia, friction_rows, friction_bias, more, .. } = &*plan;
+        let place = |output: usize| code.place(output);
+        let found = |places: &std::ops::Range<usize>| places.clone().map(|k| place(more.start + k)).collect::<Vec<_>>();
+        let mut rows = vec![Vec::new(); m];
+        friction_rows.iter().for_each(|(entry, output)| rows[entry / r].push((entry % r, place(*output))));
+        let mut bias = vec![None; m];
+        friction_bias.iter().for_each(|(k, output)| bias[*k] = Some(place(*output)));
+        let places = Places {
+            inputs: code.inputs.len(),
+            sources: 2 * r + own.sources.start,
+            forces: found(&own.forces),
+            rates: found(&own.rates).into_iter().chain(found(&own.powers)).collect(),
+            friction_speeds: found(&own.friction_speeds),
+            also: found(&own.also),
+            inertia: inertia.iter().map(|(entry, output)| (entry / r, entry % r, place(*output))).collect(),
+            rows,
+            bias,
+        };
+        let steady = |input: usize| {
+            let given = input.wrapping_sub(2 * r);
+            [&own.held, &own.limits, &own.follows, &own.limiter_rates, &own.senses, &own.couplings, &own.given]
+                .into_iter()
+                .any(|places| places.contains(&given))
+        };
+        let of_motion = [inertia, friction_rows, friction_bias].into_iter().flatten().map(|(_, output)| place(*output));
+        let lists = [&places.forces, &places.rates, &places.friction_speeds, &places.also];
+        let wanted: Vec<usize> = lists.into_iter().flatten().copied().chain(of_motion).collect();
+        let response = Response::new(machine, &places);
+        let mut matrices = 0;
+        let series = Series::<N>::with(code, order, &wanted, steady, |first| {
+            matrices = first;
+            response.steps(&places, first)
+        })?;
+        let mut memory = Aligned::<N>::new(code.block().memory());
+        code.block().begin(&mut memory);
+        let (size, sources, zero) = (machine.size, machine.lines.len(), N::all(0.0));
+        let torques = matrices + response.is_there.len() - m;
+        Some(Self {
+            native: Native::new(&code.block()),
+            stride: Stride::new((size, m), order, tolerances),
+            series,
+            order,
+            size,
+            counts: [r, m],
+            memory,
+            response,
+            matrices,
+            accelerations: torques - r,
+            torques,
+            lines: [vec![zero; sources], vec![zero; sources], vec![zero; sources]],
+            zeros: vec![zero; r + m],
+            places,
+            plan,
+        })
+    }
+
+    /// Takes modes, sources and all that is given to a machine at the point that it has evaluated last into a lane, and its state.
+    pub(in crate::simulate) fn load(&mut self, lane: usize, machine: &Machine, state: &[f64]) {
+        let [r, m] = self.counts;
+        let put = |list: &mut [N], values: &mut dyn Iterator<Item = f64>| {
+            list.iter_mut().zip(values).for_each(|(own, value)| own.lanes_mut()[lane] = value);
+        };
+        let inputs = self.places.inputs;
+        put(&mut self.memory[..inputs], &mut machine.work.values()[..inputs].iter().copied());
+        let Stride { numbers, senses, holds, bounds, .. } = &mut self.stride;
+        let held = |k| f64::from(machine.holding.contains(&k));
+        put(&mut numbers.memory[*senses..*senses + m], &mut machine.modes.iter().map(|mode| mode.sign()));
+        put(&mut numbers.memory[*holds..*holds + m], &mut (0..m).map(held));
+        put(&mut numbers.memory[*bounds..*bounds + m], &mut machine.bounds[0].iter().copied());
+        let Response { numbers, from, .. } = &mut self.response;
+        let masks = &mut numbers.memory[from.len()..];
+        put(&mut masks[..m], &mut (0..m).map(held));
+        put(&mut masks[m..m + r], &mut (0..r).map(|i| f64::from(!machine.still.contains(&i))));
+        for (part, list) in self.lines.iter_mut().enumerate() {
+            put(list, &mut machine.lines.iter().map(|(value, slope, start)| [*value, *slope, *start][part]));
+        }
+        self.stand(lane, state);
+    }
+
+    /// The state that a lane's next series begins at.
+    fn stand(&mut self, lane: usize, state: &[f64]) {
+        let own = &mut self.stride.numbers.memory[..self.size];
+        own.iter_mut().zip(state).for_each(|(own, value)| own.lanes_mut()[lane] = *value);
+    }
+
+    /// Lets a lane go on from the end of the step that was found last.
+    pub(in crate::simulate) fn go_on(&mut self, lane: usize) {
+        let Numbers { plan, memory, .. } = &mut self.stride.numbers;
+        for i in 0..self.size {
+            let end = memory[plan.place(2 + i)].lanes()[lane];
+            memory[i].lanes_mut()[lane] = end;
+        }
+    }
+
+    /// Finds all series, each lane from a time of its own on, and then how long each lane's step is, at most as long as there is room.
+    pub(in crate::simulate) fn expand(&mut self, times: &N, rooms: &N, nexts: &N) {
+        self.begin(times);
+        let ([r, m], size, order) = (self.counts, self.size, self.order);
+        for k in 0..order {
+            if k > 0 {
+                self.series.set(0, k, &self.stride.numbers.memory[k * size..][..size - 2]);
+                self.series.set(self.accelerations, k, &self.zeros);
+                self.series.advance(k);
+            }
+            let per = 1.0 / (k + 1) as f64;
+            let (known, next) = self.stride.numbers.memory.split_at_mut((k + 1) * size);
+            let (now, next) = (&known[k * size..], &mut next[..size]);
+            for i in 0..r {
+                scaled(&mut next[i], &now[r + i], per);
+                scaled(&mut next[r + i], self.series.at(self.accelerations + i, k), per);
+            }
+            for (next, place) in next[2 * r..].iter_mut().zip(&self.places.rates) {
+                scaled(next, self.series.at(*place, k), per);
+            }
+            let Stride { numbers, speeds, torques, .. } = &mut self.stride;
+            for d in 0..m {
+                numbers.memory[*speeds + k * m + d] = *self.series.at(self.places.friction_speeds[d], k);
+                numbers.memory[*torques + k * m + d] = *self.series.at(self.torques + d, k);
+            }
+        }
+        // What is read is found to the same order.
+        if !self.places.also.is_empty() {
+            self.series.set(0, order, &self.stride.numbers.memory[order * size..][..size - 2]);
+            self.series.set(self.accelerations, order, &self.zeros);
+            self.series.advance(order);
+        }
+        let Stride { numbers, room, .. } = &mut self.stride;
+        (numbers.memory[*room], numbers.memory[*room + 1]) = (*rooms, *nexts);
+        numbers.evaluate();
+    }
+
+    /// The values at the points, and the response there.
+    fn begin(&mut self, times: &N) {
+        let (size, Places { sources, .. }) = (self.size, &self.places);
+        self.memory[..size - 2].copy_from_slice(&self.stride.numbers.memory[..size - 2]);
+        let [values, slopes, starts] = &self.lines;
+        for (k, ((value, slope), start)) in values.iter().zip(slopes).zip(starts).enumerate() {
+            let lines = value.lanes().iter().zip(slope.lanes()).zip(start.lanes().iter().zip(times.lanes()));
+            let own = self.memory[sources + k].lanes_mut().iter_mut().zip(lines);
+            own.for_each(|(own, ((value, slope), (start, time)))| *own = value + slope * (time - start));
+        }
+        evaluate(self.native.as_ref(), &self.plan.plan, &mut self.memory);
+        self.series.begin(&self.memory);
+        self.series.set(*sources, 1, slopes);
+        let Response { numbers, from, is_there, .. } = &mut self.response;
+        from.iter().enumerate().for_each(|(k, place)| numbers.memory[k] = self.memory[*place]);
+        numbers.evaluate();
+        for k in 0..is_there.len() {
+            self.series.set(self.matrices + k, 0, std::slice::from_ref(numbers.output(k)));
+        }
+    }
+
+    /// How long each lane's step is.
+    pub(in crate::simulate) fn length(&self, lane: usize) -> f64 {
+        self.stride.numbers.output(0).lanes()[lane]
+    }
+
+    /// A number that is positive where a lane certainly stays in its modes within its step.
+    pub(in crate::simulate) fn room(&self, lane: usize) -> f64 {
+        self.stride.numbers.output(1).lanes()[lane]
+    }
+
+    /// The state of a lane at the end of its step.
+    pub(in crate::simulate) fn end(&self, lane: usize, out: &mut [f64]) {
+        out.iter_mut().enumerate().for_each(|(i, out)| *out = self.stride.numbers.output(2 + i).lanes()[lane]);
+    }
+
+    /// The state of a lane so long after the point of expansion.
+    pub(in crate::simulate) fn state(&self, lane: usize, later: f64, out: &mut [f64]) {
+        out.fill(0.0);
+        let all = &self.stride.numbers.memory[..self.stride.speeds];
+        for coefficients in all.chunks_exact(self.size).rev() {
+            let pairs = out.iter_mut().zip(coefficients);
+            pairs.for_each(|(out, coefficient)| *out = *out * later + coefficient.lanes()[lane]);
+        }
+    }
+
+    /// Coefficients of what is read.
+    pub(in crate::simulate) fn also(&self, lane: usize, number: usize, out: &mut Vec<f64>) {
+        let place = self.places.also[number];
+        out.clear();
+        out.extend((0..self.order + 1).map(|k| self.series.at(place, k).lanes()[lane]));
+    }
+
+    /// Where what is read is in the memory of the plan.
+    pub(in crate::simulate) fn also_places(&self) -> &[usize] {
+        &self.places.also
+    }
+
+    /// What the series of a lane tell of its modes within a step of that length; see [`Machine::prospect`].
+    pub(in crate::simulate) fn prospect(&self, lane: usize, length: f64, machine: &Machine) -> Prospect {
+        let ([r, m], mut scratch) = (self.counts, [0.0; 32]);
+        let (scratch, Stride { numbers, torques, .. }) = (&mut scratch[..self.order], &self.stride);
+        let speeds: Vec<f64> = numbers.memory[r..2 * r].iter().map(|x| x.lanes()[lane]).collect();
+        let mut prospect = Prospect::Stays;
+        for (d, mode) in machine.modes.iter().enumerate() {
+            if *mode != Mode::Stick {
+                let own = (0..self.order).map(|k| self.series.at(self.places.friction_speeds[d], k).lanes()[lane]);
+                let begin = mode.sign() * own.clone().next().unwrap_or(0.0);
+                let noise = || NOISE * machine.dynamics.friction_terms(d, &speeds, &machine.work);
+                let rounding = if begin < 0.0 && -begin <= noise() { -begin } else { 0.0 };
+                prospect = prospect.and(margin(scratch, length, own, mode.sign(), rounding));
+            } else if machine.holding.contains(&d) {
+                let limit = machine.bounds[0][d];
+                for sign in [1.0, -1.0] {
+                    let own = (0..self.order).map(|k| numbers.memory[torques + k * m + d].lanes()[lane]);
+                    prospect = prospect.and(margin(scratch, length, own, sign, limit));
+                }
+            }
+        }
+        prospect
+    }
+}
+
+impl Machine {
+    /// Whether its loop is all in the plan, what holds are frictions alone, and nothing but steps and ramps of sources depends on the time.
+    fn goes_abreast(&self) -> bool {
+        let drives = self.drives.iter().all(|drive| {
+            drive.limit.is_none() && drive.rate.is_none() && drive.faults.is_empty() && drive.stuck == 0.0
+        });
+        drives
+            && self.kept.is_empty()
+            && self.meshes.is_empty()
+            && self.holds.is_empty()
+            && self.sliders.directions.is_empty()
+            && !self.relaxes
+            && !self.own_laws
+            && !self.moves
+            && self.laws.iter().all(|wired| wired.clocked().is_none() && wired.answers.is_empty())
+            && self.timed.is_empty()
+            && self.bends.of_time.is_empty()
+            && self.bends.of_state == 0
+            && self.signals.is_empty()
+    }
+
+    /// Takes values of the coefficients that are given, and stands where a run begins.
+    pub(in crate::simulate) fn begin_anew(&mut self, coefficients: &[(CoefficientKind, usize)], values: &[f64]) {
+        for (coefficient, value) in coefficients.iter().zip(values) {
+            self.dynamics.take_coefficient(*coefficient, *value);
+            if let (CoefficientKind::Friction, term) = coefficient {
+                self.bounds.iter_mut().for_each(|bounds| bounds[*term] = *value);
+            }
+        }
+        self.work.give(&self.dynamics, self.places.given.start, values.iter().copied());
+        self.modes.fill(Mode::Stick);
+        for list in [&mut self.holding, &mut self.following, &mut self.turning, &mut self.still] {
+            list.clear();
+        }
+        self.stands = false;
+        self.prepare_holding();
+        self.step_length = 0.0;
+        for list in [&mut self.step_speeds, &mut self.hold_torque, &mut self.sources, &mut self.commands] {
+            list.fill(0.0);
+        }
+        self.lines.fill((0.0, 0.0, 0.0));
+        self.contradiction.clear();
+    }
+
+    /// A value of the plan's memory at the point last evaluated.
+    pub(in crate::simulate) fn plan_value(&self, place: usize) -> f64 {
+        self.work.values()[place]
+    }
+}

@@ -1,0 +1,195 @@
+//! Runs of a sweep side by side in lanes, where what varies reaches nothing but coefficients of the equations.
+
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use super::varied::Varied;
+use super::{fill, settings_with};
+use crate::assemble::CoefficientKind;
+use crate::model::tables::Measure;
+use crate::model::{Document, VariantSettings};
+use crate::num::rational_from_f64;
+use crate::reduce::Reduced;
+use crate::results::{Effort, IntegrationMethod, Outcome, Run, SweepRow};
+use crate::simulate::{Ensemble, Ran, Recorded, RunResult, Scenario, Setup, Tolerance, Varying};
+use crate::study::figure::FigureOf;
+use crate::study::prepare::prepare_sample;
+use crate::study::requirement::Requirement;
+use crate::study::run::judged;
+use crate::study::{Prepared, PreparedVariant};
+use crate::units::Exact;
+
+/// Where what varies lies when it is looked at what it reaches, as a part of all values.
+const BASE: f64 = 0.5;
+const OTHER: f64 = 0.371;
+/// Runs that a thread does before it asks for more.
+const CHUNK: usize = 64;
+
+type Slot = (CoefficientKind, usize);
+
+/// A variant that runs in lanes.
+pub(super) struct Abreast<'p> {
+    variant: &'p PreparedVariant,
+    reduced: Reduced,
+    scenario: Scenario,
+    varying: Varying,
+    /// Of each coefficient which value it is.
+    from: Vec<usize>,
+    tolerance: Tolerance,
+    count: Option<usize>,
+    /// Lanes that wait.
+    ready: Mutex<Vec<Ensemble>>,
+}
+
+/// All coefficients.
+fn slots(reduced: &Reduced) -> Vec<Slot> {
+    let equations = &reduced.equations;
+    let kinds = [
+        (CoefficientKind::Inertia, equations.inertias.len()),
+        (CoefficientKind::Damping, equations.dampers.len()),
+        (CoefficientKind::Stiffness, equations.springs.len()),
+        (CoefficientKind::Friction, equations.frictions.len()),
+    ];
+    kinds.into_iter().flat_map(|(kind, count)| (0..count).map(move |term| (kind, term))).collect()
+}
+
+/// Everything else that a run depends on, in words.
+fn rest(variant: &PreparedVariant) -> String {
+    let mut reduced = variant.reduced.clone();
+    slots(&reduced).into_iter().for_each(|slot| *reduced.equations.coefficient_mut(slot) = Exact::one());
+    let PreparedVariant { running, scenario, computed, start_notes, .. } = variant;
+    format!("{reduced:?} {running:?} {scenario:?} {computed:?} {start_notes:?}")
+}
+
+impl<'p> Abreast<'p> {
+    /// A variant whose runs differ in coefficients alone, each of them one of the values; none where there is more to it.
+    pub fn new(
+        (document, prepared): (&Document, &Prepared),
+        (variant, own): (&'p PreparedVariant, &VariantSettings),
+        spread: &[Varied],
+        (tolerance, recorded, count): (Tolerance, &Recorded, Option<usize>),
+    ) -> Option<Self> {
+        let measures = prepared.figures.iter().filter_map(|figure| match &figure.of {
+            FigureOf::Measure(measure) => Some(&**measure),
+            FigureOf::Value(_) => None,
+        });
+        // Lanes tell of no events.
+        let of_events = |one: &Requirement| matches!(one.measure, Measure::Events | Measure::TimeAtLimit);
+        if prepared.requirements.iter().chain(measures).any(of_events) {
+            return None;
+        }
+        let base: Vec<f64> = spread.iter().map(|varied| varied.distribution.quantile(BASE)).collect();
+        let prepared_with = |values: &[f64]| {
+            let all = settings_with(own, spread.iter().zip(values.iter().copied()));
+            prepare_sample(document, variant, (&all, own.controls.as_deref(), &own.faults)).ok()
+        };
+        let first = prepared_with(&base)?;
+        let all = slots(&first.reduced);
+        let expected = rest(&first);
+        let mut from: Vec<Option<usize>> = vec![None; all.len()];
+        for (k, varied) in spread.iter().enumerate() {
+            let mut values = base.clone();
+            values[k] = varied.distribution.quantile(OTHER);
+            let other = prepared_with(&values)?;
+            if slots(&other.reduced) != all || rest(&other) != expected {
+                return None;
+            }
+            for (slot, from) in all.iter().zip(&mut from) {
+                let [before, now] = [&first, &other].map(|one| one.reduced.equations.coefficient(*slot));
+                if before == now {
+                    continue;
+                }
+                let value = |value: f64| Exact::new(rational_from_f64(value).unwrap_or_default(), 0);
+                if from.is_some() || *before != value(base[k]) || *now != value(values[k]) {
+                    return None;
+                }
+                *from = Some(k);
+            }
+        }
+        let varying: Vec<(Slot, usize)> = all.into_iter().zip(from).filter_map(|(slot, from)| Some((slot, from?))).collect();
+        let mut reduced = first.reduced.clone();
+        for (k, (slot, from)) in varying.iter().enumerate() {
+            let stribeck = |term: usize| reduced.equations.frictions[term].value.stribeck.is_some();
+            let (kind, term) = *slot;
+            if base[*from] <= 0.0 || kind == CoefficientKind::Friction && stribeck(term) {
+                return None;
+            }
+            let name = format!("given.{k}");
+            let coefficient = reduced.equations.coefficient_mut(*slot);
+            *coefficient = coefficient.clone().named(name.clone());
+            reduced.equations.given.push(name);
+        }
+        let mut scenario = first.scenario.clone();
+        scenario.recorded = Some(recorded.clone());
+        let out = Self {
+            variant,
+            reduced,
+            scenario,
+            varying: Varying { coefficients: varying.iter().map(|(slot, _)| *slot).collect() },
+            from: varying.iter().map(|(_, from)| *from).collect(),
+            tolerance,
+            count,
+            ready: Mutex::new(Vec::new()),
+        };
+        let first = out.ensemble()?;
+        out.put_back(first);
+        Some(out)
+    }
+
+    fn ensemble(&self) -> Option<Ensemble> {
+        let waiting = self.ready.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let setup = Setup { reduced: &self.reduced, laws: &self.variant.running, scenario: &self.scenario };
+        waiting.or_else(|| Ensemble::new(setup, &self.varying, self.tolerance, self.count))
+    }
+
+    fn put_back(&self, ensemble: Ensemble) {
+        self.ready.lock().unwrap_or_else(PoisonError::into_inner).push(ensemble);
+    }
+
+    /// Values of its coefficients, where all of them have the signs that they are to have.
+    fn values(&self, row: &SweepRow) -> Option<Vec<f64>> {
+        let values: Vec<f64> = self.from.iter().map(|from| row.values[*from]).collect();
+        values.iter().all(|value| *value > 0.0).then_some(values)
+    }
+
+    /// Fills rows of this variant; tells of each whether it is.
+    pub fn fill(&self, prepared: &Prepared, rows: &mut [&mut SweepRow], done: &(dyn Fn() + Sync)) -> Vec<bool> {
+        let chunk = |rows: &mut [&mut SweepRow]| -> Vec<bool> {
+            let given: Vec<(usize, Vec<f64>)> =
+                rows.iter().enumerate().filter_map(|(k, row)| Some((k, self.values(row)?))).collect();
+            let (places, values): (Vec<usize>, Vec<Vec<f64>>) = given.into_iter().unzip();
+            let mut filled = vec![false; rows.len()];
+            let Some(mut ensemble) = self.ensemble() else { return filled };
+            ensemble.run(&values, &mut |number, ran| {
+                let Some(ran) = ran else { return };
+                let row = &mut *rows[places[number]];
+                filled[places[number]] = self.tell(prepared, row, ran);
+                done();
+            });
+            self.put_back(ensemble);
+            filled
+        };
+        rows.par_chunks_mut(CHUNK).flat_map_iter(chunk).collect()
+    }
+
+    /// What a run comes to; false where its energy is not in balance.
+    fn tell(&self, prepared: &Prepared, row: &mut SweepRow, ran: &mut Ran) -> bool {
+        let own = ran.series.signals.len();
+        let result = RunResult {
+            series: std::mem::take(&mut ran.series),
+            energy: ran.energy,
+            events: Vec::new(),
+            outcome: Outcome::Completed,
+            notes: Vec::new(),
+            warnings: Vec::new(),
+            strains: Vec::new(),
+            effort: Effort { method: IntegrationMethod::Taylor, ..Effort::default() },
+        };
+        let run: Run = judged(self.variant, prepared, result);
+        fill(row, prepared, &run);
+        ran.series = run.series;
+        ran.series.signals.truncate(own);
+        true
+    }
+}
