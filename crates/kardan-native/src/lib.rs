@@ -111,6 +111,15 @@ impl<N: Value> Native<N> {
             && self.outputs.iter().all(|output| memory.get(*output as usize).is_some_and(finite))
     }
 
+    /// The same without asking whether anything is no number.
+    ///
+    /// # Panics
+    /// If the memory is too short.
+    pub fn find(&self, memory: &mut [N]) {
+        assert!(memory.len() >= self.places, "the memory of a plan has a place for each value");
+        self.run(memory);
+    }
+
     #[cfg(all(target_arch = "x86_64", unix))]
     fn run(&self, memory: &mut [N]) {
         // SAFETY: `compile` wrote a function of this type; it reads and writes the places of the plan, each as many

@@ -333,6 +333,7 @@ mod tests {
             measured: vec![measured],
             passed: vec![passed],
             figures: vec![],
+            difference: None,
         }
     }
 

@@ -8,6 +8,8 @@ use crate::results::{RowAgain, Sweep, SweepHead, SweepRequirement, SweepRow};
 /// Columns before those of what varies.
 const SAMPLE: &str = "sample";
 const VARIANT: &str = "variant";
+/// The column of differences from the reference.
+const DIFFERENCE: &str = "difference";
 /// The column of why a run did not come to its end.
 const REASON: &str = "reason";
 /// The keys of what the rows follow from; of how many samples they are some, and of their seed.
@@ -39,20 +41,22 @@ fn columns(head: &SweepHead) -> Vec<(String, String)> {
 }
 
 /// Rows of a sweep as an Apache Parquet file: `sample`, what varies, `figure.NAME`, `requirement.K.measured` and `.passed` (1, 0, NaN for those of
-/// other variants), all `DOUBLE` and in SI, then the texts `variant` and `reason`. Requirements in words stand in the metadata, as `requirement.K`.
+/// other variants), `difference` (of runs in lanes from the reference, NaN where they were not compared), all `DOUBLE` and in SI, then the texts `variant` and `reason`. Requirements in words stand in the metadata, as `requirement.K`.
 ///
 /// # Errors
 /// Those of the encoder; writing to memory has given none so far.
 pub fn sweep_rows(head: &SweepHead, rows: &[SweepRow]) -> Result<Vec<u8>, write::ParquetError> {
     let columns = columns(head);
-    let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(rows.len()); columns.len() + 1];
+    let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(rows.len()); columns.len() + 2];
     for row in rows {
         let verdicts = row.measured.iter().zip(&row.passed).flat_map(|(measured, passed)| [*measured, *passed]);
         let numbers = [row.sample as f64].into_iter().chain(row.values.iter().copied());
         let numbers = numbers.chain(row.figures.iter().copied()).chain(verdicts);
+        let numbers = numbers.chain([row.difference.unwrap_or(f64::NAN)]);
         values.iter_mut().zip(numbers).for_each(|(column, number)| column.push(number));
     }
     let named = [(SAMPLE, "")].into_iter().chain(columns.iter().map(|(name, unit)| (name.as_str(), unit.as_str())));
+    let named = named.chain([(DIFFERENCE, "")]);
     let numbers: Vec<Column<'_>> =
         named.zip(&values).map(|((name, unit), values)| Column { name, unit, description: "", values }).collect();
     let variants: Vec<String> = rows.iter().map(|row| head.variants[row.variant].clone()).collect();
@@ -121,9 +125,12 @@ pub fn read_sweep_rows(head: &SweepHead, bytes: Vec<u8>) -> Result<Vec<SweepRow>
     let samples = number(SAMPLE).ok_or_else(|| lost(SAMPLE))?;
     let [variants, reasons] = [VARIANT, REASON].map(text);
     let (variants, reasons) = (variants.ok_or_else(|| lost(VARIANT))?, reasons.ok_or_else(|| lost(REASON))?);
+    let differences = number(DIFFERENCE).ok_or_else(|| lost(DIFFERENCE))?;
     let values: Vec<&Vec<f64>> =
         columns.iter().map(|(name, _)| number(name).ok_or_else(|| lost(name))).collect::<Result<_, _>>()?;
-    if values.iter().any(|column| column.len() != samples.len()) || variants.len().min(reasons.len()) < samples.len() {
+    if values.iter().chain([&differences]).any(|column| column.len() != samples.len())
+        || variants.len().min(reasons.len()) < samples.len()
+    {
         return Err("its columns have different lengths".into());
     }
     let (varied, figures) = (head.varied.len(), head.figures.len());
@@ -140,6 +147,7 @@ pub fn read_sweep_rows(head: &SweepHead, bytes: Vec<u8>) -> Result<Vec<SweepRow>
             measured: every_other(0),
             passed: every_other(1),
             figures: at(&values[varied..varied + figures]),
+            difference: Some(differences[k]).filter(|difference| !difference.is_nan()),
         })
     };
     (0..samples.len()).map(row).collect()

@@ -63,17 +63,17 @@ impl<N: Value> Series<N> {
     /// The series of a plan up to an order, of the values at some places of its memory and of what they need; `steady` tells which inputs
     /// do not change. `None` if one of them has kinks, which have no series.
     pub fn new(plan: &Plan, order: usize, wanted: &[usize], steady: impl Fn(usize) -> bool) -> Option<Self> {
-        Self::with(plan, order, wanted, steady, |_| (0, Vec::new()))
+        Self::with(plan, order, wanted, steady, |_, _| (0, Vec::new()))
     }
 
-    /// The same with more values behind those of the plan: `more` tells from the place of the first one how many they are, and how coefficients of some
-    /// follow from others. Those that no step finds are what they are [set](Self::set) to.
+    /// The same with more values behind those of the plan: `more` tells from the place of the first one, and from which values of the plan do not change,
+    /// how many they are, and how coefficients of some follow from others. Those that no step finds are what they are [set](Self::set) to.
     pub fn with(
         plan: &Plan,
         order: usize,
         wanted: &[usize],
         steady: impl Fn(usize) -> bool,
-        more: impl FnOnce(usize) -> (usize, Vec<Step>),
+        more: impl FnOnce(usize, &[bool]) -> (usize, Vec<Step>),
     ) -> Option<Self> {
         let (inputs, constants) = (plan.inputs.len(), plan.constants.len());
         let values = plan.block().memory();
@@ -115,7 +115,7 @@ impl<N: Value> Series<N> {
             done += run.count * run.operator.values();
             operands = later;
         }
-        let (count, own) = more(beside);
+        let (count, own) = more(beside, &is_steady);
         beside += count;
         steps.extend(own);
         let native = NativeSeries::new(&steps, beside, order).map(Arc::new);

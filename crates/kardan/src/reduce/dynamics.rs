@@ -112,6 +112,7 @@ pub struct MotionPlan {
     pub more: Range<usize>,
     /// Angles and speeds alone; its outputs are those of `angles`, then those of `speeds`.
     shafts: Plan,
+    native_shafts: Option<Native<f64>>,
     /// Kinetic and potential energy, J.
     energy: Plan,
     /// What these two are given besides the motion, by its number among the inputs of the plan.
@@ -259,7 +260,7 @@ impl MotionPlan {
         let more = outputs.len()..outputs.len() + extension.outputs.len();
         outputs.extend(extension.outputs);
         let plan = compile(&motion.graph, &symbols, &outputs).expect("an extension names all that it is given");
-        let native = Native::new(&plan.block());
+        let [native, native_shafts] = [&plan, &shafts].map(|plan| Native::new(&plan.block()));
         Self {
             plan,
             angles,
@@ -273,6 +274,7 @@ impl MotionPlan {
             input_rows,
             more,
             shafts,
+            native_shafts,
             energy,
             beside,
             native,
@@ -502,12 +504,15 @@ impl Dynamics {
     /// Evaluates angles and speeds of the shafts alone: [`Kinematics::angles`] and [`Kinematics::speeds`] of the work.
     pub fn update_shafts(&self, position: &[f64], speed: &[f64], work: &mut Work) {
         let r = self.degrees_of_freedom;
-        let MotionPlan { angles, speeds, shafts, beside, .. } = &*self.plan;
+        let MotionPlan { angles, speeds, shafts, native_shafts, beside, .. } = &*self.plan;
         let Work { kinematics, shafts: memory, memory: whole, .. } = work;
         memory[..r].copy_from_slice(&position[..r]);
         memory[r..2 * r].copy_from_slice(&speed[..r]);
         beside.iter().enumerate().for_each(|(k, input)| memory[2 * r + k] = whole[*input]);
-        let _ = shafts.block().evaluate(memory);
+        let _ = match native_shafts {
+            Some(native) => native.evaluate(memory),
+            None => shafts.block().evaluate(memory),
+        };
         kinematics.set(position, speed);
         angles.iter().enumerate().for_each(|(k, (shaft, _))| kinematics.angles[*shaft] = memory[shafts.place(k)]);
         for (k, (shaft, _)) in speeds.iter().enumerate() {

@@ -41,10 +41,25 @@ pub struct Sweep {
     pub worst: Option<SweptWorst>,
     /// The probability of a rare failure, if it was asked for.
     pub rare: Option<SweptRare>,
+    /// How far runs side by side are from the reference, where there were such.
+    pub compared: Option<SweptCompared>,
     /// What the reader must know.
     pub notes: Vec<String>,
     /// What speaks against the sweep.
     pub warnings: Vec<String>,
+}
+
+/// Runs side by side in lanes that were run by the reference too.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SweptCompared {
+    /// How many.
+    pub rows: u64,
+    /// By how much figures and what requirements measure differ at most: as a part of the number, or of a bound on it where that is larger.
+    pub difference: f64,
+    /// The sample where they do.
+    pub sample: u64,
+    /// Its variant.
+    pub variant: String,
 }
 
 /// A parameter that varied.
@@ -321,9 +336,12 @@ pub struct SweepRow {
     pub passed: Vec<f64>,
     /// Its figures, SI, likewise.
     pub figures: Vec<f64>,
+    /// Of a run in lanes that was also run by the reference, by how much a number of it differs at most: as a part of that number, or of a bound on it
+    /// where that is larger.
+    pub difference: Option<f64>,
 }
 
-/// Rows of a sweep, many of them: eight bytes a number and twenty-four a row.
+/// Rows of a sweep, many of them: eight bytes a number and thirty-two a row.
 ///
 /// ```
 /// use kardan::results::{SweepRow, SweepRows};
@@ -360,12 +378,19 @@ pub struct SweepRowOf<'r> {
     pub passed: &'r [f64],
     /// Its figures.
     pub figures: &'r [f64],
+    /// By how much it differs from the reference.
+    pub difference: Option<f64>,
 }
 
 impl SweepRows {
     /// How many there are.
     pub fn len(&self) -> usize {
         self.heads.len()
+    }
+
+    /// Numbers of a row.
+    fn width(&self) -> usize {
+        self.counts.iter().sum::<usize>() + 1
     }
 
     /// Whether there is none.
@@ -391,6 +416,7 @@ impl SweepRows {
         let reason = if none { 0 } else { self.reasons.len() - 1 };
         self.heads.push((row.sample, row.variant as u32, reason as u32));
         lists.into_iter().for_each(|list| self.numbers.extend_from_slice(list));
+        self.numbers.push(row.difference.unwrap_or(f64::NAN));
     }
 
     /// One of them.
@@ -399,12 +425,14 @@ impl SweepRows {
     /// Where there are not as many.
     pub fn get(&self, number: usize) -> SweepRowOf<'_> {
         let (sample, variant, reason) = self.heads[number];
-        let width: usize = self.counts.iter().sum();
+        let width = self.width();
         let (values, rest) = self.numbers[number * width..][..width].split_at(self.counts[0]);
         let (measured, rest) = rest.split_at(self.counts[1]);
-        let (passed, figures) = rest.split_at(self.counts[2]);
+        let (passed, rest) = rest.split_at(self.counts[2]);
+        let (figures, difference) = rest.split_at(self.counts[3]);
+        let difference = Some(difference[0]).filter(|difference| !difference.is_nan());
         let reason = &self.reasons[reason as usize];
-        SweepRowOf { sample, variant: variant as usize, reason, values, measured, passed, figures }
+        SweepRowOf { sample, variant: variant as usize, reason, values, measured, passed, figures, difference }
     }
 
     /// All of them.
@@ -432,7 +460,7 @@ impl SweepRows {
 
     /// Leaves those of that range alone.
     pub fn keep(&mut self, range: std::ops::Range<usize>) {
-        let width: usize = self.counts.iter().sum();
+        let width = self.width();
         self.heads.truncate(range.end);
         self.heads.drain(..range.start);
         self.numbers.truncate(range.end * width);
@@ -457,9 +485,9 @@ impl Extend<SweepRow> for SweepRows {
 impl SweepRowOf<'_> {
     /// By itself.
     pub fn to_row(self) -> SweepRow {
-        let Self { sample, variant, reason, values, measured, passed, figures } = self;
+        let Self { sample, variant, reason, values, measured, passed, figures, difference } = self;
         let [values, measured, passed, figures] = [values, measured, passed, figures].map(<[f64]>::to_vec);
-        SweepRow { sample, variant, reason: reason.into(), values, measured, passed, figures }
+        SweepRow { sample, variant, reason: reason.into(), values, measured, passed, figures, difference }
     }
 }
 

@@ -12,8 +12,11 @@ use super::outputs::Outputs;
 use super::run::absolute_tolerances;
 use super::{Scenario, Tolerance, taylor};
 use crate::assemble::CoefficientKind;
-use crate::results::{Energy, Series};
+use crate::results::Series;
 
+/// Orders more than a run by itself has: a step costs more than its series, so that fewer ones pay; and at most.
+const MORE: usize = 3;
+const MOST_ORDER: usize = 24;
 /// Steps after which a run is left to the reference.
 const MOST_STEPS: usize = 1_000_000;
 /// A speed that no drivetrain reaches, rad/s.
@@ -21,10 +24,13 @@ const DIVERGED: f64 = 1e6;
 /// Widenings of the interval about a zero of a series until a mode is left there; the first is so many units in the last place.
 const CONFIRMATIONS: usize = 7;
 const FIRST: f64 = 4.0 * f64::EPSILON;
+const LEAST: f64 = 1e-10;
 const WIDER: f64 = 32.0;
 /// Places in a step where modes are looked at if series do not tell, and halvings to a place between.
 const LOOKS: usize = 6;
 const HALVINGS: usize = 40;
+/// Rows that are found at a time.
+const SIDE: usize = 8;
 /// Events with next to nothing between them after which a run is left to the reference.
 const FLURRY: usize = 200;
 /// Relative difference of two times that are one.
@@ -42,8 +48,6 @@ pub struct Varying {
 pub struct Ran {
     /// The signals recorded; the times are those of the scenario.
     pub series: Series,
-    /// Its balance of energy.
-    pub energy: Energy,
     /// Steps, and events located.
     pub steps: usize,
     /// See there.
@@ -60,8 +64,6 @@ struct Common {
     start: Vec<f64>,
     /// Times at which lines of sources change, and the end, s.
     breakpoints: Vec<f64>,
-    names: Vec<String>,
-    input_names: Vec<String>,
 }
 
 /// A lane: its run, and where it stands.
@@ -76,7 +78,6 @@ struct Own {
     rates: Vec<f64>,
     reversed: Vec<usize>,
     next_row: usize,
-    initial_energy: f64,
     /// Events close behind each other, and the last one.
     flurry: usize,
     last: f64,
@@ -139,7 +140,7 @@ impl<N: Lane> Group<N> {
         };
         let first = machine();
         let absolute = absolute_tolerances(reduced, tolerance, first.size());
-        let order = taylor::order(tolerance.relative);
+        let order = (taylor::order(tolerance.relative) + MORE).min(MOST_ORDER);
         let abreast = Abreast::new(&first, (tolerance.relative, &absolute), order)?;
         let machines: Vec<Machine> = std::iter::once(first).chain((1..N::COUNT).map(|_| machine())).collect();
         if !able {
@@ -150,14 +151,11 @@ impl<N: Lane> Group<N> {
             .chain([scenario.duration])
             .collect();
         breakpoints.sort_by(f64::total_cmp);
-        let names = reduced.equations.set_valued().map(|(element, _)| element.to_string()).collect();
         let common = Common {
             coefficients: varying.coefficients.clone(),
             scenario: scenario.clone(),
             start: reduced.state(&scenario.position, &scenario.speed),
             breakpoints,
-            names,
-            input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
         };
         let size = machines[0].size();
         let series = Series { time: scenario.times.clone(), signals: outputs.signals };
@@ -242,14 +240,15 @@ impl<N: Lane> Group<N> {
                 nexts.lanes_mut()[lane] = length;
             }
             abreast.end(lane, &mut own.looked);
-            let event = if abreast.room(lane) > 0.0 { None } else { own.event(lane, length, abreast) };
+            let event = if abreast.stays(lane) { None } else { own.event(lane, length, abreast) };
             let end = match event {
                 Some(later) => (own.time + later).min(own.end),
                 None if whole => own.time + length,
                 None => own.end,
             };
             let r = own.machine.degrees_of_freedom();
-            let fits = own.looked.iter().all(|x| x.is_finite()) && own.looked[r..2 * r].iter().all(|w| w.abs() < DIVERGED);
+            let fits =
+                own.looked.iter().all(|x| x.is_finite()) && own.looked[r..2 * r].iter().all(|w| w.abs() < DIVERGED);
             if !fits {
                 own.run = None;
                 take(number, None);
@@ -273,11 +272,10 @@ impl<N: Lane> Group<N> {
 
 impl Own {
     fn new(machine: Machine, size: usize, series: Series) -> Self {
-        let energy = Energy { input: 0.0, stored: 0.0, dissipated: 0.0, residual: 0.0, exchanged: 0.0 };
         Self {
             machine,
             run: None,
-            ran: Ran { series, energy, steps: 0, events: 0 },
+            ran: Ran { series, steps: 0, events: 0 },
             time: 0.0,
             end: 0.0,
             state: vec![0.0; size],
@@ -285,7 +283,6 @@ impl Own {
             rates: vec![0.0; size],
             reversed: Vec::new(),
             next_row: 0,
-            initial_energy: 0.0,
             flurry: 0,
             last: 0.0,
             coefficients: Vec::new(),
@@ -303,10 +300,7 @@ impl Own {
         (self.ran.steps, self.ran.events) = (0, 0);
         (self.time, self.next_row, self.flurry, self.last) = (0.0, 0, 0, 0.0);
         self.machine.enter_segment(0.0);
-        self.machine.settle(0.0, &mut self.state, &[], true, &common.names, &common.input_names);
-        let [work, lost] = [2, 1].map(|back| self.state[self.state.len() - back]);
-        self.initial_energy = self.machine.energy(0.0, &self.state) + (lost - work);
-        self.ran.energy.exchanged = 0.0;
+        self.machine.settle(0.0, &mut self.state, &[], true, &[], &[]);
         self.open(common);
     }
 
@@ -318,7 +312,7 @@ impl Own {
 
     fn cross(&mut self, common: &Common) {
         self.machine.enter_segment(self.time);
-        self.machine.settle(self.time, &mut self.state, &[], false, &common.names, &common.input_names);
+        self.machine.settle(self.time, &mut self.state, &[], false, &[], &[]);
         self.open(common);
     }
 
@@ -357,19 +351,27 @@ impl Own {
         let rows = &rows[..count];
         for (number, signal) in self.ran.series.signals.iter_mut().enumerate() {
             abreast.also(lane, number, &mut self.coefficients);
+            // Some rows at a time.
+            let mut some = rows.chunks_exact(SIDE);
+            for rows in some.by_ref() {
+                let (mut later, mut sums) = ([0.0; SIDE], [0.0; SIDE]);
+                later.iter_mut().zip(rows).for_each(|(later, row)| *later = row - self.time);
+                for coefficient in self.coefficients.iter().rev() {
+                    sums.iter_mut().zip(&later).for_each(|(sum, later)| *sum = *sum * later + coefficient);
+                }
+                signal.values.extend_from_slice(&sums);
+            }
             let at = |row: &f64| {
                 let later = row - self.time;
                 self.coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * later + coefficient)
             };
-            signal.values.extend(rows.iter().map(at));
+            signal.values.extend(some.remainder().iter().map(at));
         }
         self.next_row += count;
     }
 
     /// Stands at the state that was looked at last.
     fn arrive(&mut self, end: f64) {
-        let work = self.state.len() - 2;
-        self.ran.energy.exchanged += (self.looked[work] - self.state[work]).abs();
         std::mem::swap(&mut self.state, &mut self.looked);
         // What rounding alone parts is one time.
         self.time = if end >= self.end * (1.0 - SAME) { self.end } else { end };
@@ -407,7 +409,7 @@ impl Own {
 
     /// Just behind the zero of a series, where a mode is left.
     fn confirm<N: Lane>(&mut self, lane: usize, (part, length): (f64, f64), abreast: &Abreast<N>) -> Option<f64> {
-        let mut apart = FIRST * (self.time + length);
+        let mut apart = (FIRST * (self.time + length)).max(LEAST * length);
         for _ in 0..CONFIRMATIONS {
             let later = (part * length + apart).min(length);
             if self.leaves_after(lane, later, abreast) {
@@ -439,26 +441,22 @@ impl Own {
 
     /// What happens where a mode is left.
     fn happen(&mut self, common: &Common) {
+        // Nobody reads what happens in words.
         let close = 1e-7 * common.scenario.duration.min(1.0);
         self.flurry = if self.time - self.last <= close { self.flurry + 1 } else { 0 };
         self.last = self.time;
         self.ran.events += 1;
         let crossing = std::mem::take(&mut self.reversed);
-        self.machine.settle(self.time, &mut self.state, &crossing, false, &common.names, &common.input_names);
+        self.machine.settle(self.time, &mut self.state, &crossing, false, &[], &[]);
         self.reversed = crossing;
     }
 
-    /// The last rows, and what the run leaves of its energy.
+    /// The last rows.
     fn end_run(&mut self, places: &[usize], common: &Common) {
         self.machine.evaluate(self.time, &self.state);
         let count = common.scenario.times.len() - self.next_row;
         for (signal, place) in self.ran.series.signals.iter_mut().zip(places) {
             signal.values.extend(std::iter::repeat_n(self.machine.plan_value(*place), count));
         }
-        let size = self.state.len();
-        let stored = self.machine.energy(self.time, &self.state) - self.initial_energy;
-        let (input, dissipated) = (self.state[size - 2], self.state[size - 1]);
-        let exchanged = self.initial_energy + self.ran.energy.exchanged;
-        self.ran.energy = Energy { input, stored, dissipated, residual: input - stored - dissipated, exchanged };
     }
 }

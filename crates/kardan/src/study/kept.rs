@@ -371,6 +371,7 @@ impl Standing {
             unfrozen: Some(Box::new(variant.reduced.clone())),
             looped: None,
             start_notes,
+            swept: None,
             settled: OnceLock::new(),
         })
     }

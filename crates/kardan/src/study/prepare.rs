@@ -353,6 +353,7 @@ fn prepare_variant(
         unfrozen: None,
         looped: None,
         start_notes,
+        swept: None,
         settled: OnceLock::new(),
     };
     if purpose == Purpose::Sample {

@@ -11,7 +11,7 @@ use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::Model;
 use crate::names::unknown_name;
 use crate::reduce::{LinearModel, OperatingPoint, Reduced, linearise_at};
-use crate::results::Plot;
+use crate::results::{Plot, SweepRow};
 use crate::simulate::{Scenario, Tolerance};
 use crate::synthesis::{Law, LinearTask, LoopPlant, Plant, VariedPlant};
 
@@ -104,6 +104,8 @@ pub struct PreparedVariant {
     pub(super) looped: Option<Box<PreparedVariant>>,
     /// What is told of where its run begins.
     pub(super) start_notes: Vec<String>,
+    /// What the sweep found that it is a row of.
+    pub(super) swept: Option<Box<SweepRow>>,
     /// Where its blocks stand where its run begins, once that was asked for.
     pub(super) settled: OnceLock<Settled>,
 }

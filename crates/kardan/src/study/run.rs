@@ -23,7 +23,7 @@ use super::{
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::equations::Domain;
 use crate::names::Quantity;
-use crate::results::{Analysis, Design, Outcome, Plot, PlottedReference, Run, Study};
+use crate::results::{Analysis, Design, Outcome, Plot, PlottedReference, Run, Study, SweepRow};
 use crate::simulate::{Method, RunResult, Scenario, Setup, Tolerance, signal_names, simulate};
 
 /// Told of a study that ends with its runs.
@@ -379,7 +379,7 @@ pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result:
         requirements.push(result);
         notes.extend(note);
     }
-    Run {
+    let mut run = Run {
         name: variant.name.clone(),
         parameters: variant.model.parameters.clone(),
         series: result.series,
@@ -393,5 +393,29 @@ pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result:
         strains: result.strains,
         effort: result.effort,
         accuracy: None,
+    };
+    if let Some(row) = &variant.swept {
+        take_row(&mut run, row, prepared);
     }
+    run
+}
+
+/// Puts what a sweep found in place of what a run by itself did, which differs in the last digits.
+fn take_row(run: &mut Run, row: &SweepRow, prepared: &Prepared) {
+    let own = |names: &[String]| names.is_empty() || names.contains(&run.name);
+    let requirements = prepared.requirements.iter().zip(row.measured.iter().zip(&row.passed));
+    let requirements = requirements.filter(|(one, _)| own(&one.variants)).map(|(_, found)| found);
+    let figures = prepared.figures.iter().zip(&row.figures).filter(|(one, _)| own(&one.variants));
+    let figures: Vec<f64> = figures.map(|(_, found)| *found).collect();
+    let requirements: Vec<(f64, f64)> = requirements.map(|(measured, passed)| (*measured, *passed)).collect();
+    let number = |x: f64| Some(x).filter(|x| !x.is_nan());
+    for (found, (measured, passed)) in run.requirements.iter_mut().zip(requirements) {
+        (found.measured, found.passed) = (number(measured), passed == 1.0);
+    }
+    run.figures.iter_mut().zip(figures).for_each(|(found, value)| found.value = number(value));
+    run.notes.push(
+        "Figures and verdicts are those of the sweep, whose runs go side by side in lanes; curves are those of the run by itself, which differs in the last \
+         digits."
+            .into(),
+    );
 }

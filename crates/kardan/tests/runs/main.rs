@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod abreast;
 mod accuracy;
 mod bent_joint;
 mod bits;

@@ -118,10 +118,12 @@ impl<N: Lane> Numbers<N> {
 
 /// What is no number is seen where it is used.
 fn evaluate<N: Lane>(native: Option<&Native<N>>, plan: &Plan, memory: &mut [N]) {
-    let _ = match native {
-        Some(native) => native.evaluate(memory),
-        None => plan.block().evaluate(memory),
-    };
+    match native {
+        Some(native) => native.find(memory),
+        None => {
+            let _ = plan.block().evaluate(memory);
+        }
+    }
 }
 
 /// Symbols of a graph, one after the other.
@@ -140,10 +142,11 @@ fn along(graph: &mut Graph, pairs: impl Iterator<Item = (Expr, Expr)>) -> Expr {
 fn inverse(graph: &mut Graph, a: &[Expr], n: usize) -> Vec<Expr> {
     let (zero, one, mut a) = (graph.integer(0), graph.integer(1), a.to_vec());
     for k in 0..n {
-        let pivot = a[k * n + k];
+        let pivot = graph.divide(one, a[k * n + k]);
+        let pivot = graph.group(pivot);
         a[k * n + k] = one;
         for j in 0..n {
-            a[k * n + j] = graph.divide(a[k * n + j], pivot);
+            a[k * n + j] = graph.multiply(a[k * n + j], pivot);
         }
         for i in (0..n).filter(|i| *i != k) {
             let factor = std::mem::replace(&mut a[i * n + k], zero);
@@ -261,7 +264,7 @@ impl<N: Lane> Response<N> {
     }
 
     /// The steps of series for places from a first one on: matrices, accelerations, torques, then what is between; and how many places they are.
-    fn steps(&self, places: &Places, first: usize) -> (usize, Vec<Step>) {
+    fn steps(&self, places: &Places, first: usize, steady: &[bool]) -> (usize, Vec<Step>) {
         let (r, m, n) = (places.forces.len(), places.rows.len(), self.biased.len());
         let (mut steps, all) = (Vec::new(), self.is_there.len());
         let mut next = first + all;
@@ -276,12 +279,13 @@ impl<N: Lane> Response<N> {
             out
         };
         let mut force = places.forces.clone();
-        for &(row, column, place) in &places.inertia {
+        for &(row, column, place) in places.inertia.iter().filter(|(.., place)| !steady[*place]) {
             force[row] = put(Operator::SubtractProduct, false, [place, a + column, force[row]], None);
         }
-        let mut bias: Vec<Option<usize>> = self.biased.iter().map(|d| places.bias[*d]).collect();
+        let moving = |d: &usize| places.bias[*d].filter(|place| !steady[*place]);
+        let mut bias: Vec<Option<usize>> = self.biased.iter().map(moving).collect();
         for (d, row) in places.rows.iter().enumerate() {
-            for &(i, place) in row {
+            for &(i, place) in row.iter().filter(|(_, place)| !steady[*place]) {
                 force[i] = put(Operator::SubtractProduct, false, [place, torque + d, force[i]], None);
                 let own = self.biased.iter().position(|other| *other == d).expect("it has a bias");
                 bias[own] = Some(match bias[own] {
@@ -316,6 +320,27 @@ impl<N: Lane> Response<N> {
     }
 }
 
+/// Between which numbers a polynomial with these terms at 1 lies from 0 to 1: its least and largest coefficient of Bernstein.
+fn bernstein(graph: &mut Graph, terms: &[Expr]) -> [Expr; 2] {
+    let n = terms.len() - 1;
+    let (mut b, mut binomial) = (Vec::new(), Rational::ONE);
+    for (i, term) in terms.iter().enumerate() {
+        b.push(graph.scale(Rational::ONE / binomial.clone(), *term));
+        binomial *= Rational::from_parts((n - i).into(), (i + 1).into());
+    }
+    for i in 1..=n {
+        for j in (i..=n).rev() {
+            let sum = graph.add(b[j], b[j - 1]);
+            b[j] = graph.group(sum);
+        }
+    }
+    let (mut least, mut most) = (b[0], b[0]);
+    for own in &b[1..] {
+        (least, most) = (graph.min(least, *own), graph.max(most, *own));
+    }
+    [least, most]
+}
+
 /// What a step comes to: inputs are the coefficients of the states, those of an order one after the other, then those of the speeds of directions,
 /// those of the torques that hold, senses, 1 for each direction that holds, the largest torques, what room there is, and the last length.
 struct Stride<N> {
@@ -338,27 +363,31 @@ impl<N: Lane> Stride<N> {
         let all = symbols(&mut graph, room + 2);
         let length = Self::length(&mut graph, &all, (size, order), (relative, absolute), room);
         let mut outputs = vec![length];
-        let wide = graph.integer(WIDE);
-        let mut least = wide;
-        for d in 0..m {
-            let of = |first: usize| (0..order).map(|k| all[first + k * m + d]).collect::<Vec<_>>();
-            let (sense, hold) = (all[senses + d], all[holds + d]);
-            let (speed, torque) = (of(speeds), of(torques));
-            let sizes = Self::sizes(&mut graph, &speed, length);
-            let slips = graph.multiply(speed[0], sense);
-            let slips = graph.subtract(slips, sizes);
-            let slipping = graph.product(&[(sense, 2)]);
-            let sizes = Self::sizes(&mut graph, &torque, length);
-            let held = graph.apply(Function::Abs, torque[0]);
-            let clear = graph.scale(rational_from_f64(1.0 - CLEAR).unwrap_or(Rational::ONE), all[bounds + d]);
-            let stays = graph.sum(Rational::ZERO, &[(clear, 1.into()), (held, (-1).into()), (sizes, (-1).into())]);
-            let zero = graph.integer(0);
-            let slips = graph.select(zero, slipping, slips, wide);
-            let stays = graph.select(zero, hold, stays, wide);
-            let own = graph.min(slips, stays);
-            least = graph.min(least, own);
+        let (zero, wide) = (graph.integer(0), graph.integer(WIDE));
+        let mut powers = vec![graph.integer(1)];
+        for k in 1..order {
+            let power = graph.multiply(powers[k - 1], length);
+            powers.push(graph.group(power));
         }
-        outputs.push(least);
+        for d in 0..m {
+            let (sense, hold) = (all[senses + d], all[holds + d]);
+            let slipping = graph.product(&[(sense, 2)]);
+            let mut terms = Vec::new();
+            for (k, power) in powers.iter().enumerate() {
+                let speed = graph.multiply(all[speeds + k * m + d], sense);
+                let own = graph.select(zero, hold, all[torques + k * m + d], speed);
+                terms.push(graph.multiply(own, *power));
+            }
+            let [least, most] = bernstein(&mut graph, &terms);
+            let last = graph.apply(Function::Abs, terms[order - 1]);
+            let slips = graph.subtract(least, last);
+            let clear = graph.scale(rational_from_f64(1.0 - CLEAR).unwrap_or(Rational::ONE), all[bounds + d]);
+            let below = graph.negate(least);
+            let most = graph.max(most, below);
+            let stays = graph.sum(Rational::ZERO, &[(clear, 1.into()), (most, (-1).into()), (last, (-1).into())]);
+            let slips = graph.select(zero, slipping, slips, wide);
+            outputs.push(graph.select(zero, hold, stays, slips));
+        }
         for i in 0..size {
             let mut sum = all[order * size + i];
             for k in (0..order).rev() {
@@ -384,7 +413,7 @@ impl<N: Lane> Stride<N> {
         let about = graph.min(room, next);
         let zero = graph.integer(0);
         let mut most = [zero; 2];
-        for (i, absolute) in absolute.iter().enumerate() {
+        for (i, absolute) in absolute.iter().enumerate().take(size) {
             let ahead = graph.multiply(about, all[size + i]);
             let ahead = graph.add(all[i], ahead);
             let sizes = [all[i], ahead].map(|x| graph.apply(Function::Abs, x));
@@ -410,21 +439,6 @@ impl<N: Lane> Stride<N> {
         let near = graph.scale(Rational::from_parts(NEAR.into(), 100u8.into()), found);
         graph.select(near, room, found, room)
     }
-
-    /// What the terms of a series are at most together, the last one twice.
-    fn sizes(graph: &mut Graph, series: &[Expr], length: Expr) -> Expr {
-        let (mut sum, mut power) = (graph.integer(0), graph.integer(1));
-        for (k, coefficient) in series.iter().enumerate().skip(1) {
-            power = graph.multiply(power, length);
-            power = graph.group(power);
-            let size = graph.apply(Function::Abs, *coefficient);
-            let size = graph.multiply(size, power);
-            let twice = if k + 1 == series.len() { 2 } else { 1 };
-            let more = graph.scale(twice.into(), size);
-            sum = graph.add(sum, more);
-        }
-        sum
-    }
 }
 
 /// Series in lanes.
@@ -434,7 +448,7 @@ pub(in crate::simulate) struct Abreast<N> {
     series: Series<N>,
     places: Places,
     order: usize,
-    /// States, degrees of freedom, directions.
+    /// States without the work of the inputs and the loss; degrees of freedom, directions.
     size: usize,
     counts: [usize; 2],
     memory: Aligned<N>,
@@ -475,7 +489,7 @@ impl<N: Lane> Abreast<N> {
             inputs: code.inputs.len(),
             sources: 2 * r + own.sources.start,
             forces: found(&own.forces),
-            rates: found(&own.rates).into_iter().chain(found(&own.powers)).collect(),
+            rates: found(&own.rates),
             friction_speeds: found(&own.friction_speeds),
             also: found(&own.also),
             inertia: inertia.iter().map(|(entry, output)| (entry / r, entry % r, place(*output))).collect(),
@@ -493,13 +507,13 @@ impl<N: Lane> Abreast<N> {
         let wanted: Vec<usize> = lists.into_iter().flatten().copied().chain(of_motion).collect();
         let response = Response::new(machine, &places);
         let mut matrices = 0;
-        let series = Series::<N>::with(code, order, &wanted, steady, |first| {
+        let series = Series::<N>::with(code, order, &wanted, steady, |first, steady| {
             matrices = first;
-            response.steps(&places, first)
+            response.steps(&places, first, steady)
         })?;
         let mut memory = Aligned::<N>::new(code.block().memory());
         code.block().begin(&mut memory);
-        let (size, sources, zero) = (machine.size, machine.lines.len(), N::all(0.0));
+        let (size, sources, zero) = (machine.size - 2, machine.lines.len(), N::all(0.0));
         let torques = matrices + response.is_there.len() - m;
         Some(Self {
             native: Native::new(&code.block()),
@@ -552,8 +566,9 @@ impl<N: Lane> Abreast<N> {
     /// Lets a lane go on from the end of the step that was found last.
     pub(in crate::simulate) fn go_on(&mut self, lane: usize) {
         let Numbers { plan, memory, .. } = &mut self.stride.numbers;
+        let first = 1 + self.counts[1];
         for i in 0..self.size {
-            let end = memory[plan.place(2 + i)].lanes()[lane];
+            let end = memory[plan.place(first + i)].lanes()[lane];
             memory[i].lanes_mut()[lane] = end;
         }
     }
@@ -564,7 +579,7 @@ impl<N: Lane> Abreast<N> {
         let ([r, m], size, order) = (self.counts, self.size, self.order);
         for k in 0..order {
             if k > 0 {
-                self.series.set(0, k, &self.stride.numbers.memory[k * size..][..size - 2]);
+                self.series.set(0, k, &self.stride.numbers.memory[k * size..][..size]);
                 self.series.set(self.accelerations, k, &self.zeros);
                 self.series.advance(k);
             }
@@ -586,7 +601,7 @@ impl<N: Lane> Abreast<N> {
         }
         // What is read is found to the same order.
         if !self.places.also.is_empty() {
-            self.series.set(0, order, &self.stride.numbers.memory[order * size..][..size - 2]);
+            self.series.set(0, order, &self.stride.numbers.memory[order * size..][..size]);
             self.series.set(self.accelerations, order, &self.zeros);
             self.series.advance(order);
         }
@@ -598,7 +613,7 @@ impl<N: Lane> Abreast<N> {
     /// The values at the points, and the response there.
     fn begin(&mut self, times: &N) {
         let (size, Places { sources, .. }) = (self.size, &self.places);
-        self.memory[..size - 2].copy_from_slice(&self.stride.numbers.memory[..size - 2]);
+        self.memory[..size].copy_from_slice(&self.stride.numbers.memory[..size]);
         let [values, slopes, starts] = &self.lines;
         for (k, ((value, slope), start)) in values.iter().zip(slopes).zip(starts).enumerate() {
             let lines = value.lanes().iter().zip(slope.lanes()).zip(start.lanes().iter().zip(times.lanes()));
@@ -621,14 +636,22 @@ impl<N: Lane> Abreast<N> {
         self.stride.numbers.output(0).lanes()[lane]
     }
 
-    /// A number that is positive where a lane certainly stays in its modes within its step.
-    pub(in crate::simulate) fn room(&self, lane: usize) -> f64 {
-        self.stride.numbers.output(1).lanes()[lane]
+    /// Whether a lane certainly keeps the mode of a direction within its step.
+    fn keeps(&self, lane: usize, direction: usize) -> bool {
+        self.stride.numbers.output(1 + direction).lanes()[lane] > 0.0
+    }
+
+    /// Whether a lane certainly stays in its modes within its step.
+    pub(in crate::simulate) fn stays(&self, lane: usize) -> bool {
+        (0..self.counts[1]).all(|direction| self.keeps(lane, direction))
     }
 
     /// The state of a lane at the end of its step.
     pub(in crate::simulate) fn end(&self, lane: usize, out: &mut [f64]) {
-        out.iter_mut().enumerate().for_each(|(i, out)| *out = self.stride.numbers.output(2 + i).lanes()[lane]);
+        let first = 1 + self.counts[1];
+        for (i, out) in out[..self.size].iter_mut().enumerate() {
+            *out = self.stride.numbers.output(first + i).lanes()[lane];
+        }
     }
 
     /// The state of a lane so long after the point of expansion.
@@ -659,7 +682,7 @@ impl<N: Lane> Abreast<N> {
         let (scratch, Stride { numbers, torques, .. }) = (&mut scratch[..self.order], &self.stride);
         let speeds: Vec<f64> = numbers.memory[r..2 * r].iter().map(|x| x.lanes()[lane]).collect();
         let mut prospect = Prospect::Stays;
-        for (d, mode) in machine.modes.iter().enumerate() {
+        for (d, mode) in machine.modes.iter().enumerate().filter(|(d, _)| !self.keeps(lane, *d)) {
             if *mode != Mode::Stick {
                 let own = (0..self.order).map(|k| self.series.at(self.places.friction_speeds[d], k).lanes()[lane]);
                 let begin = mode.sign() * own.clone().next().unwrap_or(0.0);

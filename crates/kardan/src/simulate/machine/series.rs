@@ -16,7 +16,9 @@ impl Machine {
     pub fn prepare_series(&mut self, order: usize, shafts: &[Vec<usize>; 2]) -> bool {
         let (r, m) = (self.degrees_of_freedom, self.kept.end);
         let MotionPlan { plan, angles, speeds, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
-        let Places { held, limits, follows, limiter_rates, senses, couplings, given: coefficients, follows_signal, .. } = &self.places;
+        let Places {
+            held, limits, follows, limiter_rates, senses, couplings, given: coefficients, follows_signal, ..
+        } = &self.places;
         let steady = |input: usize| {
             let given = input.wrapping_sub(2 * r);
             [held, limits, follows, limiter_rates, senses, couplings, coefficients, follows_signal]

@@ -11,7 +11,7 @@ use crate::model::tables::Measure;
 use crate::model::{Document, VariantSettings};
 use crate::num::rational_from_f64;
 use crate::reduce::Reduced;
-use crate::results::{Effort, IntegrationMethod, Outcome, Run, SweepRow};
+use crate::results::{Effort, Energy, IntegrationMethod, Outcome, Run, SweepRow};
 use crate::simulate::{Ensemble, Ran, Recorded, RunResult, Scenario, Setup, Tolerance, Varying};
 use crate::study::figure::FigureOf;
 use crate::study::prepare::prepare_sample;
@@ -23,8 +23,9 @@ use crate::units::Exact;
 /// Where what varies lies when it is looked at what it reaches, as a part of all values.
 const BASE: f64 = 0.5;
 const OTHER: f64 = 0.371;
-/// Runs that a thread does before it asks for more.
-const CHUNK: usize = 64;
+/// Parts of the runs for each thread, and runs of one at least.
+const CHUNKS: usize = 2;
+const LEAST: usize = 16;
 
 type Slot = (CoefficientKind, usize);
 
@@ -107,7 +108,8 @@ impl<'p> Abreast<'p> {
                 *from = Some(k);
             }
         }
-        let varying: Vec<(Slot, usize)> = all.into_iter().zip(from).filter_map(|(slot, from)| Some((slot, from?))).collect();
+        let varying: Vec<(Slot, usize)> =
+            all.into_iter().zip(from).filter_map(|(slot, from)| Some((slot, from?))).collect();
         let mut reduced = first.reduced.clone();
         for (k, (slot, from)) in varying.iter().enumerate() {
             let stribeck = |term: usize| reduced.equations.frictions[term].value.stribeck.is_some();
@@ -164,21 +166,23 @@ impl<'p> Abreast<'p> {
             ensemble.run(&values, &mut |number, ran| {
                 let Some(ran) = ran else { return };
                 let row = &mut *rows[places[number]];
-                filled[places[number]] = self.tell(prepared, row, ran);
+                self.tell(prepared, row, ran);
+                filled[places[number]] = true;
                 done();
             });
             self.put_back(ensemble);
             filled
         };
-        rows.par_chunks_mut(CHUNK).flat_map_iter(chunk).collect()
+        let few = rows.len().div_ceil(CHUNKS * rayon::current_num_threads()).max(LEAST);
+        rows.par_chunks_mut(few).flat_map_iter(chunk).collect()
     }
 
-    /// What a run comes to; false where its energy is not in balance.
-    fn tell(&self, prepared: &Prepared, row: &mut SweepRow, ran: &mut Ran) -> bool {
+    /// What a run comes to.
+    fn tell(&self, prepared: &Prepared, row: &mut SweepRow, ran: &mut Ran) {
         let own = ran.series.signals.len();
         let result = RunResult {
             series: std::mem::take(&mut ran.series),
-            energy: ran.energy,
+            energy: Energy { input: 0.0, stored: 0.0, dissipated: 0.0, residual: 0.0, exchanged: 0.0 },
             events: Vec::new(),
             outcome: Outcome::Completed,
             notes: Vec::new(),
@@ -190,6 +194,5 @@ impl<'p> Abreast<'p> {
         fill(row, prepared, &run);
         ran.series = run.series;
         ran.series.signals.truncate(own);
-        true
     }
 }

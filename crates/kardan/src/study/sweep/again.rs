@@ -1,11 +1,13 @@
 //! Rows of a sweep once more, as whole runs.
 
-use super::{integrated, settings_with};
+use super::varied::Varied;
+use super::wanted::wanted;
+use super::{blank, integrated, settings_with};
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::model::Setting;
-use crate::results::{ParameterValue, RowAgain};
+use crate::model::{Setting, VariantSettings};
+use crate::results::{ParameterValue, RowAgain, SweepRow};
 use crate::study::prepare::{is_error, prepare_sample};
-use crate::study::{Prepared, Project, Settings};
+use crate::study::{Prepared, PreparedVariant, Project, Settings, Silent};
 
 /// Most rows that are run again at once.
 const MOST_ROWS: usize = 100;
@@ -64,13 +66,12 @@ impl Project {
                 let message = format!("row {} of `{}` does not have {names}", row.sample, row.variant);
                 return refused(message, "run with the model that made the rows");
             };
-            let settings = settings_with(own, varied.iter().copied().zip(values));
-            let mut found =
-                prepare_sample(self.document(), variant, (&settings, own.controls.as_deref(), &own.faults))?;
+            let all = settings_with(own, varied.iter().copied().zip(values.iter().copied()));
+            let mut found = prepare_sample(self.document(), variant, (&all, own.controls.as_deref(), &own.faults))?;
             found.name = format!("{}_sample-{}", row.variant, row.sample);
             for one in &varied {
                 let told = &mut found.model.parameters;
-                let setting = settings.iter().find(|setting| setting.name == one.name);
+                let setting = all.iter().find(|setting| setting.name == one.name);
                 if let Some(Setting { name, text, value }) =
                     setting.filter(|_| told.iter().all(|two| two.name != one.name))
                 {
@@ -78,6 +79,8 @@ impl Project {
                     told.push(ParameterValue { name, value: value.to_f64(), unit, text });
                 }
             }
+            let from = (variant, own, values.as_slice());
+            found.swept = self.swept(from, (&varied, settings)).map(Box::new);
             variants.push(found.into());
         }
         let names = |own: &[String]| named(own, rows);
@@ -93,6 +96,24 @@ impl Project {
             tolerance: prepared.tolerance,
         };
         Ok(self.with_ready(renamed(prepared, names), diagnostics.to_vec()))
+    }
+}
+
+impl Project {
+    /// What a row came to in lanes, where it ran in such.
+    fn swept(
+        &self,
+        (variant, own, values): (&PreparedVariant, &VariantSettings, &[f64]),
+        (varied, settings): (&[&Varied], &Settings),
+    ) -> Option<SweepRow> {
+        let prepared = self.prepared();
+        let spread: Vec<Varied> = varied.iter().map(|one| (*one).clone()).collect();
+        let number = prepared.all().position(|other| other.name == variant.name)?;
+        let (recorded, one_lane) = (wanted(prepared), Some(1));
+        let lanes = self.lanes_of((variant, own), &spread, settings, (&recorded, one_lane), &Silent)?;
+        let mut row = SweepRow { variant: number, values: values.to_vec(), ..blank(prepared) };
+        let filled = lanes.fill(prepared, &mut [&mut row], &|| ());
+        filled.into_iter().all(|filled| filled).then_some(row)
     }
 }
 

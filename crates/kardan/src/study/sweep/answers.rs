@@ -249,7 +249,16 @@ mod tests {
             let (a, b) = ((k * 7 % 20) as f64, (k * 3 % 20) as f64 * (k % 2) as f64);
             let y = 5.0 + 3.0 * a - 2.0 * b;
             let (reason, measured, passed) = (String::new(), Vec::new(), Vec::new());
-            SweepRow { sample: k, variant: 0, reason, values: vec![a, b, 4.0], measured, passed, figures: vec![y] }
+            SweepRow {
+                sample: k,
+                variant: 0,
+                reason,
+                values: vec![a, b, 4.0],
+                measured,
+                passed,
+                figures: vec![y],
+                difference: None,
+            }
         };
         let rows: SweepRows = (0..40).map(row).collect();
         let parameters = ["a", "b", "same"].map(String::from).to_vec();

@@ -197,6 +197,7 @@ mod tests {
                     measured: vec![f64::NAN],
                     passed: vec![f64::from(u8::from(random.unit() < probability))],
                     figures: Vec::new(),
+                    difference: None,
                 };
                 let rows: Vec<SweepRow> = (0..64).map(&mut row).collect();
                 looks.take(block, &rows, 1);

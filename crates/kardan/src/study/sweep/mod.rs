@@ -18,6 +18,7 @@ mod varied;
 mod wanted;
 mod worst;
 
+use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rayon::prelude::*;
@@ -41,7 +42,7 @@ use super::prepare::{is_error, prepare_sample};
 use super::progress::Counted;
 use super::requirement::Requirement;
 use super::run::{check_variants, run_variant, tolerance};
-use super::{Prepared, PreparedVariant, Progress, Project, Settings};
+use super::{Prepared, PreparedVariant, Progress, Project, Settings, Silent};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Setting, VariantSettings};
 use crate::num::{Random, rational_from_f64};
@@ -58,6 +59,13 @@ const BLOCKS_OF_SEARCH: u64 = 16;
 const LEAST_OF_SEARCH: u64 = 8;
 /// Samples of a level of a subset simulation, at least.
 const LEAST_LEVEL: u64 = 200;
+
+/// Samples that are run by the reference too where runs go side by side, at most and at least, and one of as many.
+const COMPARED: u64 = 64;
+const LEAST_COMPARED: u64 = 4;
+const SELDOM: u64 = 250;
+/// Blocks that runs side by side are taken from.
+const TOGETHER: usize = 16;
 
 /// Takes the rows of a block by its number, or says why it cannot.
 pub type TakeRows<'t> = dyn FnMut(u64, &[SweepRow]) -> Result<(), String> + 't;
@@ -187,8 +195,9 @@ impl Project {
         let known_of = |block: u64| known.range(plan.samples_of(block..block + 1));
         let mut course = Course::of(plan);
         let recorded = wanted(prepared);
-        let abreast = self.abreast(plan, settings, &chosen, &recorded, progress);
-        let mut ended = None;
+        let lanes = |variant| self.lanes_of(variant, &plan.spread, settings, (&recorded, plan.lanes), progress);
+        let abreast: Vec<Option<Abreast<'_>>> = chosen.iter().copied().map(lanes).collect();
+        let (mut ended, mut ready) = (None, VecDeque::<Vec<SweepRow>>::new());
         for block in plan.own_blocks() {
             let there = known_of(block);
             let found = match there.is_empty() {
@@ -198,29 +207,27 @@ impl Project {
                     found
                 }
                 true => {
-                    // What is begun is finished, and written.
-                    ended = progress.stop();
-                    if ended.is_some() {
-                        break;
+                    if ready.is_empty() {
+                        // What is begun is finished, and written.
+                        ended = progress.stop();
+                        if ended.is_some() {
+                            break;
+                        }
+                        let own = plan.own_blocks();
+                        let most = if abreast.iter().any(Option::is_some) && course.is_plain() { TOGETHER } else { 1 };
+                        let missing = (block..own.end).take(most).take_while(|block| known_of(*block).is_empty());
+                        let last = missing.last().unwrap_or(block);
+                        let Some(values) = course.values(plan, plan.samples_of(block..last + 1)) else { break };
+                        let cases = plan.samples_of(block..last + 1).zip(&values);
+                        let found =
+                            self.rows((prepared, settings, &recorded), plan, cases, (&chosen, &abreast), &heard);
+                        let mut found = found.into_iter().peekable();
+                        for block in block..last + 1 {
+                            let end = plan.samples_of(block..block + 1).end;
+                            ready.push_back(std::iter::from_fn(|| found.next_if(|row| row.sample < end)).collect());
+                        }
                     }
-                    let Some(values) = course.values(plan, plan.samples_of(block..block + 1)) else { break };
-                    let cases = plan.samples_of(block..block + 1).zip(&values);
-                    let blank = |(sample, values): (u64, &Vec<f64>), variant: usize| {
-                        let values = values.clone();
-                        SweepRow { sample, variant, values, ..blank(prepared) }
-                    };
-                    let mut found: Vec<SweepRow> = cases.flat_map(|case| (0..chosen.len()).map(move |v| blank(case, v))).collect();
-                    let mut left: Vec<&mut SweepRow> = found.iter_mut().collect();
-                    for (number, lanes) in abreast.iter().enumerate() {
-                        let Some(lanes) = lanes else { continue };
-                        let (mut own, others): (Vec<_>, Vec<_>) = left.into_iter().partition(|row| row.variant == number);
-                        let filled = lanes.fill(prepared, &mut own, &|| heard.count(1));
-                        left = own.into_iter().zip(filled).filter(|(_, filled)| !filled).map(|(row, _)| row).chain(others).collect();
-                    }
-                    left.into_par_iter().for_each(|row| {
-                        self.sample((prepared, settings, &recorded), plan, row, chosen[row.variant], &heard);
-                        heard.count(1);
-                    });
+                    let found: Vec<SweepRow> = ready.pop_front().unwrap_or_default();
                     if let Err(why) = write(block, &found) {
                         ended = Some(why);
                         break;
@@ -275,6 +282,45 @@ impl Project {
         out
     }
 
+    /// Rows of samples with their values: side by side those that can, the others one by one.
+    fn rows<'v>(
+        &self,
+        (prepared, settings, recorded): (&Prepared, &Settings, &Recorded),
+        plan: &SweepPlan,
+        cases: impl Iterator<Item = (u64, &'v Vec<f64>)>,
+        (chosen, abreast): (&[(&PreparedVariant, &VariantSettings)], &[Option<Abreast<'_>>]),
+        heard: &Counted<'_>,
+    ) -> Vec<SweepRow> {
+        let blank = |(sample, values): (u64, &Vec<f64>), variant: usize| {
+            let values = values.clone();
+            SweepRow { sample, variant, values, ..blank(prepared) }
+        };
+        let mut found: Vec<SweepRow> =
+            cases.flat_map(|case| (0..chosen.len()).map(move |variant| blank(case, variant))).collect();
+        let apart = (plan.head.samples / (plan.head.samples / SELDOM).clamp(LEAST_COMPARED, COMPARED)).max(1);
+        let (mut left, mut all_compared): (Vec<&mut SweepRow>, Vec<&mut SweepRow>) =
+            (found.iter_mut().collect(), Vec::new());
+        for (number, lanes) in abreast.iter().enumerate() {
+            let Some(lanes) = lanes else { continue };
+            let (mut own, others): (Vec<_>, Vec<_>) = left.into_iter().partition(|row| row.variant == number);
+            let filled = lanes.fill(prepared, &mut own, &|| heard.count(1));
+            let (done, open): (Vec<_>, Vec<_>) = own.into_iter().zip(filled).partition(|(_, filled)| *filled);
+            all_compared.extend(done.into_iter().map(|(row, _)| row).filter(|row| row.sample % apart == 0));
+            left = open.into_iter().map(|(row, _)| row).chain(others).collect();
+        }
+        let compare = |row: &mut SweepRow| {
+            let mut other = SweepRow { reason: String::new(), ..row.clone() };
+            self.sample((prepared, settings, recorded), plan, &mut other, chosen[row.variant], &Silent);
+            row.difference = Some(difference(prepared, row, &other));
+        };
+        all_compared.into_par_iter().for_each(compare);
+        left.into_par_iter().for_each(|row| {
+            self.sample((prepared, settings, recorded), plan, row, chosen[row.variant], heard);
+            heard.count(1);
+        });
+        found
+    }
+
     /// A run.
     fn sample(
         &self,
@@ -308,25 +354,39 @@ impl Project {
         }
     }
 
-    /// Lanes for the variants that are chosen, where they can run in such.
-    fn abreast<'p>(
+    /// Lanes for a variant, where its runs can go side by side in such.
+    fn lanes_of<'p>(
         &self,
-        plan: &SweepPlan,
+        variant: (&'p PreparedVariant, &VariantSettings),
+        spread: &[Varied],
         settings: &Settings,
-        chosen: &[(&'p PreparedVariant, &VariantSettings)],
-        recorded: &Recorded,
+        (recorded, lanes): (&Recorded, Option<usize>),
         progress: &dyn Progress,
-    ) -> Vec<Option<Abreast<'p>>> {
+    ) -> Option<Abreast<'p>> {
+        if settings.method != Method::Automatic {
+            return None;
+        }
         let prepared = self.prepared();
         let tolerance = tolerance(prepared, settings, progress);
-        let of = |variant: &(&'p PreparedVariant, &VariantSettings)| {
-            if settings.method != Method::Automatic {
-                return None;
-            }
-            Abreast::new((self.document(), prepared), *variant, &plan.spread, (tolerance, recorded, plan.lanes))
-        };
-        chosen.iter().map(of).collect()
+        Abreast::new((self.document(), prepared), variant, spread, (tolerance, recorded, lanes))
     }
+}
+
+/// By how much the numbers of a row differ from those of another one: as parts of the larger ones, or of bounds that are larger.
+fn difference(prepared: &Prepared, row: &SweepRow, other: &SweepRow) -> f64 {
+    let apart = |a: f64, b: f64, bounds: [Option<f64>; 2]| {
+        let size = bounds.into_iter().flatten().fold(a.abs().max(b.abs()), |size, bound| size.max(bound.abs()));
+        match (a.is_nan(), b.is_nan()) {
+            (true, true) => 0.0,
+            (false, false) if a == b => 0.0,
+            (false, false) => (a - b).abs() / size,
+            _ => f64::INFINITY,
+        }
+    };
+    let measured = row.measured.iter().zip(&other.measured).zip(&prepared.requirements);
+    let measured = measured.map(|((a, b), one)| apart(*a, *b, [one.below, one.above]));
+    let figures = row.figures.iter().zip(&other.figures).map(|(a, b)| apart(*a, *b, [None; 2]));
+    measured.chain(figures).fold(0.0, f64::max)
 }
 
 /// A row before its run.

@@ -7,7 +7,9 @@ use super::plan::{Shard, SweepPlan};
 use super::points::{Filling, moved};
 use super::region::{self, failing_rules};
 use super::together::factors;
-use crate::results::{Sweep, SweepRows, SweptAt, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst};
+use crate::results::{
+    Sweep, SweepRows, SweptAt, SweptCompared, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst,
+};
 use crate::study::Prepared;
 
 /// What the rows say together.
@@ -32,6 +34,7 @@ pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows, 
             false => (asked.end - asked.start) * plan.head.variants.len() as u64 - rows.len() as u64,
         },
         failures: answers.failures(),
+        compared: compared(plan, rows),
         confidence: CONFIDENCE,
         until,
         worst: worst(plan, rows, course, prepared),
@@ -142,6 +145,12 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
         ),
         _ => {}
     }
+    if let Some(SweptCompared { rows, difference, sample, .. }) = &found.compared {
+        notes.push(format!(
+            "Runs go side by side in lanes. {rows} of them were run by the reference too, one by one: figures and what requirements measure differ by at most \
+             {difference:.1e} of themselves, or of a bound where that is larger (sample {sample}). With `--method taylor` all runs go by the reference."
+        ));
+    }
     if let Some(until) = &found.until {
         notes.push(format!(
             "Whoever looks often sees a narrow interval by chance sooner. So there are {} looks at most, planned before, and the intervals of each have a confidence of \
@@ -185,6 +194,13 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
         );
     }
     notes
+}
+
+/// How far rows are from the reference, of those that were compared.
+fn compared(plan: &SweepPlan, rows: &SweepRows) -> Option<SweptCompared> {
+    let all = || rows.iter().filter_map(|row| Some((row.difference?, row.sample, row.variant)));
+    let (difference, sample, variant) = all().max_by(|one, other| one.0.total_cmp(&other.0))?;
+    Some(SweptCompared { rows: all().count() as u64, difference, sample, variant: plan.head.variants[variant].clone() })
 }
 
 /// The worst case, of a search.

@@ -1,0 +1,154 @@
+//! Sweeps whose runs go side by side in lanes: closed forms, the same bits in any lanes, and how far they are from runs one by one.
+
+use kardan::model::builtin;
+use kardan::project::Project;
+use kardan::results::{RowAgain, Sweep, SweepRow, SweepRows};
+use kardan::simulate::Method;
+use kardan::study::{Settings, Silent, SweepSettings};
+
+/// A body that a ramp breaks away from its friction, and one that its friction brings to rest.
+const BODIES: &str = "\
+[shaft.a]
+inertia = \"2 kg m^2 ± 10 %\"
+friction = \"1 N m ± 20 %\"
+
+[shaft.b]
+inertia = \"2 kg m^2 ± 10 %\"
+friction = \"1 N m ± 20 %\"
+
+[motor.m]
+shaft = \"a\"
+
+[scenario]
+duration = \"3 s\"
+initial = { \"b.w\" = \"1 rad/s\" }
+
+[[scenario.event]]
+signal = \"m.tau\"
+at = \"0 s\"
+to = \"3 N m\"
+over = \"3 s\"
+
+[[figure]]
+name = \"driven\"
+signal = \"a.phi\"
+measure = \"final\"
+
+[[figure]]
+name = \"stopped\"
+signal = \"b.phi\"
+measure = \"final\"
+";
+
+fn settings(samples: u64, method: Method, tolerance: f64) -> SweepSettings {
+    let run = Settings { method, tolerance: Some(tolerance), ..Settings::default() };
+    SweepSettings { samples: Some(samples), run, ..SweepSettings::default() }
+}
+
+fn swept(project: &Project, settings: &SweepSettings) -> (Vec<SweepRow>, Sweep) {
+    let plan = project.sweep_plan(settings).unwrap();
+    let mut rows = SweepRows::default();
+    let found = project.sweep(&plan, &settings.run, &mut rows, &Silent, &mut |_, _| Ok(())).unwrap();
+    (rows.iter().map(|row| row.to_row()).collect(), found)
+}
+
+/// The built-in steering system, with figures of what moves fast.
+fn steering() -> Project {
+    let figure = |name: &str, signal: &str, measure: &str| {
+        format!("[[figure]]\nname = \"{name}\"\nsignal = \"{signal}\"\nmeasure = \"{measure}\"\n")
+    };
+    let source = builtin("sia-steering").unwrap().source;
+    let figures = [
+        figure("fastest", "wg.w", "max_abs"),
+        figure("twist", "torsion_bar.tau", "max_abs"),
+        figure("hand", "driver.tau", "rms"),
+        figure("end", "fs.phi", "final"),
+    ];
+    Project::open(format!("{source}\n{}", figures.concat()))
+}
+
+/// A ramp k t breaks away at c/k: the way is then k (T − c/k)³/6J. What slides with ω comes to rest after J ω²/2c.
+#[test]
+fn breaking_away_and_coming_to_rest_have_their_closed_forms() {
+    let (rows, found) = swept(&Project::open(BODIES), &settings(100, Method::Automatic, 1e-10));
+    assert!(found.compared.as_ref().is_some_and(|compared| compared.rows == 4), "{:?}", found.compared);
+    let names: Vec<&str> = found.varied.iter().map(|one| one.name.as_str()).collect();
+    assert_eq!(names, ["a.friction", "a.inertia", "b.friction", "b.inertia"]);
+    for row in &rows {
+        let [ca, ja, cb, jb] = row.values[..] else { panic!("{row:?}") };
+        let left = 3.0 - ca;
+        let (driven, stopped) = (left * left * left / (6.0 * ja), jb / (2.0 * cb));
+        assert!((row.figures[0] - driven).abs() < 1e-9 * driven, "{row:?}: {driven}");
+        assert!((row.figures[1] - stopped).abs() < 1e-9 * stopped, "{row:?}: {stopped}");
+    }
+}
+
+/// A run has the same bits in one lane, in four and in eight, in any company, on any threads.
+#[test]
+fn bits_do_not_depend_on_lanes_nor_threads() {
+    let project = steering();
+    let of = |lanes: Option<usize>, samples: u64| SweepSettings { lanes, ..settings(samples, Method::Automatic, 1e-6) };
+    let (rows, found) = swept(&project, &of(None, 32));
+    let bits = |rows: &[SweepRow]| -> Vec<u64> {
+        let numbers = |row: &SweepRow| [&row.values[..], &row.measured, &row.passed, &row.figures].concat();
+        rows.iter().flat_map(numbers).map(f64::to_bits).collect()
+    };
+    assert!(found.compared.is_some());
+    for lanes in [1, 4, 8] {
+        assert!(bits(&swept(&project, &of(Some(lanes), 32)).0) == bits(&rows), "{lanes} lanes");
+    }
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let other = pool.install(|| swept(&project, &of(None, 32)).0);
+        assert!(bits(&other) == bits(&rows), "{threads} threads");
+    }
+    // A row again as a whole run has its figures and verdicts.
+    let plan = project.sweep_plan(&of(None, 32)).unwrap();
+    let row = &rows[11];
+    let values = plan.head.varied.iter().zip(&row.values).map(|(one, value)| (one.name.clone(), *value)).collect();
+    let again = RowAgain { sample: row.sample, variant: plan.head.variants[row.variant].clone(), values };
+    let run = Settings { runs_only: true, ..of(None, 32).run };
+    let study = project.rows_again(&plan.head.identity, &[again], &run).unwrap().run(&run, &Silent).unwrap();
+    let figures: Vec<Option<f64>> = study.runs[0].figures.iter().map(|figure| figure.value).collect();
+    assert_eq!(figures, row.figures.iter().map(|value| Some(*value)).collect::<Vec<_>>());
+    assert_eq!(study.runs[0].requirements[1].measured, Some(row.measured[1]));
+    assert!(study.runs[0].series.signal("cs.w").is_some());
+}
+
+/// Runs in lanes against runs one by one by another method with a tighter tolerance; what the sweep says of it covers the difference.
+#[test]
+fn lanes_are_near_the_reference() {
+    let project = steering();
+    let (rows, found) = swept(&project, &settings(12, Method::Automatic, 1e-9));
+    let (others, alone) = swept(&project, &settings(12, Method::Dop853, 1e-11));
+    assert!(alone.compared.is_none() && others.iter().all(|row| row.difference.is_none()));
+    let mut most = 0.0f64;
+    for (row, other) in rows.iter().zip(&others) {
+        for (a, b) in row.figures.iter().zip(&other.figures) {
+            most = most.max((a - b).abs() / b.abs());
+        }
+    }
+    // The speed of the wave generator has edges that rows cut.
+    assert!(most < 1e-7, "{most:e}");
+    let told = found.compared.unwrap();
+    // Four samples in each of four variants.
+    assert!(told.rows == 16 && told.difference < 1e-7, "{told:?}");
+}
+
+/// Where what varies is more than a coefficient of the equations, or a loop is more than its plan, runs go one by one.
+#[test]
+fn others_run_one_by_one() {
+    let initial = BODIES.replace("\"1 rad/s\"", "\"1 rad/s ± 10 %\"");
+    let follows = BODIES.replace(
+        "[shaft.a]\ninertia = \"2 kg m^2 ± 10 %\"",
+        "[parameters]\nm = \"2 kg ± 10 %\"\n[shaft.a]\ninertia = \"m*(1 m)^2\"",
+    );
+    let limited =
+        BODIES.replace("shaft = \"a\"\n\n[scenario]", "shaft = \"a\"\ntorque_limit = \"2 N m\"\n\n[scenario]");
+    let events = BODIES.replace("signal = \"b.phi\"\nmeasure = \"final\"", "signal = \"b.phi\"\nmeasure = \"events\"");
+    for text in [initial, follows, limited, events] {
+        let project = Project::open(text.as_str());
+        let (rows, found) = swept(&project, &settings(4, Method::Automatic, 1e-8));
+        assert!(found.compared.is_none() && rows.iter().all(|row| row.reason.is_empty()), "{text}");
+    }
+}
