@@ -67,6 +67,23 @@ fn steering() -> Project {
     Project::open(format!("{source}\n{}", figures.concat()))
 }
 
+/// A coefficient may be a multiple of what varies.
+#[test]
+fn multiples_go_side_by_side_too() {
+    let twice = BODIES.replace(
+        "[shaft.a]\ninertia = \"2 kg m^2 ± 10 %\"",
+        "[parameters]\nm = \"2 kg ± 10 %\"\n[shaft.a]\ninertia = \"3*m*(1 m)^2\"",
+    );
+    let (rows, found) = swept(&Project::open(twice.as_str()), &settings(20, Method::Automatic, 1e-10));
+    assert!(found.compared.is_some_and(|compared| compared.difference < 1e-9));
+    let place = |name: &str| found.varied.iter().position(|one| one.name == name).unwrap();
+    for row in &rows {
+        let (left, inertia) = (3.0 - row.values[place("a.friction")], 3.0 * row.values[place("m")]);
+        let driven = left * left * left / (6.0 * inertia);
+        assert!((row.figures[0] - driven).abs() < 1e-9 * driven, "{row:?}: {driven}");
+    }
+}
+
 /// A ramp k t breaks away at c/k: the way is then k (T − c/k)³/6J. What slides with ω comes to rest after J ω²/2c.
 #[test]
 fn breaking_away_and_coming_to_rest_have_their_closed_forms() {
@@ -141,7 +158,7 @@ fn others_run_one_by_one() {
     let initial = BODIES.replace("\"1 rad/s\"", "\"1 rad/s ± 10 %\"");
     let follows = BODIES.replace(
         "[shaft.a]\ninertia = \"2 kg m^2 ± 10 %\"",
-        "[parameters]\nm = \"2 kg ± 10 %\"\n[shaft.a]\ninertia = \"m*(1 m)^2\"",
+        "[parameters]\nm = \"2 kg ± 10 %\"\n[shaft.a]\ninertia = \"m*m*1 m^2/kg\"",
     );
     let limited =
         BODIES.replace("shaft = \"a\"\n\n[scenario]", "shaft = \"a\"\ntorque_limit = \"2 N m\"\n\n[scenario]");
@@ -149,6 +166,10 @@ fn others_run_one_by_one() {
     for text in [initial, follows, limited, events] {
         let project = Project::open(text.as_str());
         let (rows, found) = swept(&project, &settings(4, Method::Automatic, 1e-8));
-        assert!(found.compared.is_none() && rows.iter().all(|row| row.reason.is_empty()), "{text}");
+        assert!(
+            found.compared.is_none() && rows.iter().all(|row| row.reason.is_empty()),
+            "{text}: {:?} {rows:?}",
+            found.compared
+        );
     }
 }

@@ -35,8 +35,8 @@ pub(super) struct Abreast<'p> {
     reduced: Reduced,
     scenario: Scenario,
     varying: Varying,
-    /// Of each coefficient which value it is.
-    from: Vec<usize>,
+    /// Of each coefficient which value it follows, and what it is of it.
+    from: Vec<(usize, f64)>,
     tolerance: Tolerance,
     count: Option<usize>,
     /// Lanes that wait.
@@ -64,7 +64,7 @@ fn rest(variant: &PreparedVariant) -> String {
 }
 
 impl<'p> Abreast<'p> {
-    /// A variant whose runs differ in coefficients alone, each of them one of the values; none where there is more to it.
+    /// A variant whose runs differ in coefficients alone, each of them a multiple of one of the values; none where there is more to it.
     pub fn new(
         (document, prepared): (&Document, &Prepared),
         (variant, own): (&'p PreparedVariant, &VariantSettings),
@@ -88,7 +88,7 @@ impl<'p> Abreast<'p> {
         let first = prepared_with(&base)?;
         let all = slots(&first.reduced);
         let expected = rest(&first);
-        let mut from: Vec<Option<usize>> = vec![None; all.len()];
+        let mut from: Vec<Option<(usize, f64)>> = vec![None; all.len()];
         for (k, varied) in spread.iter().enumerate() {
             let mut values = base.clone();
             values[k] = varied.distribution.quantile(OTHER);
@@ -101,20 +101,24 @@ impl<'p> Abreast<'p> {
                 if before == now {
                     continue;
                 }
-                let value = |value: f64| Exact::new(rational_from_f64(value).unwrap_or_default(), 0);
-                if from.is_some() || *before != value(base[k]) || *now != value(values[k]) {
+                let part = |coefficient: &Exact, value: f64| {
+                    coefficient.div(&Exact::new(rational_from_f64(value).unwrap_or_default(), 0))
+                };
+                let parts = [part(before, base[k]), part(now, values[k])];
+                let [Some(part), Some(same)] = parts else { return None };
+                if from.is_some() || part != same {
                     return None;
                 }
-                *from = Some(k);
+                *from = Some((k, part.to_f64()));
             }
         }
-        let varying: Vec<(Slot, usize)> =
+        let varying: Vec<(Slot, (usize, f64))> =
             all.into_iter().zip(from).filter_map(|(slot, from)| Some((slot, from?))).collect();
         let mut reduced = first.reduced.clone();
         for (k, (slot, from)) in varying.iter().enumerate() {
             let stribeck = |term: usize| reduced.equations.frictions[term].value.stribeck.is_some();
             let (kind, term) = *slot;
-            if base[*from] <= 0.0 || kind == CoefficientKind::Friction && stribeck(term) {
+            if base[from.0] * from.1 <= 0.0 || kind == CoefficientKind::Friction && stribeck(term) {
                 return None;
             }
             let name = format!("given.{k}");
@@ -151,7 +155,7 @@ impl<'p> Abreast<'p> {
 
     /// Values of its coefficients, where all of them have the signs that they are to have.
     fn values(&self, row: &SweepRow) -> Option<Vec<f64>> {
-        let values: Vec<f64> = self.from.iter().map(|from| row.values[*from]).collect();
+        let values: Vec<f64> = self.from.iter().map(|(from, part)| row.values[*from] * part).collect();
         values.iter().all(|value| *value > 0.0).then_some(values)
     }
 
