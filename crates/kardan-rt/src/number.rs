@@ -99,10 +99,9 @@ pub struct Lanes<T, const N: usize>(pub [T; N]);
 impl<T: Real, const N: usize> Lanes<T, N> {
     #[inline(always)]
     fn both(self, other: Self, function: impl Fn(T, T) -> T) -> Self {
-        // By numbers: an array that is iterated by value goes through memory.
         let mut out = self;
-        for k in 0..N {
-            out.0[k] = function(self.0[k], other.0[k]);
+        for (a, b) in out.0.iter_mut().zip(other.0) {
+            *a = function(*a, b);
         }
         out
     }
@@ -162,8 +161,8 @@ impl<T: Real, const N: usize> Arithmetic for Lanes<T, N> {
     #[inline(always)]
     fn select(self, than: Self, then: Self, otherwise: Self) -> Self {
         let mut out = self;
-        for k in 0..N {
-            out.0[k] = if self.0[k] < than.0[k] { then.0[k] } else { otherwise.0[k] };
+        for (((a, than), then), otherwise) in out.0.iter_mut().zip(than.0).zip(then.0).zip(otherwise.0) {
+            *a = if *a < than { then } else { otherwise };
         }
         out
     }

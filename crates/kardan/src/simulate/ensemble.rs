@@ -132,7 +132,7 @@ impl<N: Lane> Group<N> {
         }
         let mut able = true;
         let mut machine = || {
-            Machine::with(setup, |motion, found| {
+            Machine::finding(setup, |motion, found| {
                 let more = outputs.alone(motion, reduced, found);
                 able &= more.is_some();
                 more.unwrap_or_default()

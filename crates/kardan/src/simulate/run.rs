@@ -371,10 +371,7 @@ impl RunningLoop {
         let names: Vec<String> = reduced.equations.set_valued().map(|(element, _)| element.to_string()).collect();
         let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
         let mut outputs = Outputs::new(reduced, scenario);
-        let mut machine = Machine::with(setup, |motion, found| {
-            outputs.compile(motion, reduced, found);
-            Vec::new()
-        });
+        let mut machine = Machine::with(setup, |motion, found| outputs.compile(motion, reduced, found));
         let (r, size) = (machine.degrees_of_freedom(), machine.size());
         let absolute = absolute_tolerances(reduced, tolerance, size);
         let mut state = vec![0.0; size];

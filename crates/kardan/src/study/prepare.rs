@@ -335,7 +335,6 @@ fn prepare_variant(
         laws_of((document, heard), (&reduced, &model), (designing, plants, nominal), out);
     start_notes.extend(references_at_rest(document, &running, &mut scenario));
     let complete = designed.len() == designing.len();
-    let computed = Computed::of(document, settings, &signal_names(&reduced, &scenario));
     let variant = PreparedVariant {
         name,
         model,
@@ -346,7 +345,7 @@ fn prepare_variant(
         scenario,
         faults,
         has_faults: !own_faults.is_empty(),
-        computed,
+        computed: Computed::of(document, settings, &known.signals),
         analysis,
         point,
         massless,

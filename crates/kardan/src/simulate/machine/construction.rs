@@ -233,11 +233,19 @@ impl Machine {
     /// # Panics
     /// If a law names an input or reference that does not exist (the model checks this before).
     pub fn new(setup: Setup<'_>) -> Self {
-        Self::with(setup, |_, _| Vec::new())
+        Self::with(setup, |_, _| ())
     }
 
-    /// The same, with something made of the same expressions, and with what else of them is to be found at each evaluation.
-    pub(in crate::simulate) fn with(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>) -> Self {
+    /// The same, with something made of the same expressions.
+    pub(in crate::simulate) fn with(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found)) -> Self {
+        Self::finding(setup, |motion, found| {
+            also(motion, found);
+            Vec::new()
+        })
+    }
+
+    /// The same, with what else of them is to be found at each evaluation.
+    pub(in crate::simulate) fn finding(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.set_valued().count());
         // Kept rows hold like frictions that never give way.

@@ -4,8 +4,8 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use super::rows::{fill, settings_with};
 use super::varied::Varied;
-use super::{fill, settings_with};
 use crate::assemble::CoefficientKind;
 use crate::model::tables::Measure;
 use crate::model::{Document, VariantSettings};
@@ -23,8 +23,7 @@ use crate::units::Exact;
 /// Where what varies lies when it is looked at what it reaches, as a part of all values.
 const BASE: f64 = 0.5;
 const OTHER: f64 = 0.371;
-/// Parts of the runs for each thread, and runs of one at least.
-const CHUNKS: usize = 2;
+/// Runs that a thread takes at least.
 const LEAST: usize = 16;
 
 type Slot = (CoefficientKind, usize);
@@ -177,7 +176,7 @@ impl<'p> Abreast<'p> {
             self.put_back(ensemble);
             filled
         };
-        let few = rows.len().div_ceil(CHUNKS * rayon::current_num_threads()).max(LEAST);
+        let few = rows.len().div_ceil(rayon::current_num_threads()).max(LEAST);
         rows.par_chunks_mut(few).flat_map_iter(chunk).collect()
     }
 

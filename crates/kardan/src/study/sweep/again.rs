@@ -1,8 +1,9 @@
 //! Rows of a sweep once more, as whole runs.
 
+use super::integrated;
+use super::rows::{blank, settings_with};
 use super::varied::Varied;
 use super::wanted::wanted;
-use super::{blank, integrated, settings_with};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Setting, VariantSettings};
 use crate::results::{ParameterValue, RowAgain, SweepRow};

@@ -10,6 +10,7 @@ mod plan;
 mod points;
 mod rare;
 mod region;
+mod rows;
 mod spec;
 mod together;
 mod told;
@@ -18,7 +19,6 @@ mod varied;
 mod wanted;
 mod worst;
 
-use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rayon::prelude::*;
@@ -30,6 +30,7 @@ use goal::target;
 pub use plan::{Shard, SweepPlan, SweepSettings};
 use points::{Filling, axes, combinations, moved};
 use rare::{CHAIN, MOST_LEVELS};
+use rows::{blank, difference, fill, settings_with};
 use spec::MOST_SAMPLES;
 pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
@@ -44,11 +45,10 @@ use super::requirement::Requirement;
 use super::run::{check_variants, run_variant, tolerance};
 use super::{Prepared, PreparedVariant, Progress, Project, Settings, Silent};
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::model::{Setting, VariantSettings};
-use crate::num::{Random, rational_from_f64};
-use crate::results::{Outcome, Run, Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
+use crate::model::VariantSettings;
+use crate::num::Random;
+use crate::results::{Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
 use crate::simulate::{Method, Recorded};
-use crate::units::{Exact, written_quantity};
 
 /// Samples of a block, at least.
 const LEAST_BLOCK: u64 = 64;
@@ -64,9 +64,6 @@ const LEAST_LEVEL: u64 = 200;
 const COMPARED: u64 = 64;
 const LEAST_COMPARED: u64 = 4;
 const SELDOM: u64 = 250;
-/// Blocks that runs side by side are taken from.
-const TOGETHER: usize = 16;
-
 /// Takes the rows of a block by its number, or says why it cannot.
 pub type TakeRows<'t> = dyn FnMut(u64, &[SweepRow]) -> Result<(), String> + 't;
 
@@ -197,7 +194,7 @@ impl Project {
         let recorded = wanted(prepared);
         let lanes = |variant| self.lanes_of(variant, &plan.spread, settings, (&recorded, plan.lanes), progress);
         let abreast: Vec<Option<Abreast<'_>>> = chosen.iter().copied().map(lanes).collect();
-        let (mut ended, mut ready) = (None, VecDeque::<Vec<SweepRow>>::new());
+        let mut ended = None;
         for block in plan.own_blocks() {
             let there = known_of(block);
             let found = match there.is_empty() {
@@ -207,27 +204,14 @@ impl Project {
                     found
                 }
                 true => {
-                    if ready.is_empty() {
-                        // What is begun is finished, and written.
-                        ended = progress.stop();
-                        if ended.is_some() {
-                            break;
-                        }
-                        let own = plan.own_blocks();
-                        let most = if abreast.iter().any(Option::is_some) && course.is_plain() { TOGETHER } else { 1 };
-                        let missing = (block..own.end).take(most).take_while(|block| known_of(*block).is_empty());
-                        let last = missing.last().unwrap_or(block);
-                        let Some(values) = course.values(plan, plan.samples_of(block..last + 1)) else { break };
-                        let cases = plan.samples_of(block..last + 1).zip(&values);
-                        let found =
-                            self.rows((prepared, settings, &recorded), plan, cases, (&chosen, &abreast), &heard);
-                        let mut found = found.into_iter().peekable();
-                        for block in block..last + 1 {
-                            let end = plan.samples_of(block..block + 1).end;
-                            ready.push_back(std::iter::from_fn(|| found.next_if(|row| row.sample < end)).collect());
-                        }
+                    // What is begun is finished, and written.
+                    ended = progress.stop();
+                    if ended.is_some() {
+                        break;
                     }
-                    let found: Vec<SweepRow> = ready.pop_front().unwrap_or_default();
+                    let Some(values) = course.values(plan, plan.samples_of(block..block + 1)) else { break };
+                    let cases = plan.samples_of(block..block + 1).zip(&values);
+                    let found = self.rows((prepared, settings, &recorded), plan, cases, (&chosen, &abreast), &heard);
                     if let Err(why) = write(block, &found) {
                         ended = Some(why);
                         break;
@@ -372,33 +356,6 @@ impl Project {
     }
 }
 
-/// By how much the numbers of a row differ from those of another one: as parts of the larger ones, or of bounds that are larger.
-fn difference(prepared: &Prepared, row: &SweepRow, other: &SweepRow) -> f64 {
-    let apart = |a: f64, b: f64, bounds: [Option<f64>; 2]| {
-        let size = bounds.into_iter().flatten().fold(a.abs().max(b.abs()), |size, bound| size.max(bound.abs()));
-        match (a.is_nan(), b.is_nan()) {
-            (true, true) => 0.0,
-            (false, false) if a == b => 0.0,
-            (false, false) => (a - b).abs() / size,
-            _ => f64::INFINITY,
-        }
-    };
-    let measured = row.measured.iter().zip(&other.measured).zip(&prepared.requirements);
-    let measured = measured.map(|((a, b), one)| apart(*a, *b, [one.below, one.above]));
-    let figures = row.figures.iter().zip(&other.figures).map(|(a, b)| apart(*a, *b, [None; 2]));
-    measured.chain(figures).fold(0.0, f64::max)
-}
-
-/// A row before its run.
-fn blank(prepared: &Prepared) -> SweepRow {
-    SweepRow {
-        measured: vec![f64::NAN; prepared.requirements.len()],
-        passed: vec![f64::NAN; prepared.requirements.len()],
-        figures: vec![f64::NAN; prepared.figures.len()],
-        ..SweepRow::default()
-    }
-}
-
 /// What a sample comes to; one that this program has a mistake in is lost alone.
 fn answering<T>(run: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     // What it has begun to change is dropped with it.
@@ -508,35 +465,6 @@ fn follows(plan: &SweepPlan, course: &mut Course, block: u64, rows: &[SweepRow])
 fn integrated(Settings { method, tolerance, .. }: &Settings) -> String {
     let tolerance = tolerance.map_or(String::new(), |tolerance| format!(", tolerance {tolerance:e}"));
     format!("method {method:?}{tolerance}")
-}
-
-/// The settings of a variant with values of what varies in place of its own.
-fn settings_with<'v>(own: &VariantSettings, values: impl Iterator<Item = (&'v Varied, f64)>) -> Vec<Setting> {
-    let mut all: Vec<Setting> = own.settings.clone();
-    for (varied, value) in values {
-        // Every value is finite, as its distribution is.
-        let value = Exact::new(rational_from_f64(value).unwrap_or_default(), 0);
-        all.retain(|setting| setting.name != varied.name);
-        all.push(Setting { name: varied.name.clone(), text: written_quantity(&value, varied.dimension), value });
-    }
-    all
-}
-
-/// What a run tells.
-fn fill(row: &mut SweepRow, prepared: &Prepared, run: &Run) {
-    if let Outcome::Failed { cause, .. } = &run.outcome {
-        row.reason.clone_from(cause);
-    }
-    let own = |names: &[String]| names.is_empty() || names.contains(&run.name);
-    let requirements = prepared.requirements.iter().enumerate().filter(|(_, one)| own(&one.variants));
-    for ((k, _), found) in requirements.zip(&run.requirements) {
-        row.measured[k] = found.measured.unwrap_or(f64::NAN);
-        row.passed[k] = if found.passed { 1.0 } else { 0.0 };
-    }
-    let figures = prepared.figures.iter().enumerate().filter(|(_, one)| own(&one.variants));
-    for ((k, _), found) in figures.zip(&run.figures) {
-        row.figures[k] = found.value.unwrap_or(f64::NAN);
-    }
 }
 
 #[cfg(test)]

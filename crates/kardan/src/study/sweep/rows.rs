@@ -1,0 +1,67 @@
+//! Rows of a sweep: the settings of a sample, what a run tells, how far two rows are apart.
+
+use super::varied::Varied;
+use crate::model::{Setting, VariantSettings};
+use crate::num::rational_from_f64;
+use crate::results::{Outcome, Run, SweepRow};
+use crate::study::Prepared;
+use crate::units::{Exact, written_quantity};
+
+/// The settings of a variant with values of what varies in place of its own.
+pub(super) fn settings_with<'v>(
+    own: &VariantSettings,
+    values: impl Iterator<Item = (&'v Varied, f64)>,
+) -> Vec<Setting> {
+    let mut all: Vec<Setting> = own.settings.clone();
+    for (varied, value) in values {
+        // Every value is finite, as its distribution is.
+        let value = Exact::new(rational_from_f64(value).unwrap_or_default(), 0);
+        all.retain(|setting| setting.name != varied.name);
+        all.push(Setting { name: varied.name.clone(), text: written_quantity(&value, varied.dimension), value });
+    }
+    all
+}
+
+/// A row before its run.
+pub(super) fn blank(prepared: &Prepared) -> SweepRow {
+    SweepRow {
+        measured: vec![f64::NAN; prepared.requirements.len()],
+        passed: vec![f64::NAN; prepared.requirements.len()],
+        figures: vec![f64::NAN; prepared.figures.len()],
+        ..SweepRow::default()
+    }
+}
+
+/// What a run tells.
+pub(super) fn fill(row: &mut SweepRow, prepared: &Prepared, run: &Run) {
+    if let Outcome::Failed { cause, .. } = &run.outcome {
+        row.reason.clone_from(cause);
+    }
+    let own = |names: &[String]| names.is_empty() || names.contains(&run.name);
+    let requirements = prepared.requirements.iter().enumerate().filter(|(_, one)| own(&one.variants));
+    for ((k, _), found) in requirements.zip(&run.requirements) {
+        row.measured[k] = found.measured.unwrap_or(f64::NAN);
+        row.passed[k] = if found.passed { 1.0 } else { 0.0 };
+    }
+    let figures = prepared.figures.iter().enumerate().filter(|(_, one)| own(&one.variants));
+    for ((k, _), found) in figures.zip(&run.figures) {
+        row.figures[k] = found.value.unwrap_or(f64::NAN);
+    }
+}
+
+/// By how much the numbers of a row differ from those of another one: as parts of the larger ones, or of bounds that are larger.
+pub(super) fn difference(prepared: &Prepared, row: &SweepRow, other: &SweepRow) -> f64 {
+    let apart = |a: f64, b: f64, bounds: [Option<f64>; 2]| {
+        let size = bounds.into_iter().flatten().fold(a.abs().max(b.abs()), |size, bound| size.max(bound.abs()));
+        match (a.is_nan(), b.is_nan()) {
+            (true, true) => 0.0,
+            (false, false) if a == b => 0.0,
+            (false, false) => (a - b).abs() / size,
+            _ => f64::INFINITY,
+        }
+    };
+    let measured = row.measured.iter().zip(&other.measured).zip(&prepared.requirements);
+    let measured = measured.map(|((a, b), one)| apart(*a, *b, [one.below, one.above]));
+    let figures = row.figures.iter().zip(&other.figures).map(|(a, b)| apart(*a, *b, [None; 2]));
+    measured.chain(figures).fold(0.0, f64::max)
+}
