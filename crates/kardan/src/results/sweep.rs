@@ -416,7 +416,8 @@ impl SweepRows {
         let reason = if none { 0 } else { self.reasons.len() - 1 };
         self.heads.push((row.sample, row.variant as u32, reason as u32));
         lists.into_iter().for_each(|list| self.numbers.extend_from_slice(list));
-        self.numbers.push(row.difference.unwrap_or(f64::NAN));
+        // None is a number below zero, so that equal rows are equal.
+        self.numbers.push(row.difference.unwrap_or(-1.0));
     }
 
     /// One of them.
@@ -430,7 +431,7 @@ impl SweepRows {
         let (measured, rest) = rest.split_at(self.counts[1]);
         let (passed, rest) = rest.split_at(self.counts[2]);
         let (figures, difference) = rest.split_at(self.counts[3]);
-        let difference = Some(difference[0]).filter(|difference| !difference.is_nan());
+        let difference = Some(difference[0]).filter(|difference| *difference >= 0.0);
         let reason = &self.reasons[reason as usize];
         SweepRowOf { sample, variant: variant as usize, reason, values, measured, passed, figures, difference }
     }
