@@ -539,7 +539,8 @@ pub struct SweepArgs {
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,
-    /// How the runs are integrated.
+    /// How the runs are integrated; `automatic` also lets them go side by side in lanes, where what varies are coefficients alone, and states how far they are
+    /// from runs one by one.
     #[arg(long, value_enum, default_value = "automatic")]
     pub method: RunMethod,
     /// Relative error allowed per step, from 1e-13 to 1e-3, in place of that of the file (1e-10 if it tells none).
