@@ -1,6 +1,7 @@
 //! Simulation in the accurate mode: adaptive high-order integration, located events, set-valued friction.
 
 mod clocked;
+mod counts;
 pub mod dop853;
 mod drive;
 mod faults;
@@ -20,6 +21,7 @@ mod stiffness;
 mod taylor;
 mod walk;
 
+pub use counts::{Met, Turned};
 pub use faults::{
     Failing, Faults, MechanicalFault, MechanicalFaultKind, MotorFault, MotorFaultKind, SensorFault, SensorFaultKind,
     UnitFault, UnitFaultKind,
