@@ -335,7 +335,7 @@ impl Ready {
         self
     }
 
-    /// Rounds otherwise: where sampled laws end the steps, coordinates that move are moved by about one unit in their last place more, or
+    /// Rounds otherwise: where sampled laws end the steps, coordinates that move are moved by up to two units in their last place more, or
     /// less. So errors of rounding are not those of the run that it is compared with.
     pub fn shaken(mut self) -> Self {
         self.0.shaken = Some(Random::new(0));
@@ -673,13 +673,13 @@ impl RunningLoop {
         }
     }
 
-    /// Moves coordinates that move by about a unit in their last place, where that is asked for and samples end the steps. What stands still is not
+    /// Moves coordinates that move by up to two units in their last place, where that is asked for and samples end the steps. What stands still is not
     /// rounded.
     fn shake(&mut self) {
         let Some(random) = self.shaken.as_mut().filter(|_| self.tick.is_finite()) else { return };
         let (angles, speeds) = self.state.split_at_mut(self.machine.degrees_of_freedom());
         for (angle, _) in angles.iter_mut().zip(speeds).filter(|(_, speed)| **speed != 0.0) {
-            *angle += 2.0 * f64::EPSILON * (random.unit() - 0.5) * *angle;
+            *angle += 4.0 * f64::EPSILON * (random.unit() - 0.5) * *angle;
         }
     }
 

@@ -3,9 +3,9 @@
 use crate::results::UndecidedCount;
 use crate::simulate::{Met, Turned};
 
-/// A reading is undecided where it is nearer to a boundary than this many times what two runs differed by at most until then. The second run
+/// A reading is undecided where it is nearer to a boundary than so many times what two runs differed by at most until then. The second run
 /// errs more than the first.
-const MARGIN: f64 = 2.0;
+const MARGIN: f64 = 1.0;
 /// Part of a run within which the second one takes another way, after the first undecided reading, if it tells what such readings do.
 const SOON: f64 = 0.1;
 
