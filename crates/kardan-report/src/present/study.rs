@@ -399,7 +399,7 @@ fn counts(body: Body, study: &Study) -> Body {
     body.table(&["variant", &format!("#from [{}] on", clock.unit), "sensor"], rows).hint(
         "In these runs a controller reads a sensor nearer to the boundary between two counts than the run is known, for the first time then. Until \
          then the errors are far smaller. From then on a reading may as well be one count more or less, and the loop goes another way with it, of \
-         which no `tolerance` tells which is right: events may come in another order, too. Told is five times the difference to runs that went other \
+         which no `tolerance` tells which is right: events may come in another order, too. Told is ten times the difference to runs that went other \
          ways; it is an estimate of how far such ways lie apart, no bound.",
     )
 }

@@ -18,7 +18,7 @@ pub struct Accuracy {
     /// Whether rounding keeps one of the runs from being as accurate as asked: then three times the difference is told, otherwise a third.
     pub rounded: bool,
     /// Where sensors count: the first reading of a sampled law that is nearer to the boundary of two counts than the run may err, or that came
-    /// out otherwise in the second run. From there on the run may go another way, whatever the tolerance; five times the difference is told, to
+    /// out otherwise in the second run. From there on the run may go another way, whatever the tolerance; ten times the difference is told, to
     /// the second run and to one in which such readings come out on their other side, where the second run did not part soon.
     pub undecided: Option<UndecidedCount>,
     /// Of each unit the signal with the largest error, and that error.
