@@ -354,11 +354,16 @@ fn accuracy(study: &Study) -> Body {
         })
         .collect();
     let headers: Vec<&str> = ["variant"].into_iter().chain(titles.iter().map(String::as_str)).collect();
-    let rounded: Vec<String> =
-        known().filter(|(_, found)| found.rounded).map(|(run, _)| variant_label(study, run)).collect();
+    let those = |which: &dyn Fn(&Accuracy) -> bool| -> String {
+        let those = known().filter(|(_, found)| which(found)).map(|(run, _)| variant_label(study, run));
+        those.collect::<Vec<String>>().join(", ")
+    };
+    let rounded = those(&|found| found.rounded && found.undecided.is_none());
     let rounded = match rounded.is_empty() {
         true => String::new(),
-        false => format!(" Three times the difference where rounding decides about the error: {}.", rounded.join(", ")),
+        false => format!(
+            " Three times the difference where rounding decides about the error, or samples make the steps of both: {rounded}."
+        ),
     };
     let body = Body::default().table(&headers, known().map(row_of)).hint(format!(
         "How far the integration is estimated to be off, over all rows, in the signal where that is most (readings of sensors are not \
@@ -366,17 +371,36 @@ fn accuracy(study: &Study) -> Body {
         figure(first.looser, 2),
         figure(first.tolerance, 2)
     ));
-    let others: Vec<String> =
-        known().filter(|(_, found)| !found.same_events).map(|(run, _)| variant_label(study, run)).collect();
+    let body = counts(body, study);
+    let others = those(&|found| !found.same_events && found.undecided.is_none());
     if others.is_empty() {
         return body;
     }
     body.judge(
         false,
         format!(
-            "{}: the second run came through other events, or in another order; a smaller `tolerance` tells which are right",
-            others.join(", ")
+            "{others}: the second run came through other events, or in another order; a smaller `tolerance` tells which are right"
         ),
+    )
+}
+
+/// Of which runs counts of sensors decide, and from when on.
+fn counts(body: Body, study: &Study) -> Body {
+    let undecided = study.runs.iter().filter_map(|run| Some((run, run.accuracy.as_ref()?.undecided.as_ref()?)));
+    let clock = clock(study);
+    let rows: Vec<_> = undecided
+        .map(|(run, first)| {
+            row![variant_label(study, run), format!("{:.6}", first.time * clock.per_second), &first.sensor]
+        })
+        .collect();
+    if rows.is_empty() {
+        return body;
+    }
+    body.table(&["variant", &format!("#from [{}] on", clock.unit), "sensor"], rows).hint(
+        "In these runs a controller reads a sensor nearer to the boundary between two counts than the run is known, for the first time then. Until \
+         then the errors are far smaller. From then on a reading may as well be one count more or less, and the loop goes another way with it, of \
+         which no `tolerance` tells which is right: events may come in another order, too. Told is ten times the difference to runs that went other \
+         ways; it is an estimate of how far such ways lie apart, no bound.",
     )
 }
 

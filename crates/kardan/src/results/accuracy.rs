@@ -17,8 +17,21 @@ pub struct Accuracy {
     pub same_events: bool,
     /// Whether rounding keeps one of the runs from being as accurate as asked: then three times the difference is told, otherwise a third.
     pub rounded: bool,
+    /// Where sensors count: the first reading of a sampled law that is nearer to the boundary of two counts than the run may err, or that came
+    /// out otherwise in the second run. From there on the run may go another way, whatever the tolerance; ten times the difference is told, to
+    /// the second run and to one in which such readings come out on their other side, where the second run did not part soon.
+    pub undecided: Option<UndecidedCount>,
     /// Of each unit the signal with the largest error, and that error.
     pub errors: Vec<SignalError>,
+}
+
+/// A reading that may as well be one count more or less.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct UndecidedCount {
+    /// When it is read, s.
+    pub time: f64,
+    /// Name of the sensor.
+    pub sensor: String,
 }
 
 /// The estimated error of a signal.

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use kardan_rt::Health;
 
+use super::counts::{Met, Notes, Turned};
 use super::sampler::{Period, Quantity, Sampler, stiffness};
 use super::{Scenario, SensorFault, SensorFaultKind, UnitFault, UnitFaultKind};
 use crate::names::SignalName;
@@ -42,6 +43,8 @@ pub(super) struct Clocked {
 
 /// Where a reading comes from.
 struct Source {
+    /// Name of the sensor.
+    name: String,
     quantity: Quantity,
     sampler: Sampler,
     faults: Vec<SensorFault>,
@@ -146,7 +149,7 @@ impl Clocked {
                 });
                 let faults = faults.iter().filter(|fault| fault.concerns(&signal.name)).cloned().collect();
                 let noise = Random::named(seed, &format!("fault of {head}"));
-                Source { quantity, sampler, faults, noise, last: 0.0 }
+                Source { name: head.to_string(), quantity, sampler, faults, noise, last: 0.0 }
             })
             .collect();
         let (inputs, states) = (law.inputs().len(), law.states().len());
@@ -192,6 +195,22 @@ impl Clocked {
         keeper.flag(&mut self.down);
         self.tally.keep(keeper);
         self.running.keep(keeper);
+    }
+
+    /// Notes what its sensors meet that count, of which the first has that number in the whole loop; some readings come out otherwise.
+    /// Returns the number of the next one.
+    pub fn note_counts(&mut self, first: usize, turned: &[Turned]) -> usize {
+        let counting = self.sensors.iter_mut().filter(|source| source.sampler.counts());
+        let own = |number| turned.iter().filter(move |turned| turned.sensor == number).copied().collect();
+        counting.fold(first, |number, source| {
+            source.sampler.notes = Some(Box::new(Notes::new(source.name.clone(), own(number))));
+            number + 1
+        })
+    }
+
+    /// What its sensors met, where that was noted.
+    pub fn met(&mut self) -> impl Iterator<Item = Met> {
+        self.sensors.iter_mut().filter_map(|source| Some(source.sampler.notes.take()?.met()))
     }
 
     /// What its law tells blocks.

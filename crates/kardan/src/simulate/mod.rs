@@ -1,6 +1,7 @@
 //! Simulation in the accurate mode: adaptive high-order integration, located events, set-valued friction.
 
 mod clocked;
+mod counts;
 pub mod dop853;
 mod drive;
 mod ensemble;
@@ -21,6 +22,7 @@ mod stiffness;
 mod taylor;
 mod walk;
 
+pub use counts::{Met, Turned};
 pub use ensemble::{Ensemble, Ran, Varying};
 pub use faults::{
     Failing, Faults, MechanicalFault, MechanicalFaultKind, MotorFault, MotorFaultKind, SensorFault, SensorFaultKind,

@@ -7,6 +7,7 @@ mod words;
 
 use kardan_rt::functions::powi;
 
+use super::counts::{Met, Turned};
 use super::dop853::StepError;
 use super::integrator::Integrator;
 use super::linear::{self, BLOCK, LinearSegment};
@@ -16,7 +17,7 @@ use super::stiffness::is_stiff;
 use super::{Machine, Scenario, Setup};
 use crate::equations::Domain;
 use crate::names::quoted;
-use crate::num::Keeper;
+use crate::num::{Keeper, Random};
 use crate::reduce::Reduced;
 use crate::results::{Effort, Energy, Event, MotorStrain, Outcome, Physical, Series};
 use looks::Guard;
@@ -92,6 +93,10 @@ pub struct RunResult {
     pub strains: Vec<MotorStrain>,
     /// What the integrator did.
     pub effort: Effort,
+    /// What sensors that count met, where that was noted ([`Ready::noting`]).
+    pub met: Vec<Met>,
+    /// Whether samples of laws ended its steps.
+    pub sampled: bool,
 }
 
 /// Places inside a step where events are looked for; between two of them a direction may reverse at most once.
@@ -222,6 +227,8 @@ pub(super) struct RunningLoop {
     most_steps: usize,
     /// Steps since the progress was told.
     unheard: usize,
+    /// Where other rounding is drawn from, if that is asked for.
+    shaken: Option<Random>,
 }
 
 /// The margins of all directions (columns) at the looks into the last step (rows), made once.
@@ -315,6 +322,24 @@ impl Ready {
     /// Compiles the expressions of a loop.
     pub fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
         Self(RunningLoop::new(setup, tolerance))
+    }
+
+    /// Notes what sensors that count meet at the readings of sampled laws.
+    pub fn noting(self) -> Self {
+        self.turning(&[])
+    }
+
+    /// The same, and some readings come out otherwise; the readings of a sensor in their order.
+    pub fn turning(mut self, turned: &[Turned]) -> Self {
+        self.0.machine.note_counts(turned);
+        self
+    }
+
+    /// Rounds otherwise: where sampled laws end the steps, coordinates that move are moved by up to two units in their last place more, or
+    /// less. So errors of rounding are not those of the run that it is compared with.
+    pub fn shaken(mut self) -> Self {
+        self.0.shaken = Some(Random::new(0));
+        self
     }
 
     /// Runs it; see [`simulate`].
@@ -441,6 +466,7 @@ impl RunningLoop {
             located: 0,
             most_steps: tolerance.most_steps,
             unheard: 0,
+            shaken: None,
             scenario: scenario.clone(),
         }
     }
@@ -639,10 +665,21 @@ impl RunningLoop {
         }
         self.chatter = Chatter { since: time, ..Chatter::default() };
         let step = self.solver.next_step();
+        self.shake();
         self.restart(time);
         if self.tick.is_finite() {
             // Between two samples goes on what went on before.
             self.solver.set_step(step);
+        }
+    }
+
+    /// Moves coordinates that move by up to two units in their last place, where that is asked for and samples end the steps. What stands still is not
+    /// rounded.
+    fn shake(&mut self) {
+        let Some(random) = self.shaken.as_mut().filter(|_| self.tick.is_finite()) else { return };
+        let (angles, speeds) = self.state.split_at_mut(self.machine.degrees_of_freedom());
+        for (angle, _) in angles.iter_mut().zip(speeds).filter(|(_, speed)| **speed != 0.0) {
+            *angle += 4.0 * f64::EPSILON * (random.unit() - 0.5) * *angle;
         }
     }
 
@@ -1587,6 +1624,7 @@ impl RunningLoop {
             Outcome::Failed { time, .. } => time,
             Outcome::Completed => self.scenario.duration,
         };
+        let met = self.machine.met();
         let series =
             Series { time: std::mem::take(&mut self.time_grid), signals: std::mem::take(&mut self.outputs.signals) };
         let rounding = self.rounding_limit(&series);
@@ -1609,6 +1647,8 @@ impl RunningLoop {
             outcome,
             notes: self.notes,
             warnings,
+            met,
+            sampled: self.machine.next_tick().is_finite(),
             effort: Effort {
                 steps,
                 rejected: counts.rejected as usize,

@@ -1,5 +1,6 @@
 //! A sensor in a run: resolution, phase, sample and hold.
 
+use super::counts::Notes;
 use crate::equations::{Measured, Sensor};
 use crate::num::{Keeper, Random, Rational, rational_to_f64};
 use crate::reduce::{Dynamics, Reduced, Work};
@@ -50,6 +51,8 @@ pub(super) struct Sampler {
     last_angle: f64,
     /// Standard deviation and where it is drawn from; every sampler of one sensor draws the same.
     noise: Option<(f64, Random)>,
+    /// What it meets, where that is noted.
+    pub notes: Option<Box<Notes>>,
     /// What it reads.
     pub held: f64,
 }
@@ -65,6 +68,7 @@ impl Sampler {
             next: 0,
             last_angle: f64::NAN,
             noise: None,
+            notes: None,
             held: 0.0,
         }
     }
@@ -85,6 +89,11 @@ impl Sampler {
     /// Whether it reads exactly and at once.
     pub fn is_ideal(&self) -> bool {
         self.step.is_none() && self.period.is_none() && self.noise.is_none()
+    }
+
+    /// Whether it rounds to counts.
+    pub fn counts(&self) -> bool {
+        self.step.is_some()
     }
 
     /// Whether a speed is the difference of rounded angles.
@@ -114,7 +123,8 @@ impl Sampler {
         }
         let noise = self.noise.as_mut().map_or(0.0, |(size, random)| *size * random.normal());
         let exact = if self.differentiate { exact() } else { exact() + noise };
-        let rounded = self.step.map_or(exact, |step| (exact / step + self.phase).floor() * step);
+        let mut count = |steps: f64| self.notes.as_mut().map_or(steps.floor(), |notes| notes.count(time, steps));
+        let rounded = self.step.map_or(exact, |step| count(exact / step + self.phase) * step);
         self.held = if self.differentiate {
             let before = if self.last_angle.is_nan() { rounded } else { self.last_angle };
             self.last_angle = rounded;

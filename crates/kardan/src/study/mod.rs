@@ -63,6 +63,7 @@ mod summary;
 mod sweep;
 mod symbolic;
 mod thresholds;
+mod undecided;
 mod without;
 
 pub use analysis::{AnalysisSpec, Site};

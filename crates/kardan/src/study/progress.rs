@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::results::{Analysis, Design, Identification, Safety, Study};
-use crate::simulate::{RunResult, Setup, Tolerance, simulate};
+use crate::simulate::{Ready, RunResult, Setup, Tolerance};
 
 /// Hears how far the runs are, and may end them. Called from several threads.
 pub trait Progress: Sync {
@@ -102,8 +102,13 @@ pub(super) fn simulate_heard(
     (number, name): (usize, &str),
     progress: &dyn Progress,
 ) -> RunResult {
+    run_heard(Ready::new(setup, tolerance), (number, name), progress)
+}
+
+/// The same of a run that is compiled.
+pub(super) fn run_heard(ready: Ready, (number, name): (usize, &str), progress: &dyn Progress) -> RunResult {
     progress.advance(number, name, 0.0);
-    let result = simulate(setup, tolerance, &mut |part| {
+    let result = ready.run(&mut |part| {
         progress.advance(number, name, part);
         progress.stop()
     });

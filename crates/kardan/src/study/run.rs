@@ -5,26 +5,27 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::accuracy;
+use super::accuracy::{self, Others};
 use super::analyze::analyze_variant;
 use super::design::designed;
 use super::figure::figures_of;
 use super::kept::frozen_variant;
 use super::left_tables::left_tables;
 use super::prepare::is_error;
-use super::progress::simulate_heard;
+use super::progress::run_heard;
 use super::redundant::sharing_notes;
 use super::requirement::{Judged, Ran, judge};
 use super::spectrum::spectra;
 use super::summary::summarise;
+use super::undecided::Doubts;
 use super::{
     AnalyzeSettings, DesignSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent, overrule, strain,
 };
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::equations::Domain;
 use crate::names::Quantity;
-use crate::results::{Analysis, Design, Outcome, Plot, PlottedReference, Run, Study, SweepRow};
-use crate::simulate::{Method, RunResult, Scenario, Setup, Tolerance, signal_names, simulate};
+use crate::results::{Accuracy, Analysis, Design, Outcome, Plot, PlottedReference, Run, Study, SweepRow};
+use crate::simulate::{Met, Method, Ready, RunResult, Scenario, Setup, Tolerance, Turned, signal_names};
 
 /// Told of a study that ends with its runs.
 const MISSING: &str = "structure and designs of the report are missing";
@@ -98,7 +99,7 @@ impl Project {
             )
         };
         let again = || if settings.runs_only { Vec::new() } else { run_again(prepared, &chosen, settings, progress) };
-        let ((study, seconds), (analysis, mut designs)) = rayon::join(|| rayon::join(ran, again), beside);
+        let (((study, met), seconds), (analysis, mut designs)) = rayon::join(|| rayon::join(ran, again), beside);
         designs.iter_mut().for_each(|design| tell_strains(design, &chosen, &study.runs));
         if let Some(why) = progress.stop() {
             warnings.push(format!("{why}: what was not computed by then is left out"));
@@ -109,13 +110,10 @@ impl Project {
         });
         progress.release();
         let mut study = Study { warnings, analysis, designs, ..Arc::unwrap_or_clone(study) };
-        for ((run, second), variant) in study.runs.iter_mut().zip(&seconds).zip(&chosen) {
-            let equations = &variant.reduced.equations;
-            let sensors = equations.sensors.iter();
-            let readings: Vec<String> =
-                sensors.map(|(name, sensor)| equations.reading(&sensor.measured).of(name)).collect();
-            run.accuracy = accuracy::estimate(run, second, tolerance(prepared, settings, progress), &readings);
-        }
+        let compared = study.runs.par_iter_mut().zip(&met).zip(&seconds).zip(&chosen);
+        compared.for_each(|(((run, met), second), variant)| {
+            run.accuracy = accuracy_of(run, met, second, variant, (prepared, settings), progress);
+        });
         Ok(study)
     }
 }
@@ -145,10 +143,11 @@ fn run_all(
     settings: &Settings,
     warnings: &[String],
     progress: &dyn Progress,
-) -> Arc<Study> {
-    let runs =
-        chosen.par_iter().enumerate().map(|(k, variant)| run_variant(k, variant, (prepared, settings), progress));
-    let (runs, plots): (Vec<Run>, Vec<Plot>) = (runs.collect(), chosen_plots(prepared, &settings.variants));
+) -> (Arc<Study>, Vec<Vec<Met>>) {
+    let runs = chosen.par_iter().enumerate();
+    let runs = runs.map(|(k, variant)| run_noted(k, variant, (prepared, settings), progress));
+    let (runs, met): (Vec<Run>, Vec<Vec<Met>>) = runs.unzip();
+    let plots = chosen_plots(prepared, &settings.variants);
     let spectra = plots.iter().filter(|plot| plot.spectrum).flat_map(|plot| spectra(plot, &runs)).collect();
     let study = Arc::new(Study {
         model: prepared.variants.first().map(|variant| summarise(prepared, variant)).unwrap_or_default(),
@@ -159,7 +158,7 @@ fn run_all(
         ..Study::default()
     });
     progress.keep(&|| Part::Study(Arc::clone(&study)));
-    study
+    (study, met)
 }
 
 /// The runs at a looser tolerance, which tell how accurate the others are.
@@ -169,12 +168,38 @@ fn run_again(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Vec<RunResult> {
+    chosen.par_iter().map(|variant| again(variant, &[], (prepared, settings), progress)).collect()
+}
+
+/// A variant at a looser tolerance and with other rounding; some readings come out otherwise.
+fn again(
+    variant: &PreparedVariant,
+    turned: &[Turned],
+    (prepared, settings): (&Prepared, &Settings),
+    progress: &dyn Progress,
+) -> RunResult {
     let tolerance = accuracy::looser(tolerance(prepared, settings, progress));
-    let again = |variant: &&PreparedVariant| {
-        let scenario = scenario_of(variant, settings);
-        simulate(setup(variant, &scenario), tolerance, &mut |_| progress.stop())
-    };
-    chosen.par_iter().map(again).collect()
+    let scenario = scenario_of(variant, settings);
+    Ready::new(setup(variant, &scenario), tolerance).turning(turned).shaken().run(&mut |_| progress.stop())
+}
+
+/// How far a run may be wrong, by what sensors met in it, and by a second run.
+fn accuracy_of(
+    run: &Run,
+    met: &[Met],
+    second: &RunResult,
+    variant: &PreparedVariant,
+    (prepared, settings): (&Prepared, &Settings),
+    progress: &dyn Progress,
+) -> Option<Accuracy> {
+    let equations = &variant.reduced.equations;
+    let sensors = equations.sensors.iter();
+    let readings: Vec<String> = sensors.map(|(name, sensor)| equations.reading(&sensor.measured).of(name)).collect();
+    let doubts = Doubts::new(met, &second.met);
+    let third =
+        doubts.ask_for_third(run.length()).then(|| again(variant, &doubts.turned, (prepared, settings), progress));
+    let others = Others { second, third: third.as_ref(), undecided: doubts.first };
+    accuracy::estimate(run, others, tolerance(prepared, settings, progress), &readings)
 }
 
 /// What happens in a variant, with the faults that were asked for.
@@ -354,7 +379,24 @@ pub(super) fn run_variant(
 ) -> Run {
     let tolerance = tolerance(prepared, settings, progress);
     let scenario = scenario_of(variant, settings);
-    judged(variant, prepared, simulate_heard(setup(variant, &scenario), tolerance, (number, &variant.name), progress))
+    let ready = Ready::new(setup(variant, &scenario), tolerance);
+    judged(variant, prepared, run_heard(ready, (number, &variant.name), progress))
+}
+
+/// The same with what its sensors met that count, where its error is asked for.
+fn run_noted(
+    number: usize,
+    variant: &PreparedVariant,
+    (prepared, settings): (&Prepared, &Settings),
+    progress: &dyn Progress,
+) -> (Run, Vec<Met>) {
+    let tolerance = tolerance(prepared, settings, progress);
+    let scenario = scenario_of(variant, settings);
+    let ready = Ready::new(setup(variant, &scenario), tolerance);
+    let ready = if settings.runs_only { ready } else { ready.noting() };
+    let mut result = run_heard(ready, (number, &variant.name), progress);
+    let met = std::mem::take(&mut result.met);
+    (judged(variant, prepared, result), met)
 }
 
 /// What a run comes to, with what is computed from its signals, its figures, and what is required of it.

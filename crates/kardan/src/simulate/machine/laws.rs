@@ -4,6 +4,7 @@ use super::Machine;
 use super::wired::{Computer, Wired};
 use crate::expr::Part;
 use crate::simulate::clocked::Clocked;
+use crate::simulate::counts::{Met, Turned};
 use crate::simulate::scenario::Profile;
 
 impl Machine {
@@ -79,6 +80,19 @@ impl Machine {
                 }
             }
         }
+    }
+
+    /// Notes from now on what the sensors of sampled laws meet that count; some readings come out otherwise.
+    pub(in crate::simulate) fn note_counts(&mut self, turned: &[Turned]) {
+        self.laws
+            .iter_mut()
+            .filter_map(Wired::clocked_mut)
+            .fold(0, |first, clocked| clocked.note_counts(first, turned));
+    }
+
+    /// What they met.
+    pub(in crate::simulate) fn met(&mut self) -> Vec<Met> {
+        self.laws.iter_mut().filter_map(Wired::clocked_mut).flat_map(Clocked::met).collect()
     }
 
     /// The next instant at which a sampled law reads, computes or changes its torques, s; infinite if there is none.

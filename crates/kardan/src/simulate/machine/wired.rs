@@ -49,6 +49,13 @@ impl Wired {
             Computer::Linear(_) | Computer::Continuous(_) => None,
         }
     }
+
+    pub fn clocked_mut(&mut self) -> Option<&mut Clocked> {
+        match &mut self.computer {
+            Computer::Clocked(clocked) => Some(clocked),
+            Computer::Linear(_) | Computer::Continuous(_) => None,
+        }
+    }
 }
 
 /// What a law sees: the true angles and speeds, of disturbances nothing.

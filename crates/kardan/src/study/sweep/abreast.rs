@@ -190,6 +190,8 @@ impl<'p> Abreast<'p> {
             outcome: Outcome::Completed,
             notes: Vec::new(),
             warnings: Vec::new(),
+            met: Vec::new(),
+            sampled: false,
             strains: Vec::new(),
             effort: Effort { method: IntegrationMethod::Taylor, ..Effort::default() },
         };
