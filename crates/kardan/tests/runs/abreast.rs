@@ -52,6 +52,11 @@ fn swept(project: &Project, settings: &SweepSettings) -> (Vec<SweepRow>, Sweep) 
     (rows.iter().map(|row| row.to_row()).collect(), found)
 }
 
+/// With the joint bent most.
+fn bent(settings: SweepSettings) -> SweepSettings {
+    SweepSettings { variants: vec!["beta-30deg".into()], ..settings }
+}
+
 /// The built-in steering system, with figures of what moves fast.
 fn steering() -> Project {
     let figure = |name: &str, signal: &str, measure: &str| {
@@ -84,6 +89,31 @@ fn multiples_go_side_by_side_too() {
     }
 }
 
+/// What has a list of values is seen to matter, also where two places in it have the same one.
+#[test]
+fn values_of_lists_count() {
+    let listed = BODIES.replace(
+        "inertia = \"2 kg m^2 ± 10 %\"\nfriction = \"1 N m ± 20 %\"\n\n[motor",
+        "inertia = \"j\"\nfriction = \"1 N m ± 20 %\"\n\n[motor",
+    );
+    let text = format!(
+        "[parameters]\nj = \"2 kg m^2\"\n[sweep]\nlists = {{ j = [\"2 kg m^2\", \"2 kg m^2\", \"3 kg m^2\"] }}\n{listed}"
+    );
+    let (rows, found) = swept(&Project::open(text.as_str()), &settings(30, Method::Automatic, 1e-10));
+    assert!(found.compared.is_some_and(|compared| compared.difference < 1e-9));
+    let place = |name: &str| found.varied.iter().position(|one| one.name == name).unwrap();
+    let mut seen = [0; 2];
+    for row in &rows {
+        // With a table the list alone varies, with the tolerances that it names.
+        let inertia = row.values[place("j")];
+        seen[usize::from(inertia == 3.0)] += 1;
+        let stopped =
+            inertia / 2.0 / found.varied.iter().position(|one| one.name == "b.friction").map_or(1.0, |k| row.values[k]);
+        assert!((row.figures[1] - stopped).abs() < 1e-9 * stopped, "{row:?}: {stopped}");
+    }
+    assert!(seen[0] > 0 && seen[1] > 0, "{seen:?}");
+}
+
 /// A ramp k t breaks away at c/k: the way is then k (T − c/k)³/6J. What slides with ω comes to rest after J ω²/2c.
 #[test]
 fn breaking_away_and_coming_to_rest_have_their_closed_forms() {
@@ -104,7 +134,10 @@ fn breaking_away_and_coming_to_rest_have_their_closed_forms() {
 #[test]
 fn bits_do_not_depend_on_lanes_nor_threads() {
     let project = steering();
-    let of = |lanes: Option<usize>, samples: u64| SweepSettings { lanes, ..settings(samples, Method::Automatic, 1e-6) };
+    let of = |lanes: Option<usize>, samples: u64| SweepSettings {
+        lanes,
+        ..bent(settings(samples, Method::Automatic, 1e-6))
+    };
     let (rows, found) = swept(&project, &of(None, 32));
     let bits = |rows: &[SweepRow]| -> Vec<u64> {
         let numbers = |row: &SweepRow| [&row.values[..], &row.measured, &row.passed, &row.figures].concat();
@@ -136,8 +169,8 @@ fn bits_do_not_depend_on_lanes_nor_threads() {
 #[test]
 fn lanes_are_near_the_reference() {
     let project = steering();
-    let (rows, found) = swept(&project, &settings(12, Method::Automatic, 1e-9));
-    let (others, alone) = swept(&project, &settings(12, Method::Dop853, 1e-11));
+    let (rows, found) = swept(&project, &bent(settings(12, Method::Automatic, 1e-9)));
+    let (others, alone) = swept(&project, &bent(settings(12, Method::Dop853, 1e-11)));
     assert!(alone.compared.is_none() && others.iter().all(|row| row.difference.is_none()));
     let mut most = 0.0f64;
     for (row, other) in rows.iter().zip(&others) {
@@ -148,8 +181,7 @@ fn lanes_are_near_the_reference() {
     // The speed of the wave generator has edges that rows cut.
     assert!(most < 1e-7, "{most:e}");
     let told = found.compared.unwrap();
-    // Four samples in each of four variants.
-    assert!(told.rows == 16 && told.difference < 1e-7, "{told:?}");
+    assert!(told.rows == 4 && told.difference < 1e-7, "{told:?}");
 }
 
 /// Where what varies is more than a coefficient of the equations, or a loop is more than its plan, runs go one by one.

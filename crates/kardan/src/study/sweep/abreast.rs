@@ -1,6 +1,7 @@
 //! Runs of a sweep side by side in lanes, where what varies reaches nothing but coefficients of the equations.
 
-use std::sync::{Mutex, PoisonError};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
@@ -22,7 +23,7 @@ use crate::units::Exact;
 
 /// Where what varies lies when it is looked at what it reaches, as a part of all values.
 const BASE: f64 = 0.5;
-const OTHER: f64 = 0.371;
+const OTHERS: [f64; 3] = [0.371, 0.993, 0.007];
 /// Runs that a thread takes at least.
 const LEAST: usize = 16;
 
@@ -58,8 +59,14 @@ fn slots(reduced: &Reduced) -> Vec<Slot> {
 fn rest(variant: &PreparedVariant) -> String {
     let mut reduced = variant.reduced.clone();
     slots(&reduced).into_iter().for_each(|slot| *reduced.equations.coefficient_mut(slot) = Exact::one());
-    let PreparedVariant { running, scenario, computed, start_notes, .. } = variant;
-    format!("{reduced:?} {running:?} {scenario:?} {computed:?} {start_notes:?}")
+    let PreparedVariant { scenario, computed, start_notes, .. } = variant;
+    format!("{reduced:?} {scenario:?} {computed:?} {start_notes:?}")
+}
+
+/// Whether two variants have the same laws: a program is written anew for each sample.
+fn has_same_laws(one: &PreparedVariant, two: &PreparedVariant) -> bool {
+    let mut pairs = one.running.iter().zip(&two.running);
+    one.running.len() == two.running.len() && pairs.all(|(one, two)| Arc::ptr_eq(one, two))
 }
 
 impl<'p> Abreast<'p> {
@@ -82,7 +89,8 @@ impl<'p> Abreast<'p> {
         let base: Vec<f64> = spread.iter().map(|varied| varied.distribution.quantile(BASE)).collect();
         let prepared_with = |values: &[f64]| {
             let all = settings_with(own, spread.iter().zip(values.iter().copied()));
-            prepare_sample(document, variant, (&all, own.controls.as_deref(), &own.faults)).ok()
+            let found = prepare_sample(document, variant, (&all, own.controls.as_deref(), &own.faults)).ok();
+            found.filter(|found| has_same_laws(found, variant))
         };
         let first = prepared_with(&base)?;
         let all = slots(&first.reduced);
@@ -90,7 +98,9 @@ impl<'p> Abreast<'p> {
         let mut from: Vec<Option<(usize, f64)>> = vec![None; all.len()];
         for (k, varied) in spread.iter().enumerate() {
             let mut values = base.clone();
-            values[k] = varied.distribution.quantile(OTHER);
+            // What has two values in a list may have the same one twice.
+            let others = OTHERS.map(|part| varied.distribution.quantile(part));
+            values[k] = others.into_iter().find(|value| *value != base[k])?;
             let other = prepared_with(&values)?;
             if slots(&other.reduced) != all || rest(&other) != expected {
                 return None;
@@ -165,15 +175,19 @@ impl<'p> Abreast<'p> {
                 rows.iter().enumerate().filter_map(|(k, row)| Some((k, self.values(row)?))).collect();
             let (places, values): (Vec<usize>, Vec<Vec<f64>>) = given.into_iter().unzip();
             let mut filled = vec![false; rows.len()];
-            let Some(mut ensemble) = self.ensemble() else { return filled };
-            ensemble.run(&values, &mut |number, ran| {
-                let Some(ran) = ran else { return };
-                let row = &mut *rows[places[number]];
-                self.tell(prepared, row, ran);
-                filled[places[number]] = true;
-                done();
+            let run = AssertUnwindSafe(|| {
+                let Some(mut ensemble) = self.ensemble() else { return };
+                ensemble.run(&values, &mut |number, ran| {
+                    let Some(ran) = ran else { return };
+                    let row = &mut *rows[places[number]];
+                    self.tell(prepared, row, ran);
+                    filled[places[number]] = true;
+                    done();
+                });
+                self.put_back(ensemble);
             });
-            self.put_back(ensemble);
+            // What this program has a mistake in goes on by the reference, and the lanes are dropped.
+            let _ = catch_unwind(run);
             filled
         };
         let few = rows.len().div_ceil(rayon::current_num_threads()).max(LEAST);
