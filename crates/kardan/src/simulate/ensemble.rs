@@ -22,7 +22,7 @@ const MOST_STEPS: usize = 1_000_000;
 /// A speed that no drivetrain reaches, rad/s.
 const DIVERGED: f64 = 1e6;
 /// Widenings of the interval about a zero of a series until a mode is left there; the first is so many units in the last place.
-const CONFIRMATIONS: usize = 7;
+const CONFIRMATIONS: usize = 3;
 const FIRST: f64 = 4.0 * f64::EPSILON;
 const LEAST: f64 = 1e-10;
 const WIDER: f64 = 32.0;
