@@ -205,3 +205,80 @@ fn others_run_one_by_one() {
         );
     }
 }
+
+/// Numbers from 0 to 1 that follow from a seed.
+struct Lots(u64);
+
+impl Lots {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn between(&mut self, from: f64, to: f64) -> f64 {
+        from + (to - from) * self.unit()
+    }
+
+    /// Even in its logarithm, with four digits.
+    fn size(&mut self, from: f64, to: f64) -> String {
+        let (low, high) = (kardan_rt::functions::ln(from), kardan_rt::functions::ln(to));
+        format!("{:.3e}", kardan_rt::functions::exp(self.between(low, high)))
+    }
+}
+
+/// Shafts with frictions behind springs, gears and bent joints, some of them stiffly joined, so that frictions depend on each other; a motor with steps and ramps.
+fn drivetrain(seed: u64) -> String {
+    let (mut lots, mut text) = (Lots(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) + 1), String::new());
+    let shafts = 1 + (lots.unit() * 6.0) as usize;
+    for k in 0..shafts {
+        text += &format!("[shaft.s{k}]\ninertia = \"{} kg m^2 ± 10 %\"\n", lots.size(1e-3, 1.0));
+        if lots.unit() < 0.8 {
+            text += &format!("friction = \"{} N m ± 20 %\"\n", lots.size(1e-2, 3.0));
+        }
+        if lots.unit() < 0.6 {
+            text += &format!("damping = \"{} N m s/rad ± 20 %\"\n", lots.size(1e-3, 0.3));
+        }
+        text += &format!("[[figure]]\nname = \"p{k}\"\nsignal = \"s{k}.phi\"\nmeasure = \"final\"\n");
+        text += &format!("[[figure]]\nname = \"w{k}\"\nsignal = \"s{k}.w\"\nmeasure = \"max_abs\"\n");
+    }
+    for k in 1..shafts {
+        let ends = format!("shaft_1 = \"s{}\"\nshaft_2 = \"s{k}\"\n", (lots.unit() * k as f64) as usize);
+        let kind = lots.unit();
+        if kind < 0.6 {
+            let (stiffness, damping) = (lots.size(1.0, 1e3), lots.size(1e-3, 0.1));
+            text += &format!(
+                "[spring_damper.c{k}]\n{ends}stiffness = \"{stiffness} N m/rad ± 15 %\"\ndamping = \"{damping} N m s/rad ± 20 %\"\n"
+            );
+        } else if kind < 0.84 {
+            text += &format!("[gear.g{k}]\n{ends}ratio = {:.1}\n", lots.between(0.5, 4.0));
+        } else {
+            text += &format!("[universal_joint.u{k}]\n{ends}angle = \"{:.0} deg\"\n", lots.between(5.0, 35.0));
+        }
+    }
+    text += "[motor.m]\nshaft = \"s0\"\n[scenario]\nduration = \"2 s\"\noutput_step = \"5 ms\"\n";
+    if lots.unit() < 0.5 {
+        text += &format!("initial = {{ \"s0.w\" = \"{:.3} rad/s\" }}\n", lots.between(-5.0, 5.0));
+    }
+    let mut at = 0.0;
+    for _ in 0..1 + (lots.unit() * 4.0) as usize {
+        at += lots.between(0.05, 0.5);
+        let to = lots.between(-4.0, 4.0);
+        text += &format!("[[scenario.event]]\nat = \"{at:.3} s\"\nsignal = \"m.tau\"\nto = \"{to:.3} N m\"\n");
+        if lots.unit() < 0.6 {
+            text += &format!("over = \"{:.3} s\"\n", lots.between(0.05, 0.8));
+        }
+    }
+    text
+}
+
+/// Random drivetrains come to what the reference finds, those whose frictions hold together among them. `KARDAN_MODELS` asks for more of them.
+#[test]
+fn random_drivetrains_are_near_the_reference() {
+    let count = std::env::var("KARDAN_MODELS").ok().and_then(|count| count.parse().ok()).unwrap_or(60);
+    for seed in 0..count {
+        let text = drivetrain(seed);
+        let (_, found) = swept(&Project::open(text.as_str()), &settings(4, Method::Automatic, 1e-8));
+        let told = found.compared.unwrap_or_else(|| panic!("{seed} has no lanes:\n{text}"));
+        assert!(told.difference < 1e-4, "{seed}: {told:?}\n{text}");
+    }
+}
