@@ -36,26 +36,8 @@ const FLURRY: usize = 200;
 /// Relative difference of two times that are one.
 const SAME: f64 = 1e-14;
 
-/// Which coefficients of a loop differ from run to run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Varying {
-    /// Each by its kind and the number of its term.
-    pub coefficients: Vec<(CoefficientKind, usize)>,
-}
-
-/// What a run comes to.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Ran {
-    /// The signals recorded; the times are those of the scenario.
-    pub series: Series,
-    /// Steps, and events located.
-    pub steps: usize,
-    /// See there.
-    pub events: usize,
-}
-
-/// A run that ends, by its number; nothing where it is to be left to the reference.
-pub type TakeRun<'t> = dyn FnMut(usize, Option<&mut Ran>) + 't;
+/// Takes the signals of a run that ends, by its number; nothing where it is to be left to the reference.
+pub type TakeRun<'t> = dyn FnMut(usize, Option<&mut Series>) + 't;
 
 /// What all lanes share.
 struct Common {
@@ -70,7 +52,8 @@ struct Common {
 struct Own {
     machine: Machine,
     run: Option<usize>,
-    ran: Ran,
+    series: Series,
+    steps: usize,
     time: f64,
     end: f64,
     state: Vec<f64>,
@@ -94,9 +77,14 @@ enum Kind {
 }
 
 impl Ensemble {
-    /// Lanes for a loop whose equations are [given](crate::assemble::Equations::given) what varies, in the same order; as many as machine code has
-    /// where `count` asks for no other number: 1, 4 or 8. None where lanes do not do all that the loop does.
-    pub fn new(setup: Setup<'_>, varying: &Varying, tolerance: Tolerance, count: Option<usize>) -> Option<Self> {
+    /// Lanes for a loop whose equations are [given](crate::assemble::Equations::given) the coefficients that vary, in the same order; as many as machine
+    /// code has where `count` asks for no other number: 1, 4 or 8. None where lanes do not do all that the loop does.
+    pub fn new(
+        setup: Setup<'_>,
+        varying: &[(CoefficientKind, usize)],
+        tolerance: Tolerance,
+        count: Option<usize>,
+    ) -> Option<Self> {
         Some(Self(match count.unwrap_or_else(lanes) {
             8 => Kind::Eight(Group::new(setup, varying, tolerance)?),
             4 => Kind::Four(Group::new(setup, varying, tolerance)?),
@@ -124,7 +112,7 @@ struct Group<N> {
 }
 
 impl<N: Lane> Group<N> {
-    fn new(setup: Setup<'_>, varying: &Varying, tolerance: Tolerance) -> Option<Self> {
+    fn new(setup: Setup<'_>, varying: &[(CoefficientKind, usize)], tolerance: Tolerance) -> Option<Self> {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let outputs = Outputs::new(reduced, scenario);
         if !scenario.faults.is_empty() || !scenario.tasks.is_empty() || scenario.flow.is_some() {
@@ -152,7 +140,7 @@ impl<N: Lane> Group<N> {
             .collect();
         breakpoints.sort_by(f64::total_cmp);
         let common = Common {
-            coefficients: varying.coefficients.clone(),
+            coefficients: varying.to_vec(),
             scenario: scenario.clone(),
             start: reduced.state(&scenario.position, &scenario.speed),
             breakpoints,
@@ -197,9 +185,9 @@ impl<N: Lane> Group<N> {
         let own = &mut own[lane];
         while let Some(number) = own.run {
             if own.time >= common.scenario.duration {
-                own.end_run(abreast.also_places(), common);
+                own.repeat(common.scenario.times.len() - own.next_row, abreast.also_places());
                 own.run = None;
-                take(number, Some(&mut own.ran));
+                take(number, Some(&mut own.series));
                 return;
             }
             if own.time >= own.end {
@@ -229,12 +217,12 @@ impl<N: Lane> Group<N> {
             let own = &mut own[lane];
             let Some(number) = own.run else { continue };
             let length = abreast.length(lane);
-            if !(length > FIRST * own.time && own.ran.steps < MOST_STEPS) {
+            if !(length > FIRST * own.time && own.steps < MOST_STEPS) {
                 own.run = None;
                 take(number, None);
                 continue;
             }
-            own.ran.steps += 1;
+            own.steps += 1;
             let whole = length < rooms.lanes()[lane];
             if whole {
                 nexts.lanes_mut()[lane] = length;
@@ -275,7 +263,8 @@ impl Own {
         Self {
             machine,
             run: None,
-            ran: Ran { series, steps: 0, events: 0 },
+            series,
+            steps: 0,
             time: 0.0,
             end: 0.0,
             state: vec![0.0; size],
@@ -296,9 +285,8 @@ impl Own {
         self.state.fill(0.0);
         self.state[..common.start.len()].copy_from_slice(&common.start);
         self.machine.start_laws(&mut self.state);
-        self.ran.series.signals.iter_mut().for_each(|signal| signal.values.clear());
-        (self.ran.steps, self.ran.events) = (0, 0);
-        (self.time, self.next_row, self.flurry, self.last) = (0.0, 0, 0, 0.0);
+        self.series.signals.iter_mut().for_each(|signal| signal.values.clear());
+        (self.time, self.next_row, self.steps, self.flurry, self.last) = (0.0, 0, 0, 0, 0.0);
         self.machine.enter_segment(0.0);
         self.machine.settle(0.0, &mut self.state, &[], true, &[], &[]);
         self.open(common);
@@ -329,43 +317,34 @@ impl Own {
 
     /// Whether nothing changes until the equations do.
     fn rests(&mut self) -> bool {
-        self.rates.iter().all(|rate| *rate == 0.0) && self.machine.is_steady() && !self.leaves(self.time, None)
+        self.rates.iter().all(|rate| *rate == 0.0) && self.machine.is_steady() && {
+            self.looked.copy_from_slice(&self.state);
+            !self.leaves(self.time)
+        }
     }
 
     /// Stays where it is until the equations change.
     fn wait(&mut self, places: &[usize], common: &Common) {
         let rows = &common.scenario.times[self.next_row..];
-        let count = rows.iter().take_while(|row| **row < self.end).count();
-        self.machine.evaluate(self.time, &self.state);
-        for (signal, place) in self.ran.series.signals.iter_mut().zip(places) {
-            signal.values.extend(std::iter::repeat_n(self.machine.plan_value(*place), count));
-        }
-        self.next_row += count;
+        self.repeat(rows.iter().take_while(|row| **row < self.end).count(), places);
         self.time = self.end;
     }
 
     /// Records all rows before a time within the step.
     fn observe<N: Lane>(&mut self, lane: usize, end: f64, abreast: &Abreast<N>) {
-        let rows = &self.ran.series.time[self.next_row..];
+        let rows = &self.series.time[self.next_row..];
         let count = rows.iter().take_while(|row| **row < end).count();
         let rows = &rows[..count];
-        for (number, signal) in self.ran.series.signals.iter_mut().enumerate() {
+        for (number, signal) in self.series.signals.iter_mut().enumerate() {
             abreast.also(lane, number, &mut self.coefficients);
-            // Some rows at a time.
-            let mut some = rows.chunks_exact(SIDE);
-            for rows in some.by_ref() {
+            for rows in rows.chunks(SIDE) {
                 let (mut later, mut sums) = ([0.0; SIDE], [0.0; SIDE]);
                 later.iter_mut().zip(rows).for_each(|(later, row)| *later = row - self.time);
                 for coefficient in self.coefficients.iter().rev() {
                     sums.iter_mut().zip(&later).for_each(|(sum, later)| *sum = *sum * later + coefficient);
                 }
-                signal.values.extend_from_slice(&sums);
+                signal.values.extend_from_slice(&sums[..rows.len()]);
             }
-            let at = |row: &f64| {
-                let later = row - self.time;
-                self.coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * later + coefficient)
-            };
-            signal.values.extend(some.remainder().iter().map(at));
         }
         self.next_row += count;
     }
@@ -377,11 +356,10 @@ impl Own {
         self.time = if end >= self.end * (1.0 - SAME) { self.end } else { end };
     }
 
-    /// Whether a mode is left at a state: that it stands at, or that looked at.
-    fn leaves(&mut self, time: f64, looked: Option<()>) -> bool {
-        let state = if looked.is_some() { &self.looked } else { &self.state };
-        self.machine.reversed(time, state, &mut self.reversed);
-        !self.reversed.is_empty() || self.machine.breaks_away(time, state)
+    /// Whether a mode is left at the state that was looked at last.
+    fn leaves(&mut self, time: f64) -> bool {
+        self.machine.reversed(time, &self.looked, &mut self.reversed);
+        !self.reversed.is_empty() || self.machine.breaks_away(time, &self.looked)
     }
 
     /// When a mode is left within a step, after the time where it stands; [`Self::looked`] is the state at its end.
@@ -404,7 +382,7 @@ impl Own {
 
     fn leaves_after<N: Lane>(&mut self, lane: usize, later: f64, abreast: &Abreast<N>) -> bool {
         abreast.state(lane, later, &mut self.looked);
-        self.leaves(self.time + later, Some(()))
+        self.leaves(self.time + later)
     }
 
     /// Just behind the zero of a series, where a mode is left.
@@ -445,18 +423,17 @@ impl Own {
         let close = 1e-7 * common.scenario.duration.min(1.0);
         self.flurry = if self.time - self.last <= close { self.flurry + 1 } else { 0 };
         self.last = self.time;
-        self.ran.events += 1;
         let crossing = std::mem::take(&mut self.reversed);
         self.machine.settle(self.time, &mut self.state, &crossing, false, &[], &[]);
         self.reversed = crossing;
     }
 
-    /// The last rows.
-    fn end_run(&mut self, places: &[usize], common: &Common) {
+    /// Records so many rows as it is where it stands.
+    fn repeat(&mut self, count: usize, places: &[usize]) {
         self.machine.evaluate(self.time, &self.state);
-        let count = common.scenario.times.len() - self.next_row;
-        for (signal, place) in self.ran.series.signals.iter_mut().zip(places) {
+        for (signal, place) in self.series.signals.iter_mut().zip(places) {
             signal.values.extend(std::iter::repeat_n(self.machine.plan_value(*place), count));
         }
+        self.next_row += count;
     }
 }

@@ -23,7 +23,7 @@ mod taylor;
 mod walk;
 
 pub use counts::{Met, Turned};
-pub use ensemble::{Ensemble, Ran, Varying};
+pub(crate) use ensemble::Ensemble;
 pub use faults::{
     Failing, Faults, MechanicalFault, MechanicalFaultKind, MotorFault, MotorFaultKind, SensorFault, SensorFaultKind,
     UnitFault, UnitFaultKind,

@@ -481,10 +481,7 @@ impl<N: Lane> Abreast<N> {
         let MotionPlan { plan: code, inertia, friction_rows, friction_bias, more, .. } = &*plan;
         let place = |output: usize| code.place(output);
         let found = |places: &std::ops::Range<usize>| places.clone().map(|k| place(more.start + k)).collect::<Vec<_>>();
-        let mut rows = vec![Vec::new(); m];
-        friction_rows.iter().for_each(|(entry, output)| rows[entry / r].push((entry % r, place(*output))));
-        let mut bias = vec![None; m];
-        friction_bias.iter().for_each(|(k, output)| bias[*k] = Some(place(*output)));
+        let by_position = machine.by_position();
         let places = Places {
             inputs: code.inputs.len(),
             sources: 2 * r + own.sources.start,
@@ -492,16 +489,11 @@ impl<N: Lane> Abreast<N> {
             rates: found(&own.rates),
             friction_speeds: found(&own.friction_speeds),
             also: found(&own.also),
-            inertia: inertia.iter().map(|(entry, output)| (entry / r, entry % r, place(*output))).collect(),
-            rows,
-            bias,
+            inertia: by_position.inertia,
+            rows: by_position.rows,
+            bias: by_position.bias,
         };
-        let steady = |input: usize| {
-            let given = input.wrapping_sub(2 * r);
-            [&own.held, &own.limits, &own.follows, &own.limiter_rates, &own.senses, &own.couplings, &own.given]
-                .into_iter()
-                .any(|places| places.contains(&given))
-        };
+        let steady = |input: usize| machine.is_steady_input(input);
         let of_motion = [inertia, friction_rows, friction_bias].into_iter().flatten().map(|(_, output)| place(*output));
         let lists = [&places.forces, &places.rates, &places.friction_speeds, &places.also];
         let wanted: Vec<usize> = lists.into_iter().flatten().copied().chain(of_motion).collect();

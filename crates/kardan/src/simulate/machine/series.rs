@@ -10,21 +10,43 @@ use crate::plan::Series;
 use crate::reduce::MotionPlan;
 use crate::simulate::friction::NOISE;
 
+/// Where what depends on the position is in the memory of the plan: entries of the inertia (row, column, place) and of each direction (column,
+/// place), biases of directions.
+pub(super) struct ByPosition {
+    pub inertia: Vec<(usize, usize, usize)>,
+    pub rows: Vec<Vec<(usize, usize)>>,
+    pub bias: Vec<Option<usize>>,
+}
+
 impl Machine {
+    /// See there.
+    pub(super) fn by_position(&self) -> ByPosition {
+        let (r, m) = (self.degrees_of_freedom, self.kept.end);
+        let MotionPlan { plan, inertia, friction_rows, friction_bias, .. } = self.dynamics.plan();
+        let mut rows = vec![Vec::new(); m];
+        friction_rows.iter().for_each(|(entry, output)| rows[entry / r].push((entry % r, plan.place(*output))));
+        let mut bias = vec![None; m];
+        friction_bias.iter().for_each(|(k, output)| bias[*k] = Some(plan.place(*output)));
+        let inertia = inertia.iter().map(|(entry, output)| (entry / r, entry % r, plan.place(*output))).collect();
+        ByPosition { inertia, rows, bias }
+    }
+
+    /// Whether an input of the plan stays as it is within a step.
+    pub(super) fn is_steady_input(&self, input: usize) -> bool {
+        let Places { held, limits, follows, limiter_rates, senses, couplings, given, follows_signal, .. } =
+            &self.places;
+        let own = input.wrapping_sub(2 * self.degrees_of_freedom);
+        [held, limits, follows, limiter_rates, senses, couplings, given, follows_signal]
+            .into_iter()
+            .any(|places| places.contains(&own))
+    }
+
     /// Prepares series up to an order, also of the angles and of the speeds of some shafts; false where a law computes by itself at every
     /// instant, or something has kinks.
     pub fn prepare_series(&mut self, order: usize, shafts: &[Vec<usize>; 2]) -> bool {
         let (r, m) = (self.degrees_of_freedom, self.kept.end);
         let MotionPlan { plan, angles, speeds, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
-        let Places {
-            held, limits, follows, limiter_rates, senses, couplings, given: coefficients, follows_signal, ..
-        } = &self.places;
-        let steady = |input: usize| {
-            let given = input.wrapping_sub(2 * r);
-            [held, limits, follows, limiter_rates, senses, couplings, coefficients, follows_signal]
-                .into_iter()
-                .any(|places| places.contains(&given))
-        };
+        let steady = |input: usize| self.is_steady_input(input);
         let Places { forces, rates, powers, friction_speeds, commands, slider_torques, holds, .. } = &self.places;
         let Places { power_of_accelerations, power_of_holding, .. } = &self.places;
         let prescribed = [power_of_accelerations, power_of_holding];
@@ -42,10 +64,7 @@ impl Machine {
         let found = |places: &Range<usize>| -> Vec<usize> {
             places.clone().map(|output| plan.place(more.start + output)).collect()
         };
-        let mut rows = vec![Vec::new(); m];
-        friction_rows.iter().for_each(|(entry, output)| rows[entry / r].push((entry % r, plan.place(*output))));
-        let mut bias = vec![None; m];
-        friction_bias.iter().for_each(|(k, output)| bias[*k] = Some(plan.place(*output)));
+        let ByPosition { inertia, rows, bias } = self.by_position();
         let stride = order + 1;
         let expansion = series.map(|series| Expansion {
             series,
@@ -54,7 +73,7 @@ impl Machine {
             counts: [r, m],
             rows,
             bias,
-            inertia: inertia.iter().map(|(entry, output)| (entry / r, entry % r, plan.place(*output))).collect(),
+            inertia,
             forces: found(&self.places.forces),
             rates: found(&self.places.rates).into_iter().chain(found(&self.places.powers)).collect(),
             friction_speeds: found(&self.places.friction_speeds),

@@ -12,8 +12,8 @@ use crate::model::tables::Measure;
 use crate::model::{Document, VariantSettings};
 use crate::num::rational_from_f64;
 use crate::reduce::Reduced;
-use crate::results::{Effort, Energy, IntegrationMethod, Outcome, Run, SweepRow};
-use crate::simulate::{Ensemble, Ran, Recorded, RunResult, Scenario, Setup, Tolerance, Varying};
+use crate::results::{Effort, Energy, IntegrationMethod, Outcome, Run, Series, SweepRow};
+use crate::simulate::{Ensemble, Recorded, RunResult, Scenario, Setup, Tolerance};
 use crate::study::figure::FigureOf;
 use crate::study::prepare::prepare_sample;
 use crate::study::requirement::Requirement;
@@ -34,7 +34,7 @@ pub(super) struct Abreast<'p> {
     variant: &'p PreparedVariant,
     reduced: Reduced,
     scenario: Scenario,
-    varying: Varying,
+    varying: Vec<Slot>,
     /// Of each coefficient which value it follows, and what it is of it.
     from: Vec<(usize, f64)>,
     tolerance: Tolerance,
@@ -141,7 +141,7 @@ impl<'p> Abreast<'p> {
             variant,
             reduced,
             scenario,
-            varying: Varying { coefficients: varying.iter().map(|(slot, _)| *slot).collect() },
+            varying: varying.iter().map(|(slot, _)| *slot).collect(),
             from: varying.iter().map(|(_, from)| *from).collect(),
             tolerance,
             count,
@@ -177,10 +177,10 @@ impl<'p> Abreast<'p> {
             let mut filled = vec![false; rows.len()];
             let run = AssertUnwindSafe(|| {
                 let Some(mut ensemble) = self.ensemble() else { return };
-                ensemble.run(&values, &mut |number, ran| {
-                    let Some(ran) = ran else { return };
+                ensemble.run(&values, &mut |number, series| {
+                    let Some(series) = series else { return };
                     let row = &mut *rows[places[number]];
-                    self.tell(prepared, row, ran);
+                    self.tell(prepared, row, series);
                     filled[places[number]] = true;
                     done();
                 });
@@ -195,10 +195,10 @@ impl<'p> Abreast<'p> {
     }
 
     /// What a run comes to.
-    fn tell(&self, prepared: &Prepared, row: &mut SweepRow, ran: &mut Ran) {
-        let own = ran.series.signals.len();
+    fn tell(&self, prepared: &Prepared, row: &mut SweepRow, series: &mut Series) {
+        let own = series.signals.len();
         let result = RunResult {
-            series: std::mem::take(&mut ran.series),
+            series: std::mem::take(series),
             energy: Energy { input: 0.0, stored: 0.0, dissipated: 0.0, residual: 0.0, exchanged: 0.0 },
             events: Vec::new(),
             outcome: Outcome::Completed,
@@ -211,7 +211,7 @@ impl<'p> Abreast<'p> {
         };
         let run: Run = judged(self.variant, prepared, result);
         fill(row, prepared, &run);
-        ran.series = run.series;
-        ran.series.signals.truncate(own);
+        *series = run.series;
+        series.signals.truncate(own);
     }
 }
