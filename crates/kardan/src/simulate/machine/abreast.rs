@@ -65,6 +65,8 @@ lane!(8);
 
 /// Directions and coordinates at most: matrices of all of them are found at each point.
 const MOST: usize = 12;
+/// Terms of a series that tell how long a step may be, the last ones: of a singularity beside the real axis some are small by accident.
+const LAST: usize = 4;
 /// Part of the length at which the last terms are as large as the tolerance, in tenths.
 const SAFETY: i64 = 9;
 /// A step that would be longer than so many hundredths of what is left to the end of all steps ends there.
@@ -400,7 +402,7 @@ impl<N: Lane> Stride<N> {
         Self { numbers: Numbers::new(&graph, &all, outputs), speeds, torques, senses, holds, bounds, room }
     }
 
-    /// Where the last two terms are as large as the tolerance, at most as long as there is room.
+    /// Where the last terms are as large as the tolerance, at most as long as there is room.
     fn length(
         graph: &mut Graph,
         all: &[Expr],
@@ -412,7 +414,7 @@ impl<N: Lane> Stride<N> {
         let (room, next) = (all[room], all[room + 1]);
         let about = graph.min(room, next);
         let zero = graph.integer(0);
-        let mut most = [zero; 2];
+        let mut most = [zero; LAST];
         for (i, absolute) in absolute.iter().enumerate().take(size) {
             let ahead = graph.multiply(about, all[size + i]);
             let ahead = graph.add(all[i], ahead);
@@ -428,13 +430,14 @@ impl<N: Lane> Stride<N> {
                 *most = graph.max(*most, part);
             }
         }
-        let [last, before] = [0, 1].map(|back| {
-            let size = graph.apply(Function::Ln, most[back]);
+        let all = most.into_iter().enumerate().map(|(back, most)| {
+            let size = graph.apply(Function::Ln, most);
             let part = Rational::from_parts((-1).into(), (order - back).into());
             let size = graph.scale(part, size);
             graph.apply(Function::Exp, size)
         });
-        let found = graph.min(last, before);
+        let all: Vec<Expr> = all.collect();
+        let found = all[1..].iter().fold(all[0], |least, own| graph.min(least, *own));
         let found = graph.scale(Rational::from_parts(SAFETY.into(), 10u8.into()), found);
         let near = graph.scale(Rational::from_parts(NEAR.into(), 100u8.into()), found);
         graph.select(near, room, found, room)
