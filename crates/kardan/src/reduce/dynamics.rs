@@ -629,6 +629,11 @@ impl Dynamics {
             * (along(&self.springs.rows[spring], &work.kinematics.angles) - self.rests[spring])
     }
 
+    /// Stiffness of a spring by its number, N m/rad.
+    pub fn spring_stiffness(&self, spring: usize) -> f64 {
+        self.springs.coefficients[spring]
+    }
+
     /// Torque of a damper by its number, N m, at the last update: `d·aᵀq̇`.
     pub fn damper_torque(&self, damper: usize, work: &Work) -> f64 {
         self.dampers.coefficients[damper] * along(&self.dampers.rows[damper], &work.kinematics.speeds)

@@ -213,6 +213,15 @@ impl Clocked {
         self.sensors.iter_mut().filter_map(|source| Some(source.sampler.notes.take()?.met()))
     }
 
+    /// Sensors that measure a torque by the twist of springs count it with the stiffness that these have.
+    pub fn take_springs(&mut self, dynamics: &Dynamics) {
+        for Source { quantity, sampler, .. } in &mut self.sensors {
+            if let Quantity::Springs(springs) = quantity {
+                sampler.take_stiffness(springs.iter().map(|spring| dynamics.spring_stiffness(*spring)).sum());
+            }
+        }
+    }
+
     /// What its law tells blocks.
     pub fn told(&self, what: Told) -> f64 {
         match what {

@@ -119,6 +119,12 @@ impl Drive {
         }
     }
 
+    /// Stands where a run begins.
+    pub(super) fn begin_anew(&mut self) {
+        (self.limit_mode, self.rate_mode) = (Limit::Inside, Rate::Follow);
+        (self.at_limit, self.at_rate_limit) = Default::default();
+    }
+
     /// Its modes, and what it remembers of its limits.
     pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
         let mut mode = [self.limit_mode as usize, self.rate_mode as usize];

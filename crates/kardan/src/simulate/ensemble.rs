@@ -1,14 +1,15 @@
 //! Many runs of one loop with other coefficients, side by side in lanes.
 //!
-//! Lanes share the plan and its Taylor series. Each has steps, modes and events of its own, decided by a machine of its own, and takes the next run as
-//! soon as its own has ended: none waits for another one. What a lane computes does not depend on what the others do, so that a run has the same bits in
+//! Lanes share the plan and its Taylor series. Each has steps, modes, events and samples of its own, decided by a machine of its own, and takes the next run
+//! as soon as its own has ended: none waits for another one. What a lane computes does not depend on what the others do, so that a run has the same bits in
 //! any of them, however many there are.
 
 use kardan_native::lanes;
 use kardan_rt::Lanes;
 
 use super::machine::{Abreast, Lane, Machine, Prospect, Setup};
-use super::outputs::Outputs;
+use super::outputs::{Outputs, Parted};
+use super::readings::Readings;
 use super::run::absolute_tolerances;
 use super::{Scenario, Tolerance, taylor};
 use crate::assemble::CoefficientKind;
@@ -46,16 +47,26 @@ struct Common {
     start: Vec<f64>,
     /// Times at which lines of sources change, and the end, s.
     breakpoints: Vec<f64>,
+    input_names: Vec<String>,
+    /// What laws with a clock are before a run.
+    clocked_laws: Vec<u64>,
 }
 
 /// A lane: its run, and where it stands.
 struct Own {
     machine: Machine,
     run: Option<usize>,
+    /// Signals that have series, so many, then those that are read at each row.
     series: Series,
+    alone: usize,
+    others: Option<Readings>,
+    between: Vec<f64>,
     steps: usize,
     time: f64,
+    /// Where its equations change: the next breakpoint, or the next sample.
     end: f64,
+    breakpoint: f64,
+    tick: f64,
     state: Vec<f64>,
     looked: Vec<f64>,
     rates: Vec<f64>,
@@ -114,28 +125,23 @@ struct Group<N> {
 impl<N: Lane> Group<N> {
     fn new(setup: Setup<'_>, varying: &[(CoefficientKind, usize)], tolerance: Tolerance) -> Option<Self> {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
-        let outputs = Outputs::new(reduced, scenario);
         if !scenario.faults.is_empty() || !scenario.tasks.is_empty() || scenario.flow.is_some() {
             return None;
         }
-        let mut able = true;
-        let mut machine = || {
-            Machine::finding(setup, |motion, found| {
-                let more = outputs.alone(motion, reduced, found);
-                able &= more.is_some();
-                more.unwrap_or_default()
-            })
+        let machine = || {
+            let mut parted = None;
+            let machine = Machine::finding(setup, |motion, found| {
+                parted = Outputs::new(reduced, scenario).parted(motion, reduced, found);
+                parted.as_mut().map(|parted| std::mem::take(&mut parted.alone)).unwrap_or_default()
+            });
+            Some((machine, parted?))
         };
-        let first = machine();
+        let (mut first, parted) = machine()?;
         let absolute = absolute_tolerances(reduced, tolerance, first.size());
         let order = (taylor::order(tolerance.relative) + MORE).min(MOST_ORDER);
         let abreast = Abreast::new(&first, (tolerance.relative, &absolute), order)?;
-        let machines: Vec<Machine> = std::iter::once(first).chain((1..N::COUNT).map(|_| machine())).collect();
-        if !able {
-            return None;
-        }
         let mut breakpoints: Vec<f64> = (0..scenario.sources.len())
-            .flat_map(|k| machines[0].profile(k).breakpoints().collect::<Vec<_>>())
+            .flat_map(|k| first.profile(k).breakpoints().collect::<Vec<_>>())
             .chain([scenario.duration])
             .collect();
         breakpoints.sort_by(f64::total_cmp);
@@ -144,14 +150,19 @@ impl<N: Lane> Group<N> {
             scenario: scenario.clone(),
             start: reduced.state(&scenario.position, &scenario.speed),
             breakpoints,
+            input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
+            clocked_laws: first.clocked_laws(),
         };
-        let size = machines[0].size();
-        let series = Series { time: scenario.times.clone(), signals: outputs.signals };
-        let own = |machine| Own::new(machine, size, series.clone());
+        let alone = abreast.also_places().len();
+        let own = |(machine, parted)| Own::new(machine, parted, scenario, alone);
+        let mut all = vec![own((first, parted))];
+        for _ in 1..N::COUNT {
+            all.push(own(machine()?));
+        }
         Some(Self {
             abreast,
             common,
-            own: machines.into_iter().map(own).collect(),
+            own: all,
             times: N::all(0.0),
             rooms: N::all(1.0),
             nexts: N::all(0.0),
@@ -185,6 +196,7 @@ impl<N: Lane> Group<N> {
         let own = &mut own[lane];
         while let Some(number) = own.run {
             if own.time >= common.scenario.duration {
+                own.sample(common);
                 own.repeat(common.scenario.times.len() - own.next_row, abreast.also_places());
                 own.run = None;
                 take(number, Some(&mut own.series));
@@ -259,14 +271,20 @@ impl<N: Lane> Group<N> {
 }
 
 impl Own {
-    fn new(machine: Machine, size: usize, series: Series) -> Self {
+    fn new(machine: Machine, parted: Parted, scenario: &Scenario, alone: usize) -> Self {
+        let size = machine.size();
         Self {
             machine,
             run: None,
-            series,
+            series: Series { time: scenario.times.clone(), signals: parted.signals },
+            alone,
+            others: parted.others,
+            between: vec![0.0; size],
             steps: 0,
             time: 0.0,
             end: 0.0,
+            breakpoint: 0.0,
+            tick: 0.0,
             state: vec![0.0; size],
             looked: vec![0.0; size],
             rates: vec![0.0; size],
@@ -281,27 +299,50 @@ impl Own {
     /// Begins a run with these values of what varies.
     fn begin(&mut self, number: usize, values: &[f64], common: &Common) {
         self.run = Some(number);
-        self.machine.begin_anew(&common.coefficients, values);
+        self.machine.begin_anew(&common.coefficients, values, &common.clocked_laws);
         self.state.fill(0.0);
         self.state[..common.start.len()].copy_from_slice(&common.start);
         self.machine.start_laws(&mut self.state);
         self.series.signals.iter_mut().for_each(|signal| signal.values.clear());
         (self.time, self.next_row, self.steps, self.flurry, self.last) = (0.0, 0, 0, 0, 0.0);
         self.machine.enter_segment(0.0);
-        self.machine.settle(0.0, &mut self.state, &[], true, &[], &[]);
+        if self.machine.next_tick() <= 0.0 {
+            self.machine.tick(0.0, &self.state);
+        }
+        self.machine.settle(0.0, &mut self.state, &[], true, &[], &common.input_names);
         self.open(common);
     }
 
-    /// The lines of the sources that hold from here on.
+    /// Where the equations that hold from here on end.
     fn open(&mut self, common: &Common) {
-        self.end = common.breakpoints.iter().copied().find(|at| *at > self.time).unwrap_or(common.scenario.duration);
-        self.end = self.end.min(common.scenario.duration);
+        let duration = common.scenario.duration;
+        let later = common.breakpoints.iter().copied().find(|at| *at > self.time).unwrap_or(duration);
+        self.breakpoint = later.min(duration);
+        self.tick = self.machine.next_tick();
+        // A sample that falls on a breakpoint but for rounding sees what holds from there on.
+        let sooner = self.tick < self.breakpoint * (1.0 - SAME);
+        self.end = if sooner { self.tick } else { self.breakpoint };
     }
 
+    /// A breakpoint, or a sample.
     fn cross(&mut self, common: &Common) {
-        self.machine.enter_segment(self.time);
-        self.machine.settle(self.time, &mut self.state, &[], false, &[], &[]);
+        if self.time >= self.breakpoint {
+            self.machine.enter_segment(self.time);
+        }
+        if !self.sample(common) {
+            self.machine.settle(self.time, &mut self.state, &[], false, &[], &common.input_names);
+        }
         self.open(common);
+    }
+
+    /// Lets laws compute whose sample is due.
+    fn sample(&mut self, common: &Common) -> bool {
+        let due = self.tick <= self.time * (1.0 + SAME);
+        if due {
+            self.machine.tick(self.time, &self.state);
+            self.machine.settle(self.time, &mut self.state, &[], false, &[], &common.input_names);
+        }
+        due
     }
 
     /// Evaluates the rates where it stands.
@@ -335,7 +376,7 @@ impl Own {
         let rows = &self.series.time[self.next_row..];
         let count = rows.iter().take_while(|row| **row < end).count();
         let rows = &rows[..count];
-        for (number, signal) in self.series.signals.iter_mut().enumerate() {
+        for (number, signal) in self.series.signals[..self.alone].iter_mut().enumerate() {
             abreast.also(lane, number, &mut self.coefficients);
             for rows in rows.chunks(SIDE) {
                 let (mut later, mut sums) = ([0.0; SIDE], [0.0; SIDE]);
@@ -344,6 +385,14 @@ impl Own {
                     sums.iter_mut().zip(&later).for_each(|(sum, later)| *sum = *sum * later + coefficient);
                 }
                 signal.values.extend_from_slice(&sums[..rows.len()]);
+            }
+        }
+        if let Some(others) = &mut self.others {
+            for row in rows {
+                abreast.state(lane, row - self.time, &mut self.between);
+                others.observe(&mut self.machine, *row, &self.between);
+                let signals = self.series.signals[self.alone..].iter_mut().enumerate();
+                signals.for_each(|(number, signal)| signal.values.push(others.value(number)));
             }
         }
         self.next_row += count;
@@ -424,7 +473,7 @@ impl Own {
         self.flurry = if self.time - self.last <= close { self.flurry + 1 } else { 0 };
         self.last = self.time;
         let crossing = std::mem::take(&mut self.reversed);
-        self.machine.settle(self.time, &mut self.state, &crossing, false, &[], &[]);
+        self.machine.settle(self.time, &mut self.state, &crossing, false, &[], &common.input_names);
         self.reversed = crossing;
     }
 
@@ -433,6 +482,11 @@ impl Own {
         self.machine.evaluate(self.time, &self.state);
         for (signal, place) in self.series.signals.iter_mut().zip(places) {
             signal.values.extend(std::iter::repeat_n(self.machine.plan_value(*place), count));
+        }
+        if let Some(others) = self.others.as_mut().filter(|_| count > 0) {
+            others.observe(&mut self.machine, self.time, &self.state);
+            let signals = self.series.signals[self.alone..].iter_mut().enumerate();
+            signals.for_each(|(number, signal)| signal.values.extend(std::iter::repeat_n(others.value(number), count)));
         }
         self.next_row += count;
     }

@@ -351,6 +351,15 @@ fn numbered<T>(element: &str, terms: &[Along<T>]) -> Vec<usize> {
     terms.iter().enumerate().filter(|(_, term)| term.element == element).map(|(k, _)| k).collect()
 }
 
+/// Signals by what they are read from.
+pub(super) struct Parted {
+    pub signals: Vec<Signal>,
+    /// The expressions of the first ones.
+    pub alone: Vec<Expr>,
+    /// What reads those behind them, in their order.
+    pub others: Option<Readings>,
+}
+
 /// Reads all signals of a run.
 pub(super) struct Outputs {
     reads: Vec<Read>,
@@ -406,9 +415,30 @@ impl Outputs {
         self.readings = Some(Readings::new(motion, reduced, found, &reads));
     }
 
-    /// Their expressions, where they follow from the state and from what is given; see [`Readings::alone`].
-    pub fn alone(&self, motion: &mut Motion, reduced: &Reduced, found: &Found) -> Option<Vec<Expr>> {
-        Readings::alone(motion, reduced, found, &self.reads)
+    /// The signals, first those that follow from the state and from what is given ([`Readings::alone`]), with their expressions, then the others, with
+    /// what they are read by. None where one is the reading of a sensor.
+    pub fn parted(self, motion: &mut Motion, reduced: &Reduced, found: &Found) -> Option<Parted> {
+        if self.reads.iter().any(|read| matches!(read, Read::Sensor(_))) {
+            return None;
+        }
+        let mut out = Parted { signals: Vec::new(), alone: Vec::new(), others: None };
+        let (mut signals, mut reads) = (Vec::new(), Vec::new());
+        let alone = Readings::alone(motion, reduced, found, &self.reads);
+        for ((signal, read), alone) in self.signals.into_iter().zip(&self.reads).zip(alone) {
+            match alone {
+                Some(expr) => {
+                    out.signals.push(signal);
+                    out.alone.push(expr);
+                }
+                None => {
+                    signals.push(signal);
+                    reads.push(read);
+                }
+            }
+        }
+        out.signals.extend(signals);
+        out.others = (!reads.is_empty()).then(|| Readings::new(motion, reduced, found, &reads));
+        Some(out)
     }
 
     /// Whether sensors read at times of their own.

@@ -97,8 +97,8 @@ impl Readings {
         Self { native: Native::new(&plan.block()), memory: plan.memory(), plan, counts, sources, timed, needs_forces }
     }
 
-    /// The same as expressions of the loop alone; none where one needs accelerations or friction torques, or is a sensor's.
-    pub(super) fn alone(motion: &mut Motion, reduced: &Reduced, found: &Found, reads: &[Read]) -> Option<Vec<Expr>> {
+    /// The same as expressions of the loop alone; nothing of those that need accelerations or friction torques, or are a sensor's.
+    pub(super) fn alone(motion: &mut Motion, reduced: &Reduced, found: &Found, reads: &[Read]) -> Vec<Option<Expr>> {
         let mut shared =
             Shared { motion, reduced, found, accelerations: Vec::new(), frictions: Vec::new(), multipliers: None };
         let one = |read: &Read| match read {

@@ -41,8 +41,9 @@ impl Period {
 /// A sensor with its held reading.
 #[derive(Debug, Clone)]
 pub(super) struct Sampler {
-    /// Step of the angle (or of the torque), SI.
-    step: Option<f64>,
+    /// Step of what it counts, SI, and what one of that is: torque per twist where it measures a torque by a twist, else 1.
+    resolution: Option<f64>,
+    stiffness: f64,
     /// Where within a step the sensor stands at zero, 0 to 1.
     phase: f64,
     period: Option<Period>,
@@ -61,7 +62,8 @@ impl Sampler {
     /// A sensor that reads exactly and at once.
     pub fn ideal() -> Self {
         Self {
-            step: None,
+            resolution: None,
+            stiffness: 1.0,
             phase: 0.0,
             period: None,
             differentiate: false,
@@ -77,7 +79,8 @@ impl Sampler {
     /// and the seed alone.
     pub fn new(name: &str, sensor: &Sensor, stiffness: f64, seed: u64) -> Self {
         Self {
-            step: sensor.resolution.map(|step| step * stiffness),
+            resolution: sensor.resolution,
+            stiffness,
             phase: sensor.phase,
             period: sensor.sample_time.as_ref().map(Period::new),
             differentiate: Self::differentiates(sensor),
@@ -88,12 +91,17 @@ impl Sampler {
 
     /// Whether it reads exactly and at once.
     pub fn is_ideal(&self) -> bool {
-        self.step.is_none() && self.period.is_none() && self.noise.is_none()
+        self.resolution.is_none() && self.period.is_none() && self.noise.is_none()
     }
 
     /// Whether it rounds to counts.
     pub fn counts(&self) -> bool {
-        self.step.is_some()
+        self.resolution.is_some()
+    }
+
+    /// Measures by springs of another stiffness from now on.
+    pub fn take_stiffness(&mut self, stiffness: f64) {
+        self.stiffness = stiffness;
     }
 
     /// Whether a speed is the difference of rounded angles.
@@ -124,7 +132,8 @@ impl Sampler {
         let noise = self.noise.as_mut().map_or(0.0, |(size, random)| *size * random.normal());
         let exact = if self.differentiate { exact() } else { exact() + noise };
         let mut count = |steps: f64| self.notes.as_mut().map_or(steps.floor(), |notes| notes.count(time, steps));
-        let rounded = self.step.map_or(exact, |step| count(exact / step + self.phase) * step);
+        let step = self.resolution.map(|resolution| resolution * self.stiffness);
+        let rounded = step.map_or(exact, |step| count(exact / step + self.phase) * step);
         self.held = if self.differentiate {
             let before = if self.last_angle.is_nan() { rounded } else { self.last_angle };
             self.last_angle = rounded;

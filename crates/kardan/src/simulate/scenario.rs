@@ -155,6 +155,11 @@ impl Profile {
         }
     }
 
+    /// Whether it only steps.
+    pub(super) fn is_level(&self) -> bool {
+        self.pieces.iter().all(|(.., slope)| *slope == 0.0)
+    }
+
     /// Times where the line changes, s.
     pub fn breakpoints(&self) -> impl Iterator<Item = f64> {
         self.pieces.iter().map(|(start, _, _)| *start)

@@ -10,11 +10,13 @@ use kardan_rt::{Lanes, Operator};
 
 use super::Machine;
 use super::expansion::{Prospect, margin};
+use super::wired::Wired;
 use crate::assemble::CoefficientKind;
 use crate::expr::{Expr, Function, Graph, Symbol};
-use crate::num::{Rational, rational_from_f64};
+use crate::num::{Keeper, Rational, rational_from_f64};
 use crate::plan::{Plan, Series, compile};
 use crate::reduce::MotionPlan;
+use crate::simulate::drive::Drive;
 use crate::simulate::friction::{Mode, NOISE};
 use crate::units::Dimension;
 
@@ -697,12 +699,11 @@ impl<N: Lane> Abreast<N> {
 }
 
 impl Machine {
-    /// Whether its loop is all in the plan, what holds are frictions alone, and nothing but steps and ramps of sources depends on the time.
+    /// Whether between samples its loop is all in the plan, what holds are frictions alone, and nothing but steps and ramps of sources depends on the time.
     fn goes_abreast(&self) -> bool {
-        let drives = self.drives.iter().all(|drive| {
-            drive.limit.is_none() && drive.rate.is_none() && drive.faults.is_empty() && drive.stuck == 0.0
-        });
+        let drives = self.drives.iter().all(|drive| drive.rate.is_none() && drive.faults.is_empty());
         drives
+            && self.limits_meet_steps()
             && self.kept.is_empty()
             && self.meshes.is_empty()
             && self.holds.is_empty()
@@ -710,15 +711,27 @@ impl Machine {
             && !self.relaxes
             && !self.own_laws
             && !self.moves
-            && self.laws.iter().all(|wired| wired.clocked().is_none() && wired.answers.is_empty())
+            && self.laws.iter().all(|wired| wired.told.is_empty() && wired.answers.is_empty())
             && self.timed.is_empty()
             && self.bends.of_time.is_empty()
             && self.bends.of_state == 0
             && self.signals.is_empty()
     }
 
-    /// Takes values of the coefficients that are given, and stands where a run begins.
-    pub(in crate::simulate) fn begin_anew(&mut self, coefficients: &[(CoefficientKind, usize)], values: &[f64]) {
+    /// What laws with a clock are before a run.
+    pub(in crate::simulate) fn clocked_laws(&mut self) -> Vec<u64> {
+        let mut keeper = Keeper::taking();
+        self.laws.iter_mut().filter_map(Wired::clocked_mut).for_each(|clocked| clocked.keep(&mut keeper));
+        keeper.words()
+    }
+
+    /// Takes values of the coefficients that are given, and laws with a clock, and stands where a run begins.
+    pub(in crate::simulate) fn begin_anew(
+        &mut self,
+        coefficients: &[(CoefficientKind, usize)],
+        values: &[f64],
+        clocked_laws: &[u64],
+    ) {
         for (coefficient, value) in coefficients.iter().zip(values) {
             self.dynamics.take_coefficient(*coefficient, *value);
             if let (CoefficientKind::Friction, term) = coefficient {
@@ -738,6 +751,12 @@ impl Machine {
         }
         self.lines.fill((0.0, 0.0, 0.0));
         self.contradiction.clear();
+        self.drives.iter_mut().for_each(Drive::begin_anew);
+        let mut keeper = Keeper::putting(clocked_laws);
+        for clocked in self.laws.iter_mut().filter_map(Wired::clocked_mut) {
+            clocked.keep(&mut keeper);
+            clocked.take_springs(&self.dynamics);
+        }
     }
 
     /// A value of the plan's memory at the point last evaluated.

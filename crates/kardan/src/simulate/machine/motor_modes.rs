@@ -93,6 +93,16 @@ impl Machine {
         self.drives.iter().enumerate().all(rests)
     }
 
+    /// Whether commands of motors with a torque limit only step, whatever the run comes to.
+    pub(super) fn limits_meet_steps(&self) -> bool {
+        let steps = |input: usize| {
+            let mut own = self.targets.iter().zip(&self.profiles);
+            self.laws.iter().all(|wired| wired.clocked().is_some() || !wired.inputs.contains(&input))
+                && own.all(|(target, profile)| *target != SourceTarget::Input(input) || profile.is_level())
+        };
+        self.drives.iter().enumerate().all(|(input, drive)| drive.limit.is_none() || steps(input))
+    }
+
     /// Whether the command of one motor stays as it is until the next sample or breakpoint.
     pub(super) fn command_rests(&self, input: usize) -> bool {
         let sources = self.targets.iter().zip(&self.lines).enumerate();
