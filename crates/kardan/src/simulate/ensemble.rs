@@ -67,6 +67,8 @@ struct Own {
     end: f64,
     breakpoint: f64,
     tick: f64,
+    /// Whether its rates are known there.
+    stands: bool,
     state: Vec<f64>,
     looked: Vec<f64>,
     rates: Vec<f64>,
@@ -196,7 +198,9 @@ impl<N: Lane> Group<N> {
         let own = &mut own[lane];
         while let Some(number) = own.run {
             if own.time >= common.scenario.duration {
-                own.sample(common);
+                if own.sample() {
+                    own.settle(common);
+                }
                 own.repeat(common.scenario.times.len() - own.next_row, abreast.also_places());
                 own.run = None;
                 take(number, Some(&mut own.series));
@@ -205,7 +209,10 @@ impl<N: Lane> Group<N> {
             if own.time >= own.end {
                 own.cross(common);
             }
-            own.stand();
+            if !own.stands {
+                own.stand();
+            }
+            own.stands = false;
             if !own.is_fit() {
                 own.run = None;
                 take(number, None);
@@ -285,6 +292,7 @@ impl Own {
             end: 0.0,
             breakpoint: 0.0,
             tick: 0.0,
+            stands: false,
             state: vec![0.0; size],
             looked: vec![0.0; size],
             rates: vec![0.0; size],
@@ -329,20 +337,26 @@ impl Own {
         if self.time >= self.breakpoint {
             self.machine.enter_segment(self.time);
         }
-        if !self.sample(common) {
-            self.machine.settle(self.time, &mut self.state, &[], false, &[], &common.input_names);
+        self.sample();
+        self.stand();
+        self.stands = self.machine.keeps_modes();
+        if !self.stands {
+            self.settle(common);
         }
         self.open(common);
     }
 
     /// Lets laws compute whose sample is due.
-    fn sample(&mut self, common: &Common) -> bool {
+    fn sample(&mut self) -> bool {
         let due = self.tick <= self.time * (1.0 + SAME);
         if due {
             self.machine.tick(self.time, &self.state);
-            self.machine.settle(self.time, &mut self.state, &[], false, &[], &common.input_names);
         }
         due
+    }
+
+    fn settle(&mut self, common: &Common) {
+        self.machine.settle(self.time, &mut self.state, &[], false, &[], &common.input_names);
     }
 
     /// Evaluates the rates where it stands.

@@ -315,3 +315,87 @@ fn what_holds_behind_a_bent_joint_moves_as_by_the_reference() {
         }
     }
 }
+
+/// A body whose motor is told a torque at each sample moves from one to the next as `φ + h ω + h² u/2J` and `ω + h u/J`, within the limit of its motor and at it.
+#[test]
+fn a_sampled_law_steps_as_its_map_does() {
+    let text = "\
+[parameters]\nj = \"2 kg m^2 ± 30 %\"\n\
+[shaft.a]\ninertia = \"j\"\n\
+[motor.m]\nshaft = \"a\"\ntorque_limit = \"3 N m\"\n\
+[control.p]\nlaw = \"position_loop\"\ndesign = { j = \"2 kg m^2\" }\noutput = \"a.phi\"\ninput = \"m\"\nnatural_frequency = \"4 rad/s\"\n\
+damping_ratio = 0.5\nreference = \"r\"\nsample_time = \"20 ms\"\n\
+[scenario]\nduration = \"1 s\"\n\
+[[scenario.event]]\nat = \"0.1 s\"\nsignal = \"r\"\nto = \"1 rad\"\n\
+[[figure]]\nname = \"angle\"\nsignal = \"a.phi\"\nmeasure = \"final\"\n\
+[[figure]]\nname = \"speed\"\nsignal = \"a.w\"\nmeasure = \"final\"\n\
+[[figure]]\nname = \"torque\"\nsignal = \"m.tau\"\nmeasure = \"min\"\n";
+    let (rows, found) = swept(&Project::open(text), &settings(20, Method::Automatic, 1e-10));
+    assert!(found.compared.is_some_and(|compared| compared.difference < 1e-9));
+    for row in &rows {
+        let (inertia, [mut angle, mut speed, mut least]) = (row.values[0], [0.0f64; 3]);
+        // The last sample falls on the end.
+        for sample in 0..=50 {
+            let reference = if sample >= 5 { 1.0 } else { 0.0 };
+            let asked = 2.0 * (16.0 * (reference - angle) - 4.0 * speed);
+            let (torque, h) = (asked.clamp(-3.0, 3.0), if sample < 50 { 0.02 } else { 0.0 });
+            angle += h * speed + 0.5 * h * h * torque / inertia;
+            speed += h * torque / inertia;
+            least = least.min(torque);
+        }
+        for (is, expected) in row.figures.iter().zip([angle, speed, least]) {
+            assert!((is - expected).abs() < 1e-9, "{row:?}: {expected}");
+        }
+    }
+}
+
+/// Two bodies on a spring with frictions, on a control unit: encoder, counted and noisy twist, delay, lag, a motor at its limit, an observer.
+fn drive() -> String {
+    let text = "\
+[shaft.a]\ninertia = \"0.01 kg m^2 ± 10 %\"\nfriction = \"0.05 N m ± 20 %\"\n\
+[shaft.b]\ninertia = \"0.02 kg m^2 ± 10 %\"\nfriction = \"0.03 N m ± 20 %\"\ndamping = \"0.002 N m s/rad ± 20 %\"\n\
+[spring_damper.k]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"50 N m/rad ± 10 %\"\ndamping = \"0.02 N m s/rad ± 20 %\"\n\
+[motor.m]\nshaft = \"a\"\ntorque_limit = \"0.6 N m\"\nlag = \"0.7 ms\"\n\
+[sensor.e]\nmeasures = \"angle\"\nshaft = \"a\"\nlines = 2000\n\
+[sensor.t]\nmeasures = \"torque\"\nelement = \"k\"\nresolution = \"0.01 mrad\"\nnoise = \"2 mN m\"\nsample_time = \"0.5 ms\"\n\
+[control.c]\nlaw = \"sampled_noninteracting\"\nsample_time = \"1 ms\"\ndelay = \"1.4 ms\"\n\
+[[control.c.channels]]\noutput = \"a.phi\"\ninput = \"m\"\nbandwidth = \"30 rad/s\"\nreference = \"r\"\n\
+[control.c.observer]\nsensors = [\"e.phi\", \"t.tau\"]\n\
+[scenario]\nduration = \"0.5 s\"\noutput_step = \"0.7 ms\"\n\
+[[scenario.event]]\nat = \"0.05 s\"\nsignal = \"r\"\nto = \"1 rad\"\nover = \"0.2 s\"\n";
+    let figures = [
+        ("b.phi", "final"),
+        ("b.w", "max_abs"),
+        ("b.friction", "max"),
+        ("a.friction", "rms"),
+        ("m.tau", "max"),
+        ("k.tau", "max_abs"),
+    ];
+    let figure = |(number, (signal, measure))| {
+        format!("[[figure]]\nname = \"f{number}\"\nsignal = \"{signal}\"\nmeasure = \"{measure}\"\n")
+    };
+    figures.into_iter().enumerate().map(figure).fold(text.to_owned(), |text, figure| text + &figure)
+}
+
+/// What samples read and command is what the reference reads and commands; friction that holds is a signal like others.
+#[test]
+fn control_units_go_side_by_side() {
+    let project = Project::open(drive().as_str());
+    let (rows, found) = swept(&project, &settings(8, Method::Automatic, 1e-9));
+    let (others, alone) = swept(&project, &settings(8, Method::Dop853, 1e-11));
+    let told = found.compared.expect("lanes");
+    assert!(alone.compared.is_none() && told.difference < 1e-6, "{told:?}");
+    for (row, other) in rows.iter().zip(&others) {
+        assert!(row.figures[0] > 0.5 && row.figures[4] > 0.59 && row.figures[4] < 0.6 && row.figures[2] > 0.02, "{row:?}");
+        for (a, b) in row.figures.iter().zip(&other.figures) {
+            assert!((a - b).abs() <= 1e-6 * b.abs(), "{row:?}: {other:?}");
+        }
+    }
+    let bits = |rows: &[SweepRow]| -> Vec<u64> {
+        rows.iter().flat_map(|row| row.figures.iter().map(|x| x.to_bits())).collect()
+    };
+    for lanes in [1, 4] {
+        let settings = SweepSettings { lanes: Some(lanes), ..settings(8, Method::Automatic, 1e-9) };
+        assert!(bits(&swept(&project, &settings).0) == bits(&rows), "{lanes} lanes");
+    }
+}

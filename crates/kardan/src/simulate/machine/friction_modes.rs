@@ -190,6 +190,14 @@ impl Machine {
         self.leaving()
     }
 
+    /// Whether what acts from now on leaves all modes as they are, at the point last evaluated, where nothing but commands and sources changes: what
+    /// [`Self::settle`] would find.
+    pub(in crate::simulate) fn keeps_modes(&mut self) -> bool {
+        self.contradiction.clear();
+        let mut drives = self.drives.iter().zip(&self.commands);
+        drives.all(|(drive, command)| drive.limit_mode == drive.limit_mode(*command)) && self.leave_rest().is_none()
+    }
+
     /// What the directions at rest do by the convex problem, if they do not all go on resting.
     fn leaving(&mut self) -> Option<Vec<(usize, Mode)>> {
         let resting = self.sticking();
