@@ -299,6 +299,8 @@ pub struct Work {
     pub friction_bias: Vec<f64>,
     /// Reduced direction of each input, row by row.
     pub input_rows: Vec<f64>,
+    /// Where the inertia is the same at every position and known, whether it is regular.
+    regular: Option<bool>,
     /// Memory of the plan.
     memory: Vec<f64>,
     /// Memory of that of angles and speeds alone.
@@ -312,6 +314,11 @@ impl Work {
         self.memory[first..].iter_mut().zip(values).for_each(|(place, value)| *place = value);
     }
 
+    /// Coefficients of the inertia have changed.
+    pub fn forget_inertia(&mut self) {
+        self.regular = None;
+    }
+
     /// An output of an [`Extension`] at the last update.
     pub fn more(&self, dynamics: &Dynamics, output: usize) -> f64 {
         let MotionPlan { plan, more, .. } = &*dynamics.plan;
@@ -322,6 +329,13 @@ impl Work {
     pub fn values(&self) -> &[f64] {
         &self.memory
     }
+}
+
+/// Whether the inertia depends on nothing but coefficients that are given.
+fn depends_on_given(motion: &Motion) -> bool {
+    let entries: Vec<Expr> = motion.inertia.values().copied().collect();
+    let given: Vec<Symbol> = motion.given.iter().filter_map(|(_, symbol)| motion.graph.symbol_of(*symbol)).collect();
+    motion.graph.symbols(&entries).iter().all(|symbol| given.contains(symbol))
 }
 
 impl Dynamics {
@@ -384,7 +398,7 @@ impl Dynamics {
             && motion.passive.iter().chain(&motion.angles).all(|expr| affine(*expr));
         let out = Self {
             degrees_of_freedom: r,
-            constant: plan.inertia.is_empty(),
+            constant: depends_on_given(&motion),
             linear,
             failing: Fails::all(equations),
             rests,
@@ -413,6 +427,7 @@ impl Dynamics {
             inertia,
             factor,
             passive,
+            regular: out.plan.inertia.is_empty().then_some(true),
             memory: out.plan.plan.memory(),
             shafts: out.plan.shafts.memory(),
         };
@@ -494,11 +509,13 @@ impl Dynamics {
         put(&self.plan.friction_rows, memory, &mut work.friction_rows);
         put(&self.plan.friction_bias, memory, &mut work.friction_bias);
         put(&self.plan.input_rows, memory, &mut work.input_rows);
-        if self.constant {
-            return true;
+        if let Some(regular) = work.regular.filter(|_| self.constant) {
+            return regular;
         }
         put(&self.plan.inertia, memory, &mut work.inertia);
-        work.factor.factor(&work.inertia)
+        let regular = work.factor.factor(&work.inertia);
+        work.regular = Some(regular);
+        regular
     }
 
     /// Evaluates angles and speeds of the shafts alone: [`Kinematics::angles`] and [`Kinematics::speeds`] of the work.

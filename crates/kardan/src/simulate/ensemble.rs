@@ -13,10 +13,11 @@ use super::readings::Readings;
 use super::run::absolute_tolerances;
 use super::{Scenario, Tolerance, taylor};
 use crate::assemble::CoefficientKind;
+use crate::num::bracket;
 use crate::results::Series;
 
 /// Orders more than a run by itself has: a step costs more than its series, so that fewer ones pay; and at most.
-const MORE: usize = 3;
+const MORE: usize = 7;
 const MOST_ORDER: usize = 24;
 /// Steps after which a run is left to the reference.
 const MOST_STEPS: usize = 1_000_000;
@@ -27,9 +28,8 @@ const CONFIRMATIONS: usize = 3;
 const FIRST: f64 = 4.0 * f64::EPSILON;
 const LEAST: f64 = 1e-10;
 const WIDER: f64 = 32.0;
-/// Places in a step where modes are looked at if series do not tell, and halvings to a place between.
+/// Places in a step where modes are looked at if series do not tell.
 const LOOKS: usize = 6;
-const HALVINGS: usize = 40;
 /// Rows that are found at a time.
 const SIDE: usize = 8;
 /// Events with next to nothing between them after which a run is left to the reference.
@@ -219,6 +219,7 @@ impl<N: Lane> Group<N> {
                 return;
             }
             if !own.rests() {
+                own.observe_here();
                 abreast.load(lane, &own.machine, &own.state);
                 times.lanes_mut()[lane] = own.time;
                 rooms.lanes_mut()[lane] = own.end - own.time;
@@ -378,6 +379,19 @@ impl Own {
         }
     }
 
+    /// Records a row just where it stands of what needs more than the state: it is evaluated there.
+    fn observe_here(&mut self) {
+        if let Some(others) = self.others.as_mut()
+            && self.series.time.get(self.next_row) == Some(&self.time)
+        {
+            others.observe_here(&mut self.machine);
+            for (number, signal) in self.series.signals[self.alone..].iter_mut().enumerate() {
+                signal.values.truncate(self.next_row);
+                signal.values.push(others.value(number));
+            }
+        }
+    }
+
     /// Stays where it is until the equations change.
     fn wait(&mut self, places: &[usize], common: &Common) {
         let rows = &common.scenario.times[self.next_row..];
@@ -390,6 +404,9 @@ impl Own {
         let rows = &self.series.time[self.next_row..];
         let count = rows.iter().take_while(|row| **row < end).count();
         let rows = &rows[..count];
+        if rows.is_empty() {
+            return;
+        }
         for (number, signal) in self.series.signals[..self.alone].iter_mut().enumerate() {
             abreast.also(lane, number, &mut self.coefficients);
             for rows in rows.chunks(SIDE) {
@@ -402,7 +419,8 @@ impl Own {
             }
         }
         if let Some(others) = &mut self.others {
-            for row in rows {
+            let known = self.series.signals[self.alone].values.len() - self.next_row;
+            for row in &rows[known..] {
                 abreast.state(lane, row - self.time, &mut self.between);
                 others.observe(&mut self.machine, *row, &self.between);
                 let signals = self.series.signals[self.alone..].iter_mut().enumerate();
@@ -427,7 +445,7 @@ impl Own {
 
     /// When a mode is left within a step, after the time where it stands; [`Self::looked`] is the state at its end.
     fn event<N: Lane>(&mut self, lane: usize, length: f64, abreast: &Abreast<N>) -> Option<f64> {
-        let prospect = abreast.prospect(lane, length, &self.machine);
+        let prospect = abreast.prospect(lane, length, &mut self.machine);
         if prospect == Prospect::Stays {
             return None;
         }
@@ -470,14 +488,27 @@ impl Own {
                 low = high;
                 continue;
             }
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (low + high);
-                if self.leaves_after(lane, middle, abreast) { high = middle } else { low = middle }
-            }
+            let what = self.reversed.first().copied();
+            let ends = [(high, self.beyond(true, what)), (low, f64::INFINITY)];
+            let tolerance = 0.5 * FIRST * (self.time + length);
+            [high, _] = bracket(ends, tolerance, |later| {
+                let leaves = self.leaves_after(lane, later, abreast);
+                self.beyond(leaves, what)
+            });
             self.leaves_after(lane, high, abreast);
             return Some(high);
         }
         None
+    }
+
+    /// How far what was looked at last is from where modes are left, negative beyond: by the speed of a direction that reverses, else by what holds.
+    fn beyond(&mut self, leaves: bool, what: Option<usize>) -> f64 {
+        let size = match what {
+            Some(direction) => self.machine.slip_margin(direction).abs(),
+            None if self.reversed.is_empty() => self.machine.hold_room_here().abs(),
+            None => f64::INFINITY,
+        };
+        if leaves { -size.max(f64::MIN_POSITIVE) } else { size }
     }
 
     /// What happens where a mode is left.
@@ -499,8 +530,10 @@ impl Own {
         }
         if let Some(others) = self.others.as_mut().filter(|_| count > 0) {
             others.observe(&mut self.machine, self.time, &self.state);
-            let signals = self.series.signals[self.alone..].iter_mut().enumerate();
-            signals.for_each(|(number, signal)| signal.values.extend(std::iter::repeat_n(others.value(number), count)));
+            for (number, signal) in self.series.signals[self.alone..].iter_mut().enumerate() {
+                signal.values.truncate(self.next_row);
+                signal.values.extend(std::iter::repeat_n(others.value(number), count));
+            }
         }
         self.next_row += count;
     }

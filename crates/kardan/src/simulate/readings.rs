@@ -115,13 +115,10 @@ impl Readings {
 
     /// Evaluates a machine at a point, and all readings there.
     pub(super) fn observe(&mut self, machine: &mut Machine, time: f64, state: &[f64]) {
-        let [inputs, accelerations, frictions] = self.counts;
+        let accelerations = self.counts[1];
         if self.needs_forces {
             machine.observe(time, state);
-            let (loop_inputs, later) = self.memory.split_at_mut(inputs);
-            loop_inputs.copy_from_slice(&machine.work.values()[..inputs]);
-            later[..accelerations].copy_from_slice(&machine.acceleration);
-            later[accelerations..][..frictions].copy_from_slice(&machine.friction_torques);
+            return self.take(machine);
         } else {
             machine.set_sources(time);
             self.memory[..2 * accelerations].copy_from_slice(&state[..2 * accelerations]);
@@ -129,6 +126,25 @@ impl Readings {
             let timed = machine.timed_at(time);
             self.memory[self.timed..][..timed.len()].copy_from_slice(timed);
         }
+        self.evaluate();
+    }
+
+    /// The same where the rates were found last.
+    pub(super) fn observe_here(&mut self, machine: &mut Machine) {
+        machine.observe_here();
+        self.take(machine);
+    }
+
+    fn take(&mut self, machine: &Machine) {
+        let [inputs, accelerations, frictions] = self.counts;
+        let (loop_inputs, later) = self.memory.split_at_mut(inputs);
+        loop_inputs.copy_from_slice(&machine.work.values()[..inputs]);
+        later[..accelerations].copy_from_slice(&machine.acceleration);
+        later[accelerations..][..frictions].copy_from_slice(&machine.friction_torques);
+        self.evaluate();
+    }
+
+    fn evaluate(&mut self) {
         // What is no number is seen where it is used.
         let _ = match &self.native {
             Some(native) => native.evaluate(&mut self.memory),

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use kardan_native::{Aligned, Native, Step, Value};
+use kardan_rt::functions::ln;
 use kardan_rt::{Lanes, Operator};
 
 use super::Machine;
@@ -69,7 +70,7 @@ lane!(8);
 const MOST: usize = 12;
 /// Terms of a series that tell how long a step may be, the last ones: of a singularity beside the real axis some are small by accident.
 const LAST: usize = 4;
-/// Part of the length at which the last terms are as large as the tolerance, in tenths.
+/// Part of the length at which the last term is as large as the tolerance, in tenths.
 const SAFETY: i64 = 9;
 /// A step that would be longer than so many hundredths of what is left to the end of all steps ends there.
 const NEAR: i64 = 101;
@@ -404,7 +405,7 @@ impl<N: Lane> Stride<N> {
         Self { numbers: Numbers::new(&graph, &all, outputs), speeds, torques, senses, holds, bounds, room }
     }
 
-    /// Where the last terms are as large as the tolerance, at most as long as there is room.
+    /// Where the last term is as large as the tolerance if all fall as the slowest of the last ones do from the whole, at most as long as there is room.
     fn length(
         graph: &mut Graph,
         all: &[Expr],
@@ -436,6 +437,10 @@ impl<N: Lane> Stride<N> {
             let size = graph.apply(Function::Ln, most);
             let part = Rational::from_parts((-1).into(), (order - back).into());
             let size = graph.scale(part, size);
+            // Of the whole, 1/relative tolerances, each leaves the same part.
+            let whole = -ln(relative) * (1.0 / (order - back) as f64 - 1.0 / order as f64);
+            let whole = number(graph, whole);
+            let size = graph.add(size, whole);
             graph.apply(Function::Exp, size)
         });
         let all: Vec<Expr> = all.collect();
@@ -674,9 +679,20 @@ impl<N: Lane> Abreast<N> {
     }
 
     /// What the series of a lane tell of its modes within a step of that length; see [`Machine::prospect`].
-    pub(in crate::simulate) fn prospect(&self, lane: usize, length: f64, machine: &Machine) -> Prospect {
+    pub(in crate::simulate) fn prospect(&self, lane: usize, length: f64, machine: &mut Machine) -> Prospect {
         let ([r, m], mut scratch) = (self.counts, [0.0; 32]);
         let (scratch, Stride { numbers, torques, .. }) = (&mut scratch[..self.order], &self.stride);
+        // What is shared stays within all limits, or nothing is known of it.
+        let shares = !machine.following.is_empty();
+        let mut shared = !shares || (0..m).all(|d| !machine.holding.contains(&d) || self.keeps(lane, d));
+        if !shared && machine.shares_evenly() {
+            let Machine { holding, bounds, sharing, .. } = machine;
+            let term = |k: usize, a: usize| numbers.memory[torques + k * m + holding[a]].lanes()[lane];
+            shared = sharing.stays(holding.len(), &bounds[0], (length, self.order), term);
+        }
+        if !shared {
+            return Prospect::Unknown;
+        }
         let speeds: Vec<f64> = numbers.memory[r..2 * r].iter().map(|x| x.lanes()[lane]).collect();
         let mut prospect = Prospect::Stays;
         for (d, mode) in machine.modes.iter().enumerate().filter(|(d, _)| !self.keeps(lane, *d)) {
@@ -686,7 +702,7 @@ impl<N: Lane> Abreast<N> {
                 let noise = || NOISE * machine.dynamics.friction_terms(d, &speeds, &machine.work);
                 let rounding = if begin < 0.0 && -begin <= noise() { -begin } else { 0.0 };
                 prospect = prospect.and(margin(scratch, length, own, mode.sign(), rounding));
-            } else if machine.holding.contains(&d) {
+            } else if !shares && machine.holding.contains(&d) {
                 let limit = machine.bounds[0][d];
                 for sign in [1.0, -1.0] {
                     let own = (0..self.order).map(|k| numbers.memory[torques + k * m + d].lanes()[lane]);
@@ -739,6 +755,7 @@ impl Machine {
             }
         }
         self.work.give(&self.dynamics, self.places.given.start, values.iter().copied());
+        self.work.forget_inertia();
         self.modes.fill(Mode::Stick);
         for list in [&mut self.holding, &mut self.following, &mut self.turning, &mut self.still] {
             list.clear();

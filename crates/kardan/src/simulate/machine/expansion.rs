@@ -4,6 +4,8 @@
 //! coefficient k of the accelerations is what the same factors give for `f_k − Σ_j H_j a_(k−j) − Σ_j G_jᵀ λ_(k−j)` over j from 1, and
 //! that of the torques that hold makes `Σ_j g_j a_(k−j)` and the bias vanish along each direction.
 
+use kardan_rt::functions::powi;
+
 use super::hold_kinds::{Holds, Kind};
 use crate::num::bracket;
 use crate::plan::Series;
@@ -327,7 +329,8 @@ impl Part<'_> {
     fn first_zero(&self, b: &[f64; MOST], halvings: &mut usize) -> Option<f64> {
         let Self { c, last, clear, from, to } = *self;
         let n = c.len() - 1;
-        let spare = last + clear;
+        // What is left out is smaller the nearer the begin is.
+        let spare = last * powi(to, n as i32) + clear;
         let own = &b[..=n];
         if own.iter().skip(1).all(|b| *b > spare) {
             return None;
@@ -383,7 +386,7 @@ mod tests {
             vec![-1e-30, 1.0, 0.0],
             vec![f64::NAN, 1.0, 0.0],
             vec![1.0, f64::NAN, 0.0],
-            vec![0.2501, -1.0, 1.0, 1e-3],
+            vec![0.25, -1.0, 1.0, 1e-3],
         ] {
             assert!(!is_positive(&c), "{c:?}");
         }

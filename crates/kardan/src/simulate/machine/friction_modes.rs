@@ -40,6 +40,21 @@ impl Machine {
     /// Needs the torques of the holding directions.
     fn share_holds(&mut self, most: f64) -> bool {
         self.factor_holding();
+        if !self.prepare_sharing() {
+            return false;
+        }
+        let c = &self.bounds[0];
+        let determined = self.sharing.share(&self.hold_torque[..self.holding.len()], c);
+        let Sharing { sticking, torques, .. } = &self.sharing;
+        determined && sticking.iter().zip(torques).all(|(&k, torque)| torque.abs() <= c[k] * most)
+    }
+
+    /// Whether the sticking directions share their torque in the same way at all positions, which is prepared then.
+    pub(super) fn shares_evenly(&mut self) -> bool {
+        self.hold_constant && self.prepare_sharing()
+    }
+
+    fn prepare_sharing(&mut self) -> bool {
         // What teeth hold depends on how they share.
         if !self.shares_by_size() || !self.meshes.is_empty() {
             return false;
@@ -50,9 +65,7 @@ impl Machine {
             self.sharing.prepare(&holding, &self.work.friction_rows, c);
             self.sharing_known = true;
         }
-        let determined = self.sharing.share(&self.hold_torque[..self.holding.len()], c);
-        let Sharing { sticking, torques, .. } = &self.sharing;
-        determined && sticking.iter().zip(torques).all(|(&k, torque)| torque.abs() <= c[k] * most)
+        true
     }
 
     /// What the directions given, all at rest, do next.
@@ -323,6 +336,11 @@ impl Machine {
     /// with the smallest torques that hold, which is less than what holds at best.
     pub fn hold_room(&mut self, time: f64, state: &[f64]) -> f64 {
         self.evaluate(time, state);
+        self.hold_room_here()
+    }
+
+    /// [`Self::hold_room`] at the point last evaluated.
+    pub fn hold_room_here(&mut self) -> f64 {
         if !self.following.is_empty() {
             self.share_holds(1.0);
         }
@@ -339,7 +357,7 @@ impl Machine {
         rooms.fold(room, |least, (_, room)| least.min(room))
     }
 
-    pub(super) fn slip_margin(&self, direction: usize) -> f64 {
+    pub(in crate::simulate) fn slip_margin(&self, direction: usize) -> f64 {
         if direction >= self.holds.first {
             return self.hold_margin(direction);
         }

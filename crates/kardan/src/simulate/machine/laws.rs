@@ -109,7 +109,9 @@ impl Machine {
 
     /// Lets sampled laws do what is due at a time.
     pub(in crate::simulate) fn tick(&mut self, time: f64, state: &[f64]) {
-        self.update(state);
+        let r = self.degrees_of_freedom;
+        self.give_time(time, state);
+        self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         self.set_sources(time);
         self.timed.find_sources(&self.sources, time, state);
         for wired in &mut self.laws {

@@ -1,5 +1,6 @@
 //! How sticking directions that depend on each other share the torque that holds them.
 
+use super::expansion::{Prospect, margin};
 use crate::num::{Cholesky, dot};
 
 /// The smallest torques relative to what each direction can hold at rest, `min Σ (λ/c)²`; memory of its own.
@@ -89,5 +90,32 @@ impl Sharing {
             self.torques[row] = c[k] * c[k] * dot(&self.combination[row * count..(row + 1) * count], z);
         }
         true
+    }
+
+    /// Whether all torques certainly stay within what each direction can hold at rest, c, for so long; `term` gives the terms of so many orders of the series of
+    /// those that hold.
+    pub(super) fn stays(
+        &mut self,
+        holding: usize,
+        c: &[f64],
+        (length, order): (f64, usize),
+        term: impl Fn(usize, usize) -> f64,
+    ) -> bool {
+        let mut torques = vec![0.0; holding];
+        let mut series = vec![0.0; order * self.sticking.len()];
+        for k in 0..order {
+            torques.iter_mut().enumerate().for_each(|(a, torque)| *torque = term(k, a));
+            if !self.share(&torques, c) {
+                return false;
+            }
+            let terms = series.iter_mut().skip(k).step_by(order);
+            terms.zip(&self.torques).for_each(|(term, torque)| *term = *torque);
+        }
+        let mut scratch = vec![0.0; order];
+        self.sticking.iter().zip(series.chunks_exact(order.max(1))).all(|(direction, series)| {
+            [1.0, -1.0].into_iter().all(|sign| {
+                margin(&mut scratch, length, series.iter().copied(), sign, c[*direction]) == Prospect::Stays
+            })
+        })
     }
 }
