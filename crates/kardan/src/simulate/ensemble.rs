@@ -17,7 +17,7 @@ use crate::num::bracket;
 use crate::results::Series;
 
 /// Orders more than a run by itself has: a step costs more than its series, so that fewer ones pay; and at most.
-const MORE: usize = 7;
+const MORE: usize = 5;
 const MOST_ORDER: usize = 24;
 /// Steps after which a run is left to the reference.
 const MOST_STEPS: usize = 1_000_000;

@@ -275,8 +275,12 @@ fn names_on_the_command_line_are_checked() {
 
 #[test]
 fn a_run_brings_the_analysis_of_its_first_variant() {
+    // Its first variant alone: a run of all of them takes minutes, and the choice is tested below.
     for builtin in without_control_units() {
-        let study = study::run(builtin.source, &Settings::default(), &Silent).unwrap();
+        let first = model::read(builtin.source).0.variant_settings().swap_remove(0).name;
+        let variants = if first.is_empty() { Vec::new() } else { vec![first] };
+        let settings = Settings { variants, tolerance: Some(1e-6), ..Settings::default() };
+        let study = study::run(builtin.source, &settings, &Silent).unwrap();
         let alone = analyze(builtin.source, &AnalyzeSettings::default()).unwrap();
         let of_run = study.analysis.unwrap();
         assert_eq!((of_run.structure, of_run.modes), (alone.structure, alone.modes), "{}", builtin.name);
