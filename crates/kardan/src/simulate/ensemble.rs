@@ -161,14 +161,7 @@ impl<N: Lane> Group<N> {
         for _ in 1..N::COUNT {
             all.push(own(machine()?));
         }
-        Some(Self {
-            abreast,
-            common,
-            own: all,
-            times: N::all(0.0),
-            rooms: N::all(1.0),
-            nexts: N::all(0.0),
-        })
+        Some(Self { abreast, common, own: all, times: N::all(0.0), rooms: N::all(1.0), nexts: N::all(0.0) })
     }
 
     fn run(&mut self, runs: &[Vec<f64>], take: &mut TakeRun<'_>) {

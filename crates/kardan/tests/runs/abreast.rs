@@ -399,3 +399,22 @@ fn control_units_go_side_by_side() {
         assert!(bits(&swept(&project, &settings).0) == bits(&rows), "{lanes} lanes");
     }
 }
+
+/// The same with the first shaft under a law that computes at samples, behind a motor with a lag and, in every second one, a limit.
+#[test]
+fn random_drivetrains_under_sampled_laws_are_near_the_reference() {
+    let count = std::env::var("KARDAN_MODELS").ok().and_then(|count| count.parse().ok()).unwrap_or(30);
+    for seed in 0..count {
+        let limit = if seed % 2 == 0 { "torque_limit = \"2 N m\"\n" } else { "" };
+        let angle = |line: &str| if line.starts_with("to = ") { line.replace(" N m", " rad") } else { line.to_owned() };
+        let text = drivetrain(seed).lines().map(|line| angle(line) + "\n").collect::<String>();
+        let text = text
+            .replace("signal = \"m.tau\"", "signal = \"r\"")
+            .replace("[motor.m]\nshaft = \"s0\"\n", &format!("[motor.m]\nshaft = \"s0\"\nlag = \"3 ms\"\n{limit}"))
+            + "[control.p]\nlaw = \"position_loop\"\noutput = \"s0.phi\"\ninput = \"m\"\nnatural_frequency = \"3 rad/s\"\ndamping_ratio = 0.7\nreference = \"r\"\n\
+               sample_time = \"10 ms\"\n";
+        let (rows, found) = swept(&Project::open(text.as_str()), &settings(4, Method::Automatic, 1e-8));
+        let told = found.compared.unwrap_or_else(|| panic!("{seed} has no lanes:\n{text}"));
+        assert!(told.difference < 1e-4, "{seed}: {told:?}\n{rows:?}\n{text}");
+    }
+}
