@@ -300,7 +300,7 @@ impl Own {
 
     /// Begins a run with these values of what varies.
     fn begin(&mut self, number: usize, values: &[f64], common: &Common) {
-        self.run = Some(number);
+        (self.run, self.stands) = (Some(number), false);
         self.machine.begin_anew(&common.coefficients, values, &common.clocked_laws);
         self.state.fill(0.0);
         self.state[..common.start.len()].copy_from_slice(&common.start);

@@ -278,11 +278,11 @@ impl Machine {
     pub fn observe(&mut self, time: f64, state: &[f64]) {
         self.forces(time, state);
         self.accelerate();
-        self.find_frictions();
+        self.observe_here();
     }
 
-    /// The friction torques of that, where the others are known.
-    fn find_frictions(&mut self) {
+    /// The same at the point whose rates were found last.
+    pub fn observe_here(&mut self) {
         for (k, mode) in self.modes.iter().enumerate() {
             self.friction_torques[k] = match k.checked_sub(self.holds.first) {
                 Some(hold) => self.work.more(&self.dynamics, self.places.hold_torques.start + hold),
@@ -304,11 +304,6 @@ impl Machine {
         if !self.following.is_empty() {
             self.split_friction();
         }
-    }
-
-    /// [`Self::observe`] at the point whose rates were found last.
-    pub fn observe_here(&mut self) {
-        self.find_frictions();
     }
 
     /// What is no finite number at a state, in words, with the operation that made it; names are those of shafts, inputs and friction
