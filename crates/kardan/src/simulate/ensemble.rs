@@ -29,7 +29,7 @@ const FIRST: f64 = 4.0 * f64::EPSILON;
 const LEAST: f64 = 1e-10;
 const WIDER: f64 = 32.0;
 /// Places in a step where modes are looked at if series do not tell.
-const LOOKS: usize = 6;
+const LOOKS: usize = 12;
 /// Rows that are found at a time.
 const SIDE: usize = 8;
 /// Events with next to nothing between them after which a run is left to the reference.

@@ -307,8 +307,8 @@ fn what_holds_behind_a_bent_joint_moves_as_by_the_reference() {
         let (others, _) = swept(&Project::open(text), &settings(8, Method::Dop853, 1e-12));
         assert!(found.compared.is_some());
         for (row, other) in rows.iter().zip(&others) {
-            // It turns, and the wave generator stands.
-            assert!(other.figures[1] > 3.0 && other.figures[2] < 1e-9 && row.figures[2] < 1e-9, "{row:?} {other:?}");
+            // It turns, and the wave generator stands: to a tolerance of the speeds that cancel in its own, 20 rad/s.
+            assert!(other.figures[1] > 3.0 && other.figures[2] < 1e-9 && row.figures[2] < 2e-8, "{row:?} {other:?}");
             for (a, b) in row.figures[..2].iter().zip(&other.figures) {
                 assert!((a - b).abs() < 1e-7 * b.abs(), "{row:?}: {b}");
             }

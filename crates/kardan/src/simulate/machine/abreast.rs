@@ -70,7 +70,9 @@ lane!(8);
 const MOST: usize = 12;
 /// Terms of a series that tell how long a step may be, the last ones: of a singularity beside the real axis some are small by accident.
 const LAST: usize = 4;
-/// Part of the length at which the last term is as large as the tolerance, in tenths.
+/// A term of this size, in tolerances, is none.
+const TINY: f64 = 1e-280;
+/// Part of that length, in tenths.
 const SAFETY: i64 = 9;
 /// A step that would be longer than so many hundredths of what is left to the end of all steps ends there.
 const NEAR: i64 = 101;
@@ -405,7 +407,7 @@ impl<N: Lane> Stride<N> {
         Self { numbers: Numbers::new(&graph, &all, outputs), speeds, torques, senses, holds, bounds, room }
     }
 
-    /// Where the last term is as large as the tolerance if all fall as the slowest of the last ones do from the whole, at most as long as there is room.
+    /// Where the last terms are within the tolerance, or the last one would be if all fell evenly, at most as long as there is room.
     fn length(
         graph: &mut Graph,
         all: &[Expr],
@@ -433,18 +435,35 @@ impl<N: Lane> Stride<N> {
                 *most = graph.max(*most, part);
             }
         }
-        let all = most.into_iter().enumerate().map(|(back, most)| {
-            let size = graph.apply(Function::Ln, most);
-            let part = Rational::from_parts((-1).into(), (order - back).into());
-            let size = graph.scale(part, size);
-            // Of the whole, 1/relative tolerances, each leaves the same part.
-            let whole = -ln(relative) * (1.0 / (order - back) as f64 - 1.0 / order as f64);
-            let whole = number(graph, whole);
-            let size = graph.add(size, whole);
-            graph.apply(Function::Exp, size)
+        let tiny = number(graph, TINY);
+        let sizes = most.map(|most| {
+            let most = graph.max(most, tiny);
+            graph.apply(Function::Ln, most)
         });
-        let all: Vec<Expr> = all.collect();
-        let found = all[1..].iter().fold(all[0], |least, own| graph.min(least, *own));
+        let least =
+            |graph: &mut Graph, all: &[Expr]| all.iter().skip(1).fold(all[0], |least, own| graph.min(least, *own));
+        // All of the last terms within the tolerance.
+        let lengths: [Expr; LAST] = std::array::from_fn(|back| {
+            let part = Rational::from_parts((-1).into(), (order - back).into());
+            graph.scale(part, sizes[back])
+        });
+        let within = least(graph, &lengths);
+        // An even fall from the whole, 1/relative tolerances, to one: of all terms as far as the slowest of the last ones, and of two orders among these.
+        let accuracy = -ln(relative);
+        let mut falls: Vec<Expr> = Vec::new();
+        for (back, length) in lengths.into_iter().enumerate() {
+            let whole = number(graph, accuracy * (1.0 / (order - back) as f64 - 1.0 / order as f64));
+            falls.push(graph.add(length, whole));
+        }
+        for back in 0..LAST - 2 {
+            let fall = graph.subtract(sizes[back + 2], sizes[back]);
+            let fall = graph.scale(Rational::from_parts(1.into(), 2u8.into()), fall);
+            let even = number(graph, -accuracy / order as f64);
+            falls.push(graph.add(fall, even));
+        }
+        let even = least(graph, &falls);
+        let found = graph.max(within, even);
+        let found = graph.apply(Function::Exp, found);
         let found = graph.scale(Rational::from_parts(SAFETY.into(), 10u8.into()), found);
         let near = graph.scale(Rational::from_parts(NEAR.into(), 100u8.into()), found);
         graph.select(near, room, found, room)
