@@ -194,8 +194,11 @@ fn others_run_one_by_one() {
     );
     let limited =
         BODIES.replace("shaft = \"a\"\n\n[scenario]", "shaft = \"a\"\ntorque_limit = \"2 N m\"\n\n[scenario]");
+    let rate = BODIES.replace("shaft = \"a\"\n\n[scenario]", "shaft = \"a\"\nrate_limit = \"2 N m/s\"\n\n[scenario]");
+    let sensor = "[sensor.s]\nmeasures = \"angle\"\nshaft = \"b\"\nlines = 100\n\n[scenario]";
+    let read = BODIES.replace("[scenario]", sensor).replace("signal = \"b.phi\"", "signal = \"s.phi\"");
     let events = BODIES.replace("signal = \"b.phi\"\nmeasure = \"final\"", "signal = \"b.phi\"\nmeasure = \"events\"");
-    for text in [initial, follows, limited, events] {
+    for text in [initial, follows, limited, rate, read, events] {
         let project = Project::open(text.as_str());
         let (rows, found) = swept(&project, &settings(4, Method::Automatic, 1e-8));
         assert!(

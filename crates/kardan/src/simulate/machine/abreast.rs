@@ -72,7 +72,7 @@ const MOST: usize = 12;
 const LAST: usize = 4;
 /// A term of this size, in tolerances, is none.
 const TINY: f64 = 1e-280;
-/// Part of that length, in tenths.
+/// Part of the length that these terms allow, in tenths.
 const SAFETY: i64 = 9;
 /// A step that would be longer than so many hundredths of what is left to the end of all steps ends there.
 const NEAR: i64 = 101;
