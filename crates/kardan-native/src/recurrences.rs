@@ -72,7 +72,7 @@ impl Span {
 /// About how many sums over all orders a rule forms.
 pub fn sums(step: &Step) -> usize {
     match step.operator {
-        Operator::Add | Operator::Subtract | Operator::Negate => 0,
+        Operator::Add | Operator::Subtract | Operator::Negate | Operator::Select => 0,
         _ if step.scaled => 0,
         Operator::SineCosine | Operator::Tangent | Operator::ArcTangent | Operator::ArcSine | Operator::ArcCosine => 2,
         Operator::ArcTangent2 => 4,
@@ -304,6 +304,15 @@ impl Writer<'_> {
         let Step { operator, out, operands: [a, b, _], more, .. } = *step;
         let now_a = self.now(a);
         match operator {
+            Operator::Select => {
+                let now_b = self.now(b);
+                let [then, otherwise] = [now_a, now_b].map(|place| self.registers.loaded(self.assembler, place));
+                let sign = self.registers.loaded(self.assembler, self.begin(more));
+                let zero = self.registers.spread(self.assembler, ZERO);
+                let value = self.registers.take();
+                self.assembler.select(value, PRODUCT, sign, Operand::Register(zero), [then, otherwise]);
+                value
+            }
             Operator::SquareRoot => {
                 let value = self.sum([out, out], Span::Inner, false);
                 self.take_from(now_a, value);

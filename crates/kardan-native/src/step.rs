@@ -19,15 +19,16 @@ pub struct Step {
     /// Its operands.
     pub operands: [u32; 3],
     /// What the rule keeps beside, if it does: the cosine of a sine, 1 + t² of a tangent, √(1 − a²) of an arc sine or cosine, 1 + a² of an
-    /// arc tangent, a² + b² of an angle of a point.
+    /// arc tangent, a² + b² of an angle of a point. Of what is selected the value whose sign tells which: the first operand where it is negative,
+    /// else the second.
     pub more: u32,
 }
 
 impl Step {
-    /// Whether there is a rule: not for what has kinks.
+    /// Whether there is a rule: of what has kinks only for one of two values, as long as it is the same one.
     pub fn has_rule(&self) -> bool {
-        use Operator::{Absolute, Maximum, Minimum, Select, Table};
-        !matches!(self.operator, Absolute | Minimum | Maximum | Select | Table)
+        use Operator::{Absolute, Maximum, Minimum, Table};
+        !matches!(self.operator, Absolute | Minimum | Maximum | Table)
     }
 
     /// Puts what the rule keeps beside into the coefficients of order 0, which hold the values.
@@ -169,9 +170,8 @@ impl<N: Number<One = f64>> Coefficients<'_, N> {
                 let turn = self.sloped(a, b, 1..k + 1) - self.sloped(b, a, 1..k + 1);
                 (turn - self.sloped(out, more, 1..k)) / self.at(more, 0)
             }
-            Operator::Absolute | Operator::Minimum | Operator::Maximum | Operator::Select | Operator::Table => {
-                N::all(f64::NAN)
-            }
+            Operator::Select => self.at(more, 0).select(N::all(0.0), self.now(a), self.now(b)),
+            Operator::Absolute | Operator::Minimum | Operator::Maximum | Operator::Table => N::all(f64::NAN),
         }
     }
 }

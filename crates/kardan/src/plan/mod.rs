@@ -6,12 +6,13 @@
 mod compile;
 mod explain;
 mod operators;
+mod pieces;
 mod series;
 mod text;
 
 pub use compile::compile;
 pub use operators::word;
-pub use series::Series;
+pub use series::{PiecedSeries, Series};
 pub use text::{PlanTextError, parse};
 
 use kardan_rt::{Operator, Run, Table};

@@ -3,12 +3,14 @@
 //! The coefficients of each value follow from those of its operands ([`Step`]). So a differential equation whose right side is a plan gives its
 //! solution's series one coefficient after the other: each rate gives the next coefficient of its state.
 
+use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
 use kardan_native::{Aligned, NativeSeries, Step, Value};
 use kardan_rt::Operator;
 
 use super::Plan;
+use super::pieces::Pieces;
 
 /// Taylor coefficients of all values of a plan up to an order: of one series, or of one in each lane of `N`, with the same bits.
 ///
@@ -75,6 +77,18 @@ impl<N: Value> Series<N> {
         steady: impl Fn(usize) -> bool,
         more: impl FnOnce(usize, &[bool]) -> (usize, Vec<Step>),
     ) -> Option<Self> {
+        Self::written(plan, order, wanted, steady, None, more)
+    }
+
+    /// The same, with pieces where something has kinks.
+    fn written(
+        plan: &Plan,
+        order: usize,
+        wanted: &[usize],
+        steady: impl Fn(usize) -> bool,
+        mut pieces: Option<&mut Pieces>,
+        more: impl FnOnce(usize, &[bool]) -> (usize, Vec<Step>),
+    ) -> Option<Self> {
         let (inputs, constants) = (plan.inputs.len(), plan.constants.len());
         let values = plan.block().memory();
         let mut is_steady: Vec<bool> =
@@ -86,7 +100,7 @@ impl<N: Value> Series<N> {
             let (own, later) = operands.split_at(run.count * run.operator.operands());
             for (k, operands) in own.chunks_exact(run.operator.operands()).enumerate() {
                 let operands: Vec<usize> = operands.iter().map(|place| *place as usize).collect();
-                let own_steady = operands.iter().all(|place| is_steady[*place]);
+                let own_steady = numbered(run.operator, &operands).iter().all(|place| is_steady[*place]);
                 is_steady[done + k] = own_steady;
                 if run.operator == Operator::SineCosine {
                     is_steady[done + run.count + k] = own_steady;
@@ -95,7 +109,12 @@ impl<N: Value> Series<N> {
                 if own_steady || !(needed[done + k] || cosine) {
                     continue;
                 }
-                let (scaled, operands) = arranged(run.operator, &operands, &is_steady)?;
+                if has_kinks(run.operator) {
+                    let place = (done + k, beside);
+                    beside = pieces.as_mut()?.write(plan, (run.operator, &operands), place, &mut steps)?;
+                    continue;
+                }
+                let (scaled, operands) = arranged(run.operator, &operands, &is_steady);
                 let more = match run.operator {
                     Operator::SineCosine => done + run.count + k,
                     Operator::Tangent
@@ -190,7 +209,7 @@ fn needed(plan: &Plan, wanted: &[usize]) -> Vec<bool> {
         for (k, operands) in own.chunks_exact(run.operator.operands()).enumerate() {
             let cosine = run.operator == Operator::SineCosine && needed[first + run.count + k];
             if needed[first + k] || cosine {
-                operands.iter().for_each(|place| needed[*place as usize] = true);
+                numbered(run.operator, operands).iter().for_each(|place| needed[*place as usize] = true);
             }
         }
         (last, operands) = (first, earlier);
@@ -198,17 +217,104 @@ fn needed(plan: &Plan, wanted: &[usize]) -> Vec<bool> {
     needed
 }
 
-/// Whether an operation scales by a steady number, and its operands with that as the second one; `None` where it has kinks.
-fn arranged(operator: Operator, operands: &[usize], steady: &[bool]) -> Option<(bool, [usize; 3])> {
-    use Operator::{Absolute, AddProduct, Divide, Maximum, Minimum, Multiply, Select, SubtractProduct, Table};
+/// The operands of an operation that are values: the first one of a table is its number.
+fn numbered<T>(operator: Operator, operands: &[T]) -> &[T] {
+    if operator == Operator::Table { &operands[1..] } else { operands }
+}
+
+fn has_kinks(operator: Operator) -> bool {
+    use Operator::{Absolute, Maximum, Minimum, Select, Table};
+    matches!(operator, Absolute | Minimum | Maximum | Select | Table)
+}
+
+/// Whether an operation scales by a steady number, and its operands with that as the second one.
+fn arranged(operator: Operator, operands: &[usize], steady: &[bool]) -> (bool, [usize; 3]) {
+    use Operator::{AddProduct, Divide, Multiply, SubtractProduct};
     let at = |k: usize| operands.get(k).copied().unwrap_or(0);
     let all = [at(0), at(1), at(2)];
     match operator {
-        Absolute | Minimum | Maximum | Select | Table => None,
-        Multiply | AddProduct | SubtractProduct if steady[at(0)] && !steady[at(1)] => {
-            Some((true, [at(1), at(0), at(2)]))
+        Multiply | AddProduct | SubtractProduct if steady[at(0)] && !steady[at(1)] => (true, [at(1), at(0), at(2)]),
+        Multiply | AddProduct | SubtractProduct | Divide => (steady[at(1)], all),
+        _ => (false, all),
+    }
+}
+
+/// The series of a plan of which each value with kinks is in one of its smooth pieces.
+///
+/// ```
+/// use kardan::expr::{Function, Graph};
+/// use kardan::plan::{PiecedSeries, compile};
+/// use kardan::units::Dimension;
+/// // y = |x| where x = −1 + t: 1 − t, until x vanishes.
+/// let mut graph = Graph::default();
+/// let x = graph.symbol("x", Dimension::ANGLE);
+/// let size = graph.apply(Function::Abs, x);
+/// let plan = compile(&graph, &[graph.symbol_of(x).unwrap()], &[("y".into(), size)]).unwrap();
+/// let mut series = PiecedSeries::new(&plan, 2, &[plan.place(0)], |_| false);
+/// let mut memory = plan.memory();
+/// memory[0] = -1.0;
+/// assert!(plan.block().evaluate(&mut memory));
+/// series.begin(&memory);
+/// series.set(0, 1, &[1.0]);
+/// series.advance(1);
+/// assert_eq!((series.value(plan.place(0), 0), series.value(plan.place(0), 1)), (1.0, -1.0));
+/// let margins: Vec<Vec<f64>> = series.margins().map(|(x, sign, more)| x.map(|x| sign * x + more).collect()).collect();
+/// assert_eq!(margins, [[1.0, -1.0, 0.0]]);
+/// ```
+#[derive(Debug, Clone)]
+pub struct PiecedSeries {
+    series: Series,
+    pieces: Pieces,
+}
+
+impl PiecedSeries {
+    /// See [`Series::new`].
+    pub fn new(plan: &Plan, order: usize, wanted: &[usize], steady: impl Fn(usize) -> bool) -> Self {
+        let mut pieces = Pieces::new(plan);
+        let series = Series::written(plan, order, wanted, steady, Some(&mut pieces), |_, _| (0, Vec::new()));
+        Self { series: series.expect("all that has kinks has pieces"), pieces }
+    }
+
+    /// See [`Series::begin`].
+    pub fn begin(&mut self, values: &[f64]) {
+        self.series.begin(values);
+        self.pieces.begin(&mut self.series.memory);
+    }
+
+    /// See [`Series::advance`]. What begins where two of its pieces meet takes the one into which the first derivative leads that does not vanish.
+    pub fn advance(&mut self, k: usize) {
+        self.series.advance(k);
+        while self.pieces.decide(&mut self.series.memory, self.series.width, k) {
+            self.series.advance(k);
         }
-        Multiply | AddProduct | SubtractProduct | Divide => Some((steady[at(1)], all)),
-        _ => Some((false, all)),
+    }
+
+    /// Whether something jumps where the series begin, so that they belong to one instant alone.
+    pub fn jump(&self) -> bool {
+        self.pieces.jump()
+    }
+
+    /// Numbers that tell the pieces, which hold as long as none of the numbers is negative: coefficients, a sign that they have, and what is added to
+    /// the first one then.
+    pub fn margins(&self) -> impl Iterator<Item = (impl Iterator<Item = f64> + '_, f64, f64)> + '_ {
+        self.pieces.margins(&self.series.memory).map(|(of, less, sign, more)| {
+            let less = less.map(|place| self.series.of(place));
+            let mut less = less.into_iter().flatten();
+            (self.series.of(of).map(move |x| x - less.next().unwrap_or(0.0)), sign, more)
+        })
+    }
+}
+
+impl Deref for PiecedSeries {
+    type Target = Series;
+
+    fn deref(&self) -> &Series {
+        &self.series
+    }
+}
+
+impl DerefMut for PiecedSeries {
+    fn deref_mut(&mut self) -> &mut Series {
+        &mut self.series
     }
 }

@@ -716,6 +716,7 @@ impl RunningLoop {
             }
             return Err(self.step_failed(error));
         }
+        self.end_at_kink()?;
         let length = self.solver.time() - self.solver.previous_time();
         let mut event = self.find_event(length);
         if let Some(at) = event.filter(|_| self.solver.shortens()) {

@@ -9,6 +9,7 @@ mod diagnostics;
 mod element_laws;
 mod expressions;
 mod machines;
+mod pieces;
 mod project;
 mod properties;
 mod reduction;

@@ -707,7 +707,8 @@ impl<N: Lane> Abreast<N> {
         if !shared && machine.shares_evenly() {
             let Machine { holding, bounds, sharing, .. } = machine;
             let term = |k: usize, a: usize| numbers.memory[torques + k * m + holding[a]].lanes()[lane];
-            shared = sharing.stays(holding.len(), &bounds[0], (length, self.order), term);
+            let limit = |direction: usize, k: usize| if k == 0 { bounds[0][direction] } else { 0.0 };
+            shared = sharing.stays(holding.len(), &bounds[0], (length, self.order), term, limit);
         }
         if !shared {
             return Prospect::Unknown;

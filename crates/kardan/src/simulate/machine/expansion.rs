@@ -8,13 +8,13 @@ use kardan_rt::functions::powi;
 
 use super::hold_kinds::{Holds, Kind};
 use crate::num::bracket;
-use crate::plan::Series;
+use crate::plan::PiecedSeries;
 use crate::simulate::drive::{Drive, Limit};
 use crate::simulate::friction::{Bounds, Mode};
 
 /// Series of a machine, with memory of its own.
 pub(super) struct Expansion {
-    pub(super) series: Series,
+    pub(super) series: PiecedSeries,
     /// Coefficients of the accelerations, and of the torques that hold, those of an order one after the other.
     pub(super) accelerations: Vec<f64>,
     pub(super) torques: Vec<f64>,
@@ -91,7 +91,7 @@ impl Prospect {
 }
 
 impl Expansion {
-    /// Whether modes and limits are kept for so long, by series of that order; `noise` tells what of a speed along a direction is rounding.
+    /// Whether modes and limits are kept for so long but for what holds, by series of that order; `noise` tells what of a speed along a direction is rounding.
     pub(super) fn prospect(
         &mut self,
         watch: &Watch<'_>,
@@ -100,8 +100,8 @@ impl Expansion {
         (length, order): (f64, usize),
     ) -> Prospect {
         let mut prospect = self.prospect_of_holds(watch, (length, order));
-        let Self { series, torques, counts, scratch, sliders, .. } = self;
-        let Watch { modes, holding, holds, bounds } = watch;
+        let Self { series, scratch, sliders, .. } = self;
+        let Watch { modes, holds, bounds, .. } = watch;
         let scratch = &mut scratch[..order];
         let moving = modes.iter().zip(&self.friction_speeds).enumerate();
         let moving = moving.filter(|(k, (mode, _))| **mode != Mode::Stick && holds.slips(*k));
@@ -111,6 +111,36 @@ impl Expansion {
             let rounding = if begin < 0.0 && -begin <= noise(k) { -begin } else { 0.0 };
             prospect = prospect.and(margin(scratch, length, series.of(*place), mode.sign(), rounding));
         }
+        for (k, place) in sliders.iter().filter(|(k, _)| modes[*k] == Mode::Stick) {
+            // What has just stopped slipping stands at its limit but for rounding.
+            let limit = bounds.forward[*k].max(series.value(*place, 0).abs());
+            for sign in [1.0, -1.0] {
+                prospect = prospect.and(margin(scratch, length, series.of(*place), sign, limit));
+            }
+        }
+        for (drive, place) in drives.iter().zip(&self.commands) {
+            if drive.rate.is_some() {
+                return Prospect::Unknown;
+            }
+            let Some(limit) = drive.limit else { continue };
+            let mut keep = |sign: f64, limit: f64| {
+                prospect = prospect.and(margin(scratch, length, series.of(*place), sign, limit));
+            };
+            match drive.limit_mode {
+                Limit::Inside => [1.0, -1.0].into_iter().for_each(|sign| keep(sign, limit)),
+                Limit::High => keep(1.0, -limit),
+                Limit::Low => keep(-1.0, -limit),
+            }
+        }
+        prospect
+    }
+
+    /// Whether what holds stays within its limits, all others that follow from it without torques.
+    pub(super) fn prospect_of_holding(&mut self, watch: &Watch<'_>, (length, order): (f64, usize)) -> Prospect {
+        let Self { series, torques, counts, scratch, .. } = self;
+        let Watch { modes, holding, holds, bounds } = watch;
+        let scratch = &mut scratch[..order];
+        let mut prospect = Prospect::Stays;
         for (a, &k) in holding.iter().enumerate().filter(|(_, k)| **k < modes.len()) {
             let torque = || torques[a..].iter().step_by(counts[1]).copied();
             if let Kind::Friction { at_rest } = holds.kind(k)
@@ -129,23 +159,18 @@ impl Expansion {
                 }
             }
         }
-        for (k, place) in sliders.iter().filter(|(k, _)| modes[*k] == Mode::Stick) {
-            // What has just stopped slipping stands at its limit but for rounding.
-            let limit = bounds.forward[*k].max(series.value(*place, 0).abs());
-            for sign in [1.0, -1.0] {
-                prospect = prospect.and(margin(scratch, length, series.of(*place), sign, limit));
-            }
-        }
-        for (drive, place) in drives.iter().zip(&self.commands) {
-            if drive.rate.is_some() || drive.limit_mode != Limit::Inside {
-                return Prospect::Unknown;
-            }
-            let Some(limit) = drive.limit else { continue };
-            for sign in [1.0, -1.0] {
-                prospect = prospect.and(margin(scratch, length, series.of(*place), sign, limit));
-            }
-        }
         prospect
+    }
+
+    /// Where the first of what has kinks takes another of its pieces.
+    pub(super) fn kink(&mut self, (length, order): (f64, usize)) -> Prospect {
+        let Self { series, scratch, .. } = self;
+        if series.jump() {
+            return Prospect::Leaves(0.0);
+        }
+        let scratch = &mut scratch[..order];
+        let margins = series.margins();
+        margins.fold(Prospect::Stays, |found, (x, sign, more)| found.and(margin_of(scratch, length, x, sign, more)))
     }
 
     /// How far values of a plan's memory and torques that hold are from their series, so long after the point of expansion, in parts of what the
@@ -259,6 +284,23 @@ impl Expansion {
             holding.bias[direction] = bias;
         }
     }
+}
+
+/// [`margin`] of what has no limit to keep clear of, and may vanish for good.
+fn margin_of(
+    scratch: &mut [f64],
+    length: f64,
+    coefficients: impl Iterator<Item = f64>,
+    sign: f64,
+    more: f64,
+) -> Prospect {
+    let mut power = sign;
+    scratch.iter_mut().zip(coefficients).for_each(|(term, coefficient)| {
+        *term = coefficient * power;
+        power *= length;
+    });
+    scratch[0] += more;
+    if scratch.iter().all(|term| *term == 0.0) { Prospect::Stays } else { first_zero(scratch, 0.0) }
 }
 
 /// Where a sign times a series and a limit become negative within a step.

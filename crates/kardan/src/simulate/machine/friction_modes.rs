@@ -54,7 +54,8 @@ impl Machine {
         self.hold_constant && self.prepare_sharing()
     }
 
-    fn prepare_sharing(&mut self) -> bool {
+    /// Whether they do by their sizes, which is prepared then at the position last evaluated.
+    pub(super) fn prepare_sharing(&mut self) -> bool {
         // What teeth hold depends on how they share.
         if !self.shares_by_size() || !self.meshes.is_empty() {
             return false;

@@ -6,7 +6,8 @@ use super::Machine;
 use super::expansion::{Expansion, Holding, Prospect, Watch};
 use super::expressions::Places;
 use super::hold_kinds::Kind;
-use crate::plan::Series;
+use super::sharing;
+use crate::plan::PiecedSeries;
 use crate::reduce::MotionPlan;
 use crate::simulate::friction::NOISE;
 
@@ -17,6 +18,9 @@ pub(super) struct ByPosition {
     pub rows: Vec<Vec<(usize, usize)>>,
     pub bias: Vec<Option<usize>>,
 }
+
+/// How much more than the largest torque of all what has no limit counts as.
+const MORE: f64 = 10.0;
 
 impl Machine {
     /// See there.
@@ -42,7 +46,7 @@ impl Machine {
     }
 
     /// Prepares series up to an order, also of the angles and of the speeds of some shafts; false where a law computes by itself at every
-    /// instant, or something has kinks.
+    /// instant, or teeth lose.
     pub fn prepare_series(&mut self, order: usize, shafts: &[Vec<usize>; 2]) -> bool {
         let (r, m) = (self.degrees_of_freedom, self.kept.end);
         let MotionPlan { plan, angles, speeds, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
@@ -59,8 +63,8 @@ impl Machine {
             extended.map(|output| more.start + output).chain(motion.chain(rows.clone()).map(|(_, output)| *output));
         let rows_follow = rows.clone().next().is_some();
         let wanted: Vec<usize> = wanted.map(|output| plan.place(output)).collect();
-        let series =
-            if self.own_laws || !self.meshes.is_empty() { None } else { Series::new(plan, order, &wanted, steady) };
+        let able = !self.own_laws && self.meshes.is_empty();
+        let series = able.then(|| PiecedSeries::new(plan, order, &wanted, steady));
         let found = |places: &Range<usize>| -> Vec<usize> {
             places.clone().map(|output| plan.place(more.start + output)).collect()
         };
@@ -119,8 +123,45 @@ impl Machine {
         let noise = |k: usize| self.noise_of_slip(k).unwrap_or_else(|| of_terms(k));
         let watch = Watch { modes: &self.modes, holding: &self.holding, holds: &self.holds, bounds: self.bounds() };
         let prospect = expansion.prospect(&watch, noise, &self.drives, (length, order));
+        let held = expansion.prospect_of_holding(&watch, (length, order));
         self.expansion = Some(expansion);
-        prospect
+        if held == Prospect::Stays || self.following.is_empty() {
+            return prospect.and(held);
+        }
+        // What follows may take a part.
+        if prospect != Prospect::Unknown && self.shares_for((length, order)) { prospect } else { Prospect::Unknown }
+    }
+
+    /// Whether the directions that stick, which do not turn, certainly share the torques that hold for so long.
+    fn shares_for(&mut self, (length, order): (f64, usize)) -> bool {
+        let Self { expansion: Some(expansion), holding, bounds, sharing, work, holds, .. } = self else { return false };
+        let Expansion { series, rows, torques, counts, .. } = &**expansion;
+        let keeps = |place: usize| series.of(place).take(order).skip(1).all(|x| x == 0.0);
+        let turns = |k: &usize| rows[*k].iter().any(|(_, place)| !keeps(*place));
+        let uneven = |k: &usize| bounds[0][*k] != bounds[1][*k];
+        if self.moves || !self.meshes.is_empty() || sharing.sticking.iter().any(|k| turns(k) || uneven(k)) {
+            return false;
+        }
+        // What has no limit may take more than all others.
+        let most = bounds[0].iter().chain(&torques[..holding.len()]).filter(|x| x.is_finite());
+        let most = MORE * most.fold(0.0, |most: f64, x| most.max(x.abs()));
+        let sizes: Vec<f64> = bounds[0].iter().map(|bound| if bound.is_finite() { *bound } else { most }).collect();
+        let own = sharing::Holding { directions: holding, weighted: &self.weighted, factor: &self.hold_factor };
+        sharing.prepare(&own, &work.friction_rows, &sizes);
+        self.sharing_known = false;
+        let term = |k: usize, a: usize| torques[k * counts[1] + a];
+        let limit = |direction: usize, k: usize| match (direction.checked_sub(holds.first), holds.kind(direction)) {
+            (Some(hold), Kind::Friction { at_rest }) => at_rest * series.value(expansion.holds[2 * hold], k),
+            _ if k == 0 => bounds[0][direction],
+            _ => 0.0,
+        };
+        sharing.stays(holding.len(), &sizes, (length, order), term, limit)
+    }
+
+    /// Where what has kinks takes another of its pieces, within a step of that length from the last expansion whose highest order was `order`: as a part
+    /// of it, for certain not before.
+    pub fn kink(&mut self, length: f64, order: usize) -> Prospect {
+        self.expansion.as_mut().map_or(Prospect::Stays, |expansion| expansion.kink((length, order)))
     }
 
     /// How far what the modes depend on, at the point last evaluated, is from what its series say so long after the last expansion, in parts of

@@ -6,6 +6,8 @@
 use super::looks::{Guard, LOOKS, is_coarse};
 use super::{Outcome, RunningLoop, failed};
 use crate::simulate::integrator::Integrator;
+use crate::simulate::machine::Prospect;
+use kardan_rt::functions::powi;
 
 /// Part of a step in which a bend is left to its error: there a loop may go to and fro at one place.
 const SOON: f64 = 0.01;
@@ -17,6 +19,9 @@ const LEAST: f64 = 1e-9;
 /// is given up: it would take a thousand million of them.
 const TO_AND_FRO: usize = 2000;
 const HARDLY: f64 = 1e-9;
+/// How far behind such a place a step by series ends, as a part of it, doubled so often at most.
+const BEHIND: f64 = 1e-13;
+const MOST_DOUBLED: usize = 16;
 /// What series may differ from what they are of, in parts of their terms.
 const DIFFERENCE: f64 = 1e-6;
 /// What is left of a difference in a shorter step is less than this; of rounding it is more, and that is slight.
@@ -30,15 +35,37 @@ impl RunningLoop {
     pub(super) fn unseen(&mut self, until: f64) -> Result<Option<f64>, Outcome> {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let shorter = self.guard.coarse && self.is_long(until) && until == to;
-        let bend = if self.machine.bends() == 0 { None } else { self.bend(until)? };
-        let Some(at) = bend.or(shorter.then_some(from + LESS * (to - from))) else { return Ok(None) };
+        let shorter = shorter.then_some(from + LESS * (to - from));
         if matches!(self.solver, Integrator::Taylor(_)) {
-            return Ok(Some(at));
+            return Ok(shorter);
         }
+        let bend = if self.machine.bends() == 0 { None } else { self.bend(until)? };
+        let Some(at) = bend.or(shorter) else { return Ok(None) };
         // Within a step the states are less accurate than at its end, and what lies behind a jump has spoiled them.
         self.shorten_step(at)?;
         let again = if bend.is_some() { self.bend(self.solver.time())? } else { None };
         Ok(Some(again.unwrap_or(self.solver.time())))
+    }
+
+    /// Ends a step by series where the loop jumps or bends by its state, just behind it: its series are those of one side.
+    pub(super) fn end_at_kink(&mut self) -> Result<(), Outcome> {
+        let Integrator::Taylor(solver) = &self.solver else { return Ok(()) };
+        let (from, to, order) = (solver.previous_time(), solver.time(), solver.order());
+        let at = match self.machine.kink(to - from, order) {
+            Prospect::Leaves(part) => {
+                let at = from + part * (to - from);
+                self.count_bends(at, None)?;
+                // Behind it by more than rounding, and by more where that was not enough.
+                let behind = BEHIND * (to - from) * powi(2.0, self.guard.bent.min(MOST_DOUBLED) as i32);
+                (at + behind).max(from + 4.0 * f64::EPSILON * from.abs())
+            }
+            Prospect::Unknown if self.is_long(to) => from + LESS * (to - from),
+            _ => return Ok(()),
+        };
+        if let (true, Integrator::Taylor(solver)) = (at < to, &mut self.solver) {
+            solver.end_at(at);
+        }
+        Ok(())
     }
 
     /// The first place within the last step, up to a time, at which the loop jumps or bends by its state: just behind it. A step that is too
@@ -48,13 +75,13 @@ impl RunningLoop {
         let found = self.bend_by(until, &mut numbers);
         self.guard.numbers = numbers;
         if let Some((at, Some(bend))) = found {
-            self.count_bends(at, bend)?;
+            self.count_bends(at, Some(bend))?;
         }
         Ok(found.map(|(at, _)| at))
     }
 
     /// Ends the run where it comes to the same place again and again and hardly moves on.
-    fn count_bends(&mut self, at: f64, bend: usize) -> Result<(), Outcome> {
+    fn count_bends(&mut self, at: f64, bend: Option<usize>) -> Result<(), Outcome> {
         let near = HARDLY * self.scenario.duration.min(1.0);
         let Guard { bent, bent_at, .. } = &mut self.guard;
         *bent = if at - *bent_at <= near { *bent + 1 } else { 0 };
@@ -62,7 +89,8 @@ impl RunningLoop {
         if *bent <= TO_AND_FRO {
             return Ok(());
         }
-        let what = self.machine.bend_in_words(bend);
+        let what =
+            bend.or_else(|| self.nearest_bend()).map_or("a place".into(), |bend| self.machine.bend_in_words(bend));
         self.observe_until(self.time, None);
         Err(failed(
             self.time,
@@ -119,6 +147,13 @@ impl RunningLoop {
             }
         }
         (high - from > SOON * (until - from)).then_some((high, bend))
+    }
+
+    /// The number that is nearest to zero at the begin of the last step.
+    fn nearest_bend(&mut self) -> Option<usize> {
+        let mut numbers = vec![0.0f64; self.machine.bends()];
+        self.bends_at(self.solver.previous_time(), &mut numbers);
+        (0..numbers.len()).min_by(|a, b| numbers[*a].abs().total_cmp(&numbers[*b].abs()))
     }
 
     fn bends_at(&mut self, time: f64, out: &mut [f64]) {
