@@ -298,6 +298,11 @@ impl Dop853 {
         self.counts
     }
 
+    /// Counts on from these.
+    pub(super) fn set_counts(&mut self, counts: Counts) {
+        self.counts = counts;
+    }
+
     /// Makes [`Dop853::interpolate`] ready for the last accepted step: 3 evaluations of `rhs` inside the step; nothing
     /// when that was done already.
     ///

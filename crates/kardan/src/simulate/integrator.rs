@@ -183,6 +183,11 @@ impl Integrator {
         each!(self, state)
     }
 
+    /// Counts from what another one has counted.
+    pub(super) fn go_on_counting(&mut self, counts: Counts) {
+        each!(self, set_counts, counts)
+    }
+
     pub(super) fn counts(&self) -> Counts {
         each!(self, counts)
     }

@@ -164,6 +164,10 @@ const DIVERGED: f64 = 1e6;
 pub(super) struct RunningLoop {
     pub(super) machine: Machine,
     solver: Integrator,
+    /// The reference method beside another one where something bends: for where series or derivatives have no value, as those of `sqrt(max(0, x))`.
+    /// Whether it has taken over.
+    reference: Option<Integrator>,
+    referred: bool,
     /// The segment that is solved at once, if the loop is linear; none otherwise.
     segment: Option<LinearSegment>,
     /// Whether segments may be.
@@ -416,8 +420,11 @@ impl RunningLoop {
         if matches!(solver, Some(Integrator::Taylor(_))) {
             outputs.prepare_series(&machine);
         }
+        let reference = || Integrator::dop853(tolerance.relative, &absolute);
         RunningLoop {
-            solver: solver.unwrap_or_else(|| Integrator::dop853(tolerance.relative, &absolute)),
+            reference: (machine.bends() > 0 && solver.is_some()).then(reference),
+            referred: false,
+            solver: solver.unwrap_or_else(reference),
             segment: None,
             linear: tolerance.method == Method::Automatic
                 && scenario.duration.is_finite()
@@ -530,6 +537,11 @@ impl RunningLoop {
 
     /// Everything that what is to come depends on.
     pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        let mut referred = self.referred;
+        keeper.flag(&mut referred);
+        if referred != self.referred {
+            self.change_method();
+        }
         self.solver.keep(keeper);
         self.machine.keep(keeper);
         self.outputs.keep(keeper);
@@ -708,7 +720,12 @@ impl RunningLoop {
             return self.tell(progress);
         }
         self.stepped = true;
-        if let Err(error) = self.solver.step(&mut self.machine, end) {
+        let mut made = self.solver.step(&mut self.machine, end);
+        if made.is_err() && !self.referred && self.change_method() {
+            self.solver.start(&mut self.machine, self.time, &self.state);
+            made = self.solver.step(&mut self.machine, end);
+        }
+        if let Err(error) = made {
             let before = self.jammed;
             if let Some(direction) = self.jam() {
                 self.count_jams(direction, before)?;
@@ -1045,6 +1062,15 @@ impl RunningLoop {
         }
         let shortened = self.solver.shorten(&mut self.machine, end, &mut self.looked);
         shortened.map_err(|error| self.step_failed(error))
+    }
+
+    /// Changes between the method and the reference; false where there is none beside it.
+    fn change_method(&mut self) -> bool {
+        let Some(other) = &mut self.reference else { return false };
+        std::mem::swap(&mut self.solver, other);
+        self.solver.go_on_counting(other.counts());
+        self.referred = !self.referred;
+        true
     }
 
     fn restart(&mut self, time: f64) {

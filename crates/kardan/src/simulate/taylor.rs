@@ -379,4 +379,9 @@ impl Taylor {
     pub(super) fn counts(&self) -> Counts {
         self.counts
     }
+
+    /// Counts on from these.
+    pub(super) fn set_counts(&mut self, counts: Counts) {
+        self.counts = counts;
+    }
 }

@@ -170,7 +170,7 @@ fn a_law_that_goes_to_and_fro_ends_the_run_by_name() {
                [scenario]\nduration = \"2 s\"\noutput_step = \"1 ms\"\ninitial = { \"b.w\" = \"1 rad/s\" }\n";
     for (model, end) in [(&clutch[..], 2.0 / 3.0), (law, 1.0)] {
         let run = by(Method::Automatic, model);
-        let Outcome::Failed { time, cause } = &run.outcome else { panic!("it ends early") };
+        let Outcome::Failed { time, cause } = &run.outcome else { panic!("it ends early: {:?}", run.effort) };
         assert!((time - end).abs() < 1e-6, "{time}");
         assert!(cause.contains("to and fro without an end at b.w = 0") && cause.contains("tanh"), "{cause}");
         assert!(run.effort.steps < 10_000, "{:?}", run.effort);

@@ -159,6 +159,46 @@ fn peaks_over_the_angle_are_not_passed() {
     }
 }
 
+/// A torque that jumps where the motion begins, into which it goes at once, comes back after 1 s and is there again after 3 s.
+#[test]
+fn a_jump_where_the_motion_begins() {
+    for law in ["if(a.phi < 0 rad, 2 N m, -1 N m)", "if(a.phi >= 0 rad, -1 N m, 2 N m)"] {
+        let source = torque(law, "") + "initial = { \"a.w\" = \"-1 rad/s\" }\n";
+        for method in METHODS {
+            let run = by(&source, method);
+            ends(&run, "a.w", -1.0, 1e-8, &format!("{method:?}: {law}"));
+            ends(&run, "a.phi", 0.0, 1e-8, &format!("{method:?}: {law}"));
+        }
+    }
+}
+
+/// Both sides of a bend have the same value: a spring from 0, and one by its angle's size, `w² + φ² = w₀²`, with a damping by `w |w|` that begins at
+/// rest: `1/w = 1/w₀ + t`.
+#[test]
+fn bends_where_the_motion_begins() {
+    let spring = torque("-1 N m * max(a.phi / (1 rad), -a.phi / (1 rad)) * if(a.phi > 0 rad, 1, -1)", "");
+    let drag = torque("-1 N m s^2 * a.w * abs(a.w)", "");
+    for method in METHODS {
+        let run = by(&(spring.clone() + "initial = { \"a.w\" = \"-1 rad/s\" }\n"), method);
+        ends(&run, "a.w", -(3.0_f64.cos()), 1e-8, &format!("{method:?}"));
+        let run = by(&(drag.clone() + "initial = { \"a.w\" = \"-2 rad/s\" }\n"), method);
+        ends(&run, "a.w", -1.0 / 3.5, 1e-8, &format!("{method:?}"));
+    }
+}
+
+/// A root of what is zero for a while has no series: `w² = w₀² + 4 φ^(3/2)`.
+#[test]
+fn what_has_no_series_goes_on_without() {
+    let law = torque("3 N m * sqrt(max(0, a.phi / (1 rad)))", "");
+    let source = law + "initial = { \"a.phi\" = \"-1 rad\", \"a.w\" = \"1 rad/s\" }\n";
+    for method in METHODS {
+        let run = by(&source, method);
+        let angle = signal(&run, "a.phi").last().expect("rows").to_owned();
+        assert!(angle > 2.0, "{method:?}: {angle}");
+        ends(&run, "a.w", (1.0 + 4.0 * angle.powf(1.5)).sqrt(), 1e-7, &format!("{method:?}"));
+    }
+}
+
 /// A lock that joins two shafts while their speeds differ by less than 0.1 rad/s, which lasts 0.2 s: they pass through it together.
 #[test]
 fn a_short_engagement_is_not_passed() {

@@ -150,8 +150,10 @@ impl Machine {
         sharing.prepare(&own, &work.friction_rows, &sizes);
         self.sharing_known = false;
         let term = |k: usize, a: usize| torques[k * counts[1] + a];
-        let limit = |direction: usize, k: usize| match (direction.checked_sub(holds.first), holds.kind(direction)) {
-            (Some(hold), Kind::Friction { at_rest }) => at_rest * series.value(expansion.holds[2 * hold], k),
+        let limit = |direction: usize, k: usize| match direction.checked_sub(holds.first) {
+            Some(hold) if let Some(Kind::Friction { at_rest }) = holds.kinds.get(hold) => {
+                at_rest * series.value(expansion.holds[2 * hold], k)
+            }
             _ if k == 0 => bounds[0][direction],
             _ => 0.0,
         };

@@ -536,4 +536,9 @@ impl Radau {
     pub(super) fn counts(&self) -> Counts {
         self.counts
     }
+
+    /// Counts on from these.
+    pub(super) fn set_counts(&mut self, counts: Counts) {
+        self.counts = counts;
+    }
 }

@@ -21,7 +21,7 @@ const TO_AND_FRO: usize = 2000;
 const HARDLY: f64 = 1e-9;
 /// How far behind such a place a step by series ends, as a part of it, doubled so often at most.
 const BEHIND: f64 = 1e-13;
-const MOST_DOUBLED: usize = 16;
+const MOST_DOUBLED: usize = 8;
 /// What series may differ from what they are of, in parts of their terms.
 const DIFFERENCE: f64 = 1e-6;
 /// What is left of a difference in a shorter step is less than this; of rounding it is more, and that is slight.
@@ -57,7 +57,7 @@ impl RunningLoop {
                 self.count_bends(at, None)?;
                 // Behind it by more than rounding, and by more where that was not enough.
                 let behind = BEHIND * (to - from) * powi(2.0, self.guard.bent.min(MOST_DOUBLED) as i32);
-                (at + behind).max(from + 4.0 * f64::EPSILON * from.abs())
+                at + behind.max(4.0 * f64::EPSILON * at.abs())
             }
             Prospect::Unknown if self.is_long(to) => from + LESS * (to - from),
             _ => return Ok(()),
