@@ -50,7 +50,8 @@ impl Integrator {
         shafts: &[Vec<usize>; 2],
     ) -> Option<Self> {
         let able = machine.prepare_series(taylor::order(relative), shafts);
-        able.then(|| Self::Taylor(Box::new(Taylor::new(relative, absolute))))
+        // What tells pieces has terms where the states have none.
+        able.then(|| Self::Taylor(Box::new(Taylor::new(relative, absolute).with_all_terms(machine.has_kinks()))))
     }
 
     /// The method for stiff loops, if the machine has a Jacobian.

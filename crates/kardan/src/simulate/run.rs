@@ -42,7 +42,7 @@ pub enum Method {
     /// Everything by the Runge-Kutta method of order 8 of Dormand and Prince: the reference.
     Dop853,
     /// Taylor series of the loop's expressions, as long as the tolerance asks. Loops in which a law computes by itself at every instant,
-    /// or that have kinks, by the reference.
+    /// or teeth lose, by the reference.
     #[default]
     Taylor,
     /// Radau IIA of order 5, 9 or 13 with an exact Jacobian, for stiff loops: its steps do not depend on how fast motions decay. Loops in
@@ -422,7 +422,7 @@ impl RunningLoop {
         }
         let reference = || Integrator::dop853(tolerance.relative, &absolute);
         RunningLoop {
-            reference: (machine.bends() > 0 && solver.is_some()).then(reference),
+            reference: (solver.is_some() && (machine.bends() > 0 || machine.has_kinks())).then(reference),
             referred: false,
             solver: solver.unwrap_or_else(reference),
             segment: None,

@@ -49,6 +49,8 @@ pub(super) struct Taylor {
     coefficients: Vec<f64>,
     /// The highest order used in the last step.
     order: usize,
+    /// Whether all terms are found where the states need fewer: others are looked at too.
+    all_terms: bool,
     /// Evaluations of the machine when the first coefficients at the state were found: while there are no more, they and its factors hold.
     begun: Option<u64>,
     next: f64,
@@ -85,6 +87,7 @@ impl Taylor {
             coefficients: vec![0.0; zero.len() * (most + 1)],
             state: zero,
             order: 0,
+            all_terms: false,
             begun: None,
             next: 0.0,
             doubtful: false,
@@ -92,6 +95,11 @@ impl Taylor {
             counts: Counts::default(),
             rounding: Rounding::new(absolute.len()),
         }
+    }
+
+    /// Finds all terms.
+    pub(super) fn with_all_terms(self, all_terms: bool) -> Self {
+        Self { all_terms, ..self }
     }
 
     pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
@@ -143,7 +151,7 @@ impl Taylor {
         let (mut before, mut small, mut power) = (f64::INFINITY, false, room);
         let mut earlier = if short { [1.0 / self.relative, self.largest(1, room) * room] } else { [0.0; 2] };
         self.doubtful = false;
-        while order < most && !small {
+        while order < most && (!small || self.all_terms) {
             expand(order, &mut self.coefficients);
             order += 1;
             power *= room;

@@ -1,10 +1,10 @@
 //! The Taylor series of the motion in one set of modes, coefficient by coefficient.
 //!
-//! Everything but the accelerations follows from the expressions of the loop ([`Series`]). With `H(t) a(t) = f(t) − Gᵀ(t) λ(t)` the
+//! Everything but the accelerations follows from the expressions of the loop ([`PiecedSeries`]). With `H(t) a(t) = f(t) − Gᵀ(t) λ(t)` the
 //! coefficient k of the accelerations is what the same factors give for `f_k − Σ_j H_j a_(k−j) − Σ_j G_jᵀ λ_(k−j)` over j from 1, and
 //! that of the torques that hold makes `Σ_j g_j a_(k−j)` and the bias vanish along each direction.
 
-use kardan_rt::functions::powi;
+use kardan_rt::functions::{powf, powi};
 
 use super::hold_kinds::{Holds, Kind};
 use crate::num::bracket;
@@ -62,6 +62,8 @@ const CLEAR: f64 = 1e-9;
 /// Part of a step that a zero is looked for in at last, and halvings that are made for one margin.
 const LEAST: f64 = 1e-10;
 const HALVINGS: usize = 200;
+/// How often a step is made shorter for the terms of what tells pieces.
+const SHORTENINGS: usize = 60;
 /// Part of a step to which a zero of a series is found.
 const EXACTLY: f64 = 1e-16;
 /// A number that modes depend on and that rounding may make of nothing, SI.
@@ -162,15 +164,32 @@ impl Expansion {
         prospect
     }
 
-    /// Where the first of what has kinks takes another of its pieces.
-    pub(super) fn kink(&mut self, (length, order): (f64, usize)) -> Prospect {
+    /// Where the first of what has kinks takes another of its pieces, and how long a step may be at most for that to be known: the last two terms of
+    /// each number that tells the pieces are then within a part of all its terms.
+    pub(super) fn kink(&mut self, (length, order): (f64, usize), part: f64) -> (Prospect, f64) {
         let Self { series, scratch, .. } = self;
         if series.jump() {
-            return Prospect::Leaves(0.0);
+            return (Prospect::Leaves(0.0), length);
         }
         let scratch = &mut scratch[..order];
+        let mut known = length;
+        for (x, sign, more) in series.margins() {
+            terms(scratch, 1.0, x, sign, more);
+            known = known_for(scratch, known, part);
+        }
         let margins = series.margins();
-        margins.fold(Prospect::Stays, |found, (x, sign, more)| found.and(margin_of(scratch, length, x, sign, more)))
+        let found = margins.fold(Prospect::Stays, |found, (x, sign, more)| {
+            terms(scratch, known, x, sign, more);
+            // What has no value is of no piece that is taken.
+            let is_nothing = scratch.iter().all(|term| *term == 0.0) || scratch.iter().any(|term| !term.is_finite());
+            if is_nothing { found } else { found.and(first_zero_within(scratch, 0.0, true)) }
+        });
+        (found, known)
+    }
+
+    /// Whether something has kinks.
+    pub(super) fn has_kinks(&self) -> bool {
+        self.series.margins().next().is_some()
     }
 
     /// How far values of a plan's memory and torques that hold are from their series, so long after the point of expansion, in parts of what the
@@ -286,21 +305,34 @@ impl Expansion {
     }
 }
 
-/// [`margin`] of what has no limit to keep clear of, and may vanish for good.
-fn margin_of(
-    scratch: &mut [f64],
-    length: f64,
-    coefficients: impl Iterator<Item = f64>,
-    sign: f64,
-    more: f64,
-) -> Prospect {
+/// The terms of a sign times a series, and what is added.
+fn terms(scratch: &mut [f64], length: f64, coefficients: impl Iterator<Item = f64>, sign: f64, more: f64) {
     let mut power = sign;
     scratch.iter_mut().zip(coefficients).for_each(|(term, coefficient)| {
         *term = coefficient * power;
         power *= length;
     });
     scratch[0] += more;
-    if scratch.iter().all(|term| *term == 0.0) { Prospect::Stays } else { first_zero(scratch, 0.0) }
+}
+
+/// How long a step may be, at most a length, for the last two terms of a series to be within a part of all.
+fn known_for(coefficients: &[f64], mut length: f64, part: f64) -> f64 {
+    let order = coefficients.len();
+    for _ in 0..SHORTENINGS {
+        let (mut power, mut sum, mut last) = (1.0, 0.0, 0.0f64);
+        for (k, coefficient) in coefficients.iter().enumerate() {
+            let term = (coefficient * power).abs();
+            sum += term;
+            last = if k + 2 >= order && k > 1 { last.max(term) } else { last };
+            power *= length;
+        }
+        // What is no number is of no piece that is taken.
+        if !(last > part * sum && sum.is_finite()) {
+            break;
+        }
+        length *= powf(part * sum / last, 1.0 / (order - 1).max(1) as f64).clamp(0.1, 0.95);
+    }
+    length
 }
 
 /// Where a sign times a series and a limit become negative within a step.
@@ -311,12 +343,7 @@ pub(super) fn margin(
     sign: f64,
     limit: f64,
 ) -> Prospect {
-    let mut power = sign;
-    scratch.iter_mut().zip(coefficients).for_each(|(term, coefficient)| {
-        *term = coefficient * power;
-        power *= length;
-    });
-    scratch[0] += limit;
+    terms(scratch, length, coefficients, sign, limit);
     first_zero(scratch, CLEAR * limit.abs())
 }
 
@@ -325,6 +352,11 @@ pub(super) fn margin(
 ///
 /// Method: Bernstein coefficients bound the polynomial; where they do not decide, the interval is halved (de Casteljau).
 fn first_zero(c: &[f64], clear: f64) -> Prospect {
+    first_zero_within(c, clear, false)
+}
+
+/// The same; `open`: where it is not negative at the end, it does not matter that it nearly is.
+fn first_zero_within(c: &[f64], clear: f64, open: bool) -> Prospect {
     let Some((first, rest)) = c.split_first() else { return Prospect::Unknown };
     let last = rest.last().map_or(0.0, |last| last.abs());
     let spare = last + clear;
@@ -348,7 +380,7 @@ fn first_zero(c: &[f64], clear: f64) -> Prospect {
         }
     }
     let mut halvings = HALVINGS;
-    let zero = Part { c, last, clear, from: 0.0, to: 1.0 }.first_zero(&b, &mut halvings);
+    let zero = Part { c, last, clear, from: 0.0, to: 1.0, open }.first_zero(&b, &mut halvings);
     match zero {
         _ if halvings == 0 => Prospect::Unknown,
         Some(at) => Prospect::Leaves(at),
@@ -364,12 +396,13 @@ struct Part<'a> {
     clear: f64,
     from: f64,
     to: f64,
+    open: bool,
 }
 
 impl Part<'_> {
     /// Where it becomes negative first in this part, whose Bernstein coefficients are given, if it is not certainly positive there.
     fn first_zero(&self, b: &[f64; MOST], halvings: &mut usize) -> Option<f64> {
-        let Self { c, last, clear, from, to } = *self;
+        let Self { c, last, clear, from, to, open } = *self;
         let n = c.len() - 1;
         // What is left out is smaller the nearer the begin is.
         let spare = last * powi(to, n as i32) + clear;
@@ -386,6 +419,9 @@ impl Part<'_> {
             // At the begin the modes know the sign; elsewhere nothing is certain if it does not become negative.
             if own[n] < 0.0 {
                 return Some(to);
+            }
+            if open && to == 1.0 {
+                return None;
             }
             if from > 0.0 || own.iter().any(|b| *b < 0.0) {
                 *halvings = 0;

@@ -129,7 +129,7 @@ impl Machine {
             return prospect.and(held);
         }
         // What follows may take a part.
-        if prospect != Prospect::Unknown && self.shares_for((length, order)) { prospect } else { Prospect::Unknown }
+        if prospect != Prospect::Unknown && self.shares_for((length, order)) { prospect } else { prospect.and(held) }
     }
 
     /// Whether the directions that stick, which do not turn, certainly share the torques that hold for so long.
@@ -160,10 +160,21 @@ impl Machine {
         sharing.stays(holding.len(), &sizes, (length, order), term, limit)
     }
 
-    /// Where what has kinks takes another of its pieces, within a step of that length from the last expansion whose highest order was `order`: as a part
-    /// of it, for certain not before.
-    pub fn kink(&mut self, length: f64, order: usize) -> Prospect {
-        self.expansion.as_mut().map_or(Prospect::Stays, |expansion| expansion.kink((length, order)))
+    /// Where what has kinks takes another of its pieces, within a step of that length from the last expansion whose highest order was `order`, as a part
+    /// of the length that the numbers which tell the pieces are known for, to a part of them: given back.
+    pub fn kink(&mut self, (length, order): (f64, usize), part: f64) -> (Prospect, f64) {
+        let Some(expansion) = &mut self.expansion else { return (Prospect::Stays, length) };
+        expansion.kink((length, order), part)
+    }
+
+    /// Whether something jumps right where the last expansion begins.
+    pub fn begins_with_jump(&self) -> bool {
+        self.expansion.as_ref().is_some_and(|expansion| expansion.series.jump())
+    }
+
+    /// Whether something in its series has kinks.
+    pub fn has_kinks(&self) -> bool {
+        self.expansion.as_ref().is_some_and(|expansion| expansion.has_kinks())
     }
 
     /// How far what the modes depend on, at the point last evaluated, is from what its series say so long after the last expansion, in parts of

@@ -21,6 +21,7 @@ pub(super) struct Sharing {
     ease: Vec<f64>,
     own: Vec<f64>,
     series: Vec<f64>,
+    before: Vec<f64>,
 }
 
 /// Steps of Lawson's iteration, and the least part of the largest torque that counts in one.
@@ -50,6 +51,7 @@ impl Sharing {
             ease: Vec::with_capacity(m),
             own: Vec::with_capacity(least),
             series: Vec::new(),
+            before: Vec::with_capacity(m),
         }
     }
 
@@ -119,6 +121,8 @@ impl Sharing {
         limit: impl Fn(usize, usize) -> f64,
     ) -> bool {
         let (mut own, mut series) = (std::mem::take(&mut self.own), std::mem::take(&mut self.series));
+        let mut before = std::mem::take(&mut self.before);
+        before.clone_from(&self.torques);
         own.resize(holding, 0.0);
         series.resize(order * self.sticking.len(), 0.0);
         let stays = (0..order).all(|k| {
@@ -135,6 +139,8 @@ impl Sharing {
             even && self.keeps(&series, (length, order), &limit)
         });
         (self.own, self.series) = (own, series);
+        self.torques.clone_from(&before);
+        self.before = before;
         stays
     }
 

@@ -39,6 +39,8 @@ pub(super) struct Guard {
     /// How often steps ended where the loop jumps or bends, each close behind the time before, and when the last one did, s.
     pub(super) bent: usize,
     pub(super) bent_at: f64,
+    /// How many steps by series in turn began with a jump.
+    pub(super) jumps: usize,
     /// Memory for the numbers that vanish where the loop jumps or bends by its state: at each look, and the sides that they are on.
     pub(super) numbers: Vec<f64>,
 }
@@ -51,6 +53,7 @@ impl Guard {
             coarse: false,
             bent: 0,
             bent_at: f64::NEG_INFINITY,
+            jumps: 0,
             numbers: vec![0.0; (LOOKS.len() + 2) * bends],
         }
     }
@@ -60,6 +63,7 @@ impl Guard {
         [&mut low, &mut high].into_iter().for_each(|time| keeper.number(time));
         self.leap = low.is_finite().then_some((low, high));
         keeper.count(&mut self.bent);
+        keeper.count(&mut self.jumps);
         keeper.number(&mut self.bent_at);
     }
 }

@@ -22,6 +22,8 @@ const HARDLY: f64 = 1e-9;
 /// How far behind such a place a step by series ends, as a part of it, doubled so often at most.
 const BEHIND: f64 = 1e-13;
 const MOST_DOUBLED: usize = 8;
+/// Behind a jump at which a step begins, four times as far each time.
+const MOST_JUMPS: usize = 16;
 /// What series may differ from what they are of, in parts of their terms.
 const DIFFERENCE: f64 = 1e-6;
 /// What is left of a difference in a shorter step is less than this; of rounding it is more, and that is slight.
@@ -51,16 +53,25 @@ impl RunningLoop {
     pub(super) fn end_at_kink(&mut self) -> Result<(), Outcome> {
         let Integrator::Taylor(solver) = &self.solver else { return Ok(()) };
         let (from, to, order) = (solver.previous_time(), solver.time(), solver.order());
-        let at = match self.machine.kink(to - from, order) {
-            Prospect::Leaves(part) => {
-                let at = from + part * (to - from);
-                self.count_bends(at, None)?;
-                // Behind it by more than rounding, and by more where that was not enough.
-                let behind = BEHIND * (to - from) * powi(2.0, self.guard.bent.min(MOST_DOUBLED) as i32);
-                at + behind.max(4.0 * f64::EPSILON * at.abs())
+        let (mut length, whole) = (to - from, to - from);
+        let jump = self.machine.begins_with_jump();
+        self.guard.jumps = if jump { self.guard.jumps + 1 } else { 0 };
+        let at = loop {
+            let (found, known) = self.machine.kink((length, order), self.tolerance);
+            length = known;
+            match found {
+                Prospect::Leaves(part) => {
+                    let at = from + part * length;
+                    self.count_bends(at, None)?;
+                    // Behind it by more than rounding, and by more where that was not enough.
+                    let again =
+                        if jump { 2 * self.guard.jumps.min(MOST_JUMPS) } else { self.guard.bent.min(MOST_DOUBLED) };
+                    let behind = BEHIND * whole * powi(2.0, again as i32);
+                    break at + behind.max(4.0 * f64::EPSILON * at.abs());
+                }
+                Prospect::Unknown if length > LEAST * self.scenario.duration.min(to) => length *= LESS,
+                _ => break from + length,
             }
-            Prospect::Unknown if self.is_long(to) => from + LESS * (to - from),
-            _ => return Ok(()),
         };
         if let (true, Integrator::Taylor(solver)) = (at < to, &mut self.solver) {
             solver.end_at(at);
