@@ -410,16 +410,7 @@ impl RunningLoop {
             Method::Automatic | Method::Stepping if is_stiff(&mut machine, scenario, &state) => Method::Radau,
             asked => asked,
         };
-        let solver = match method {
-            Method::Dop853 => None,
-            Method::Taylor | Method::Automatic | Method::Stepping => {
-                Integrator::taylor(tolerance.relative, &absolute, &mut machine, &outputs.shafts().unwrap_or_default())
-            }
-            Method::Radau => Integrator::radau(tolerance.relative, &absolute, &mut machine, reduced),
-        };
-        if matches!(solver, Some(Integrator::Taylor(_))) {
-            outputs.prepare_series(&machine);
-        }
+        let solver = solver_of(method, (tolerance.relative, &absolute), (&mut machine, reduced), &mut outputs);
         let reference = || Integrator::dop853(tolerance.relative, &absolute);
         RunningLoop {
             reference: (solver.is_some() && (machine.bends() > 0 || machine.has_kinks())).then(reference),
@@ -1689,6 +1680,26 @@ impl RunningLoop {
 }
 
 /// Names of reduced coordinates, then of their speeds.
+/// The integrator of a method; none for the reference, and where the machine has not what it needs.
+fn solver_of(
+    method: Method,
+    (relative, absolute): (f64, &[f64]),
+    (machine, reduced): (&mut Machine, &Reduced),
+    outputs: &mut Outputs,
+) -> Option<Integrator> {
+    let solver = match method {
+        Method::Dop853 => None,
+        Method::Taylor | Method::Automatic | Method::Stepping => {
+            Integrator::taylor(relative, absolute, machine, &outputs.shafts().unwrap_or_default())
+        }
+        Method::Radau => Integrator::radau(relative, absolute, machine, reduced),
+    };
+    if matches!(solver, Some(Integrator::Taylor(_))) {
+        outputs.prepare_series(machine);
+    }
+    solver
+}
+
 fn state_names(reduced: &Reduced) -> impl Iterator<Item = String> {
     let equations = &reduced.equations;
     let named = |rate: usize| {
