@@ -1679,7 +1679,6 @@ impl RunningLoop {
     }
 }
 
-/// Names of reduced coordinates, then of their speeds.
 /// The integrator of a method; none for the reference, and where the machine has not what it needs.
 fn solver_of(
     method: Method,
@@ -1700,6 +1699,7 @@ fn solver_of(
     solver
 }
 
+/// Names of reduced coordinates, then of their speeds.
 fn state_names(reduced: &Reduced) -> impl Iterator<Item = String> {
     let equations = &reduced.equations;
     let named = |rate: usize| {

@@ -54,8 +54,7 @@ impl Machine {
         self.hold_constant && self.prepare_sharing()
     }
 
-    /// Whether they do by their sizes, which is prepared then at the position last evaluated.
-    pub(super) fn prepare_sharing(&mut self) -> bool {
+    fn prepare_sharing(&mut self) -> bool {
         // What teeth hold depends on how they share.
         if !self.shares_by_size() || !self.meshes.is_empty() {
             return false;

@@ -171,7 +171,7 @@ impl Sharing {
         for _ in 0..LAWSON {
             let normal = &mut normal[..count * count];
             normal.fill(0.0);
-            let rows = || combination.chunks_exact(count).zip(&*sticking);
+            let rows = || combination.chunks_exact(count.max(1)).zip(&*sticking);
             for ((b, &k), ease) in rows().zip(&*ease) {
                 for (i, x) in b.iter().enumerate().filter(|(_, x)| **x != 0.0) {
                     for (entry, y) in normal[i * count..(i + 1) * count].iter_mut().zip(b) {

@@ -3,11 +3,12 @@
 //!
 //! Steps that may have passed some of it end before.
 
+use kardan_rt::functions::powi;
+
 use super::looks::{Guard, LOOKS, is_coarse};
 use super::{Outcome, RunningLoop, failed};
 use crate::simulate::integrator::Integrator;
 use crate::simulate::machine::Prospect;
-use kardan_rt::functions::powi;
 
 /// Part of a step in which a bend is left to its error: there a loop may go to and fro at one place.
 const SOON: f64 = 0.01;
