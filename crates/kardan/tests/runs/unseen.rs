@@ -210,6 +210,23 @@ fn conditions_are_known_as_well_as_states() {
     }
 }
 
+/// Series of these conditions reach as far as their poles, or hardly so far: of a pulse over the angle, from afar, `w² = w₀² + 2·5·width`.
+#[test]
+fn conditions_whose_series_do_not_reach() {
+    let cases = [("1 / (1 + x^2)", 2.0), ("exp(-x^2)", 2.0 * 2.0_f64.ln().sqrt()), ("1 / (1 + x^4)", 2.0)];
+    for (condition, width) in cases {
+        let condition = condition.replace('x', "(a.phi / (1 rad))").replace("e(a.phi / (1 rad))p", "exp");
+        for start in ["-10 rad", "-6 rad", "-3.3 rad"] {
+            let law = torque(&format!("if({condition} > 0.5, 5 N m, 0 N m)"), "");
+            let source = law + &format!("initial = {{ \"a.phi\" = \"{start}\", \"a.w\" = \"20 rad/s\" }}\n");
+            for method in [Method::Taylor, Method::Automatic] {
+                let speed = (400.0 + 10.0 * width).sqrt();
+                ends(&by(&source, method), "a.w", speed, 1e-8, &format!("{method:?}: {condition} from {start}"));
+            }
+        }
+    }
+}
+
 /// A root of what is zero for a while has no series: `w² = w₀² + 4 φ^(3/2)`.
 #[test]
 fn what_has_no_series_goes_on_without() {

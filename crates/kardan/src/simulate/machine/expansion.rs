@@ -64,6 +64,8 @@ const LEAST: f64 = 1e-10;
 const HALVINGS: usize = 200;
 /// How often a step is made shorter for the terms of what tells pieces.
 const SHORTENINGS: usize = 60;
+/// What the last terms of that are at most of those before.
+const FALL: f64 = 0.5;
 /// Part of a step to which a zero of a series is found.
 const EXACTLY: f64 = 1e-16;
 /// A number that modes depend on and that rounding may make of nothing, SI.
@@ -315,22 +317,29 @@ fn terms(scratch: &mut [f64], length: f64, coefficients: impl Iterator<Item = f6
     scratch[0] += more;
 }
 
-/// How long a step may be, at most a length, for the last two terms of a series to be within a part of all.
+/// How long a step may be, at most a length, for the last two terms of a series to be within a part of all, and to fall: what is next to nothing
+/// here, as `exp(-x²)` from afar, may be large beyond where its series reach.
 fn known_for(coefficients: &[f64], mut length: f64, part: f64) -> f64 {
     let order = coefficients.len();
     for _ in 0..SHORTENINGS {
-        let (mut power, mut sum, mut last) = (1.0, 0.0, 0.0f64);
+        let (mut power, mut sum, mut earlier, mut last) = (1.0, 0.0, 0.0f64, 0.0f64);
         for (k, coefficient) in coefficients.iter().enumerate() {
             let term = (coefficient * power).abs();
             sum += term;
-            last = if k + 2 >= order && k > 1 { last.max(term) } else { last };
+            match k {
+                0 => {}
+                _ if k + 2 < order => earlier = earlier.max(term),
+                1 => {}
+                _ => last = last.max(term),
+            }
             power *= length;
         }
+        let most = if earlier > 0.0 { (part * sum).min(FALL * earlier) } else { part * sum };
         // What is no number is of no piece that is taken.
-        if !(last > part * sum && sum.is_finite()) {
+        if !(last > most && sum.is_finite()) {
             break;
         }
-        length *= powf(part * sum / last, 1.0 / (order - 1).max(1) as f64).clamp(0.1, 0.95);
+        length *= powf(most / last, 1.0 / (order - 1).max(1) as f64).clamp(0.1, 0.95);
     }
     length
 }
