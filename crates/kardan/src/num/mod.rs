@@ -3,6 +3,7 @@
 //! Knows no mechanics. Structural decisions (rank, definiteness, which rows depend on which) are made here over
 //! [`Rational`]; floating point decides magnitudes only.
 
+mod alone;
 mod at_zero;
 mod balance;
 mod bracket;
@@ -33,6 +34,8 @@ mod sparse_lu;
 mod steffen;
 mod wide;
 
+pub use alone::alone;
+pub(crate) use alone::square;
 pub use at_zero::{AtZero, at_zero, split_off};
 pub use balance::balance;
 pub(crate) use balance::{scaled, unscaled};

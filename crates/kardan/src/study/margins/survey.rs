@@ -80,9 +80,9 @@ pub(in crate::study) fn survey(
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
     let free = match &exact {
         Some(exact) => moving_exactly(&exact.motions, &variant.linear_model(), &variant.reduced.equations.coordinates),
-        None => as_it_is
-            .as_ref()
-            .map_or_else(Vec::new, |found| moving(&found.free, &plant, &variant.reduced.equations.coordinates)),
+        None => {
+            survey.free().map_or_else(Vec::new, |free| moving(&free, &plant, &variant.reduced.equations.coordinates))
+        }
     };
     Margins {
         sample_time: own.map(|clock| clock.period),

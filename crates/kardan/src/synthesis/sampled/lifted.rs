@@ -4,7 +4,7 @@ use faer::{Mat, c64};
 use kardan_rt::functions::hypot;
 
 use super::SampledLoop;
-use crate::num::{AtZero, Matrix, at_zero};
+use crate::num::{AtZero, at_zero};
 
 /// Directions in which the disk is searched, over half a turn.
 const DIRECTIONS: usize = 24;
@@ -31,9 +31,7 @@ pub struct Lifted {
 impl Lifted {
     /// `free`: how many motions nobody holds; `None` if the map tells another number.
     pub(super) fn new(map: SampledLoop, free: usize) -> Option<Self> {
-        let n = map.states();
-        let change = Matrix::from_fn(n, n, |i, j| map.map[(i, j)] - f64::from(u8::from(i == j)));
-        let split = at_zero(&change)?;
+        let split = at_zero(&map.change())?;
         (split.motions.columns() == free).then_some(Self { map, split })
     }
 

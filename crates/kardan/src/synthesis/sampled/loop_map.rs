@@ -8,7 +8,7 @@ use kardan_rt::functions::{atan2, cos, exp, hypot, ln_1p, powf, sin};
 use super::jump::Jump;
 use super::places::Places;
 use super::{LoopPlant, SampledPart};
-use crate::num::{AtZero, Matrix, at_zero, balance, discretise, eigenvalues};
+use crate::num::{Matrix, alone, at_zero, balance, discretise, eigenvalues, square};
 use crate::synthesis::Clock;
 
 /// Parts of the shortest sample time within which two instants are one.
@@ -82,9 +82,9 @@ pub struct Slowest {
     pub frequency: f64,
     /// Whether nothing grows, to the rounding of the loop.
     pub stable: bool,
-    /// Motions that nobody holds, exactly at zero (at one of a map) to the rounding of the loop, which are left out: columns over
-    /// z without constants. As many as such eigenvalues; angles that stay, and speeds that stay.
-    pub free: Matrix<f64>,
+    /// How many motions nobody holds, exactly at zero (at one of a map) to the rounding of the loop, which are left out: angles that stay, and speeds
+    /// that stay.
+    pub free: usize,
     /// How many motions are left out: those, and more if that was asked for.
     pub left_out: usize,
     /// How fast the one of them grows that grows most, 1/s; 0 of those that are exactly at zero.
@@ -99,41 +99,63 @@ impl Slowest {
         let found = Held::of(flow, left_out)?;
         let (re, im) =
             found.held.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
-        let stable = re < 0.0 || re <= error(&found.split.rest, (re, im));
+        let stable = re < 0.0 || re <= found.error((re, im), 0.0);
         let drift = found.dropped.iter().map(|(re, _)| *re).fold(0.0, f64::max);
-        let (left_out, rounding) = (found.left_out(), found.split.rounding);
-        Some(Self {
-            growth: exp(re),
-            frequency: im.abs(),
-            stable,
-            free: found.split.motions,
-            left_out,
-            drift,
-            rounding,
-        })
+        let (free, left_out, rounding) = (found.zeros, found.left_out(), found.rounding);
+        Some(Self { growth: exp(re), frequency: im.abs(), stable, free, left_out, drift, rounding })
     }
 }
 
 /// Eigenvalues of a matrix without those at zero.
 struct Held {
-    split: AtZero,
+    /// How many are at zero.
+    zeros: usize,
     held: Vec<(f64, f64)>,
     /// Those that are left out beside the ones at zero.
     dropped: Vec<(f64, f64)>,
+    /// Entries on the diagonal of states that stand alone.
+    alone: Vec<f64>,
+    /// The matrix on the others, without what is at zero.
+    rest: Matrix<f64>,
+    /// Below which size numbers counted as zero.
+    rounding: f64,
 }
 
 impl Held {
     fn of(matrix: &Matrix<f64>, left_out: usize) -> Option<Self> {
-        let split = at_zero(matrix)?;
-        // Sorted by size: the next to zero come first.
+        if matrix.as_slice().iter().any(|x| !x.is_finite()) {
+            return None;
+        }
+        let [alone, others] = alone(matrix);
+        let split = at_zero(&square(matrix, &others))?;
+        let diagonal = |k: usize| matrix[(k, k)];
+        // Scales of the coordinates leave the diagonal as it is.
+        let largest = (0..matrix.rows()).map(|k| diagonal(k).abs()).fold(0.0, f64::max);
+        let least = 2.0 * ROUNDINGS * matrix.rows() as f64 * f64::EPSILON * largest;
+        let (zero, alone): (Vec<f64>, Vec<f64>) = alone.into_iter().map(diagonal).partition(|x| x.abs() <= least);
         let mut held = eigenvalues(&split.rest)?;
-        let more = left_out.saturating_sub(split.motions.columns()).min(held.len());
+        held.extend(alone.iter().map(|x| (*x, 0.0)));
+        // The next to zero come first.
+        held.sort_by(|a, b| size(*a).total_cmp(&size(*b)).then(a.1.total_cmp(&b.1)));
+        let zeros = zero.len() + split.motions.columns();
+        let more = left_out.saturating_sub(zeros).min(held.len());
         let dropped = held.drain(..more).collect();
-        Some(Self { split, held, dropped })
+        Some(Self { zeros, held, dropped, alone, rest: split.rest, rounding: split.rounding.max(least) })
     }
 
     fn left_out(&self) -> usize {
-        self.split.motions.columns() + self.dropped.len()
+        self.zeros + self.dropped.len()
+    }
+
+    /// How far rounding may move one of the eigenvalues of the matrix, plus one that is added to it for the diagonal.
+    fn error(&self, value: (f64, f64), added: f64) -> f64 {
+        if value.1 == 0.0 && self.alone.contains(&value.0) {
+            // It is beyond that already.
+            return 0.0;
+        }
+        let n = self.rest.rows();
+        let shifted = Matrix::from_fn(n, n, |i, j| self.rest[(i, j)] + if i == j { added } else { 0.0 });
+        error(&shifted, (value.0 + added, value.1))
     }
 }
 
@@ -433,6 +455,16 @@ impl SampledLoop {
         Some(found)
     }
 
+    /// The motions that nobody holds, columns over z without constants: they stay, an eigenvalue at one of the map.
+    pub fn free(&self) -> Option<Matrix<f64>> {
+        Some(at_zero(&self.change())?.motions)
+    }
+
+    /// Φ − 1 on all but constants: what stays is an eigenvalue at zero.
+    pub(super) fn change(&self) -> Matrix<f64> {
+        Matrix::from_fn(self.constants, self.constants, |i, j| self.map[(i, j)] - f64::from(u8::from(i == j)))
+    }
+
     /// The motion that grows most, or decays least, but for those of parts that nobody holds (a wheel that turns freely), which
     /// stay exactly; growth zero if there is no other. `None` if the iteration fails.
     pub fn slowest(&self) -> Option<Slowest> {
@@ -441,37 +473,25 @@ impl SampledLoop {
 
     /// The same without at least so many motions, those that change least.
     pub fn slowest_without(&self, left_out: usize) -> Option<Slowest> {
-        let n = self.constants;
-        // What stays is an eigenvalue at zero of Φ − 1.
-        let change = Matrix::from_fn(n, n, |i, j| self.map[(i, j)] - f64::from(u8::from(i == j)));
-        let found = Held::of(&change, left_out)?;
-        let rest = found.split.rest.plus(&Matrix::identity(found.split.rest.rows()));
+        let found = Held::of(&self.change(), left_out)?;
         // |1 + μ|² = 1 + 2 Re μ + |μ|²: the growth keeps its digits next to one.
         let grows = |(re, im): (f64, f64)| 2.0 * re + re * re + im * im;
         let per_second = |change: (f64, f64)| 0.5 * ln_1p(grows(change)) / self.period;
         let drift = found.dropped.iter().map(|change| per_second(*change)).fold(0.0, f64::max);
-        let (left_out, rounding) = (found.left_out(), found.split.rounding / self.period);
+        let (free, left_out, rounding) = (found.zeros, found.left_out(), found.rounding / self.period);
         let Some(change) = found.held.iter().copied().max_by(|a, b| grows(*a).total_cmp(&grows(*b))) else {
-            return Some(Slowest {
-                growth: 0.0,
-                frequency: 0.0,
-                stable: true,
-                free: found.split.motions,
-                left_out,
-                drift,
-                rounding,
-            });
+            return Some(Slowest { growth: 0.0, frequency: 0.0, stable: true, free, left_out, drift, rounding });
         };
         let own = (1.0 + change.0, change.1);
         let beyond = 0.5 * grows(change);
         let stable = match beyond {
             beyond if beyond < 0.0 => true,
             beyond if beyond > CLOSE => false,
-            beyond => beyond <= error(&rest, own),
+            beyond => beyond <= found.error(change, 1.0),
         };
         let growth = powf((1.0 + grows(change)).max(0.0), 0.5 * self.sample_time / self.period);
         let frequency = self.turn(own).abs() / self.period;
-        Some(Slowest { growth, frequency, stable, free: found.split.motions, left_out, drift, rounding })
+        Some(Slowest { growth, frequency, stable, free, left_out, drift, rounding })
     }
 
     /// The map from just after new commands of a law are in force to the same instant a period later; `None` if that is more

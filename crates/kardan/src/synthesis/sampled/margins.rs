@@ -139,6 +139,15 @@ impl Survey<'_> {
         Some(at_zero(&SampledLoop::flow_of(&plant, &parts))?.motions)
     }
 
+    /// The motions of the loop as it is that nobody holds, columns whose first entries are `[q_r; q̇_r]`; `None` if they cannot be computed.
+    pub fn free(&self) -> Option<Matrix<f64>> {
+        let (parts, plant) = self.parts()?;
+        if parts.iter().all(|part| part.clock.is_none()) {
+            return Some(at_zero(&SampledLoop::flow_of(&plant, &parts))?.motions);
+        }
+        SampledLoop::new(&plant, &parts).ok()?.free()
+    }
+
     /// The loop as errors of the motors' torques see it; see [`ControlLoop::motors`].
     pub fn motors(&self) -> Option<Response> {
         let (parts, plant) = self.changed(self.unchanged())?;
@@ -223,7 +232,7 @@ impl Survey<'_> {
         part.clock?;
         part.wire = Some(Wire { input: motor, delay: 0.0 });
         let found = SampledLoop::new(&plant, &parts).ok()?;
-        Lifted::new(found, self.slowest(self.unchanged())?.free.columns())
+        Lifted::new(found, self.slowest(self.unchanged())?.free)
     }
 
     /// The factors of the controller's torques, below and above one, that the loop tolerates; `None` if it is unstable.

@@ -147,13 +147,37 @@ impl ControlLoop<'_> {
 
 /// The loop without the motions that nobody holds, for errors that enter by B and signals `C z + D w`.
 fn held(matrix: &Matrix<f64>, [b, c, d]: [&Matrix<f64>; 3], period: Option<f64>) -> Option<Response> {
-    let n = b.rows();
+    let states = between(matrix, b, c);
     let one = |i: usize, j: usize| f64::from(u8::from(period.is_some() && i == j));
-    let split = at_zero(&Matrix::from_fn(n, n, |i, j| matrix[(i, j)] - one(i, j)))?;
-    let (b, c) = (split.left.multiply(b), c.multiply(&split.right));
+    let split =
+        at_zero(&Matrix::from_fn(states.len(), states.len(), |i, j| matrix[(states[i], states[j])] - one(i, j)))?;
+    let b = split.left.multiply(&Matrix::from_fn(states.len(), b.columns(), |i, j| b[(states[i], j)]));
+    let c = Matrix::from_fn(c.rows(), states.len(), |i, j| c[(i, states[j])]).multiply(&split.right);
     let rest = match period {
         None => split.rest,
         Some(_) => split.rest.plus(&Matrix::identity(split.rest.rows())),
     };
     Response::state_space([&rest, &b, &c, d], period)
+}
+
+/// The states that what enters by B reaches, and that the rows of C are reached from: the others have no part in what goes from one to the other.
+fn between(matrix: &Matrix<f64>, b: &Matrix<f64>, c: &Matrix<f64>) -> Vec<usize> {
+    let n = b.rows();
+    let spread = |mut known: Vec<bool>, acts: &dyn Fn(usize, usize) -> bool| {
+        let mut next: Vec<usize> = (0..n).filter(|&k| known[k]).collect();
+        while let Some(k) = next.pop() {
+            for other in 0..n {
+                if !known[other] && acts(k, other) {
+                    known[other] = true;
+                    next.push(other);
+                }
+            }
+        }
+        known
+    };
+    let entered = (0..n).map(|i| b.row(i).iter().any(|x| *x != 0.0)).collect();
+    let seen = (0..n).map(|j| (0..c.rows()).any(|i| c[(i, j)] != 0.0)).collect();
+    let reached = spread(entered, &|from, to| matrix[(to, from)] != 0.0);
+    let reaching = spread(seen, &|to, from| matrix[(to, from)] != 0.0);
+    (0..n).filter(|&k| reached[k] && reaching[k]).collect()
 }
