@@ -156,7 +156,7 @@ fn relative_tolerance(text: &str) -> Result<f64, String> {
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:\n  kardan analyze two-bodies\n  kardan analyze my.toml --inputs motor --outputs \
                         rack.phi,rack.w --report analysis.html\n  kardan analyze my.toml --json | jq '.uncontrollable'\n  \
-                        kardan analyze my.toml --certify\n  kardan analyze my.toml --parity --false-alarms 0.01\n  kardan analyze --state-space abcd.json")]
+                        kardan analyze my.toml --certify\n  kardan analyze my.toml --parity --false-alarms 0.01 --filter 0.02\n  kardan analyze --state-space abcd.json")]
 pub struct AnalyzeArgs {
     /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
     /// model needs `./` before it.
@@ -200,6 +200,9 @@ pub struct AnalyzeArgs {
     /// Samples one after the other beyond a threshold of `--parity` that are an alarm [default: 3].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000), requires = "parity")]
     pub debounce: Option<u32>,
+    /// Time constant, s, of the filter that residuals of `--parity` in time go through, as often as they have derivatives [default: ten samples].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, requires = "parity")]
+    pub filter: Option<f64>,
     #[command(flatten)]
     pub changes: Changes,
 }

@@ -27,6 +27,7 @@ pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
             ParitySettings {
                 false_alarms_per_hour: args.false_alarms.unwrap_or(left_out.false_alarms_per_hour),
                 debounce: args.debounce.map_or(left_out.debounce, |samples| samples as usize),
+                filter: args.filter,
             }
         }),
     };

@@ -68,7 +68,8 @@ fn residuals(found: &Parity) -> Body {
         .enumerate()
         .map(|(k, one)| row![format!("r{}", k + 1), Cell::Code(sum(&one.terms)), constant(one), holds(one)]);
     let told = found.residuals.iter().enumerate().filter_map(|(k, one)| limits(k, one, one.threshold.as_ref()?));
-    let moved = found.residuals.iter().enumerate().filter_map(|(k, one)| tolerances(k, one));
+    let moved =
+        found.residuals.iter().enumerate().filter_map(|(k, one)| tolerances(&format!("r{}", k + 1), &one.terms));
     let angles = found.residuals.iter().any(|one| one.up_to_constant);
     Body::default()
         .say(all)
@@ -125,14 +126,44 @@ fn limits(k: usize, one: &Residual, limit: &Threshold) -> Option<String> {
     ))
 }
 
-fn tolerances(k: usize, one: &Residual) -> Option<String> {
-    let moved: Vec<String> = one
-        .terms
+/// The threshold of a residual in time, behind its filter.
+fn in_time(one: &FaultVerdict, limit: &Threshold) -> Option<String> {
+    let filter = number(limit.filter?);
+    let times = match one.order? {
+        1 => String::new(),
+        order => format!("^{order}"),
+    };
+    let alarms = match limit.false_alarms_per_hour {
+        rate if rate > 0.0 => format!("at most {} false alarms an hour from white Gaussian noise", number(rate)),
+        _ => "no false alarm: there is no noise, and no step exceeds it".into(),
+    };
+    let samples = if limit.debounce == 1 { "one sample".into() } else { format!("{} samples", limit.debounce) };
+    let others = if limit.different_times {
+        " Its sensors have different sample times: add how far it moves within one."
+    } else {
+        ""
+    };
+    Some(format!(
+        "{}: the relation behind 1/({filter} s + 1){times}, by the bilinear rule at {} s: threshold {} {} (noise {}, steps up to {}): {alarms}. A change by {} \
+         is seen with 99.9 % after {} s, {samples} beyond it.{others}",
+        place(one),
+        number(limit.sample_time),
+        number(limit.threshold),
+        one.unit,
+        number(limit.noise),
+        number(limit.steps),
+        limit.smallest.first().copied().map(number)?,
+        number(limit.detection_time),
+    ))
+}
+
+fn tolerances(name: &str, terms: &[ParityTerm]) -> Option<String> {
+    let moved: Vec<String> = terms
         .iter()
         .filter(|term| term.tolerance > 0.0)
-        .map(|term| format!("{} of {}", number(term.tolerance), term.signal))
+        .map(|term| format!("{} of {}{}", number(term.tolerance), term.signal, "'".repeat(term.derivative)))
         .collect();
-    (!moved.is_empty()).then(|| format!("r{}: tolerances of the model add up to {}.", k + 1, moved.join(" and ")))
+    (!moved.is_empty()).then(|| format!("{name}: tolerances of the model add up to {}.", moved.join(" and ")))
 }
 
 fn faults(found: &Parity) -> Body {
@@ -163,6 +194,9 @@ fn faults(found: &Parity) -> Body {
         };
         row![place(one), Cell::Code(format!("{} = 0", sum(&one.relation))), rubs.trim().to_string()]
     });
+    let told = found.faults.iter().filter_map(|one| in_time(one, one.threshold.as_ref()?));
+    let moved = found.faults.iter().filter(|one| one.order.is_some_and(|order| order > 0));
+    let moved = moved.filter_map(|one| tolerances(&place(one), &one.relation));
     let decided = match found.exact {
         true => "Decided exactly.",
         false => {
@@ -175,7 +209,13 @@ fn faults(found: &Parity) -> Body {
         .hint(format!(
             "{decided} One fault at a time, of any course; `no` while it stays: a fault of one value looks like another start or disturbance and is seen only as it changes."
         ))
-        .fold("Relations that the faults break", Body::default().table(&["fault of", "relation (a dash: a derivative)", ""], relations))
+        .fold(
+            "Relations that the faults break",
+            Body::default()
+                .table(&["fault of", "relation (a dash: a derivative)", ""], relations)
+                .list(told)
+                .list(moved),
+        )
 }
 
 fn place(one: &FaultVerdict) -> String {

@@ -79,8 +79,11 @@ pub struct Threshold {
     /// A change of the size in `smallest` is an alarm after that time at the latest, s.
     #[serde(rename = "detection_time_s")]
     pub detection_time: f64,
-    /// For each of its signals the smallest change that is seen with a probability of 99.9 %, in its unit.
+    /// For each of its signals the smallest change that is seen with a probability of 99.9 %, in its unit; of a residual in time that of the fault alone.
     pub smallest: Vec<f64>,
+    /// The time constant τ, s, of the filter `1/(τ s + 1)ⁿ` that a residual in time goes through, n its highest derivative; `null` at one instant.
+    #[serde(rename = "filter_s")]
+    pub filter: Option<f64>,
 }
 
 /// Where something is added to a signal.
@@ -115,6 +118,10 @@ pub struct FaultVerdict {
     pub relation: Vec<ParityTerm>,
     /// Elements whose friction moves that residual too.
     pub friction_in_relation: Vec<String>,
+    /// The unit of its value, that of its first term.
+    pub unit: String,
+    /// From which size of it, filtered, it is an alarm; `null` if its sensors have neither noise nor steps, or no sample time.
+    pub threshold: Option<Threshold>,
 }
 
 /// The smallest sets of sensors that reach a goal.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::sensitivity::Varied;
 use super::signals::{AnalyzeSettings, ParitySettings, WorkingPoint};
-use super::thresholds::{Reading, readings, threshold};
+use super::thresholds::{Part, Reading, pulse, readings, threshold};
 use super::{Prepared, PreparedVariant};
 use crate::analysis::{
     Broken, ConstrainedSystem, Fault, Goal, Known, LinearSystem, OutputSignal, Relation, Transfer, constant_is_seen,
@@ -17,7 +17,7 @@ use crate::model::Document;
 use crate::names::SignalName;
 use crate::num::{Rational, rational_to_f64};
 use crate::reduce::Kinematics;
-use crate::results::{FaultPlace, FaultVerdict, Parity, ParityTerm, Residual, SensorSets};
+use crate::results::{FaultPlace, FaultVerdict, Parity, ParityTerm, Residual, SensorSets, Threshold};
 
 /// What is asked, and of what.
 struct Subject<'a> {
@@ -33,6 +33,45 @@ struct Subject<'a> {
     frictions: Vec<usize>,
     /// The model at the ends of the tolerances of its parameters, one by one.
     ends: Vec<[Option<ConstrainedSystem>; 2]>,
+}
+
+/// Samples that the time constant of the filter of a residual in time is long, where none is asked for.
+const FILTER: f64 = 10.0;
+
+/// Samples that it may be long.
+const MOST_SAMPLES: f64 = 10_000.0;
+
+/// What is known of the readings, and what is asked of residuals.
+struct Told<'a> {
+    readings: &'a [Reading],
+    /// The sensors of the model at the ends of its tolerances.
+    corners: &'a [[Option<LinearSystem>; 2]],
+    asked: &'a ParitySettings,
+}
+
+impl Told<'_> {
+    fn reading(&self, signal: Known) -> Option<&Reading> {
+        match signal {
+            Known::Output(k) => Some(&self.readings[k]),
+            Known::Input(_) => None,
+        }
+    }
+}
+
+/// Whether two relations have the same derivatives of the same signals.
+fn same_terms(one: &Relation, other: &Relation) -> bool {
+    let keys =
+        |relation: &Relation| relation.terms.iter().map(|(known, order, _)| (*known, *order)).collect::<Vec<_>>();
+    keys(one) == keys(other)
+}
+
+/// Adds how far one parameter moves the coefficients of a relation within its tolerance: `moved`, at the ends of it.
+fn add_tolerances(terms: &mut [ParityTerm], relation: &Relation, moved: &[Relation]) {
+    for (k, term) in terms.iter_mut().enumerate() {
+        let nominal = rational_to_f64(&relation.terms[k].2);
+        let away = |moved: &Relation| (rational_to_f64(&moved.terms[k].2) - nominal).abs();
+        term.tolerance += moved.iter().map(away).fold(0.0, f64::max);
+    }
 }
 
 /// What sensors can tell of faults.
@@ -65,6 +104,18 @@ pub(super) fn parity(
     };
     let own = subject.pencil(&subject.system, &subject.outputs[..subject.sensors]);
     let found = static_relations(&own, &subject.known);
+    let (readings, corners) = (readings(variant, &subject.outputs[..subject.sensors]), subject.corners());
+    let told = Told { readings: &readings, corners: &corners, asked };
+    let shortest = readings.iter().filter_map(Reading::sample_time).fold(f64::INFINITY, f64::min);
+    if let Some(filter) = asked.filter.filter(|filter| *filter > MOST_SAMPLES * shortest) {
+        let message = format!(
+            "a filter of {filter} s is longer than {MOST_SAMPLES} samples of {shortest} s: no threshold is computed for that"
+        );
+        return Err(vec![
+            Diagnostic::error("analysis::filter", message)
+                .help(format!("choose at most {} s, or leave `--filter` out: ten samples", MOST_SAMPLES * shortest)),
+        ]);
+    }
     let name = |k: &usize| subject.system.inputs[*k].element.clone();
     Ok(Some(Parity {
         sensors: own.outputs.clone(),
@@ -72,9 +123,9 @@ pub(super) fn parity(
         unknown: subject.unknown.iter().map(name).collect(),
         independent: found.independent,
         all_listed: found.all,
-        residuals: subject.residuals(found.relations, asked),
+        residuals: subject.residuals(found.relations, &told),
         exact: transfer.is_exact(),
-        faults: subject.verdicts(&own, &transfer),
+        faults: subject.verdicts(&own, &transfer, &told),
         sets: subject.sets(&transfer),
     }))
 }
@@ -129,31 +180,29 @@ impl<'a> Subject<'a> {
         relation.terms.iter().map(term).collect()
     }
 
-    fn residuals(&self, relations: Vec<Relation>, asked: &ParitySettings) -> Vec<Residual> {
-        let readings = readings(self.variant, &self.outputs[..self.sensors]);
+    /// The sensors of the model at the ends of its tolerances.
+    fn corners(&self) -> Vec<[Option<LinearSystem>; 2]> {
         let end = |end: &Option<ConstrainedSystem>| {
             let system = ConstrainedSystem { inputs: self.system.inputs.clone(), ..end.clone()? };
             Some(self.pencil(&system, &self.outputs[..self.sensors]))
         };
-        let corners: Vec<[Option<LinearSystem>; 2]> = self.ends.iter().map(|[a, b]| [end(a), end(b)]).collect();
-        let conditions = self.conditions();
-        let one = |relation: Relation| self.residual(&relation, &readings, &corners, &conditions, asked);
-        relations.into_iter().map(one).collect()
+        self.ends.iter().map(|[a, b]| [end(a), end(b)]).collect()
     }
 
-    fn residual(
-        &self,
-        relation: &Relation,
-        readings: &[Reading],
-        corners: &[[Option<LinearSystem>; 2]],
-        conditions: &[(String, LinearSystem)],
-        asked: &ParitySettings,
-    ) -> Residual {
+    fn residuals(&self, relations: Vec<Relation>, told: &Told<'_>) -> Vec<Residual> {
+        let conditions = self.conditions();
+        relations.into_iter().map(|relation| self.residual(&relation, &conditions, told)).collect()
+    }
+
+    fn residual(&self, relation: &Relation, conditions: &[(String, LinearSystem)], told: &Told<'_>) -> Residual {
         let mut terms = self.terms(relation);
-        for ends in corners {
-            for (k, tolerance) in self.tolerances(relation, ends).into_iter().enumerate() {
-                terms[k].tolerance += tolerance;
-            }
+        for ends in told.corners {
+            let moved = |end: &LinearSystem| {
+                let moved = (!relation_holds(end, relation)).then(|| static_relations(end, &self.known).relations);
+                moved.into_iter().flatten().find(|other| same_terms(other, relation))
+            };
+            let moved: Vec<Relation> = ends.iter().flatten().filter_map(moved).collect();
+            add_tolerances(&mut terms, relation, &moved);
         }
         let measured = |known: &Known| match known {
             Known::Output(k) => Some(&self.outputs[*k].measured),
@@ -163,40 +212,60 @@ impl<'a> Subject<'a> {
         let up_to_constant =
             kinds.iter().any(|kind| matches!(kind, Some(Measured::Angle(_) | Measured::SpringTorque(_))));
         let broken = conditions.iter().filter(|(_, without)| !relation_holds(without, relation));
-        let errors: Option<Vec<(f64, &Reading)>> = relation
+        let known = relation.terms.iter().any(|(known, ..)| matches!(known, Known::Input(_)));
+        let parts: Vec<Part<'_>> = relation
             .terms
             .iter()
-            .map(|(known, _, x)| match known {
-                Known::Output(k) => Some((rational_to_f64(x), &readings[*k])),
-                Known::Input(_) => None,
-            })
+            .map(|(known, _, x)| Part { reading: told.reading(*known), pulse: vec![rational_to_f64(x)] })
             .collect();
+        let all: Vec<usize> = (0..parts.len()).collect();
         Residual {
             terms,
             unit: match relation.terms.first() {
-                Some((Known::Output(k), ..)) => readings[*k].unit.clone(),
+                Some((Known::Output(k), ..)) => told.readings[*k].unit.clone(),
                 _ => String::new(),
             },
             linearised_at: broken.map(|(element, _)| element.clone()).collect::<BTreeSet<_>>().into_iter().collect(),
             up_to_constant,
             constant: self.constant(relation, &kinds),
-            threshold: errors.and_then(|errors| threshold(&errors, asked)),
+            threshold: if known { None } else { threshold(&parts, &all, told.asked, None) },
         }
     }
 
-    /// How far one parameter moves the coefficients of a relation within its tolerance.
-    fn tolerances(&self, relation: &Relation, ends: &[Option<LinearSystem>; 2]) -> Vec<f64> {
-        let support: Vec<Known> = relation.terms.iter().map(|(known, ..)| *known).collect();
-        let mut out = vec![0.0; support.len()];
-        for end in ends.iter().flatten().filter(|end| !relation_holds(end, relation)) {
-            let found = static_relations(end, &self.known).relations;
-            let same = |other: &&Relation| other.terms.iter().map(|(known, ..)| *known).eq(support.iter().copied());
-            let Some(moved) = found.iter().find(same) else { continue };
-            for (k, ((.., now), (.., nominal))) in moved.terms.iter().zip(&relation.terms).enumerate() {
-                out[k] = f64::max(out[k], (rational_to_f64(now) - rational_to_f64(nominal)).abs());
-            }
+    /// The threshold of a relation in time that a fault breaks, filtered.
+    fn filtered(&self, relation: &Relation, fault: Fault, told: &Told<'_>) -> Option<Threshold> {
+        let mut signals: Vec<Known> = relation.terms.iter().map(|(known, ..)| *known).collect();
+        signals.dedup();
+        let own = match fault {
+            Fault::Output(k) => Known::Output(k),
+            Fault::Input(k) => Known::Input(k),
+        };
+        let place = signals.iter().position(|signal| *signal == own)?;
+        let times = signals.iter().filter_map(|signal| told.reading(*signal)?.sample_time());
+        let sample_time = times.fold(0.0, f64::max);
+        if sample_time == 0.0 || relation.order() == 0 {
+            return None;
         }
-        out
+        let filter = told.asked.filter.unwrap_or(FILTER * sample_time);
+        let part = |signal: &Known| {
+            let terms = relation.terms.iter().filter(|(known, ..)| known == signal);
+            let terms: Vec<(usize, f64)> = terms.map(|(_, derivative, x)| (*derivative, rational_to_f64(x))).collect();
+            Part { reading: told.reading(*signal), pulse: pulse(&terms, relation.order(), filter, sample_time) }
+        };
+        let parts: Vec<Part<'_>> = signals.iter().map(part).collect();
+        threshold(&parts, &[place], told.asked, Some(filter))
+    }
+
+    /// The unit of a relation, that of its first term.
+    fn unit(&self, relation: &Relation, told: &Told<'_>) -> String {
+        let Some((Known::Output(k), derivative, _)) = relation.terms.first() else { return String::new() };
+        let own = &told.readings[*k].unit;
+        let (own, more) = own.strip_suffix("/s").map_or((own.as_str(), 0), |own| (own, 1));
+        match derivative + more {
+            0 => own.into(),
+            1 => format!("{own}/s"),
+            power => format!("{own}/s^{power}"),
+        }
     }
 
     /// The model without one thing that is linear at the operating point alone: a relation that needs it holds there alone.
@@ -253,7 +322,7 @@ impl<'a> Subject<'a> {
         (0..self.sensors).map(Fault::Output).chain(self.known.iter().map(|&k| Fault::Input(k))).collect()
     }
 
-    fn verdicts(&self, own: &LinearSystem, transfer: &Transfer) -> Vec<FaultVerdict> {
+    fn verdicts(&self, own: &LinearSystem, transfer: &Transfer, told: &Told<'_>) -> Vec<FaultVerdict> {
         let (faults, sensors) = (self.faults(), (0..self.sensors).collect::<Vec<_>>());
         let name = |fault: &Fault| match fault {
             Fault::Output(k) => own.outputs[*k].clone(),
@@ -261,6 +330,9 @@ impl<'a> Subject<'a> {
         };
         let (groups, silent) = transfer.groups(&sensors, &faults, &self.unknown);
         let found = relations(own, &faults, &self.known, &self.unknown);
+        let of_end = |end: &LinearSystem| relations(end, &faults, &self.known, &self.unknown);
+        let corners: Vec<[Option<Vec<Option<Broken>>>; 2]> =
+            told.corners.iter().map(|ends| ends.each_ref().map(|end| end.as_ref().map(of_end))).collect();
         let rubbed: Vec<usize> = self.unknown.iter().chain(&self.frictions).copied().collect();
         let verdict = |(k, found): (usize, Option<Broken>)| {
             let fault = faults[k];
@@ -269,6 +341,12 @@ impl<'a> Subject<'a> {
             let found = found.unwrap_or_default();
             let friction: BTreeSet<&String> = found.moved_by.iter().map(|j| &self.system.inputs[*j].element).collect();
             let relation = (!found.relation.terms.is_empty()).then_some(&found.relation);
+            let mut terms = relation.map(|one| self.terms(one)).unwrap_or_default();
+            for ends in &corners {
+                let moved = |end: &Vec<Option<Broken>>| Some(end[k].as_ref()?.relation.clone());
+                let moved = ends.iter().flatten().filter_map(moved).filter(|other| same_terms(other, &found.relation));
+                add_tolerances(&mut terms, &found.relation, &moved.collect::<Vec<_>>());
+            }
             FaultVerdict {
                 fault: name(&fault),
                 place: if matches!(fault, Fault::Output(_)) { FaultPlace::Sensor } else { FaultPlace::Input },
@@ -278,7 +356,9 @@ impl<'a> Subject<'a> {
                 same_as: others.filter(|&&other| other != k).map(|&other| name(&faults[other])).collect(),
                 order: relation.map(Relation::order),
                 friction_in_relation: friction.into_iter().cloned().collect(),
-                relation: relation.map(|one| self.terms(one)).unwrap_or_default(),
+                unit: relation.map(|one| self.unit(one, told)).unwrap_or_default(),
+                threshold: relation.and_then(|one| self.filtered(one, fault, told)),
+                relation: terms,
             }
         };
         found.into_iter().enumerate().map(verdict).collect()

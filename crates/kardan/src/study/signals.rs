@@ -41,11 +41,13 @@ pub struct ParitySettings {
     pub false_alarms_per_hour: f64,
     /// Samples one after the other beyond the threshold that make an alarm.
     pub debounce: usize,
+    /// Time constant of the filter that residuals in time go through, s; `None`: ten samples.
+    pub filter: Option<f64>,
 }
 
 impl Default for ParitySettings {
     fn default() -> Self {
-        Self { false_alarms_per_hour: 1e-3, debounce: 3 }
+        Self { false_alarms_per_hour: 1e-3, debounce: 3, filter: None }
     }
 }
 

@@ -1,4 +1,4 @@
-//! From which size a residual is an alarm: what noise and steps of its sensors make of it.
+//! From which size a residual is an alarm: what noise and steps of its sensors make of it, at one instant or in time through a filter.
 
 use super::PreparedVariant;
 use super::signals::ParitySettings;
@@ -18,6 +18,13 @@ pub(super) struct Reading {
     /// What its steps add, at least and at most.
     steps: [f64; 2],
     sample_time: Option<f64>,
+}
+
+impl Reading {
+    /// Its sample time, s; none of a signal that is read as it is.
+    pub fn sample_time(&self) -> Option<f64> {
+        self.sample_time
+    }
 }
 
 /// What the sensors of these outputs do; other signals are read as they are.
@@ -53,41 +60,118 @@ const SEEN: f64 = 0.999;
 /// The least probability that one sample is within the threshold.
 const WITHIN: f64 = 0.7;
 
-/// The threshold of a residual of so much of each reading; `None` where nothing disturbs it.
-///
-/// With white Gaussian noise of standard deviation σ and an error b of all steps, a sample lies beyond `b + zσ` with at most the probability
-/// p of a normal number beyond ±z, and an alarm begins at a sample with at most pᴺ, N the samples of the debounce.
-pub(super) fn threshold(errors: &[(f64, &Reading)], asked: &ParitySettings) -> Option<Threshold> {
-    let noise = errors.iter().fold(0.0, |sum, (x, reading)| hypot(sum, x * reading.noise));
-    let end = |least: bool| -> f64 {
-        let of = |(x, reading): &(f64, &Reading)| {
+/// The samples of a filter, in time constants and orders, after which nothing is left of a pulse in 12 digits.
+const FORGOTTEN: usize = 15;
+
+/// What a residual makes of one of its signals.
+pub(super) struct Part<'a> {
+    /// What the signal's sensor does to it; `None` of a command, which is known.
+    pub reading: Option<&'a Reading>,
+    /// The residual's samples after a pulse of the signal of one sample; one number at one instant.
+    pub pulse: Vec<f64>,
+}
+
+impl Part<'_> {
+    /// Standard deviation of what its noise makes of the residual.
+    fn noise(&self) -> f64 {
+        let gain = self.pulse.iter().map(|x| x * x).sum::<f64>().sqrt();
+        self.reading.map_or(0.0, |reading| gain * reading.noise)
+    }
+
+    /// What its steps make of the residual at least or at most, whatever they are in each sample.
+    fn steps(&self, least: bool) -> f64 {
+        let Some(reading) = self.reading else { return 0.0 };
+        let of = |x: &f64| {
             let [low, high] = reading.steps.map(|error| x * error);
             if least { low.min(high) } else { low.max(high) }
         };
-        errors.iter().map(of).sum()
-    };
+        self.pulse.iter().map(of).sum()
+    }
+
+    /// A change of one, from some sample on: what of it is in so many samples one after the other at least, where that is most (but for a hundredth), and
+    /// how many samples later the last one of these is.
+    fn change(&self, samples: usize) -> (f64, usize) {
+        let sums: Vec<f64> = self
+            .pulse
+            .iter()
+            .scan(0.0, |sum, x| {
+                *sum += x;
+                Some(f64::abs(*sum))
+            })
+            .collect();
+        let end = sums.last().copied().unwrap_or(0.0);
+        let least =
+            |k: usize| (k..k + samples).map(|j| sums.get(j).copied().unwrap_or(end)).fold(f64::INFINITY, f64::min);
+        let most = (0..sums.len()).map(least).fold(0.0, f64::max);
+        let first = (0..sums.len()).find(|k| least(*k) >= ALMOST * most).unwrap_or(0);
+        (least(first), first + samples)
+    }
+}
+
+/// Part of the most that a change ever shows, from which on it is taken for that.
+const ALMOST: f64 = 0.99;
+
+/// The samples after a pulse of one sample of `Σ c sᵈ / (τ s + 1)ⁿ`, terms `(d, c)` with d ≤ n, by the bilinear rule `s = (2/h)(z − 1)/(z + 1)`, that
+/// of `kind = "transfer_function"`; until 12 digits of it are gone.
+pub(super) fn pulse(terms: &[(usize, f64)], order: usize, time: f64, sample_time: f64) -> Vec<f64> {
+    let turns = 2.0 * time / sample_time;
+    let length = FORGOTTEN * (order + 2) * (0.5 * turns + 1.0).ceil() as usize;
+    let mut out = vec![0.0; length];
+    for (derivative, factor) in terms {
+        let mut signal = vec![0.0; length];
+        signal[0] = *factor;
+        for section in 0..order {
+            let [now, last] = if section < *derivative { [1.0, -1.0].map(|x| x * 2.0 / sample_time) } else { [1.0; 2] };
+            let (mut before, mut answer) = (0.0, 0.0);
+            for x in &mut signal {
+                answer = ((turns - 1.0) * answer + now * *x + last * before) / (turns + 1.0);
+                before = std::mem::replace(x, answer);
+            }
+        }
+        out.iter_mut().zip(signal).for_each(|(sum, x)| *sum += x);
+    }
+    out
+}
+
+/// The threshold of a residual; `None` where nothing disturbs it.
+///
+/// With white Gaussian noise of standard deviation σ and an error b of all steps, a sample lies beyond `b + zσ` with at most the probability
+/// p of a normal number beyond ±z, and an alarm begins at a sample with at most pᴺ, N the samples of the debounce; behind a filter, where noise is no
+/// longer white, with at most p. `told`: of which parts the smallest change is told; the time of detection is the longest of theirs.
+pub(super) fn threshold(
+    parts: &[Part<'_>],
+    told: &[usize],
+    asked: &ParitySettings,
+    filter: Option<f64>,
+) -> Option<Threshold> {
+    let noise = parts.iter().map(Part::noise).fold(0.0, hypot);
+    let end = |least: bool| parts.iter().map(|part| part.steps(least)).sum::<f64>();
     let steps = end(true).abs().max(end(false).abs());
-    let times: Vec<f64> = errors.iter().filter_map(|(_, reading)| reading.sample_time).collect();
+    let readings = || parts.iter().filter_map(|part| part.reading);
+    let times: Vec<f64> = readings().filter_map(|reading| reading.sample_time).collect();
     let sample_time = times.iter().copied().fold(0.0, f64::max);
     if noise == 0.0 && steps == 0.0 {
         return None;
     }
     let debounce = asked.debounce.max(1);
     let rate = asked.false_alarms_per_hour * sample_time / 3600.0;
-    let beyond = if noise > 0.0 { exp(ln(rate) / debounce as f64).min(1.0 - WITHIN) } else { 0.0 };
+    let independent = if filter.is_none() { debounce } else { 1 };
+    let beyond = if noise > 0.0 { exp(ln(rate) / independent as f64).min(1.0 - WITHIN) } else { 0.0 };
     let quantile = if noise > 0.0 { two_sided_normal(beyond) } else { 0.0 };
     let threshold = steps + quantile * noise;
     // All samples of the debounce are beyond it, each but for a share of what may fail.
     let margin = if noise > 0.0 { normal_quantile((1.0 - SEEN) / debounce as f64) * noise } else { 0.0 };
+    let changes: Vec<(f64, usize)> = told.iter().map(|k| parts[*k].change(debounce)).collect();
     Some(Threshold {
         noise,
         steps,
         threshold,
         debounce,
         sample_time,
-        different_times: times.len() < errors.len() || times.iter().any(|time| *time != sample_time),
+        different_times: times.len() < readings().count() || times.iter().any(|time| *time != sample_time),
         false_alarms_per_hour: if noise > 0.0 { asked.false_alarms_per_hour } else { 0.0 },
-        detection_time: debounce as f64 * sample_time,
-        smallest: errors.iter().map(|(x, _)| (threshold + steps + margin) / x.abs()).collect(),
+        detection_time: changes.iter().map(|(_, samples)| *samples).max().unwrap_or(debounce) as f64 * sample_time,
+        smallest: changes.iter().map(|(size, _)| (threshold + steps + margin) / size).collect(),
+        filter,
     })
 }

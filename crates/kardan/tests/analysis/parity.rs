@@ -120,7 +120,7 @@ fn thresholds_follow_from_noise_and_steps() {
 #[test]
 fn false_alarms_are_as_rare_as_promised() {
     for (debounce, rate) in [(1usize, 3600.0 * 10.0), (3, 3600.0)] {
-        let asked = ParitySettings { false_alarms_per_hour: rate, debounce };
+        let asked = ParitySettings { false_alarms_per_hour: rate, debounce, filter: None };
         let settings = AnalyzeSettings { parity: Some(asked), ..AnalyzeSettings::default() };
         let plain = PLANETARY.replace("resolution = \"1 mrad\"\nphase = 0.5\n", "");
         let parity = study::analyze(&plain, &settings, &Silent).unwrap().parity.unwrap();
@@ -141,6 +141,95 @@ fn false_alarms_are_as_rare_as_promised() {
         let expected = promised * (1.0 - p);
         assert!((counted - expected).abs() < 5.0 * expected.sqrt(), "{counted}, {expected}");
     }
+}
+
+/// A disk with a motor and an encoder: `φ'' − τ/J = 0`, behind a filter of second order.
+const DISK: &str = r#"
+[shaft.disk]
+inertia = "0.5 kg m^2 ± 10 %"
+[motor.m]
+shaft = "disk"
+[sensor.phi]
+measures = "angle"
+shaft = "disk"
+sample_time = "1 ms"
+noise = "0.1 mrad"
+"#;
+
+/// `(s/(τs + 1))²` by the bilinear rule is `q² ((z − 1)/(z − p))²` with p = (a − 1)/(a + 1), q = 2/(h (a + 1)), a = 2τ/h: its pulse response is added
+/// up in closed form, sample by sample.
+#[test]
+fn residuals_in_time_have_thresholds_behind_their_filter() {
+    let limits = |filter: Option<f64>| {
+        let asked = ParitySettings { filter, ..ParitySettings::default() };
+        let settings = AnalyzeSettings { parity: Some(asked), ..AnalyzeSettings::default() };
+        let parity = study::analyze(DISK, &settings, &Silent).unwrap().parity.unwrap();
+        let motor = verdict(&parity, "m").clone();
+        assert_eq!(written(&motor.relation), [("phi", 2, "1"), ("m.tau", 0, "-2")]);
+        assert_eq!((motor.order, motor.unit.as_str()), (Some(2), "rad/s^2"));
+        // 1/0.45 − 2 = 2/9 is farther than 2 − 1/0.55.
+        assert!((motor.relation[1].tolerance - 2.0 / 9.0).abs() < 1e-12 && motor.relation[0].tolerance == 0.0);
+        motor.threshold.expect("it has noise")
+    };
+    let (h, noise) = (1e-3f64, 1e-4f64);
+    for (asked, time) in [(None, 0.01f64), (Some(0.05), 0.05), (Some(5e-4), 5e-4)] {
+        let limit = limits(asked);
+        let (p, q) = ((2.0 * time / h - 1.0) / (2.0 * time / h + 1.0), 2.0 / h / (2.0 * time / h + 1.0));
+        // (1 − x)²/(1 − p x)² with x = 1/z: coefficients (k + 1) pᵏ − 2 k pᵏ⁻¹ + (k − 1) pᵏ⁻².
+        let power = |k: i32| if k < 0 { 0.0 } else { p.powi(k) };
+        let coefficient = |k: i32| {
+            let of = |k: i32| if k < 0 { 0.0 } else { f64::from(k + 1) * power(k) };
+            of(k) - 2.0 * of(k - 1) + of(k - 2)
+        };
+        let gain = (0..20_000).map(|k| coefficient(k).powi(2)).sum::<f64>().sqrt() * q * q;
+        assert!((limit.noise / (noise * gain) - 1.0).abs() < 1e-9, "{limit:?}, {}", noise * gain);
+        assert_eq!((limit.filter, limit.steps, limit.sample_time), (Some(time), 0.0, h));
+        // White noise behind a filter is none: one sample's probability bounds the rate. 10⁻³·10⁻³/3600 lies beyond ±6.310699 (erfc).
+        assert!((limit.threshold / limit.noise - 6.310_699).abs() < 1e-5, "{}", limit.threshold / limit.noise);
+        // A torque that is wrong by one moves it by 2/(τs + 1)², and by 99 % of that where (1 + x) e⁻ˣ = 0.01: x = 6.638.
+        let size = (limit.threshold + 3.402_932_835_385_304_5 * limit.noise) / (2.0 * 0.99);
+        let share = limit.smallest[0] / size;
+        assert!(limit.smallest.len() == 1 && (0.99 - 1e-9..1.0 + 1e-9).contains(&share), "{limit:?}, {size}");
+        if time > h {
+            assert!(
+                (limit.detection_time - (6.638 * time + 3.0 * h)).abs() < 0.02 * limit.detection_time + h,
+                "{limit:?}"
+            );
+        }
+    }
+    let asked = ParitySettings { filter: Some(60.0), ..ParitySettings::default() };
+    let settings = AnalyzeSettings { parity: Some(asked), ..AnalyzeSettings::default() };
+    let told = study::analyze(DISK, &settings, &Silent).unwrap_err();
+    assert!(
+        told[0].code == "analysis::filter" && told[0].help.as_ref().is_some_and(|help| help.contains("10 s")),
+        "{told:?}"
+    );
+}
+
+/// Alarms behind the filter, drawn: the noise of an encoder through the filter of `kind = "transfer_function"`, no more than promised.
+#[test]
+fn false_alarms_behind_a_filter_are_as_rare_as_promised() {
+    let (rate, debounce) = (3600.0 * 5.0, 2);
+    let asked = ParitySettings { false_alarms_per_hour: rate, debounce, filter: Some(0.004) };
+    let settings = AnalyzeSettings { parity: Some(asked), ..AnalyzeSettings::default() };
+    let parity = study::analyze(DISK, &settings, &Silent).unwrap().parity.unwrap();
+    let limit = verdict(&parity, "m").threshold.clone().unwrap();
+    let mut random = Random::new(23);
+    let (h, a) = (1e-3, 8.0);
+    // (s/(τs + 1)) twice: y⁺ = ((a − 1) y + (2/h)(x⁺ − x))/(a + 1).
+    let (mut states, mut alarms, mut beyond) = ([[0.0f64; 2]; 2], 0u32, 0usize);
+    let samples = 400_000u32;
+    for _ in 0..samples {
+        let mut x = 1e-4 * random.normal();
+        for [last, answer] in &mut states {
+            *answer = ((a - 1.0) * *answer + 2.0 / h * (x - *last)) / (a + 1.0);
+            *last = std::mem::replace(&mut x, *answer);
+        }
+        beyond = if x.abs() > limit.threshold { beyond + 1 } else { 0 };
+        alarms += u32::from(beyond == debounce);
+    }
+    let promised = f64::from(samples) * h * rate / 3600.0;
+    assert!(f64::from(alarms) < promised && promised > 1000.0, "{alarms} of {promised}");
 }
 
 /// Of a harmonic drive wg − 51 cs + 50 fs: speeds without a constant, and two angles and a speed have no relation at one instant.
