@@ -13,12 +13,24 @@ pub enum Read {
     Position(String),
     /// Its rate.
     Rate(String),
-    /// A sensor, by its name: as it reads, not what is true.
+    /// A sensor, by its name: as it reads, not what is true; the last good reading, where it gives no number.
     Sensor(String),
+    /// The same as it is, a number or none: what a monitor sees.
+    AsRead(String),
     /// What comes from outside of the task, by its name: a signal of the scenario, what another task answers.
     Source(String),
     /// The time, s.
     Time,
+}
+
+impl Read {
+    /// The sensor that is read.
+    pub fn sensor(&self) -> Option<&str> {
+        match self {
+            Self::Sensor(name) | Self::AsRead(name) => Some(name),
+            _ => None,
+        }
+    }
 }
 
 /// What a task remembers from one sample to the next.

@@ -186,10 +186,7 @@ impl Document {
     ) {
         let of_laws = controls.iter().filter_map(|control| control.values.task("commands"));
         let reads = programs.tasks.iter().chain(of_laws).flat_map(|task| {
-            let sensors = task.reads.iter().filter_map(|(_, read)| match read {
-                Read::Sensor(name) => Some(name.as_str()),
-                _ => None,
-            });
+            let sensors = task.reads.iter().filter_map(|(_, read)| read.sensor());
             sensors.map(|name| (name, task.period.is_some()))
         });
         let mut told: Vec<&str> = Vec::new();

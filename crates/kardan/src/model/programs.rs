@@ -305,7 +305,10 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             self.answer_symbol(name.clone(), dimension);
         }
         let mut reads = BTreeSet::new();
-        let given = self.given(table, &what, &mut reads, out)?;
+        let mut given = self.given(table, &what, &mut reads, out)?;
+        if kind.keyword == "monitor" {
+            self.take_as_read(&mut given);
+        }
         let guards = self.guards(table, &values, &what, &mut reads, out)?;
         let called = match values.word("table").filter(|_| kind.keyword == "table") {
             Some(name) => self.functions.table_of(name, out),
@@ -607,6 +610,23 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             return Some(Some(Named::Constant(value, dimension)));
         }
         if document.doubts.has(name) || document.doubts.has(head) { None } else { Some(None) }
+    }
+
+    /// Lets expressions see sensors as they read, no number where a sensor gives none: only a monitor has a use for that.
+    fn take_as_read(&mut self, given: &mut Given) {
+        let sensors = self.outside.iter().filter_map(|outside| match &outside.read {
+            Read::Sensor(sensor) => Some((self.read.get(&outside.name)?.0, outside.clone(), sensor.clone())),
+            _ => None,
+        });
+        for (expr, outside, sensor) in sensors.collect::<Vec<_>>() {
+            let Some(symbol) = self.graph.borrow().symbol_of(expr) else { continue };
+            let name = format!("{} as read", outside.name);
+            let (as_read, _) = self.read_outside(Outside { name, read: Read::AsRead(sensor), ..outside });
+            let mut graph = self.graph.borrow_mut();
+            for (_, _, (value, _)) in given.iter_mut() {
+                *value = graph.substitute(&[*value], &[(symbol, as_read)])[0];
+            }
+        }
     }
 
     fn read_outside(&mut self, outside: Outside) -> (Expr, Dimension) {

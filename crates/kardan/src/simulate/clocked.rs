@@ -5,8 +5,9 @@ use std::collections::VecDeque;
 use kardan_rt::Health;
 
 use super::counts::{Met, Notes, Turned};
+use super::failing_sensor::FailingSensor;
 use super::sampler::{Period, Quantity, Sampler, stiffness};
-use super::{Scenario, SensorFault, SensorFaultKind, UnitFault, UnitFaultKind};
+use super::{Scenario, UnitFault, UnitFaultKind};
 use crate::names::SignalName;
 use crate::num::{Keeper, Random};
 use crate::reduce::{Dynamics, Reduced, Work};
@@ -47,30 +48,7 @@ struct Source {
     name: String,
     quantity: Quantity,
     sampler: Sampler,
-    faults: Vec<SensorFault>,
-    /// Where the noise of a fault is drawn from.
-    noise: Random,
-    /// What it gave last.
-    last: f64,
-}
-
-impl Source {
-    /// What the controller gets.
-    fn reading(&mut self, time: f64) -> f64 {
-        let held = self.sampler.held;
-        let Some(fault) = self.faults.iter().find(|fault| fault.holds(time)) else {
-            self.last = held;
-            return held;
-        };
-        match fault.kind {
-            SensorFaultKind::Lost => f64::NAN,
-            SensorFaultKind::Stuck => self.last,
-            SensorFaultKind::Offset(more) => held + more,
-            SensorFaultKind::Drift(rate) => held + rate * (time - fault.at),
-            SensorFaultKind::Noise(size) => held + size * self.noise.normal(),
-            SensorFaultKind::Reversed => -held,
-        }
-    }
+    failing: FailingSensor,
 }
 
 /// How many samples of a run were not as they should be, with the time of the first one.
@@ -147,9 +125,8 @@ impl Clocked {
                 let sampler = sensor.map_or_else(Sampler::ideal, |sensor| {
                     Sampler::new(head, sensor, stiffness(reduced, &signal.measured), seed)
                 });
-                let faults = faults.iter().filter(|fault| fault.concerns(&signal.name)).cloned().collect();
-                let noise = Random::named(seed, &format!("fault of {head}"));
-                Source { name: head.to_string(), quantity, sampler, faults, noise, last: 0.0 }
+                let failing = FailingSensor::new(&signal.name, head, faults, seed);
+                Source { name: head.to_string(), quantity, sampler, failing }
             })
             .collect();
         let (inputs, states) = (law.inputs().len(), law.states().len());
@@ -186,10 +163,9 @@ impl Clocked {
             keeper.numbers(command);
         });
         self.queue.extend(waiting);
-        for Source { sampler, noise, last, .. } in &mut self.sensors {
+        for Source { sampler, failing, .. } in &mut self.sensors {
             sampler.keep(keeper);
-            noise.keep(keeper);
-            keeper.number(last);
+            failing.keep(keeper);
         }
         self.random.keep(keeper);
         keeper.flag(&mut self.down);
@@ -272,7 +248,7 @@ impl Clocked {
             if source.sampler.next_time().is_none() {
                 source.sampler.sample(now, || source.quantity.read(dynamics, work));
             }
-            *reading = source.reading(now);
+            *reading = source.failing.reading(source.sampler.held, now);
         }
         let Self { readings, states, .. } = self;
         let (readings, states) = (std::mem::take(readings), std::mem::take(states));

@@ -5,6 +5,7 @@ mod counts;
 pub mod dop853;
 mod drive;
 mod ensemble;
+mod failing_sensor;
 mod faults;
 pub mod friction;
 mod integrator;

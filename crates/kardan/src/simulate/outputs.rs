@@ -1,5 +1,6 @@
 //! The columns of a run: which signals there are and how they are read from the machine.
 
+use super::failing_sensor::FailingSensor;
 use super::machine::{Found, Machine};
 use super::readings::{Read, Readings};
 use super::sampler::{Compliance, Sampler, stiffness};
@@ -268,7 +269,7 @@ impl Columns<'_> {
     }
 
     /// What each sensor reads, and the sensor.
-    fn add_sensors(&mut self, seed: u64) -> Vec<(Read, Sampler)> {
+    fn add_sensors(&mut self, scenario: &Scenario) -> Vec<SensorColumn> {
         let reduced = self.reduced;
         let mut samplers = Vec::new();
         for (name, sensor) in &reduced.equations.sensors {
@@ -285,7 +286,13 @@ impl Columns<'_> {
                 description,
                 Read::Sensor(samplers.len()),
             );
-            samplers.push((quantity, Sampler::new(name, sensor, stiffness(reduced, measured), seed)));
+            let seed = scenario.seed;
+            samplers.push(SensorColumn {
+                read: quantity,
+                sampler: Sampler::new(name, sensor, stiffness(reduced, measured), seed),
+                failing: FailingSensor::new(name, name, &scenario.faults.sensors, seed),
+                shown: 0.0,
+            });
         }
         samplers
     }
@@ -325,16 +332,37 @@ impl Columns<'_> {
     }
 }
 
+/// A sensor that has a column.
+struct SensorColumn {
+    /// What it measures.
+    read: Read,
+    sampler: Sampler,
+    failing: FailingSensor,
+    /// What its column has: what it gives, and where that is no number, what it gave before.
+    shown: f64,
+}
+
+impl SensorColumn {
+    /// Reads if it is time, and fails if that is due.
+    fn sample(&mut self, time: f64, exact: impl FnOnce() -> f64) {
+        self.sampler.sample(time, exact);
+        let given = self.failing.reading(self.sampler.held, time);
+        if given.is_finite() || !self.failing.fails() {
+            self.shown = given;
+        }
+    }
+}
+
 /// Sensors that change what they measure; the columns of the others become what these measure.
-fn resolve(sensors: Vec<(Read, Sampler)>, columns: &mut [(String, Physical, String, Read)]) -> Vec<(Read, Sampler)> {
+fn resolve(sensors: Vec<SensorColumn>, columns: &mut [(String, Physical, String, Read)]) -> Vec<SensorColumn> {
     let mut kept = Vec::new();
     let places: Vec<Read> = sensors
         .into_iter()
-        .map(|(quantity, sampler)| {
-            if sampler.is_ideal() {
-                return quantity;
+        .map(|sensor| {
+            if sensor.sampler.is_ideal() && !sensor.failing.fails() {
+                return sensor.read;
             }
-            kept.push((quantity, sampler));
+            kept.push(sensor);
             Read::Sensor(kept.len() - 1)
         })
         .collect();
@@ -366,7 +394,7 @@ pub(super) struct Outputs {
     /// The signals, filled row by row.
     pub signals: Vec<Signal>,
     /// What each sensor reads, and the sensor.
-    samplers: Vec<(Read, Sampler)>,
+    samplers: Vec<SensorColumn>,
     /// Values of signals, then of what sensors read; `None` until they are compiled.
     readings: Option<Readings>,
     /// The series that each signal is, if all of them are.
@@ -396,7 +424,7 @@ impl Outputs {
         }
         columns.add_holds();
         columns.add_sources(&scenario.sources);
-        let sensors = columns.add_sensors(scenario.seed);
+        let sensors = columns.add_sensors(scenario);
         let mut columns = columns.list;
         let samplers = resolve(sensors, &mut columns);
         let (mut reads, mut signals) = (Vec::new(), Vec::new());
@@ -411,7 +439,7 @@ impl Outputs {
 
     /// Compiles what signals and sensors read.
     pub fn compile(&mut self, motion: &mut Motion, reduced: &Reduced, found: &Found) {
-        let reads: Vec<&Read> = self.reads.iter().chain(self.samplers.iter().map(|(read, _)| read)).collect();
+        let reads: Vec<&Read> = self.reads.iter().chain(self.samplers.iter().map(|sensor| &sensor.read)).collect();
         self.readings = Some(Readings::new(motion, reduced, found, &reads));
     }
 
@@ -494,13 +522,17 @@ impl Outputs {
 
     /// What the next readings of the sensors depend on.
     pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        self.samplers.iter_mut().for_each(|(_, sampler)| sampler.keep(keeper));
+        for SensorColumn { sampler, failing, shown, .. } in &mut self.samplers {
+            sampler.keep(keeper);
+            failing.keep(keeper);
+            keeper.number(shown);
+        }
     }
 
     /// The value of a signal at the point that was observed last.
     pub fn value(&self, signal: usize) -> f64 {
         match &self.reads[signal] {
-            Read::Sensor(k) => self.samplers[*k].1.held,
+            Read::Sensor(k) => self.samplers[*k].shown,
             _ => self.reading(signal),
         }
     }
@@ -511,7 +543,7 @@ impl Outputs {
 
     /// The next time at which a sampled sensor reads, s.
     pub fn next_sample(&self) -> f64 {
-        self.samplers.iter().filter_map(|(_, sampler)| sampler.next_time()).fold(f64::INFINITY, f64::min)
+        self.samplers.iter().filter_map(|sensor| sensor.sampler.next_time()).fold(f64::INFINITY, f64::min)
     }
 
     /// Evaluates at a point what signals and sensors are read from; before `sample` and `record`.
@@ -525,8 +557,8 @@ impl Outputs {
     pub fn sample(&mut self, time: f64) {
         let first = self.reads.len();
         let Self { samplers, readings, .. } = self;
-        for (k, (_, sampler)) in samplers.iter_mut().enumerate() {
-            sampler.sample(time, || readings.as_ref().map_or(f64::NAN, |readings| readings.value(first + k)));
+        for (k, sensor) in samplers.iter_mut().enumerate() {
+            sensor.sample(time, || readings.as_ref().map_or(f64::NAN, |readings| readings.value(first + k)));
         }
     }
 

@@ -24,7 +24,7 @@ fn moving(model: &Model) -> BTreeSet<String> {
         for task in &model.programs.tasks {
             for answer in &task.answers {
                 let moves = |read: &&Read| match read {
-                    Read::Position(_) | Read::Rate(_) | Read::Sensor(_) => true,
+                    Read::Position(_) | Read::Rate(_) | Read::Sensor(_) | Read::AsRead(_) => true,
                     Read::Source(name) => found.contains(name),
                     Read::Time => false,
                 };
@@ -54,15 +54,16 @@ fn taken_as_given(read: &[&str]) -> String {
     )
 }
 
-/// What its design has to say of the blocks that a law reads: a warning where its margins do not know them or what they engage, a note where they do.
-pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> [Option<String>; 2] {
+/// What its design has to say of the blocks that a law reads: warnings where its margins do not know them or what they engage, or where they pass nothing on,
+/// a note where they do.
+pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> (Vec<String>, Option<String>) {
     let read = read_of_blocks(&moving(&variant.model), law);
     if variant.model.programs.tasks.is_empty() {
-        return [None, None];
+        return (Vec::new(), None);
     }
     if !are_in_maps(variant) {
         let warning = format!("the law {}, so a run alone tells whether the loop is stable", taken_as_given(&read));
-        return [Some(warning).filter(|_| !read.is_empty()), None];
+        return (if read.is_empty() { Vec::new() } else { vec![warning] }, None);
     }
     let found = blocks(variant, &variant.loop_plant());
     let (names, none) = (found.of_loop.names(), found.of_loop.names().is_empty());
@@ -79,7 +80,16 @@ pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> [Optio
         "stability and margins are those with {} open, which blocks engage where the run begins",
         quoted(found.engaged.iter().map(String::as_str))
     );
-    [Some(open).filter(|_| !found.engaged.is_empty()), Some(note).filter(|_| !none)]
+    let flat = format!(
+        "{} {} nothing on where the loop is linearised, at rest where the run begins: at a limit, or in a dead zone. Stability and margins are those of the loop as if it were \
+         open there; where {} again it is another loop, which a run shows",
+        quoted(found.flat.iter().map(String::as_str)),
+        if found.flat.len() == 1 { "passes" } else { "pass" },
+        if found.flat.len() == 1 { "it does" } else { "they do" },
+    );
+    let warnings = [(open, found.engaged.is_empty()), (flat, found.flat.is_empty())];
+    let warnings = warnings.into_iter().filter(|(_, nothing)| !nothing).map(|(warning, _)| warning).collect();
+    (warnings, Some(note).filter(|_| !none))
 }
 
 /// Warns of what only a run sees of blocks: those at samples that laws in continuous time read, and torques that follow from them.

@@ -355,8 +355,8 @@ pub(super) fn designed(
     keep(progress, &design, &rest);
     add_margins((variant, settings.simulate.then_some(whole)), number, &mut design, progress);
     keep(progress, &design, &rest[2..]);
-    let [warning, note] = told_of_blocks(variant, &*variant.running[number]);
-    design.warnings.extend(warning);
+    let (warnings, note) = told_of_blocks(variant, &*variant.running[number]);
+    design.warnings.extend(warnings);
     design.notes.extend(note);
     match passage(variant, number, &variant.running, true) {
         Some(Ok(found)) => {

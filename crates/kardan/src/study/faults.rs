@@ -7,7 +7,6 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind, Measured};
 use crate::model::{ControlSpec, Document, Model, TableReader};
 use crate::names::SignalName;
-use crate::program::Read;
 use crate::schema::{Placed, Sign, Table, Value};
 use crate::simulate::{Failing, Faults, MechanicalFaultKind, MotorFaultKind, SensorFaultKind, UnitFaultKind};
 use crate::units::{Dimension, Exact};
@@ -76,7 +75,7 @@ pub(super) fn named_faults(
 
 /// A sensor that the observer of a controller reads, a program, or a block.
 struct Reading<'m> {
-    sensor: &'m String,
+    sensor: &'m str,
     control: &'m str,
     /// At a sample time, so that a reading is an event at all.
     sampled: bool,
@@ -89,10 +88,8 @@ fn readings(model: &Model) -> Vec<Reading<'_>> {
         model.controls.iter().filter_map(|control| Some((control.name.as_str(), control.values.task("commands")?)));
     let of_blocks = tasks.chain(of_laws).flat_map(|(control, task)| {
         let sampled = task.period.is_some();
-        task.reads.iter().filter_map(move |(_, read)| match read {
-            Read::Sensor(sensor) => Some(Reading { sensor, control, sampled, in_loop: true }),
-            _ => None,
-        })
+        let sensors = task.reads.iter().filter_map(|(_, read)| read.sensor());
+        sensors.map(move |sensor| Reading { sensor, control, sampled, in_loop: true })
     });
     let all = model.controls.iter().map(|control| (control, true));
     all.chain(model.idle.iter().map(|control| (control, false)))
@@ -100,7 +97,7 @@ fn readings(model: &Model) -> Vec<Reading<'_>> {
             let sensors = control.values.table("observer").and_then(|observer| observer.words("sensors"));
             let sampled = control.values.has("sample_time");
             let reading = move |sensor| Reading { sensor, control: control.name.as_str(), sampled, in_loop };
-            sensors.unwrap_or_default().iter().map(reading)
+            sensors.unwrap_or_default().iter().map(String::as_str).map(reading)
         })
         .chain(of_blocks)
         .collect()
@@ -510,7 +507,7 @@ fn reads(name: &str, equations: &Equations) -> Option<Dimension> {
 fn cannot_fail(sensor: &str, concerned: &[&Reading<'_>], all: &[Reading<'_>]) -> Option<(String, String)> {
     let shown = shortened(sensor);
     let Some(first) = concerned.first() else {
-        let mut names: Vec<&str> = all.iter().filter(|one| one.sampled).map(|one| one.sensor.as_str()).collect();
+        let mut names: Vec<&str> = all.iter().filter(|one| one.sampled).map(|one| one.sensor).collect();
         names.sort_unstable();
         names.dedup();
         let heads = names.iter().map(|name| SignalName::new(name).element);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::PreparedVariant;
 use super::prepared::Settled;
+use crate::program::Task;
 use crate::reduce::{Kinematics, OperatingPoint, answered_locks, answered_torques};
 use crate::simulate::Profile;
 use crate::synthesis::{BesideBlocks, Law, LinearTask, LoopBlocks, LoopPlant, SampledPart, Seen, TaskLaw, Told};
@@ -31,6 +32,8 @@ pub(super) struct Blocks {
     pub engaged: Vec<String>,
     /// Whether some of them bend or switch, so that elsewhere they do otherwise.
     pub bend: bool,
+    /// Those that pass nothing on there, as they stand at a limit or in a dead zone.
+    pub flat: Vec<String>,
 }
 
 /// Whether maps have the blocks of a variant: those with a sample time are left out where no law has one.
@@ -59,7 +62,7 @@ pub(super) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: 
     let PreparedVariant { model, reduced, running: laws, scenario, .. } = variant;
     let seen = are_in_maps(variant);
     if scenario.flow.is_none() && (scenario.tasks.is_empty() || !seen) || laws.len() != model.controls.len() {
-        return Blocks { of_loop: LoopBlocks::default(), engaged: Vec::new(), bend: false };
+        return Blocks { of_loop: LoopBlocks::default(), engaged: Vec::new(), bend: false, flat: Vec::new() };
     }
     let beside: Vec<BesideBlocks> =
         model.controls.iter().zip(laws).map(|(control, law)| beside(&control.name, law)).collect();
@@ -75,7 +78,12 @@ pub(super) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: 
     let answer = |name: &str| settled.answers.get(name).copied().unwrap_or(0.0);
     let torques = if seen { answered_torques(reduced, &point, &answer) } else { Vec::new() };
     let of_loop = LoopBlocks::new(&settled.tasks, &beside, &torques, plant);
-    Blocks { of_loop, engaged: answered_locks(reduced, &point, &answer), bend: settled.bend }
+    Blocks {
+        of_loop,
+        engaged: answered_locks(reduced, &point, &answer),
+        bend: settled.bend,
+        flat: settled.flat.clone(),
+    }
 }
 
 /// Where the blocks of a variant stand with the plant at rest at a reduced position, rad.
@@ -83,13 +91,34 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
     let PreparedVariant { reduced, scenario, .. } = variant;
     let seen = are_in_maps(variant);
     let tasks = scenario.flow.iter().chain(scenario.tasks.iter().filter(|_| seen));
-    let tasks: Vec<TaskLaw> = tasks.map(|task| TaskLaw::new(task, reduced)).collect();
+    let tasks: Vec<Arc<Task>> = tasks.cloned().collect();
+    let laws: Vec<TaskLaw> = tasks.iter().map(|task| TaskLaw::new(task, reduced)).collect();
     let mut kinematics = Kinematics::new(reduced);
     kinematics.update(position, &variant.point.rates);
     let at_rest = [&kinematics.angles[..], &kinematics.speeds[..]];
     let mut answers = known(variant, beside, at_rest);
-    let bend = tasks.iter().any(|task| task.bends());
-    Settled { tasks: linear_tasks(tasks, &mut answers, at_rest), answers, bend }
+    let bend = laws.iter().any(|law| law.bends());
+    let linear = linear_tasks(laws, &mut answers, at_rest);
+    let flat = tasks.iter().zip(&linear).flat_map(|(task, linear)| flat(task, linear)).collect();
+    Settled { tasks: linear, answers, bend, flat }
+}
+
+/// Kinds of blocks that pass nothing on where they stand at a limit or in a dead zone.
+const FLAT: [&str; 4] = ["saturation", "dead_zone", "table", "pid"];
+
+/// Blocks of these kinds whose answer has no slope over anything that they follow from.
+fn flat<'a>(task: &'a Task, linear: &'a LinearTask) -> impl Iterator<Item = String> + 'a {
+    let slopes = move |row: usize| {
+        let linear = &linear.linear;
+        [&linear.on_states, &linear.on_angles, &linear.on_speeds, &linear.on_references, &linear.on_errors]
+            .into_iter()
+            .any(|over| over.row(row).iter().any(|slope| *slope != 0.0))
+    };
+    let steps = task.order.iter().filter(|step| FLAT.contains(&step.kind));
+    steps.map(|step| step.block.clone()).filter(move |name| {
+        let row = linear.answers.iter().position(|answer| answer == name);
+        row.is_some_and(|row| !slopes(row))
+    })
 }
 
 /// A law as blocks know it.

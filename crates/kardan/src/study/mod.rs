@@ -4,6 +4,7 @@ mod accuracy;
 mod analysis;
 mod analyze;
 mod asked;
+mod backwards;
 mod bench;
 mod blocks;
 mod checks;

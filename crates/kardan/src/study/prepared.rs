@@ -67,6 +67,8 @@ pub(super) struct Settled {
     pub answers: BTreeMap<String, f64>,
     /// Whether some blocks bend or switch, so that elsewhere they do otherwise.
     pub bend: bool,
+    /// Blocks that pass nothing on there, as they stand at a limit or in a dead zone.
+    pub flat: Vec<String>,
 }
 
 /// One run, ready to start.

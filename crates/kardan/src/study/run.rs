@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::accuracy::{self, Others};
 use super::analyze::analyze_variant;
+use super::backwards::backwards;
 use super::design::designed;
 use super::figure::figures_of;
 use super::kept::frozen_variant;
@@ -416,6 +417,7 @@ pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result:
     notes.extend(variant.start_notes.iter().cloned());
     notes.extend(sharing_notes(&variant.reduced));
     notes.extend(left_tables(&variant.reduced, &result.series));
+    notes.extend(backwards(&variant.model, &result.series));
     notes.extend(of_figures);
     for Judged { result, note } in judged {
         requirements.push(result);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use kardan_rt::Health;
 
-use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, Seen, SynthesisError};
+use super::{Block, Clock, ExactLoop, Kept, Law, LinearLaw, Plant, Reference, Seen, SynthesisError};
 use crate::analysis::OutputSignal;
 use crate::element::Values;
 use crate::names::{SignalName, carrier};
@@ -192,6 +192,10 @@ impl Law for Around {
 
     fn clock(&self) -> Option<Clock> {
         self.law.clock()
+    }
+
+    fn keeps(&self) -> Kept {
+        self.law.keeps()
     }
 
     fn exact(&self) -> Option<ExactLoop> {

@@ -18,7 +18,10 @@ use crate::results::{ControllerData, DataMatrix, Design, Physical, ReadSignal};
 enum Comes {
     Angle(usize),
     Speed(usize),
+    /// The last good reading of a sensor.
     Reading(usize),
+    /// What it gives, a number or none.
+    AsRead(usize),
     Reference(usize),
     Time,
 }
@@ -107,12 +110,15 @@ impl TaskLaw {
                     references.push(Reference { name: name.clone(), physical, description });
                     Comes::Reference(references.len() - 1)
                 }
-                Read::Sensor(name) => {
-                    let known = reduced.equations.sensors.iter().find(|(other, _)| other == name);
-                    let (_, sensor) = known.expect("a task reads sensors of its model");
-                    sensors.push(OutputSignal { name: name.clone(), measured: sensor.measured.clone() });
-                    ideal.push(Ideal::new(&sensor.measured, reduced));
-                    Comes::Reading(sensors.len() - 1)
+                Read::Sensor(name) | Read::AsRead(name) => {
+                    let number = sensors.iter().position(|known| known.name == *name).unwrap_or_else(|| {
+                        let known = reduced.equations.sensors.iter().find(|(other, _)| other == name);
+                        let (_, sensor) = known.expect("a task reads sensors of its model");
+                        sensors.push(OutputSignal { name: name.clone(), measured: sensor.measured.clone() });
+                        ideal.push(Ideal::new(&sensor.measured, reduced));
+                        sensors.len() - 1
+                    });
+                    if matches!(read, Read::Sensor(_)) { Comes::Reading(number) } else { Comes::AsRead(number) }
                 }
             });
         }
@@ -171,16 +177,19 @@ impl TaskLaw {
         };
         let angles = |k: usize| match self.comes[k] {
             Comes::Angle(shaft) => vec![(shaft, 1.0)],
-            Comes::Reading(sensor) => self.ideal[sensor].angles.clone(),
+            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].angles.clone(),
             _ => Vec::new(),
         };
         let speeds = |k: usize| match self.comes[k] {
             Comes::Speed(shaft) => vec![(shaft, 1.0)],
-            Comes::Reading(sensor) => self.ideal[sensor].speeds.clone(),
+            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].speeds.clone(),
             _ => Vec::new(),
         };
         let references = |k: usize| if let Comes::Reference(k) = self.comes[k] { vec![(k, 1.0)] } else { Vec::new() };
-        let errors = |k: usize| if let Comes::Reading(k) = self.comes[k] { vec![(k, 1.0)] } else { Vec::new() };
+        let errors = |k: usize| match self.comes[k] {
+            Comes::Reading(k) | Comes::AsRead(k) => vec![(k, 1.0)],
+            _ => Vec::new(),
+        };
         let remembered = |first: usize, rows: usize| Matrix::from_fn(rows, states, |i, j| slopes[reads + j][first + i]);
         let (shafts, known, sensors) = (self.shafts, self.references.len(), self.sensors.len());
         LinearLaw {
@@ -205,7 +214,7 @@ impl TaskLaw {
         let value = |k: usize| match self.comes[k] {
             Comes::Angle(shaft) => seen.angles[shaft],
             Comes::Speed(shaft) => seen.speeds[shaft],
-            Comes::Reading(sensor) => self.ideal[sensor].read(seen),
+            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].read(seen),
             Comes::Reference(reference) => seen.references[reference],
             Comes::Time => seen.time,
         };
@@ -233,6 +242,7 @@ impl TaskLaw {
             ideal: self.ideal.clone(),
             answers: vec![0.0; self.answers.len()],
             next: vec![0.0; self.task.memory.len()],
+            good: vec![f64::NAN; self.sensors.len()],
             sampled: self.clock.is_some(),
             kept: 0,
             bad_readings: 0,
@@ -254,6 +264,8 @@ struct TaskBlock<T> {
     /// The last good answers, and what is remembered next.
     answers: Vec<f64>,
     next: Vec<f64>,
+    /// The last good readings; no numbers before the first.
+    good: Vec<f64>,
     sampled: bool,
     /// Answers and entries that were kept at the last sample.
     kept: usize,
@@ -262,12 +274,16 @@ struct TaskBlock<T> {
 
 impl<T: Float> TaskBlock<T> {
     fn evaluate(&mut self, seen: Seen<'_>) {
+        let good = self.good.iter_mut().zip(seen.readings).filter(|(_, reading)| reading.is_finite());
+        good.for_each(|(good, reading)| *good = *reading);
         for (place, comes) in self.memory.iter_mut().zip(&self.comes) {
             *place = T::from_f64(match *comes {
                 Comes::Angle(k) => seen.angles[k],
                 Comes::Speed(k) => seen.speeds[k],
                 // At every instant sensors are ideal.
-                Comes::Reading(k) => seen.readings.get(k).copied().unwrap_or_else(|| self.ideal[k].read(&seen)),
+                Comes::Reading(k) | Comes::AsRead(k) if seen.readings.is_empty() => self.ideal[k].read(&seen),
+                Comes::Reading(k) => self.good[k],
+                Comes::AsRead(k) => seen.readings[k],
                 Comes::Reference(k) => seen.references[k],
                 Comes::Time => seen.time,
             });
@@ -323,6 +339,7 @@ impl<T: Float> Block for TaskBlock<T> {
 
     fn keep(&mut self, keeper: &mut Keeper<'_>) {
         keeper.numbers(&mut self.answers);
+        keeper.numbers(&mut self.good);
         keeper.count(&mut self.kept);
         keeper.count(&mut self.bad_readings);
     }

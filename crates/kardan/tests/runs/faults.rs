@@ -99,6 +99,8 @@ fn sensors_that_read_something_else() {
             let time = f64::from(k) / 100.0;
             let expected = if (0.5..0.7).contains(&time) { expected(time) } else { time };
             assert!((at(&run, "seen", time) - expected).abs() < 1e-9, "{kind} at {time} s");
+            // The results have what the sensor gives, not what would be true.
+            assert!((at(&run, "enc.phi", time) - expected).abs() < 1e-9, "{kind} at {time} s");
         }
     }
     // Of 20 samples of noise the sum of squares is χ² of 20: between 5.9 and 45.3 but for one in a thousand at each end.
@@ -107,6 +109,59 @@ fn sensors_that_read_something_else() {
     let squares: f64 = (50..70).map(|k| error(k) * error(k)).sum();
     assert!((5.9..45.3).contains(&squares), "{squares}");
     assert!((0..50).chain(70..100).all(|k| error(k).abs() < 1e-8));
+}
+
+/// A lost sensor is one that is stuck, for blocks that bound what they read and for a law, but for a monitor, which sees that there is no number.
+#[test]
+fn a_lost_sensor_is_held_by_all_but_monitors() {
+    let run = |kind: &str, law: &str| {
+        let source = format!(
+            "[shaft.a]\ninertia = \"0.01 kg m^2\"\ndamping = \"0.1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n\
+             [sensor.enc]\nmeasures = \"angle\"\nshaft = \"a\"\nlines = 1000\n\
+             [block.sat]\nkind = \"saturation\"\ninput = \"10 N m/rad * (0.1 rad - enc)\"\nhigh = \"2 N m\"\nsample_time = \"1 ms\"\n\
+             [block.alarm]\nkind = \"monitor\"\nresidual = \"enc - 0.1 rad\"\nthreshold = \"1 rad\"\ndebounce = \"3 ms\"\nsample_time = \"1 ms\"\n\
+             [block.mode]\nkind = \"state_machine\"\nstates = [\"on\", \"off\"]\nsample_time = \"1 ms\"\n\
+             transitions = [{{ from = \"on\", to = \"off\", when = \"enc > 0.2 rad or enc < -1 rad\" }}]\n\
+             [control.c]\nlaw = \"program\"\ncommands = {{ m = \"{law}\" }}\nsample_time = \"1 ms\"\n\
+             [scenario]\nduration = \"0.6 s\"\n\
+             [[scenario.fault]]\nsensor = \"enc\"\nkind = \"{kind}\"\nat = \"0.05 s\"\n"
+        );
+        run_by(&source, Method::Taylor, Some(1e-9))
+    };
+    for law in ["sat", "max(-2 N m, min(2 N m, 10 N m/rad * (0.1 rad - enc)))", "if(enc < 0.05 rad, 0.4 N m, -0.1 N m)"]
+    {
+        let (lost, stuck) = (run("lost", law), run("stuck", law));
+        for name in ["a.phi", "m.tau", "enc.phi", "sat", "mode.off"] {
+            let of = |run: &Run| run.series.signal(name).expect("a signal").values.clone();
+            assert_eq!(of(&lost), of(&stuck), "{law}: {name}");
+        }
+        let alarms =
+            |run: &Run| run.series.signal("alarm").expect("a signal").values.iter().filter(|x| **x > 0.5).count();
+        assert!(alarms(&lost) > 500 && alarms(&stuck) == 0, "{law}");
+        assert!(
+            (at(&lost, "alarm", 0.051) - 0.0).abs() < 1e-12 && (at(&lost, "alarm", 0.054) - 1.0).abs() < 1e-12,
+            "{law}"
+        );
+        assert!(lost.notes.iter().any(|note| note.contains("the last good one was held")), "{:?}", lost.notes);
+    }
+}
+
+/// A program has no estimate: what it cannot compute is told as that, with a delay of its commands too.
+#[test]
+fn a_program_without_a_number_is_told() {
+    for delay in ["", "delay = \"1 ms\"\n"] {
+        let source = format!(
+            "[shaft.a]\ninertia = \"0.01 kg m^2\"\ndamping = \"0.5 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n[control.c]\nlaw = \"program\"\n\
+             commands = {{ m = \"1 N m * ln(a.phi / (1 rad) - 0.1)\" }}\nsample_time = \"1 ms\"\n{delay}[scenario]\nduration = \"0.02 s\"\n"
+        );
+        let run = run_by(&source, Method::Taylor, Some(1e-9));
+        assert!(
+            run.notes.iter().any(|note| note.contains("something that is answered or remembered was no number")),
+            "{:?}",
+            run.notes
+        );
+        assert!(run.notes.iter().all(|note| !note.contains("estimate")), "{:?}", run.notes);
+    }
 }
 
 /// A unit that commands 1 N m/s times the time, and as much as it has counted since its start, at 100 Hz.

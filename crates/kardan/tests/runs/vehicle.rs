@@ -184,6 +184,20 @@ fn a_car_drives_off_from_standstill() {
     assert!(last(&run, "car.x") > 90.0 && last(&run, "car.yaw_rate").abs() < 2.0);
 }
 
+/// A car whose speed falls below zero in a run is told, from when on; one that stops is not.
+#[test]
+fn a_car_that_drives_backwards_is_told() {
+    let notes = |speed: &str| {
+        let keys = format!("{}\nrelaxation_length = \"0.5 m\"", plain(speed));
+        by(&car("0.01 rad * t / 1 s", &keys, "[scenario]\nduration = \"2.5 s\"\noutput_step = \"10 ms\"\n"), 1e-9).notes
+    };
+    let told = notes("2 m/s - 1 m/s^2 * t");
+    let note = told.iter().find(|note| note.contains("drives backwards")).unwrap_or_else(|| panic!("{told:?}"));
+    assert!(note.starts_with("`car` drives backwards from 2.0100 s on, at up to 0.5000 m/s"), "{note}");
+    let stops = notes("max(0 m/s, 2 m/s - 1 m/s^2 * t)");
+    assert!(stops.iter().all(|note| !note.contains("backwards")), "{stops:?}");
+}
+
 /// The model of the page on cars runs, and its requirement holds.
 #[test]
 fn the_page_runs() {

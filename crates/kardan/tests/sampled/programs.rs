@@ -108,3 +108,23 @@ fn poles_of_an_observer_and_of_its_law_are_those_of_the_map() {
         assert!((found - expected).abs() < tolerance, "{found} for {expected}");
     }
 }
+
+/// A block that stands at its limit where the loop is linearised passes nothing on there: the design says so, and names it; within its limits it does not.
+#[test]
+fn a_block_at_its_limit_is_told() {
+    let warnings = |wanted: &str| {
+        let source = format!(
+            "{PLANT}[control.loop]\nlaw = \"program\"\ncommands = {{ m = \"sat\" }}\nsample_time = \"1 ms\"\ndelay = \"1 ms\"\n\
+             [block.sat]\nkind = \"saturation\"\ninput = \"0.1 N m/rad * ({wanted} - enc)\"\nhigh = \"0.1 N m\"\nsample_time = \"1 ms\"\n"
+        );
+        let found = Project::open(&source).design(&DesignSettings::default(), &Silent);
+        found.unwrap_or_else(|told| panic!("{told:#?}\n{source}")).warnings
+    };
+    let at_limit = warnings("2 rad");
+    assert!(
+        at_limit.iter().any(|told| told.contains("`sat` passes nothing on where the loop is linearised")),
+        "{at_limit:?}"
+    );
+    let within = warnings("0.5 rad");
+    assert!(within.iter().all(|told| !told.contains("passes nothing on")), "{within:?}");
+}

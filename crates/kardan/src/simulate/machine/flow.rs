@@ -57,7 +57,7 @@ impl Flow {
                 Read::Rate(name) => motion.speeds[coordinate(name)],
                 Read::Time => motion.time(),
                 Read::Source(_) => sources[*reads.next().expect("a number for each")],
-                Read::Sensor(name) => measured(motion, reduced, name),
+                Read::Sensor(name) | Read::AsRead(name) => measured(motion, reduced, name),
             };
             known.push((*symbol, value));
         }

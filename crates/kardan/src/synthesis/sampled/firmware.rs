@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::analysis::OutputSignal;
 use crate::results::Design;
-use crate::synthesis::{Block, Clock, ExactLoop, Law, LinearLaw, Reference};
+use crate::synthesis::{Block, Clock, ExactLoop, Kept, Law, LinearLaw, Reference};
 
 /// A law as it runs at a sample time; `None` if its numbers overflow there, or if it is for another sample time.
 ///
@@ -68,6 +68,10 @@ impl Law for Sampled {
 
     fn linear_at(&self, position: &[f64], _: Option<Clock>) -> Option<LinearLaw> {
         self.law.linear_at(position, Some(self.clock))
+    }
+
+    fn keeps(&self) -> Kept {
+        self.law.keeps()
     }
 
     fn exact(&self) -> Option<ExactLoop> {
