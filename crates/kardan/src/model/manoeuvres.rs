@@ -10,7 +10,7 @@ use super::parameters::{REMOVE_TOLERANCE, refuse_tolerances};
 use super::parse::{Node, table};
 use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
-use crate::manoeuvre::{self, COMMON, Given, Made, Manoeuvre, ManoeuvreKind, Need, Path};
+use crate::manoeuvre::{self, COMMON, Cones, Given, Made, Manoeuvre, ManoeuvreKind, Need, Path};
 use crate::names::{SignalName, unknown_name};
 use crate::schema::{Keys, Placed, Table, Value};
 
@@ -137,6 +137,11 @@ pub(super) fn with_manoeuvres(entries: &Entries) -> Cow<'_, Entries> {
     steer(&all, &mut out);
     shared(&all, &mut out);
     Cow::Owned(out)
+}
+
+/// The cones that cars must be through.
+pub(super) fn cones(entries: &Entries) -> Vec<Cones> {
+    driven(entries).into_iter().filter_map(|one| one.made.cones).collect()
 }
 
 /// `[path.NAME]` as tables.

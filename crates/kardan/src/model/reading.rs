@@ -7,7 +7,9 @@ use super::composites::with_parts;
 use super::document::{BlockTable, Control, Document, Doubts, Instance, Parameter, SignalTable};
 use super::examples::example_of;
 use super::keys::named_keys;
-use super::manoeuvres::{check_drivers, check_manoeuvres, leave_made_out, unfollowed_manoeuvres, with_manoeuvres};
+use super::manoeuvres::{
+    check_drivers, check_manoeuvres, cones, leave_made_out, unfollowed_manoeuvres, with_manoeuvres,
+};
 use super::parameters::{
     REMOVE_TOLERANCE, follow, implicit_parameters, implicit_within, read_parameters, refuse_tolerances,
 };
@@ -148,6 +150,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     read_blocks(&root, &mut document, &mut study);
     read_tables(&root, &mut document, &mut out);
     read_manoeuvres(&root, &tables, &mut document, (&mut out, &mut study));
+    document.cones = cones(given);
     check_drivers(&mut document, &mut out);
     check_unique(&document, &mut out);
     check_named_controls(&document, &mut study);

@@ -405,7 +405,7 @@ pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result:
     let completed = result.outcome == Outcome::Completed;
     let ran = Ran { strains: &result.strains, events: &result.events, completed };
     let told = (variant.name.as_str(), &result.series, &ran);
-    let (figures, of_figures) = figures_of(&prepared.figures, &variant.computed.parameters, told);
+    let (figures, of_figures) = figures_of(&prepared.figures, &variant.computed, told);
     let judged: Vec<Judged> = prepared
         .requirements
         .iter()
