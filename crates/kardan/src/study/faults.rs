@@ -206,7 +206,7 @@ impl<'a> Reader<'a, '_> {
     fn amount(&self, kind: &str, expected: (Dimension, Sign), out: &mut Vec<Diagnostic>) -> Option<f64> {
         if !self.table.values.contains_key("by") && !self.table.unread.contains(&"by") {
             let message = format!("{}: `{kind}` needs the key `by`", self.what);
-            let help = format!("write how much: `by = \"{}\"`", expected.0.example());
+            let help = format!("write how much: `by = {}`", expected.0.example());
             let place = TableReader::place(self.table, "kind");
             out.push(Diagnostic::error("key::missing", message).at(place, "`by` is missing").help(help));
             return None;
