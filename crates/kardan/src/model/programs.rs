@@ -1,7 +1,7 @@
 //! Blocks and what they read, put together to tasks: names looked up, units checked, in the order in which they compute.
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use super::document::{BlockTable, Document, SignalTable};
@@ -715,6 +715,23 @@ impl Blocks<'_, '_, '_> {
     }
 }
 
+/// The names in all expressions of a value.
+fn names_in(value: &Value, out: &mut BTreeSet<String>) {
+    let mut read = |scalar: &Scalar| {
+        if let Scalar::Expression(read) = scalar {
+            out.extend(read.names().into_iter().map(String::from));
+        }
+    };
+    match value {
+        Value::Scalar(scalar) => read(scalar),
+        Value::Map(entries) => entries.iter().for_each(|(_, scalar)| read(&scalar.value)),
+        Value::Tables(tables) => {
+            tables.iter().flat_map(|table| table.values.values()).for_each(|found| names_in(&found.value, out));
+        }
+        _ => {}
+    }
+}
+
 /// What breaks a circle.
 const BREAK_CIRCLE: &str =
     "put a `delay` or a forward `integrator` into it: what they answer does not follow from their input at once";
@@ -799,15 +816,8 @@ impl<'a> Blocks<'a, '_, '_> {
                 };
                 let Some(next) = all.iter().position(|(_, name, _)| *name == next) else { continue };
                 if let Some(first) = open.iter().position(|(k, _)| *k == next) {
-                    let names = open[first..].iter().map(|(k, _)| all[*k].1.as_str());
-                    let circle: Vec<&str> = names.chain([all[next].1.as_str()]).collect();
-                    let message =
-                        format!("blocks follow from each other at the same sample: {}", circle.join(" from "));
-                    let found = self.document.blocks.iter().find(|block| block.name == all[next].0);
-                    let mistake = Diagnostic::error("block::circle", message);
-                    let mistake =
-                        found.into_iter().fold(mistake, |told, block| told.at(block.place.clone(), "in a circle"));
-                    out.push(mistake.help(BREAK_CIRCLE));
+                    let circle = open[first..].iter().map(|(k, _)| (all[*k].0, all[*k].1.as_str()));
+                    out.push(self.circle(&circle.collect::<Vec<_>>()));
                     return None;
                 }
                 if !order.contains(&next) {
@@ -816,6 +826,45 @@ impl<'a> Blocks<'a, '_, '_> {
             }
         }
         Some(order.into_iter().map(|k| (all[k].0, all[k].1.clone())).collect())
+    }
+
+    /// What is wrong with answers of blocks that follow from each other at once, with the signals between them.
+    fn circle(&self, answers: &[(&str, &str)]) -> Diagnostic {
+        let mut names: Vec<&str> = Vec::new();
+        for (k, (block, answer)) in answers.iter().enumerate() {
+            names.push(answer);
+            names.extend(self.signals_between(block, answers[(k + 1) % answers.len()].1));
+        }
+        names.extend(answers.first().map(|(_, answer)| *answer));
+        let message = format!("blocks follow from each other at the same sample: {}", names.join(" from "));
+        let found =
+            self.document.blocks.iter().find(|block| answers.first().is_some_and(|(own, _)| block.name == *own));
+        let mistake = Diagnostic::error("block::circle", message);
+        let mistake = found.into_iter().fold(mistake, |told, block| told.at(block.place.clone(), "in a circle"));
+        mistake.help(BREAK_CIRCLE)
+    }
+
+    /// The signals by way of which a block reads an answer, by the shortest way; none where it names it itself.
+    fn signals_between(&self, block: &str, answer: &str) -> Vec<&'a str> {
+        let Some(block) = self.document.blocks.iter().find(|other| other.name == block) else { return Vec::new() };
+        let mut ways: VecDeque<(Vec<&'a str>, BTreeSet<String>)> = VecDeque::new();
+        let mut first = BTreeSet::new();
+        block.table.values.values().for_each(|found| names_in(&found.value, &mut first));
+        ways.push_back((Vec::new(), first));
+        let mut seen: BTreeSet<&'a str> = BTreeSet::new();
+        while let Some((way, names)) = ways.pop_front() {
+            if names.contains(answer) {
+                return way;
+            }
+            for signal in self.document.signals.iter().filter(|signal| names.contains(&signal.name)) {
+                let Some(written) = self.document.program_of(signal).filter(|_| seen.insert(&signal.name)) else {
+                    continue;
+                };
+                let own = written.value.names().into_iter().map(String::from).collect();
+                ways.push_back((way.iter().copied().chain([signal.name.as_str()]).collect(), own));
+            }
+        }
+        Vec::new()
     }
 
     /// The blocks of one sample time, those in order, with what they read of others as from outside.

@@ -432,6 +432,12 @@ fn mistakes_of_blocks_are_told() {
             "blocks follow from each other at the same sample: a from b from a",
         ),
         (
+            "[block.a]\nkind = \"gain\"\ninput = \"y\"\ngain = 2\nunit = \"rad\"\nsample_time = \"1 ms\"\n\
+             [signal.y]\nkind = \"expression\"\nvalue = \"z + 1 rad * b\"\n[signal.z]\nkind = \"expression\"\nvalue = \"a * 0.5\"\n\
+             [block.b]\nkind = \"gain\"\ninput = \"3 * u\"\ngain = 1\nsample_time = \"1 ms\"\n",
+            "blocks follow from each other at the same sample: a from y from z from a",
+        ),
+        (
             "[block.a]\nkind = \"gain\"\ninput = \"a\"\ngain = 2\nsample_time = \"1 ms\"\n",
             "`input` of block `a`: `a` follows from itself, so its unit is not known",
         ),
