@@ -297,6 +297,24 @@ fn a_run_that_ends_between_the_cones_passes_nothing() {
     }
 }
 
+/// What a weave measures are means over whole waves: a part of one is refused.
+#[test]
+fn a_weave_has_whole_waves() {
+    let told = |periods: &str| {
+        let weave = format!("[manoeuvre.on_centre]\nkind = \"weave\"\namplitude = \"15 deg\"\nperiods = {periods}\n");
+        Project::open(format!("{CAR}{ROBOT}{weave}")).mistakes().to_vec()
+    };
+    for periods in ["2", "3.0", "\"4\""] {
+        assert!(told(periods).iter().all(|one| one.code != "manoeuvre::periods"), "{periods}: {:?}", told(periods));
+    }
+    for (periods, help) in [("2.5", "periods = 3"), ("0.5", "periods = 1"), ("\"2.5\"", "periods = 3")] {
+        let all = told(periods);
+        let found = all.iter().find(|one| one.code == "manoeuvre::periods").unwrap_or_else(|| panic!("{all:?}"));
+        assert!(found.message.starts_with("manoeuvre `on_centre`: `periods` is"), "{found:?}");
+        assert!(found.help.as_ref().is_some_and(|text| text.contains(help)) && !found.labels.is_empty(), "{found:?}");
+    }
+}
+
 /// Lanes of both parts: middles, widths and offsets as the standard has them, for a car of 2 m.
 #[test]
 fn lanes_have_the_sizes_of_the_standard() {
