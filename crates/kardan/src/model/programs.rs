@@ -289,6 +289,9 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         if errors(out) > before {
             return None;
         }
+        if kind.keyword == "transfer_function" {
+            warn_of_growth(&values, table, &what, out);
+        }
         let lists = self.lists(table, out);
         // What is known of it already may be read by what it reads.
         let mut own = Vec::new();
@@ -713,6 +716,19 @@ impl Blocks<'_, '_, '_> {
             overlaps::check(&format!("block `{}`", shortened(name)), (states, guards), (&graph, &known), out);
         }
     }
+}
+
+/// Warns of a transfer function whose answer grows without end.
+fn warn_of_growth(values: &Values, table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
+    let poles = values.poles("poles").unwrap_or_default();
+    let Some((real, imaginary)) = poles.iter().find(|(real, _)| real.signum() > 0) else { return };
+    let beside = if imaginary.is_zero() { String::new() } else { format!(" ± {}j", imaginary.to_f64().abs()) };
+    let message = format!(
+        "{what}: its pole at {}{beside} 1/s has a real part above zero: what it answers grows without end, whatever it reads",
+        real.to_f64()
+    );
+    let told = Diagnostic::warning("block::unstable", message).at(TableReader::place(table, "poles"), "grows");
+    out.push(told.help("check the sign: what decays has negative poles; leave it where a loop around it holds it"));
 }
 
 /// The names in all expressions of a value.
