@@ -6,13 +6,14 @@ use std::sync::Arc;
 
 use super::document::{BlockTable, Document, SignalTable};
 use super::functions::Functions;
+use super::monitors::{self, WrittenMonitor};
 use super::overlaps::{self, Known, WrittenGuard};
 use super::table_reader::TableReader;
 use crate::block::{BlockKind, Expressions, Guard, List, Wiring};
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::element::{Mistake, Values};
 use crate::entries::Place;
-use crate::expr::{Expr, Floating, Graph, Lookup, Named, OfTime, Symbol, Traced, lower};
+use crate::expr::{Expr, Floating, Graph, Interval, Lookup, Named, OfTime, Symbol, Traced, lower};
 use crate::names::SignalName;
 use crate::num::Rational;
 use crate::program::{Entry, Lists, Read, Step, Task, TaskAnswer};
@@ -102,6 +103,7 @@ pub(crate) struct Blocks<'a, 'd, 'f> {
     used_functions: Vec<(String, Arc<OfTime>)>,
     /// Machines, with their states and transitions.
     machines: Vec<(&'a str, Vec<String>, Vec<WrittenGuard>)>,
+    monitors: Vec<WrittenMonitor>,
 }
 
 fn errors(out: &[Diagnostic]) -> usize {
@@ -150,6 +152,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             open: Vec::new(),
             used_functions: Vec::new(),
             machines: Vec::new(),
+            monitors: Vec::new(),
         }
     }
 
@@ -186,6 +189,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             return nothing;
         }
         self.check_transitions(out);
+        self.check_monitors(&order, out);
         let mut periods: Vec<Option<Exact>> = self.made.values().flatten().map(|made| made.period.clone()).collect();
         periods.sort_by_key(|period| period.as_ref().map(Exact::to_rational));
         periods.dedup();
@@ -310,6 +314,9 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let mut reads = BTreeSet::new();
         let given = self.given(table, &what, &mut reads, out)?;
         let guards = self.guards(table, &values, &what, &mut reads, out)?;
+        if kind.keyword == "monitor" {
+            self.watch(name, table, &given);
+        }
         let called = match values.word("table").filter(|_| kind.keyword == "table") {
             Some(name) => self.functions.table_of(name, out),
             None => None,
@@ -328,6 +335,14 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 None
             }
         }
+    }
+
+    /// Takes down what a monitor compares.
+    fn watch(&mut self, name: &str, table: &Table, given: &Given) {
+        let of = |key: &str| given.iter().find(|(other, ..)| *other == key).map(|(_, _, found)| *found);
+        let (Some((residual, _)), Some((threshold, _))) = (of("residual"), of("threshold")) else { return };
+        let place = TableReader::place(table, "threshold");
+        self.monitors.push(WrittenMonitor { name: name.to_string(), residual, threshold, place });
     }
 
     /// The keys of a block that are expressions; nothing if one has a mistake, which was told.
@@ -694,9 +709,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
 }
 
 impl Blocks<'_, '_, '_> {
-    /// Warns of transitions that overlap, and of those that are never taken.
-    fn check_transitions(&self, out: &mut Vec<Diagnostic>) {
-        let graph = self.graph.borrow();
+    /// What is known of the answers of monitors and machines.
+    fn known(&self, graph: &Graph) -> Known {
         let symbol = |name: &str| self.answers.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
         let mut known = Known::default();
         let mut one_of = |names: Vec<String>| {
@@ -712,8 +726,54 @@ impl Blocks<'_, '_, '_> {
         }
         let counts = self.machines.iter().flat_map(|(name, ..)| [outside_name(name, "since"), outside_name(name, "")]);
         known.not_negative.extend(counts.filter_map(|name| symbol(&name)));
+        known
+    }
+
+    /// Warns of transitions that overlap, and of those that are never taken.
+    fn check_transitions(&self, out: &mut Vec<Diagnostic>) {
+        let graph = self.graph.borrow();
+        let known = self.known(&graph);
         for (name, states, guards) in &self.machines {
             overlaps::check(&format!("block `{}`", shortened(name)), (states, guards), (&graph, &known), out);
+        }
+    }
+}
+
+impl<'a> Blocks<'a, '_, '_> {
+    /// What is known of answers by what they are: alarms and states from 0 to 1, counts from 0 on.
+    fn known_bounds(&self) -> BTreeMap<String, Interval> {
+        let mut out = BTreeMap::new();
+        let to = |high: f64| Interval { low: 0.0, high };
+        out.extend(self.monitors.iter().map(|monitor| (monitor.name.clone(), to(1.0))));
+        for (name, states, _) in &self.machines {
+            out.extend(states.iter().map(|state| (outside_name(name, state), to(1.0))));
+            out.insert(outside_name(name, ""), to(states.len() as f64 - 1.0));
+            out.insert(outside_name(name, "since"), to(f64::INFINITY));
+        }
+        out
+    }
+
+    /// Warns of monitors that never or always tell of something, with the answers of blocks written out.
+    fn check_monitors(&self, order: &[(&'a str, String)], out: &mut Vec<Diagnostic>) {
+        let mut graph = self.graph.borrow().clone();
+        let own = self.known_bounds();
+        let symbol = |name: &str| self.answers.get(name).and_then(|(expr, _)| self.graph.borrow().symbol_of(*expr));
+        let bounds: Vec<(Symbol, Interval)> =
+            own.iter().filter_map(|(name, bound)| Some((symbol(name)?, *bound))).collect();
+        let mut values: Vec<(Symbol, Expr)> = Vec::new();
+        for (block, outside) in order.iter().filter(|(_, outside)| !own.contains_key(outside)) {
+            let answers = self.made.get(block).and_then(Option::as_ref).map_or(&[][..], |made| &made.answers);
+            let answer = answers.iter().find(|(name, ..)| outside_name(block, name) == *outside);
+            let (Some((_, value, _)), Some(symbol)) = (answer, symbol(outside)) else { continue };
+            let value = graph.substitute(&[*value], &values)[0];
+            values.push((symbol, value));
+        }
+        let known = self.known(&graph);
+        for monitor in &self.monitors {
+            let what = format!("block `{}`", shortened(&monitor.name));
+            let compared = graph.substitute(&[monitor.residual, monitor.threshold], &values);
+            let [residual, threshold] = compared[..] else { continue };
+            monitors::check(&what, (monitor, [residual, threshold]), graph.clone(), (&bounds, &known), out);
         }
     }
 }

@@ -10,6 +10,7 @@ mod checks;
 mod circuit;
 mod computed;
 mod coupling;
+mod debounce;
 mod descriptor;
 mod design;
 mod effort;
