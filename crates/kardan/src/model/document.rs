@@ -172,6 +172,8 @@ pub struct Document {
     pub elements: Vec<Instance>,
     /// All controllers.
     pub controls: Vec<Control>,
+    /// Names of the tables of lanes, which manoeuvres and paths make.
+    pub lanes: BTreeSet<String>,
     /// Cones of manoeuvres.
     pub cones: Vec<Cones>,
     /// `[scenario]`

@@ -144,6 +144,15 @@ pub(super) fn cones(entries: &Entries) -> Vec<Cones> {
     driven(entries).into_iter().filter_map(|one| one.made.cones).collect()
 }
 
+/// The names of the tables that manoeuvres and paths make.
+pub(super) fn lanes(entries: &Entries) -> BTreeSet<String> {
+    let mut made = Entries::default();
+    paths(entries, &mut made);
+    let of_paths = made.table("table").into_iter().flat_map(Entries::iter).map(|found| found.key.clone());
+    let of_manoeuvres = driven(entries).into_iter().flat_map(|one| one.made.tables);
+    of_manoeuvres.filter(|(group, ..)| *group == "table").map(|(_, name, _)| name).chain(of_paths).collect()
+}
+
 /// `[path.NAME]` as tables.
 fn paths(entries: &Entries, out: &mut Entries) {
     for found in entries.table("path").into_iter().flat_map(Entries::iter) {

@@ -16,7 +16,7 @@ use crate::entries::Place;
 use crate::expr::{Expr, Floating, Graph, Interval, Lookup, Named, OfTime, Symbol, Traced, lower};
 use crate::names::SignalName;
 use crate::num::Rational;
-use crate::program::{Entry, Lists, Read, Step, Task, TaskAnswer};
+use crate::program::{Entry, Lists, Read, Step, TableCall, TableCalls, Task, TaskAnswer};
 use crate::schema::{Kind, Placed, Scalar, Table, Value};
 use crate::units::{Dimension, Exact, Expression, UnitError, shown_quantity};
 
@@ -29,6 +29,8 @@ pub struct Programs {
     pub functions: Vec<(String, Arc<OfTime>)>,
     /// What sampled laws tell that tasks read, by name: `column.rk.disturbance`.
     pub told: Vec<(String, Dimension)>,
+    /// Tables that are read.
+    pub calls: TableCalls,
     /// One has a mistake, or names what has one, which was told: what they compute is not known.
     pub broken: bool,
 }
@@ -104,6 +106,7 @@ pub(crate) struct Blocks<'a, 'd, 'f> {
     /// Machines, with their states and transitions.
     machines: Vec<(&'a str, Vec<String>, Vec<WrittenGuard>)>,
     monitors: Vec<WrittenMonitor>,
+    calls: Vec<TableCall>,
 }
 
 fn errors(out: &[Diagnostic]) -> usize {
@@ -153,6 +156,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             used_functions: Vec::new(),
             machines: Vec::new(),
             monitors: Vec::new(),
+            calls: Vec::new(),
         }
     }
 
@@ -200,7 +204,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         });
         let of_laws = of_laws.collect();
         let functions = std::mem::take(&mut self.used_functions);
-        (Programs { tasks, functions, told: self.told(), broken: false }, of_laws)
+        let calls = TableCalls { graph: self.graph.borrow().clone(), list: std::mem::take(&mut self.calls) };
+        (Programs { tasks, functions, told: self.told(), calls, broken: false }, of_laws)
     }
 
     /// What was read of sampled laws, sorted.
@@ -321,6 +326,12 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             Some(name) => self.functions.table_of(name, out),
             None => None,
         };
+        if let Some(name) = values.word("table").filter(|_| called.is_some()) {
+            let inputs = ["input", "input_2"].into_iter();
+            let at = inputs.filter_map(|key| given.iter().find(|(other, ..)| *other == key)).map(|(_, _, (at, _))| *at);
+            let at = at.collect();
+            self.reads_table(name, called.clone(), at);
+        }
         let period = values.exact("sample_time").cloned();
         if kind.keyword == "state_machine" {
             self.machines.push((name, values.words("states").unwrap_or_default().to_vec(), guards.clone()));
@@ -555,11 +566,31 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         };
         let written = self.graph.borrow_mut().written(read, &mut known);
         match written {
-            Ok(found) => Some(found),
+            Ok(found) => {
+                let calls = self.graph.borrow_mut().calls(read, &mut known).unwrap_or_default();
+                for (name, at) in calls {
+                    let table = names.iter().find_map(|(other, named)| match named {
+                        Named::Table(table) if *other == name => Some(Arc::clone(table)),
+                        _ => None,
+                    });
+                    self.reads_table(&name, table, at);
+                }
+                Some(found)
+            }
             Err(error) => {
                 out.push(self.mistake(error, read.text(), (place, what)));
                 None
             }
+        }
+    }
+
+    /// Takes down where a table is read; those of lanes are left beside the road.
+    fn reads_table(&mut self, name: &str, table: Option<Arc<Lookup>>, at: Vec<Expr>) {
+        let Some(table) = table.filter(|_| !self.document.lanes.contains(name)) else { return };
+        let reader = self.open.last().map_or("commands", |open| open).to_string();
+        let known = |call: &TableCall| call.reader == reader && call.name == name && call.at == at;
+        if !self.calls.iter().any(known) {
+            self.calls.push(TableCall { reader, name: name.to_string(), table, at });
         }
     }
 

@@ -8,7 +8,7 @@ use super::document::{BlockTable, Control, Document, Doubts, Instance, Parameter
 use super::examples::example_of;
 use super::keys::named_keys;
 use super::manoeuvres::{
-    check_drivers, check_manoeuvres, cones, leave_made_out, unfollowed_manoeuvres, with_manoeuvres,
+    check_drivers, check_manoeuvres, cones, lanes, leave_made_out, unfollowed_manoeuvres, with_manoeuvres,
 };
 use super::parameters::{
     REMOVE_TOLERANCE, follow, implicit_parameters, implicit_within, read_parameters, refuse_tolerances,
@@ -146,11 +146,11 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     read_controls(&root, &mut document, &mut out);
     read_logs(&root, &mut document, &mut study);
     read_faults(&root, &mut document, &mut study);
+    (document.cones, document.lanes) = (cones(given), lanes(given));
     read_signals(&root, &mut document, &mut study);
     read_blocks(&root, &mut document, &mut study);
     read_tables(&root, &mut document, &mut out);
     read_manoeuvres(&root, &tables, &mut document, (&mut out, &mut study));
-    document.cones = cones(given);
     check_drivers(&mut document, &mut out);
     check_unique(&document, &mut out);
     check_named_controls(&document, &mut study);

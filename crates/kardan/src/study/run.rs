@@ -415,7 +415,7 @@ pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result:
     let (mut notes, mut requirements) = (result.notes, Vec::new());
     notes.extend(variant.start_notes.iter().cloned());
     notes.extend(sharing_notes(&variant.reduced));
-    notes.extend(left_tables(&variant.reduced, &result.series));
+    notes.extend(left_tables(&variant.reduced, &variant.model.programs, &result.series));
     notes.extend(of_figures);
     for Judged { result, note } in judged {
         requirements.push(result);
