@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use crate::expr::{Expr, Graph, Symbol};
+use crate::expr::{Expr, Graph, Lookup, Symbol};
 use crate::plan::{Plan, compile};
 use crate::units::{Dimension, Exact};
 
@@ -31,6 +31,28 @@ impl Read {
             _ => None,
         }
     }
+}
+
+/// A table that a block or a signal reads.
+#[derive(Debug, Clone)]
+pub struct TableCall {
+    /// The block or the signal.
+    pub reader: String,
+    /// The name of the table.
+    pub name: String,
+    /// The table.
+    pub table: Arc<Lookup>,
+    /// Where it is looked up.
+    pub at: Vec<Expr>,
+}
+
+/// The tables that blocks and signals read, with what their arguments stand in.
+#[derive(Debug, Clone, Default)]
+pub struct TableCalls {
+    /// The graph of the arguments: its symbols have the names of what is read.
+    pub graph: Graph,
+    /// The calls.
+    pub list: Vec<TableCall>,
 }
 
 /// What a task remembers from one sample to the next.

@@ -100,6 +100,19 @@ pub struct Given<'a> {
     pub torque: Option<String>,
 }
 
+/// Cones that the car must be through before a figure says anything.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Cones {
+    /// The manoeuvre.
+    pub manoeuvre: String,
+    /// The figure.
+    pub figure: String,
+    /// How far the car has come, an expression of its signals: x of its rear axle.
+    pub reached: String,
+    /// Where the last cones stand, an expression of parameters.
+    pub end: String,
+}
+
 /// What a manoeuvre stands for.
 #[derive(Debug, Clone, Default)]
 pub struct Made {
@@ -117,6 +130,8 @@ pub struct Made {
     pub requirements: Vec<Entries>,
     /// The length of its run, an expression.
     pub duration: Option<String>,
+    /// Its cones.
+    pub cones: Option<Cones>,
 }
 
 /// A name as expressions have it.

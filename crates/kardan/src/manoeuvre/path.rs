@@ -1,6 +1,6 @@
 //! Lanes between cones.
 
-use super::kind::{Given, Made, Need, quoted};
+use super::kind::{Cones, Given, Made, Need, quoted};
 use crate::entries::{Entries, Entry, Written};
 use crate::schema::{Sign, keys};
 use crate::units::Dimension;
@@ -55,9 +55,24 @@ fn curve(points: &[(String, String)], interpolation: &str) -> Entries {
     out
 }
 
+impl Track {
+    fn of(kind: &str) -> Self {
+        if kind == "iso_3888_2" { PART_2 } else { PART_1 }
+    }
+
+    /// Where its sections begin and end, x.
+    fn ends(&self, start: &str) -> Vec<String> {
+        let mut ends = vec![start.to_string()];
+        for length in self.lengths {
+            ends.push(format!("{} + {length}", ends[ends.len() - 1]));
+        }
+        ends
+    }
+}
+
 /// The tables of a path: its middle, smooth, and the limits on both sides, which between two lanes are those of the wider choice.
 pub fn lanes(kind: &str, width: &str, offset: Option<&str>, start: &str, side: &str) -> [(&'static str, Entries); 3] {
-    let track = if kind == "iso_3888_2" { PART_2 } else { PART_1 };
+    let track = Track::of(kind);
     let [first, second, third] = track.widths.map(|text| text.replace('W', width));
     let offset = offset.unwrap_or(track.offset);
     let middle = match kind {
@@ -65,10 +80,7 @@ pub fn lanes(kind: &str, width: &str, offset: Option<&str>, start: &str, side: &
         _ => offset.to_string(),
     };
     let sign = if side == "right" { "-" } else { "" };
-    let mut ends = vec![start.to_string()];
-    for length in track.lengths {
-        ends.push(format!("{} + {length}", ends[ends.len() - 1]));
-    }
+    let ends = track.ends(start);
     let at = |k: usize, y: &str| (ends[k].clone(), y.to_string());
     let second_middle = format!("{sign}{middle}");
     let smooth = [(0, "0 m"), (1, "0 m"), (2, &second_middle), (3, &second_middle), (4, "0 m"), (5, "0 m")];
@@ -134,6 +146,12 @@ pub(super) fn lane_change(given: &Given<'_>, made: &mut Made, kind: &str) {
     let signal = quoted(&signal);
     made.figure(given, "room", &[("signal", &signal), ("measure", "min")]);
     made.criterion(given, "room", ("above", "0 m"));
+    made.cones = Track::of(kind).ends(&start).pop().map(|end| Cones {
+        manoeuvre: given.name.into(),
+        figure: given.own("room"),
+        reached: format!("{x} - {} * cos({heading})", given.of_car("rear_axle")),
+        end,
+    });
     for (name, word) in [("a_y", "a_y"), ("yaw_rate", "yaw_rate")] {
         made.figure(given, name, &[("signal", &given.of_car(word)), ("measure", "max_abs")]);
     }

@@ -7,6 +7,7 @@ use crate::block::BlockKind;
 use crate::element::Element;
 use crate::entries::Place;
 use crate::equations::Domain;
+use crate::manoeuvre::Cones;
 use crate::names::SignalName;
 use crate::schema::{Field, Placed, Scalar, Table, Value};
 use crate::signal::SignalKind;
@@ -171,6 +172,10 @@ pub struct Document {
     pub elements: Vec<Instance>,
     /// All controllers.
     pub controls: Vec<Control>,
+    /// Names of the tables of lanes, which manoeuvres and paths make.
+    pub lanes: BTreeSet<String>,
+    /// Cones of manoeuvres.
+    pub cones: Vec<Cones>,
     /// `[scenario]`
     pub scenario: Table,
     /// `[signal.<name>]`

@@ -10,7 +10,7 @@ use super::parameters::{REMOVE_TOLERANCE, refuse_tolerances};
 use super::parse::{Node, table};
 use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
-use crate::manoeuvre::{self, COMMON, Given, Made, Manoeuvre, ManoeuvreKind, Need, Path};
+use crate::manoeuvre::{self, COMMON, Cones, Given, Made, Manoeuvre, ManoeuvreKind, Need, Path};
 use crate::names::{SignalName, unknown_name};
 use crate::schema::{Keys, Placed, Table, Value};
 
@@ -137,6 +137,20 @@ pub(super) fn with_manoeuvres(entries: &Entries) -> Cow<'_, Entries> {
     steer(&all, &mut out);
     shared(&all, &mut out);
     Cow::Owned(out)
+}
+
+/// The cones that cars must be through.
+pub(super) fn cones(entries: &Entries) -> Vec<Cones> {
+    driven(entries).into_iter().filter_map(|one| one.made.cones).collect()
+}
+
+/// The names of the tables that manoeuvres and paths make.
+pub(super) fn lanes(entries: &Entries) -> BTreeSet<String> {
+    let mut made = Entries::default();
+    paths(entries, &mut made);
+    let of_paths = made.table("table").into_iter().flat_map(Entries::iter).map(|found| found.key.clone());
+    let of_manoeuvres = driven(entries).into_iter().flat_map(|one| one.made.tables);
+    of_manoeuvres.filter(|(group, ..)| *group == "table").map(|(_, name, _)| name).chain(of_paths).collect()
 }
 
 /// `[path.NAME]` as tables.
@@ -271,6 +285,7 @@ pub(super) fn check_manoeuvres(
             let mut read = table(Manoeuvre::FIELDS, &node.clone().like(example_of("manoeuvre")), &what, out);
             refuse_tolerances(&mut read, &what, REMOVE_TOLERANCE, out);
             check_keys(node, kind, &what, out);
+            check_periods(node, &what, out);
             check_car(node, document, &what, out);
             check_brakes(node, document, &what, out);
         }
@@ -333,6 +348,18 @@ fn check_keys(node: &Node<'_>, kind: &'static ManoeuvreKind, what: &str, out: &m
         let mistake = Diagnostic::error("manoeuvre::key", message).at(found.place.clone(), "not used");
         out.push(mistake.help(format!("remove it; beside those that all take, it takes {own}")));
     }
+}
+
+/// Refuses a part of a wave: what is measured are means over whole ones, and a part has passages of one side alone.
+fn check_periods(node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) {
+    let Some(found) = node.table.keyed("periods") else { return };
+    let (Written::Text(text) | Written::Number(text)) = &found.entry.value else { return };
+    let Some(periods) = text.trim().parse::<f64>().ok().filter(|x| x.is_finite() && x.fract() != 0.0) else { return };
+    let message = format!(
+        "{what}: `periods` is {periods}, no whole number of waves: gradients, hystereses and gains are means over whole ones"
+    );
+    let mistake = Diagnostic::error("manoeuvre::periods", message).at(found.entry.place.clone(), "a part of a wave");
+    out.push(mistake.help(format!("write a whole number: `periods = {}`", periods.ceil().max(1.0))));
 }
 
 /// Tells of a manoeuvre without a car.

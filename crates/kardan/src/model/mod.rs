@@ -14,6 +14,7 @@ mod keys;
 mod manoeuvres;
 mod manual;
 mod mechanism;
+mod monitors;
 mod outside;
 mod overlaps;
 mod parameters;

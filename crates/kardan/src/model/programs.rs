@@ -1,21 +1,22 @@
 //! Blocks and what they read, put together to tasks: names looked up, units checked, in the order in which they compute.
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use super::document::{BlockTable, Document, SignalTable};
 use super::functions::Functions;
+use super::monitors::{self, WrittenMonitor};
 use super::overlaps::{self, Known, WrittenGuard};
 use super::table_reader::TableReader;
 use crate::block::{BlockKind, Expressions, Guard, List, Wiring};
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::element::{Mistake, Values};
 use crate::entries::Place;
-use crate::expr::{Expr, Floating, Graph, Lookup, Named, OfTime, Symbol, Traced, lower};
+use crate::expr::{Expr, Floating, Graph, Interval, Lookup, Named, OfTime, Symbol, Traced, lower};
 use crate::names::SignalName;
 use crate::num::Rational;
-use crate::program::{Entry, Lists, Read, Step, Task, TaskAnswer};
+use crate::program::{Entry, Lists, Read, Step, TableCall, TableCalls, Task, TaskAnswer};
 use crate::schema::{Kind, Placed, Scalar, Table, Value};
 use crate::units::{Dimension, Exact, Expression, UnitError, shown_quantity};
 
@@ -28,6 +29,8 @@ pub struct Programs {
     pub functions: Vec<(String, Arc<OfTime>)>,
     /// What sampled laws tell that tasks read, by name: `column.rk.disturbance`.
     pub told: Vec<(String, Dimension)>,
+    /// Tables that are read.
+    pub calls: TableCalls,
     /// One has a mistake, or names what has one, which was told: what they compute is not known.
     pub broken: bool,
 }
@@ -102,6 +105,8 @@ pub(crate) struct Blocks<'a, 'd, 'f> {
     used_functions: Vec<(String, Arc<OfTime>)>,
     /// Machines, with their states and transitions.
     machines: Vec<(&'a str, Vec<String>, Vec<WrittenGuard>)>,
+    monitors: Vec<WrittenMonitor>,
+    calls: Vec<TableCall>,
 }
 
 fn errors(out: &[Diagnostic]) -> usize {
@@ -150,6 +155,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             open: Vec::new(),
             used_functions: Vec::new(),
             machines: Vec::new(),
+            monitors: Vec::new(),
+            calls: Vec::new(),
         }
     }
 
@@ -186,6 +193,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             return nothing;
         }
         self.check_transitions(out);
+        self.check_monitors(&order, out);
         let mut periods: Vec<Option<Exact>> = self.made.values().flatten().map(|made| made.period.clone()).collect();
         periods.sort_by_key(|period| period.as_ref().map(Exact::to_rational));
         periods.dedup();
@@ -196,7 +204,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         });
         let of_laws = of_laws.collect();
         let functions = std::mem::take(&mut self.used_functions);
-        (Programs { tasks, functions, told: self.told(), broken: false }, of_laws)
+        let calls = TableCalls { graph: self.graph.borrow().clone(), list: std::mem::take(&mut self.calls) };
+        (Programs { tasks, functions, told: self.told(), calls, broken: false }, of_laws)
     }
 
     /// What was read of sampled laws, sorted.
@@ -289,6 +298,9 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         if errors(out) > before {
             return None;
         }
+        if kind.keyword == "transfer_function" {
+            warn_of_growth(&values, table, &what, out);
+        }
         let lists = self.lists(table, out);
         // What is known of it already may be read by what it reads.
         let mut own = Vec::new();
@@ -310,10 +322,19 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             self.take_as_read(&mut given);
         }
         let guards = self.guards(table, &values, &what, &mut reads, out)?;
+        if kind.keyword == "monitor" {
+            self.watch(name, table, &given);
+        }
         let called = match values.word("table").filter(|_| kind.keyword == "table") {
             Some(name) => self.functions.table_of(name, out),
             None => None,
         };
+        if let Some(name) = values.word("table").filter(|_| called.is_some()) {
+            let inputs = ["input", "input_2"].into_iter();
+            let at = inputs.filter_map(|key| given.iter().find(|(other, ..)| *other == key)).map(|(_, _, (at, _))| *at);
+            let at = at.collect();
+            self.reads_table(name, called.clone(), at);
+        }
         let period = values.exact("sample_time").cloned();
         if kind.keyword == "state_machine" {
             self.machines.push((name, values.words("states").unwrap_or_default().to_vec(), guards.clone()));
@@ -328,6 +349,14 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 None
             }
         }
+    }
+
+    /// Takes down what a monitor compares.
+    fn watch(&mut self, name: &str, table: &Table, given: &Given) {
+        let of = |key: &str| given.iter().find(|(other, ..)| *other == key).map(|(_, _, found)| *found);
+        let (Some((residual, _)), Some((threshold, _))) = (of("residual"), of("threshold")) else { return };
+        let place = TableReader::place(table, "threshold");
+        self.monitors.push(WrittenMonitor { name: name.to_string(), residual, threshold, place });
     }
 
     /// The keys of a block that are expressions; nothing if one has a mistake, which was told.
@@ -540,11 +569,31 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         };
         let written = self.graph.borrow_mut().written(read, &mut known);
         match written {
-            Ok(found) => Some(found),
+            Ok(found) => {
+                let calls = self.graph.borrow_mut().calls(read, &mut known).unwrap_or_default();
+                for (name, at) in calls {
+                    let table = names.iter().find_map(|(other, named)| match named {
+                        Named::Table(table) if *other == name => Some(Arc::clone(table)),
+                        _ => None,
+                    });
+                    self.reads_table(&name, table, at);
+                }
+                Some(found)
+            }
             Err(error) => {
                 out.push(self.mistake(error, read.text(), (place, what)));
                 None
             }
+        }
+    }
+
+    /// Takes down where a table is read; those of lanes are left beside the road.
+    fn reads_table(&mut self, name: &str, table: Option<Arc<Lookup>>, at: Vec<Expr>) {
+        let Some(table) = table.filter(|_| !self.document.lanes.contains(name)) else { return };
+        let reader = self.open.last().map_or("commands", |open| open).to_string();
+        let known = |call: &TableCall| call.reader == reader && call.name == name && call.at == at;
+        if !self.calls.iter().any(known) {
+            self.calls.push(TableCall { reader, name: name.to_string(), table, at });
         }
     }
 
@@ -711,9 +760,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
 }
 
 impl Blocks<'_, '_, '_> {
-    /// Warns of transitions that overlap, and of those that are never taken.
-    fn check_transitions(&self, out: &mut Vec<Diagnostic>) {
-        let graph = self.graph.borrow();
+    /// What is known of the answers of monitors and machines.
+    fn known(&self, graph: &Graph) -> Known {
         let symbol = |name: &str| self.answers.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
         let mut known = Known::default();
         let mut one_of = |names: Vec<String>| {
@@ -729,9 +777,85 @@ impl Blocks<'_, '_, '_> {
         }
         let counts = self.machines.iter().flat_map(|(name, ..)| [outside_name(name, "since"), outside_name(name, "")]);
         known.not_negative.extend(counts.filter_map(|name| symbol(&name)));
+        known
+    }
+
+    /// Warns of transitions that overlap, and of those that are never taken.
+    fn check_transitions(&self, out: &mut Vec<Diagnostic>) {
+        let graph = self.graph.borrow();
+        let known = self.known(&graph);
         for (name, states, guards) in &self.machines {
             overlaps::check(&format!("block `{}`", shortened(name)), (states, guards), (&graph, &known), out);
         }
+    }
+}
+
+impl<'a> Blocks<'a, '_, '_> {
+    /// What is known of answers by what they are: alarms and states from 0 to 1, counts from 0 on.
+    fn known_bounds(&self) -> BTreeMap<String, Interval> {
+        let mut out = BTreeMap::new();
+        let to = |high: f64| Interval { low: 0.0, high };
+        out.extend(self.monitors.iter().map(|monitor| (monitor.name.clone(), to(1.0))));
+        for (name, states, _) in &self.machines {
+            out.extend(states.iter().map(|state| (outside_name(name, state), to(1.0))));
+            out.insert(outside_name(name, ""), to(states.len() as f64 - 1.0));
+            out.insert(outside_name(name, "since"), to(f64::INFINITY));
+        }
+        out
+    }
+
+    /// Warns of monitors that never or always tell of something, with the answers of blocks written out.
+    fn check_monitors(&self, order: &[(&'a str, String)], out: &mut Vec<Diagnostic>) {
+        let mut graph = self.graph.borrow().clone();
+        let own = self.known_bounds();
+        let symbol = |name: &str| self.answers.get(name).and_then(|(expr, _)| self.graph.borrow().symbol_of(*expr));
+        let bounds: Vec<(Symbol, Interval)> =
+            own.iter().filter_map(|(name, bound)| Some((symbol(name)?, *bound))).collect();
+        let mut values: Vec<(Symbol, Expr)> = Vec::new();
+        for (block, outside) in order.iter().filter(|(_, outside)| !own.contains_key(outside)) {
+            let answers = self.made.get(block).and_then(Option::as_ref).map_or(&[][..], |made| &made.answers);
+            let answer = answers.iter().find(|(name, ..)| outside_name(block, name) == *outside);
+            let (Some((_, value, _)), Some(symbol)) = (answer, symbol(outside)) else { continue };
+            let value = graph.substitute(&[*value], &values)[0];
+            values.push((symbol, value));
+        }
+        let known = self.known(&graph);
+        for monitor in &self.monitors {
+            let what = format!("block `{}`", shortened(&monitor.name));
+            let compared = graph.substitute(&[monitor.residual, monitor.threshold], &values);
+            let [residual, threshold] = compared[..] else { continue };
+            monitors::check(&what, (monitor, [residual, threshold]), graph.clone(), (&bounds, &known), out);
+        }
+    }
+}
+
+/// Warns of a transfer function whose answer grows without end.
+fn warn_of_growth(values: &Values, table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
+    let poles = values.poles("poles").unwrap_or_default();
+    let Some((real, imaginary)) = poles.iter().find(|(real, _)| real.signum() > 0) else { return };
+    let beside = if imaginary.is_zero() { String::new() } else { format!(" ± {}j", imaginary.to_f64().abs()) };
+    let message = format!(
+        "{what}: its pole at {}{beside} 1/s has a real part above zero: what it answers grows without end, whatever it reads",
+        real.to_f64()
+    );
+    let told = Diagnostic::warning("block::unstable", message).at(TableReader::place(table, "poles"), "grows");
+    out.push(told.help("check the sign: what decays has negative poles; leave it where a loop around it holds it"));
+}
+
+/// The names in all expressions of a value.
+fn names_in(value: &Value, out: &mut BTreeSet<String>) {
+    let mut read = |scalar: &Scalar| {
+        if let Scalar::Expression(read) = scalar {
+            out.extend(read.names().into_iter().map(String::from));
+        }
+    };
+    match value {
+        Value::Scalar(scalar) => read(scalar),
+        Value::Map(entries) => entries.iter().for_each(|(_, scalar)| read(&scalar.value)),
+        Value::Tables(tables) => {
+            tables.iter().flat_map(|table| table.values.values()).for_each(|found| names_in(&found.value, out));
+        }
+        _ => {}
     }
 }
 
@@ -819,15 +943,8 @@ impl<'a> Blocks<'a, '_, '_> {
                 };
                 let Some(next) = all.iter().position(|(_, name, _)| *name == next) else { continue };
                 if let Some(first) = open.iter().position(|(k, _)| *k == next) {
-                    let names = open[first..].iter().map(|(k, _)| all[*k].1.as_str());
-                    let circle: Vec<&str> = names.chain([all[next].1.as_str()]).collect();
-                    let message =
-                        format!("blocks follow from each other at the same sample: {}", circle.join(" from "));
-                    let found = self.document.blocks.iter().find(|block| block.name == all[next].0);
-                    let mistake = Diagnostic::error("block::circle", message);
-                    let mistake =
-                        found.into_iter().fold(mistake, |told, block| told.at(block.place.clone(), "in a circle"));
-                    out.push(mistake.help(BREAK_CIRCLE));
+                    let circle = open[first..].iter().map(|(k, _)| (all[*k].0, all[*k].1.as_str()));
+                    out.push(self.circle(&circle.collect::<Vec<_>>()));
                     return None;
                 }
                 if !order.contains(&next) {
@@ -836,6 +953,45 @@ impl<'a> Blocks<'a, '_, '_> {
             }
         }
         Some(order.into_iter().map(|k| (all[k].0, all[k].1.clone())).collect())
+    }
+
+    /// What is wrong with answers of blocks that follow from each other at once, with the signals between them.
+    fn circle(&self, answers: &[(&str, &str)]) -> Diagnostic {
+        let mut names: Vec<&str> = Vec::new();
+        for (k, (block, answer)) in answers.iter().enumerate() {
+            names.push(answer);
+            names.extend(self.signals_between(block, answers[(k + 1) % answers.len()].1));
+        }
+        names.extend(answers.first().map(|(_, answer)| *answer));
+        let message = format!("blocks follow from each other at the same sample: {}", names.join(" from "));
+        let found =
+            self.document.blocks.iter().find(|block| answers.first().is_some_and(|(own, _)| block.name == *own));
+        let mistake = Diagnostic::error("block::circle", message);
+        let mistake = found.into_iter().fold(mistake, |told, block| told.at(block.place.clone(), "in a circle"));
+        mistake.help(BREAK_CIRCLE)
+    }
+
+    /// The signals by way of which a block reads an answer, by the shortest way; none where it names it itself.
+    fn signals_between(&self, block: &str, answer: &str) -> Vec<&'a str> {
+        let Some(block) = self.document.blocks.iter().find(|other| other.name == block) else { return Vec::new() };
+        let mut ways: VecDeque<(Vec<&'a str>, BTreeSet<String>)> = VecDeque::new();
+        let mut first = BTreeSet::new();
+        block.table.values.values().for_each(|found| names_in(&found.value, &mut first));
+        ways.push_back((Vec::new(), first));
+        let mut seen: BTreeSet<&'a str> = BTreeSet::new();
+        while let Some((way, names)) = ways.pop_front() {
+            if names.contains(answer) {
+                return way;
+            }
+            for signal in self.document.signals.iter().filter(|signal| names.contains(&signal.name)) {
+                let Some(written) = self.document.program_of(signal).filter(|_| seen.insert(&signal.name)) else {
+                    continue;
+                };
+                let own = written.value.names().into_iter().map(String::from).collect();
+                ways.push_back((way.iter().copied().chain([signal.name.as_str()]).collect(), own));
+            }
+        }
+        Vec::new()
     }
 
     /// The blocks of one sample time, those in order, with what they read of others as from outside.

@@ -7,7 +7,9 @@ use super::composites::with_parts;
 use super::document::{BlockTable, Control, Document, Doubts, Instance, Parameter, SignalTable};
 use super::examples::example_of;
 use super::keys::named_keys;
-use super::manoeuvres::{check_drivers, check_manoeuvres, leave_made_out, unfollowed_manoeuvres, with_manoeuvres};
+use super::manoeuvres::{
+    check_drivers, check_manoeuvres, cones, lanes, leave_made_out, unfollowed_manoeuvres, with_manoeuvres,
+};
 use super::parameters::{
     REMOVE_TOLERANCE, follow, implicit_parameters, implicit_within, read_parameters, refuse_tolerances,
 };
@@ -144,6 +146,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     read_controls(&root, &mut document, &mut out);
     read_logs(&root, &mut document, &mut study);
     read_faults(&root, &mut document, &mut study);
+    (document.cones, document.lanes) = (cones(given), lanes(given));
     read_signals(&root, &mut document, &mut study);
     read_blocks(&root, &mut document, &mut study);
     read_tables(&root, &mut document, &mut out);

@@ -7,6 +7,7 @@ use super::read::{physical_dimension, read_word, read_words};
 use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::entries::Place;
 use crate::expr::{Graph, Named};
+use crate::manoeuvre::Cones;
 use crate::model::{Document, Setting, TableReader};
 use crate::names::{SignalName, quoted};
 use crate::plan::{Plan, compile};
@@ -151,6 +152,14 @@ fn names_of(law: &Expression) -> Vec<String> {
     law.names().into_iter().map(str::to_string).collect()
 }
 
+/// Cones that the car must be through before a figure says anything.
+#[derive(Debug, Clone)]
+pub(super) struct Track {
+    pub(super) cones: Cones,
+    /// Where the last cones stand, m.
+    pub(super) end: f64,
+}
+
 /// What a study computes from the signals of a run.
 #[derive(Debug, Clone, Default)]
 pub struct Computed {
@@ -158,6 +167,8 @@ pub struct Computed {
     plan: Plan,
     /// Values that figures are computed with.
     pub(super) parameters: Vec<(String, Exact, Dimension)>,
+    /// The tracks of its figures.
+    pub(super) tracks: Vec<Track>,
 }
 
 impl Computed {
@@ -184,7 +195,8 @@ impl Computed {
             .chain(&document.plots)
             .chain([&document.safety])
             .chain(effects);
-        let texts: BTreeSet<String> = tables.flat_map(words).filter(|text| !known(text)).collect();
+        let reached = document.cones.iter().map(|cones| cones.reached.clone());
+        let texts: BTreeSet<String> = tables.flat_map(words).chain(reached).filter(|text| !known(text)).collect();
         let reader = TableReader::new(document, settings);
         let value = |name: &str| reader.exact_value(name);
         let (mut graph, mut columns, mut wanted, mut symbols) = (Graph::default(), Vec::new(), Vec::new(), Vec::new());
@@ -204,8 +216,13 @@ impl Computed {
         let named: BTreeSet<String> = values.flat_map(|law| names_of(&law)).collect();
         let constant = |name: String| value(&name).map(|(value, dimension)| (name, value, dimension));
         let parameters = named.into_iter().filter_map(constant).collect();
+        let track = |cones: &Cones| {
+            let end = Expression::parse(&cones.end).ok()?.evaluate(&value).ok()?.value;
+            Some(Track { cones: cones.clone(), end: end.to_f64() })
+        };
+        let tracks = document.cones.iter().filter_map(track).collect();
         match compile(&graph, &symbols, &wanted) {
-            Ok(plan) => Self { columns, plan, parameters },
+            Ok(plan) => Self { columns, plan, parameters, tracks },
             Err(_) => Self { parameters, ..Self::default() },
         }
     }

@@ -5,11 +5,12 @@ use super::read::{quantity, read_word};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind, Measured};
+use crate::model::parse::broken;
 use crate::model::{ControlSpec, Document, Model, TableReader};
 use crate::names::SignalName;
 use crate::schema::{Placed, Sign, Table, Value};
 use crate::simulate::{Failing, Faults, MechanicalFaultKind, MotorFaultKind, SensorFaultKind, UnitFaultKind};
-use crate::units::{Dimension, Exact};
+use crate::units::{Dimension, Exact, shown_quantity};
 
 /// What may fail, with what it may do; the first is meant where nothing is said.
 const PARTS: [(&str, &[&str]); 4] = [
@@ -203,12 +204,20 @@ impl<'a> Reader<'a, '_> {
     fn amount(&self, kind: &str, expected: (Dimension, Sign), out: &mut Vec<Diagnostic>) -> Option<f64> {
         if !self.table.values.contains_key("by") && !self.table.unread.contains(&"by") {
             let message = format!("{}: `{kind}` needs the key `by`", self.what);
-            let help = format!("write how much: `by = \"{}\"`", expected.0.example());
+            let help = format!("write how much: `by = {}`", expected.0.example());
             let place = TableReader::place(self.table, "kind");
             out.push(Diagnostic::error("key::missing", message).at(place, "`by` is missing").help(help));
             return None;
         }
-        quantity(self.reader, self.table, "by", expected, self.what, out).map(|x| x.to_f64())
+        let found = quantity(self.reader, self.table, "by", expected, self.what, out)?;
+        // `by` takes quantities of any sign: which it must have follows from the kind.
+        if let Some((rule, help)) = broken(expected.1, &found) {
+            let shown = shown_quantity(&found, expected.0);
+            let message = format!("`by` of `{kind}` {rule}, found {shown}");
+            out.push(self.mistake("number::sign", &message, ("by", rule), help.into()));
+            return None;
+        }
+        Some(found.to_f64())
     }
 
     /// Tells of an amount that says nothing.

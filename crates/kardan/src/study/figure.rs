@@ -1,6 +1,6 @@
 //! Numbers of a run: measured of signals, or computed from other figures.
 
-use super::computed::kind_of;
+use super::computed::{Computed, Track, kind_of};
 use super::requirement::{Ran, Requirement, judge};
 use crate::expr::{Expr, Graph, Named};
 use crate::plan::compile;
@@ -95,10 +95,23 @@ fn computed(
     block.output(0, &memory).filter(|value| value.is_finite()).ok_or("its expression is no number")
 }
 
+/// Why a figure of cones says nothing: the run ended before the car was through them.
+fn ends_before(tracks: &[Track], figure: &str, series: &Series) -> Option<String> {
+    let Track { cones, end } = tracks.iter().find(|track| track.cones.figure == figure)?;
+    let reached = series.signal(&cones.reached)?.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    (reached < *end).then(|| {
+        format!(
+            "the figure `{figure}` has no value: the run ends before the car is through all cones, as its rear axle comes to x = {reached:.1} m and \
+             the last cones stand at x = {end:.1} m: lengthen `duration` of the manoeuvre `{}`, or drive faster",
+            cones.manoeuvre
+        )
+    })
+}
+
 /// The figures of a run, and what the reader must know of those without a value.
 pub(super) fn figures_of(
     all: &[Figure],
-    parameters: &[(String, Exact, Dimension)],
+    Computed { parameters, tracks, .. }: &Computed,
     (variant, series, ran): (&str, &Series, &Ran<'_>),
 ) -> (Vec<FigureResult>, Vec<String>) {
     let (mut found, mut notes): (Vec<FigureResult>, Vec<String>) = (Vec::new(), Vec::new());
@@ -108,8 +121,10 @@ pub(super) fn figures_of(
         let (text, value) = match of {
             FigureOf::Measure(measure) => {
                 let judged = judge(measure, series, ran, &[]);
-                notes.extend(judged.note);
-                (judged.result.text, judged.result.measured)
+                let early = ends_before(tracks, name, series);
+                let value = judged.result.measured.filter(|_| early.is_none());
+                notes.extend(early.filter(|_| ran.completed).or(judged.note));
+                (judged.result.text, value)
             }
             FigureOf::Value(text) => {
                 let value = computed(text, (all, &found), parameters);

@@ -4,8 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::equations::{Formula, Hold, Meaning, Mesh};
-use crate::expr::{Beyond, Expr, Graph, Named, OfTime};
+use crate::expr::{Beyond, Expr, Graph, Lookup, Named, OfTime, Symbol};
+use crate::model::programs::Programs;
+use crate::names::SignalName;
 use crate::plan::compile;
+use crate::program::{TableCall, TableCalls};
 use crate::reduce::Reduced;
 use crate::results::Series;
 use crate::units::Dimension;
@@ -30,8 +33,9 @@ struct Left {
     element: String,
 }
 
-/// Sentences about tables that torques of elements took values of beyond their points, one for each table and argument. Looked at in the rows of the run.
-pub(super) fn left_tables(reduced: &Reduced, series: &Series) -> Vec<String> {
+/// Sentences about tables that torques of elements, blocks and signals took values of beyond their points, one for each table and argument. Looked at in
+/// the rows of the run.
+pub(super) fn left_tables(reduced: &Reduced, programs: &Programs, series: &Series) -> Vec<String> {
     let equations = &reduced.equations;
     let holds = equations.holds.iter().filter_map(|hold| match &hold.value {
         Hold::Friction { torque, .. } => Some((&hold.element, torque)),
@@ -46,6 +50,9 @@ pub(super) fn left_tables(reduced: &Reduced, series: &Series) -> Vec<String> {
         if let Hold::Mesh(Mesh { loss: Some(formula), .. }) = &hold.value {
             look(reduced, (&hold.element, &hold.row_f64()), formula, series, &mut left);
         }
+    }
+    if let Some(calls) = Calls::of_programs(programs, series) {
+        calls.look(series, &mut left);
     }
     let told = |((name, _), left): ((String, &str), Left)| {
         let Left { along, beyond, by, unit, above, end, time, first, element, .. } = left;
@@ -67,6 +74,8 @@ pub(super) fn left_tables(reduced: &Reduced, series: &Series) -> Vec<String> {
 
 /// What a table is asked, with its range and unit.
 struct Argument {
+    /// Who asks.
+    element: String,
     table: String,
     along: &'static str,
     beyond: Beyond,
@@ -91,8 +100,8 @@ enum Given<'a> {
 /// The tables of a formula as expressions of columns.
 struct Calls<'a> {
     graph: Graph,
-    /// Names, those of columns among them, with what they are.
-    inputs: Vec<(String, Given<'a>)>,
+    /// What stands in them: names, those of columns among them, with what they are.
+    inputs: Vec<(Symbol, String, Given<'a>)>,
     asked: Vec<Argument>,
 }
 
@@ -100,7 +109,7 @@ impl<'a> Calls<'a> {
     /// Those of a formula of an element, of losses along a direction.
     fn of(reduced: &Reduced, (element, row): (&str, &[(usize, f64)]), formula: &'a Formula) -> Option<Self> {
         let equations = &reduced.equations;
-        let (mut graph, mut inputs) = (Graph::default(), Vec::<(String, Given<'a>)>::new());
+        let (mut graph, mut inputs) = (Graph::default(), Vec::<(Symbol, String, Given<'a>)>::new());
         let calls = graph.calls(&formula.expression, &mut |graph, name| {
             let (_, meaning) = formula.names.iter().find(|(other, _)| other == name)?;
             let motion = |body: &str, rate: usize| {
@@ -130,8 +139,8 @@ impl<'a> Calls<'a> {
                 }
             };
             let symbol = graph.symbol(&signal, dimension);
-            if inputs.iter().all(|(other, _)| *other != signal) {
-                inputs.push((signal, given));
+            if inputs.iter().all(|(_, other, _)| *other != signal) {
+                inputs.push((graph.symbol_of(symbol)?, signal, given));
             }
             Some(Named::Varying(symbol, dimension))
         });
@@ -141,16 +150,54 @@ impl<'a> Calls<'a> {
                 Meaning::Table(table) if *own == name => Some(table),
                 _ => None,
             });
-            let Some(table) = found else { continue };
-            let names = if at.len() > 1 { [" along x", " along y"] } else { [""; 2] };
-            let ranges = table.ranges().into_iter().zip(table.arguments());
-            for ((at, (range, dimension)), along) in at.into_iter().zip(ranges).zip(names) {
-                let (table, beyond, unit) = (name.clone(), table.beyond(), dimension.si());
-                asked.push(Argument { table, along, beyond, at, range, unit });
-            }
+            asked.extend(found.into_iter().flat_map(|table| arguments(element, (&name, table), &at)));
         }
         (!asked.is_empty()).then_some(Self { graph, inputs, asked })
     }
+
+    /// Those of blocks and signals.
+    fn of_programs(programs: &'a Programs, series: &Series) -> Option<Self> {
+        let TableCalls { graph, list } = &programs.calls;
+        let call = |call: &TableCall| arguments(&call.reader, (&call.name, &call.table), &call.at);
+        let asked: Vec<Argument> = list.iter().flat_map(call).collect();
+        let exprs: Vec<Expr> = asked.iter().map(|one| one.at).collect();
+        // A sensor is read by its name alone too.
+        let column = |name: &str| match series.signal(name) {
+            Some(_) => name.to_string(),
+            None => {
+                let own = series.signals.iter().find(|signal| SignalName::new(&signal.name).element == name);
+                own.map_or_else(|| name.to_string(), |signal| signal.name.clone())
+            }
+        };
+        let input = |symbol: Symbol| {
+            let (name, _) = graph.name(symbol);
+            let function = programs.functions.iter().find(|(other, _)| other == name);
+            match function {
+                Some((_, function)) => (symbol, name.to_string(), Given::Signal(function)),
+                None if name == "t" => (symbol, name.to_string(), Given::Time),
+                None => (symbol, column(name), Given::Column),
+            }
+        };
+        let inputs = graph.symbols(&exprs).into_iter().map(input).collect();
+        (!asked.is_empty()).then(|| Self { graph: graph.clone(), inputs, asked })
+    }
+}
+
+/// What a table is asked by an element, one for each of its arguments.
+fn arguments(element: &str, (name, table): (&str, &Lookup), at: &[Expr]) -> Vec<Argument> {
+    let names = if at.len() > 1 { [" along x", " along y"] } else { [""; 2] };
+    let ranges = table.ranges().into_iter().zip(table.arguments());
+    let all = at.iter().zip(ranges).zip(names);
+    let one = |((at, (range, dimension)), along): ((&Expr, ((f64, f64), &Dimension)), &'static str)| Argument {
+        element: element.into(),
+        table: name.into(),
+        along,
+        beyond: table.beyond(),
+        at: *at,
+        range,
+        unit: dimension.si(),
+    };
+    all.map(one).collect()
 }
 
 /// Looks at the tables of one formula.
@@ -161,38 +208,46 @@ fn look(
     series: &Series,
     left: &mut BTreeMap<(String, &'static str), Left>,
 ) {
-    let Some(Calls { mut graph, inputs, asked }) = Calls::of(reduced, (element, row), formula) else { return };
-    let symbols: Vec<Expr> = inputs.iter().map(|(name, _)| graph.symbol(name, Dimension::NONE)).collect();
-    let symbols: Vec<_> = symbols.into_iter().filter_map(|symbol| graph.symbol_of(symbol)).collect();
-    let wanted: Vec<_> = asked.iter().enumerate().map(|(k, one)| (format!("argument.{k}"), one.at)).collect();
-    let Ok(plan) = compile(&graph, &symbols, &wanted) else { return };
-    let column = |name: &str| series.signal(name).map(|signal| signal.values.as_slice());
-    let parts = |(name, given): &(String, Given<'_>)| match given {
-        Given::Size(sum) => sum.iter().map(|(name, factor)| (column(name), *factor)).collect(),
-        _ => vec![(column(name), 1.0)],
-    };
-    let columns: Vec<Vec<Part<'_>>> = inputs.iter().map(parts).collect();
-    let (block, mut memory) = (plan.block(), plan.memory());
-    for (row, &time) in series.time.iter().enumerate() {
-        for ((place, (_, given)), parts) in memory.iter_mut().zip(&inputs).zip(&columns) {
-            let sum = || -> f64 {
-                let value = |(column, factor): &Part<'_>| {
-                    factor * column.and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN)
+    if let Some(calls) = Calls::of(reduced, (element, row), formula) {
+        calls.look(series, left);
+    }
+}
+
+impl Calls<'_> {
+    /// Looks at them in all rows.
+    fn look(self, series: &Series, left: &mut BTreeMap<(String, &'static str), Left>) {
+        let Self { graph, inputs, asked } = self;
+        let symbols: Vec<Symbol> = inputs.iter().map(|(symbol, ..)| *symbol).collect();
+        let wanted: Vec<_> = asked.iter().enumerate().map(|(k, one)| (format!("argument.{k}"), one.at)).collect();
+        let Ok(plan) = compile(&graph, &symbols, &wanted) else { return };
+        let column = |name: &str| series.signal(name).map(|signal| signal.values.as_slice());
+        let parts = |(_, name, given): &(Symbol, String, Given<'_>)| match given {
+            Given::Size(sum) => sum.iter().map(|(name, factor)| (column(name), *factor)).collect(),
+            _ => vec![(column(name), 1.0)],
+        };
+        let columns: Vec<Vec<Part<'_>>> = inputs.iter().map(parts).collect();
+        let (block, mut memory) = (plan.block(), plan.memory());
+        for (row, &time) in series.time.iter().enumerate() {
+            for ((place, (.., given)), parts) in memory.iter_mut().zip(&inputs).zip(&columns) {
+                let sum = || -> f64 {
+                    let value = |(column, factor): &Part<'_>| {
+                        factor * column.and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN)
+                    };
+                    parts.iter().map(value).sum()
                 };
-                parts.iter().map(value).sum()
-            };
-            *place = match given {
-                Given::Time => time,
-                Given::Signal(function) => function.value(time),
-                Given::Column => sum(),
-                Given::Size(_) => sum().abs(),
-            };
-        }
-        // What is no number is not beyond anything.
-        let _ = block.evaluate(&mut memory);
-        for (k, one) in asked.iter().enumerate() {
-            if let Some(value) = block.output(k, &memory) {
-                one.compare((value, time), element, left);
+                *place = match given {
+                    Given::Time => time,
+                    Given::Signal(function) => function.value(time),
+                    Given::Column => sum(),
+                    Given::Size(_) => sum().abs(),
+                };
+            }
+            // What is no number is not beyond anything.
+            let _ = block.evaluate(&mut memory);
+            for (k, one) in asked.iter().enumerate() {
+                if let Some(value) = block.output(k, &memory) {
+                    one.compare((value, time), left);
+                }
             }
         }
     }
@@ -200,7 +255,7 @@ fn look(
 
 impl Argument {
     /// Takes down where a value is farther beyond the range than those before.
-    fn compare(&self, (value, time): (f64, f64), element: &str, left: &mut BTreeMap<(String, &'static str), Left>) {
+    fn compare(&self, (value, time): (f64, f64), left: &mut BTreeMap<(String, &'static str), Left>) {
         let (low, high) = self.range;
         let (above, end) = if value > high { (true, high) } else { (false, low) };
         let by = if above { value - high } else { low - value };
@@ -219,7 +274,7 @@ impl Argument {
             end,
             time,
             first,
-            element: element.into(),
+            element: self.element.clone(),
         };
         match left.get_mut(&(self.table.clone(), along)) {
             Some(before) => {

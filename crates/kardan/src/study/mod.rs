@@ -11,6 +11,7 @@ mod checks;
 mod circuit;
 mod computed;
 mod coupling;
+mod debounce;
 mod descriptor;
 mod design;
 mod effort;

@@ -9,6 +9,7 @@ use super::checks::{
 };
 use super::circuit::check_circuit;
 use super::computed::Computed;
+use super::debounce::late_monitors;
 use super::effort::check_effort;
 use super::equilibrium::{Rest, in_words};
 use super::faults::NamedFault;
@@ -123,6 +124,7 @@ pub(super) fn prepare_document(
     let faults = prepared.variants.first().map(|variant| variant.faults.clone()).unwrap_or_default();
     let ends: Vec<(String, f64)> =
         prepared.all().map(|variant| (variant.name.clone(), variant.scenario.duration)).collect();
+    late_monitors(document, &ends, &mut mistakes);
     prepared.safety = safety_spec(&known, &names, (&faults, &ends), &mut mistakes);
     prepared.sweep = Some(sweep_spec(&known, &names, &mut mistakes));
     prepared.tolerance = tolerance(document, &mut mistakes);

@@ -406,7 +406,7 @@ pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result:
     let completed = result.outcome == Outcome::Completed;
     let ran = Ran { strains: &result.strains, events: &result.events, completed };
     let told = (variant.name.as_str(), &result.series, &ran);
-    let (figures, of_figures) = figures_of(&prepared.figures, &variant.computed.parameters, told);
+    let (figures, of_figures) = figures_of(&prepared.figures, &variant.computed, told);
     let judged: Vec<Judged> = prepared
         .requirements
         .iter()
@@ -416,7 +416,7 @@ pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result:
     let (mut notes, mut requirements) = (result.notes, Vec::new());
     notes.extend(variant.start_notes.iter().cloned());
     notes.extend(sharing_notes(&variant.reduced));
-    notes.extend(left_tables(&variant.reduced, &result.series));
+    notes.extend(left_tables(&variant.reduced, &variant.model.programs, &result.series));
     notes.extend(backwards(&variant.model, &result.series));
     notes.extend(of_figures);
     for Judged { result, note } in judged {

@@ -150,6 +150,8 @@ pub(super) fn threshold(
     let readings = || parts.iter().filter_map(|part| part.reading);
     let times: Vec<f64> = readings().filter_map(|reading| reading.sample_time).collect();
     let sample_time = times.iter().copied().fold(0.0, f64::max);
+    // What is read at every instant beside samples is newer than these.
+    let beside = !times.is_empty() && times.len() < readings().count();
     if noise == 0.0 && steps == 0.0 {
         return None;
     }
@@ -168,7 +170,7 @@ pub(super) fn threshold(
         threshold,
         debounce,
         sample_time,
-        different_times: times.len() < readings().count() || times.iter().any(|time| *time != sample_time),
+        different_times: beside || times.iter().any(|time| *time != sample_time),
         false_alarms_per_hour: if noise > 0.0 { asked.false_alarms_per_hour } else { 0.0 },
         detection_time: changes.iter().map(|(_, samples)| *samples).max().unwrap_or(debounce) as f64 * sample_time,
         smallest: changes.iter().map(|(size, _)| (threshold + steps + margin) / size).collect(),

@@ -116,6 +116,15 @@ fn thresholds_follow_from_noise_and_steps() {
     }
 }
 
+/// Sensors that are all read at every instant have no sample times that could differ.
+#[test]
+fn sensors_without_samples_have_one_time() {
+    let at_once = PLANETARY.replace("sample_time = \"1 ms\"\nnoise = \"2 mrad\"\n", "");
+    let parity = analyzed(&at_once, AnalyzeSettings::default());
+    let limit = parity.residuals[0].threshold.as_ref().unwrap();
+    assert!(limit.sample_time == 0.0 && !limit.different_times, "{limit:?}");
+}
+
 /// Alarms of white noise, drawn: no more than the rate that the threshold promises, and at the end of its promise (one sample: exactly).
 #[test]
 fn false_alarms_are_as_rare_as_promised() {

@@ -1,8 +1,9 @@
 //! Blocks of signals in runs: against those of `kardan-rt`, closed forms and exact recursions.
 
+use kardan::diagnostics::Severity;
 use kardan::results::{Outcome, Run};
 use kardan::simulate::Method;
-use kardan::study::{Project, Settings, Silent};
+use kardan::study::{self, Project, Settings, Silent};
 
 use crate::common::{at, run, run_by};
 
@@ -432,6 +433,12 @@ fn mistakes_of_blocks_are_told() {
             "blocks follow from each other at the same sample: a from b from a",
         ),
         (
+            "[block.a]\nkind = \"gain\"\ninput = \"y\"\ngain = 2\nunit = \"rad\"\nsample_time = \"1 ms\"\n\
+             [signal.y]\nkind = \"expression\"\nvalue = \"z + 1 rad * b\"\n[signal.z]\nkind = \"expression\"\nvalue = \"a * 0.5\"\n\
+             [block.b]\nkind = \"gain\"\ninput = \"3 * u\"\ngain = 1\nsample_time = \"1 ms\"\n",
+            "blocks follow from each other at the same sample: a from y from z from a",
+        ),
+        (
             "[block.a]\nkind = \"gain\"\ninput = \"a\"\ngain = 2\nsample_time = \"1 ms\"\n",
             "`input` of block `a`: `a` follows from itself, so its unit is not known",
         ),
@@ -610,6 +617,55 @@ fn told_of_machine(first: &str, second: &str) -> Vec<String> {
          transitions = [{{ from = \"calm\", to = \"wild\", when = \"{first}\" }}, {{ from = \"calm\", to = \"off\", when = \"{second}\" }}, {{ from = \"wild\", to = \"calm\", when = \"mode.since > 95 ms\" }}]\n"
     ));
     Project::open(source).mistakes().iter().map(|one| one.message.clone()).collect()
+}
+
+/// Monitors whose residual is never or always beyond the threshold by the bounds of what it is of, and those that wait longer than the run, are told;
+/// transfer functions that grow without end too.
+#[test]
+fn monitors_that_say_nothing_are_told() {
+    const NEVER: &str = "`residual` can never be beyond `threshold`";
+    let monitor = |keys: &str| {
+        beside(&format!(
+            "[block.w]\nkind = \"monitor\"\n{keys}\nsample_time = \"1 ms\"\n\
+             [block.sat]\nkind = \"saturation\"\ninput = \"arm.phi\"\nhigh = \"2 rad\"\nsample_time = \"1 ms\"\n\
+             [block.mode]\nkind = \"state_machine\"\nstates = [\"x\", \"y\"]\n\
+             transitions = [{{ from = \"x\", to = \"y\", when = \"arm.phi > 1 rad\" }}]\nsample_time = \"1 ms\"\n"
+        ))
+    };
+    let told = |source: &str| -> Vec<String> {
+        let all = study::prepare(source).1;
+        let own = all.into_iter().filter(|one| matches!(one.code, "block::monitor" | "block::unstable"));
+        own.map(|one| {
+            assert!(one.severity == Severity::Warning && one.help.is_some() && !one.labels.is_empty(), "{one:?}");
+            one.message
+        })
+        .collect()
+    };
+    for (keys, message) in [
+        ("residual = \"sat\"\nthreshold = \"3 rad\"", NEVER),
+        ("residual = \"sat\"\nthreshold = \"2 rad\"", NEVER),
+        ("residual = \"sat\"\nthreshold = \"1.9 rad\"", ""),
+        ("residual = \"abs(arm.phi) + 2 rad\"\nthreshold = \"1 rad\"", "`residual` is always beyond `threshold`"),
+        ("residual = \"min(1 rad, max(-1 rad, arm.phi))\"\nthreshold = \"2 rad\"", NEVER),
+        ("residual = \"if(arm.phi > 0 rad, 1, 0)\"\nthreshold = 1.5", NEVER),
+        ("residual = \"sin(arm.phi)\"\nthreshold = 1.5", NEVER),
+        ("residual = \"mode\"\nthreshold = 1.5", NEVER),
+        ("residual = \"mode\"\nthreshold = 0.5", ""),
+        ("residual = \"arm.phi\"\nthreshold = \"0.1 rad\"", ""),
+        ("residual = \"arm.phi\"\nthreshold = \"0.1 rad\"\ndebounce = \"2000 s\"", "and the longest run ends at"),
+    ] {
+        let found = told(&monitor(keys));
+        assert!(found.len() == usize::from(!message.is_empty()), "{keys}: {found:?}");
+        assert!(found.iter().all(|one| one.contains(message)), "{keys}: {found:?}");
+    }
+    let grows = |poles: &str| {
+        told(&beside(&format!("[block.a]\nkind = \"transfer_function\"\ninput = \"arm.phi\"\npoles = [{poles}]\n")))
+    };
+    assert!(grows("-3, 0").is_empty());
+    let found = grows("-3, 3");
+    assert!(found.len() == 1 && found[0].contains("its pole at 3 1/s") && found[0].contains("grows"), "{found:?}");
+    let found = grows("\"2 ± 5j\"");
+    assert!(found.len() == 1 && found[0].contains("its pole at 2 ± 5j 1/s"), "{found:?}");
 }
 
 /// Of two transitions out of one state it is decided whether they exclude each other, and a place is shown where they do not.

@@ -236,6 +236,46 @@ fn a_run_tells_which_tables_it_left() {
     assert!(found.runs[0].notes.iter().all(|note| !note.contains("was left")));
 }
 
+/// Tables that blocks and signals read beyond their points are told too, also where a sensor is what they are read at; those of lanes are not.
+#[test]
+fn tables_that_blocks_leave_are_told() {
+    let run = |rest: &str| {
+        let source = format!(
+            "[shaft.a]\ninertia = \"1 kg m^2\"\n[sensor.enc]\nmeasures = \"angle\"\nshaft = \"a\"\n\
+             [table.tb]\npoints = {{ x = [\"0 rad\", \"1 rad\"], value = [\"0 N m\", \"1 N m\"] }}\n{rest}\n\
+             [scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\ninitial = {{ \"a.w\" = \"1 rad/s\" }}\n"
+        );
+        let found = kardan::study::run(&source, &kardan::study::Settings::default(), &kardan::study::Silent);
+        let notes = found.expect("a run").runs.remove(0).notes;
+        notes.into_iter().filter(|note| note.contains("was left")).collect::<Vec<_>>()
+    };
+    let block = "[block.l]\nkind = \"table\"\ntable = \"tb\"\nsample_time = \"10 ms\"\ninput = ";
+    let signal = "[signal.s]\nkind = \"expression\"\nvalue = ";
+    for (rest, who, by) in [
+        (format!("{block}\"2 * enc\""), "l", 1.0),
+        (
+            format!("{block}\"k\"\n[block.k]\nkind = \"gain\"\ninput = \"enc\"\ngain = 2\nsample_time = \"10 ms\""),
+            "l",
+            1.0,
+        ),
+        (format!("{signal}\"tb(a.phi + 3 rad)\""), "s", 3.0),
+        (format!("{signal}\"tb(a.phi + t * 0.5 rad/s)\""), "s", 0.5),
+    ] {
+        let told = run(&rest);
+        let end = format!(
+            "it was asked {by:.6} rad above its last point at 1.000000 rad, where the value of that point holds"
+        );
+        assert!(told.len() == 1 && told[0].contains(&format!("table `tb` was left in `{who}`")), "{rest}: {told:?}");
+        assert!(told[0].contains(&end), "{rest}: {told:?}");
+    }
+    assert_eq!(run(&format!("{block}\"enc\"\n{signal}\"tb(0.5 * a.phi)\"")), Vec::<String>::new());
+    let lanes = "[path.lane]\nkind = \"iso_3888_1\"\nwidth = \"2 m\"\nstart = \"10 m\"\n";
+    assert_eq!(
+        run(&format!("{lanes}{signal}\"lane(a.phi * 1 m/rad) * 1 / 1 m + tb(0 rad * enc) / 1 N m\"")),
+        Vec::<String>::new()
+    );
+}
+
 /// Where a function has no value a run ends with what it is of, by whatever method, and does not say that something grows.
 #[test]
 fn a_law_without_a_value_ends_the_run_by_name() {

@@ -274,6 +274,47 @@ duration = \"9 s\"
     assert!(!free.runs[0].requirements[0].passed);
 }
 
+/// A run that ends before the car is through all cones has not shown that it would be: its room has no value, and that is told with both places.
+#[test]
+fn a_run_that_ends_between_the_cones_passes_nothing() {
+    for (kind, end) in [("double_lane_change", 155.0), ("obstacle_avoidance", 91.0)] {
+        let model = |duration: f64| {
+            format!(
+                "{CAR}{ROBOT}[manoeuvre.change]\nkind = \"{kind}\"\nsteers = \"steer\"\nwidth = \"1.8 m\"\nduration = \"{duration} s\"\n"
+            )
+            .replace("angle = \"steer\"", "angle = \"0 deg\"")
+        };
+        let room = |run: &Run| run.figures.iter().find(|figure| figure.name == "change_room").unwrap().value;
+        // Straight on at 20 m/s, with the rear axle 1.5 m behind.
+        let early = study(&model(1.2)).runs.remove(0);
+        assert!(room(&early).is_none() && !early.requirements[0].passed, "{:?}", early.requirements);
+        let told = format!("its rear axle comes to x = 22.5 m and the last cones stand at x = {end:.1} m");
+        let found = early.notes.iter().find(|note| note.contains(&told)).unwrap_or_else(|| panic!("{:?}", early.notes));
+        assert!(found.contains("lengthen `duration` of the manoeuvre `change`"), "{found}");
+        let last = (end + 1.5) / 20.0;
+        assert!(room(&study(&model(last - 0.01)).runs[0]).is_none());
+        assert!(room(&study(&model(last + 0.01)).runs[0]).is_some_and(|room| room < 0.0));
+    }
+}
+
+/// What a weave measures are means over whole waves: a part of one is refused.
+#[test]
+fn a_weave_has_whole_waves() {
+    let told = |periods: &str| {
+        let weave = format!("[manoeuvre.on_centre]\nkind = \"weave\"\namplitude = \"15 deg\"\nperiods = {periods}\n");
+        Project::open(format!("{CAR}{ROBOT}{weave}")).mistakes().to_vec()
+    };
+    for periods in ["2", "3.0", "\"4\""] {
+        assert!(told(periods).iter().all(|one| one.code != "manoeuvre::periods"), "{periods}: {:?}", told(periods));
+    }
+    for (periods, help) in [("2.5", "periods = 3"), ("0.5", "periods = 1"), ("\"2.5\"", "periods = 3")] {
+        let all = told(periods);
+        let found = all.iter().find(|one| one.code == "manoeuvre::periods").unwrap_or_else(|| panic!("{all:?}"));
+        assert!(found.message.starts_with("manoeuvre `on_centre`: `periods` is"), "{found:?}");
+        assert!(found.help.as_ref().is_some_and(|text| text.contains(help)) && !found.labels.is_empty(), "{found:?}");
+    }
+}
+
 /// Lanes of both parts: middles, widths and offsets as the standard has them, for a car of 2 m.
 #[test]
 fn lanes_have_the_sizes_of_the_standard() {

@@ -200,6 +200,30 @@ fn what_cannot_be_asked() {
     );
 }
 
+/// A value is refused where a variant that the table runs sets it, and only there.
+#[test]
+fn values_that_a_variant_sets() {
+    let variants = "[[variant]]\nname = \"plain\"\n[[variant]]\nname = \"strong\"\nset = { push = \"8 N m\" }\n\
+                    [[variant]]\nname = \"ill\"\nset = { threshold = \"1 rad\" }\nfaults = [\"dead\"]\n";
+    let of = |chosen: &str, value: &str| {
+        let asked = format!("[safety]\ndetected = \"differ\"\n{chosen}values = {{ {value} }}\n{SPEED}");
+        wheel(DEAD, &(asked + variants))
+    };
+    let table = tried(&of("variants = [\"plain\"]\n", "push = [\"4 N m\", \"0 N m\"]"));
+    // 2 rad/s² are missing for 0.1 s, and nothing where nothing was asked for.
+    let measured: Vec<_> = table.rows.iter().filter(|row| !row.faults.is_empty()).collect();
+    let missing = |k: usize| measured[k].effects[0].measured.unwrap();
+    assert!(measured.len() == 2 && (missing(0) - 0.2).abs() < 1e-9 && missing(1) == 0.0, "{measured:?}");
+    // Without a list those with faults of their own are not run.
+    assert_eq!(tried(&of("", "threshold = [\"0.02 rad\"]")).rows.len(), 4);
+    for chosen in ["", "variants = [\"plain\", \"strong\"]\n"] {
+        let told = study::prepare(&of(chosen, "push = [\"4 N m\"]")).1;
+        let found = told.iter().find(|one| one.code == "safety::varied").unwrap_or_else(|| panic!("{told:?}"));
+        assert!(found.message.contains("the variant `strong` sets it") && !found.labels.is_empty(), "{found:?}");
+        assert!(found.help.as_ref().is_some_and(|help| help.contains("variants")), "{found:?}");
+    }
+}
+
 /// A grid of more rows than anybody reads is refused before it is written out, however many they would be.
 #[test]
 fn a_grid_without_end_is_refused_at_once() {

@@ -404,7 +404,16 @@ impl Reader<'_> {
                 }
             };
             match &keyed.entry.value {
-                Written::List(list) if *self.kind == Kind::Lists && !list.is_empty() => list.iter().for_each(read),
+                Written::List(list) if *self.kind == Kind::Lists && list.is_empty() => {
+                    let message = format!("{what}: expected a list of quantities, found an empty list");
+                    let help = format!(
+                        "write its quantities, for a curve two at least: `{} = [\"1 N m\", \"2 N m\"]`",
+                        keyed.key
+                    );
+                    let place = keyed.entry.place.clone();
+                    out.push(Diagnostic::error("list::length", message).at(place, "empty").help(help));
+                }
+                Written::List(list) if *self.kind == Kind::Lists => list.iter().for_each(read),
                 _ => read(&keyed.entry),
             }
         }
@@ -610,7 +619,7 @@ fn is_coefficient(dimension: Dimension) -> bool {
 }
 
 /// The rule that a number breaks, and what to do about it.
-fn broken(sign: Sign, number: &Exact) -> Option<(&'static str, &'static str)> {
+pub(crate) fn broken(sign: Sign, number: &Exact) -> Option<(&'static str, &'static str)> {
     match (sign, number.signum()) {
         (Sign::NonNegative, -1) => Some(("must not be negative", "write zero or a number above zero")),
         (Sign::Positive, -1 | 0) => Some(("must be more than zero", "write a number above zero")),

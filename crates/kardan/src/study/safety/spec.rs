@@ -3,7 +3,7 @@
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
 use crate::model::tables::Measure;
-use crate::model::{Document, TableReader, no_such_fault};
+use crate::model::{Document, TableReader, VariantSettings, no_such_fault};
 use crate::results::SafetyEffect;
 use crate::schema::{Placed, Scalar as Written, Sign, Table, Value};
 use crate::study::NamedFault;
@@ -71,11 +71,12 @@ pub(in crate::study) fn safety_spec<'a>(
         let found = quantity(&reader, table, key, (Dimension::TIME, Sign::Positive), SAFETY, out);
         found.map(|x| x.to_f64())
     };
+    let chosen = known_variants(table, variants, known, SAFETY, out);
     let mut spec = SafetySpec {
         faults: fault_names(document, asked_for, out),
         pairs: read_word(table, "pairs") == Some("yes"),
-        variants: known_variants(table, variants, known, SAFETY, out),
-        values: value_names(&reader, document, out),
+        values: value_names(&reader, document, &chosen, out),
+        variants: chosen,
         detected: condition(known, out),
         within: time("within", table, out),
         reaction: reaction(document, out),
@@ -146,11 +147,27 @@ fn fault_names(document: &Document, asked_for: bool, out: &mut Vec<Diagnostic>) 
     words.iter().map(|word| word.value.clone()).filter(|name| document.has_fault(name)).collect()
 }
 
-/// The parameters of the grid; a value of another dimension is told.
-fn value_names(reader: &TableReader<'_>, document: &Document, out: &mut Vec<Diagnostic>) -> Vec<String> {
+/// The variants that the table tries, with what they set: those that it names, else those without faults of their own.
+fn tried_settings(document: &Document, chosen: &[String]) -> Vec<VariantSettings> {
+    let tried = |variant: &VariantSettings| match chosen {
+        [] => variant.faults.is_empty(),
+        _ => chosen.contains(&variant.name),
+    };
+    document.variant_settings().into_iter().filter(tried).collect()
+}
+
+/// The parameters of the grid; a value of another dimension is told, and one that a variant of the table sets anew.
+fn value_names(
+    reader: &TableReader<'_>,
+    document: &Document,
+    chosen: &[String],
+    out: &mut Vec<Diagnostic>,
+) -> Vec<String> {
     let Some(Value::Map(entries)) = document.safety.values.get("values").map(|found| &found.value) else {
         return Vec::new();
     };
+    let tried = tried_settings(document, chosen);
+    let sets = |name: &String| tried.iter().find(|variant| variant.settings.iter().any(|one| one.name == *name));
     let mut names: Vec<String> = Vec::new();
     for (name, scalar) in entries {
         let shown = shortened(&name.value);
@@ -170,13 +187,14 @@ fn value_names(reader: &TableReader<'_>, document: &Document, out: &mut Vec<Diag
             }
             continue;
         };
-        if document.is_varied(&name.value) {
+        if let Some(variant) = sets(&name.value) {
+            let own = shortened(&variant.name);
             let message =
-                format!("{label}: it differs between the variants, so that a value here would change nothing");
+                format!("{label}: the variant `{own}` sets it, so that a value here would change nothing in its runs");
             out.push(
                 Diagnostic::error("safety::varied", message)
-                    .at(name.place.clone(), "a varied parameter")
-                    .help("take it out here, or out of the variants"),
+                    .at(name.place.clone(), "set by a variant")
+                    .help("take it out here, or name under `variants` those that do not set it"),
             );
             continue;
         }

@@ -15,6 +15,8 @@ pub(super) fn wanted(prepared: &Prepared) -> Recorded {
         FigureOf::Value(_) => None,
     });
     let texts = prepared.requirements.iter().chain(measures).flat_map(|one| [Some(&one.signal), one.over.as_ref()]);
+    let tracks = prepared.all().flat_map(|variant| &variant.computed.tracks);
+    let texts = texts.chain(tracks.map(|track| Some(&track.cones.reached)));
     let mut names: BTreeSet<String> = BTreeSet::new();
     for text in texts.flatten() {
         if let Ok(law) = Expression::parse_law(text) {
