@@ -60,6 +60,14 @@ fn where_samples_fail() {
     }
 }
 
+/// Of 3000 samples that all hold, the interval and what fails at most are told with digits that tell them from 100 % and from nothing: 1 − 0.025^(1/3000).
+#[test]
+fn an_interval_near_certainty_has_digits() {
+    let (_, found, _) = swept(&PUSHED.replace("above = \"2 rad/s\"", "above = \"1 rad/s\""), 3000);
+    let page = kardan_report::sweep(&found).markdown();
+    assert!(page.contains("99.88 % to 100 %") && page.contains("0.0012"), "{page}");
+}
+
 /// The speed of a is 4 N m · 1 s / J.
 const PUSHED: &str = "[shaft.a]\ninertia = \"2 kg m^2 ± 10 %\"\n[motor.m]\nshaft = \"a\"\n[scenario]\nduration = \"1 s\"\n\
                       [[scenario.event]]\nsignal = \"m.tau\"\nat = \"0 s\"\nto = \"4 N m\"\n\
