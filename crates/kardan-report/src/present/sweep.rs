@@ -187,7 +187,8 @@ fn share(part: f64, digits: usize) -> String {
 fn requirements(found: &Sweep) -> Body {
     // Intervals of samples until they are narrow are wider, and hold together with that confidence.
     let interval = format!("#{} % interval", number(100.0 * found.confidence));
-    let columns = titles(found, "requirement", &["#holds in", "#fails in", "#probability", &interval, "#fails at most"]);
+    let columns =
+        titles(found, "requirement", &["#holds in", "#fails in", "#probability", &interval, "#fails at most"]);
     let one = |one: &SweptRequirement| {
         let mut cells = vec![Cell::Mark(one.failed == 0, one.text.clone())];
         cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
@@ -412,7 +413,8 @@ fn effects(found: &Sweep) -> Body {
 fn failures(found: &Sweep) -> Body {
     let columns = titles(found, "why", &["#runs", "#first sample"]);
     let rows = found.failures.iter().map(|one| {
-        let mut cells = row![&one.reason];
+        let example = if one.example == one.reason { String::new() } else { format!("; the first: {}", one.example) };
+        let mut cells = row![format!("{}{example}", one.reason)];
         cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
         cells.extend(row![one.count.to_string(), one.first.to_string()]);
         cells

@@ -309,8 +309,10 @@ pub struct SweptShare {
 /// Runs that did not come to their end.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptFailure {
-    /// Why.
+    /// Why, with `…` in place of numbers that differ among these runs.
     pub reason: String,
+    /// The reason of the first of them in full.
+    pub example: String,
     /// How many.
     pub count: u64,
     /// The first sample.

@@ -256,7 +256,10 @@ fn refused_samples_are_rows() {
     // A quarter of the strips lies below zero.
     assert_eq!(refused.len(), 20);
     assert!(refused.iter().all(|row| row.values[0] < 0.0 && row.passed[0] == 0.0 && row.figures[0].is_nan()));
-    assert_eq!(found.failures.iter().map(|one| one.count).sum::<u64>(), 20);
+    // They differ in a number alone: one reason, with the first one in full.
+    let [failure] = &found.failures[..] else { panic!("{:?}", found.failures) };
+    assert_eq!((failure.count, failure.first, failure.example.as_str()), (20, refused[0].sample, &*refused[0].reason));
+    assert!(failure.reason.contains(" is … kg m^2"), "{}", failure.reason);
     assert_eq!((found.requirements[0].failed, found.figures[0].values.count), (20 + 20, 60));
 }
 

@@ -4,6 +4,7 @@ use statrs::distribution::{Beta, ContinuousCDF};
 
 use super::indices::{effects, sobol_indices};
 use super::points::Axis;
+use super::reasons::reasons;
 use crate::num::Matrix;
 use crate::results::{
     SweepRowOf, SweepRows, SweptEffect, SweptFailure, SweptFigure, SweptIndex, SweptRequirement, SweptShare,
@@ -12,8 +13,6 @@ use crate::results::{
 
 /// Confidence of intervals of probabilities.
 pub(super) const CONFIDENCE: f64 = 0.95;
-/// Most reasons that are told apart.
-const MOST_REASONS: usize = 20;
 /// Parts of all numbers, of which quantiles are told.
 const PARTS: [f64; 7] = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
 
@@ -91,22 +90,7 @@ impl Answers<'_> {
 
     /// Runs that did not come to their end, by reason, the most first.
     pub fn failures(&self) -> Vec<SweptFailure> {
-        let mut found: Vec<SweptFailure> = Vec::new();
-        for row in self.rows.iter().filter(|row| !row.reason.is_empty()) {
-            let variant = &self.variants[row.variant];
-            match found.iter().position(|one| one.reason == row.reason) {
-                Some(one) => found[one].count += 1,
-                None if found.len() < MOST_REASONS => found.push(SweptFailure {
-                    reason: row.reason.to_string(),
-                    count: 1,
-                    first: row.sample,
-                    variant: variant.clone(),
-                }),
-                None => found[MOST_REASONS - 1].count += 1,
-            }
-        }
-        found.sort_by_key(|one| std::cmp::Reverse(one.count));
-        found
+        reasons(self.rows.iter(), self.variants)
     }
 
     /// The numbers of a variant.

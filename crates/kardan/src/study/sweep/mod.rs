@@ -9,6 +9,7 @@ mod indices;
 mod plan;
 mod points;
 mod rare;
+mod reasons;
 mod region;
 mod rows;
 mod spec;
