@@ -281,7 +281,29 @@ fn figures(found: &Sweep) -> Body {
         cells
     });
     let body = Body::default().table_of(usize::MAX, &columns, rows);
+    let told = found.figures.iter().map(|one| (&one.name, &one.variant, &one.values));
+    let body = body.list(without_a_value(found, told));
     if found.figures.is_empty() { body } else { body.hint(SHARES_HINT.to_string()) }
+}
+
+/// How many runs have a number, where some have none.
+fn without_a_value<'a>(
+    found: &Sweep,
+    all: impl Iterator<Item = (&'a String, &'a String, &'a SweptValues)>,
+) -> Vec<String> {
+    let fewer = all.filter(|(_, _, values)| values.count < values.runs);
+    let told = fewer.map(|(name, variant, SweptValues { runs, ended, count, .. })| {
+        let variant = if several(found) { format!(" ({variant})") } else { String::new() };
+        let why = match (*ended, runs - count - ended) {
+            (0, _) => String::new(),
+            (ended, 0) => format!(": {ended} did not come to their end and are left out"),
+            (ended, none) => {
+                format!(": {ended} did not come to their end and are left out, {none} came to it without a value")
+            }
+        };
+        format!("{name}{variant}: {count} of {runs} runs have a value{why}.")
+    });
+    told.collect()
 }
 
 fn measured(found: &Sweep) -> Body {
@@ -295,7 +317,8 @@ fn measured(found: &Sweep) -> Body {
         cells.extend(row![ends.unwrap_or_default(), shares(&one.measured)]);
         cells
     });
-    Body::default().table_of(usize::MAX, &columns, rows)
+    let told = found.requirements.iter().map(|one| (&one.text, &one.variant, &one.measured));
+    Body::default().table_of(usize::MAX, &columns, rows).list(without_a_value(found, told))
 }
 
 /// `margin -0.12 N m`

@@ -152,6 +152,10 @@ pub struct SweptFigure {
 /// Numbers of many samples, SI.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SweptValues {
+    /// Runs of these samples.
+    pub runs: u64,
+    /// How many of them did not come to their end: what they measured up to there is left out.
+    pub ended: u64,
     /// How many samples have a number.
     pub count: u64,
     /// Their mean.
