@@ -263,6 +263,30 @@ fn refused_samples_are_rows() {
     assert_eq!((found.requirements[0].failed, found.figures[0].values.count), (20 + 20, 60));
 }
 
+/// A key that is there without a tolerance is told with how to write one, wherever it stands; one that follows from others with those.
+#[test]
+fn keys_without_a_tolerance_are_told() {
+    let more = "\n[shaft.b]\ninertia = \"2 * k\"\ndamping = \"0 N m s/rad\"\n[fault.weak]\nmotor = \"m\"\nkind = \"reduced\"\nby = 0.5\nat = \"0.8 s\"\n\
+                [parameters]\nk = \"1 kg m^2\"\n";
+    let model =
+        MODEL.replace("duration = \"1 s\"\n", "duration = \"1 s\"\ninitial = { \"a.w\" = \"0.1 rad/s\" }\n") + more;
+    for (name, told) in [
+        ("scenario.event.1.to", "\"4 N m ± 10 %\""),
+        ("scenario.initial.a.w", "\"0.1 rad/s ± 10 %\""),
+        ("fault.weak.by", "\"0.5 ± 10 %\""),
+        ("b.damping", "\"0 N m s/rad ± 1 N m s/rad\""),
+        ("a.damping", "\"0 N m s/rad ± 1 N m s/rad\""),
+        ("b.inertia", "follows from `2 * k`"),
+        ("b.inertai", "there is no parameter"),
+    ] {
+        let text = format!("{model}[[sweep.vary]]\nparameter = \"{name}\"\nfrom = 0\nto = 1\n");
+        let mistakes = Project::open(text).mistakes().to_vec();
+        let own = mistakes.iter().find(|one| one.message.starts_with("`[[sweep.vary]]`")).expect(name);
+        let help = own.help.clone().unwrap_or_default();
+        assert!(format!("{} {help}", own.message).contains(told), "{name}: {} {help}", own.message);
+    }
+}
+
 /// Laws are those of the values in the file: a sample is the run of a variant whose `design` names them.
 #[test]
 fn laws_are_those_of_the_file() {
