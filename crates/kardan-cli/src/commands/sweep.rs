@@ -71,8 +71,10 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     }
     let mut found = found.map_err(refused)?;
     if let (Some(out), true) = (&args.out, found.missing > 0) {
+        // What is replaced anew would be lost again.
+        let instead = if args.force { " in place of `--force`" } else { "" };
         found.notes.push(format!(
-            "The rows that are there stay: the same command with `--resume` makes the others in `{}`.",
+            "The rows that are there stay: the same command with `--resume`{instead} makes the others in `{}`.",
             out.display()
         ));
     }
@@ -365,6 +367,17 @@ fn put_away(out: &Path, blocks: u64) -> Result<(), Diagnostic> {
     behind.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
 }
 
+/// Removes rows of another sweep before the first one of this: where it is ended early, what is there is of one sweep. Of a shard its own part, and what no
+/// shard of this sweep has.
+fn start_anew(out: &Path, plan: &SweepPlan) -> Result<(), Diagnostic> {
+    if let Some(Shard { number, of }) = plan.shard {
+        removed(&manifest_of(out, number, of), "it is of a sweep before this one")?;
+    }
+    let own = |block: u64| plan.own_blocks().contains(&block) || block >= plan.blocks();
+    let mut old = files_of_rows(out).into_iter().filter(|(block, _)| own(*block));
+    old.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
+}
+
 /// The rows that are there already, of the same sweep; a folder with those of another one is refused.
 fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<SweepRows, Diagnostic> {
     prepare_folder(out)?;
@@ -380,6 +393,7 @@ fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<SweepRo
             let help = "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR";
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
+        start_anew(out, plan)?;
         return Ok(SweepRows::default());
     }
     let mut rows = SweepRows::default();
