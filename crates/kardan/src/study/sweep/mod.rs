@@ -49,7 +49,7 @@ use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::VariantSettings;
 use crate::num::Random;
 use crate::results::{Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
-use crate::simulate::{Method, Recorded};
+use crate::simulate::{Method, Recorded, Tolerance};
 
 /// Samples of a block, at least.
 const LEAST_BLOCK: u64 = 64;
@@ -133,7 +133,9 @@ impl Project {
     ) -> String {
         let runs = format!("{samples} samples of {}", quoted(variants.iter().map(String::as_str)));
         let search = search.map_or(String::new(), |(option, number)| format!(", {option} {}", number + 1));
-        format!("{}, {runs}, seed {seed}{search}, {}", self.origin(), integrated(&settings.run))
+        let own = settings.most_steps.filter(|most| *most != Tolerance::default().most_steps);
+        let steps = own.map_or(String::new(), |most| format!(", limit of steps {most}"));
+        format!("{}, {runs}, seed {seed}{search}{steps}, {}", self.origin(), integrated(&settings.run))
     }
 
     /// This program and the model with its files.
