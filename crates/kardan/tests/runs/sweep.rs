@@ -287,6 +287,17 @@ fn keys_without_a_tolerance_are_told() {
     }
 }
 
+/// The tolerance with a confidence that the page on sweeps shows is one.
+#[test]
+fn a_tolerance_with_a_confidence_is_normal() {
+    let shown = "\"1 N m [0.9, 1.2] 95 %\"";
+    assert!(include_str!("../../../../docs/sweep.md").contains(shown));
+    let project = Project::open(MODEL.replace("\"4 N m\"", shown).replace(" ± 10 %", ""));
+    assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+    let plan = project.sweep_plan(&of(20)).unwrap();
+    assert!(plan.head.varied[0].distribution.starts_with("normal, mean 1,"), "{:?}", plan.head.varied);
+}
+
 /// Laws are those of the values in the file: a sample is the run of a variant whose `design` names them.
 #[test]
 fn laws_are_those_of_the_file() {
