@@ -298,6 +298,22 @@ fn a_tolerance_with_a_confidence_is_normal() {
     assert!(plan.head.varied[0].distribution.starts_with("normal, mean 1,"), "{:?}", plan.head.varied);
 }
 
+/// Intervals of Halton's sequence in many dimensions are doubted, in few or of other points they are not.
+#[test]
+fn many_axes_of_halton_are_told() {
+    let told = |axes: usize, points: &str| {
+        let parameters: String = (0..axes).map(|k| format!("p{k} = \"1 ± 10 %\"\n")).collect();
+        let text =
+            format!("{}\n[parameters]\n{parameters}[sweep]\npoints = \"{points}\"\n", MODEL.replace(" ± 10 %", ""));
+        let (_, found) = swept(&Project::open(text.as_str()), &of(8));
+        found.warnings.iter().any(|one| one.contains("may be too narrow") && one.contains("axes unevenly"))
+    };
+    assert_eq!(
+        [told(9, "halton"), told(8, "halton"), told(9, "sobol"), told(9, "random")],
+        [true, false, false, false]
+    );
+}
+
 /// Laws are those of the values in the file: a sample is the run of a variant whose `design` names them.
 #[test]
 fn laws_are_those_of_the_file() {

@@ -265,7 +265,7 @@ impl Project {
             rows.keep(0..used);
         }
         let mut out = answered(self.prepared(), plan, rows, &course);
-        out.warnings = self.mistakes().iter().map(ToString::to_string).collect();
+        out.warnings.splice(0..0, self.mistakes().iter().map(ToString::to_string));
         out
     }
 

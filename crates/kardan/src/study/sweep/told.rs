@@ -12,6 +12,9 @@ use crate::results::{
 };
 use crate::study::Prepared;
 
+/// Axes that Halton's sequence fills evenly with few samples.
+const MOST_OF_HALTON: usize = 8;
+
 /// What the rows say together.
 pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows, course: &Course) -> Sweep {
     let (until, confidence) = match course {
@@ -87,7 +90,19 @@ pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows, 
         }
     }
     out.notes = notes(prepared, plan, &out);
+    out.warnings.extend(uneven(plan, &out));
     out
+}
+
+/// Intervals of a sequence that fills many axes unevenly: bases of Halton's grow with their number, and long parts of their digits run side by side.
+fn uneven(plan: &SweepPlan, found: &Sweep) -> Option<String> {
+    let (axes, told) = (plan.spread.len(), found.requirements.iter().any(|one| one.interval.is_some()));
+    (told && axes > MOST_OF_HALTON && plan.points() == Filling::Halton.word()).then(|| {
+        format!(
+            "intervals of probabilities are those of random draws and may be too narrow: Halton's sequence fills {axes} axes unevenly, beyond some {MOST_OF_HALTON} \
+             of them it may be farther off than random draws; write `points = \"sobol\"` or `points = \"random\"` under `[sweep]`"
+        )
+    })
 }
 
 /// What its rows are of.
