@@ -3,6 +3,7 @@
 use kardan::export::{read_sweep_rows, sweep_rows};
 use kardan::project::Project;
 use kardan::results::{RowAgain, SweepRow, SweepRows, SweptParameter};
+use kardan::simulate::Method;
 use kardan::study::{Progress, Settings, Silent, SweepSettings};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -312,6 +313,22 @@ fn many_axes_of_halton_are_told() {
         [told(9, "halton"), told(8, "halton"), told(9, "sobol"), told(9, "random")],
         [true, false, false, false]
     );
+}
+
+/// Where nothing is measured nothing is compared; where something is, it is said by how much it differs. A list without values is told as such.
+#[test]
+fn nothing_is_compared_of_nothing() {
+    let note = |text: &str| {
+        let run = Settings { method: Method::Automatic, ..Settings::default() };
+        let (_, found) = swept(&Project::open(text), &SweepSettings { run, ..of(8) });
+        assert!(found.compared.is_some());
+        found.notes.into_iter().find(|one| one.contains("side by side"))
+    };
+    assert!(note(MODEL).is_some_and(|note| note.contains("differ") && !note.contains("0.0e0")));
+    assert_eq!(note(MODEL.split("[[requirement]]").next().unwrap()), None);
+    let empty = Project::open(format!("{MODEL}[sweep]\nlists = {{ \"a.inertia\" = [] }}\n"));
+    let told: Vec<&str> = empty.mistakes().iter().map(|one| one.message.as_str()).collect();
+    assert_eq!(told, ["`a.inertia` in `lists` of `[sweep]`: a list needs at least one value"]);
 }
 
 /// Laws are those of the values in the file: a sample is the run of a variant whose `design` names them.

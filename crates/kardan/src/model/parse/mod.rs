@@ -404,7 +404,12 @@ impl Reader<'_> {
                 }
             };
             match &keyed.entry.value {
-                Written::List(list) if *self.kind == Kind::Lists && !list.is_empty() => list.iter().for_each(read),
+                Written::List(list) if *self.kind == Kind::Lists && list.is_empty() => {
+                    let here = Reader { what: &what, place: keyed.entry.place.clone(), ..*self };
+                    let help = "write its values, such as `[\"20 rad/s\", \"60 rad/s\"]`, or take it out";
+                    out.push(here.error("list::length", "a list needs at least one value", "no value").help(help));
+                }
+                Written::List(list) if *self.kind == Kind::Lists => list.iter().for_each(read),
                 _ => read(&keyed.entry),
             }
         }

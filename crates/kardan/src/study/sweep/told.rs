@@ -160,12 +160,9 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
         ),
         _ => {}
     }
-    if let Some(SweptCompared { rows, difference, sample, .. }) = &found.compared {
-        notes.push(format!(
-            "Runs go side by side in lanes. {rows} of them were run by the reference too, one by one: figures and what requirements measure differ by at most \
-             {difference:.1e} of themselves, or of a bound where that is larger (sample {sample}). With `--method taylor` all runs go by the reference."
-        ));
-    }
+    // Runs of which nothing is measured have nothing to compare.
+    let measured = !prepared.requirements.is_empty() || !prepared.figures.is_empty();
+    notes.extend(found.compared.as_ref().filter(|_| measured).map(side_by_side));
     if let Some(until) = &found.until {
         notes.push(format!(
             "Whoever looks often sees a narrow interval by chance sooner. So there are {} looks at most, planned before, and the intervals of each have a confidence of \
@@ -209,6 +206,20 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
         );
     }
     notes
+}
+
+/// How far runs side by side are from the reference, in words.
+fn side_by_side(SweptCompared { rows, difference, sample, .. }: &SweptCompared) -> String {
+    let differ = match *difference {
+        0.0 => "do not differ".to_string(),
+        _ => format!(
+            "differ by at most {difference:.1e} of themselves, or of a bound where that is larger (sample {sample})"
+        ),
+    };
+    format!(
+        "Runs go side by side in lanes. {rows} of them were run by the reference too, one by one: figures and what requirements measure {differ}. \
+         With `--method taylor` all runs go by the reference."
+    )
 }
 
 /// How far rows are from the reference, of those that were compared.
