@@ -202,7 +202,8 @@ fn requirements(found: &Sweep) -> Body {
         ]);
         cells
     };
-    let hint = "The interval is that of Clopper and Pearson for samples drawn each by itself; those of a Latin hypercube or of Sobol's sequence spread no more as a rule, those of Halton's sequence of many parameters may.";
+    let hint = "The interval is that of Clopper and Pearson for samples drawn each by itself; those of a Latin hypercube or of Sobol's sequence spread no more as \
+                a rule, those of Halton's sequence of many parameters may.";
     let body = Body::default().table_of(usize::MAX, &columns, found.requirements.iter().map(one));
     let drawn = found.requirements.iter().any(|one| one.interval.is_some());
     if drawn { body.hint(hint.to_string()) } else { body }

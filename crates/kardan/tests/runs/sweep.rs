@@ -375,3 +375,50 @@ lists = { j = [\"1.5 kg m^2\", \"3 kg m^2\"] }
     }
     assert_ne!(rows[0].values, rows[1].values);
 }
+
+/// A parameter that stands in laws alone changes no bit and is told by name, with the value that they are designed for; one that reaches the plant too is not.
+#[test]
+fn what_reaches_laws_alone_is_told() {
+    let text = "\
+[parameters]
+wn = \"20 rad/s\"
+twice = \"2 * wn\"
+d = \"0.1 N m s/rad\"
+[shaft.a]
+inertia = \"1 kg m^2\"
+damping = \"d\"
+[motor.m]
+shaft = \"a\"
+[control.hold]
+law = \"position_loop\"
+output = \"a.phi\"
+input = \"m\"
+natural_frequency = \"twice\"
+damping_ratio = \"wn * d / 1 N m\"
+reference = \"wish\"
+[scenario]
+duration = \"0.5 s\"
+[[scenario.event]]
+signal = \"wish\"
+at = \"0 s\"
+to = \"0.2 rad\"
+[[figure]]
+name = \"end\"
+signal = \"a.phi\"
+measure = \"final\"
+[sweep]
+lists = { wn = [\"20 rad/s\", \"30 rad/s\"], d = [\"0.1 N m s/rad\"] }
+";
+    let project = Project::open(text);
+    assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+    let (rows, found) = swept(&project, &of(4));
+    assert!(rows.iter().any(|row| row.values != rows[0].values));
+    assert!(rows.iter().all(|row| row.figures == rows[0].figures));
+    let told: Vec<&String> = found.notes.iter().filter(|note| note.contains("has no effect")).collect();
+    assert_eq!(
+        told,
+        [
+            "`wn` stands in laws alone (`control.hold`), which stay as designed for its value in the file (20 rad/s): letting it vary has no effect."
+        ]
+    );
+}

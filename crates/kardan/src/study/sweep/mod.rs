@@ -6,6 +6,7 @@ mod answers;
 mod course;
 mod goal;
 mod indices;
+mod laws;
 mod plan;
 mod points;
 mod rare;
@@ -265,6 +266,7 @@ impl Project {
             rows.keep(0..used);
         }
         let mut out = answered(self.prepared(), plan, rows, &course);
+        out.notes.extend(laws::without_effect(self.entries(), self.document(), &plan.head.varied));
         out.warnings.splice(0..0, self.mistakes().iter().map(ToString::to_string));
         out
     }
