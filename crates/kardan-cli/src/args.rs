@@ -286,11 +286,14 @@ pub fn word(choice: impl ValueEnum) -> Option<String> {
     choice.to_possible_value().map(|value| value.get_name().into())
 }
 
+/// Steps of a simulation, where none are given.
+pub const MOST_STEPS: u64 = 100_000_000;
+
 /// When a command ends early, with what it has then and exit code 2.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Limits {
     /// Steps of the integrator after which a simulation ends early; what it has by then is written.
-    #[arg(long, value_name = "N", default_value = "100000000", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = MOST_STEPS, value_parser = clap::value_parser!(u64).range(1..))]
     pub max_steps: u64,
     /// Time after which the command ends early, s; what it has by then is written [default: none].
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "watch")]
@@ -638,6 +641,9 @@ pub struct MergeArgs {
     /// The relative error that was allowed per step, if it was given.
     #[arg(long, value_name = "NUMBER", value_parser = relative_tolerance)]
     pub tolerance: Option<f64>,
+    /// Steps of the integrator after which runs ended early.
+    #[arg(long, value_name = "N", default_value_t = MOST_STEPS, value_parser = clap::value_parser!(u64).range(1..))]
+    pub max_steps: u64,
     #[command(flatten)]
     pub changes: Changes,
 }

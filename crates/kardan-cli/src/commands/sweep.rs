@@ -13,7 +13,7 @@ use kardan::study::{Progress, Settings, Shard, SweepGoal, SweepPlan, SweepSettin
 use kardan_report as report;
 
 use super::run::method;
-use crate::args::{MergeArgs, RunMethod, SweepArgs, SweepCommand, word};
+use crate::args::{MOST_STEPS, MergeArgs, RunMethod, SweepArgs, SweepCommand, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
 use crate::input;
 use crate::output::{in_words, prepare_folder, print, quoted_for_shell, reason, save, save_page, say_written};
@@ -71,8 +71,10 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     }
     let mut found = found.map_err(refused)?;
     if let (Some(out), true) = (&args.out, found.missing > 0) {
+        // What is replaced anew would be lost again.
+        let instead = if args.force { " in place of `--force`" } else { "" };
         found.notes.push(format!(
-            "The rows that are there stay: the same command with `--resume` makes the others in `{}`.",
+            "The rows that are there stay: the same command with `--resume`{instead} makes the others in `{}`.",
             out.display()
         ));
     }
@@ -96,7 +98,8 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
                 )?,
             };
             let files = files_of_rows(out).into_iter().collect();
-            let command = command_again(&model, &args.changes.set, args.method, args.tolerance);
+            let command =
+                command_again((&model, &args.changes.set), (args.method, args.tolerance, args.limits.max_steps));
             Some(looked_into((&plan, &found), &rows, &files, command, full))
         }
         None => None,
@@ -108,7 +111,10 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
 type Files = BTreeMap<u64, PathBuf>;
 
 /// The command that runs rows again, up to their file.
-fn command_again(model: &Path, set: &[String], method: RunMethod, tolerance: Option<f64>) -> String {
+fn command_again(
+    (model, set): (&Path, &[String]),
+    (method, tolerance, max_steps): (RunMethod, Option<f64>, u64),
+) -> String {
     let mut command = format!("kardan run {}", quoted_for_shell(&model.display().to_string()));
     for change in set {
         command += &format!(" --set {}", quoted_for_shell(change));
@@ -118,6 +124,9 @@ fn command_again(model: &Path, set: &[String], method: RunMethod, tolerance: Opt
     }
     if let Some(tolerance) = tolerance {
         command += &format!(" --tolerance {tolerance:e}");
+    }
+    if max_steps != MOST_STEPS {
+        command += &format!(" --max-steps {max_steps}");
     }
     command + " --variants-from"
 }
@@ -225,7 +234,8 @@ fn removed(path: &Path, why: &str) -> Result<(), Diagnostic> {
 pub fn settings(args: &SweepArgs) -> SweepSettings {
     let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
     let (variants, goal) = (args.variants.clone(), goal(args));
-    SweepSettings { samples: args.samples, seed: args.seed, variants, run, goal, lanes: None }
+    let most_steps = usize::try_from(args.limits.max_steps).ok();
+    SweepSettings { samples: args.samples, seed: args.seed, variants, run, most_steps, goal, lanes: None }
 }
 
 /// What it is for; options that exclude each other are refused before.
@@ -270,7 +280,7 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let unusable = |path: &Path, why: &str| {
         let message = format!("`{}` cannot be merged: {why}", path.display());
         Diagnostic::error("sweep::merge", message)
-            .help("name the model, its `--set`, `--method`, `--tolerance` and `--variant` that all shards were run with, and their folders alone")
+            .help("name the model, its `--set`, `--method`, `--tolerance`, `--max-steps` and `--variant` that all shards were run with, and their folders alone")
     };
     let bytes = fs::read(first).map_err(|error| reason(&error));
     let (samples, seed) = bytes.and_then(export::samples_and_seed).map_err(|why| unusable(first, &why))?;
@@ -280,6 +290,7 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
         seed: Some(seed),
         variants: args.variants.clone(),
         run,
+        most_steps: usize::try_from(args.max_steps).ok(),
         goal: SweepGoal::Samples,
         lanes: None,
     };
@@ -320,7 +331,7 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     if let Some(out) = &args.out {
         prepare_folder(out)?;
         removed(&out.join(FULL), "it is of a sweep before this one")?;
-        let command = command_again(&args.model, &args.changes.set, args.method, args.tolerance);
+        let command = command_again((&args.model, &args.changes.set), (args.method, args.tolerance, args.max_steps));
         looked = Some(looked_into((&plan, &found), &rows, &files, command, None));
     }
     tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
@@ -365,6 +376,17 @@ fn put_away(out: &Path, blocks: u64) -> Result<(), Diagnostic> {
     behind.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
 }
 
+/// Removes rows of another sweep before the first one of this: where it is ended early, what is there is of one sweep. Of a shard its own part, and what no
+/// shard of this sweep has.
+fn start_anew(out: &Path, plan: &SweepPlan) -> Result<(), Diagnostic> {
+    if let Some(Shard { number, of }) = plan.shard {
+        removed(&manifest_of(out, number, of), "it is of a sweep before this one")?;
+    }
+    let own = |block: u64| plan.own_blocks().contains(&block) || block >= plan.blocks();
+    let mut old = files_of_rows(out).into_iter().filter(|(block, _)| own(*block));
+    old.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
+}
+
 /// The rows that are there already, of the same sweep; a folder with those of another one is refused.
 fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<SweepRows, Diagnostic> {
     prepare_folder(out)?;
@@ -380,6 +402,7 @@ fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<SweepRo
             let help = "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR";
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
+        start_anew(out, plan)?;
         return Ok(SweepRows::default());
     }
     let mut rows = SweepRows::default();

@@ -172,6 +172,51 @@ fn an_ended_sweep_keeps_its_blocks() {
     assert!(warnings.contains("is missing"), "{warnings}");
 }
 
+/// A sweep that replaces another one leaves none of its rows, however early it is ended, and goes on without `--force`.
+#[test]
+fn a_sweep_that_starts_anew_leaves_no_rows_of_another() {
+    let at = folder("anew");
+    fs::write(at.join("m.toml"), MODEL).unwrap();
+    let sweep = |seed: &str, more: &[&str]| {
+        let own = ["sweep", "m.toml", "--samples", "450", "--out", "o", "--json", "--seed", seed];
+        kardan(&at, &[&own, more].concat())
+    };
+    let rows = || (0..9).filter(|k| at.join(format!("o/rows-{k:06}.parquet")).is_file()).count();
+    assert_eq!(sweep("1", &[]).status.code(), Some(1));
+    assert_eq!(rows(), 8);
+    let ended = sweep("2", &["--force", "--time-limit", "1e-9"]);
+    let object = printed(&ended.stdout);
+    assert!(ended.status.code() == Some(2) && rows() < 8, "{object}");
+    assert!(object["notes"].to_string().contains("with `--resume` in place of `--force` makes"), "{object}");
+    let whole = sweep("2", &["--resume"]);
+    assert_eq!((whole.status.code(), rows()), (Some(1), 8), "{}", String::from_utf8_lossy(&whole.stderr));
+    // A shard replaces its own part.
+    assert_eq!(sweep("2", &["--shard", "1/2", "--force", "--time-limit", "1e-9"]).status.code(), Some(2));
+    assert!((4..8).contains(&rows()));
+}
+
+/// Rows that ended by a limit of steps are of another sweep than those without it: they are neither gone on with nor merged with others.
+#[test]
+fn a_limit_of_steps_is_part_of_a_sweep() {
+    let at = folder("steps");
+    fs::write(at.join("m.toml"), MODEL).unwrap();
+    let sweep = |more: &[&str]| kardan(&at, &[&["sweep", "m.toml", "--samples", "130", "--json"], more].concat());
+    let limited = ["--max-steps", "1"];
+    assert_eq!(sweep(&["--shard", "1/2", "--out", "one"]).status.code(), Some(1));
+    let got = sweep(&[&["--shard", "2/2", "--out", "two"], &limited[..]].concat());
+    assert!(got.status.code() == Some(1), "{}", String::from_utf8_lossy(&got.stderr));
+    let resumed = sweep(&["--shard", "2/2", "--out", "two", "--resume"]);
+    let merged = kardan(&at, &["sweep", "merge", "m.toml", "one", "two", "--json"]);
+    for got in [resumed, merged] {
+        let object = printed(&got.stdout).to_string();
+        assert!(got.status.code() == Some(2) && object.contains("limit of steps 1"), "{object}");
+    }
+    let again = sweep(&[&["--shard", "2/2", "--out", "two", "--resume"], &limited[..]].concat());
+    assert_eq!(again.status.code(), Some(1), "{}", String::from_utf8_lossy(&again.stderr));
+    let merged = kardan(&at, &[&["sweep", "merge", "m.toml", "two", "--json"], &limited[..]].concat());
+    assert!(printed(&merged.stdout)["missing"] == 64, "{}", String::from_utf8_lossy(&merged.stdout));
+}
+
 /// Shards put together are the whole, bit by bit; what is missing is told, what is of another sweep refused.
 #[test]
 fn shards_are_the_whole() {

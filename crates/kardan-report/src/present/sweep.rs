@@ -7,11 +7,14 @@ use crate::text::{escape, figure, number};
 use kardan::results::{
     DisplayUnit, Sweep, SweptBound, SweptRare, SweptRequirement, SweptRule, SweptValues, SweptWorst, Verdict,
 };
+use kardan_rt::functions::log10;
 
 /// Digits of a number.
 const DIGITS: usize = 4;
 /// Digits of a bound: those that it has, as its file would have them.
 const BOUND_DIGITS: usize = 15;
+/// Decimals of hundredths.
+const MOST_DECIMALS: i32 = 12;
 /// Parameters that are told of a figure.
 const MOST_SHARES: usize = 4;
 
@@ -167,13 +170,25 @@ fn titles(found: &Sweep, first: &str, others: &[&str]) -> Vec<String> {
 }
 
 fn percent(part: f64) -> String {
-    format!("{} %", figure(100.0 * part, DIGITS))
+    format!("{} %", share(part, DIGITS))
+}
+
+/// A part of all in hundredths, without their sign: as many digits, and near all of it those that tell two of what is missing.
+fn share(part: f64, digits: usize) -> String {
+    let missing = 100.0 * (1.0 - part);
+    if !(missing > 0.0 && missing < 1.0) {
+        return figure(100.0 * part, digits);
+    }
+    let decimals = 1 - log10(missing).floor() as i32;
+    let told = format!("{:.*}", decimals.max(digits as i32 - 2).clamp(1, MOST_DECIMALS) as usize, 100.0 * part);
+    told.trim_end_matches('0').trim_end_matches('.').into()
 }
 
 fn requirements(found: &Sweep) -> Body {
     // Intervals of samples until they are narrow are wider, and hold together with that confidence.
     let interval = format!("#{} % interval", number(100.0 * found.confidence));
-    let columns = titles(found, "requirement", &["#holds in", "#fails in", "#probability", &interval]);
+    let columns =
+        titles(found, "requirement", &["#holds in", "#fails in", "#probability", &interval, "#fails at most"]);
     let one = |one: &SweptRequirement| {
         let mut cells = vec![Cell::Mark(one.failed == 0, one.text.clone())];
         cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
@@ -182,11 +197,13 @@ fn requirements(found: &Sweep) -> Body {
             one.passed.to_string(),
             one.failed.to_string(),
             one.probability.map_or_else(String::new, percent),
-            interval.unwrap_or_default()
+            interval.unwrap_or_default(),
+            one.interval.map_or_else(String::new, |[low, _]| figure(1.0 - low, 2))
         ]);
         cells
     };
-    let hint = "The interval is that of Clopper and Pearson for samples drawn each by itself; those of a Latin hypercube or of a sequence spread no more.";
+    let hint = "The interval is that of Clopper and Pearson for samples drawn each by itself; those of a Latin hypercube or of Sobol's sequence spread no more as \
+                a rule, those of Halton's sequence of many parameters may.";
     let body = Body::default().table_of(usize::MAX, &columns, found.requirements.iter().map(one));
     let drawn = found.requirements.iter().any(|one| one.interval.is_some());
     if drawn { body.hint(hint.to_string()) } else { body }
@@ -204,10 +221,9 @@ fn rules(found: &Sweep) -> Body {
 /// A rule as a sentence.
 fn rule(rule: &SweptRule) -> String {
     let there: Vec<String> = rule.bounds.iter().map(bound).collect();
-    let percent = |part: f64| figure(100.0 * part, 3);
-    let [low, high] = rule.interval.map(percent);
+    let [low, high] = rule.interval.map(|part| share(part, 3));
     let SweptRule { inside, failed, .. } = rule;
-    let covers = percent(rule.covers);
+    let covers = share(rule.covers, 3);
     format!(
         "{}: {failed} of {inside} samples there fail ({low} % to {high} %), {covers} % of all failures.",
         there.join(" and ")
@@ -266,7 +282,29 @@ fn figures(found: &Sweep) -> Body {
         cells
     });
     let body = Body::default().table_of(usize::MAX, &columns, rows);
+    let told = found.figures.iter().map(|one| (&one.name, &one.variant, &one.values));
+    let body = body.list(without_a_value(found, told));
     if found.figures.is_empty() { body } else { body.hint(SHARES_HINT.to_string()) }
+}
+
+/// How many runs have a number, where some have none.
+fn without_a_value<'a>(
+    found: &Sweep,
+    all: impl Iterator<Item = (&'a String, &'a String, &'a SweptValues)>,
+) -> Vec<String> {
+    let fewer = all.filter(|(_, _, values)| values.count < values.runs);
+    let told = fewer.map(|(name, variant, SweptValues { runs, ended, count, .. })| {
+        let variant = if several(found) { format!(" ({variant})") } else { String::new() };
+        let why = match (*ended, runs - count - ended) {
+            (0, _) => String::new(),
+            (ended, 0) => format!(": {ended} did not come to their end and are left out"),
+            (ended, none) => {
+                format!(": {ended} did not come to their end and are left out, {none} came to it without a value")
+            }
+        };
+        format!("{name}{variant}: {count} of {runs} runs have a value{why}.")
+    });
+    told.collect()
 }
 
 fn measured(found: &Sweep) -> Body {
@@ -280,7 +318,8 @@ fn measured(found: &Sweep) -> Body {
         cells.extend(row![ends.unwrap_or_default(), shares(&one.measured)]);
         cells
     });
-    Body::default().table_of(usize::MAX, &columns, rows)
+    let told = found.requirements.iter().map(|one| (&one.text, &one.variant, &one.measured));
+    Body::default().table_of(usize::MAX, &columns, rows).list(without_a_value(found, told))
 }
 
 /// `margin -0.12 N m`
@@ -398,7 +437,8 @@ fn effects(found: &Sweep) -> Body {
 fn failures(found: &Sweep) -> Body {
     let columns = titles(found, "why", &["#runs", "#first sample"]);
     let rows = found.failures.iter().map(|one| {
-        let mut cells = row![&one.reason];
+        let example = if one.example == one.reason { String::new() } else { format!("; the first: {}", one.example) };
+        let mut cells = row![format!("{}{example}", one.reason)];
         cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
         cells.extend(row![one.count.to_string(), one.first.to_string()]);
         cells
@@ -435,4 +475,29 @@ fn varied(found: &Sweep) -> Body {
         ),
     };
     Body::default().table_of(usize::MAX, &["parameter", "distribution"], rows).hint(told)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is missing to all of it is not rounded away.
+    #[test]
+    fn parts_near_all_are_no_whole() {
+        for (part, told) in [
+            (1.0, "100"),
+            (0.999_963_11, "99.9963"),
+            (0.999_999_63, "99.999963"),
+            (0.9912, "99.12"),
+            (0.99, "99"),
+            (0.5, "50"),
+            (0.123_456, "12.35"),
+            (3.689e-5, "0.003689"),
+            (3.689e-7, "3.689e−5"),
+            (0.0, "0"),
+        ] {
+            assert_eq!(share(part, DIGITS), told);
+        }
+        assert_eq!(share(0.999_63, 3), "99.963");
+    }
 }

@@ -60,6 +60,29 @@ fn where_samples_fail() {
     }
 }
 
+/// Of 3000 samples that all hold, the interval and what fails at most are told with digits that tell them from 100 % and from nothing: 1 − 0.025^(1/3000).
+#[test]
+fn an_interval_near_certainty_has_digits() {
+    let (_, found, _) = swept(&PUSHED.replace("above = \"2 rad/s\"", "above = \"1 rad/s\""), 3000);
+    let page = kardan_report::sweep(&found).markdown();
+    assert!(page.contains("99.88 % to 100 %") && page.contains("0.0012"), "{page}");
+}
+
+/// How many runs have a value is told where some have none: the speed 4 N m · 1 s / J comes to 2 rad/s in a part of them, and none has J below zero.
+#[test]
+fn runs_without_a_value_are_counted() {
+    let figure = "[[figure]]\nname = \"rise\"\nsignal = \"a.w\"\nmeasure = \"rise_time\"\ntarget = \"2 rad/s\"\nband = 0.1\n\
+                  [[sweep.vary]]\nparameter = \"a.inertia\"\nfrom = \"-1 kg m^2\"\nto = \"3 kg m^2\"\n";
+    let (_, found, _) = swept(&format!("{PUSHED}{figure}"), 80);
+    let page = kardan_report::sweep(&found).markdown();
+    let rise = &found.figures[0].values;
+    assert!((rise.runs, rise.ended) == (80, 20) && (10..60).contains(&rise.count), "{rise:?}");
+    let none = 60 - rise.count;
+    let told =
+        format!("rise: {} of 80 runs have a value: 20 did not come to their end and are left out, {none}", rise.count);
+    assert!(page.contains(&told) && page.contains("final a.w \\> 2 rad/s: 60 of 80 runs have a value"), "{page}");
+}
+
 /// The speed of a is 4 N m · 1 s / J.
 const PUSHED: &str = "[shaft.a]\ninertia = \"2 kg m^2 ± 10 %\"\n[motor.m]\nshaft = \"a\"\n[scenario]\nduration = \"1 s\"\n\
                       [[scenario.event]]\nsignal = \"m.tau\"\nat = \"0 s\"\nto = \"4 N m\"\n\

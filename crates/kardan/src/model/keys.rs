@@ -6,7 +6,7 @@ use super::document::{Document, Instance, Parameter};
 use crate::diagnostics::Diagnostic;
 use crate::entries::{Entries, Place, Written};
 use crate::names::{nearest, parameter};
-use crate::schema::{Field, Kind, Scalar, Value};
+use crate::schema::{Field, Kind, Placed, Scalar, Table, Value};
 use crate::units::{Dimension, Exact, Expression, written_quantity};
 
 /// What follows from other values: an entry of `[parameters]`, or the key of an element.
@@ -73,6 +73,66 @@ fn numbers(document: &Document) -> impl Iterator<Item = (&Instance, &'static Fie
             _ => None,
         })
     })
+}
+
+impl Document {
+    /// A value that a tolerance could stand behind, by its name as one that varies (`a.inertia`, `scenario.event.1.at`, `fault.weak.by`), that has none: how it
+    /// is written, where it is, or else what it follows from.
+    pub(crate) fn without_tolerance(&self, name: &str) -> Option<Result<String, String>> {
+        let of_element = || {
+            let named = |(element, field, _): &(&Instance, &Field, Dimension)| {
+                name.strip_prefix(element.name.as_str()).and_then(|rest| rest.strip_prefix('.')) == Some(field.name)
+            };
+            let (element, field, dimension) = numbers(self).find(named)?;
+            if element.table.values.contains_key(field.name) {
+                return scalar_at(&element.table, field.name);
+            }
+            let unread = element.table.unread.contains(&field.name);
+            let value = field.default_number().filter(|_| !unread)?;
+            Some((Scalar::Literal(value.clone(), dimension), written_quantity(&value, dimension)))
+        };
+        let of_fault = || {
+            let rest = name.strip_prefix("fault.")?;
+            let own = |(name, table): &(_, Table)| {
+                let Placed { value, .. }: &Placed<String> = name;
+                scalar_at(table, rest.strip_prefix(value.as_str())?.strip_prefix('.')?)
+            };
+            self.faults.iter().find_map(own)
+        };
+        let of_scenario = || scalar_at(&self.scenario, name.strip_prefix("scenario.")?);
+        match of_element().or_else(of_fault).or_else(of_scenario)? {
+            (Scalar::Literal(value, dimension), text) if value.is_zero() => {
+                Some(Ok(format!("{text} ± {}", written_quantity(&Exact::from_ratio(1, 1), dimension))))
+            }
+            (Scalar::Literal(..), text) => Some(Ok(format!("{text} ± 10 %"))),
+            (Scalar::Parameter(other), _) => Some(Err(other)),
+            (Scalar::Expression(read), _) => Some(Err(read.text().into())),
+            (Scalar::Tolerated(_), _) => None,
+        }
+    }
+}
+
+/// The number at a path below a table, with how it is written.
+fn scalar_at(table: &Table, path: &str) -> Option<(Scalar, String)> {
+    let (key, rest) = path.split_once('.').map_or((path, None), |(key, rest)| (key, Some(rest)));
+    let told = |scalar: &Scalar| match scalar {
+        Scalar::Literal(value, dimension) => written_quantity(value, *dimension),
+        _ => String::new(),
+    };
+    match (&table.values.get(key)?.value, rest) {
+        (Value::Scalar(scalar), None) => {
+            Some((scalar.clone(), table.written.get(key).cloned().unwrap_or_else(|| told(scalar))))
+        }
+        (Value::Map(entries), Some(name)) => {
+            let (_, scalar) = entries.iter().find(|(other, _)| other.value == name)?;
+            Some((scalar.value.clone(), told(&scalar.value)))
+        }
+        (Value::Tables(tables), Some(rest)) => {
+            let (number, rest) = rest.split_once('.')?;
+            scalar_at(tables.get(number.parse::<usize>().ok()?.checked_sub(1)?)?, rest)
+        }
+        _ => None,
+    }
 }
 
 /// The names with a dot in the expressions of a table.

@@ -152,6 +152,10 @@ pub struct SweptFigure {
 /// Numbers of many samples, SI.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SweptValues {
+    /// Runs of these samples.
+    pub runs: u64,
+    /// How many of them did not come to their end: what they measured up to there is left out.
+    pub ended: u64,
     /// How many samples have a number.
     pub count: u64,
     /// Their mean.
@@ -309,8 +313,10 @@ pub struct SweptShare {
 /// Runs that did not come to their end.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptFailure {
-    /// Why.
+    /// Why, with `…` in place of numbers that differ among these runs.
     pub reason: String,
+    /// The reason of the first of them in full.
+    pub example: String,
     /// How many.
     pub count: u64,
     /// The first sample.

@@ -3,6 +3,7 @@
 use kardan::export::{read_sweep_rows, sweep_rows};
 use kardan::project::Project;
 use kardan::results::{RowAgain, SweepRow, SweepRows, SweptParameter};
+use kardan::simulate::Method;
 use kardan::study::{Progress, Settings, Silent, SweepSettings};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -256,8 +257,78 @@ fn refused_samples_are_rows() {
     // A quarter of the strips lies below zero.
     assert_eq!(refused.len(), 20);
     assert!(refused.iter().all(|row| row.values[0] < 0.0 && row.passed[0] == 0.0 && row.figures[0].is_nan()));
-    assert_eq!(found.failures.iter().map(|one| one.count).sum::<u64>(), 20);
+    // They differ in a number alone: one reason, with the first one in full.
+    let [failure] = &found.failures[..] else { panic!("{:?}", found.failures) };
+    assert_eq!((failure.count, failure.first, failure.example.as_str()), (20, refused[0].sample, &*refused[0].reason));
+    assert!(failure.reason.contains(" is … kg m^2"), "{}", failure.reason);
     assert_eq!((found.requirements[0].failed, found.figures[0].values.count), (20 + 20, 60));
+}
+
+/// A key that is there without a tolerance is told with how to write one, wherever it stands; one that follows from others with those.
+#[test]
+fn keys_without_a_tolerance_are_told() {
+    let more = "\n[shaft.b]\ninertia = \"2 * k\"\ndamping = \"0 N m s/rad\"\n[fault.weak]\nmotor = \"m\"\nkind = \"reduced\"\nby = 0.5\nat = \"0.8 s\"\n\
+                [parameters]\nk = \"1 kg m^2\"\n";
+    let model =
+        MODEL.replace("duration = \"1 s\"\n", "duration = \"1 s\"\ninitial = { \"a.w\" = \"0.1 rad/s\" }\n") + more;
+    for (name, told) in [
+        ("scenario.event.1.to", "\"4 N m ± 10 %\""),
+        ("scenario.initial.a.w", "\"0.1 rad/s ± 10 %\""),
+        ("fault.weak.by", "\"0.5 ± 10 %\""),
+        ("b.damping", "\"0 N m s/rad ± 1 N m s/rad\""),
+        ("a.damping", "\"0 N m s/rad ± 1 N m s/rad\""),
+        ("b.inertia", "follows from `2 * k`"),
+        ("b.inertai", "there is no parameter"),
+    ] {
+        let text = format!("{model}[[sweep.vary]]\nparameter = \"{name}\"\nfrom = 0\nto = 1\n");
+        let mistakes = Project::open(text).mistakes().to_vec();
+        let own = mistakes.iter().find(|one| one.message.starts_with("`[[sweep.vary]]`")).expect(name);
+        let help = own.help.clone().unwrap_or_default();
+        assert!(format!("{} {help}", own.message).contains(told), "{name}: {} {help}", own.message);
+    }
+}
+
+/// The tolerance with a confidence that the page on sweeps shows is one.
+#[test]
+fn a_tolerance_with_a_confidence_is_normal() {
+    let shown = "\"1 N m [0.9, 1.2] 95 %\"";
+    assert!(include_str!("../../../../docs/sweep.md").contains(shown));
+    let project = Project::open(MODEL.replace("\"4 N m\"", shown).replace(" ± 10 %", ""));
+    assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+    let plan = project.sweep_plan(&of(20)).unwrap();
+    assert!(plan.head.varied[0].distribution.starts_with("normal, mean 1,"), "{:?}", plan.head.varied);
+}
+
+/// Intervals of Halton's sequence in many dimensions are doubted, in few or of other points they are not.
+#[test]
+fn many_axes_of_halton_are_told() {
+    let told = |axes: usize, points: &str| {
+        let parameters: String = (0..axes).map(|k| format!("p{k} = \"1 ± 10 %\"\n")).collect();
+        let text =
+            format!("{}\n[parameters]\n{parameters}[sweep]\npoints = \"{points}\"\n", MODEL.replace(" ± 10 %", ""));
+        let (_, found) = swept(&Project::open(text.as_str()), &of(8));
+        found.warnings.iter().any(|one| one.contains("may be too narrow") && one.contains("axes unevenly"))
+    };
+    assert_eq!(
+        [told(9, "halton"), told(8, "halton"), told(9, "sobol"), told(9, "random")],
+        [true, false, false, false]
+    );
+}
+
+/// Where nothing is measured nothing is compared; where something is, it is said by how much it differs. A list without values is told as such.
+#[test]
+fn nothing_is_compared_of_nothing() {
+    let note = |text: &str| {
+        let run = Settings { method: Method::Automatic, ..Settings::default() };
+        let (_, found) = swept(&Project::open(text), &SweepSettings { run, ..of(8) });
+        assert!(found.compared.is_some());
+        found.notes.into_iter().find(|one| one.contains("side by side"))
+    };
+    assert!(note(MODEL).is_some_and(|note| note.contains("differ") && !note.contains("0.0e0")));
+    assert_eq!(note(MODEL.split("[[requirement]]").next().unwrap()), None);
+    let empty = Project::open(format!("{MODEL}[sweep]\nlists = {{ \"a.inertia\" = [] }}\n"));
+    let told: Vec<&str> = empty.mistakes().iter().map(|one| one.message.as_str()).collect();
+    assert_eq!(told, ["`a.inertia` in `lists` of `[sweep]`: a list needs at least one value"]);
 }
 
 /// Laws are those of the values in the file: a sample is the run of a variant whose `design` names them.
@@ -303,4 +374,51 @@ lists = { j = [\"1.5 kg m^2\", \"3 kg m^2\"] }
         assert_ne!(row.figures[0], single(row.values[0], "# designed for each"));
     }
     assert_ne!(rows[0].values, rows[1].values);
+}
+
+/// A parameter that stands in laws alone changes no bit and is told by name, with the value that they are designed for; one that reaches the plant too is not.
+#[test]
+fn what_reaches_laws_alone_is_told() {
+    let text = "\
+[parameters]
+wn = \"20 rad/s\"
+twice = \"2 * wn\"
+d = \"0.1 N m s/rad\"
+[shaft.a]
+inertia = \"1 kg m^2\"
+damping = \"d\"
+[motor.m]
+shaft = \"a\"
+[control.hold]
+law = \"position_loop\"
+output = \"a.phi\"
+input = \"m\"
+natural_frequency = \"twice\"
+damping_ratio = \"wn * d / 1 N m\"
+reference = \"wish\"
+[scenario]
+duration = \"0.5 s\"
+[[scenario.event]]
+signal = \"wish\"
+at = \"0 s\"
+to = \"0.2 rad\"
+[[figure]]
+name = \"end\"
+signal = \"a.phi\"
+measure = \"final\"
+[sweep]
+lists = { wn = [\"20 rad/s\", \"30 rad/s\"], d = [\"0.1 N m s/rad\"] }
+";
+    let project = Project::open(text);
+    assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+    let (rows, found) = swept(&project, &of(4));
+    assert!(rows.iter().any(|row| row.values != rows[0].values));
+    assert!(rows.iter().all(|row| row.figures == rows[0].figures));
+    let told: Vec<&String> = found.notes.iter().filter(|note| note.contains("has no effect")).collect();
+    assert_eq!(
+        told,
+        [
+            "`wn` stands in laws alone (`control.hold`), which stay as designed for its value in the file (20 rad/s): letting it vary has no effect."
+        ]
+    );
 }

@@ -154,6 +154,13 @@ fn an_identification_is_drawn() {
         (&text, "nothing", "it is no JSON"),
         (&text, "{}", "it has no list `names`"),
         (&text, "{\"correlation\": {\"names\": []}}", "no rows of numbers"),
+        (&all, "{\"names\": [], \"covariance\": []}", "`names` are none"),
+        (&all, "{\"correlation\": {\"names\": [], \"values\": []}, \"parameters\": []}", "`names` are none"),
+        (
+            &text,
+            "{\"names\": [\"s.inertia\", \"s.damping\", \"s.inertia\"], \"covariance\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}",
+            "`s.inertia` twice",
+        ),
         (&all, "{\"names\": [\"s.inertia\", \"s.damping\"], \"covariance\": [[1, 0]]}", "not square"),
         (&all, "{\"names\": [\"s.inertia\", \"s.damping\"], \"covariance\": [[1, 0], [0]]}", "not square"),
         (&all, "{\"names\": [\"s.inertia\", \"s.damping\"], \"covariance\": [[1, 2], [2, 1]]}", "below zero"),

@@ -89,7 +89,8 @@ pub fn sweep(args: &SweepArgs, target: Target, quiet: bool) -> Result<u8, Failur
     let parts = work.all().iter().map(|number| work.part(*number)).collect();
     let (variants, changes) = (args.variants.clone(), args.changes.clone());
     let (out, json, method, tolerance) = (args.out.clone(), args.json, args.method, args.tolerance);
-    merge(&MergeArgs { model: work.model, parts, variants, out, json, method, tolerance, changes }, quiet)
+    let max_steps = args.limits.max_steps;
+    merge(&MergeArgs { model: work.model, parts, variants, out, json, method, tolerance, max_steps, changes }, quiet)
 }
 
 /// A sweep that is run as shards.

@@ -405,13 +405,10 @@ impl Reader<'_> {
             };
             match &keyed.entry.value {
                 Written::List(list) if *self.kind == Kind::Lists && list.is_empty() => {
-                    let message = format!("{what}: expected a list of quantities, found an empty list");
-                    let help = format!(
-                        "write its quantities, for a curve two at least: `{} = [\"1 N m\", \"2 N m\"]`",
-                        keyed.key
-                    );
-                    let place = keyed.entry.place.clone();
-                    out.push(Diagnostic::error("list::length", message).at(place, "empty").help(help));
+                    let here = Reader { what: &what, place: keyed.entry.place.clone(), ..*self };
+                    let help =
+                        format!("write its values, for a curve two at least: `{} = [\"1 N m\", \"2 N m\"]`", keyed.key);
+                    out.push(here.error("list::length", "a list needs at least one value", "no value").help(help));
                 }
                 Written::List(list) if *self.kind == Kind::Lists => list.iter().for_each(read),
                 _ => read(&keyed.entry),

@@ -4,6 +4,7 @@ use statrs::distribution::{Beta, ContinuousCDF};
 
 use super::indices::{effects, sobol_indices};
 use super::points::Axis;
+use super::reasons::reasons;
 use crate::num::Matrix;
 use crate::results::{
     SweepRowOf, SweepRows, SweptEffect, SweptFailure, SweptFigure, SweptIndex, SweptRequirement, SweptShare,
@@ -12,8 +13,6 @@ use crate::results::{
 
 /// Confidence of intervals of probabilities.
 pub(super) const CONFIDENCE: f64 = 0.95;
-/// Most reasons that are told apart.
-const MOST_REASONS: usize = 20;
 /// Parts of all numbers, of which quantiles are told.
 const PARTS: [f64; 7] = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
 
@@ -91,29 +90,17 @@ impl Answers<'_> {
 
     /// Runs that did not come to their end, by reason, the most first.
     pub fn failures(&self) -> Vec<SweptFailure> {
-        let mut found: Vec<SweptFailure> = Vec::new();
-        for row in self.rows.iter().filter(|row| !row.reason.is_empty()) {
-            let variant = &self.variants[row.variant];
-            match found.iter().position(|one| one.reason == row.reason) {
-                Some(one) => found[one].count += 1,
-                None if found.len() < MOST_REASONS => found.push(SweptFailure {
-                    reason: row.reason.to_string(),
-                    count: 1,
-                    first: row.sample,
-                    variant: variant.clone(),
-                }),
-                None => found[MOST_REASONS - 1].count += 1,
-            }
-        }
-        found.sort_by_key(|one| std::cmp::Reverse(one.count));
-        found
+        reasons(self.rows.iter(), self.variants)
     }
 
-    /// The numbers of a variant.
+    /// The numbers of a variant; what a run has measured up to an early end is none.
     fn spread(&self, variant: &str, number: impl Fn(SweepRowOf<'_>) -> f64) -> SweptValues {
+        let number = |row: SweepRowOf<'_>| if row.reason.is_empty() { number(row) } else { f64::NAN };
         let with: Vec<(SweepRowOf<'_>, f64)> =
             self.of(variant).map(|row| (row, number(row))).filter(|(_, x)| x.is_finite()).collect();
-        let Some(first) = with.first() else { return SweptValues::default() };
+        let runs = self.of(variant).count() as u64;
+        let ended = self.of(variant).filter(|row| !row.reason.is_empty()).count() as u64;
+        let Some(first) = with.first() else { return SweptValues { runs, ended, ..SweptValues::default() } };
         let count = with.len() as f64;
         // Sums about the first number lose nothing to a large mean.
         let mean = first.1 + with.iter().map(|(_, x)| x - first.1).sum::<f64>() / count;
@@ -126,6 +113,8 @@ impl Answers<'_> {
         let (shares, explained) = self.shares(&with, mean, squares);
         let (indices, effects) = self.followed(variant, &number);
         SweptValues {
+            runs,
+            ended,
             count: with.len() as u64,
             mean: Some(mean),
             deviation: (with.len() > 1).then(|| (squares / (count - 1.0)).sqrt()),
@@ -242,23 +231,28 @@ mod tests {
         }
     }
 
+    fn figure_of(sample: u64, reason: &str, values: Vec<f64>, figure: f64) -> SweepRow {
+        SweepRow { sample, reason: reason.into(), values, figures: vec![figure], ..SweepRow::default() }
+    }
+
+    /// What a run has measured up to an early end is no number of it; runs without one are counted.
+    #[test]
+    fn runs_that_ended_early_have_no_numbers() {
+        let rows = [("", 1.0), ("it ended", 1e9), ("", 3.0), ("", f64::NAN), ("it was refused", f64::NAN)];
+        let rows = rows.into_iter().zip(0..).map(|((reason, x), k)| figure_of(k, reason, vec![k as f64], x)).collect();
+        let (variants, parameters) = (&["only".to_string()], vec!["a".to_string()]);
+        let (sampled, moving) = (Sampled::Drawn, Vec::new());
+        let answers = Answers { rows: &rows, moving, parameters, variants, sampled, seed: 0, confidence: CONFIDENCE };
+        let found = answers.spread("only", |row| row.figures[0]);
+        assert_eq!((found.runs, found.ended, found.count, found.mean, found.ends), (5, 2, 2, Some(2.0), Some([0, 2])));
+    }
+
     /// A number that is a straight line of what varies is explained whole, by slopes in standard deviations.
     #[test]
     fn straight_lines_are_explained() {
         let row = |k: u64| {
             let (a, b) = ((k * 7 % 20) as f64, (k * 3 % 20) as f64 * (k % 2) as f64);
-            let y = 5.0 + 3.0 * a - 2.0 * b;
-            let (reason, measured, passed) = (String::new(), Vec::new(), Vec::new());
-            SweepRow {
-                sample: k,
-                variant: 0,
-                reason,
-                values: vec![a, b, 4.0],
-                measured,
-                passed,
-                figures: vec![y],
-                difference: None,
-            }
+            figure_of(k, "", vec![a, b, 4.0], 5.0 + 3.0 * a - 2.0 * b)
         };
         let rows: SweepRows = (0..40).map(row).collect();
         let parameters = ["a", "b", "same"].map(String::from).to_vec();

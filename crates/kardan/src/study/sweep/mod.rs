@@ -6,9 +6,11 @@ mod answers;
 mod course;
 mod goal;
 mod indices;
+mod laws;
 mod plan;
 mod points;
 mod rare;
+mod reasons;
 mod region;
 mod rows;
 mod spec;
@@ -48,7 +50,7 @@ use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::VariantSettings;
 use crate::num::Random;
 use crate::results::{Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
-use crate::simulate::{Method, Recorded};
+use crate::simulate::{Method, Recorded, Tolerance};
 
 /// Samples of a block, at least.
 const LEAST_BLOCK: u64 = 64;
@@ -132,7 +134,9 @@ impl Project {
     ) -> String {
         let runs = format!("{samples} samples of {}", quoted(variants.iter().map(String::as_str)));
         let search = search.map_or(String::new(), |(option, number)| format!(", {option} {}", number + 1));
-        format!("{}, {runs}, seed {seed}{search}, {}", self.origin(), integrated(&settings.run))
+        let own = settings.most_steps.filter(|most| *most != Tolerance::default().most_steps);
+        let steps = own.map_or(String::new(), |most| format!(", limit of steps {most}"));
+        format!("{}, {runs}, seed {seed}{search}{steps}, {}", self.origin(), integrated(&settings.run))
     }
 
     /// This program and the model with its files.
@@ -262,7 +266,8 @@ impl Project {
             rows.keep(0..used);
         }
         let mut out = answered(self.prepared(), plan, rows, &course);
-        out.warnings = self.mistakes().iter().map(ToString::to_string).collect();
+        out.notes.extend(laws::without_effect(self.entries(), self.document(), &plan.head.varied));
+        out.warnings.splice(0..0, self.mistakes().iter().map(ToString::to_string));
         out
     }
 

@@ -20,6 +20,8 @@ pub struct SweepSettings {
     pub variants: Vec<String>,
     /// How runs are integrated; variants and faults of it are not read.
     pub run: Settings,
+    /// Steps that a run may take, where [`Progress::most_steps`](crate::study::Progress::most_steps) of the sweep says otherwise than by itself: rows follow from them.
+    pub most_steps: Option<usize>,
     /// What it is for.
     pub goal: SweepGoal,
     /// How many lanes there are where runs go side by side, 1, 4 or 8; `None`: as many as machine code has. Results do not depend on it.

@@ -301,6 +301,15 @@ fn of_file(text: &str, chosen: &[String]) -> Result<Given, String> {
         let of = |k: usize| Some((means.as_ref().map(|means| means[k]), deviation(k)?));
         (names.clone(), matrix.clone(), (0..names.len()).map(of).collect())
     };
+    if names.is_empty() {
+        return Err("its `names` are none: name what varies, in the order of its matrix".into());
+    }
+    if let Some((_, name)) = names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)) {
+        return Err(format!(
+            "its `names` have `{}` twice: leave one out, with its row and its column",
+            shortened(name)
+        ));
+    }
     let exact: Vec<Vec<Rational>> =
         matrix.iter().map(|row| row.iter().map(|x| rational_from_f64(*x).unwrap_or_default()).collect()).collect();
     let wanted: Vec<String> = if chosen.is_empty() { names.clone() } else { chosen.to_vec() };

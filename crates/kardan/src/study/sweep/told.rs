@@ -12,6 +12,9 @@ use crate::results::{
 };
 use crate::study::Prepared;
 
+/// Axes that Halton's sequence fills evenly with few samples.
+const MOST_OF_HALTON: usize = 8;
+
 /// What the rows say together.
 pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows, course: &Course) -> Sweep {
     let (until, confidence) = match course {
@@ -87,7 +90,19 @@ pub(super) fn answered(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows, 
         }
     }
     out.notes = notes(prepared, plan, &out);
+    out.warnings.extend(uneven(plan, &out));
     out
+}
+
+/// Intervals of a sequence that fills many axes unevenly: bases of Halton's grow with their number, and long parts of their digits run side by side.
+fn uneven(plan: &SweepPlan, found: &Sweep) -> Option<String> {
+    let (axes, told) = (plan.spread.len(), found.requirements.iter().any(|one| one.interval.is_some()));
+    (told && axes > MOST_OF_HALTON && plan.points() == Filling::Halton.word()).then(|| {
+        format!(
+            "intervals of probabilities are those of random draws and may be too narrow: Halton's sequence fills {axes} axes unevenly, beyond some {MOST_OF_HALTON} \
+             of them it may be farther off than random draws; write `points = \"sobol\"` or `points = \"random\"` under `[sweep]`"
+        )
+    })
 }
 
 /// What its rows are of.
@@ -145,12 +160,9 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
         ),
         _ => {}
     }
-    if let Some(SweptCompared { rows, difference, sample, .. }) = &found.compared {
-        notes.push(format!(
-            "Runs go side by side in lanes. {rows} of them were run by the reference too, one by one: figures and what requirements measure differ by at most \
-             {difference:.1e} of themselves, or of a bound where that is larger (sample {sample}). With `--method taylor` all runs go by the reference."
-        ));
-    }
+    // Runs of which nothing is measured have nothing to compare.
+    let measured = !prepared.requirements.is_empty() || !prepared.figures.is_empty();
+    notes.extend(found.compared.as_ref().filter(|_| measured).map(side_by_side));
     if let Some(until) = &found.until {
         notes.push(format!(
             "Whoever looks often sees a narrow interval by chance sooner. So there are {} looks at most, planned before, and the intervals of each have a confidence of \
@@ -194,6 +206,20 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
         );
     }
     notes
+}
+
+/// How far runs side by side are from the reference, in words.
+fn side_by_side(SweptCompared { rows, difference, sample, .. }: &SweptCompared) -> String {
+    let differ = match *difference {
+        0.0 => "do not differ".to_string(),
+        _ => format!(
+            "differ by at most {difference:.1e} of themselves, or of a bound where that is larger (sample {sample})"
+        ),
+    };
+    format!(
+        "Runs go side by side in lanes. {rows} of them were run by the reference too, one by one: figures and what requirements measure {differ}. \
+         With `--method taylor` all runs go by the reference."
+    )
 }
 
 /// How far rows are from the reference, of those that were compared.

@@ -42,7 +42,9 @@ pub(super) fn parameter<'d>(
     out: &mut Vec<Diagnostic>,
 ) -> Option<&'d Parameter> {
     let Some(parameter) = document.all_parameters().find(|parameter| parameter.name == name) else {
-        if !document.doubts.has_key(name) {
+        if let Some(found) = document.without_tolerance(name) {
+            out.push(no_tolerance(&found, name, label).at(place.clone(), "no tolerance"));
+        } else if !document.doubts.has_key(name) {
             let names = || document.all_parameters().map(|parameter| parameter.name.as_str());
             let help = match nearest(name, names()) {
                 Some(near) => format!("did you mean `{near}`?"),
@@ -70,6 +72,22 @@ pub(super) fn parameter<'d>(
         return None;
     }
     Some(parameter)
+}
+
+/// A key that is there, and cannot vary as it is written.
+fn no_tolerance(found: &Result<String, String>, name: &str, label: &str) -> Diagnostic {
+    let message = |why: &str| format!("{label}: `{}` {why}", shortened(name));
+    let (message, help) = match found {
+        Ok(written) => (
+            message("is there, but a key varies only where a tolerance stands behind its value"),
+            format!("write one there, which `[sweep]` may replace: \"{written}\""),
+        ),
+        Err(other) => (
+            message(&format!("follows from `{}`", shortened(other))),
+            "let the parameters in it vary, or write a value with a tolerance in its place".to_string(),
+        ),
+    };
+    Diagnostic::error("sweep::tolerance", message).help(help)
 }
 
 /// A distribution with its unit.

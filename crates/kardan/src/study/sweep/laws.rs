@@ -1,0 +1,75 @@
+//! Parameters that vary and stand in laws alone: those stay as they were designed for the values in the file.
+
+use crate::diagnostics::quoted;
+use crate::entries::{Entries, Written};
+use crate::model::Document;
+use crate::results::SweptParameter;
+use crate::schema::LawKeys;
+use crate::synthesis::Program;
+
+/// What is to be known of them.
+pub(super) fn without_effect(
+    entries: &Entries,
+    document: &Document,
+    varied: &[SweptParameter],
+) -> impl Iterator<Item = String> {
+    let own = |one: &&SweptParameter| entries.table("parameters").is_some_and(|table| table.get(&one.name).is_some());
+    let alone = varied.iter().filter(own).filter_map(|one| {
+        let laws = laws_of(entries, &one.name)?;
+        let parameter = document.parameters.iter().find(|parameter| parameter.name == one.name)?;
+        Some(format!(
+            "`{}` stands in laws alone ({}), which stay as designed for its value in the file ({}): letting it vary has no effect.",
+            one.name,
+            quoted(laws.iter().map(String::as_str)),
+            parameter.text
+        ))
+    });
+    alone.collect::<Vec<_>>().into_iter()
+}
+
+/// The laws that name a parameter or what follows from it, if nothing else does.
+fn laws_of(entries: &Entries, name: &str) -> Option<Vec<String>> {
+    let mut names = vec![name.to_string()];
+    let parameters = entries.table("parameters")?;
+    while let Some(more) = parameters.iter().find(|one| !names.contains(&one.key) && mentions(&one.entry.value, &names))
+    {
+        names.push(more.key.clone());
+    }
+    let mut laws = Vec::new();
+    for group in entries.iter() {
+        match (group.key.as_str(), &group.entry.value) {
+            ("model" | "parameters" | "sweep", _) => {}
+            ("control", Written::Table(controls)) => {
+                for control in controls.iter().filter(|control| mentions(&control.entry.value, &names)) {
+                    // Programs follow the values of each sample.
+                    if let Written::Table(keys) = &control.entry.value
+                        && matches!(keys.get("law"), Some(Written::Text(law)) if law == Program::KEYWORD)
+                    {
+                        return None;
+                    }
+                    laws.push(format!("control.{}", control.key));
+                }
+            }
+            (_, value) if mentions(value, &names) => return None,
+            _ => {}
+        }
+    }
+    (!laws.is_empty()).then_some(laws)
+}
+
+/// Whether one of the names stands in a value as a word; more rather than less.
+fn mentions(value: &Written, names: &[String]) -> bool {
+    let part = |c: char| c.is_alphanumeric() || c == '_';
+    let stands = |text: &str, name: &String| {
+        text.match_indices(name.as_str()).any(|(at, _)| {
+            let (before, behind) = (text[..at].chars().next_back(), text[at + name.len()..].chars().next());
+            !before.is_some_and(part) && !behind.is_some_and(part)
+        })
+    };
+    match value {
+        Written::Text(text) => names.iter().any(|name| stands(text, name)),
+        Written::List(list) => list.iter().any(|entry| mentions(&entry.value, names)),
+        Written::Table(table) => table.iter().any(|one| mentions(&one.entry.value, names)),
+        Written::Number(_) | Written::Quantity(..) | Written::Other(..) | Written::Broken => false,
+    }
+}

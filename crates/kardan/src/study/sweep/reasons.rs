@@ -1,0 +1,161 @@
+//! Why runs did not come to their end, told once for all that differ in numbers alone.
+
+use std::collections::BTreeMap;
+
+use crate::results::{SweepRowOf, SweptFailure};
+
+/// Most reasons that are told apart.
+const MOST_REASONS: usize = 20;
+/// What stands for a number that differs.
+const DIFFERS: &str = "…";
+/// All reasons behind the last one that is told.
+const OTHERS: &str = "other reasons";
+
+/// A reason with its numbers taken out.
+#[derive(Debug)]
+struct Reason<'r> {
+    /// What stands before each number, and behind the last one.
+    words: Vec<&'r str>,
+    /// Each number as it is written.
+    numbers: Vec<&'r str>,
+}
+
+impl<'r> Reason<'r> {
+    fn of(text: &'r str) -> Self {
+        let (mut words, mut numbers) = (Vec::new(), Vec::new());
+        let (mut from, mut at) = (0, 0);
+        while at < text.len() {
+            let before = text[from..at].chars().next_back();
+            match number(before, &text[at..]) {
+                Some(length) => {
+                    words.push(&text[from..at]);
+                    numbers.push(&text[at..at + length]);
+                    at += length;
+                    from = at;
+                }
+                None => at += text[at..].chars().next().map_or(1, char::len_utf8),
+            }
+        }
+        words.push(&text[from..]);
+        Self { words, numbers }
+    }
+
+    /// With `…` in place of what differs.
+    fn told(&self, differs: &[bool]) -> String {
+        let numbers = self.numbers.iter().zip(differs).map(|(number, differs)| if *differs { DIFFERS } else { number });
+        self.words.iter().copied().zip(numbers.chain([""])).flat_map(|(word, number)| [word, number]).collect()
+    }
+}
+
+/// The length of the number that a text begins with, with its sign, what it is divided by, and `…` behind digits that are left out; digits of names and of
+/// powers are none.
+fn number(before: Option<char>, text: &str) -> Option<usize> {
+    let sign = text.chars().next().filter(|c| matches!(c, '-' | '−')).map_or(0, char::len_utf8);
+    let digits = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
+    let of_name = before.is_some_and(|c| c.is_alphanumeric() || matches!(c, '_' | '.' | '^'));
+    if of_name || digits(sign) == 0 {
+        return None;
+    }
+    let mut end = sign + digits(sign);
+    for (mark, signed) in [('.', false), ('e', true), ('/', false)] {
+        if text[end..].starts_with(mark) {
+            let sign = usize::from(signed && text[end + 1..].starts_with(['-', '+']));
+            let more = digits(end + 1 + sign);
+            end += if more > 0 { 1 + sign + more } else { 0 };
+        }
+    }
+    if text[end..].starts_with(DIFFERS) {
+        end += DIFFERS.len();
+    }
+    Some(end)
+}
+
+/// Rows of the same reason.
+struct Group<'r> {
+    reason: Reason<'r>,
+    differs: Vec<bool>,
+    failure: SweptFailure,
+}
+
+/// The reasons of rows, the most frequent first, each with that of its first row in full.
+pub(super) fn reasons<'r>(rows: impl Iterator<Item = SweepRowOf<'r>>, variants: &[String]) -> Vec<SweptFailure> {
+    let mut found: Vec<Group<'r>> = Vec::new();
+    let mut known: BTreeMap<Vec<&'r str>, usize> = BTreeMap::new();
+    for row in rows.filter(|row| !row.reason.is_empty()) {
+        let mut reason = Reason::of(row.reason);
+        if let Some(&number) = known.get(&reason.words) {
+            let group = &mut found[number];
+            let numbers = group.reason.numbers.iter().zip(&reason.numbers);
+            group.differs.iter_mut().zip(numbers).for_each(|(differs, (one, other))| *differs |= one != other);
+            group.failure.count += 1;
+            continue;
+        }
+        if found.len() >= MOST_REASONS {
+            reason = Reason::of(OTHERS);
+        }
+        let (number, example) = (known.get(&reason.words).copied().unwrap_or(found.len()), row.reason.to_string());
+        known.insert(Reason::of(row.reason).words, number);
+        known.insert(reason.words.clone(), number);
+        match found.get_mut(number) {
+            Some(group) => group.failure.count += 1,
+            None => found.push(Group {
+                differs: vec![false; reason.numbers.len()],
+                reason,
+                failure: SweptFailure {
+                    reason: String::new(),
+                    example,
+                    count: 1,
+                    first: row.sample,
+                    variant: variants[row.variant].clone(),
+                },
+            }),
+        }
+    }
+    let told = |group: Group<'_>| SweptFailure { reason: group.reason.told(&group.differs), ..group.failure };
+    let mut found: Vec<SweptFailure> = found.into_iter().map(told).collect();
+    found.sort_by_key(|one| std::cmp::Reverse(one.count));
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(sample: u64, reason: &str) -> SweepRowOf<'_> {
+        SweepRowOf {
+            sample,
+            variant: 0,
+            reason,
+            values: &[],
+            measured: &[],
+            passed: &[],
+            figures: &[],
+            difference: None,
+        }
+    }
+
+    /// Numbers that differ are left out; those that are the same, names and powers stay.
+    #[test]
+    fn numbers_that_differ_are_left_out() {
+        let texts = [
+            "`event.1.at` of `w2` is -0.25… kg m^2, 3 at most, at 1e-3 s.",
+            "`event.1.at` of `w2` is 1/3 kg m^2, 3 at most, at 0.2 s.",
+            "`event.2.at` of `w2` is 7 kg m^2, 3 at most, at 0.2 s.",
+        ];
+        let found =
+            reasons(texts.into_iter().zip(10..).map(|(reason, sample)| row(sample, reason)), &["only".to_string()]);
+        let told: Vec<(&str, &str, u64, u64)> =
+            found.iter().map(|one| (one.reason.as_str(), one.example.as_str(), one.count, one.first)).collect();
+        let first = "`event.1.at` of `w2` is … kg m^2, 3 at most, at … s.";
+        assert_eq!(told, [(first, texts[0], 2, 10), (texts[2], texts[2], 1, 12)]);
+    }
+
+    /// Reasons behind the most that are told apart are counted together, and not with the last one.
+    #[test]
+    fn many_reasons_are_counted_together() {
+        let words: Vec<String> = (1..=30).map(|k| "so ".repeat(k)).collect();
+        let found = reasons(words.iter().zip(0..).map(|(reason, sample)| row(sample, reason)), &["only".to_string()]);
+        assert_eq!((found.len(), found[0].reason.as_str(), found[0].count, found[0].first), (21, OTHERS, 10, 20));
+        assert!(found[1..].iter().all(|one| one.count == 1));
+    }
+}
