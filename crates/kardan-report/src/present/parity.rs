@@ -144,7 +144,7 @@ fn in_time(one: &FaultVerdict, limit: &Threshold) -> Option<String> {
         ""
     };
     Some(format!(
-        "{}: the relation behind 1/({filter} s + 1){times}, by the bilinear rule at {} s: threshold {} {} (noise {}, steps up to {}): {alarms}. A change by {} \
+        "{}: the relation behind 1/({filter} s + 1){times}, by the bilinear rule at {} s: threshold {} {} (noise {}, steps up to {}): {alarms}. A change by {} {} \
          is seen with 99.9 % after {} s, {samples} beyond it.{others}",
         place(one),
         number(limit.sample_time),
@@ -153,6 +153,7 @@ fn in_time(one: &FaultVerdict, limit: &Threshold) -> Option<String> {
         number(limit.noise),
         number(limit.steps),
         limit.smallest.first().copied().map(number)?,
+        one.fault_unit,
         number(limit.detection_time),
     ))
 }

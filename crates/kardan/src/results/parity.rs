@@ -120,6 +120,8 @@ pub struct FaultVerdict {
     pub friction_in_relation: Vec<String>,
     /// The unit of its value, that of its first term.
     pub unit: String,
+    /// The unit of what the fault adds.
+    pub fault_unit: String,
     /// From which size of it, filtered, it is an alarm; `null` if its sensors have neither noise nor steps, or no sample time.
     pub threshold: Option<Threshold>,
 }

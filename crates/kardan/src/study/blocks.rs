@@ -54,16 +54,28 @@ fn taken_as_given(read: &[&str]) -> String {
     )
 }
 
+/// What blocks do at a limit or in a dead zone; nothing of none.
+fn passes_nothing_on(names: &[&str]) -> Option<String> {
+    let [verb, again] = if names.len() == 1 { ["passes", "it does"] } else { ["pass", "they do"] };
+    (!names.is_empty()).then(|| {
+        format!(
+            "{} {verb} nothing on where the loop is linearised, at rest where the run begins: at a limit, or in a dead zone. Stability and margins are those of \
+             the loop as if it were open there; where {again} again it is another loop, which a run shows",
+            quoted(names.iter().copied())
+        )
+    })
+}
+
 /// What its design has to say of the blocks that a law reads: warnings where its margins do not know them or what they engage, or where they pass nothing on,
-/// a note where they do.
-pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> (Vec<String>, Option<String>) {
+/// notes where they do.
+pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> (Vec<String>, Vec<String>) {
     let read = read_of_blocks(&moving(&variant.model), law);
     if variant.model.programs.tasks.is_empty() {
-        return (Vec::new(), None);
+        return (Vec::new(), Vec::new());
     }
     if !are_in_maps(variant) {
         let warning = format!("the law {}, so a run alone tells whether the loop is stable", taken_as_given(&read));
-        return (if read.is_empty() { Vec::new() } else { vec![warning] }, None);
+        return (if read.is_empty() { Vec::new() } else { vec![warning] }, Vec::new());
     }
     let found = blocks(variant, &variant.loop_plant());
     let (names, none) = (found.of_loop.names(), found.of_loop.names().is_empty());
@@ -80,16 +92,12 @@ pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> (Vec<S
         "stability and margins are those with {} open, which blocks engage where the run begins",
         quoted(found.engaged.iter().map(String::as_str))
     );
-    let flat = format!(
-        "{} {} nothing on where the loop is linearised, at rest where the run begins: at a limit, or in a dead zone. Stability and margins are those of the loop as if it were \
-         open there; where {} again it is another loop, which a run shows",
-        quoted(found.flat.iter().map(String::as_str)),
-        if found.flat.len() == 1 { "passes" } else { "pass" },
-        if found.flat.len() == 1 { "it does" } else { "they do" },
-    );
-    let warnings = [(open, found.engaged.is_empty()), (flat, found.flat.is_empty())];
-    let warnings = warnings.into_iter().filter(|(_, nothing)| !nothing).map(|(warning, _)| warning).collect();
-    (warnings, Some(note).filter(|_| !none))
+    // What a law reads itself leaves it without a loop; what stands farther away, such as a function that is off, is worth a note.
+    let (own, others): (Vec<&str>, Vec<&str>) =
+        found.flat.iter().map(String::as_str).partition(|name| read.contains(name));
+    let mut warnings = if found.engaged.is_empty() { Vec::new() } else { vec![open] };
+    warnings.extend(passes_nothing_on(&own));
+    (warnings, [(!none).then_some(note), passes_nothing_on(&others)].into_iter().flatten().collect())
 }
 
 /// Warns of what only a run sees of blocks: those at samples that laws in continuous time read, and torques that follow from them.

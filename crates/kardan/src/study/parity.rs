@@ -14,10 +14,11 @@ use crate::assemble::Along;
 use crate::diagnostics::Diagnostic;
 use crate::equations::Measured;
 use crate::model::Document;
-use crate::names::SignalName;
+use crate::names::{Quantity, SignalName};
 use crate::num::{Rational, rational_to_f64};
 use crate::reduce::Kinematics;
 use crate::results::{FaultPlace, FaultVerdict, Parity, ParityTerm, Residual, SensorSets, Threshold};
+use crate::simulate::signal_names;
 
 /// What is asked, and of what.
 struct Subject<'a> {
@@ -47,6 +48,8 @@ struct Told<'a> {
     /// The sensors of the model at the ends of its tolerances.
     corners: &'a [[Option<LinearSystem>; 2]],
     asked: &'a ParitySettings,
+    /// The shortest sample time of a controller or of blocks, s: how often what is read at every instant is looked at.
+    otherwise: Option<f64>,
 }
 
 impl Told<'_> {
@@ -105,8 +108,11 @@ pub(super) fn parity(
     let own = subject.pencil(&subject.system, &subject.outputs[..subject.sensors]);
     let found = static_relations(&own, &subject.known);
     let (readings, corners) = (readings(variant, &subject.outputs[..subject.sensors]), subject.corners());
-    let told = Told { readings: &readings, corners: &corners, asked };
-    let shortest = readings.iter().filter_map(Reading::sample_time).fold(f64::INFINITY, f64::min);
+    let tasks = variant.scenario.tasks.iter().filter_map(|task| Some(task.period.as_ref()?.to_f64()));
+    let laws = variant.running.iter().filter_map(|law| Some(law.clock()?.period));
+    let otherwise = tasks.chain(laws).reduce(f64::min);
+    let told = Told { readings: &readings, corners: &corners, asked, otherwise };
+    let shortest = readings.iter().filter_map(Reading::sample_time).chain(otherwise).fold(f64::INFINITY, f64::min);
     if let Some(filter) = asked.filter.filter(|filter| *filter > MOST_SAMPLES * shortest) {
         let message = format!(
             "a filter of {filter} s is longer than {MOST_SAMPLES} samples of {shortest} s: no threshold is computed for that"
@@ -242,8 +248,9 @@ impl<'a> Subject<'a> {
         };
         let place = signals.iter().position(|signal| *signal == own)?;
         let times = signals.iter().filter_map(|signal| told.reading(*signal)?.sample_time());
-        let sample_time = times.fold(0.0, f64::max);
-        if sample_time == 0.0 || relation.order() == 0 {
+        let own = times.fold(0.0, f64::max);
+        let sample_time = if own > 0.0 { own } else { told.otherwise? };
+        if relation.order() == 0 {
             return None;
         }
         let filter = told.asked.filter.unwrap_or(FILTER * sample_time);
@@ -253,7 +260,20 @@ impl<'a> Subject<'a> {
             Part { reading: told.reading(*signal), pulse: pulse(&terms, relation.order(), filter, sample_time) }
         };
         let parts: Vec<Part<'_>> = signals.iter().map(part).collect();
-        threshold(&parts, &[place], told.asked, Some(filter))
+        threshold(&parts, &[place], told.asked, Some((filter, sample_time)))
+    }
+
+    /// The unit of what a fault adds.
+    fn fault_unit(&self, fault: Fault, told: &Told<'_>) -> String {
+        let input = match fault {
+            Fault::Output(k) => return told.readings[k].unit.clone(),
+            Fault::Input(k) => &self.system.inputs[k].element,
+        };
+        let signals = signal_names(&self.variant.reduced, &self.variant.scenario);
+        let efforts =
+            [Quantity::Torque, Quantity::Force, Quantity::Voltage, Quantity::Current].map(|one| one.of(input));
+        let own = signals.iter().find(|(name, _)| efforts.contains(name));
+        own.map_or_else(String::new, |(_, physical)| physical.unit().into())
     }
 
     /// The unit of a relation, that of its first term.
@@ -357,6 +377,7 @@ impl<'a> Subject<'a> {
                 order: relation.map(Relation::order),
                 friction_in_relation: friction.into_iter().cloned().collect(),
                 unit: relation.map(|one| self.unit(one, told)).unwrap_or_default(),
+                fault_unit: self.fault_unit(fault, told),
                 threshold: relation.and_then(|one| self.filtered(one, fault, told)),
                 relation: terms,
             }

@@ -137,19 +137,19 @@ pub(super) fn pulse(terms: &[(usize, f64)], order: usize, time: f64, sample_time
 ///
 /// With white Gaussian noise of standard deviation σ and an error b of all steps, a sample lies beyond `b + zσ` with at most the probability
 /// p of a normal number beyond ±z, and an alarm begins at a sample with at most pᴺ, N the samples of the debounce; behind a filter, where noise is no
-/// longer white, with at most p. `told`: of which parts the smallest change is told; the time of detection is the longest of theirs.
+/// longer white, with at most p; `filter`: its time constant and its sample time, s. `told`: of which parts the smallest change is told; the time of detection is the longest of theirs.
 pub(super) fn threshold(
     parts: &[Part<'_>],
     told: &[usize],
     asked: &ParitySettings,
-    filter: Option<f64>,
+    filter: Option<(f64, f64)>,
 ) -> Option<Threshold> {
     let noise = parts.iter().map(Part::noise).fold(0.0, hypot);
     let end = |least: bool| parts.iter().map(|part| part.steps(least)).sum::<f64>();
     let steps = end(true).abs().max(end(false).abs());
     let readings = || parts.iter().filter_map(|part| part.reading);
     let times: Vec<f64> = readings().filter_map(|reading| reading.sample_time).collect();
-    let sample_time = times.iter().copied().fold(0.0, f64::max);
+    let sample_time = filter.map_or_else(|| times.iter().copied().fold(0.0, f64::max), |(_, sample_time)| sample_time);
     // What is read at every instant beside samples is newer than these.
     let beside = !times.is_empty() && times.len() < readings().count();
     if noise == 0.0 && steps == 0.0 {
@@ -174,6 +174,6 @@ pub(super) fn threshold(
         false_alarms_per_hour: if noise > 0.0 { asked.false_alarms_per_hour } else { 0.0 },
         detection_time: changes.iter().map(|(_, samples)| *samples).max().unwrap_or(debounce) as f64 * sample_time,
         smallest: changes.iter().map(|(size, _)| (threshold + steps + margin) / size).collect(),
-        filter,
+        filter: filter.map(|(time, _)| time),
     })
 }

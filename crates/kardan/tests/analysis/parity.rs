@@ -175,7 +175,7 @@ fn residuals_in_time_have_thresholds_behind_their_filter() {
         let parity = study::analyze(DISK, &settings, &Silent).unwrap().parity.unwrap();
         let motor = verdict(&parity, "m").clone();
         assert_eq!(written(&motor.relation), [("phi", 2, "1"), ("m.tau", 0, "-2")]);
-        assert_eq!((motor.order, motor.unit.as_str()), (Some(2), "rad/s^2"));
+        assert_eq!((motor.order, motor.unit.as_str(), motor.fault_unit.as_str()), (Some(2), "rad/s^2", "N m"));
         // 1/0.45 − 2 = 2/9 is farther than 2 − 1/0.55.
         assert!((motor.relation[1].tolerance - 2.0 / 9.0).abs() < 1e-12 && motor.relation[0].tolerance == 0.0);
         motor.threshold.expect("it has noise")
