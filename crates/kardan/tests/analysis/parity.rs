@@ -215,6 +215,19 @@ fn residuals_in_time_have_thresholds_behind_their_filter() {
     );
 }
 
+/// Sensors that are read at every instant are looked at by the fastest controller; without one nothing says how often.
+#[test]
+fn residuals_in_time_of_sensors_without_samples() {
+    let plain = DISK.replace("sample_time = \"1 ms\"\nnoise = \"0.1 mrad\"", "resolution = \"1 mrad\"");
+    let law = "[control.c]\nlaw = \"program\"\ncommands = { m = \"-1 N m s/rad * disk.w\" }\nsample_time = \"2 ms\"\n";
+    let of = |source: &str| verdict(&analyzed(source, AnalyzeSettings::default()), "m").threshold.clone();
+    let limit = of(&format!("{plain}{law}")).expect("its steps");
+    assert_eq!((limit.sample_time, limit.filter, limit.noise), (2e-3, Some(0.02), 0.0));
+    // q² Σ |h| of the steps of one count: the size of the answer to any course of them.
+    assert!(limit.steps > 0.0 && limit.threshold == limit.steps && !limit.different_times, "{limit:?}");
+    assert!(of(&plain).is_none());
+}
+
 /// Alarms behind the filter, drawn: the noise of an encoder through the filter of `kind = "transfer_function"`, no more than promised.
 #[test]
 fn false_alarms_behind_a_filter_are_as_rare_as_promised() {
