@@ -187,17 +187,19 @@ impl<'a> Calls<'a> {
 fn arguments(element: &str, (name, table): (&str, &Lookup), at: &[Expr]) -> Vec<Argument> {
     let names = if at.len() > 1 { [" along x", " along y"] } else { [""; 2] };
     let ranges = table.ranges().into_iter().zip(table.arguments());
-    let all = at.iter().zip(ranges).zip(names);
-    let one = |((at, (range, dimension)), along): ((&Expr, ((f64, f64), &Dimension)), &'static str)| Argument {
-        element: element.into(),
-        table: name.into(),
-        along,
-        beyond: table.beyond(),
-        at: *at,
-        range,
-        unit: dimension.si(),
-    };
-    all.map(one).collect()
+    at.iter()
+        .zip(ranges)
+        .zip(names)
+        .map(|((at, (range, dimension)), along)| Argument {
+            element: element.into(),
+            table: name.into(),
+            along,
+            beyond: table.beyond(),
+            at: *at,
+            range,
+            unit: dimension.si(),
+        })
+        .collect()
 }
 
 /// Looks at the tables of one formula.

@@ -400,7 +400,7 @@ fn nonsense_is_explained() {
         (with("wg = \"120 rad/s\", ", ""), "the coordinate `wg` has no speed limit"),
         (with("wg = \"120 rad/s\", ", "gw = \"120 rad/s\", "), "there is no such shaft"),
         (with("levels = 8", "levels = 1"), "expected a whole number from 2 to 50"),
-        (with("levels = 8", "speeds = { wg = [] }"), "expected a quantity"),
+        (with("levels = 8", "speeds = { wg = [] }"), "a list needs at least one value"),
         (with("levels = 8", "speeds = { wg = [\"1 m\"] }"), "found a length"),
         (with("levels = 8", "speeds = { gw = [\"1 rad/s\"] }"), "there is no such shaft"),
         (with("levels = 8", "least_speed = { wg = \"-1 rad/s\" }"), "must not be negative"),
