@@ -54,8 +54,10 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     let bars = Bars::within(quiet, args.limits);
     stop::finish_parts();
     let mut failed = None;
+    // Rows of another sweep stay until the first ones of this are there.
+    let mut first = args.force;
     let mut write = |block: u64, rows: &[SweepRow]| match &args.out {
-        Some(out) => write_block(out, &plan, block, rows).map_err(|mistake| {
+        Some(out) => write_block(out, &plan, block, rows, std::mem::take(&mut first)).map_err(|mistake| {
             let why = mistake.message.clone();
             failed = Some(mistake);
             why
@@ -352,10 +354,12 @@ fn path_of(out: &Path, block: u64) -> PathBuf {
     out.join(format!("{STEM}{block:06}.parquet"))
 }
 
-fn write_block(out: &Path, plan: &SweepPlan, block: u64, rows: &[SweepRow]) -> Result<(), Diagnostic> {
+/// Writes a block; behind the first one of a sweep that starts anew those of another one go.
+fn write_block(out: &Path, plan: &SweepPlan, block: u64, rows: &[SweepRow], first: bool) -> Result<(), Diagnostic> {
     let bytes = export::sweep_rows(&plan.head, rows)
         .map_err(|error| Diagnostic::error("output::folder", format!("rows cannot be written as Parquet: {error}")))?;
-    save(&path_of(out, block), &bytes)
+    save(&path_of(out, block), &bytes)?;
+    if first { start_anew(out, plan, block) } else { Ok(()) }
 }
 
 /// Files of rows in the folder, by their blocks.
@@ -376,13 +380,13 @@ fn put_away(out: &Path, blocks: u64) -> Result<(), Diagnostic> {
     behind.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
 }
 
-/// Removes rows of another sweep before the first one of this: where it is ended early, what is there is of one sweep. Of a shard its own part, and what no
-/// shard of this sweep has.
-fn start_anew(out: &Path, plan: &SweepPlan) -> Result<(), Diagnostic> {
+/// Removes rows of another sweep once this one has written its first block: where it is ended early, what is there is of one sweep. Of a shard its own part, and
+/// what no shard of this sweep has.
+fn start_anew(out: &Path, plan: &SweepPlan, written: u64) -> Result<(), Diagnostic> {
     if let Some(Shard { number, of }) = plan.shard {
         removed(&manifest_of(out, number, of), "it is of a sweep before this one")?;
     }
-    let own = |block: u64| plan.own_blocks().contains(&block) || block >= plan.blocks();
+    let own = |block: u64| block != written && (plan.own_blocks().contains(&block) || block >= plan.blocks());
     let mut old = files_of_rows(out).into_iter().filter(|(block, _)| own(*block));
     old.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
 }
@@ -402,7 +406,6 @@ fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<SweepRo
             let help = "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR";
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
-        start_anew(out, plan)?;
         return Ok(SweepRows::default());
     }
     let mut rows = SweepRows::default();
