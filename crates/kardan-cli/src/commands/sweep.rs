@@ -73,12 +73,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     }
     let mut found = found.map_err(refused)?;
     if let (Some(out), true) = (&args.out, found.missing > 0) {
-        // What is replaced anew would be lost again.
-        let instead = if args.force { " in place of `--force`" } else { "" };
-        found.notes.push(format!(
-            "The rows that are there stay: the same command with `--resume`{instead} makes the others in `{}`.",
-            out.display()
-        ));
+        found.notes.push(how_to_go_on(args, out, found.rows));
     }
     if let (Some(out), 0) = (&args.out, found.missing) {
         // A sweep that has ended by its goal may go on from rows behind its end.
@@ -107,6 +102,17 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
         None => None,
     };
     tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
+}
+
+/// How to go on with a sweep that has ended early.
+fn how_to_go_on(args: &SweepArgs, out: &Path, rows: u64) -> String {
+    let out = out.display();
+    if args.force && rows == 0 {
+        return format!("No row was made: what is in `{out}` is that of the sweep before.");
+    }
+    // What is replaced anew would be lost again.
+    let instead = if args.force { " in place of `--force`" } else { "" };
+    format!("The rows that are there stay: the same command with `--resume`{instead} makes the others in `{out}`.")
 }
 
 /// Files of rows, by blocks.
