@@ -9,6 +9,7 @@ use crate::names::SignalName;
 use crate::results::Threshold;
 use crate::simulate::signal_names;
 use kardan_rt::functions::{exp, hypot, ln};
+use std::collections::VecDeque;
 
 /// What a sensor does to a reading.
 pub(super) struct Reading {
@@ -99,13 +100,29 @@ impl Part<'_> {
                 Some(f64::abs(*sum))
             })
             .collect();
-        let end = sums.last().copied().unwrap_or(0.0);
-        let least =
-            |k: usize| (k..k + samples).map(|j| sums.get(j).copied().unwrap_or(end)).fold(f64::INFINITY, f64::min);
-        let most = (0..sums.len()).map(least).fold(0.0, f64::max);
-        let first = (0..sums.len()).find(|k| least(*k) >= ALMOST * most).unwrap_or(0);
-        (least(first), first + samples)
+        let least = least_of_each(&sums, samples);
+        let most = least.iter().copied().fold(0.0, f64::max);
+        let first = least.iter().position(|size| *size >= ALMOST * most).unwrap_or(0);
+        (least.get(first).copied().unwrap_or(0.0), first + samples)
     }
+}
+
+/// The least of so many numbers, from each one on; behind the last one all are as it is. In one pass, however many.
+fn least_of_each(numbers: &[f64], count: usize) -> Vec<f64> {
+    let mut out = vec![0.0; numbers.len()];
+    // From the end: those that are less than all between them and here, the nearest last.
+    let mut nearest: VecDeque<usize> = VecDeque::new();
+    for k in (0..numbers.len()).rev() {
+        while nearest.back().is_some_and(|later| numbers[*later] >= numbers[k]) {
+            nearest.pop_back();
+        }
+        nearest.push_back(k);
+        while nearest.front().is_some_and(|far| *far >= k + count) {
+            nearest.pop_front();
+        }
+        out[k] = nearest.front().map_or(0.0, |least| numbers[*least]);
+    }
+    out
 }
 
 /// Part of the most that a change ever shows, from which on it is taken for that.
@@ -176,4 +193,25 @@ pub(super) fn threshold(
         smallest: changes.iter().map(|(size, _)| (threshold + steps + margin) / size).collect(),
         filter: filter.map(|(time, _)| time),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::Random;
+
+    #[test]
+    fn the_least_of_each_is_the_least() {
+        let mut random = Random::new(3);
+        for length in 1..20 {
+            let numbers: Vec<f64> = (0..length).map(|_| (8.0 * random.unit()).floor()).collect();
+            for count in 1..25 {
+                let found = least_of_each(&numbers, count);
+                for k in 0..length {
+                    let own = numbers[k..(k + count).min(length)].iter().copied().fold(f64::INFINITY, f64::min);
+                    assert_eq!(found[k], own, "{numbers:?} {count} {k}");
+                }
+            }
+        }
+    }
 }
