@@ -68,7 +68,8 @@ fn passes_nothing_on(names: &[&str]) -> Option<String> {
 
 /// What its design has to say of the blocks that a law reads: warnings where its margins do not know them or what they engage, or where they pass nothing on,
 /// notes where they do.
-pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> (Vec<String>, Vec<String>) {
+pub(super) fn told_of_blocks(variant: &PreparedVariant, number: usize) -> (Vec<String>, Vec<String>) {
+    let law = &*variant.running[number];
     let read = read_of_blocks(&moving(&variant.model), law);
     if variant.model.programs.tasks.is_empty() {
         return (Vec::new(), Vec::new());
@@ -93,8 +94,10 @@ pub(super) fn told_of_blocks(variant: &PreparedVariant, law: &dyn Law) -> (Vec<S
         quoted(found.engaged.iter().map(String::as_str))
     );
     // What a law reads itself leaves it without a loop; what stands farther away, such as a function that is off, is worth a note.
-    let (own, others): (Vec<&str>, Vec<&str>) =
-        found.flat.iter().map(String::as_str).partition(|name| read.contains(name));
+    let program = variant.model.controls[number].values.task("commands");
+    let reads =
+        |name: &&str| read.contains(name) || program.is_some_and(|task| task.names.iter().any(|own| own == name));
+    let (own, others): (Vec<&str>, Vec<&str>) = found.flat.iter().map(String::as_str).partition(reads);
     let mut warnings = if found.engaged.is_empty() { Vec::new() } else { vec![open] };
     warnings.extend(passes_nothing_on(&own));
     (warnings, [(!none).then_some(note), passes_nothing_on(&others)].into_iter().flatten().collect())

@@ -355,7 +355,7 @@ pub(super) fn designed(
     keep(progress, &design, &rest);
     add_margins((variant, settings.simulate.then_some(whole)), number, &mut design, progress);
     keep(progress, &design, &rest[2..]);
-    let (warnings, notes) = told_of_blocks(variant, &*variant.running[number]);
+    let (warnings, notes) = told_of_blocks(variant, number);
     design.warnings.extend(warnings);
     design.notes.extend(notes);
     match passage(variant, number, &variant.running, true) {
