@@ -661,7 +661,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         if document.doubts.has(name) || document.doubts.has(head) { None } else { Some(None) }
     }
 
-    /// Lets expressions see sensors as they read, no number where a sensor gives none: only a monitor has a use for that.
+    /// Lets the residual of a monitor see sensors as they read, no number where one gives none: nothing else has a use for that.
     fn take_as_read(&mut self, given: &mut Given) {
         let sensors = self.outside.iter().filter_map(|outside| match &outside.read {
             Read::Sensor(sensor) => Some((self.read.get(&outside.name)?.0, outside.clone(), sensor.clone())),
@@ -672,7 +672,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             let name = format!("{} as read", outside.name);
             let (as_read, _) = self.read_outside(Outside { name, read: Read::AsRead(sensor), ..outside });
             let mut graph = self.graph.borrow_mut();
-            for (_, _, (value, _)) in given.iter_mut() {
+            for (_, _, (value, _)) in given.iter_mut().filter(|(key, ..)| *key == "residual") {
                 *value = graph.substitute(&[*value], &[(symbol, as_read)])[0];
             }
         }
