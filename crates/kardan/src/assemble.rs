@@ -204,6 +204,8 @@ pub struct Equations {
     pub rounded: Vec<String>,
     /// Sensors by element name.
     pub sensors: Vec<(String, Sensor)>,
+    /// Those of signals: blocks and programs alone read them.
+    pub signal_sensors: Vec<(String, Sensor)>,
     /// Names of coefficients that a run is given with its start: they are symbols of its motion.
     pub given: Vec<String>,
 }
@@ -278,7 +280,11 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             Term::Torque { along, law } => {
                 next.laws.push(Along { element, row: row(along), value: Arc::clone(law) });
             }
-            Term::Output(sensor) => next.sensors.push((element, sensor.clone())),
+            Term::Output(sensor) => {
+                let of_signal = matches!(sensor.measured, Measured::Signal(_));
+                let list = if of_signal { &mut next.signal_sensors } else { &mut next.sensors };
+                list.push((element, sensor.clone()));
+            }
             Term::Charge { name } | Term::Position { name } | Term::State { name } | Term::Angle { name } => {
                 next.domains[number(name)] = term.domain()
             }
@@ -465,6 +471,12 @@ impl Equations {
         }
     }
 
+    /// A sensor by its name, also of a signal.
+    pub fn sensor(&self, name: &str) -> Option<&Sensor> {
+        let all = self.sensors.iter().chain(&self.signal_sensors);
+        all.into_iter().find(|(other, _)| other == name).map(|(_, sensor)| sensor)
+    }
+
     /// What the reading of a sensor is: of a mass a position, a velocity or a force.
     pub fn reading(&self, measured: &Measured) -> Quantity {
         let domain = |name: &str| self.coordinates.iter().position(|other| other == name).map(|k| self.domain(k));
@@ -475,6 +487,8 @@ impl Equations {
             Measured::NetTorque(name) | Measured::ConstraintTorque(_, name) | Measured::ComplianceTorque(_, name) => {
                 domain(name).unwrap_or_default().effort()
             }
+            // A signal has a unit of its own.
+            Measured::Signal(_) => Quantity::State,
             Measured::SpringTorque(element) => {
                 let spring = self.springs.iter().find(|spring| spring.element == *element);
                 spring.map_or(Domain::Rotation, |spring| self.domain_of(spring)).effort()

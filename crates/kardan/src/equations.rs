@@ -401,6 +401,8 @@ pub enum Measured {
     ComplianceTorque(String, String),
     /// The net torque on a shaft: its own inertia times its acceleration.
     NetTorque(String),
+    /// A signal, by its name: what a block answers, or a function of time.
+    Signal(String),
 }
 
 /// A sensor: what it measures and how coarsely.
@@ -408,7 +410,7 @@ pub enum Measured {
 pub struct Sensor {
     /// The quantity.
     pub measured: Measured,
-    /// Smallest step of the reading in SI units of the angle (rad); for a torque, of the twist.
+    /// Smallest step of the reading in SI units: of the angle (rad), for a torque of the twist, of the signal.
     pub resolution: Option<f64>,
     /// Where within a step the sensor stands when it measures zero, 0 to 1: the reading is `step·⌊x/step + phase⌋`.
     pub phase: f64,
@@ -652,7 +654,7 @@ impl Term {
             Self::Output(sensor) => match &sensor.measured {
                 Measured::Angle(shaft) | Measured::Speed(shaft) | Measured::NetTorque(shaft) => vec![shaft],
                 Measured::ConstraintTorque(_, shaft) | Measured::ComplianceTorque(_, shaft) => vec![shaft],
-                Measured::SpringTorque(_) => Vec::new(),
+                Measured::SpringTorque(_) | Measured::Signal(_) => Vec::new(),
             },
             Self::Kept(row) => row.coordinates(),
             Self::Angle { .. }

@@ -107,6 +107,8 @@ pub fn uncontrollability_pencil(system: &ConstrainedSystem, side: Side, outputs:
                 let of_element = (0..c).filter(|&i| system.constraints[i].element == *element);
                 of_element.for_each(|i| pencil[0][(row, n + i)] = rows[(i, shaft(name))].clone());
             }
+            // Of a signal the mechanism tells nothing.
+            Measured::Signal(_) => {}
         }
     }
     pencil

@@ -8,14 +8,15 @@ use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A measured angle, speed or torque.
+    /// A measured angle, speed, torque or signal.
     element Sensor("sensor") {
         required {
-            measures: Choice(&["angle", "speed", "torque", "net_torque"]),
+            measures: Choice(&["angle", "speed", "torque", "net_torque", "signal"]),
                 "What is measured; the net torque on a shaft is its own inertia times its acceleration. Of a mass they are position, \
-                 velocity and force.";
+                 velocity and force. A signal is any: what a vehicle tells, a block, a signal of the file.";
         }
         optional {
+            signal: Signal, "The signal, for `measures = \"signal\"`: `car.a_y`. Blocks and programs with a sample time read the sensor by its name.";
             shaft: Body, "The shaft or mass, for an angle, a speed, a net torque or a constraint torque.";
             element: Element(&[
                 "spring_damper", "harmonic_drive", "planetary", "gear", "universal_joint", "constraint", "rack_and_pinion",
@@ -23,8 +24,8 @@ keys! {
             ]),
                 "The torsion bar (its spring torque, by its twist) or the gear (its constraint torque on `shaft`).";
             lines: Number(Sign::Positive), "Lines per revolution; every line counts four edges. Left out: no rounding.";
-            resolution: Mechanical(Dimension::ANGLE, Sign::Positive),
-                "Smallest step of the angle or twist, instead of `lines`.";
+            resolution: AnyQuantity,
+                "Smallest step of the angle or twist, instead of `lines`; of a signal in its unit.";
             phase: Number(Sign::NonNegative) = "0",
                 "Where within a step the sensor stands at zero, from 0 to below 1: the reading is step * \
                  floor(angle/step + phase); with 0.5 it rounds to the nearest step.";
@@ -39,15 +40,15 @@ keys! {
     }
 }
 
-/// A measured angle, speed or torque.
+/// A measured angle, speed, torque or signal.
 pub const SENSOR: Element = Element {
     keyword: Sensor::KEYWORD,
-    summary: "A measured angle or speed of a shaft, the torque of a torsion bar by its twist, a constraint torque, or the net \
-              torque on a shaft.",
+    summary: "A measured angle or speed of a shaft, the torque of a torsion bar by its twist, a constraint torque, the net torque on a \
+              shaft, or a signal such as the lateral acceleration of a vehicle.",
     sketch: r"
     quantity --(+ noise)-->[ resolution ]-->[ sample and hold ]--> reading",
-    signs: "The reading `<name>.phi`, `<name>.w` or `<name>.tau` (of a mass `<name>.s`, `<name>.v` or `<name>.f`) has the sign of what it \
-            measures.",
+    signs: "The reading `<name>.phi`, `<name>.w` or `<name>.tau` (of a mass `<name>.s`, `<name>.v` or `<name>.f`; of a signal `<name>`) has the \
+            sign of what it measures.",
     symbol: Symbol::Sensor,
     fields: Sensor::FIELDS,
     example: "\
@@ -64,7 +65,14 @@ sample_time = \"1 ms\"
 
 fn check(values: &Values) -> Vec<Mistake> {
     let mut out = check_moves(values, &["shaft"]);
-    match values.word("measures") {
+    let measures = values.word("measures");
+    if measures == Some("signal") {
+        check_signal(values, &mut out);
+    } else if values.has("signal") {
+        let help = "remove `signal`, or set `measures = \"signal\"`";
+        out.push(Mistake::new("signal", "the sensor measures what moves, not a signal", help));
+    }
+    match measures {
         Some(kind @ ("angle" | "speed" | "net_torque")) => {
             let kind = kind.replace('_', " ");
             if !values.has("shaft") {
@@ -100,7 +108,7 @@ fn check(values: &Values) -> Vec<Mistake> {
         out.push(Mistake::new("resolution", "both `lines` and `resolution` are given", "keep one of them"));
     }
     let coarse = values.has("lines") || values.has("resolution");
-    if values.word("measures") == Some("speed") && coarse && !values.has("sample_time") {
+    if measures == Some("speed") && coarse && !values.has("sample_time") {
         out.push(Mistake::new(
             "sample_time",
             "a speed from an encoder of finite resolution needs a sample time",
@@ -118,7 +126,7 @@ fn check(values: &Values) -> Vec<Mistake> {
         let message = format!("the phase {phase} lies outside the step");
         out.push(Mistake::new("phase", message, "give it as a part of a step, from 0 to below 1"));
     }
-    let no_twist = match values.word("measures") {
+    let no_twist = match measures {
         Some("torque") => values.has("shaft").then_some("constraint torque"),
         Some("net_torque") => Some("net torque"),
         _ => None,
@@ -133,12 +141,29 @@ fn check(values: &Values) -> Vec<Mistake> {
     out
 }
 
+/// The keys of a sensor of a signal.
+fn check_signal(values: &Values, out: &mut Vec<Mistake>) {
+    if !values.has("signal") {
+        let help = "add `signal = \"...\"`: what a vehicle tells such as `car.a_y`, a block, or a signal of the file";
+        out.push(Mistake::new("signal", "a sensor of a signal needs its name", help));
+    }
+    for key in ["shaft", "element"].into_iter().filter(|key| values.has(key)) {
+        let help = format!("remove `{key}`, or say what is measured of it: \"angle\", \"speed\", \"torque\"");
+        out.push(Mistake::new(key, "a sensor of a signal measures no shaft and no element", help));
+    }
+    if values.has("lines") {
+        let help = "give the smallest step of the signal as `resolution`";
+        out.push(Mistake::new("lines", "lines are counted in a turn, and a signal does not turn", help));
+    }
+}
+
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let shaft = || values.word_or_default("shaft").to_string();
     let measured = match (values.word_or_default("measures"), values.word("element")) {
         ("angle", _) => Measured::Angle(shaft()),
         ("speed", _) => Measured::Speed(shaft()),
         ("net_torque", _) => Measured::NetTorque(shaft()),
+        ("signal", _) => Measured::Signal(values.word_or_default("signal").to_string()),
         (_, Some(element)) if values.has("shaft") => Measured::ConstraintTorque(element.into(), shaft()),
         (_, element) => Measured::SpringTorque(element.unwrap_or_default().into()),
     };

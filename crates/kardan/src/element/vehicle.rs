@@ -4,8 +4,6 @@ use super::shared::spline::check_points;
 use super::shared::straight::check_moves;
 use super::{Element, Mistake, Values};
 use crate::entries::{Entries, Written};
-use crate::equations::Formula;
-use crate::num::rational_to_f64;
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
@@ -139,16 +137,17 @@ pneumatic_trail = \"35 mm\"
 fn check(values: &Values) -> Vec<Mistake> {
     let mut out =
         [check_moves(values, &["steers"]), check_steering(values), check_tyres(values), check_wheels(values)].concat();
-    if let Some((what, least)) = values.formula("speed").and_then(|formula| least(formula))
-        && least < 0.0
-    {
-        let message = format!("{what} is {least} m/s: this car does not drive backwards");
-        out.push(Mistake::new("speed", message, "keep the speed at zero or more, `max(0 m/s, ...)`"));
-    }
-    let stands = |formula: &Formula| formula.number().is_some_and(|speed| rational_to_f64(&speed) == 0.0);
-    if !values.has("relaxation_length") && values.formula("speed").is_some_and(|speed| stands(speed)) {
-        let message = "a tyre whose force follows at once has no slip angle at standstill";
-        out.push(Mistake::new("speed", message, "give the tyres a `relaxation_length`, such as \"0.5 m\""));
+    match values.formula("speed").and_then(|formula| least(formula)) {
+        Some((what, least)) if least < 0.0 => {
+            let message = format!("{what} is {least} m/s: this car does not drive backwards");
+            out.push(Mistake::new("speed", message, "keep the speed at zero or more, `max(0 m/s, ...)`"));
+        }
+        Some((what, 0.0)) if !values.has("relaxation_length") => {
+            let message =
+                format!("{what} is 0 m/s, and a tyre whose force follows at once has no slip angle at standstill");
+            out.push(Mistake::new("speed", message, "give the tyres a `relaxation_length`, such as \"0.5 m\""));
+        }
+        _ => {}
     }
     out
 }

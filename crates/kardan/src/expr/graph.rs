@@ -238,6 +238,12 @@ impl Graph {
         self.number(value.into())
     }
 
+    /// An expression that never has a value.
+    pub fn without_value(&mut self) -> Expr {
+        let below = self.integer(-1);
+        self.apply(Function::Ln, below)
+    }
+
     /// π
     pub fn pi(&mut self) -> Expr {
         self.put(Node::Pi)

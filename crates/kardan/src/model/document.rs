@@ -256,6 +256,15 @@ impl Document {
         }
     }
 
+    /// The sensors of signals, each with the signal that it names and where.
+    pub(crate) fn signal_sensors(&self) -> impl Iterator<Item = (&str, &str, &Place)> {
+        let sensors = self.elements.iter().filter(|element| element.kind.keyword == "sensor");
+        sensors.filter_map(|sensor| match sensor.table.values.get("signal")? {
+            Placed { value: Value::Word(signal), place } => Some((sensor.name.as_str(), signal.as_str(), place)),
+            _ => None,
+        })
+    }
+
     /// Whether a name is a block, or a signal that is a formula of what moves.
     pub(crate) fn moves(&self, name: &str) -> bool {
         self.blocks.iter().any(|block| block.name == name)

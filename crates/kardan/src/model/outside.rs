@@ -46,7 +46,7 @@ impl Document {
                 );
             }
         }
-        if self.blocks.is_empty() && laws.is_empty() && !formulas {
+        if self.blocks.is_empty() && laws.is_empty() && !formulas && self.signal_sensors().next().is_none() {
             return Programs::default();
         }
         let all: Vec<&ControlSpec> = controls.iter().chain(idle).collect();
@@ -195,6 +195,7 @@ impl Document {
                 Term::Output(sensor) if named.element == name => Some(&sensor.measured),
                 _ => None,
             });
+            let itself;
             let (message, help) = match measured {
                 Some(Measured::ConstraintTorque(..) | Measured::NetTorque(_)) => (
                     format!(
@@ -208,6 +209,15 @@ impl Document {
                     ),
                     "give the blocks that read it a `sample_time`",
                 ),
+                Some(Measured::Signal(signal)) if !sampled => {
+                    itself = format!(
+                        "give the blocks that read it a `sample_time`, or let them read the signal itself: `{signal}`"
+                    );
+                    let message = format!(
+                        "no block reads the sensor `{name}` at every instant: a sensor of a signal is read at samples"
+                    );
+                    (message, itself.as_str())
+                }
                 _ => continue,
             };
             let Some(sensor) = self.elements.iter().find(|element| element.name == name) else { continue };

@@ -25,6 +25,8 @@ use crate::units::{Dimension, Exact, Expression, UnitError, shown_quantity};
 pub struct Programs {
     /// One task for each sample time, the shortest first.
     pub tasks: Vec<Arc<Task>>,
+    /// Sensors of signals, each as a task that answers its signal, by the name of the sensor.
+    pub sensors: Vec<Arc<Task>>,
     /// Functions of time that tasks read, by name.
     pub functions: Vec<(String, Arc<OfTime>)>,
     /// What sampled laws tell that tasks read, by name: `column.rk.disturbance`.
@@ -173,6 +175,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         for signal in &self.document.signals {
             self.column(signal, out);
         }
+        let sensors: Vec<Arc<Task>> =
+            self.document.signal_sensors().filter_map(|sensor| self.sensor(sensor, out)).map(Arc::new).collect();
         let commands: Vec<Vec<Command>> = laws.iter().map(|law| self.commands(law, out)).collect();
         let nothing = (Programs { broken: true, ..Programs::default() }, Vec::new());
         // What names something in doubt is left out without a word.
@@ -205,7 +209,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let of_laws = of_laws.collect();
         let functions = std::mem::take(&mut self.used_functions);
         let calls = TableCalls { graph: self.graph.borrow().clone(), list: std::mem::take(&mut self.calls) };
-        (Programs { tasks, functions, told: self.told(), calls, broken: false }, of_laws)
+        (Programs { tasks, sensors, functions, told: self.told(), calls, broken: false }, of_laws)
     }
 
     /// What was read of sampled laws, sorted.
@@ -650,6 +654,18 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 dimension,
             }));
         }
+        if let Some(sensor) = document.signal_sensors().find(|(sensor, ..)| *sensor == name) {
+            reads.insert(name.to_string());
+            let dimension = match self.read.get(name) {
+                Some((_, dimension)) => *dimension,
+                None => self.measured(sensor, out)?.1,
+            };
+            return varying(self.read_outside(Outside {
+                name: name.into(),
+                read: Read::Sensor(name.into()),
+                dimension,
+            }));
+        }
         if let Some(outside) = self.outside.iter().find(|outside| outside.name == name).cloned() {
             reads.insert(name.to_string());
             return varying(self.read_outside(outside));
@@ -711,6 +727,78 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         self.open.pop();
         let (expr, dimension) = found?;
         Some(Some(Named::Varying(expr, dimension)))
+    }
+
+    /// What a sensor of a signal measures: what stands for the signal, and what that is of.
+    fn measured(
+        &mut self,
+        (sensor, signal, place): (&'a str, &'a str, &Place),
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<(Expr, Dimension)> {
+        let what = format!("`signal` of sensor `{}`", shortened(sensor));
+        let mut refuse = |message: &str, label: &str, help: &str| {
+            let told = Diagnostic::error("sensor::signal", format!("{what}: {message}"));
+            out.push(told.at(place.clone(), label).help(help));
+            None
+        };
+        let quoted = format!("'{}'", signal.trim_matches('\''));
+        let read = Expression::parse_law(signal).ok().filter(|read| read.names() == [signal]);
+        let Some(read) = read.or_else(|| Expression::parse_law(&quoted).ok().filter(|_| !signal.contains(' '))) else {
+            let help =
+                "write a formula as a signal of its own, `[signal.NAME]` with kind = \"expression\", and name that";
+            return refuse("a sensor measures one signal, by its name", "no name", help);
+        };
+        if self.document.signal_sensors().any(|(other, ..)| other == signal) {
+            let help = "name what that one measures, or put a block between";
+            return refuse("a sensor measures no other sensor", "a sensor", help);
+        }
+        self.expression(&read, (place, &what), &mut BTreeSet::new(), out)
+    }
+
+    /// A sensor of a signal as a task that answers its signal; nothing if it has a mistake, which was told.
+    fn sensor(&mut self, sensor: (&'a str, &'a str, &Place), out: &mut Vec<Diagnostic>) -> Option<Task> {
+        let (_, dimension) = self.measured(sensor, out)?;
+        let (name, signal, place) = sensor;
+        let answered = self.answers.contains_key(signal) || self.made.get(signal).is_some_and(Option::is_some);
+        let of_time = self.used_functions.iter().any(|(other, _)| other == signal);
+        let outside = self.outside.iter().find(|outside| outside.name == signal).map(|outside| &outside.read);
+        if !answered && !of_time && !matches!(outside, Some(Read::Source(_))) {
+            let (message, help) = match outside {
+                Some(_) => (
+                    "it is no signal, but what moves or is measured",
+                    "write `measures = \"angle\"`, \"speed\" or \"torque\", with its `shaft` or `element`",
+                ),
+                None => (
+                    "it is no signal that a run has at every instant",
+                    "name what a vehicle tells such as `car.a_y`, a block, a reference or a disturbance, or a signal of the file that reads no sensor",
+                ),
+            };
+            let message = format!("`signal` of sensor `{}`: `{}`: {message}", shortened(name), shortened(signal));
+            out.push(Diagnostic::error("sensor::signal", message).at(place.clone(), "not measured so").help(help));
+            return None;
+        }
+        let mut graph = Graph::default();
+        let value = graph.new_symbol(signal.to_string(), dimension);
+        let symbol = graph.symbol_of(value)?;
+        let element = self.document.elements.iter().find(|element| element.name == name)?;
+        // What is wrong with its other keys is told where the element is read.
+        let values = self.reader.values(element.kind.fields, &element.table, name, &mut Vec::new());
+        Some(Task {
+            name: format!("sensor {name}"),
+            period: values.exact("sample_time").cloned(),
+            graph,
+            reads: vec![(symbol, Read::Source(signal.to_string()))],
+            memory: Vec::new(),
+            answers: vec![TaskAnswer {
+                name: name.to_string(),
+                dimension,
+                description: format!("reading of sensor {name}"),
+                value,
+            }],
+            names: Vec::new(),
+            order: Vec::new(),
+            lists: Lists::default(),
+        })
     }
 
     /// A signal that names what moves, as something that is answered at every instant: so results have it. Not where it reads a sensor that

@@ -214,7 +214,7 @@ impl Document {
                 Measured::ConstraintTorque(element, shaft) | Measured::ComplianceTorque(element, shaft) => {
                     (element, Some(shaft))
                 }
-                Measured::Angle(_) | Measured::Speed(_) | Measured::NetTorque(_) => continue,
+                Measured::Angle(_) | Measured::Speed(_) | Measured::NetTorque(_) | Measured::Signal(_) => continue,
             };
             let known = self.elements.iter().any(|e| e.name == *element);
             if !known || doubtful.contains(&named.element) || doubtful.contains(element) || self.doubts.has(element) {

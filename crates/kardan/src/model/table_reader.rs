@@ -483,6 +483,16 @@ impl<'a> TableReader<'a> {
     fn check_output(&self, signal: &str, place: &Place, label: &str, measured: bool, out: &mut Vec<Diagnostic>) {
         let name = SignalName::new(signal);
         let (head, quantity, alone) = (name.element, name.quantity(), name.on.is_none());
+        if let Some((sensor, measured, _)) = self.document.signal_sensors().find(|(sensor, ..)| *sensor == head) {
+            let message = format!(
+                "{label}: `{}` measures the signal `{}`, which no equation of the mechanism tells",
+                shortened(sensor),
+                shortened(measured)
+            );
+            let help = "name angles and speeds, or sensors of them and of torques; blocks and programs read signals";
+            out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an output").help(help));
+            return;
+        }
         let sensors = || self.document.elements.iter().filter(|e| e.kind.keyword == "sensor").map(|e| e.name.as_str());
         let is_motion = name.is_position() || name.is_rate();
         let is_reading =

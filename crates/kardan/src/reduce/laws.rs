@@ -68,8 +68,11 @@ impl Motion {
             known.push((name, named));
         }
         let mut named = |_: &mut _, name: &str| known.iter().find(|(other, _)| *other == name).map(|(_, n)| n.clone());
-        let (value, _) =
-            self.graph.written(&formula.expression, &mut named).expect("a formula was checked when it was read");
+        // It was checked when it was read: no more than a division can fail, by what is zero where the motion stands still. It has no value there.
+        let value = match self.graph.written(&formula.expression, &mut named) {
+            Ok((value, _)) => value,
+            Err(_) => self.graph.without_value(),
+        };
         self.graph.group(value)
     }
 

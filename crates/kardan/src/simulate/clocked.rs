@@ -8,6 +8,7 @@ use super::counts::{Met, Notes, Turned};
 use super::failing_sensor::FailingSensor;
 use super::sampler::{Period, Quantity, Sampler, stiffness};
 use super::{Scenario, UnitFault, UnitFaultKind};
+use crate::equations::Measured;
 use crate::names::SignalName;
 use crate::num::{Keeper, Random};
 use crate::reduce::{Dynamics, Reduced, Work};
@@ -118,10 +119,14 @@ impl Clocked {
             .iter()
             .map(|signal| {
                 let head = SignalName::new(&signal.name).element;
-                let sensor = reduced.equations.sensors.iter().find(|(name, _)| name == head).map(|(_, sensor)| sensor);
+                let sensor = reduced.equations.sensor(head);
                 let differentiates = sensor.is_some_and(Sampler::differentiates);
-                let quantity = Quantity::of(&signal.measured, reduced, differentiates);
-                let quantity = quantity.expect("a law measures angles, speeds and twists");
+                let told = || law.references().iter().position(|reference| reference.name == head);
+                let quantity = match signal.measured {
+                    Measured::Signal(_) => told().map(Quantity::Reference),
+                    _ => Quantity::of(&signal.measured, reduced, differentiates),
+                };
+                let quantity = quantity.expect("a law measures angles, speeds, twists and signals that it is told");
                 let sampler = sensor.map_or_else(Sampler::ideal, |sensor| {
                     Sampler::new(head, sensor, stiffness(reduced, &signal.measured), seed)
                 });
@@ -224,13 +229,13 @@ impl Clocked {
         time: f64,
         law: &dyn Law,
         references: &[f64],
-        (dynamics, work): (&Dynamics, &Work),
+        model: (&Dynamics, &Work),
         limits: &[Option<f64>],
     ) {
         let now = time + SAME * self.clock.period;
         for Source { quantity, sampler, .. } in &mut self.sensors {
             if sampler.next_time().is_some() {
-                sampler.sample(now, || quantity.read(dynamics, work));
+                sampler.sample(now, || quantity.read(model, references));
             }
         }
         self.apply(now);
@@ -238,6 +243,7 @@ impl Clocked {
             return;
         }
         let fault = self.faults.iter().find(|fault| fault.holds(now)).map(|fault| fault.kind);
+        let work = model.1;
         if self.pauses(law, fault, work) {
             return;
         }
@@ -246,7 +252,7 @@ impl Clocked {
                 break;
             }
             if source.sampler.next_time().is_none() {
-                source.sampler.sample(now, || source.quantity.read(dynamics, work));
+                source.sampler.sample(now, || source.quantity.read(model, references));
             }
             *reading = source.failing.reading(source.sampler.held, now);
         }

@@ -272,20 +272,27 @@ impl Columns<'_> {
     fn add_sensors(&mut self, scenario: &Scenario) -> Vec<SensorColumn> {
         let reduced = self.reduced;
         let mut samplers = Vec::new();
-        for (name, sensor) in &reduced.equations.sensors {
+        let all = reduced.equations.sensors.iter().chain(&reduced.equations.signal_sensors);
+        for (name, sensor) in all {
             let measured = &sensor.measured;
-            let (physical, quantity) = self.read(measured);
+            let (shown, physical, quantity) = match measured {
+                Measured::Signal(signal) => {
+                    let source = scenario.sources.iter().position(|source| source.name == *signal);
+                    // That of a file with a mistake may not be there.
+                    let Some(source) = source else { continue };
+                    (name.clone(), scenario.sources[source].physical, Read::Source(source))
+                }
+                _ => {
+                    let (physical, quantity) = self.read(measured);
+                    (reduced.equations.reading(measured).of(name), physical, quantity)
+                }
+            };
             let quantity = match (measured, Sampler::differentiates(sensor)) {
                 (Measured::Speed(name), true) => Read::Angle(reduced.coordinate(name).expect("a sensor names a shaft")),
                 _ => quantity,
             };
             let description = format!("reading of sensor {name}");
-            self.add(
-                self.reduced.equations.reading(measured).of(name),
-                physical,
-                description,
-                Read::Sensor(samplers.len()),
-            );
+            self.add(shown, physical, description, Read::Sensor(samplers.len()));
             let seed = scenario.seed;
             samplers.push(SensorColumn {
                 read: quantity,
@@ -327,6 +334,7 @@ impl Columns<'_> {
                 let k = elements.position(|e| e == element).expect("a sensor names a constraint");
                 Read::ConstraintTorque(k, shaft(s))
             }
+            Measured::Signal(name) => unreachable!("the signal `{name}` is a source"),
         };
         (physical, torque)
     }

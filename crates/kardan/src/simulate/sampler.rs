@@ -152,6 +152,8 @@ pub(super) enum Quantity {
     Speed(usize),
     Springs(Vec<usize>),
     Compliance(Compliance),
+    /// A signal, by its number among the references of the law.
+    Reference(usize),
 }
 
 /// The torque of a compliant element times a factor: by springs and dampers, by number.
@@ -189,7 +191,7 @@ impl Compliance {
 }
 
 impl Quantity {
-    /// Where a sensor takes its reading from; `None` for torques that depend on accelerations.
+    /// Where a sensor of a mechanism takes its reading from; `None` for torques that depend on accelerations.
     pub fn of(measured: &Measured, reduced: &Reduced, differentiates: bool) -> Option<Self> {
         let shaft = |name: &String| reduced.coordinate(name).expect("a sensor names a shaft");
         let springs = |name: &String| {
@@ -203,12 +205,14 @@ impl Quantity {
             Measured::ComplianceTorque(element, name) => {
                 Compliance::new(reduced, element, Some(shaft(name))).map(Self::Compliance)
             }
-            Measured::ConstraintTorque(..) | Measured::NetTorque(_) => None,
+            Measured::ConstraintTorque(..) | Measured::NetTorque(_) | Measured::Signal(_) => None,
         }
     }
 
-    pub fn read(&self, dynamics: &Dynamics, work: &Work) -> f64 {
+    /// What is measured now, where the references of the law are these.
+    pub fn read(&self, (dynamics, work): (&Dynamics, &Work), references: &[f64]) -> f64 {
         match self {
+            Self::Reference(k) => references[*k],
             Self::Angle(shaft) => work.kinematics.angles[*shaft],
             Self::Speed(shaft) => work.kinematics.speeds[*shaft],
             Self::Springs(springs) => springs.iter().map(|&k| dynamics.spring_torque(k, work)).sum(),

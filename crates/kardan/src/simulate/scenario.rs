@@ -81,6 +81,8 @@ pub struct Scenario {
     pub tasks: Vec<Arc<Task>>,
     /// What blocks without a sample time compute at every instant.
     pub flow: Option<Arc<Task>>,
+    /// Sensors of signals as small motions see them: each holds its signal at its samples.
+    pub sensors: Vec<Arc<Task>>,
     /// What fails.
     pub faults: Faults,
     /// Seed of the noise of sensors.

@@ -10,7 +10,7 @@ use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::entries::Place;
-use crate::equations::{Domain, Hold, Measured};
+use crate::equations::{Domain, Hold, Measured, Sensor};
 use crate::model::{Document, Instance, Setting, TableReader, tables};
 use crate::names::unknown_name;
 use crate::names::{Quantity, SignalName, carrier};
@@ -218,6 +218,14 @@ pub(super) fn output(
         let what = equations.domain(k).carrier();
         let help = format!("write `{first}` or `{second}`");
         return Err(Some((format!("`{shown}` is a {what}, not a signal of it"), help)));
+    }
+    if let Some((_, Sensor { measured: Measured::Signal(signal), .. })) =
+        equations.signal_sensors.iter().find(|(sensor, _)| sensor == head)
+    {
+        let message = format!(
+            "`{shown}` is no output: it measures the signal `{signal}`, and an analysis sees the mechanism alone"
+        );
+        return Err(Some((message, "name angles and speeds, or sensors of them and of torques".into())));
     }
     if has_signal(name) {
         let is_input = equations.inputs.iter().any(|input| input.element == head);

@@ -18,12 +18,14 @@ use crate::units::{Dimension, Exact, shown_quantity};
 
 /// Answers of blocks that follow from what moves, also by way of each other.
 fn moving(model: &Model) -> BTreeSet<String> {
+    let of_signal = |name: &str| model.programs.sensors.iter().any(|task| task.answers[0].name == name);
     let mut found: BTreeSet<String> = model.programs.told.iter().map(|(name, _)| name.clone()).collect();
     loop {
         let before = found.len();
-        for task in &model.programs.tasks {
+        for task in model.programs.sensors.iter().chain(&model.programs.tasks) {
             for answer in &task.answers {
                 let moves = |read: &&Read| match read {
+                    Read::Sensor(name) | Read::AsRead(name) if of_signal(name) => found.contains(name),
                     Read::Position(_) | Read::Rate(_) | Read::Sensor(_) | Read::AsRead(_) => true,
                     Read::Source(name) => found.contains(name),
                     Read::Time => false,

@@ -185,6 +185,7 @@ fn step(variant: &PreparedVariant, reference: Option<&str>, window: f64) -> Scen
             .collect(),
         tasks: scenario.tasks.clone(),
         flow: scenario.flow.clone(),
+        sensors: scenario.sensors.clone(),
         faults: Faults::default(),
         position: variant.point.position.clone(),
         speed: variant.point.rates.clone(),

@@ -1,7 +1,7 @@
 //! What fails in a scenario: sensors, motors, control units, springs and teeth.
 
 use super::events::check_late;
-use super::read::{quantity, read_word};
+use super::read::{quantity, quantity_like, read_word};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind, Measured};
@@ -209,7 +209,9 @@ impl<'a> Reader<'a, '_> {
             out.push(Diagnostic::error("key::missing", message).at(place, "`by` is missing").help(help));
             return None;
         }
-        let found = quantity(self.reader, self.table, "by", expected, self.what, out)?;
+        let of_signal = self.of_signal(read_word(self.table, "sensor").unwrap_or_default()).is_some();
+        let read = if of_signal { quantity_like } else { quantity };
+        let found = read(self.reader, self.table, "by", expected, self.what, out)?;
         // `by` takes quantities of any sign: which it must have follows from the kind.
         if let Some((rule, help)) = broken(expected.1, &found) {
             let shown = shown_quantity(&found, expected.0);
@@ -218,6 +220,12 @@ impl<'a> Reader<'a, '_> {
             return None;
         }
         Some(found.to_f64())
+    }
+
+    /// What a sensor of a signal measures.
+    fn of_signal(&self, sensor: &str) -> Option<Dimension> {
+        let mut answers = self.model.programs.sensors.iter().flat_map(|task| &task.answers);
+        answers.find(|answer| answer.name == sensor).map(|answer| answer.dimension)
     }
 
     /// Tells of an amount that says nothing.
@@ -264,7 +272,12 @@ impl<'a> Reader<'a, '_> {
             out.push(self.mistake("name::unknown", &message, ("sensor", "cannot fail"), help));
             return;
         }
-        let read = reads(&lost.name, self.equations).unwrap_or(Dimension::NONE);
+        let of_signal = self.of_signal(&lost.name);
+        if of_signal.is_none() && self.document.signal_sensors().any(|(sensor, ..)| sensor == lost.name) {
+            // What it measures has a mistake, which was told.
+            return;
+        }
+        let read = of_signal.or_else(|| reads(&lost.name, self.equations)).unwrap_or(Dimension::NONE);
         let per_time = read.times(&Dimension::TIME, -1).unwrap_or(read);
         let of = |amount: Option<f64>, kind: fn(f64) -> SensorFaultKind| amount.map(kind);
         let found = match kind {
@@ -510,6 +523,7 @@ fn reads(name: &str, equations: &Equations) -> Option<Dimension> {
         Measured::ConstraintTorque(_, carrier)
         | Measured::ComplianceTorque(_, carrier)
         | Measured::NetTorque(carrier) => domain(carrier).map(effort),
+        Measured::Signal(_) => None,
     }
 }
 /// Why a sensor with these readings cannot fail, and what to do.

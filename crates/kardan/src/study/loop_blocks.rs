@@ -61,7 +61,8 @@ pub(super) fn blocks(variant: &PreparedVariant, plant: &LoopPlant) -> Blocks {
 pub(super) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: &[f64]) -> Blocks {
     let PreparedVariant { model, reduced, running: laws, scenario, .. } = variant;
     let seen = are_in_maps(variant);
-    if scenario.flow.is_none() && (scenario.tasks.is_empty() || !seen) || laws.len() != model.controls.len() {
+    let unseen = scenario.tasks.is_empty() && scenario.sensors.is_empty() || !seen;
+    if scenario.flow.is_none() && unseen || laws.len() != model.controls.len() {
         return Blocks { of_loop: LoopBlocks::default(), engaged: Vec::new(), bend: false, flat: Vec::new() };
     }
     let beside: Vec<BesideBlocks> =
@@ -90,7 +91,8 @@ pub(super) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: 
 fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64]) -> Settled {
     let PreparedVariant { reduced, scenario, .. } = variant;
     let seen = are_in_maps(variant);
-    let tasks = scenario.flow.iter().chain(scenario.tasks.iter().filter(|_| seen));
+    let sampled = scenario.sensors.iter().chain(&scenario.tasks).filter(|_| seen);
+    let tasks = scenario.flow.iter().chain(sampled);
     let tasks: Vec<Arc<Task>> = tasks.cloned().collect();
     let laws: Vec<TaskLaw> = tasks.iter().map(|task| TaskLaw::new(task, reduced)).collect();
     let mut kinematics = Kinematics::new(reduced);

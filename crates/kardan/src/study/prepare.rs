@@ -204,7 +204,7 @@ fn unreduced(model: &mut Model) -> Reduced {
             Measured::ConstraintTorque(element, shaft) | Measured::ComplianceTorque(element, shaft) => {
                 known(shaft) && constrains(element)
             }
-            Measured::SpringTorque(_) => true,
+            Measured::SpringTorque(_) | Measured::Signal(_) => true,
         },
         _ => true,
     });

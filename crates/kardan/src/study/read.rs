@@ -70,16 +70,41 @@ pub(super) fn quantity(
     of_dimension(reader, &scalar, (dimension, sign), &label, out)
 }
 
+/// The same of a signal: with or without radians in its unit.
+pub(super) fn quantity_like(
+    reader: &TableReader<'_>,
+    table: &Table,
+    key: &str,
+    expected: (Dimension, Sign),
+    what: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Exact> {
+    let scalar = read_scalar(table, key)?;
+    let label = format!("`{key}` of {what}");
+    let fits = |expected: &Dimension, found: &Dimension| expected.is_like(found);
+    fitting(reader, &scalar, (expected, fits), &label, out)
+}
+
 /// A quantity in SI of one dimension.
 pub(super) fn of_dimension(
     reader: &TableReader<'_>,
     scalar: &Placed<Written>,
-    (dimension, sign): (Dimension, Sign),
+    expected: (Dimension, Sign),
+    label: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Exact> {
+    fitting(reader, scalar, (expected, |expected, found| expected == found), label, out)
+}
+
+fn fitting(
+    reader: &TableReader<'_>,
+    scalar: &Placed<Written>,
+    ((dimension, sign), fits): ((Dimension, Sign), fn(&Dimension, &Dimension) -> bool),
     label: &str,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Exact> {
     let (value, found) = reader.scalar(scalar, Some((dimension, sign)), label, out)?;
-    if found != dimension {
+    if !fits(&dimension, &found) {
         let message = format!("{label}: expected {}, found {}", dimension.noun(), found.noun());
         out.push(
             Diagnostic::error("unit::dimension", message)

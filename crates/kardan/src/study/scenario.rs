@@ -3,7 +3,7 @@
 use super::events::{GivenEvent, events, sources};
 use super::faults::{NamedFault, faults, named_faults};
 use super::initial::initial_state;
-use super::read::{quantity, read_word};
+use super::read::{quantity, quantity_like, read_word};
 use super::source_signals::source_signals;
 use crate::assemble::Equations;
 use crate::diagnostics::Diagnostic;
@@ -46,7 +46,7 @@ pub(super) fn scenario(
     };
     let (position, speed) = initial_state(&reader, document, reduced, out);
     let duration = duration.map_or(0.0, |duration| duration.to_f64());
-    check_noise(&reader, document, out);
+    check_readings(&reader, (document, model), out);
     let seed = whole(&reader, table, "seed", "`[scenario]`", out).unwrap_or_default();
     let events = given.iter().filter_map(|event| event.event(sources.len())).collect();
     let mut signals = source_signals(&reader, (document, model), &sources, (duration, seed), out);
@@ -57,9 +57,11 @@ pub(super) fn scenario(
     signals.sort_by_key(|signal| signal.source);
     let (flow, tasks): (Vec<_>, Vec<_>) = model.programs.tasks.iter().cloned().partition(|task| task.period.is_none());
     let flow = flow.into_iter().next();
-    let recorded = None;
-    let scenario =
-        Scenario { duration, times, sources, events, signals, tasks, flow, faults, seed, recorded, position, speed };
+    let (recorded, sensors) = (None, model.programs.sensors.clone());
+    #[rustfmt::skip]
+    let scenario = Scenario {
+        duration, times, sources, events, signals, tasks, flow, sensors, faults, seed, recorded, position, speed,
+    };
     (scenario, named)
 }
 
@@ -97,27 +99,38 @@ pub(super) fn whole(
     None
 }
 
-/// The noise of a sensor is of the kind that it measures.
-fn check_noise(reader: &TableReader<'_>, document: &Document, out: &mut Vec<Diagnostic>) {
+/// Noise and resolution of a sensor are of the kind that it measures and counts.
+fn check_readings(reader: &TableReader<'_>, (document, model): (&Document, &Model), out: &mut Vec<Diagnostic>) {
     for sensor in document.elements.iter().filter(|element| element.kind.keyword == "sensor") {
-        let dimension = match read_word(&sensor.table, "measures") {
-            Some("angle") => Dimension::ANGLE,
-            Some("speed") => Dimension::ANGULAR_VELOCITY,
-            Some("torque" | "net_torque") => Dimension::TORQUE,
+        let along = |dimension: Dimension| if sensor.table.along_masses { dimension.along_masses() } else { dimension };
+        let mut of_signals = model.programs.sensors.iter().flat_map(|task| &task.answers);
+        let [measured, counted] = match read_word(&sensor.table, "measures") {
+            Some("angle") => [Dimension::ANGLE, Dimension::ANGLE].map(along),
+            Some("speed") => [Dimension::ANGULAR_VELOCITY, Dimension::ANGLE].map(along),
+            Some("torque" | "net_torque") => [Dimension::TORQUE, Dimension::ANGLE].map(along),
+            // One with a mistake was told.
+            Some("signal") => match of_signals.find(|answer| answer.name == sensor.name) {
+                Some(answer) => [answer.dimension; 2],
+                None => continue,
+            },
             _ => continue,
         };
-        let dimension = if sensor.table.along_masses { dimension.along_masses() } else { dimension };
+        let of_signal = read_word(&sensor.table, "measures") == Some("signal");
+        let read = if of_signal { quantity_like } else { quantity };
         let what = format!("sensor `{}`", sensor.name);
-        let noise = quantity(reader, &sensor.table, "noise", (dimension, Sign::NonNegative), &what, out);
-        if let Some(noise) = noise.filter(|noise| noise.signum() < 0) {
-            out.push(
-                Diagnostic::error(
-                    "number::sign",
-                    format!("`noise` of {what} must be zero or more, found {}", noise.to_f64()),
-                )
-                .at(TableReader::place(&sensor.table, "noise"), "negative")
-                .help("a standard deviation has no sign"),
-            );
+        let expected = [("noise", measured, Sign::NonNegative), ("resolution", counted, Sign::Positive)];
+        for (key, dimension, sign) in expected {
+            let found = read(reader, &sensor.table, key, (dimension, sign), &what, out);
+            let (wrong, help) = match sign {
+                Sign::Positive => (found.as_ref().is_some_and(|x| x.signum() <= 0), "a step has a size"),
+                _ => (found.as_ref().is_some_and(|x| x.signum() < 0), "a standard deviation has no sign"),
+            };
+            let Some(found) = found.filter(|_| wrong) else { continue };
+            let most = if sign == Sign::Positive { "more than zero" } else { "zero or more" };
+            let message = format!("`{key}` of {what} must be {most}, found {}", found.to_f64());
+            let place = TableReader::place(&sensor.table, key);
+            let label = if found.is_zero() { "zero" } else { "negative" };
+            out.push(Diagnostic::error("number::sign", message).at(place, label).help(help));
         }
     }
 }

@@ -194,7 +194,7 @@ fn watched(
                 .map(|(number, one)| (number, one.row.iter().map(|(shaft, x)| (*shaft, one.value * x)).collect()));
             (signal.name.clone(), "N m", Watch::Springs(rows.collect()))
         }
-        Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) => return None,
+        Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) | Measured::Signal(_) => return None,
     };
     Some(Watched { name, unit, reference: reference.into(), acceptable, watch })
 }

@@ -123,7 +123,7 @@ impl Plant {
                 };
                 Some(springs.map(torque).sum())
             }
-            Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) => None,
+            Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) | Measured::Signal(_) => None,
         }
     }
 

@@ -29,12 +29,13 @@ enum Comes {
 /// What stands for a law where a task only answers.
 const BLOCKS: &str = "blocks";
 
-/// What an ideal sensor reads: rows over angles and speeds, and what it reads at zero angles.
+/// What an ideal sensor reads: rows over angles and speeds, and what it reads at zero angles; of a signal the reference that is told of it.
 #[derive(Debug, Clone, Default)]
 struct Ideal {
     angles: Vec<(usize, f64)>,
     speeds: Vec<(usize, f64)>,
     offset: f64,
+    reference: Option<usize>,
 }
 
 impl Ideal {
@@ -52,14 +53,18 @@ impl Ideal {
                 }
                 out
             }
-            // Its spring and its damper read in a run; small motions see nothing of it.
-            Measured::ComplianceTorque(..) | Measured::ConstraintTorque(..) | Measured::NetTorque(_) => Self::default(),
+            // Its spring and its damper read in a run; small motions see nothing of it. A signal is told.
+            Measured::ComplianceTorque(..)
+            | Measured::ConstraintTorque(..)
+            | Measured::NetTorque(_)
+            | Measured::Signal(_) => Self::default(),
         }
     }
 
     fn read(&self, seen: &Seen<'_>) -> f64 {
         let along = |row: &[(usize, f64)], x: &[f64]| -> f64 { row.iter().map(|(k, c)| c * x[*k]).sum() };
-        along(&self.angles, seen.angles) + along(&self.speeds, seen.speeds) + self.offset
+        let told = self.reference.map_or(0.0, |k| seen.references[k]);
+        along(&self.angles, seen.angles) + along(&self.speeds, seen.speeds) + told + self.offset
     }
 }
 
@@ -99,23 +104,30 @@ impl TaskLaw {
         let mut ideal = Vec::new();
         let coordinate = |name: &String| reduced.coordinate(name).expect("a task reads coordinates of its model");
         for (symbol, read) in &task.reads {
+            let reference = |name: &String| {
+                let (_, dimension) = task.graph.name(*symbol);
+                let description = format!("read by {}", task.name);
+                Reference { name: name.clone(), physical: Physical::other(&dimension.si()), description }
+            };
             comes.push(match read {
                 Read::Position(name) => Comes::Angle(coordinate(name)),
                 Read::Rate(name) => Comes::Speed(coordinate(name)),
                 Read::Time => Comes::Time,
                 Read::Source(name) => {
-                    let (_, dimension) = task.graph.name(*symbol);
-                    let description = format!("read by {}", task.name);
-                    let physical = Physical::other(&dimension.si());
-                    references.push(Reference { name: name.clone(), physical, description });
+                    references.push(reference(name));
                     Comes::Reference(references.len() - 1)
                 }
                 Read::Sensor(name) | Read::AsRead(name) => {
                     let number = sensors.iter().position(|known| known.name == *name).unwrap_or_else(|| {
-                        let known = reduced.equations.sensors.iter().find(|(other, _)| other == name);
-                        let (_, sensor) = known.expect("a task reads sensors of its model");
-                        sensors.push(OutputSignal { name: name.clone(), measured: sensor.measured.clone() });
-                        ideal.push(Ideal::new(&sensor.measured, reduced));
+                        let measured =
+                            &reduced.equations.sensor(name).expect("a task reads sensors of its model").measured;
+                        let mut of = Ideal::new(measured, reduced);
+                        if matches!(measured, Measured::Signal(_)) {
+                            of.reference = Some(references.len());
+                            references.push(reference(name));
+                        }
+                        sensors.push(OutputSignal { name: name.clone(), measured: measured.clone() });
+                        ideal.push(of);
                         sensors.len() - 1
                     });
                     if matches!(read, Read::Sensor(_)) { Comes::Reading(number) } else { Comes::AsRead(number) }
@@ -185,7 +197,13 @@ impl TaskLaw {
             Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].speeds.clone(),
             _ => Vec::new(),
         };
-        let references = |k: usize| if let Comes::Reference(k) = self.comes[k] { vec![(k, 1.0)] } else { Vec::new() };
+        let references = |k: usize| match self.comes[k] {
+            Comes::Reference(k) => vec![(k, 1.0)],
+            Comes::Reading(sensor) | Comes::AsRead(sensor) => {
+                self.ideal[sensor].reference.into_iter().map(|k| (k, 1.0)).collect()
+            }
+            _ => Vec::new(),
+        };
         let errors = |k: usize| match self.comes[k] {
             Comes::Reading(k) | Comes::AsRead(k) => vec![(k, 1.0)],
             _ => Vec::new(),

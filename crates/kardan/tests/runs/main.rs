@@ -41,6 +41,7 @@ mod relations;
 mod ripple;
 mod road;
 mod safety;
+mod signal_sensors;
 mod signals;
 mod simulation;
 mod start;

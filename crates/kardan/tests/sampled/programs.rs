@@ -128,3 +128,25 @@ fn a_block_at_its_limit_is_told() {
     let within = warnings("0.5 rad");
     assert!(within.iter().all(|told| !told.contains("passes nothing on")), "{within:?}");
 }
+
+/// A sensor of a signal in the loop: the map, and so all that is said of it, is that of the sensor of the same motion, also at a sample time of its own.
+#[test]
+fn a_sensor_of_a_signal_has_the_map_of_a_sensor_of_the_motion() {
+    for period in ["", "sample_time = \"1 ms\"\n", "sample_time = \"4 ms\"\n"] {
+        let of = |sensor: &str| {
+            let plant = PLANT.replace("[scenario]", &format!("{period}[scenario]"));
+            let plant = plant.replace("measures = \"angle\"\nshaft = \"arm\"", sensor);
+            let law = "law = \"program\"\ncommands = { m = \"-(0.4 N m/rad) * enc - 0.02 N m s/rad * arm.w\" }\nsample_time = \"1 ms\"\n";
+            let block = "[block.truth]\nkind = \"gain\"\ninput = \"arm.phi\"\ngain = 1\n";
+            let source = format!("{plant}{block}[control.c]\n{law}");
+            let found = Project::open(&source).design(&DesignSettings::default(), &Silent);
+            found.unwrap_or_else(|told| panic!("{told:#?}\n{source}")).margins.expect("margins")
+        };
+        let [motion, signal] =
+            ["measures = \"angle\"\nshaft = \"arm\"", "measures = \"signal\"\nsignal = \"truth\""].map(of);
+        let close =
+            |a: f64, b: f64, what: &str| assert!((a - b).abs() <= 1e-9 * a.abs().max(1.0), "{what}: {a} for {b}");
+        close(signal.spectral_radius.expect("a map"), motion.spectral_radius.expect("a map"), "spectral radius");
+        assert!(motion.spectral_radius.is_some_and(|radius| radius < 0.999));
+    }
+}

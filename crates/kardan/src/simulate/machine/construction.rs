@@ -17,6 +17,7 @@ use super::watched::WatchedRows;
 use super::wired::{Computer, Setup, Wired};
 use crate::assemble::{Along, Equations};
 use crate::equations::InputKind;
+use crate::equations::Measured;
 use crate::expr::Expr;
 use crate::names::SignalName;
 use crate::num::{Cholesky, Matrix};
@@ -95,13 +96,24 @@ fn is_linear(law: &mut Running, part: &LinearLaw, references: usize) -> bool {
         && agrees(&on_rates.map(|(matrix, x)| (matrix, x.as_slice())), &rates)
 }
 
+/// The number of the source that a law reads or answers by that name; that of its signal for a sensor of one.
+fn source_of(name: &str, setup: &Setup<'_>) -> usize {
+    let equations = &setup.reduced.equations;
+    let sensor = equations.signal_sensors.iter().find(|(sensor, _)| sensor == name);
+    let signal = match sensor.map(|(_, sensor)| &sensor.measured) {
+        Some(Measured::Signal(signal)) => signal,
+        _ => name,
+    };
+    let found = setup.scenario.sources.iter().position(|source| source.name == signal);
+    found.unwrap_or_else(|| panic!("`{signal}`, which is read or answered, is a source"))
+}
+
 /// A law among the inputs and sources of a run; `size` grows by its states.
 fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usize) -> Wired {
     let (inputs, scenario) = (&setup.reduced.equations.inputs, setup.scenario);
     let input = |name: &String| inputs.iter().position(|i| i.element == *name).expect("a law commands inputs");
     let inputs: Vec<usize> = law.inputs().iter().map(input).collect();
-    let source = |name: &str| scenario.sources.iter().position(|s| s.name == name).expect("a reference is a source");
-    let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
+    let references: Vec<usize> = law.references().iter().map(|reference| source_of(&reference.name, setup)).collect();
     let first = *size;
     let limits: Vec<Option<f64>> = inputs.iter().map(|&input| drives[input].limit).collect();
     // A law with states may keep them from winding up at the limits.
@@ -151,13 +163,7 @@ fn told(law: &dyn Law, scenario: &Scenario) -> Vec<(usize, Told)> {
 /// A task of blocks: its answers are sources.
 fn task(task: &Arc<Task>, setup: &Setup<'_>) -> Wired {
     let law: Arc<dyn Law> = Arc::new(TaskLaw::new(task, setup.reduced));
-    let sources = &setup.scenario.sources;
-    let source = |name: &str| {
-        sources
-            .iter()
-            .position(|s| s.name == name)
-            .unwrap_or_else(|| panic!("`{name}`, which blocks read or answer, is a source"))
-    };
+    let source = |name: &str| source_of(name, setup);
     let clock = law.clock().expect("a task has a clock");
     let answers: Vec<usize> = law.inputs().iter().map(|name| source(name)).collect();
     let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();

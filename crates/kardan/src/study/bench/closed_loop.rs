@@ -255,7 +255,7 @@ fn run(
 fn shown(equations: &Equations, output: &str) -> String {
     let sensor = equations.sensors.iter().find(|(name, _)| name == SignalName::new(output).element);
     match sensor.map(|(name, sensor)| (name, &sensor.measured)) {
-        None => output.into(),
+        None | Some((_, Measured::Signal(_))) => output.into(),
         Some((_, measured @ (Measured::Angle(of) | Measured::Speed(of) | Measured::SpringTorque(of)))) => {
             equations.reading(measured).of(of)
         }

@@ -506,6 +506,7 @@ impl PreparedBench {
                     signals: Vec::new(),
                     tasks: Vec::new(),
                     flow: None,
+                    sensors: Vec::new(),
                     faults: Faults::default(),
                     seed: spec.seed,
                     recorded: None,

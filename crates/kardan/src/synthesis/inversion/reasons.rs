@@ -97,7 +97,7 @@ fn over_shafts(
                 let term = times(&derivative(&derivative(factor)), &constant(system.own_inertia(shaft)));
                 out[shaft] = plus(&out[shaft], &term);
             }
-            Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) => return None,
+            Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) | Measured::Signal(_) => return None,
         }
     }
     Some(out)

@@ -43,7 +43,10 @@ pub(in crate::synthesis) fn reading(sensor: &OutputSignal, plant: &Plant) -> Res
             }
             Reading::Twist(row, rest)
         }
-        Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) | Measured::NetTorque(_) => {
+        Measured::ConstraintTorque(..)
+        | Measured::ComplianceTorque(..)
+        | Measured::NetTorque(_)
+        | Measured::Signal(_) => {
             return Err(SynthesisError::NotASensor { signal: sensor.name.clone() });
         }
     })

@@ -71,7 +71,10 @@ impl SlowSensor {
                 });
                 (torques.collect(), Reads::Angles)
             }
-            Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) | Measured::NetTorque(_) => return None,
+            Measured::ConstraintTorque(..)
+            | Measured::ComplianceTorque(..)
+            | Measured::NetTorque(_)
+            | Measured::Signal(_) => return None,
         };
         Some(Self { name: name.into(), period, row, reads })
     }
