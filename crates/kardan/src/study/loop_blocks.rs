@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::PreparedVariant;
 use super::prepared::Settled;
+use crate::num::Matrix;
 use crate::program::Task;
 use crate::reduce::{Kinematics, OperatingPoint, answered_locks, answered_torques};
 use crate::simulate::Profile;
@@ -126,9 +127,21 @@ fn flat<'a>(task: &'a Task, linear: &'a LinearTask) -> impl Iterator<Item = Stri
 /// A law as blocks know it.
 fn beside(name: &str, law: &Arc<dyn Law>) -> BesideBlocks {
     let linear = law.linear();
-    let follows = |k: usize| {
-        [&linear.references, &linear.on_references].iter().any(|of| (0..of.rows()).any(|i| of[(i, k)] != 0.0))
-    };
+    // States that commands follow from, also by way of each other.
+    let not_zero = |of: &Matrix<f64>, rows: &[usize], column: usize| rows.iter().any(|row| of[(*row, column)] != 0.0);
+    let commands: Vec<usize> = (0..linear.on_states.rows()).collect();
+    let all = 0..linear.states.rows();
+    let mut states: Vec<usize> = all.clone().filter(|k| not_zero(&linear.on_states, &commands, *k)).collect();
+    loop {
+        let more = all.clone().filter(|k| !states.contains(k) && not_zero(&linear.states, &states, *k));
+        let more: Vec<usize> = more.collect();
+        if more.is_empty() {
+            break;
+        }
+        states.extend(more);
+    }
+    let follows =
+        |k: usize| not_zero(&linear.on_references, &commands, k) || not_zero(&linear.references, &states, k);
     let references = law.references().iter().enumerate();
     let references = references.map(|(k, one)| if follows(k) { one.name.clone() } else { String::new() }).collect();
     let tells = if law.clock().is_some() { law.tells() } else { Vec::new() };
