@@ -58,6 +58,12 @@ keys! {
                 "Height of the centre of gravity: with it braking loads the front axle and a bend the outer wheels; needs `track`. Left out: loads stay as at rest.";
             roll_share: Number(Sign::NonNegative),
                 "Part of what a bend moves from wheel to wheel that the front axle takes, at most one; left out: as the axles are loaded at rest.";
+            roll_stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive),
+                "Torque for each radian of roll, of springs and stabilisers of both axles: with it the car rolls, and loads the outer wheels as it does; needs \
+                 `height`, `roll_inertia` and `roll_damping`. Left out: it does not roll.";
+            roll_damping: Quantity(Dimension::DAMPING, Sign::NonNegative), "Torque for each radian of roll in a second, of the dampers of both axles.";
+            roll_inertia: Quantity(Dimension::INERTIA, Sign::Positive), "Inertia about the longitudinal axis through the centre of gravity.";
+            roll_height: Quantity(Dimension::LENGTH, Sign::Any) = "0 m", "Height of the axis about which it rolls.";
             load_sensitivity: Number(Sign::NonNegative) = "0",
                 "By which part friction falls when the load of a wheel doubles, below one.";
             relaxation_length: Quantity(Dimension::LENGTH, Sign::Positive),
@@ -110,7 +116,8 @@ pub const VEHICLE: Element = Element {
             others may name: the mass `<name>_lateral` (`.v`: lateral velocity), the shafts `<name>_yaw` (`.phi`: heading, `.w`: yaw rate) and `<name>_wheel` \
             (angle of the front wheels), the gear `<name>_steering` with the force on what steers, the torques `<name>_side` and `<name>_side_rear` of \
             the tyres, states `<name>_front`, `<name>_rear` (tangent of the slip angle) and `<name>_bore` (twist). Blocks and programs read \
-            `<name>.yaw_rate`, `.heading`, `.v_x`, `.v_y`, `.a_y`, `.x`, `.y`, and with `track` the speeds of the wheels `.v_fl`, `.v_fr`, `.v_rl`, `.v_rr`. \
+            `<name>.yaw_rate`, `.heading`, `.v_x`, `.v_y`, `.a_y`, `.x`, `.y` (of the centre of gravity), where it rolls `.roll` and `.roll_rate` (shaft `<name>_roll`, to the \
+            right in a bend to the left), and with `track` the speeds of the wheels `.v_fl`, `.v_fr`, `.v_rl`, `.v_rr`. \
             Where wheels are told apart, `.load_fl` and so on, `.grip_front` and `.grip_rear` (largest side forces), `.braking_fl` and so on (backward), `.braking_left`, \
             `.braking_right`, `.braking_lack` (what is asked for and not given); of TMeasy `.slip_front`, `.slip_rear` (slip over that of the peak).",
     symbol: Symbol::Vehicle,
@@ -214,6 +221,23 @@ impl Car<'_> {
         self.add(out, "shaft", "wheel", &[("inertia", self.own("wheel_inertia"))]);
         let law = format!("-{} * {} * {}", self.own("mass"), self.speed(), self.of("yaw", "w"));
         self.push(out, "turning", &[("lateral", "1".into())], law);
+        if self.rolls() {
+            self.add(out, "shaft", "roll", &[("inertia", self.own("roll_inertia"))]);
+            // The weight beside the axis pushes on.
+            let weight = format!("{} * 9.80665 m/s^2 * {} / (1 rad)", self.own("mass"), self.roll_arm());
+            let keys = [
+                ("shaft_1", self.part("roll")),
+                ("stiffness", format!("{} - {weight}", self.own("roll_stiffness"))),
+                ("damping", self.own("roll_damping")),
+            ];
+            self.add(out, "spring_damper", "suspension", &keys);
+        }
+    }
+
+    /// A force on the tyres, which act at the axis about which the car rolls, under its centre of gravity.
+    pub(in crate::element) fn at_tyres(&self) -> Vec<(&'static str, String)> {
+        let roll = self.rolls().then(|| ("roll", self.roll_arm()));
+        [("lateral", "1".to_string())].into_iter().chain(roll).collect()
     }
 
     fn steering(&self, out: &mut Entries, by_mass: bool) {
@@ -239,7 +263,7 @@ impl Car<'_> {
 
     /// Lateral and forward velocity of the wheels of an axle along their own axes.
     fn slips(&self, front: bool) -> [String; 2] {
-        let [u, v, r] = [self.speed(), self.of("lateral", "v"), self.of("yaw", "w")];
+        let [u, v, r] = [self.speed(), self.at_axis(), self.of("yaw", "w")];
         let [delta, turn, trail] = [self.of("wheel", "phi"), self.of("wheel", "w"), self.own("caster_trail")];
         let [a, b] = [self.own("front_axle"), self.own("rear_axle")];
         match (front, self.slides()) {
@@ -297,7 +321,6 @@ impl Car<'_> {
                 self.add(out, "state", axle, &[("rate", rate)]);
             }
         }
-        let one = || "1".to_string();
         if self.tmeasy() {
             self.share_slips(out, |axle| [self.slip_angle(axle).0, self.most(axle)]);
         }
@@ -307,20 +330,16 @@ impl Car<'_> {
             let delta = self.of("wheel", "phi");
             let left = if self.tmeasy() { self.tmeasy_trail() } else { format!("cos(atan({ba}))") };
             let arm = format!("({trail} + {pneumatic} * {left})");
-            self.push(out, "side", &[("lateral", one())], format!("{front} * cos({delta})"));
+            self.push(out, "side", &self.at_tyres(), format!("{front} * cos({delta})"));
             let yaw = format!("{front} * (({a} + {trail}) * cos({delta}) - {arm})");
             self.add(out, "torque", "side_yaw", &[("shaft", self.part("yaw")), ("law", yaw)]);
             let aligning = format!("-{front} * {arm}");
             self.add(out, "torque", "aligning", &[("shaft", self.part("wheel")), ("law", aligning)]);
         } else {
-            let along = [
-                ("lateral", one()),
-                ("yaw", format!("{a} - {pneumatic}")),
-                ("wheel", format!("-({trail} + {pneumatic})")),
-            ];
-            self.push(out, "side", &along, front);
+            let arms = [("yaw", format!("{a} - {pneumatic}")), ("wheel", format!("-({trail} + {pneumatic})"))];
+            self.push(out, "side", &[self.at_tyres(), arms.to_vec()].concat(), front);
         }
-        let along = [("lateral", one()), ("yaw", format!("-{}", self.own("rear_axle")))];
+        let along = [self.at_tyres(), vec![("yaw", format!("-{}", self.own("rear_axle")))]].concat();
         self.push(out, "side_rear", &along, self.force("rear").0);
         self.bore(out);
     }
@@ -362,6 +381,7 @@ impl Car<'_> {
     /// What blocks and programs read of the car.
     fn readings(&self, out: &mut Entries) {
         let [u, v, r] = [self.speed(), self.of("lateral", "v"), self.of("yaw", "w")];
+        let axis = self.at_axis();
         let [psi, delta] = [self.of("yaw", "phi"), self.of("wheel", "phi")];
         let mut add = |name: &str, kind: &str, input: String| {
             let mut table = Entries::default();
@@ -376,6 +396,10 @@ impl Car<'_> {
         add("heading", "gain", psi.clone());
         add("v_x", "gain", u.clone());
         add("v_y", "gain", v.clone());
+        if self.rolls() {
+            add("roll", "gain", self.of("roll", "phi"));
+            add("roll_rate", "gain", self.of("roll", "w"));
+        }
         let turned = if self.slides() { format!(" * cos({delta})") } else { String::new() };
         let mut more: String =
             self.formula("wind").into_iter().chain(self.downhill()).map(|x| format!(" + {x}")).collect();
@@ -388,7 +412,7 @@ impl Car<'_> {
         if self.has("track") {
             let (half, a) = (format!("{} / 2 * {r}", self.own("track")), self.own("front_axle"));
             for (side, sign) in [("l", "-"), ("r", "+")] {
-                let front = format!("({u} {sign} {half}) * cos({delta}) + ({v} + {a} * {r}) * sin({delta})");
+                let front = format!("({u} {sign} {half}) * cos({delta}) + ({axis} + {a} * {r}) * sin({delta})");
                 add(&format!("v_f{side}"), "gain", front);
                 add(&format!("v_r{side}"), "gain", format!("{u} {sign} {half}"));
             }

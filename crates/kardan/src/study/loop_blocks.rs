@@ -140,8 +140,7 @@ fn beside(name: &str, law: &Arc<dyn Law>) -> BesideBlocks {
         }
         states.extend(more);
     }
-    let follows =
-        |k: usize| not_zero(&linear.on_references, &commands, k) || not_zero(&linear.references, &states, k);
+    let follows = |k: usize| not_zero(&linear.on_references, &commands, k) || not_zero(&linear.references, &states, k);
     let references = law.references().iter().enumerate();
     let references = references.map(|(k, one)| if follows(k) { one.name.clone() } else { String::new() }).collect();
     let tells = if law.clock().is_some() { law.tells() } else { Vec::new() };

@@ -143,6 +143,128 @@ fn the_critical_speed_is_exact() {
     }
 }
 
+const ROLL: &str = "height = \"0.55 m\"\ntrack = \"1.5 m\"\nroll_stiffness = \"60 kN m/rad\"\nroll_damping = \"3500 N m s/rad\"\n\
+                    roll_inertia = \"500 kg m^2\"\nroll_height = \"0.1 m\"\n";
+
+/// On a steady circle a car rolls by `φ = m e a_y / (k − m g e)`, and what that and its links move from wheel to wheel holds the moment of all forces; it turns as a
+/// car that does not roll.
+#[test]
+fn a_car_rolls_by_its_closed_form() {
+    let (m, g, e, u) = (1500.0, 9.80665, 0.45, 20.0);
+    for share in ["", "roll_share = 0.6\n"] {
+        let keys = format!("{}\nrelaxation_length = \"0.5 m\"\n{ROLL}{share}", plain(&format!("{u} m/s")));
+        let run = by(&car("0.02 rad", &keys, "[scenario]\nduration = \"30 s\"\n"), 1e-11);
+        let (r, a_y) = (last(&run, "car.yaw_rate"), last(&run, "car.a_y"));
+        let gradient = m / 2.7 * (1.5 / 90e3 - 1.2 / 110e3);
+        close(r, u * 0.02 / (2.7 + gradient * u * u), 1e-9, "yaw rate");
+        close(a_y, u * r, 1e-8, "lateral acceleration");
+        let roll = m * e * a_y / (60e3 - m * g * e);
+        close(last(&run, "car.roll"), roll, 1e-8, "roll");
+        let load = |wheel: &str| last(&run, &format!("car.load_{wheel}"));
+        let [front, rear] = [["fl", "fr"], ["rl", "rr"]].map(|[left, right]| (load(right) - load(left)) / 2.0);
+        // About the road: forces of the tyres act there, inertia and weight at the centre of gravity.
+        close((front + rear) * 1.5, m * (a_y * 0.55 + g * e * roll), 1e-4, "moment");
+        let share = if share.is_empty() { 1.5 / 2.7 } else { 0.6 };
+        close(front * 1.5, share * 60e3 * roll + 1.5 / 2.7 * m * a_y * 0.1, 1e-4, "front");
+        close(load("fl") + load("fr") + load("rl") + load("rr"), m * g, 1e-9, "weight");
+    }
+}
+
+/// Eigenvalues of a car that rolls are those of the equations with the lateral velocity of the axis of roll, where inertia couples both:
+/// `m (v̇ − e φ̈ + u r) = F_f + F_r`, `I_z ṙ = a F_f − b F_r`, `(I_x + m e²) φ̈ − m e (v̇ + u r) = −(k − m g e) φ − c φ̇`.
+#[test]
+fn a_car_that_rolls_has_the_eigenvalues_of_its_equations() {
+    let (m, iz, a, b, cf, cr, e, ix) = (2000.0, 3000.0, 1.3, 1.2, 80e3, 80e3, 0.45, 500.0);
+    let (k, c): (f64, f64) = (60e3 - m * 9.80665 * e, 3500.0);
+    for u in [10.0, 40.0] {
+        let found = eigenvalues(&format!("{u} m/s"), ROLL);
+        // Rows over v, r, φ, φ̇ of `M λ − B`.
+        let determinant = |re: f64, im: f64| -> f64 {
+            let l = (re, im);
+            let one = |x: f64| (x, 0.0);
+            let rows = [
+                [add(scale(l, m), one((cf + cr) / u)), one(m * u + (cf * a - cr * b) / u), one(0.0), scale(l, -m * e)],
+                [one((a * cf - b * cr) / u), add(scale(l, iz), one((a * a * cf + b * b * cr) / u)), one(0.0), one(0.0)],
+                [one(0.0), one(0.0), l, one(-1.0)],
+                [scale(l, -m * e), one(-m * e * u), one(k), add(scale(l, ix + m * e * e), one(c))],
+            ];
+            size(determinant_of(rows)) / (m * iz * (ix + m * e * e) * (1.0 + size(l)).powi(4))
+        };
+        let moving: Vec<&Complex> = found.iter().filter(|one| one.re != 0.0 || one.im != 0.0).collect();
+        assert_eq!(moving.iter().map(|one| if one.im == 0.0 { 1 } else { 2 }).sum::<usize>(), 4, "{found:?}");
+        for one in moving {
+            assert!(determinant(one.re, one.im) < 1e-9, "{one:?} at {u} m/s: {}", determinant(one.re, one.im));
+            assert!(determinant(one.re * 1.001 + 0.01, one.im) > 1e-7, "the test sees nothing");
+        }
+    }
+}
+
+type C = (f64, f64);
+
+fn add(a: C, b: C) -> C {
+    (a.0 + b.0, a.1 + b.1)
+}
+
+fn scale(a: C, x: f64) -> C {
+    (a.0 * x, a.1 * x)
+}
+
+fn times(a: C, b: C) -> C {
+    (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0)
+}
+
+fn size(a: C) -> f64 {
+    a.0.hypot(a.1)
+}
+
+/// By the first row.
+fn determinant_of<const N: usize>(rows: [[C; N]; N]) -> C {
+    fn minor(rows: &[Vec<C>]) -> C {
+        if rows.len() == 1 {
+            return rows[0][0];
+        }
+        (0..rows.len()).fold((0.0, 0.0), |sum, k| {
+            let rest: Vec<Vec<C>> = rows[1..]
+                .iter()
+                .map(|row| row.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, x)| *x).collect())
+                .collect();
+            add(sum, scale(times(rows[0][k], minor(&rest)), if k % 2 == 0 { 1.0 } else { -1.0 }))
+        })
+    }
+    minor(&rows.iter().map(|row| row.to_vec()).collect::<Vec<_>>())
+}
+
+/// The stiffer its springs, the less a car rolls, in a manoeuvre at the limit, with loads that cost friction. One that does not roll at all moves its loads by u r in place
+/// of the acceleration: that is what is left. The energy balance closes.
+#[test]
+fn a_stiff_car_does_not_roll() {
+    let run = |more: &str| {
+        let keys = format!(
+            "{}\nrelaxation_length = \"0.5 m\"\ntyre = \"tmeasy\"\nmu = 0.9\nload_sensitivity = 0.2\nheight = \"0.55 m\"\ntrack = \"1.5 m\"\n{more}",
+            plain("25 m/s")
+        );
+        by(&car("0.06 rad * sin(2 pi t * 0.7 Hz)", &keys, "[scenario]\nduration = \"1.5 s\"\n"), 1e-9)
+    };
+    let rolling = |k: f64| {
+        let c = 2.0 * (500.0 * k).sqrt();
+        let run = run(&format!(
+            "roll_stiffness = \"{k} N m/rad\"\nroll_damping = \"{c} N m s/rad\"\nroll_inertia = \"500 kg m^2\"\nroll_height = \"0.1 m\"\n"
+        ));
+        assert!(run.energy.residual.abs() < 1e-6 * run.energy.exchanged, "{:?}", run.energy);
+        run
+    };
+    let apart = |one: &Run, other: &Run| {
+        let pairs = signal(one, "car.yaw_rate").iter().zip(signal(other, "car.yaw_rate"));
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    let [soft, firm, stiff] = [6e4, 6e6, 6e8].map(rolling);
+    let most = |run: &Run| signal(run, "car.roll").iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    assert!(most(&soft) > 0.05 && most(&stiff) < 1e-5, "{} {}", most(&soft), most(&stiff));
+    let [soft, firm] = [apart(&soft, &stiff), apart(&firm, &stiff)];
+    assert!(soft > 5e-3 && firm < soft / 50.0, "{soft} {firm}");
+    assert!(apart(&stiff, &run("")) < 2e-3);
+}
+
 /// On the spot the tyres twist, and slide at their limit: `M = μ M₀ (1 − exp(−c δ / (μ M₀)))` on the way out, and on the way back from M₁
 /// `−μ M₀ + (M₁ + μ M₀) exp(−c (δ₁ − δ) / (μ M₀))`.
 #[test]

@@ -56,6 +56,22 @@ impl Car<'_> {
         self.formula("speed").unwrap_or_else(|| "0 m/s".into())
     }
 
+    /// Whether it rolls.
+    pub(in crate::element) fn rolls(&self) -> bool {
+        self.has("roll_stiffness")
+    }
+
+    /// How high the centre of gravity is above the axis of roll.
+    pub(in crate::element) fn roll_arm(&self) -> String {
+        format!("({} - {})", self.own("height"), self.own("roll_height"))
+    }
+
+    /// Lateral velocity of the axis of roll, under the centre of gravity.
+    pub(in crate::element) fn at_axis(&self) -> String {
+        let v = self.of("lateral", "v");
+        if self.rolls() { format!("({v} + {} * {})", self.roll_arm(), self.of("roll", "w")) } else { v }
+    }
+
     /// Adds the table of a part.
     pub(in crate::element) fn add(&self, out: &mut Entries, kind: &str, part: &str, keys: &[(&str, String)]) {
         let mut table = Entries::default();

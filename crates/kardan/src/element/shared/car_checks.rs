@@ -75,7 +75,7 @@ pub(in crate::element) fn least(formula: &Formula) -> Option<(String, f64)> {
 
 /// What is wrong with sides, braking, loads and the curve of TMeasy.
 pub(in crate::element) fn check_wheels(values: &Values) -> Vec<Mistake> {
-    let mut out = [check_sides(values), check_braking(values), check_loads(values)].concat();
+    let mut out = [check_sides(values), check_braking(values), check_loads(values), check_roll(values)].concat();
     if values.word("tyre") == Some("tmeasy") {
         out.extend(check_curve(values));
         return out;
@@ -148,6 +148,43 @@ fn check_loads(values: &Values) -> Vec<Mistake> {
     if let Some(lost) = values.number("load_sensitivity").filter(|lost| *lost >= 1.0) {
         let message = format!("at twice the load nothing is left of the friction: it loses {lost} of it");
         out.push(Mistake::new("load_sensitivity", message, "tyres of cars lose 0.05 to 0.3"));
+    }
+    out
+}
+
+/// What rolls needs its three numbers, a height, and springs that hold its weight.
+fn check_roll(values: &Values) -> Vec<Mistake> {
+    let mut out = Vec::new();
+    if !values.has("roll_stiffness") {
+        for key in ["roll_damping", "roll_inertia", "roll_height"].into_iter().filter(|key| values.has(key)) {
+            let help = "add `roll_stiffness`, such as \"60 kN m/rad\", or remove it";
+            out.push(Mistake::new(key, "the car does not roll, so it says nothing", help));
+        }
+        return out;
+    }
+    for (key, help) in [
+        ("roll_damping", "add it, such as \"3500 N m s/rad\""),
+        ("roll_inertia", "add it, such as \"500 kg m^2\""),
+        ("height", "add it, that of the centre of gravity, such as \"0.55 m\""),
+    ] {
+        if !values.has(key) {
+            out.push(Mistake::new("roll_stiffness", format!("a car that rolls needs `{key}`"), help));
+        }
+    }
+    let [stiffness, mass, height] = ["roll_stiffness", "mass", "height"].map(|key| values.number(key));
+    let arm = height.map(|height| height - values.number_or_default("roll_height"));
+    if let Some(arm) = arm.filter(|arm| *arm < 0.0) {
+        let message = format!("the axis of roll lies {} m above the centre of gravity", -arm);
+        out.push(Mistake::new("roll_height", message, "lower it below `height`"));
+    }
+    if let (Some(stiffness), Some(mass), Some(arm)) = (stiffness, mass, arm) {
+        let needed = mass * GRAVITY * arm;
+        if stiffness <= needed {
+            let message = format!(
+                "the car falls over: beside its axis its weight pushes with {needed:.0} N m for each radian of roll"
+            );
+            out.push(Mistake::new("roll_stiffness", message, "raise it above that; cars have 40 to 100 kN m/rad"));
+        }
     }
     out
 }

@@ -91,12 +91,20 @@ impl Car<'_> {
     /// The load that goes from the left wheel of an axle to the right one in a bend to the left.
     fn moved_aside(&self, axle: &str) -> String {
         let [m, h, track] = ["mass", "height", "track"].map(|key| self.own(key));
+        let at_rest = format!("{} / {}", self.load(axle), self.weight());
         let own = match (self.has("roll_share"), axle) {
             (true, "front") => self.own("roll_share"),
             (true, _) => format!("(1 - {})", self.own("roll_share")),
-            (false, _) => format!("{} / {}", self.load(axle), self.weight()),
+            (false, _) => at_rest.clone(),
         };
-        format!("{m} * {} * {} * {h} / {track} * {own}", self.speed(), self.of("yaw", "w"))
+        let force = format!("{m} * {} * {}", self.speed(), self.of("yaw", "w"));
+        if !self.rolls() {
+            return format!("{force} * {h} / {track} * {own}");
+        }
+        // Springs and dampers pass on what rolls, the links of the axles what acts at their height.
+        let [c, d] = ["roll_stiffness", "roll_damping"].map(|key| self.own(key));
+        let rolled = format!("({c} * {} + {d} * {})", self.of("roll", "phi"), self.of("roll", "w"));
+        format!("({rolled} * {own} + {force} * {} * {at_rest}) / {track}", self.own("roll_height"))
     }
 
     /// The part of what is asked for that an axle brakes.
@@ -140,7 +148,7 @@ impl Car<'_> {
                 self.add(out, "torque", "scrub", &[("shaft", self.part("wheel")), ("law", law)]);
             }
         }
-        self.push(out, "braking", &[("lateral", "1".into())], format!("-{}", self.braked_aside().unwrap_or_default()));
+        self.push(out, "braking", &self.at_tyres(), format!("-{}", self.braked_aside().unwrap_or_default()));
         self.add(out, "torque", "braking_yaw", &[("shaft", self.part("yaw")), ("law", yaw)]);
     }
 
