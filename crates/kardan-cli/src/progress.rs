@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use kardan::study::{Part, Progress};
@@ -27,6 +27,8 @@ pub struct Bars {
     over: Arc<AtomicBool>,
     /// By the number of the variant; none: what is prepared before.
     running: Mutex<HashMap<Option<usize>, ProgressBar>>,
+    /// When many runs were counted first, and how many were there before.
+    counted: Mutex<Option<(Instant, usize)>>,
     most_steps: Option<u64>,
     show: Option<Show>,
 }
@@ -50,7 +52,7 @@ impl Bars {
                 }
             });
         }
-        Self { all, seen, over, running: Mutex::default(), most_steps: None, show: None }
+        Self { all, seen, over, running: Mutex::default(), counted: Mutex::default(), most_steps: None, show: None }
     }
 
     /// The same for a command that shows what is finished, should it end early.
@@ -92,14 +94,25 @@ impl Bars {
             return;
         }
         let bar = running.entry(key).or_insert_with(|| {
-            let style = ProgressStyle::with_template("{msg:24!} [{bar:40}] {percent:>3} %  {left}")
+            let style = ProgressStyle::with_template("{msg:32!} [{bar:40}] {percent:>3} %  {left}")
                 .unwrap_or_else(|_| ProgressStyle::default_bar());
             let style = style.progress_chars("=> ").with_key("left", left);
             let bar = self.all.add(ProgressBar::new(STEPS).with_style(style));
             bar.enable_steady_tick(TICK);
-            bar.with_message(crate::render::visible(name))
+            bar
         });
+        bar.set_message(crate::render::visible(name));
         bar.set_position((fraction.max(0.0) * STEPS as f64) as u64);
+    }
+}
+
+/// How many of many runs are done, and how many in a second, once there is something to tell it from.
+fn counted(done: usize, all: usize, (since, before): (Instant, usize)) -> String {
+    let (seconds, made) = (since.elapsed().as_secs_f64(), done.saturating_sub(before));
+    match made as f64 / seconds {
+        rate if made > 0 && rate >= 10.0 && rate.is_finite() => format!("{done} of {all} runs, {rate:.0}/s"),
+        rate if made > 0 && rate.is_finite() => format!("{done} of {all} runs, {rate:.1}/s"),
+        _ => format!("{done} of {all} runs"),
     }
 }
 
@@ -114,6 +127,16 @@ fn left(state: &ProgressState, out: &mut dyn std::fmt::Write) {
 impl Progress for Bars {
     fn advance(&self, variant: usize, name: &str, fraction: f64) {
         self.draw(Some(variant), name, fraction);
+    }
+
+    fn counted(&self, done: usize, all: usize) {
+        if !self.seen {
+            return;
+        }
+        let mut first = self.counted.lock().unwrap_or_else(PoisonError::into_inner);
+        let begun = *first.get_or_insert_with(|| (Instant::now(), done));
+        drop(first);
+        self.draw(Some(0), &counted(done, all, begun), done as f64 / all as f64);
     }
 
     fn preparing(&self, fraction: f64) {
@@ -166,5 +189,19 @@ fn early(mut part: Part, reason: &str) -> Part {
 pub fn because(unfinished: &mut Option<String>, reason: &str) {
     if let Some(missing) = unfinished {
         *missing = format!("{reason}: {missing}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs that were there before count as done, not as made; before the first there is no rate.
+    #[test]
+    fn runs_are_counted_with_their_rate() {
+        let ago = |seconds| Instant::now() - Duration::from_secs(seconds);
+        assert_eq!(counted(500, 1000, (ago(10), 500)), "500 of 1000 runs");
+        assert_eq!(counted(900, 1000, (ago(10), 500)), "900 of 1000 runs, 40/s");
+        assert_eq!(counted(505, 1000, (ago(10), 500)), "505 of 1000 runs, 0.5/s");
     }
 }

@@ -13,7 +13,7 @@ use kardan::study::{Progress, Settings, Shard, SweepGoal, SweepPlan, SweepSettin
 use kardan_report as report;
 
 use super::run::method;
-use crate::args::{MOST_STEPS, MergeArgs, RunMethod, SweepArgs, SweepCommand, word};
+use crate::args::{Limits, MOST_STEPS, MergeArgs, RunMethod, SweepArgs, SweepCommand, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
 use crate::input;
 use crate::output::{in_words, prepare_folder, print, quoted_for_shell, reason, save, save_page, say_written};
@@ -278,6 +278,11 @@ pub fn manifest_of(out: &Path, number: u64, of: u64) -> PathBuf {
 /// `kardan sweep merge`.
 pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
+    if let Some(part) = args.parts.iter().find(|part| !part.is_dir()) {
+        let message = format!("there is no folder `{}`", part.display());
+        let help = "name the folders that `kardan sweep --shard I/N --out DIR` has filled";
+        return Err(Diagnostic::error("sweep::merge", message).help(help).into());
+    }
     let files: Vec<(u64, PathBuf)> = args.parts.iter().flat_map(|part| files_of_rows(part)).collect();
     let Some((_, first)) = files.first() else {
         let parts: Vec<String> = args.parts.iter().map(|part| format!("`{}`", part.display())).collect();
@@ -297,7 +302,7 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
         samples: Some(samples),
         seed: Some(seed),
         variants: args.variants.clone(),
-        run,
+        run: run.clone(),
         most_steps: usize::try_from(args.max_steps).ok(),
         goal: SweepGoal::Samples,
         lanes: None,
@@ -325,6 +330,11 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let missing: Vec<u64> = (0..plan.blocks()).filter(|block| !blocks.contains_key(block)).collect();
     let files: Files = blocks.iter().map(|(block, path)| (*block, path.clone())).collect();
     let mut found = project.sweep_answers(&plan, &mut rows);
+    let empty = args.parts.iter().filter(|part| files_of_rows(part).is_empty());
+    let empty: Vec<String> = empty.map(|part| format!("`{}`", part.display())).collect();
+    if !(empty.is_empty() || missing.is_empty()) {
+        found.notes.push(format!("There are no rows in {}.", empty.join(", ")));
+    }
     if let (Some(first), Some(last)) = (missing.first(), missing.last()) {
         let samples = plan.samples_of(*first..last + 1);
         found.notes.push(format!(
@@ -338,9 +348,10 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let mut looked = None;
     if let Some(out) = &args.out {
         prepare_folder(out)?;
-        removed(&out.join(FULL), "it is of a sweep before this one")?;
+        let bars = Bars::within(quiet, Limits { max_steps: args.max_steps, time_limit: None });
+        let full = full_page(&project, (&plan, &found), &rows, (&run, &bars), out)?;
         let command = command_again((&args.model, &args.changes.set), (args.method, args.tolerance, args.max_steps));
-        looked = Some(looked_into((&plan, &found), &rows, &files, command, None));
+        looked = Some(looked_into((&plan, &found), &rows, &files, command, full));
     }
     tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
 }

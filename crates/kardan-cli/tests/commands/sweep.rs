@@ -254,14 +254,19 @@ fn shards_are_the_whole() {
         let got = merge(&names, &["--out", "all"]);
         assert_eq!(got.status.code(), Some(1), "{}", String::from_utf8_lossy(&got.stderr));
         assert_eq!(fs::read(at.join("all/sweep.json")).unwrap(), fs::read(at.join("whole/sweep.json")).unwrap());
+        // The full runs of the worst cases too.
+        assert_eq!(fs::read(at.join("all/worst.html")).unwrap(), fs::read(at.join("whole/worst.html")).unwrap());
+        assert!(fs::read_to_string(at.join("all/sweep.html")).unwrap().contains("href=\"worst.html\""));
         // A block that is there twice counts once.
         let twice = merge(&[&names[..], &["whole"]].concat(), &["--json"]);
         assert_eq!(twice.stdout, fs::read(at.join("whole/sweep.json")).unwrap());
         if of == 3 {
-            let got = merge(&names[..2], &["--json"]);
+            fs::create_dir(at.join("not begun")).unwrap();
+            let got = merge(&[names[0], names[1], "not begun"], &["--json"]);
             let object = printed(&got.stdout);
             assert_eq!((got.status.code(), object["missing"].as_u64()), (Some(2), Some(450 - 320)), "{object}");
             assert!(object["notes"].to_string().contains("between samples 320 and 449"), "{object}");
+            assert!(object["notes"].to_string().contains("There are no rows in `not begun`"), "{object}");
         }
     }
     // A file whose number no block has.
@@ -327,7 +332,8 @@ fn nonsense_is_refused() {
         (&["sweep", "m.toml", "--shard", "4/3", "--out", "o"], "there is no part 4 of 3"),
         (&["sweep", "m.toml", "--shard", "0/3", "--out", "o"], "there is no part 0 of 3"),
         (&["sweep", "m.toml", "--shard", "1/3"], "--out"),
-        (&["sweep", "merge", "m.toml", "nowhere"], "there are no rows in `nowhere`"),
+        (&["sweep", "merge", "m.toml", "nowhere"], "there is no folder `nowhere`"),
+        (&["sweep", "merge", "m.toml", "."], "there are no rows in `.`"),
         (&["run", "m.toml", "--variants-from", "m.toml"], "cannot be read"),
         (&["sweep", "m.toml", "--out", "m.toml"], "exists already and is a file"),
     ] {

@@ -11,6 +11,11 @@ pub trait Progress: Sync {
     /// The fraction done of a variant, from 0 to 1.
     fn advance(&self, variant: usize, name: &str, fraction: f64);
 
+    /// Of many runs so many are done; those count too that were there before.
+    fn counted(&self, done: usize, all: usize) {
+        self.advance(0, "runs", (done as f64 / all as f64).min(1.0));
+    }
+
     /// The part done of what comes before: reading, checks, and the design of the laws, from 0 to 1.
     fn preparing(&self, _fraction: f64) {}
 
@@ -79,7 +84,7 @@ impl<'p> Counted<'p> {
     /// So many more are done.
     pub fn count(&self, runs: usize) {
         let done = self.done.fetch_add(runs, Ordering::Relaxed) + runs;
-        self.progress.advance(0, "runs", (done as f64 / self.all as f64).min(1.0));
+        self.progress.counted(done, self.all);
     }
 }
 
