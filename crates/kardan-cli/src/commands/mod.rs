@@ -21,7 +21,7 @@ use std::path::Path;
 
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, Parser};
-use kardan::diagnostics::nearest;
+use kardan::diagnostics::{Diagnostic, nearest};
 
 use crate::args::{Cli, Command, SweepArgs, SweepCommand};
 use crate::exit::{DONE, ERROR, exit_code};
@@ -61,10 +61,22 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
     if let Some(seconds) = limits.and_then(|limits| limits.time_limit) {
         stop::limit(seconds);
     }
+    if let Some(told) = unwatchable(&cli.command) {
+        return exit_code(Err(told.into()), json);
+    }
     match watched(&cli.command) {
         None => exit_code(dispatch(&cli), json),
         Some(model) => watch::again_and_again(model, cli.quiet, json, || exit_code(dispatch(&cli), json)),
     }
+}
+
+/// Why a command is not done again whenever its file changes: rows of a changed model are those of another sweep.
+fn unwatchable(command: &Command) -> Option<Diagnostic> {
+    let Command::Sweep(args) = command else { return None };
+    let keeps = args.changes.watch && args.out.is_some() && !args.force;
+    let message = "`--watch` with `--out`: when the file changes, the rows that are there are of another sweep";
+    let help = "add `--force`, so that each pass replaces the rows of the one before, or leave `--out` away";
+    keeps.then(|| Diagnostic::error("arguments::watch", message).help(help))
 }
 
 /// The model file of a command that is to be done whenever it changes.

@@ -334,6 +334,8 @@ fn nonsense_is_refused() {
         (&["sweep", "m.toml", "--shard", "1/3"], "--out"),
         (&["sweep", "merge", "m.toml", "nowhere"], "there is no folder `nowhere`"),
         (&["sweep", "merge", "m.toml", "."], "there are no rows in `.`"),
+        (&["sweep", "m.toml", "--watch", "--out", "o"], "add `--force`"),
+        (&["sweep", "m.toml", "--watch", "--out", "o", "--resume"], "add `--force`"),
         (&["run", "m.toml", "--variants-from", "m.toml"], "cannot be read"),
         (&["sweep", "m.toml", "--out", "m.toml"], "exists already and is a file"),
     ] {
