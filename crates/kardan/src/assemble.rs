@@ -280,11 +280,7 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             Term::Torque { along, law } => {
                 next.laws.push(Along { element, row: row(along), value: Arc::clone(law) });
             }
-            Term::Output(sensor) => {
-                let of_signal = matches!(sensor.measured, Measured::Signal(_));
-                let list = if of_signal { &mut next.signal_sensors } else { &mut next.sensors };
-                list.push((element, sensor.clone()));
-            }
+            Term::Output(sensor) => next.sensors_like(sensor).push((element, sensor.clone())),
             Term::Charge { name } | Term::Position { name } | Term::State { name } | Term::Angle { name } => {
                 next.domains[number(name)] = term.domain()
             }
@@ -469,6 +465,12 @@ impl Equations {
             (Hold::Mesh(_), Some((coordinate, _))) => self.domain(*coordinate),
             _ => self.domain_of(hold),
         }
+    }
+
+    /// The list that a sensor stands in.
+    fn sensors_like(&mut self, sensor: &Sensor) -> &mut Vec<(String, Sensor)> {
+        let of_signal = matches!(sensor.measured, Measured::Signal(_));
+        if of_signal { &mut self.signal_sensors } else { &mut self.sensors }
     }
 
     /// A sensor by its name, also of a signal.
