@@ -15,7 +15,7 @@ use crate::element::{LOAD, LOSS, Resolved, SPEED, Values};
 use crate::entries::Place;
 use crate::equations::{Domain, GROUND, Meaning, Measured, NamedTerm, Term};
 use crate::results::{ElementSummary, Mechanism, ParameterValue};
-use crate::schema::{Field, Keys, Kind, Scalar, Value};
+use crate::schema::{Field, Keys, Kind, Placed, Scalar, Sign, Value};
 use crate::synthesis::LawKind;
 use crate::units::Dimension;
 
@@ -102,8 +102,11 @@ impl Document {
             if !self.elements.iter().any(|other| other.name == GROUND && other.body().is_some()) {
                 own.iter_mut().for_each(Term::leave_ground);
             }
-            let described = describe(instance, &values);
-            mechanism.parts.push(part(instance, &values, &own, &described));
+            let described = describe(instance, &values, &reader);
+            // A sensor of a signal stands among the blocks.
+            if values.word("measures") != Some("signal") {
+                mechanism.parts.push(part(instance, &values, &own, &described));
+            }
             terms.extend(own.into_iter().map(|term| NamedTerm { element: instance.name.clone(), term }));
             elements.push(ElementSummary {
                 kind: instance.kind.keyword.to_string(),
@@ -387,10 +390,17 @@ fn of_mesh(torque: Dimension) -> Vec<(String, Meaning)> {
     vec![(LOAD.into(), Meaning::Load(torque)), (SPEED.into(), Meaning::Slip(speed))]
 }
 
-fn describe(instance: &Instance, values: &Values) -> String {
+fn describe(instance: &Instance, values: &Values, reader: &TableReader<'_>) -> String {
     let mut parts = Vec::new();
     for field in instance.kind.fields {
-        let kind = field.kind.along(instance.table.along_masses);
+        let mut kind = field.kind.along(instance.table.along_masses);
+        if let (Kind::AnyQuantity, Some(Placed { value: Value::Scalar(scalar), place })) =
+            (kind, instance.table.values.get(field.name))
+        {
+            let scalar = Placed { value: scalar.clone(), place: place.clone() };
+            let read = reader.scalar(&scalar, None, "", &mut Vec::new());
+            kind = read.map_or(kind, |(_, dimension)| Kind::Quantity(dimension, Sign::Any));
+        }
         let text = match (kind, values.exact(field.name), values.word(field.name), values.map(field.name)) {
             (Kind::Quantity(dimension, _), Some(value), _, _) if dimension == Dimension::ANGLE => {
                 format!("{} deg", tidy(value.to_f64().to_degrees()))

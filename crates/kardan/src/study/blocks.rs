@@ -230,7 +230,7 @@ fn check_told(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out: &m
     }
 }
 
-/// The blocks of a model, its signals that are formulas, and its laws that are programs: in the order in which they compute, and who reads whom.
+/// The blocks of a model, its sensors of signals, its signals that are formulas, and its laws that are programs: in the order in which they compute, and who reads whom.
 ///
 /// ```
 /// let project = kardan::project::Project::open(
@@ -243,7 +243,20 @@ fn check_told(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out: &m
 pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
     let answer = |answer: &TaskAnswer| SignalAnswer { name: answer.name.clone(), unit: answer.dimension.si() };
     let sample_time = |task: &Task| task.period.as_ref().map(Exact::to_f64);
-    let mut out = Vec::new();
+    let sensors = model.programs.sensors.iter().enumerate().map(|(k, task)| {
+        let signals: Vec<String> =
+            task.reads.iter().map(|(symbol, _)| task.graph.name(*symbol).0.to_string()).collect();
+        SignalNode {
+            name: task.answers[0].name.clone(),
+            kind: "sensor".into(),
+            sample_time: sample_time(task),
+            order: k + 1,
+            answers: task.answers.iter().map(answer).collect(),
+            reads: signals.clone(),
+            at_once: signals.into_iter().filter(|name| is_answer(model, name)).collect(),
+        }
+    });
+    let mut out: Vec<SignalNode> = sensors.collect();
     for task in &model.programs.tasks {
         for (k, step) in task.order.iter().enumerate() {
             let own = |name: &str| SignalName::new(name).element == step.block || name == step.block;
@@ -307,12 +320,17 @@ pub fn listed_blocks(model: &Model) -> Vec<String> {
             ));
         }
     }
+    let when = |task: &Task| match &task.period {
+        Some(period) => format!("every {}", shown_quantity(period, Dimension::TIME)),
+        None => "at every instant".into(),
+    };
+    for task in &model.programs.sensors {
+        let signals = task.reads.iter().map(|(symbol, _)| task.graph.name(*symbol).0);
+        out.push(format!("{} reads {} {}", task.name, signals.collect::<Vec<_>>().join(", "), when(task)));
+    }
     for control in &model.controls {
         let Some(task) = control.values.task("commands") else { continue };
-        let when = match &task.period {
-            Some(period) => format!("every {}", shown_quantity(period, Dimension::TIME)),
-            None => "at every instant".into(),
-        };
+        let when = when(task);
         let commands: Vec<&str> = task.answers.iter().map(|answer| answer.name.as_str()).collect();
         let reads: Vec<String> = task.reads.iter().map(|(symbol, _)| task.graph.name(*symbol).0.to_string()).collect();
         let blocks: Vec<&str> = task.order.iter().map(|step| step.block.as_str()).collect();

@@ -81,8 +81,7 @@ pub(super) fn quantity_like(
 ) -> Option<Exact> {
     let scalar = read_scalar(table, key)?;
     let label = format!("`{key}` of {what}");
-    let fits = |expected: &Dimension, found: &Dimension| expected.is_like(found);
-    fitting(reader, &scalar, (expected, fits), &label, out)
+    fitting(reader, &scalar, (expected, Dimension::is_like), &label, out)
 }
 
 /// A quantity in SI of one dimension.
@@ -93,13 +92,16 @@ pub(super) fn of_dimension(
     label: &str,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Exact> {
-    fitting(reader, scalar, (expected, |expected, found| expected == found), label, out)
+    fitting(reader, scalar, (expected, Dimension::eq), label, out)
 }
+
+/// Whether a dimension that was found will do for another one.
+type Fits = fn(&Dimension, &Dimension) -> bool;
 
 fn fitting(
     reader: &TableReader<'_>,
     scalar: &Placed<Written>,
-    ((dimension, sign), fits): ((Dimension, Sign), fn(&Dimension, &Dimension) -> bool),
+    ((dimension, sign), fits): ((Dimension, Sign), Fits),
     label: &str,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Exact> {
