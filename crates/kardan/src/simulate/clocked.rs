@@ -50,6 +50,17 @@ struct Source {
     quantity: Quantity,
     sampler: Sampler,
     failing: FailingSensor,
+    /// What it gave at its last reading, where it has a sample time.
+    given: f64,
+}
+
+impl Source {
+    /// Reads, and fails if that is due.
+    fn read(&mut self, now: f64, model: (&Dynamics, &Work), references: &[f64]) {
+        let Self { quantity, sampler, failing, .. } = self;
+        sampler.sample(now, || quantity.read(model, references));
+        self.given = failing.reading(sampler.held, now);
+    }
 }
 
 /// How many samples of a run were not as they should be, with the time of the first one.
@@ -131,7 +142,7 @@ impl Clocked {
                     Sampler::new(head, sensor, stiffness(reduced, &signal.measured), seed)
                 });
                 let failing = FailingSensor::new(&signal.name, head, faults, seed);
-                Source { name: head.to_string(), quantity, sampler, failing }
+                Source { name: head.to_string(), quantity, sampler, failing, given: 0.0 }
             })
             .collect();
         let (inputs, states) = (law.inputs().len(), law.states().len());
@@ -168,9 +179,10 @@ impl Clocked {
             keeper.numbers(command);
         });
         self.queue.extend(waiting);
-        for Source { sampler, failing, .. } in &mut self.sensors {
+        for Source { sampler, failing, given, .. } in &mut self.sensors {
             sampler.keep(keeper);
             failing.keep(keeper);
+            keeper.number(given);
         }
         self.random.keep(keeper);
         keeper.flag(&mut self.down);
@@ -218,7 +230,11 @@ impl Clocked {
 
     /// The next instant at which something happens, s.
     pub fn next_time(&self) -> f64 {
-        let sensors = self.sensors.iter().filter_map(|source| source.sampler.next_time());
+        let sensors = self.sensors.iter().filter_map(|Source { sampler, failing, .. }| match sampler.next_time() {
+            Some(next) => Some(next),
+            // One that is read whenever somebody looks is looked at where it is stuck.
+            None => failing.next_stuck(),
+        });
         let applied = self.queue.front().map(|(time, _)| *time);
         sensors.chain(applied).fold(self.period.at(self.next), f64::min)
     }
@@ -233,9 +249,10 @@ impl Clocked {
         limits: &[Option<f64>],
     ) {
         let now = time + SAME * self.clock.period;
-        for Source { quantity, sampler, .. } in &mut self.sensors {
-            if sampler.next_time().is_some() {
-                sampler.sample(now, || quantity.read(model, references));
+        for source in &mut self.sensors {
+            let due = source.sampler.next_time().or_else(|| source.failing.next_stuck());
+            if due.is_some_and(|due| due <= now) {
+                source.read(now, model, references);
             }
         }
         self.apply(now);
@@ -252,9 +269,9 @@ impl Clocked {
                 break;
             }
             if source.sampler.next_time().is_none() {
-                source.sampler.sample(now, || source.quantity.read(model, references));
+                source.read(now, model, references);
             }
-            *reading = source.failing.reading(source.sampler.held, now);
+            *reading = source.given;
         }
         let Self { readings, states, .. } = self;
         let (readings, states) = (std::mem::take(readings), std::mem::take(states));

@@ -3,24 +3,40 @@
 use super::{SensorFault, SensorFaultKind};
 use crate::num::{Keeper, Random};
 
-/// The faults of a sensor, and what it gave last.
+/// Two times within this are one, s.
+const INSTANT: f64 = 1e-9;
+
+/// The faults of a sensor, and where one that is stuck stands: all who read it, at whatever times, read the same.
 pub(super) struct FailingSensor {
     faults: Vec<SensorFault>,
-    /// Where the noise of a fault is drawn from.
-    noise: Random,
+    /// Where the noise of a fault is drawn from, together with the time of a reading.
+    seed: u64,
+    /// What it gave last, before it was stuck.
     last: f64,
+    /// The begin of the fault by which it is stuck; none before.
+    stuck: f64,
 }
 
 impl FailingSensor {
     /// Those among the faults of a run that concern a signal, by the name of its sensor; noise depends on that and the seed alone.
     pub fn new(signal: &str, sensor: &str, faults: &[SensorFault], seed: u64) -> Self {
         let faults = faults.iter().filter(|fault| fault.concerns(signal)).cloned().collect();
-        Self { faults, noise: Random::named(seed, &format!("fault of {sensor}")), last: 0.0 }
+        let seed = Random::named(seed, &format!("fault of {sensor}")).next_u64();
+        Self { faults, seed, last: 0.0, stuck: f64::NEG_INFINITY }
     }
 
     /// Whether it ever fails.
     pub fn fails(&self) -> bool {
         !self.faults.is_empty()
+    }
+
+    /// When it is stuck next, s: what it gives then it gives on.
+    pub fn next_stuck(&self) -> Option<f64> {
+        // One that begins while another one holds is none of its own.
+        let alone = |at: f64| self.faults.iter().find(|fault| fault.holds(at)).is_some_and(|fault| fault.at == at);
+        let stuck = |fault: &&SensorFault| fault.kind == SensorFaultKind::Stuck && fault.at > self.stuck;
+        let all = self.faults.iter().filter(stuck).filter(|fault| alone(fault.at));
+        all.map(|fault| fault.at).min_by(f64::total_cmp)
     }
 
     /// What it gives where it would read this: no number where it is lost.
@@ -31,17 +47,28 @@ impl FailingSensor {
         };
         match fault.kind {
             SensorFaultKind::Lost => f64::NAN,
-            SensorFaultKind::Stuck => self.last,
+            SensorFaultKind::Stuck => {
+                // Where it is stuck is what it gives then; who comes later has what was given before.
+                if fault.at > self.stuck && time - fault.at <= INSTANT {
+                    self.last = held;
+                }
+                self.stuck = fault.at;
+                self.last
+            }
             SensorFaultKind::Offset(more) => held + more,
             SensorFaultKind::Drift(rate) => held + rate * (time - fault.at),
-            SensorFaultKind::Noise(size) => held + size * self.noise.normal(),
+            SensorFaultKind::Noise(size) => {
+                // To a microsecond: who reads at one instant may know it by other last bits.
+                let instant = (time * 1e6).round().to_bits();
+                held + size * Random::new(Random::fnv(self.seed, &instant.to_le_bytes())).normal()
+            }
             SensorFaultKind::Reversed => -held,
         }
     }
 
     /// What its next readings depend on.
     pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        self.noise.keep(keeper);
         keeper.number(&mut self.last);
+        keeper.number(&mut self.stuck);
     }
 }

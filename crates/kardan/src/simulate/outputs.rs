@@ -353,6 +353,9 @@ struct SensorColumn {
 impl SensorColumn {
     /// Reads if it is time, and fails if that is due.
     fn sample(&mut self, time: f64, exact: impl FnOnce() -> f64) {
+        if self.sampler.next_time().is_some_and(|next| next > time) {
+            return;
+        }
         self.sampler.sample(time, exact);
         let given = self.failing.reading(self.sampler.held, time);
         if given.is_finite() || !self.failing.fails() {

@@ -116,7 +116,7 @@ pub struct Snapshot {
 }
 
 /// First word of a snapshot as bytes: its name, and the version of its order.
-const MARK: u64 = u64::from_le_bytes(*b"kardan\0\x04");
+const MARK: u64 = u64::from_le_bytes(*b"kardan\0\x05");
 
 impl Snapshot {
     /// As bytes, for a file: little endian words, the last one a sum over the others.

@@ -91,7 +91,7 @@ fn sensors_that_read_something_else() {
         ("kind = \"offset\"\nby = \"3 rad\"", |t| t + 3.0),
         ("kind = \"drift\"\nby = \"-2 rad/s\"", |t| t - 2.0 * (t - 0.5)),
         ("kind = \"reversed\"", |t| -t),
-        ("kind = \"stuck\"", |_| 0.49),
+        ("kind = \"stuck\"", |_| 0.5),
     ];
     for (kind, expected) in cases {
         let run = read(kind);
@@ -124,7 +124,9 @@ fn a_lost_sensor_is_held_by_all_but_monitors() {
              transitions = [{{ from = \"on\", to = \"off\", when = \"enc > 0.2 rad or enc < -1 rad\" }}]\n\
              [control.c]\nlaw = \"program\"\ncommands = {{ m = \"{law}\" }}\nsample_time = \"1 ms\"\n\
              [scenario]\nduration = \"0.6 s\"\n\
-             [[scenario.fault]]\nsensor = \"enc\"\nkind = \"{kind}\"\nat = \"0.05 s\"\n"
+             [[scenario.fault]]\nsensor = \"enc\"\nkind = \"{kind}\"\nat = \"{at} s\"\n",
+            // The last good reading is that of the sample before; where a sensor is stuck is what it gives then.
+            at = if kind == "stuck" { 0.049 } else { 0.05 }
         );
         run_by(&source, Method::Taylor, Some(1e-9))
     };
@@ -143,6 +145,46 @@ fn a_lost_sensor_is_held_by_all_but_monitors() {
             "{law}"
         );
         assert!(lost.notes.iter().any(|note| note.contains("the last good one was held")), "{:?}", lost.notes);
+    }
+}
+
+/// Whoever reads a sensor that fails, and at whatever times, reads the same at the same instant, and the column too: stuck, noisy, drifting, with a sample time of its own or
+/// read whenever somebody looks.
+#[test]
+fn all_who_read_a_failing_sensor_read_the_same() {
+    let fault = |kind: &str, own: &str| {
+        let readers: String = [1, 5, 20]
+            .iter()
+            .map(|ms| format!("[block.r{ms}]\nkind = \"gain\"\ngain = 1\ninput = \"enc\"\nsample_time = \"{ms} ms\"\n"))
+            .collect();
+        let source = format!(
+            "[shaft.a]\ninertia = \"1 kg m^2\"\n[sensor.enc]\nmeasures = \"angle\"\nshaft = \"a\"\n{own}\n{readers}\
+             [scenario]\nduration = \"0.8 s\"\noutput_step = \"1 ms\"\ninitial = {{ \"a.w\" = \"3 rad/s\" }}\n\
+             [[scenario.fault]]\nsensor = \"enc\"\nkind = \"{kind}\"\nat = \"0.312 s\"\nuntil = \"0.612 s\"\n"
+        );
+        run_by(&source, Method::Taylor, Some(1e-9))
+    };
+    for own in ["", "sample_time = \"2 ms\"", "sample_time = \"2 ms\"\nnoise = \"1 mrad\"\nresolution = \"1 mrad\""] {
+        for kind in
+            ["stuck", "noise\"\nby = \"0.1 rad", "drift\"\nby = \"2 rad/s", "offset\"\nby = \"1 rad", "reversed"]
+        {
+            let run = fault(kind, own);
+            let rows =
+                run.series.time.iter().enumerate().filter(|(_, t)| ((*t * 50.0).round() - *t * 50.0).abs() < 1e-9);
+            for (row, t) in rows {
+                let [one, five, twenty, column] = ["r1", "r5", "r20", "enc.phi"].map(|name| signal(&run, name)[row]);
+                assert!(
+                    (five - one).abs() < 1e-9 && (twenty - one).abs() < 1e-9,
+                    "{kind} {own} at {t} s: {one} {five} {twenty}"
+                );
+                assert!((column - one).abs() < 1e-9, "{kind} {own} at {t} s: {column} for {one}");
+            }
+            let (before, there) = (at(&run, "r1", 0.311), at(&run, "r20", 0.5));
+            if kind == "stuck" {
+                assert!((there - 3.0 * 0.312).abs() < if own.is_empty() { 1e-9 } else { 4e-3 }, "{own}: {there}");
+            }
+            assert!((before - 3.0 * 0.311).abs() < 8e-3 && (at(&run, "r20", 0.7) - 2.1).abs() < 8e-3, "{kind} {own}");
+        }
     }
 }
 

@@ -105,15 +105,15 @@ fn a_sensor_is_noisy() {
 fn a_sensor_of_a_signal_fails() {
     let more = "[block.alarm]\nkind = \"monitor\"\nresidual = \"meter - 1 W\"\nthreshold = \"1000 W\"\nsample_time = \"1 ms\"\n";
     let more = format!("{more}{}", PROGRAM.replace("READ", "meter"));
-    let failing = |keys: &str| {
-        let fault = format!("[[scenario.fault]]\nsensor = \"meter\"\nat = \"0.4 s\"\nuntil = \"0.6 s\"\n{keys}\n");
+    let failing = |keys: &str, at: f64| {
+        let fault = format!("[[scenario.fault]]\nsensor = \"meter\"\nat = \"{at} s\"\nuntil = \"0.6 s\"\n{keys}\n");
         run(&format!("{}{fault}", wheel("sample_time = \"1 ms\"", &more)))
     };
-    let apart = |run: &Run, wanted: &dyn Fn(f64, f64, f64) -> f64, keys: &str| {
-        let before = at(run, "meter", 0.399);
+    let apart = |run: &Run, wanted: &dyn Fn(f64, f64, [f64; 2]) -> f64, keys: &str| {
+        let last = [at(run, "meter", 0.399), at(run, "power", 0.4)];
         for (k, t) in run.series.time.iter().enumerate().filter(|(k, _)| k % 7 == 0) {
             let (power, reading) = (signal(run, "power")[k], signal(run, "meter")[k]);
-            let wanted = if (0.4 - 1e-9..0.6 - 1e-9).contains(t) { wanted(power, *t, before) } else { power };
+            let wanted = if (0.4 - 1e-9..0.6 - 1e-9).contains(t) { wanted(power, *t, last) } else { power };
             // Rows between samples have what was read there.
             if ((t * 1e3).round() - t * 1e3).abs() < 1e-9 {
                 assert!((reading - wanted).abs() < 1e-9, "{keys} at {t} s: {reading} for {wanted}");
@@ -121,18 +121,18 @@ fn a_sensor_of_a_signal_fails() {
         }
     };
     for (keys, wanted) in [
-        ("kind = \"offset\"\nby = \"2 W\"", &(|power, _, _| power + 2.0) as &dyn Fn(f64, f64, f64) -> f64),
+        ("kind = \"offset\"\nby = \"2 W\"", &(|power, _, _| power + 2.0) as &dyn Fn(f64, f64, [f64; 2]) -> f64),
         ("kind = \"drift\"\nby = \"3 W/s\"", &|power, t, _| power + 3.0 * (t - 0.4)),
         ("kind = \"reversed\"", &|power, _, _| -power),
-        ("kind = \"stuck\"", &|_, _, before| before),
-        ("kind = \"lost\"", &|_, _, before| before),
+        ("kind = \"stuck\"", &|_, _, [_, there]| there),
+        ("kind = \"lost\"", &|_, _, [before, _]| before),
     ] {
-        let found = failing(keys);
+        let found = failing(keys, 0.4);
         apart(&found, wanted, keys);
         let alarms = signal(&found, "alarm").iter().filter(|x| **x > 0.5).count();
         assert_eq!(alarms > 0, keys.contains("lost"), "{keys}");
     }
-    let [lost, stuck] = ["kind = \"lost\"", "kind = \"stuck\""].map(failing);
+    let (lost, stuck) = (failing("kind = \"lost\"", 0.4), failing("kind = \"stuck\"", 0.399));
     assert_eq!(signal(&lost, "a.phi"), signal(&stuck, "a.phi"));
 }
 
