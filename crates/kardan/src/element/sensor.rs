@@ -13,7 +13,7 @@ keys! {
         required {
             measures: Choice(&["angle", "speed", "torque", "net_torque", "signal"]),
                 "What is measured; the net torque on a shaft is its own inertia times its acceleration. Of a mass they are position, \
-                 velocity and force. A signal is any: what a vehicle tells, a block, a signal of the file.";
+                 velocity and force. A signal is what a vehicle tells, a block without a sample time, a reference, a disturbance, a signal of the file.";
         }
         optional {
             signal: Signal, "The signal, for `measures = \"signal\"`: `car.a_y`. Blocks and programs with a sample time read the sensor by its name.";

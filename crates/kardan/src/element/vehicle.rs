@@ -118,7 +118,7 @@ pub const VEHICLE: Element = Element {
             the tyres, states `<name>_front`, `<name>_rear` (tangent of the slip angle) and `<name>_bore` (twist). Blocks and programs read \
             `<name>.yaw_rate`, `.heading`, `.v_x`, `.v_y`, `.a_y`, `.x`, `.y` (of the centre of gravity), where it rolls `.roll` and `.roll_rate` (shaft `<name>_roll`, to the \
             right in a bend to the left), and with `track` the speeds of the wheels `.v_fl`, `.v_fr`, `.v_rl`, `.v_rr`. \
-            Where wheels are told apart, `.load_fl` and so on, `.grip_front` and `.grip_rear` (largest side forces), `.braking_fl` and so on (backward), `.braking_left`, \
+            Frictions that are no numbers are `.friction`, `.friction_rear`, `.friction_left` and `.friction_right`. Where wheels are told apart, `.load_fl` and so on, `.grip_front` and `.grip_rear` (largest side forces), `.braking_fl` and so on (backward), `.braking_left`, \
             `.braking_right`, `.braking_lack` (what is asked for and not given); of TMeasy `.slip_front`, `.slip_rear` (slip over that of the peak).",
     symbol: Symbol::Vehicle,
     fields: Vehicle::FIELDS,
@@ -406,6 +406,7 @@ impl Car<'_> {
         more.extend(self.braked_aside().map(|x| format!(" - {x}")));
         let [front, rear] = ["front", "rear"].map(|axle| self.force(axle).0);
         add("a_y", "gain", format!("({front}{turned} + {rear}{more}) / {}", self.own("mass")));
+        self.frictions().into_iter().for_each(|(name, input)| add(name, "gain", input));
         self.braking_readings().into_iter().for_each(|(name, input)| add(name, "gain", input));
         add("x", "integrator", format!("{u} * cos({psi}) - {v} * sin({psi})"));
         add("y", "integrator", format!("{u} * sin({psi}) + {v} * cos({psi})"));

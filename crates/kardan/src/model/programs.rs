@@ -762,6 +762,18 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let answered = self.answers.contains_key(signal) || self.made.get(signal).is_some_and(Option::is_some);
         let of_time = self.used_functions.iter().any(|(other, _)| other == signal);
         let outside = self.outside.iter().find(|outside| outside.name == signal).map(|outside| &outside.read);
+        let block = self.of_name(signal).and_then(|block| self.made.get(block)?.as_ref());
+        let of_law = self.document.controls.iter().any(|law| law.name == SignalName::new(signal).element);
+        if block.is_some_and(|made| made.period.is_some()) || of_law {
+            let message = format!(
+                "`signal` of sensor `{}`: `{}` is a number of a control unit, which no sensor measures",
+                shortened(name),
+                shortened(signal)
+            );
+            let help = "let blocks read it by its name; what is computed at every instant can be measured";
+            out.push(Diagnostic::error("sensor::signal", message).at(place.clone(), "has a sample time").help(help));
+            return None;
+        }
         if !answered && !of_time && !matches!(outside, Some(Read::Source(_))) {
             let (message, help) = match outside {
                 Some(_) => (
@@ -770,7 +782,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 ),
                 None => (
                     "it is no signal that a run has at every instant",
-                    "name what a vehicle tells such as `car.a_y`, a block, a reference or a disturbance, or a signal of the file that reads no sensor",
+                    "name what a vehicle tells such as `car.a_y`, a block without a sample time, a reference or a disturbance, or a signal of the file that reads no sensor",
                 ),
             };
             let message = format!("`signal` of sensor `{}`: `{}`: {message}", shortened(name), shortened(signal));
@@ -833,9 +845,15 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 let parameters = document.parameters.iter().map(|parameter| parameter.name.as_str());
                 let answers = self.answers.keys().map(String::as_str);
                 let outside = self.outside.iter().map(|outside| outside.name.as_str());
-                outside.chain(signals).chain(blocks).chain(answers).chain(parameters)
+                let sensors = document.signal_sensors().map(|(sensor, ..)| sensor);
+                outside.chain(sensors).chain(signals).chain(blocks).chain(answers).chain(parameters)
             };
+            let known_whole = known().find(|other| other.contains('-') && text.contains(*other));
             error.help = Some(match nearest(&name, known()) {
+                _ if known_whole.is_some() => {
+                    let whole = known_whole.unwrap_or_default();
+                    format!("in an expression `-` is minus: write the name in quotes, `'{whole}'`")
+                }
                 Some(near) => format!("did you mean `{near}`?"),
                 None => "a block reads angles and speeds (`rack.s`, `column.w`), sensors, references, signals, other blocks, parameters \
                          and the time `t`"

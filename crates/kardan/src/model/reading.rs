@@ -317,6 +317,15 @@ fn read_elements(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
                 document.doubts.names.insert(node.name.to_string());
             }
             document.implicit.extend(implicit);
+            // Blocks read these by their names alone.
+            let alone = ["sensor", "disturbance"].contains(&kind.keyword);
+            if let Some(reason) = reserved(node.name, document).filter(|_| alone && ["t", "pi"].contains(&node.name)) {
+                let message = format!("`{}` cannot be the name of a {}: {reason}", node.name, kind.keyword);
+                let help = format!("choose another name, such as `{}_1`", node.name);
+                out.push(
+                    Diagnostic::error("name::reserved", message).at(node.name_place.clone(), "this name").help(help),
+                );
+            }
             document.elements.push(Instance {
                 kind,
                 name: node.name.to_string(),

@@ -1,9 +1,9 @@
-//! Cars that a run has driven backwards.
+//! Cars that a run has driven backwards, or where nothing holds.
 
 use crate::model::Model;
 use crate::results::Series;
 
-/// Sentences about cars whose speed falls below zero, where no tyre knows what happens. Looked at in the rows of the run.
+/// Sentences about cars whose speed falls below zero, or the friction of their road, where no tyre knows what happens. Looked at in the rows of the run.
 pub(super) fn backwards(model: &Model, series: &Series) -> Vec<String> {
     let cars = model.elements.iter().filter(|element| element.kind == "vehicle").map(|element| element.name.as_str());
     let sentence = |car: &str| {
@@ -16,5 +16,19 @@ pub(super) fn backwards(model: &Model, series: &Series) -> Vec<String> {
             series.time[row], -least
         ))
     };
-    cars.filter_map(sentence).collect()
+    let slips = |car: &str| {
+        let names = ["friction", "friction_rear", "friction_left", "friction_right"];
+        let of = |name: &str| {
+            let name = format!("{car}.{name}");
+            let friction = series.signal(&name)?;
+            let (row, _) = friction.values.iter().enumerate().find(|(_, friction)| **friction <= 0.0)?;
+            let least = friction.values.iter().copied().fold(f64::INFINITY, f64::min);
+            Some(format!(
+                "`{name}` is zero or less from {:.4} s on, {least:.4} at least: no road has that, and the tyres go on with 0.001; keep it above, `max(0.05, ...)`.",
+                series.time[row]
+            ))
+        };
+        names.into_iter().filter_map(of).collect::<Vec<String>>()
+    };
+    cars.flat_map(|car| sentence(car).into_iter().chain(slips(car))).collect()
 }

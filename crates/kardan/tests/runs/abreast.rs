@@ -360,10 +360,10 @@ fn drive() -> String {
 [spring_damper.k]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"50 N m/rad ± 10 %\"\ndamping = \"0.02 N m s/rad ± 20 %\"\n\
 [motor.m]\nshaft = \"a\"\ntorque_limit = \"0.6 N m\"\nlag = \"0.7 ms\"\n\
 [sensor.e]\nmeasures = \"angle\"\nshaft = \"a\"\nlines = 2000\n\
-[sensor.t]\nmeasures = \"torque\"\nelement = \"k\"\nresolution = \"0.01 mrad\"\nnoise = \"2 mN m\"\nsample_time = \"0.5 ms\"\n\
+[sensor.bar]\nmeasures = \"torque\"\nelement = \"k\"\nresolution = \"0.01 mrad\"\nnoise = \"2 mN m\"\nsample_time = \"0.5 ms\"\n\
 [control.c]\nlaw = \"sampled_noninteracting\"\nsample_time = \"1 ms\"\ndelay = \"1.4 ms\"\n\
 [[control.c.channels]]\noutput = \"a.phi\"\ninput = \"m\"\nbandwidth = \"30 rad/s\"\nreference = \"r\"\n\
-[control.c.observer]\nsensors = [\"e.phi\", \"t.tau\"]\n\
+[control.c.observer]\nsensors = [\"e.phi\", \"bar.tau\"]\n\
 [scenario]\nduration = \"0.5 s\"\noutput_step = \"0.7 ms\"\n\
 [[scenario.event]]\nat = \"0.05 s\"\nsignal = \"r\"\nto = \"1 rad\"\nover = \"0.2 s\"\n";
     let figures = [

@@ -185,6 +185,29 @@ fn what_is_no_signal_is_refused() {
         let (_, found) = study::prepare(&source);
         assert!(plain(&source, &found).contains(told), "{signal}: {}", plain(&source, &found));
     }
+    for (more, signal, told) in [
+        (
+            "[block.late]\nkind = \"delay\"\ninput = \"power\"\nsample_time = \"1 ms\"\n",
+            "late",
+            "which no sensor measures",
+        ),
+        (
+            "[block.own]\nkind = \"delay\"\nunit = \"W\"\ninput = \"meter\"\nsample_time = \"1 ms\"\n",
+            "own",
+            "which no sensor measures",
+        ),
+        (
+            "[sensor.my-own]\nmeasures = \"signal\"\nsignal = \"power\"\n[block.b]\nkind = \"gain\"\ngain = 1\ninput = \"my-own\"\nsample_time = \"1 ms\"\n",
+            "power",
+            "`'my-own'`",
+        ),
+        ("[sensor.pi]\nmeasures = \"signal\"\nsignal = \"power\"\n", "power", "it means a number"),
+    ] {
+        let source =
+            wheel("sample_time = \"1 ms\"", more).replacen("signal = \"power\"", &format!("signal = \"{signal}\""), 1);
+        let (_, found) = study::prepare(&source);
+        assert!(plain(&source, &found).contains(told), "{signal}: {}", plain(&source, &found));
+    }
     let source = wheel("", "[block.now]\nkind = \"gain\"\ninput = \"meter\"\ngain = 2\n");
     let (_, found) = study::prepare(&source);
     assert!(plain(&source, &found).contains("let them read the signal itself: `power`"), "{}", plain(&source, &found));

@@ -320,6 +320,18 @@ fn a_car_that_drives_backwards_is_told() {
     assert!(stops.iter().all(|note| !note.contains("backwards")), "{stops:?}");
 }
 
+/// A road whose friction falls below zero in a run is told, from when on, and the run goes on; one that stays above is not told.
+#[test]
+fn a_road_without_friction_is_told() {
+    let of = |mu: &str| {
+        let keys = format!("{}\nrelaxation_length = \"0.5 m\"\ntyre = \"tmeasy\"\nmu = \"{mu}\"", plain("20 m/s"));
+        by(&car("0.02 rad", &keys, "[scenario]\nduration = \"3 s\"\noutput_step = \"10 ms\"\n"), 1e-8).notes
+    };
+    let told = of("0.5 - t / (4 s)");
+    assert!(told.iter().any(|note| note.contains("`car.friction` is zero or less from 2.0000 s on")), "{told:?}");
+    assert!(of("0.5 - t / (7 s)").iter().all(|note| !note.contains("friction")));
+}
+
 /// The model of the page on cars runs, and its requirement holds.
 #[test]
 fn the_page_runs() {

@@ -2,6 +2,9 @@
 
 use crate::entries::{Entries, Written};
 
+/// What is left of a friction that a run makes zero or less.
+const LEAST_FRICTION: &str = "0.001";
+
 /// A car in the making: its name and what is given.
 pub(in crate::element) struct Car<'a> {
     pub(in crate::element) name: &'a str,
@@ -103,13 +106,35 @@ impl Car<'_> {
             let [left, right] = ["left", "right"].map(|side| self.friction_of(axle, side));
             return format!("(({left} + {right}) / 2)");
         }
-        let rear = if axle == "rear" { self.formula("mu_rear") } else { None };
-        rear.or_else(|| self.formula("mu")).unwrap_or_else(|| "1".into())
+        let rear = if axle == "rear" { self.grip("mu_rear") } else { None };
+        rear.or_else(|| self.grip("mu")).unwrap_or_else(|| "1".into())
+    }
+
+    /// A friction that is given; where a run makes it zero or less, next to nothing is left.
+    fn grip(&self, key: &str) -> Option<String> {
+        self.formula(key).map(|text| if self.varies(key) { format!("max({LEAST_FRICTION}, {text})") } else { text })
+    }
+
+    /// Whether a number is written as something else, which may change in a run.
+    fn varies(&self, key: &str) -> bool {
+        matches!(self.given.get(key), Some(Written::Text(text)) if text.trim().parse::<f64>().is_err())
+    }
+
+    /// What blocks and a run know of frictions that may change.
+    pub(in crate::element) fn frictions(&self) -> Vec<(&'static str, String)> {
+        let keys = [
+            ("mu", "friction"),
+            ("mu_rear", "friction_rear"),
+            ("mu_left", "friction_left"),
+            ("mu_right", "friction_right"),
+        ];
+        let given = keys.into_iter().filter(|(key, _)| self.varies(key));
+        given.filter_map(|(key, name)| Some((name, self.formula(key)?))).collect()
     }
 
     /// The friction of a wheel.
     pub(in crate::element) fn friction_of(&self, axle: &str, side: &str) -> String {
-        match self.formula(&format!("mu_{side}")) {
+        match self.grip(&format!("mu_{side}")) {
             Some(own) => own,
             None if self.has("mu_left") || self.has("mu_right") => "1".into(),
             None => self.friction(axle),
