@@ -320,6 +320,21 @@ fn a_car_that_drives_backwards_is_told() {
     assert!(stops.iter().all(|note| !note.contains("backwards")), "{stops:?}");
 }
 
+/// A formula that divides by what is zero where a run begins ends the run there, and says by what; a car whose speed begins there is refused, if its tyres follow at once.
+#[test]
+fn what_divides_by_zero_where_a_run_begins_is_told() {
+    let source = "[shaft.a]\ninertia = \"1 kg m^2\"\n[torque.x]\nshaft = \"a\"\nlaw = \"1 N m s / t\"\n[scenario]\nduration = \"1 s\"\n";
+    let project = Project::open(source);
+    let study = project.run(&crate::common::runs_only(), &Silent).expect("it is prepared");
+    let text = format!("{:?}", study.runs[0].outcome);
+    assert!(text.contains("1.0/t = 1.0/0.0 is inf"), "{text}");
+    let keys = plain("v");
+    let source = car("0.02 rad", &keys, "[signal.v]\nkind = \"ramp\"\nto = \"20 m/s\"\nover = \"1 s\"\n");
+    let (_, found) = kardan::study::prepare(&source);
+    let told = kardan::diagnostics::plain(&source, &found);
+    assert!(told.contains("the signal `v` at 0 s is 0 m/s") && told.contains("relaxation_length"), "{told}");
+}
+
 /// A road whose friction falls below zero in a run is told, from when on, and the run goes on; one that stays above is not told.
 #[test]
 fn a_road_without_friction_is_told() {

@@ -150,3 +150,24 @@ fn a_sensor_of_a_signal_has_the_map_of_a_sensor_of_the_motion() {
         assert!(motion.spectral_radius.is_some_and(|radius| radius < 0.999));
     }
 }
+
+/// What a program remembers, and its commands do not follow from where the loop stands, closes no loop: what that reads is not among its blocks.
+#[test]
+fn what_commands_do_not_follow_from_is_not_in_the_loop() {
+    let told = |commands: &str| {
+        let source = format!(
+            "{PLANT}[block.truth]\nkind = \"gain\"\ninput = \"arm.phi * 1 N m\"\ngain = 1\n\
+             [sensor.far]\nmeasures = \"signal\"\nsignal = \"truth\"\nsample_time = \"3 ms\"\n\
+             [block.late]\nkind = \"low_pass\"\ninput = \"far\"\ntime_constant = \"20 ms\"\nsample_time = \"1 ms\"\n\
+             [control.c]\nlaw = \"program\"\nsample_time = \"1 ms\"\ncommands = {{ m = \"{commands}\" }}\n"
+        );
+        let found = Project::open(&source).design(&DesignSettings::default(), &Silent);
+        let found = found.unwrap_or_else(|told| panic!("{told:#?}\n{source}"));
+        [found.notes, found.warnings].concat().join(" ")
+    };
+    let own = "-(0.4 N m/rad) * enc - 0.02 N m s/rad * arm.w";
+    let beside = told(&format!("if(arm.w > 100 rad/s, late, {own})"));
+    assert!(!beside.contains("`far`"), "{beside}");
+    let through = told(&format!("{own} - 0.1 * late"));
+    assert!(through.contains("`far`"), "{through}");
+}
