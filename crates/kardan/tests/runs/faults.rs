@@ -152,14 +152,14 @@ fn a_lost_sensor_is_held_by_all_but_monitors() {
 /// read whenever somebody looks.
 #[test]
 fn all_who_read_a_failing_sensor_read_the_same() {
-    let fault = |kind: &str, own: &str| {
+    let fault = |kind: &str, own: &str, speed: f64| {
         let readers: String = [1, 5, 20]
             .iter()
             .map(|ms| format!("[block.r{ms}]\nkind = \"gain\"\ngain = 1\ninput = \"enc\"\nsample_time = \"{ms} ms\"\n"))
             .collect();
         let source = format!(
             "[shaft.a]\ninertia = \"1 kg m^2\"\n[sensor.enc]\nmeasures = \"angle\"\nshaft = \"a\"\n{own}\n{readers}\
-             [scenario]\nduration = \"0.8 s\"\noutput_step = \"1 ms\"\ninitial = {{ \"a.w\" = \"3 rad/s\" }}\n\
+             [scenario]\nduration = \"0.8 s\"\noutput_step = \"1 ms\"\ninitial = {{ \"a.w\" = \"{speed} rad/s\" }}\n\
              [[scenario.fault]]\nsensor = \"enc\"\nkind = \"{kind}\"\nat = \"0.312 s\"\nuntil = \"0.612 s\"\n"
         );
         run_by(&source, Method::Taylor, Some(1e-9))
@@ -168,7 +168,7 @@ fn all_who_read_a_failing_sensor_read_the_same() {
         for kind in
             ["stuck", "noise\"\nby = \"0.1 rad", "drift\"\nby = \"2 rad/s", "offset\"\nby = \"1 rad", "reversed"]
         {
-            let run = fault(kind, own);
+            let run = fault(kind, own, 3.0);
             let rows =
                 run.series.time.iter().enumerate().filter(|(_, t)| ((*t * 50.0).round() - *t * 50.0).abs() < 1e-9);
             for (row, t) in rows {
@@ -186,6 +186,10 @@ fn all_who_read_a_failing_sensor_read_the_same() {
             assert!((before - 3.0 * 0.311).abs() < 8e-3 && (at(&run, "r20", 0.7) - 2.1).abs() < 8e-3, "{kind} {own}");
         }
     }
+    // Noise is drawn anew at each reading, also of what stands still.
+    let still = fault("noise\"\nby = \"0.1 rad", "sample_time = \"2 ms\"", 0.0);
+    let drawn: Vec<f64> = (160..300).map(|k| at(&still, "enc.phi", f64::from(k) * 0.002)).collect();
+    assert!(drawn.windows(2).all(|pair| pair[0] != pair[1]), "{drawn:?}");
 }
 
 /// A program has no estimate: what it cannot compute is told as that, with a delay of its commands too.
