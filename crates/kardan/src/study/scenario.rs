@@ -7,12 +7,13 @@ use super::read::{quantity, quantity_like, read_word};
 use super::source_signals::source_signals;
 use crate::assemble::Equations;
 use crate::diagnostics::Diagnostic;
+use crate::model::parse::broken;
 use crate::model::{Document, Model, Setting, TableReader};
 use crate::num::{Rational, rational_to_f64};
 use crate::reduce::Reduced;
 use crate::schema::{Sign, Table};
 use crate::simulate::{Scenario, SourceSignal};
-use crate::units::{Dimension, Exact};
+use crate::units::{Dimension, Exact, shown_quantity};
 
 /// Rows that one run may have.
 const MOST_ROWS: f64 = 5e6;
@@ -121,16 +122,13 @@ fn check_readings(reader: &TableReader<'_>, (document, model): (&Document, &Mode
         let expected = [("noise", measured, Sign::NonNegative), ("resolution", counted, Sign::Positive)];
         for (key, dimension, sign) in expected {
             let found = read(reader, &sensor.table, key, (dimension, sign), &what, out);
-            let (wrong, help) = match sign {
-                Sign::Positive => (found.as_ref().is_some_and(|x| x.signum() <= 0), "a step has a size"),
-                _ => (found.as_ref().is_some_and(|x| x.signum() < 0), "a standard deviation has no sign"),
+            let Some((found, (rule, help))) = found.and_then(|found| Some((found.clone(), broken(sign, &found)?)))
+            else {
+                continue;
             };
-            let Some(found) = found.filter(|_| wrong) else { continue };
-            let most = if sign == Sign::Positive { "more than zero" } else { "zero or more" };
-            let message = format!("`{key}` of {what} must be {most}, found {}", found.to_f64());
+            let message = format!("`{key}` of {what} {rule}, found {}", shown_quantity(&found, dimension));
             let place = TableReader::place(&sensor.table, key);
-            let label = if found.is_zero() { "zero" } else { "negative" };
-            out.push(Diagnostic::error("number::sign", message).at(place, label).help(help));
+            out.push(Diagnostic::error("number::sign", message).at(place, rule).help(help));
         }
     }
 }
