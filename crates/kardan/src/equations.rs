@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use crate::expr::{Expr, Graph, Lookup, Named, OfTime};
 use crate::names::Quantity;
-use crate::num::Rational;
+use crate::num::{Rational, rational_from_f64};
 use crate::units::{Dimension, Exact, Expression};
 
 /// What a coordinate is. All laws are the same in both domains, only their units differ \[diss. Table 4.3\]: an inertia is
@@ -249,14 +249,35 @@ impl Formula {
 
     /// What it is in a graph, where it is one of positions alone; `dimension` of a coordinate, if that may stand in it.
     pub fn of_positions(&self, graph: &mut Graph, dimension: &dyn Fn(&str) -> Option<Dimension>) -> Option<Expr> {
+        self.within(graph, &|graph, meaning| match meaning {
+            Meaning::Position(body) => dimension(body).map(|own| Named::Varying(graph.symbol(body, own), own)),
+            _ => None,
+        })
+    }
+
+    /// Its value at the begin of a run, where nothing but the time varies in it and that is a fraction.
+    pub fn at_begin(&self) -> Option<Rational> {
+        let mut graph = Graph::default();
+        let value = self.within(&mut graph, &|_, meaning| match meaning {
+            Meaning::Time => Some(Named::Constant(Exact::from_integer(0), Dimension::TIME)),
+            Meaning::Signal(function) => {
+                let value = rational_from_f64(function.value(0.0))?;
+                Some(Named::Constant(Exact::new(value, 0), function.dimension()))
+            }
+            _ => None,
+        })?;
+        graph.number_of(value).cloned()
+    }
+
+    /// What it is in a graph; `varying` says what stands for what is neither a parameter nor a table.
+    fn within(&self, graph: &mut Graph, varying: &dyn Fn(&mut Graph, &Meaning) -> Option<Named>) -> Option<Expr> {
         let mut named = |graph: &mut Graph, name: &str| match self.names.iter().find(|(other, _)| other == name)? {
             (_, Meaning::Constant(value, dimension)) => Some(Named::Constant(value.clone(), *dimension)),
             (_, Meaning::Table(table)) => Some(Named::Table(Arc::clone(table))),
-            (_, Meaning::Position(body)) => dimension(body).map(|own| Named::Varying(graph.symbol(body, own), own)),
             (_, Meaning::Shared(formula)) => {
-                formula.of_positions(graph, dimension).map(|value| Named::Varying(value, formula.dimension))
+                formula.within(graph, varying).map(|value| Named::Varying(value, formula.dimension))
             }
-            _ => None,
+            (_, meaning) => varying(graph, meaning),
         };
         graph.written(&self.expression, &mut named).ok().map(|(value, _)| value)
     }

@@ -164,9 +164,9 @@ const DIVERGED: f64 = 1e6;
 pub(super) struct RunningLoop {
     pub(super) machine: Machine,
     solver: Integrator,
-    /// The reference method beside another one where something bends: for where series or derivatives have no value, as those of `sqrt(max(0, x))`.
-    /// Whether it has taken over.
+    /// The reference method beside another one: for where series or derivatives have no value, as those of `sqrt(max(0, x))` and of `t^1.5` at the begin.
     reference: Option<Integrator>,
+    /// Whether it has taken over.
     referred: bool,
     /// The segment that is solved at once, if the loop is linear; none otherwise.
     segment: Option<LinearSegment>,
@@ -412,8 +412,9 @@ impl RunningLoop {
         };
         let solver = solver_of(method, (tolerance.relative, &absolute), (&mut machine, reduced), &mut outputs);
         let reference = || Integrator::dop853(tolerance.relative, &absolute);
+        let series = matches!(solver, Some(Integrator::Taylor(_)));
         RunningLoop {
-            reference: (solver.is_some() && (machine.bends() > 0 || machine.has_kinks())).then(reference),
+            reference: (series || solver.is_some() && machine.bends() > 0).then(reference),
             referred: false,
             solver: solver.unwrap_or_else(reference),
             segment: None,

@@ -240,6 +240,17 @@ fn what_has_no_series_goes_on_without() {
     }
 }
 
+/// A power of the time that is no whole one has no series where it begins: the angle is `4/35` and the speed `2/5` at one second, times powers of the end.
+#[test]
+fn a_broken_power_of_the_time_begins_without_series() {
+    let source = torque("1 N m * (t / (1 s))^1.5", "");
+    for method in METHODS {
+        let run = by(&source, method);
+        ends(&run, "a.w", 0.4 * 3.0_f64.powf(2.5), 1e-8, &format!("{method:?}"));
+        ends(&run, "a.phi", 4.0 / 35.0 * 3.0_f64.powf(3.5), 1e-8, &format!("{method:?}"));
+    }
+}
+
 /// A lock that joins two shafts while their speeds differ by less than 0.1 rad/s, which lasts 0.2 s: they pass through it together.
 #[test]
 fn a_short_engagement_is_not_passed() {

@@ -60,13 +60,16 @@ pub(in crate::element) fn check_tyres(values: &Values) -> Vec<Mistake> {
     out
 }
 
-/// What is known of the smallest value of a formula, and of what: a number, or a signal that it is, at its start and at its breakpoints.
+/// What is known of the smallest value of a formula, and of what: a number; a signal that it is, at its start and at its breakpoints; a formula of the
+/// time, at its start.
 pub(in crate::element) fn least(formula: &Formula) -> Option<(String, f64)> {
     if let Some(number) = formula.number() {
         return Some(("it".into(), rational_to_f64(&number)));
     }
     let text = formula.expression.text().trim().trim_matches('\'');
-    let (_, Meaning::Signal(function)) = formula.names.iter().find(|(name, _)| name == text)? else { return None };
+    let Some((_, Meaning::Signal(function))) = formula.names.iter().find(|(name, _)| name == text) else {
+        return Some(("its value at the begin".into(), rational_to_f64(&formula.at_begin()?)));
+    };
     let starts = function.parts().flat_map(|part| part.pieces.starts()).copied();
     let times = starts.flat_map(|start| [start, start.next_down()]).filter(|time| *time >= 0.0).chain([0.0]);
     let (time, value) = times.map(|time| (time, function.value(time))).min_by(|a, b| a.1.total_cmp(&b.1))?;
