@@ -305,6 +305,9 @@ fn several(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<D
     tables
 }
 
+/// What to do where a key cannot have a tolerance, and may name a parameter.
+const DECLARE: &str = "declare a parameter with it under `[parameters]`, and write its name here";
+
 fn read_elements(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     for kind in element::REGISTRY {
         for node in named_tables(root, kind.keyword, kind.fields, &mut document.doubts, out) {
@@ -312,7 +315,7 @@ fn read_elements(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
             let before = out.len();
             let mut table = table(kind.fields, &node.clone().like(kind.example), &what, out);
             let implicit = implicit_parameters(node.name, &mut table);
-            refuse_tolerances(&mut table, &what, "declare a parameter with it, and write its name here", out);
+            refuse_tolerances(&mut table, &what, DECLARE, out);
             if out.len() > before {
                 document.doubts.names.insert(node.name.to_string());
             }
@@ -355,7 +358,7 @@ fn read_controls(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
         let before = out.len();
         let mut table =
             table(&CONTROL_FIELDS[number], &node.clone().like(synthesis::REGISTRY[number].example), &what, out);
-        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        refuse_tolerances(&mut table, &what, DECLARE, out);
         document.doubts.references |= out.len() > before;
         let law = &synthesis::REGISTRY[number];
         document.controls.push(Control { law, name: node.name.to_string(), place: node.name_place.clone(), table });

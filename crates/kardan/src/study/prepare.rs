@@ -255,13 +255,13 @@ impl<'p> Steps<'p> {
     }
 }
 
-/// A variant with other values, ready to run: what was designed for it as it is in the file stays, programs follow the values.
+/// A variant with other values, ready to run: what was designed for it stays, where it is given, and programs follow the values.
 ///
 /// # Errors
 /// What speaks against these values.
 pub(super) fn prepare_sample(
     document: &Document,
-    nominal: &PreparedVariant,
+    (name, designed): (&str, Option<&PreparedVariant>),
     (settings, controls, faults): (&[Setting], Option<&[String]>, &[String]),
 ) -> Result<PreparedVariant, Vec<Diagnostic>> {
     let (model, mut mistakes) = document.model_with(settings, controls);
@@ -269,8 +269,8 @@ pub(super) fn prepare_sample(
         return Err(mistakes);
     }
     let heard = Steps::new(1, &Silent);
-    let purpose = (Purpose::Sample, &heard, Some(nominal));
-    let found = prepare_variant(purpose, document, nominal.name.clone(), model, (settings, faults), &mut mistakes);
+    let purpose = (Purpose::Sample, &heard, designed);
+    let found = prepare_variant(purpose, document, name.to_string(), model, (settings, faults), &mut mistakes);
     match found {
         Some(variant) if !mistakes.iter().any(is_error) => Ok(variant),
         _ => Err(mistakes),

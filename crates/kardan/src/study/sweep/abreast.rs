@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use super::rows::{fill, settings_with};
+use super::rows::{fill, sampled};
 use super::varied::Varied;
 use crate::assemble::CoefficientKind;
 use crate::model::tables::Measure;
@@ -15,7 +15,6 @@ use crate::reduce::Reduced;
 use crate::results::{Effort, Energy, IntegrationMethod, Outcome, Run, Series, SweepRow};
 use crate::simulate::{Ensemble, Recorded, RunResult, Scenario, Setup, Tolerance};
 use crate::study::figure::FigureOf;
-use crate::study::prepare::prepare_sample;
 use crate::study::requirement::Requirement;
 use crate::study::run::judged;
 use crate::study::{Prepared, PreparedVariant};
@@ -88,8 +87,7 @@ impl<'p> Abreast<'p> {
         }
         let base: Vec<f64> = spread.iter().map(|varied| varied.distribution.quantile(BASE)).collect();
         let prepared_with = |values: &[f64]| {
-            let all = settings_with(own, spread.iter().zip(values.iter().copied()));
-            let found = prepare_sample(document, variant, (&all, own.controls.as_deref(), &own.faults)).ok();
+            let found = sampled(document, (variant, own), spread, values).ok();
             found.filter(|found| has_same_laws(found, variant))
         };
         let first = prepared_with(&base)?;

@@ -1,13 +1,13 @@
 //! Rows of a sweep once more, as whole runs.
 
 use super::integrated;
-use super::rows::{blank, settings_with};
+use super::rows::{blank, sampled, settings_with};
 use super::varied::Varied;
 use super::wanted::wanted;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Setting, VariantSettings};
 use crate::results::{ParameterValue, RowAgain, SweepRow};
-use crate::study::prepare::{is_error, prepare_sample};
+use crate::study::prepare::is_error;
 use crate::study::{Prepared, PreparedVariant, Project, Settings, Silent};
 
 /// Most rows that are run again at once.
@@ -15,7 +15,7 @@ const MOST_ROWS: usize = 100;
 
 impl Project {
     /// The model with rows of a sweep in place of its variants, called `<variant>_sample-<number>`: runs of it are those of the sweep, to the last bit,
-    /// with all signals. Laws are those of the values in the file, as they were there. `identity` is what the rows say that they follow from.
+    /// with all signals. Laws are as they were there. `identity` is what the rows say that they follow from.
     ///
     /// ```
     /// use kardan::project::Project;
@@ -52,8 +52,7 @@ impl Project {
             let message = format!("{} rows are to be run again: there can be 1 to {MOST_ROWS}", rows.len());
             return refused(message, "choose some with `--sample 17,203` and `--variant NAME`");
         }
-        let varied = prepared.sweep.iter().flat_map(|spec| &spec.varied);
-        let varied: Vec<_> = varied.collect();
+        let varied = prepared.sweep.as_ref().map(|spec| self.with_laws(&spec.varied)).unwrap_or_default();
         let all_settings = self.document().variant_settings();
         let mut variants = Vec::new();
         for row in rows {
@@ -67,8 +66,8 @@ impl Project {
                 let message = format!("row {} of `{}` does not have {names}", row.sample, row.variant);
                 return refused(message, "run with the model that made the rows");
             };
-            let all = settings_with(own, varied.iter().copied().zip(values.iter().copied()));
-            let mut found = prepare_sample(self.document(), variant, (&all, own.controls.as_deref(), &own.faults))?;
+            let all = settings_with(own, varied.iter().zip(values.iter().copied()));
+            let mut found = sampled(self.document(), (variant, own), &varied, &values)?;
             found.name = format!("{}_sample-{}", row.variant, row.sample);
             for one in &varied {
                 let told = &mut found.model.parameters;
@@ -105,13 +104,12 @@ impl Project {
     fn swept(
         &self,
         (variant, own, values): (&PreparedVariant, &VariantSettings, &[f64]),
-        (varied, settings): (&[&Varied], &Settings),
+        (spread, settings): (&[Varied], &Settings),
     ) -> Option<SweepRow> {
         let prepared = self.prepared();
-        let spread: Vec<Varied> = varied.iter().map(|one| (*one).clone()).collect();
         let number = prepared.all().position(|other| other.name == variant.name)?;
         let (recorded, one_lane) = (wanted(prepared), Some(1));
-        let lanes = self.lanes_of((variant, own), &spread, settings, (&recorded, one_lane), &Silent)?;
+        let lanes = self.lanes_of((variant, own), spread, settings, (&recorded, one_lane), &Silent)?;
         let mut row = SweepRow { variant: number, values: values.to_vec(), ..blank(prepared) };
         let filled = lanes.fill(prepared, &mut [&mut row], &|| ());
         filled.into_iter().all(|filled| filled).then_some(row)

@@ -1,36 +1,27 @@
-//! Parameters that vary and stand in laws alone: those stay as they were designed for the values in the file.
+//! Parameters that vary and stand in laws alone: these are designed anew for each sample.
 
+use super::varied::Varied;
 use crate::diagnostics::quoted;
 use crate::entries::{Entries, Written};
-use crate::model::Document;
-use crate::results::SweptParameter;
 use crate::schema::LawKeys;
 use crate::synthesis::Program;
 
 /// What is to be known of them.
-pub(super) fn without_effect(
-    entries: &Entries,
-    document: &Document,
-    varied: &[SweptParameter],
-) -> impl Iterator<Item = String> {
-    let own = |one: &&SweptParameter| entries.table("parameters").is_some_and(|table| table.get(&one.name).is_some());
-    let alone = varied.iter().filter(own).filter_map(|one| {
-        let laws = laws_of(entries, &one.name)?;
-        let parameter = document.parameters.iter().find(|parameter| parameter.name == one.name)?;
-        Some(format!(
-            "`{}` stands in laws alone ({}), which stay as designed for its value in the file ({}): letting it vary has no effect.",
-            one.name,
-            quoted(laws.iter().map(String::as_str)),
-            parameter.text
-        ))
-    });
-    alone.collect::<Vec<_>>().into_iter()
+pub(super) fn designed_anew(spread: &[Varied]) -> impl Iterator<Item = String> {
+    spread.iter().filter(|varied| !varied.laws.is_empty()).map(|varied| {
+        format!(
+            "`{}` stands in laws alone ({}): they are designed anew for each sample, with its value and else those in the file.",
+            varied.name,
+            quoted(varied.laws.iter().map(String::as_str))
+        )
+    })
 }
 
 /// The laws that name a parameter or what follows from it, if nothing else does.
-fn laws_of(entries: &Entries, name: &str) -> Option<Vec<String>> {
+pub(super) fn laws_of(entries: &Entries, name: &str) -> Option<Vec<String>> {
     let mut names = vec![name.to_string()];
     let parameters = entries.table("parameters")?;
+    parameters.get(name)?;
     while let Some(more) = parameters.iter().find(|one| !names.contains(&one.key) && mentions(&one.entry.value, &names))
     {
         names.push(more.key.clone());

@@ -32,7 +32,7 @@ use goal::target;
 pub use plan::{Shard, SweepPlan, SweepSettings};
 use points::{Filling, axes, combinations, moved};
 use rare::{CHAIN, MOST_LEVELS};
-use rows::{blank, difference, fill, settings_with};
+use rows::{blank, difference, fill, sampled};
 use spec::MOST_SAMPLES;
 pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
@@ -41,7 +41,7 @@ use told::answered;
 use varied::Varied;
 use wanted::wanted;
 
-use super::prepare::{is_error, prepare_sample};
+use super::prepare::is_error;
 use super::progress::Counted;
 use super::requirement::Requirement;
 use super::run::{check_variants, run_variant, tolerance};
@@ -114,7 +114,7 @@ impl Project {
             shard: None,
             // A search makes its own ones.
             axes: if search.is_some() { Vec::new() } else { axes(spec.filling, (seed, samples), spread, &factors) },
-            spread: spec.varied.clone(),
+            spread: self.with_laws(&spec.varied),
             together: spec.together.clone(),
             filling: spec.filling,
             goal: settings.goal.clone(),
@@ -266,7 +266,7 @@ impl Project {
             rows.keep(0..used);
         }
         let mut out = answered(self.prepared(), plan, rows, &course);
-        out.notes.extend(laws::without_effect(self.entries(), self.document(), &plan.head.varied));
+        out.notes.extend(laws::designed_anew(&plan.spread));
         out.warnings.splice(0..0, self.mistakes().iter().map(ToString::to_string));
         out
     }
@@ -310,6 +310,12 @@ impl Project {
         found
     }
 
+    /// What varies, with the laws that it stands in alone.
+    fn with_laws(&self, spread: &[Varied]) -> Vec<Varied> {
+        let laws = |varied: &Varied| laws::laws_of(self.entries(), &varied.name).unwrap_or_default();
+        spread.iter().map(|varied| Varied { laws: laws(varied), ..varied.clone() }).collect()
+    }
+
     /// A run.
     fn sample(
         &self,
@@ -320,9 +326,8 @@ impl Project {
         progress: &dyn Progress,
     ) {
         let number = row.variant;
-        let all = settings_with(own, plan.spread.iter().zip(row.values.iter().copied()));
         let run = || {
-            let found = prepare_sample(self.document(), variant, (&all, own.controls.as_deref(), &own.faults));
+            let found = sampled(self.document(), (variant, own), &plan.spread, &row.values);
             let mut ready = found.map_err(|mistakes| {
                 let first = mistakes.iter().find(|mistake| is_error(mistake));
                 first.map_or_else(|| "it cannot be prepared".into(), |one| format!("{}: {}", one.code, one.message))

@@ -194,6 +194,7 @@ mod tests {
             dimension: Dimension::NONE,
             distribution: open.clone(),
             text: String::new(),
+            laws: Vec::new(),
         };
         (0..count).map(one).collect()
     }

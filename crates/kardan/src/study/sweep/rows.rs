@@ -1,10 +1,12 @@
 //! Rows of a sweep: the settings of a sample, what a run tells, how far two rows are apart.
 
 use super::varied::Varied;
-use crate::model::{Setting, VariantSettings};
+use crate::diagnostics::Diagnostic;
+use crate::model::{Document, Setting, VariantSettings};
 use crate::num::rational_from_f64;
 use crate::results::{Outcome, Run, SweepRow};
-use crate::study::Prepared;
+use crate::study::prepare::prepare_sample;
+use crate::study::{Prepared, PreparedVariant};
 use crate::units::{Exact, written_quantity};
 
 /// The settings of a variant with values of what varies in place of its own.
@@ -20,6 +22,28 @@ pub(super) fn settings_with<'v>(
         all.push(Setting { name: varied.name.clone(), text: written_quantity(&value, varied.dimension), value });
     }
     all
+}
+
+/// A variant with the values of a sample. Its laws are those of the values in the file, and of the sample where these stand in laws alone.
+///
+/// # Errors
+/// What speaks against these values.
+pub(super) fn sampled(
+    document: &Document,
+    (variant, own): (&PreparedVariant, &VariantSettings),
+    spread: &[Varied],
+    values: &[f64],
+) -> Result<PreparedVariant, Vec<Diagnostic>> {
+    let pairs = || spread.iter().zip(values.iter().copied());
+    let with = |settings: &[Setting], designed: Option<&PreparedVariant>| {
+        prepare_sample(document, (&variant.name, designed), (settings, own.controls.as_deref(), &own.faults))
+    };
+    let all = settings_with(own, pairs());
+    if spread.iter().all(|varied| varied.laws.is_empty()) {
+        return with(&all, Some(variant));
+    }
+    let of_laws = settings_with(own, pairs().filter(|(varied, _)| !varied.laws.is_empty()));
+    with(&all, Some(&with(&of_laws, None)?))
 }
 
 /// A row before its run.

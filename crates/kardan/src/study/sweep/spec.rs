@@ -177,6 +177,7 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
         dimension: parameter.dimension,
         text: in_words(&distribution, parameter.dimension),
         distribution,
+        laws: Vec::new(),
     })
 }
 
@@ -238,7 +239,13 @@ fn lists(reader: &TableReader<'_>, document: &Document, varied: &mut Vec<Varied>
     for (parameter, values) in found.into_iter().filter(|(_, values)| !values.is_empty()) {
         let distribution = Distribution::Listed(values);
         let text = in_words(&distribution, parameter.dimension);
-        let one = Varied { name: parameter.name.clone(), dimension: parameter.dimension, distribution, text };
+        let one = Varied {
+            name: parameter.name.clone(),
+            dimension: parameter.dimension,
+            distribution,
+            text,
+            laws: Vec::new(),
+        };
         add(varied, Some(one), table, out);
     }
 }
@@ -261,7 +268,7 @@ fn tolerances(document: &Document) -> Vec<Varied> {
             }
         };
         let text = in_words(&distribution, one.dimension);
-        Varied { name: one.parameter, dimension: one.dimension, distribution, text }
+        Varied { name: one.parameter, dimension: one.dimension, distribution, text, laws: Vec::new() }
     });
     varied.filter(|one| !document.is_varied(&one.name)).collect()
 }

@@ -105,7 +105,8 @@ pub(super) fn together(
                 let distribution =
                     Distribution::Normal { mean, deviation: *deviation, from: f64::NEG_INFINITY, to: f64::INFINITY };
                 let text = in_words(&distribution, parameter.dimension);
-                let one = Varied { name: name.clone(), dimension: parameter.dimension, distribution, text };
+                let one =
+                    Varied { name: name.clone(), dimension: parameter.dimension, distribution, text, laws: Vec::new() };
                 if tolerances {
                     varied.retain(|other| other.name != one.name);
                 }

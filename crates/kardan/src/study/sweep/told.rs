@@ -201,7 +201,7 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
     }
     if prepared.all().any(|variant| !variant.running.is_empty()) {
         notes.push(
-            "Laws are those of the values in the file, whatever the sample is; programs and blocks follow its values."
+            "Laws are those of the values in the file, whatever the sample of the plant is; programs and blocks follow its values."
                 .into(),
         );
     }

@@ -19,6 +19,8 @@ pub(super) struct Varied {
     pub distribution: Distribution,
     /// In words, with units.
     pub text: String,
+    /// The laws that it stands in, where it stands in these alone.
+    pub laws: Vec<String>,
 }
 
 /// Each parameter varies in one way.

@@ -187,6 +187,7 @@ mod tests {
             dimension: Dimension::NONE,
             distribution: Distribution::Uniform { from: 0.0, to: 1.0 },
             text: String::new(),
+            laws: Vec::new(),
         };
         let spread: Vec<Varied> = (0..axes).map(one).collect();
         let (block, mut all) = (40, Vec::new());
