@@ -319,7 +319,7 @@ impl Own {
     fn open(&mut self, common: &Common) {
         let duration = common.scenario.duration;
         let later = common.breakpoints.iter().copied().find(|at| *at > self.time).unwrap_or(duration);
-        self.breakpoint = later.min(duration);
+        self.breakpoint = later.min(duration).min(self.machine.next_piece(self.time));
         self.tick = self.machine.next_tick();
         // A sample that falls on a breakpoint but for rounding sees what holds from there on.
         let sooner = self.tick < self.breakpoint * (1.0 - SAME);

@@ -11,6 +11,7 @@ use kardan_rt::{Lanes, Operator};
 
 use super::Machine;
 use super::expansion::{Prospect, margin};
+use super::timed::shifted;
 use super::wired::Wired;
 use crate::assemble::CoefficientKind;
 use crate::expr::{Expr, Function, Graph, Symbol};
@@ -86,6 +87,8 @@ struct Places {
     /// Inputs of the plan; the first source among them.
     inputs: usize,
     sources: usize,
+    /// The first of those that are given of the time.
+    timed: usize,
     forces: Vec<usize>,
     rates: Vec<usize>,
     friction_speeds: Vec<usize>,
@@ -489,6 +492,10 @@ pub(in crate::simulate) struct Abreast<N> {
     torques: usize,
     /// Value, slope and start of each source.
     lines: [Vec<N>; 3],
+    /// Where each polynomial begins that is given of the time, and its coefficients.
+    timed: [Vec<N>; 5],
+    /// The same where the step begins.
+    now: [Vec<N>; 4],
     zeros: Vec<N>,
 }
 
@@ -514,6 +521,7 @@ impl<N: Lane> Abreast<N> {
         let places = Places {
             inputs: code.inputs.len(),
             sources: 2 * r + own.sources.start,
+            timed: 2 * r + own.timed.start,
             forces: found(&own.forces),
             rates: found(&own.rates),
             friction_speeds: found(&own.friction_speeds),
@@ -535,6 +543,7 @@ impl<N: Lane> Abreast<N> {
         let mut memory = Aligned::<N>::new(code.block().memory());
         code.block().begin(&mut memory);
         let (size, sources, zero) = (machine.size - 2, machine.lines.len(), N::all(0.0));
+        let timed = machine.timed.polynomials().count();
         let torques = matrices + response.is_there.len() - m;
         Some(Self {
             native: Native::new(&code.block()),
@@ -548,7 +557,9 @@ impl<N: Lane> Abreast<N> {
             matrices,
             accelerations: torques - r,
             torques,
-            lines: [vec![zero; sources], vec![zero; sources], vec![zero; sources]],
+            lines: std::array::from_fn(|_| vec![zero; sources]),
+            timed: std::array::from_fn(|_| vec![zero; timed]),
+            now: std::array::from_fn(|_| vec![zero; timed]),
             zeros: vec![zero; r + m],
             places,
             plan,
@@ -574,6 +585,10 @@ impl<N: Lane> Abreast<N> {
         put(&mut masks[m..m + r], &mut (0..r).map(|i| f64::from(!machine.still.contains(&i))));
         for (part, list) in self.lines.iter_mut().enumerate() {
             put(list, &mut machine.lines.iter().map(|(value, slope, start)| [*value, *slope, *start][part]));
+        }
+        for (part, list) in self.timed.iter_mut().enumerate() {
+            let own = machine.timed.polynomials();
+            put(list, &mut own.map(|(start, coefficients)| if part == 0 { start } else { coefficients[part - 1] }));
         }
         self.stand(lane, state);
     }
@@ -641,9 +656,19 @@ impl<N: Lane> Abreast<N> {
             let own = self.memory[sources + k].lanes_mut().iter_mut().zip(lines);
             own.for_each(|(own, ((value, slope), (start, time)))| *own = value + slope * (time - start));
         }
+        let first = self.places.timed;
+        for k in 0..self.timed[0].len() {
+            for lane in 0..N::COUNT {
+                let [start, a, b, c, d] = std::array::from_fn(|part| self.timed[part][k].lanes()[lane]);
+                let now = shifted(&[a, b, c, d], times.lanes()[lane] - start);
+                self.now.iter_mut().zip(now).for_each(|(own, now)| own[k].lanes_mut()[lane] = now);
+            }
+        }
+        self.memory[first..][..self.now[0].len()].copy_from_slice(&self.now[0]);
         evaluate(self.native.as_ref(), &self.plan.plan, &mut self.memory);
         self.series.begin(&self.memory);
         self.series.set(*sources, 1, slopes);
+        (1..).zip(&self.now[1..]).for_each(|(order, own)| self.series.set(first, order, own));
         let Response { numbers, from, is_there, .. } = &mut self.response;
         from.iter().enumerate().for_each(|(k, place)| numbers.memory[k] = self.memory[*place]);
         numbers.evaluate();
@@ -735,7 +760,7 @@ impl<N: Lane> Abreast<N> {
 }
 
 impl Machine {
-    /// Whether between samples its loop is all in the plan, what holds are frictions alone, and nothing but steps and ramps of sources depends on the time.
+    /// Whether between samples its loop is all in the plan, what holds are frictions alone.
     fn goes_abreast(&self) -> bool {
         let drives = self.drives.iter().all(|drive| drive.rate.is_none() && drive.faults.is_empty());
         drives
@@ -748,10 +773,14 @@ impl Machine {
             && !self.own_laws
             && !self.moves
             && self.laws.iter().all(|wired| wired.told.is_empty() && wired.answers.is_empty())
-            && self.timed.is_empty()
+            && self.timed.is_polynomial()
             && self.bends.of_time.is_empty()
             && self.bends.of_state == 0
-            && self.signals.is_empty()
+    }
+
+    /// The next breakpoint of a function of time after a time, s; infinite if there is none.
+    pub(in crate::simulate) fn next_piece(&self, time: f64) -> f64 {
+        self.timed.next(time)
     }
 
     /// What laws with a clock are before a run.

@@ -311,7 +311,7 @@ impl Machine {
             hold_constant: false,
             hold_known: false,
             sharing_known: false,
-            sharing: Sharing::new(m, r),
+            sharing: Sharing::new(kept.end, r),
             box_problem: BoxProblem::new(m),
             contradiction: Vec::new(),
             response: Response::new(r),

@@ -96,9 +96,11 @@ impl Machine {
     /// Whether commands of motors with a torque limit only step, whatever the run comes to.
     pub(super) fn limits_meet_steps(&self) -> bool {
         let steps = |input: usize| {
-            let mut own = self.targets.iter().zip(&self.profiles);
+            let mut own = self.targets.iter().zip(&self.profiles).enumerate();
             self.laws.iter().all(|wired| wired.clocked().is_some() || !wired.inputs.contains(&input))
-                && own.all(|(target, profile)| *target != SourceTarget::Input(input) || profile.is_level())
+                && own.all(|(source, (target, profile))| {
+                    *target != SourceTarget::Input(input) || profile.is_level() && !self.timed.follows(source)
+                })
         };
         self.drives.iter().enumerate().all(|(input, drive)| drive.limit.is_none() || steps(input))
     }

@@ -15,6 +15,11 @@ use super::expressions::Places;
 /// Relative difference of two times that are one: breakpoints of two parts, or that of a part and an event, which rounding parts.
 const SAME: f64 = 1e-14;
 
+/// The coefficients of a polynomial from so much later on.
+pub(super) fn shifted([a, b, c, d]: &[f64; 4], x: f64) -> [f64; 4] {
+    [polynomial(&[*a, *b, *c, *d], x), b + (2.0 * c + 3.0 * d * x) * x, c + 3.0 * d * x, *d]
+}
+
 /// What is given of the time in a run.
 #[derive(Default)]
 pub(super) struct Timed {
@@ -183,13 +188,29 @@ impl Timed {
 
     /// The series of all that is given, from a time of the segment on: coefficients of the orders 1 to 3.
     pub fn series(&self, time: f64) -> impl Iterator<Item = [f64; 3]> {
-        let of_part = move |(start, [_, b, c, d]): &(f64, [f64; 4])| {
-            let x = time - start;
-            [b + (2.0 * c + 3.0 * d * x) * x, c + 3.0 * d * x, *d]
+        let of_part = move |(start, coefficients): &(f64, [f64; 4])| {
+            let [_, later @ ..] = shifted(coefficients, time - start);
+            later
         };
         let follows = self.follows.iter().map(|_| [0.0; 3]);
         let blocks = self.blocks.iter().map(|_| [0.0; 3]);
         follows.chain(self.now.iter().map(of_part)).chain(self.time.then_some([1.0, 0.0, 0.0])).chain(blocks)
+    }
+
+    /// What is given as polynomials of the time in the segment: where each begins, and its coefficients.
+    pub fn polynomials(&self) -> impl Iterator<Item = (f64, [f64; 4])> {
+        let follows = self.follows.iter().map(|follows| (0.0, [*follows, 0.0, 0.0, 0.0]));
+        follows.chain(self.now.iter().copied()).chain(self.time.then_some((0.0, [0.0, 1.0, 0.0, 0.0])))
+    }
+
+    /// Whether what is given are polynomials of the time, which no block answers.
+    pub fn is_polynomial(&self) -> bool {
+        self.blocks.is_empty() && !self.flows
+    }
+
+    /// Whether the time itself is given.
+    pub fn has_time(&self) -> bool {
+        self.time
     }
 
     /// What the block of a source answers from now on.
