@@ -1,6 +1,7 @@
 //! Nodes, and the exact identities by which they are built.
 
 use std::collections::{HashMap, HashSet};
+use std::fmt;
 
 use crate::num::Rational;
 use crate::units::Dimension;
@@ -190,12 +191,24 @@ pub(super) enum Node {
 /// let twice = graph.scale(2.into(), x);
 /// assert_eq!(slope, twice);
 /// ```
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub struct Graph {
     pub(super) nodes: Vec<Node>,
     index: HashMap<Node, Expr>,
     pub(super) symbols: Vec<(String, Dimension)>,
     pub(super) tables: Vec<PiecewisePolynomial>,
+}
+
+/// Equal graphs have equal texts: the index has no order, and follows from the nodes.
+impl fmt::Debug for Graph {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { nodes, symbols, tables, .. } = self;
+        f.debug_struct("Graph")
+            .field("nodes", nodes)
+            .field("symbols", symbols)
+            .field("tables", tables)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Graph {

@@ -286,6 +286,72 @@ fn random_drivetrains_are_near_the_reference() {
     }
 }
 
+/// What a motor follows, and a torque of the time: `A sin ω t` breaks away at `ω t₀ = asin c/A`, and `J φ = A/ω ((t − t₀) cos ω t₀ − (sin ω t − sin ω t₀)/ω) − c (t − t₀)²/2` then.
+/// Where nothing moves the torques that hold tell how long steps are.
+#[test]
+fn functions_of_time_go_side_by_side() {
+    let sine = |t: &str| format!("3 N m * sin(2 pi {t} / 6 s)");
+    let events = &BODIES[BODIES.find("[[scenario.event]]").unwrap()..BODIES.find("[[figure]]").unwrap()];
+    let without = BODIES.replace(events, "");
+    let signals = format!("[scenario]\nsignals = {{ \"m.tau\" = \"{}\" }}", sine("t"));
+    let torque = format!("[torque.t]\nshaft = \"a\"\nlaw = \"{}\"\n\n[scenario]", sine("t"));
+    for more in [signals, torque] {
+        let text = without.replace("[scenario]", &more);
+        let (rows, found) = swept(&Project::open(text.as_str()), &settings(20, Method::Automatic, 1e-10));
+        assert!(found.compared.as_ref().is_some_and(|told| told.difference < 1e-8), "{:?}", found.compared);
+        let frequency = std::f64::consts::PI / 3.0;
+        for row in &rows {
+            let [ca, ja, cb, jb] = row.values[..] else { panic!("{row:?}") };
+            let begin = (ca / 3.0).asin() / frequency;
+            let left = 3.0 - begin;
+            let swung = ((frequency * 3.0).sin() - (frequency * begin).sin()) / frequency;
+            let driven = (3.0 / frequency * (left * (frequency * begin).cos() - swung) - ca * left * left / 2.0) / ja;
+            let stopped = jb / (2.0 * cb);
+            assert!((row.figures[0] - driven).abs() < 1e-8 * driven, "{row:?}: {driven}");
+            assert!((row.figures[1] - stopped).abs() < 1e-9 * stopped, "{row:?}: {stopped}");
+        }
+    }
+}
+
+/// Random drivetrains with torques and signals that follow the time come to what the reference finds, as those with steps and ramps.
+#[test]
+fn random_drivetrains_follow_the_time() {
+    let count: u64 = std::env::var("KARDAN_MODELS").ok().and_then(|count| count.parse().ok()).unwrap_or(40);
+    for seed in 0..count {
+        let mut lots = Lots(seed.wrapping_mul(0xd134_2543_de82_ef95) + 3);
+        let wave = |lots: &mut Lots| {
+            let (size, period) = (lots.size(0.3, 6.0), lots.size(0.05, 3.0));
+            format!("{size} N m * sin(2 pi t / {period} s)")
+        };
+        let mut more = match seed % 3 {
+            0 => String::new(),
+            _ => format!("[torque.wave]\nshaft = \"s0\"\nlaw = \"{}\"\n", wave(&mut lots)),
+        };
+        if seed % 3 != 1 {
+            more += "[disturbance.load]\nshaft = \"s0\"\n";
+            let mut points: Vec<[String; 2]> = Vec::new();
+            for k in 0..5 {
+                points
+                    .push([format!("\"{} s\"", 0.5 * f64::from(k)), format!("\"{:.3} N m\"", lots.between(-3.0, 3.0))]);
+            }
+            let column = |k: usize| points.iter().map(|point| point[k].as_str()).collect::<Vec<_>>().join(", ");
+            more += &format!(
+                "[signal.bump]\nkind = \"table\"\ninterpolation = \"cubic\"\npoints = {{ time = [{}], value = [{}] }}\n",
+                column(0),
+                column(1)
+            );
+        }
+        let text = drivetrain(seed).replace("[motor.m]", &format!("{more}[motor.m]"));
+        let text = match seed % 3 {
+            1 => text,
+            _ => text.replace("[scenario]\n", "[scenario]\nsignals = { \"load\" = \"bump\" }\n"),
+        };
+        let (_, found) = swept(&Project::open(text.as_str()), &settings(4, Method::Automatic, 1e-8));
+        let told = found.compared.unwrap_or_else(|| panic!("{seed} has no lanes:\n{text}"));
+        assert!(told.difference < 1e-4, "{seed}: {told:?}\n{text}");
+    }
+}
+
 /// Behind a bent joint a wave generator rubs and rests while the others turn with a ratio that changes: what holds is a coordinate, or has a bias of every order. Series of
 /// the joint's angle have terms that are small by accident.
 #[test]

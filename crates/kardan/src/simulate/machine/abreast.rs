@@ -71,8 +71,11 @@ lane!(8);
 const MOST: usize = 12;
 /// Terms of a series that tell how long a step may be, the last ones: of a singularity beside the real axis some are small by accident.
 const LAST: usize = 4;
-/// A term of this size, in tolerances, is none.
+/// A term of this size, in tolerances, is none; of a last term beside a first one.
 const TINY: f64 = 1e-280;
+const TINIEST: f64 = 1e-300;
+/// Terms that tell how large a series is, the first ones.
+const FIRST_TERMS: usize = 4;
 /// Part of the length that these terms allow, in tenths.
 const SAFETY: i64 = 9;
 /// A step that would be longer than so many hundredths of what is left to the end of all steps ends there.
@@ -351,8 +354,18 @@ fn bernstein(graph: &mut Graph, terms: &[Expr]) -> [Expr; 2] {
     [least, most]
 }
 
+/// A series that is to be known by itself: where it begins among the inputs, how many there are in an order, its highest order, and what is added to its
+/// first term.
+struct Other {
+    first: usize,
+    width: usize,
+    top: usize,
+    floor: Option<usize>,
+}
+
 /// What a step comes to: inputs are the coefficients of the states, those of an order one after the other, then those of the speeds of directions,
-/// those of the torques that hold, senses, 1 for each direction that holds, the largest torques, what room there is, and the last length.
+/// those of the torques that hold, senses, 1 for each direction that holds, the largest torques, what room there is, the last length, and coefficients of
+/// what else is to be known.
 struct Stride<N> {
     numbers: Numbers<N>,
     speeds: usize,
@@ -361,17 +374,24 @@ struct Stride<N> {
     holds: usize,
     bounds: usize,
     room: usize,
+    seen: (usize, usize),
 }
 
 impl<N: Lane> Stride<N> {
-    fn new((size, m): (usize, usize), order: usize, (relative, absolute): (f64, &[f64])) -> Self {
+    fn new((size, m): (usize, usize), order: usize, (relative, absolute): (f64, &[f64]), seen: usize) -> Self {
         let mut graph = Graph::default();
         let speeds = (order + 1) * size;
         let torques = speeds + order * m;
         let senses = torques + order * m;
         let [holds, bounds, room] = [senses + m, senses + 2 * m, senses + 3 * m];
-        let all = symbols(&mut graph, room + 2);
-        let length = Self::length(&mut graph, &all, (size, order), (relative, absolute), room);
+        let seen = (room + 2, seen);
+        let all = symbols(&mut graph, seen.0 + (order + 1) * seen.1);
+        // Where the time is given, what moves does not tell how fast what it does not feel changes; of what holds one order fewer is known.
+        let others = (0..seen.1).map(|i| Other { first: seen.0 + i, width: seen.1, top: order, floor: None });
+        let holding = (0..m).filter(|_| seen.1 > 0);
+        let holding = holding.map(|d| Other { first: torques + d, width: m, top: order - 1, floor: Some(bounds + d) });
+        let others: Vec<Other> = others.chain(holding).collect();
+        let length = Self::length(&mut graph, &all, (size, order), (relative, absolute), (room, &others));
         let mut outputs = vec![length];
         let (zero, wide) = (graph.integer(0), graph.integer(WIDE));
         let mut powers = vec![graph.integer(1)];
@@ -407,7 +427,7 @@ impl<N: Lane> Stride<N> {
             }
             outputs.push(sum);
         }
-        Self { numbers: Numbers::new(&graph, &all, outputs), speeds, torques, senses, holds, bounds, room }
+        Self { numbers: Numbers::new(&graph, &all, outputs), speeds, torques, senses, holds, bounds, room, seen }
     }
 
     /// Where the last terms are within the tolerance, or the last one would be if all fell evenly, at most as long as there is room.
@@ -416,7 +436,7 @@ impl<N: Lane> Stride<N> {
         all: &[Expr],
         (size, order): (usize, usize),
         (relative, absolute): (f64, &[f64]),
-        room: usize,
+        (room, others): (usize, &[Other]),
     ) -> Expr {
         let number = |graph: &mut Graph, x: f64| graph.number(rational_from_f64(x).unwrap_or(Rational::ZERO));
         let (room, next) = (all[room], all[room + 1]);
@@ -466,10 +486,44 @@ impl<N: Lane> Stride<N> {
         }
         let even = least(graph, &falls);
         let found = graph.max(within, even);
+        let found = others.iter().fold(found, |found, other| {
+            let own = Self::length_of(graph, all, other, relative);
+            graph.min(found, own)
+        });
         let found = graph.apply(Function::Exp, found);
         let found = graph.scale(Rational::from_parts(SAFETY.into(), 10u8.into()), found);
         let near = graph.scale(Rational::from_parts(NEAR.into(), 100u8.into()), found);
         graph.select(near, room, found, room)
+    }
+
+    /// The logarithm of how long a step may be for the last terms of a series by itself, in parts of the largest one of its first terms.
+    fn length_of(graph: &mut Graph, all: &[Expr], other: &Other, relative: f64) -> Expr {
+        let number = |graph: &mut Graph, x: f64| graph.number(rational_from_f64(x).unwrap_or(Rational::ZERO));
+        let size = |graph: &mut Graph, k: usize, least: f64| {
+            let size = graph.apply(Function::Abs, all[other.first + k * other.width]);
+            let floor = number(graph, least);
+            let size = match other.floor.filter(|_| k == 0) {
+                Some(floor) => graph.add(size, all[floor]),
+                None => size,
+            };
+            let size = graph.max(size, floor);
+            graph.apply(Function::Ln, size)
+        };
+        let first: [Expr; FIRST_TERMS] = std::array::from_fn(|k| size(graph, k, TINY));
+        let (accuracy, mut found) = (number(graph, ln(relative)), None);
+        for back in 0..LAST {
+            let last = size(graph, other.top - back, TINIEST);
+            let mut own = None;
+            for (k, first) in first.iter().enumerate() {
+                let terms = [(*first, 1.into()), (last, (-1).into()), (accuracy, 1.into())];
+                let ratio = graph.sum(Rational::ZERO, &terms);
+                let length = graph.scale(Rational::from_parts(1.into(), (other.top - back - k).into()), ratio);
+                own = Some(own.map_or(length, |own| graph.max(own, length)));
+            }
+            let own = own.expect("first terms");
+            found = Some(found.map_or(own, |found| graph.min(found, own)));
+        }
+        found.expect("last terms")
     }
 }
 
@@ -547,7 +601,12 @@ impl<N: Lane> Abreast<N> {
         let torques = matrices + response.is_there.len() - m;
         Some(Self {
             native: Native::new(&code.block()),
-            stride: Stride::new((size, m), order, tolerances),
+            stride: Stride::new(
+                (size, m),
+                order,
+                tolerances,
+                if machine.timed.has_time() { places.also.len() } else { 0 },
+            ),
             series,
             order,
             size,
@@ -641,8 +700,11 @@ impl<N: Lane> Abreast<N> {
             self.series.set(self.accelerations, order, &self.zeros);
             self.series.advance(order);
         }
-        let Stride { numbers, room, .. } = &mut self.stride;
+        let Stride { numbers, room, seen, .. } = &mut self.stride;
         (numbers.memory[*room], numbers.memory[*room + 1]) = (*rooms, *nexts);
+        for (i, place) in self.places.also.iter().enumerate().take(seen.1) {
+            (0..order + 1).for_each(|k| numbers.memory[seen.0 + k * seen.1 + i] = *self.series.at(*place, k));
+        }
         numbers.evaluate();
     }
 
