@@ -46,13 +46,30 @@ pub struct TableCall {
     pub at: Vec<Expr>,
 }
 
-/// The tables that blocks and signals read, with what their arguments stand in.
+/// What a run is to keep, of a key of a block that varies.
+#[derive(Debug, Clone)]
+pub struct KeyRule {
+    /// The block.
+    pub block: String,
+    /// What is wrong where it is not kept: "`low` is above `high`".
+    pub what: String,
+    /// What must not be negative.
+    pub value: Expr,
+    /// Whether it must be above zero.
+    pub above: bool,
+    /// What it is of.
+    pub dimension: Dimension,
+}
+
+/// What of blocks and signals is looked at in the rows of a run, with what it stands in.
 #[derive(Debug, Clone, Default)]
-pub struct TableCalls {
-    /// The graph of the arguments: its symbols have the names of what is read.
+pub struct Looked {
+    /// The graph: its symbols have the names of what is read.
     pub graph: Graph,
-    /// The calls.
-    pub list: Vec<TableCall>,
+    /// The tables that are read.
+    pub calls: Vec<TableCall>,
+    /// What keys of blocks are to keep.
+    pub rules: Vec<KeyRule>,
 }
 
 /// What a task remembers from one sample to the next.

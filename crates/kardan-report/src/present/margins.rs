@@ -30,14 +30,18 @@ fn limits(margins: &Margins) -> Body {
         };
         out.push(row![format!("slowest stable rate {delay}"), limit, &rate.motion]);
     }
-    let seconds = |value: f64| if value.is_finite() { format!("{} s", number(value)) } else { "not limited".into() };
-    let times = [("longest delay", &margins.longest_delay), ("longest lag of its motors", &margins.longest_lag)];
-    for (what, limit) in times {
-        out.extend(limit.as_ref().map(|limit| row![what, seconds(limit.value), &limit.motion]));
+    // No more was looked at.
+    let seconds = |value: f64, most: &str| if value.is_finite() { format!("{} s", number(value)) } else { most.into() };
+    let times = [
+        ("longest delay", &margins.longest_delay, "10 samples and more"),
+        ("longest lag of its motors", &margins.longest_lag, "1 s and more"),
+    ];
+    for (what, limit, most) in times {
+        out.extend(limit.as_ref().map(|limit| row![what, seconds(limit.value, most), &limit.motion]));
     }
     if let Some(both) = &margins.gain_margin {
         for (what, limit) in ["smallest factor of its torques", "largest factor of its torques"].into_iter().zip(both) {
-            let value = if limit.value.is_finite() { number(limit.value) } else { "not limited".into() };
+            let value = if limit.value.is_finite() { number(limit.value) } else { "100 and more".into() };
             out.push(row![what, value, &limit.motion]);
         }
     }

@@ -34,7 +34,7 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     let (input, dimension) = wiring.input("input")?;
     let high = wiring.needed("high", dimension)?;
     let low = wiring.of("low", dimension)?.unwrap_or(-high);
-    wiring.in_order(["low", "high"], [low, high])?;
+    wiring.in_order(["low", "high"], [low, high], dimension)?;
     let answer = wiring.step(|memory| kardan_rt::DeadZone { low, high }.step(input, memory), [Wiring::zero()]);
     wiring.answer(answer, dimension);
     Ok(())

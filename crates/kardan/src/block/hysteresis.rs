@@ -39,7 +39,7 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     let (input, of) = wiring.input("input")?;
     wiring.period("it switches at samples")?;
     let (upper, lower) = (wiring.needed("upper", of)?, wiring.needed("lower", of)?);
-    wiring.in_order(["lower", "upper"], [lower, upper])?;
+    wiring.in_order(["lower", "upper"], [lower, upper], of)?;
     let (on, dimension) = wiring.given.get("on").copied().unwrap_or((Wiring::one(), Dimension::NONE));
     let off = wiring.of("off", dimension)?.unwrap_or(Wiring::zero());
     let switch = kardan_rt::Hysteresis { upper, lower, answers: [off, on] };

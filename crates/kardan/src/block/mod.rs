@@ -40,7 +40,7 @@ pub use saturation::Saturation;
 pub use state_machine::{StateMachine, StateMachineTransition};
 pub use table::TableBlock;
 pub use transfer_function::TransferFunction;
-pub use wiring::{Answer, BlockKind, Expressions, Guard, List, Remembered, Wiring};
+pub use wiring::{Answer, BlockKind, Expressions, Guard, List, Remembered, Rule, Wiring};
 
 /// All kinds of blocks.
 pub const REGISTRY: &[BlockKind] = &[

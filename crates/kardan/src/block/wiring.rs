@@ -100,6 +100,21 @@ pub struct Wiring<'g> {
     pub memory: Vec<Remembered<'g>>,
     /// What it answers.
     pub answers: Vec<Answer<'g>>,
+    /// What of its keys that vary must not be negative, or above zero.
+    pub rules: RefCell<Vec<Rule<'g>>>,
+}
+
+/// What a run is to keep, of keys that vary.
+#[derive(Debug, Clone)]
+pub struct Rule<'g> {
+    /// What it is, in words: `low` above `high`.
+    pub what: String,
+    /// What must not be negative.
+    pub value: Traced<'g>,
+    /// Whether it must be above zero.
+    pub above: bool,
+    /// What it is of.
+    pub dimension: Dimension,
 }
 
 pub(super) fn mistake(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Mistake {
@@ -302,7 +317,7 @@ impl<'g> Wiring<'g> {
         let high = self.of("high", dimension)?;
         let low = self.of("low", dimension)?.or(high.map(|high| -high));
         if let [Some(low), Some(high)] = [low, high] {
-            self.in_order(["low", "high"], [low, high])?;
+            self.in_order(["low", "high"], [low, high], dimension)?;
         }
         Ok([low, high])
     }
@@ -334,7 +349,13 @@ impl<'g> Wiring<'g> {
                 };
                 Err(mistake(key, message, help))
             }
-            _ => Ok(value),
+            Some(_) => Ok(value),
+            None => {
+                let what = format!("`{key}` is {}", if above { "zero or less" } else { "below zero" });
+                let rule = |value| Rule { what, value, above, dimension: wanted };
+                self.rules.borrow_mut().extend(value.map(rule));
+                Ok(value)
+            }
         }
     }
 
@@ -347,7 +368,12 @@ impl<'g> Wiring<'g> {
     }
 
     /// Refuses two constants that are not in the order that they should be in.
-    pub fn in_order(&self, keys: [&'static str; 2], [low, high]: [Traced<'g>; 2]) -> Result<(), Mistake> {
+    pub fn in_order(
+        &self,
+        keys: [&'static str; 2],
+        [low, high]: [Traced<'g>; 2],
+        dimension: Dimension,
+    ) -> Result<(), Mistake> {
         match [self.constant(low), self.constant(high)] {
             [Some(a), Some(b)] if a > b => {
                 let [lower, upper] = keys;
@@ -358,7 +384,15 @@ impl<'g> Wiring<'g> {
                 let message = format!("`{lower}` is above `{upper}`: {a} and {b} in SI units");
                 Err(mistake(lower, message, "exchange them, or check a sign"))
             }
-            _ => Ok(()),
+            [Some(_), Some(_)] => Ok(()),
+            _ => {
+                let what = match self.given.contains_key(keys[0]) {
+                    true => format!("`{}` is above `{}`", keys[0], keys[1]),
+                    false => format!("`{}` is below zero, and `{}` its opposite", keys[1], keys[0]),
+                };
+                self.rules.borrow_mut().push(Rule { what, value: high - low, above: false, dimension });
+                Ok(())
+            }
         }
     }
 

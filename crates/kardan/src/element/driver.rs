@@ -1,3 +1,4 @@
+use super::shared::car_checks::least;
 use super::{Element, Mistake, Values};
 use crate::entries::{Entries, Written};
 use crate::results::Symbol;
@@ -94,6 +95,12 @@ fn check(values: &Values) -> Vec<Mistake> {
     for key in idle.iter().filter(|key| values.has(key)) {
         let message = format!("`{key}` says nothing for the kind `{kind}`");
         out.push(Mistake::new(key, message, "remove it, or choose another kind"));
+    }
+    if let Some((what, hold)) = values.formula("hold").and_then(|formula| least(formula))
+        && !(0.0..=1.0).contains(&hold)
+    {
+        let message = format!("{what} is {hold}: hands hold from 0 (off) to 1 (firmly)");
+        out.push(Mistake::new("hold", message, "write a part from 0 to 1, or a signal that stays there"));
     }
     out
 }

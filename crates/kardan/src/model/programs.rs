@@ -9,14 +9,14 @@ use super::functions::Functions;
 use super::monitors::{self, WrittenMonitor};
 use super::overlaps::{self, Known, WrittenGuard};
 use super::table_reader::TableReader;
-use crate::block::{BlockKind, Expressions, Guard, List, Wiring};
+use crate::block::{BlockKind, Expressions, Guard, List, Rule, Wiring};
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::element::{Mistake, Values};
 use crate::entries::Place;
 use crate::expr::{Expr, Floating, Graph, Interval, Lookup, Named, OfTime, Symbol, Traced, lower};
 use crate::names::SignalName;
 use crate::num::Rational;
-use crate::program::{Entry, Lists, Read, Step, TableCall, TableCalls, Task, TaskAnswer};
+use crate::program::{Entry, KeyRule, Lists, Looked, Read, Step, TableCall, Task, TaskAnswer};
 use crate::schema::{Kind, Placed, Scalar, Table, Value};
 use crate::units::{Dimension, Exact, Expression, UnitError, shown_quantity};
 
@@ -31,8 +31,8 @@ pub struct Programs {
     pub functions: Vec<(String, Arc<OfTime>)>,
     /// What sampled laws tell that tasks read, by name: `column.rk.disturbance`.
     pub told: Vec<(String, Dimension)>,
-    /// Tables that are read.
-    pub calls: TableCalls,
+    /// What is looked at in the rows of a run.
+    pub looked: Looked,
     /// One has a mistake, or names what has one, which was told: what they compute is not known.
     pub broken: bool,
 }
@@ -109,6 +109,7 @@ pub(crate) struct Blocks<'a, 'd, 'f> {
     machines: Vec<(&'a str, Vec<String>, Vec<WrittenGuard>)>,
     monitors: Vec<WrittenMonitor>,
     calls: Vec<TableCall>,
+    rules: Vec<KeyRule>,
 }
 
 fn errors(out: &[Diagnostic]) -> usize {
@@ -159,6 +160,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             machines: Vec::new(),
             monitors: Vec::new(),
             calls: Vec::new(),
+            rules: Vec::new(),
         }
     }
 
@@ -208,8 +210,12 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         });
         let of_laws = of_laws.collect();
         let functions = std::mem::take(&mut self.used_functions);
-        let calls = TableCalls { graph: self.graph.borrow().clone(), list: std::mem::take(&mut self.calls) };
-        (Programs { tasks, sensors, functions, told: self.told(), calls, broken: false }, of_laws)
+        let looked = Looked {
+            graph: self.graph.borrow().clone(),
+            calls: std::mem::take(&mut self.calls),
+            rules: std::mem::take(&mut self.rules),
+        };
+        (Programs { tasks, sensors, functions, told: self.told(), looked, broken: false }, of_laws)
     }
 
     /// What was read of sampled laws, sorted.
@@ -345,7 +351,10 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         }
         let found = self.wire(kind, (&values, period.clone(), called, lists), (given, guards, own));
         match found {
-            Ok((answers, memory)) => self.finished(block, (answers, memory, period, reads), unit, out),
+            Ok((answers, memory, rules)) => {
+                self.rules.extend(rules.into_iter().map(|rule| KeyRule { block: block.name.clone(), ..rule }));
+                self.finished(block, (answers, memory, period, reads), unit, out)
+            }
             Err(mistake) => {
                 let at = table.values.get(mistake.key).map_or(place, |value| &value.place);
                 let told = Diagnostic::error("block::key", format!("{what}: {}", mistake.message));
@@ -398,7 +407,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         kind: &BlockKind,
         (values, sample_time, table, lists): (&Values, Option<Exact>, Option<Arc<Lookup>>, Vec<List>),
         (given, guards, own): (Given, Vec<WrittenGuard>, Vec<[Expr; 2]>),
-    ) -> Result<(Answers, Memory), Mistake> {
+    ) -> Result<(Answers, Memory, Vec<KeyRule>), Mistake> {
         let graph = &self.graph;
         let traced = |expr: Expr| Traced::new(graph, expr);
         let (mut alone, mut named) = (BTreeMap::new(), BTreeMap::<&str, Expressions<'_>>::new());
@@ -423,15 +432,21 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             sample_time,
             memory: Vec::new(),
             answers: Vec::new(),
+            rules: RefCell::default(),
         };
         (kind.write)(&mut wiring)?;
+        let rule = |Rule { what, value, above, dimension }: Rule<'_>| {
+            let block = String::new();
+            KeyRule { block, what, value: value.expr(graph), above, dimension }
+        };
+        let rules = wiring.rules.take().into_iter().map(rule).collect();
         let answers =
             wiring.answers.iter().map(|answer| (answer.name.clone(), answer.value.expr(graph), answer.dimension));
         let memory = wiring
             .memory
             .iter()
             .map(|entry| (entry.symbol.expr(graph), entry.start.expr(graph), entry.next.expr(graph)));
-        Ok((answers.collect(), memory.collect()))
+        Ok((answers.collect(), memory.collect(), rules))
     }
 
     /// Checks what a block came out as, and gives its answers to who reads it.

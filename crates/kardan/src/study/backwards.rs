@@ -1,9 +1,15 @@
-//! Cars that a run has driven backwards, or where nothing holds.
+//! Cars that a run has driven backwards or sideways, or where nothing holds.
+
+use kardan_rt::functions::hypot;
 
 use crate::model::Model;
 use crate::results::Series;
 
-/// Sentences about cars whose speed falls below zero, or the friction of their road, where no tyre knows what happens. Looked at in the rows of the run.
+/// How much faster than its speed along itself a car may be on its way, as a part of it and m/s, before its speed is no longer that of what drives it.
+const FASTER: f64 = 1.1;
+const MORE: f64 = 0.5;
+
+/// Sentences about cars whose speed falls below zero, that go sideways with a speed that nothing gave them, or the friction of their road, where no tyre knows what happens. Looked at in the rows of the run.
 pub(super) fn backwards(model: &Model, series: &Series) -> Vec<String> {
     let cars = model.elements.iter().filter(|element| element.kind == "vehicle").map(|element| element.name.as_str());
     let sentence = |car: &str| {
@@ -30,5 +36,17 @@ pub(super) fn backwards(model: &Model, series: &Series) -> Vec<String> {
         };
         names.into_iter().filter_map(of).collect::<Vec<String>>()
     };
-    cars.flat_map(|car| sentence(car).into_iter().chain(slips(car))).collect()
+    let sideways = |car: &str| {
+        let [along, across] = ["v_x", "v_y"].map(|name| series.signal(&format!("{car}.{name}")));
+        let both = || along.into_iter().zip(across).flat_map(|(x, y)| x.values.iter().zip(&y.values));
+        let (row, _) = both().enumerate().find(|(_, (x, y))| hypot(**x, **y) > (FASTER * **x).max(**x + MORE))?;
+        let (most, with) =
+            both().map(|(x, y)| (hypot(*x, *y), *x)).fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
+        Some(format!(
+            "`{car}` slides sideways from {:.4} s on, on its way at up to {most:.4} m/s with {with:.4} m/s along itself: that it slides is right, how fast it is and where it comes \
+             to is not, as `speed` holds the speed along it whatever the tyres do.",
+            series.time[row]
+        ))
+    };
+    cars.flat_map(|car| sentence(car).into_iter().chain(sideways(car)).chain(slips(car))).collect()
 }

@@ -1,4 +1,4 @@
-//! Tables whose points a run has left.
+//! Tables whose points a run has left, and keys of blocks that went where they must not.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use crate::expr::{Beyond, Expr, Graph, Lookup, Named, OfTime, Symbol};
 use crate::model::programs::Programs;
 use crate::names::SignalName;
 use crate::plan::compile;
-use crate::program::{TableCall, TableCalls};
+use crate::program::{KeyRule, Looked, TableCall};
 use crate::reduce::Reduced;
 use crate::results::Series;
 use crate::units::Dimension;
@@ -157,30 +157,35 @@ impl<'a> Calls<'a> {
 
     /// Those of blocks and signals.
     fn of_programs(programs: &'a Programs, series: &Series) -> Option<Self> {
-        let TableCalls { graph, list } = &programs.calls;
         let call = |call: &TableCall| arguments(&call.reader, (&call.name, &call.table), &call.at);
-        let asked: Vec<Argument> = list.iter().flat_map(call).collect();
+        let asked: Vec<Argument> = programs.looked.calls.iter().flat_map(call).collect();
         let exprs: Vec<Expr> = asked.iter().map(|one| one.at).collect();
-        // A sensor is read by its name alone too.
-        let column = |name: &str| match series.signal(name) {
-            Some(_) => name.to_string(),
-            None => {
-                let own = series.signals.iter().find(|signal| SignalName::new(&signal.name).element == name);
-                own.map_or_else(|| name.to_string(), |signal| signal.name.clone())
-            }
-        };
-        let input = |symbol: Symbol| {
-            let (name, _) = graph.name(symbol);
-            let function = programs.functions.iter().find(|(other, _)| other == name);
-            match function {
-                Some((_, function)) => (symbol, name.to_string(), Given::Signal(function)),
-                None if name == "t" => (symbol, name.to_string(), Given::Time),
-                None => (symbol, column(name), Given::Column),
-            }
-        };
-        let inputs = graph.symbols(&exprs).into_iter().map(input).collect();
-        (!asked.is_empty()).then(|| Self { graph: graph.clone(), inputs, asked })
+        let inputs = inputs_of(programs, &exprs, series);
+        (!asked.is_empty()).then(|| Self { graph: programs.looked.graph.clone(), inputs, asked })
     }
+}
+
+/// What expressions of blocks and signals stand for in the rows of a run.
+fn inputs_of<'a>(programs: &'a Programs, exprs: &[Expr], series: &Series) -> Vec<(Symbol, String, Given<'a>)> {
+    let Looked { graph, .. } = &programs.looked;
+    // A sensor is read by its name alone too.
+    let column = |name: &str| match series.signal(name) {
+        Some(_) => name.to_string(),
+        None => {
+            let own = series.signals.iter().find(|signal| SignalName::new(&signal.name).element == name);
+            own.map_or_else(|| name.to_string(), |signal| signal.name.clone())
+        }
+    };
+    let input = |symbol: Symbol| {
+        let (name, _) = graph.name(symbol);
+        let function = programs.functions.iter().find(|(other, _)| other == name);
+        match function {
+            Some((_, function)) => (symbol, name.to_string(), Given::Signal(function)),
+            None if name == "t" => (symbol, name.to_string(), Given::Time),
+            None => (symbol, column(name), Given::Column),
+        }
+    };
+    graph.symbols(exprs).into_iter().map(input).collect()
 }
 
 /// What a table is asked by an element, one for each of its arguments.
@@ -219,40 +224,77 @@ impl Calls<'_> {
     /// Looks at them in all rows.
     fn look(self, series: &Series, left: &mut BTreeMap<(String, &'static str), Left>) {
         let Self { graph, inputs, asked } = self;
-        let symbols: Vec<Symbol> = inputs.iter().map(|(symbol, ..)| *symbol).collect();
-        let wanted: Vec<_> = asked.iter().enumerate().map(|(k, one)| (format!("argument.{k}"), one.at)).collect();
-        let Ok(plan) = compile(&graph, &symbols, &wanted) else { return };
-        let column = |name: &str| series.signal(name).map(|signal| signal.values.as_slice());
-        let parts = |(_, name, given): &(Symbol, String, Given<'_>)| match given {
-            Given::Size(sum) => sum.iter().map(|(name, factor)| (column(name), *factor)).collect(),
-            _ => vec![(column(name), 1.0)],
-        };
-        let columns: Vec<Vec<Part<'_>>> = inputs.iter().map(parts).collect();
-        let (block, mut memory) = (plan.block(), plan.memory());
-        for (row, &time) in series.time.iter().enumerate() {
-            for ((place, (.., given)), parts) in memory.iter_mut().zip(&inputs).zip(&columns) {
-                let sum = || -> f64 {
-                    let value = |(column, factor): &Part<'_>| {
-                        factor * column.and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN)
-                    };
-                    parts.iter().map(value).sum()
+        let exprs: Vec<Expr> = asked.iter().map(|one| one.at).collect();
+        in_rows((&graph, &inputs), &exprs, series, |k, value, time| asked[k].compare((value, time), left));
+    }
+}
+
+/// Tells the values of expressions in all rows, those that are numbers, with the number of the expression and the time.
+fn in_rows(
+    (graph, inputs): (&Graph, &[(Symbol, String, Given<'_>)]),
+    exprs: &[Expr],
+    series: &Series,
+    mut tell: impl FnMut(usize, f64, f64),
+) {
+    let symbols: Vec<Symbol> = inputs.iter().map(|(symbol, ..)| *symbol).collect();
+    let wanted: Vec<_> = exprs.iter().enumerate().map(|(k, expr)| (format!("value.{k}"), *expr)).collect();
+    let Ok(plan) = compile(graph, &symbols, &wanted) else { return };
+    let column = |name: &str| series.signal(name).map(|signal| signal.values.as_slice());
+    let parts = |(_, name, given): &(Symbol, String, Given<'_>)| match given {
+        Given::Size(sum) => sum.iter().map(|(name, factor)| (column(name), *factor)).collect(),
+        _ => vec![(column(name), 1.0)],
+    };
+    let columns: Vec<Vec<Part<'_>>> = inputs.iter().map(parts).collect();
+    let (block, mut memory) = (plan.block(), plan.memory());
+    for (row, &time) in series.time.iter().enumerate() {
+        for ((place, (.., given)), parts) in memory.iter_mut().zip(inputs).zip(&columns) {
+            let sum = || -> f64 {
+                let value = |(column, factor): &Part<'_>| {
+                    factor * column.and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN)
                 };
-                *place = match given {
-                    Given::Time => time,
-                    Given::Signal(function) => function.value(time),
-                    Given::Column => sum(),
-                    Given::Size(_) => sum().abs(),
-                };
-            }
-            // What is no number is not beyond anything.
-            let _ = block.evaluate(&mut memory);
-            for (k, one) in asked.iter().enumerate() {
-                if let Some(value) = block.output(k, &memory) {
-                    one.compare((value, time), left);
-                }
+                parts.iter().map(value).sum()
+            };
+            *place = match given {
+                Given::Time => time,
+                Given::Signal(function) => function.value(time),
+                Given::Column => sum(),
+                Given::Size(_) => sum().abs(),
+            };
+        }
+        // What is no number is not beyond anything.
+        let _ = block.evaluate(&mut memory);
+        for k in 0..exprs.len() {
+            if let Some(value) = block.output(k, &memory) {
+                tell(k, value, time);
             }
         }
     }
+}
+
+/// Sentences about keys of blocks that are expressions and went where a number in their place is refused. Looked at in the rows of the run.
+pub(super) fn broken_rules(programs: &Programs, series: &Series) -> Vec<String> {
+    let Looked { graph, rules, .. } = &programs.looked;
+    if rules.is_empty() {
+        return Vec::new();
+    }
+    let exprs: Vec<Expr> = rules.iter().map(|rule| rule.value).collect();
+    let inputs = inputs_of(programs, &exprs, series);
+    let mut broken: Vec<Option<(f64, f64)>> = vec![None; rules.len()];
+    in_rows((graph, &inputs), &exprs, series, |k, value, time| {
+        if value < 0.0 || rules[k].above && value == 0.0 {
+            let (_, least) = broken[k].get_or_insert((time, value));
+            *least = least.min(value);
+        }
+    });
+    let told = |(KeyRule { block, what, dimension, .. }, found): (&KeyRule, Option<(f64, f64)>)| {
+        let (first, least) = found?;
+        let by = format!("{:.6} {}", -least, dimension.si());
+        let by = if least < 0.0 { format!(", by up to {}", by.trim_end()) } else { String::new() };
+        Some(format!(
+            "{what} in block `{block}` from {first:.6} s on{by}, where a number in its place is refused: what the block answers from there on is not to be relied on"
+        ))
+    };
+    rules.iter().zip(broken).filter_map(told).collect()
 }
 
 impl Argument {

@@ -11,7 +11,7 @@ use super::backwards::backwards;
 use super::design::designed;
 use super::figure::figures_of;
 use super::kept::frozen_variant;
-use super::left_tables::left_tables;
+use super::left_tables::{broken_rules, left_tables};
 use super::prepare::is_error;
 use super::progress::run_heard;
 use super::redundant::sharing_notes;
@@ -417,6 +417,7 @@ pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result:
     notes.extend(variant.start_notes.iter().cloned());
     notes.extend(sharing_notes(&variant.reduced));
     notes.extend(left_tables(&variant.reduced, &variant.model.programs, &result.series));
+    notes.extend(broken_rules(&variant.model.programs, &result.series));
     notes.extend(backwards(&variant.model, &result.series));
     notes.extend(of_figures);
     for Judged { result, note } in judged {

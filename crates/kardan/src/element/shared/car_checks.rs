@@ -44,6 +44,10 @@ pub(in crate::element) fn check_tyres(values: &Values) -> Vec<Mistake> {
             out.push(Mistake::new(key, message, "it is the force that a tyre bears at most, over its load"));
         }
     }
+    if values.number("shape").is_some_and(|c| c > 2.0) {
+        let message = "above two the force changes its sign at large slip";
+        out.push(Mistake::new("shape", message, "C is between 1 and 2, 1.3 for forces across"));
+    }
     if values.number("curvature").is_some_and(|e| e > 1.0) {
         let message = "above one the force changes its sign at large slip";
         out.push(Mistake::new("curvature", message, "E is at most 1, and often below zero"));

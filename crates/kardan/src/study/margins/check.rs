@@ -34,7 +34,7 @@ const LOOKS: [f64; 5] = [0.6, 0.7, 0.8, 0.9, 1.0];
 /// Periods of the map in that time, at least.
 const FEWEST: f64 = 50.0;
 
-/// Sampled controllers and slow sensors of a loop with their times, in words.
+/// Sampled controllers, slow sensors and blocks of a loop with their times, in words.
 fn together(variant: &PreparedVariant, parts: &[SampledPart]) -> Vec<String> {
     let controls = variant.model.controls.iter().zip(parts);
     let sampled = controls.filter_map(|(control, part)| Some((control, part.clock?.period)));
@@ -44,6 +44,11 @@ fn together(variant: &PreparedVariant, parts: &[SampledPart]) -> Vec<String> {
     slow.sort_by(|a, b| a.name.cmp(&b.name));
     slow.dedup_by(|a, b| a.name == b.name);
     out.extend(slow.iter().map(|sensor| format!("sensor `{}` ({} s)", sensor.name, sensor.period)));
+    let blocks = parts.iter().skip(variant.model.controls.len());
+    let mut periods: Vec<f64> = blocks.filter_map(|part| Some(part.clock?.period)).collect();
+    periods.sort_by(f64::total_cmp);
+    periods.dedup();
+    out.extend(periods.iter().map(|period| format!("blocks ({period} s)")));
     out
 }
 

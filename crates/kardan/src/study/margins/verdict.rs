@@ -120,7 +120,7 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
             value if value.is_finite() => {
                 format!("A lag of {} of its motors is just tolerated{}.", time(value), because(&lag.motion))
             }
-            _ => "A lag of its motors does not make it unstable.".into(),
+            _ => "No lag of its motors of up to 1 s makes it unstable.".into(),
         });
     }
     if let Some([down, up]) = &margins.gain_margin {
