@@ -166,6 +166,11 @@ impl Clocked {
         }
     }
 
+    /// Draws the noise of its sensors anew.
+    pub fn draw_anew(&mut self, seed: u64) {
+        self.sensors.iter_mut().for_each(|source| source.sampler.draw_anew(&source.name, seed));
+    }
+
     /// Where its clock stands and all that it remembers.
     pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
         keeper.word(&mut self.next);

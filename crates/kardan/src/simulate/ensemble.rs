@@ -40,6 +40,15 @@ const SAME: f64 = 1e-14;
 /// Takes the signals of a run that ends, by its number; nothing where it is to be left to the reference.
 pub type TakeRun<'t> = dyn FnMut(usize, Option<&mut Series>) + 't;
 
+/// What a run differs from others in: the values of what varies, and the seed of the noise of sensors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LaneRun {
+    /// The values.
+    pub values: Vec<f64>,
+    /// The seed.
+    pub seed: u64,
+}
+
 /// What all lanes share.
 struct Common {
     coefficients: Vec<(CoefficientKind, usize)>,
@@ -105,8 +114,8 @@ impl Ensemble {
         }))
     }
 
-    /// Runs one after the other, as many at a time as there are lanes: of each the values of what varies. They end in any order.
-    pub fn run(&mut self, runs: &[Vec<f64>], take: &mut TakeRun<'_>) {
+    /// Runs one after the other, as many at a time as there are lanes. They end in any order.
+    pub fn run(&mut self, runs: &[LaneRun], take: &mut TakeRun<'_>) {
         match &mut self.0 {
             Kind::One(group) => group.run(runs, take),
             Kind::Four(group) => group.run(runs, take),
@@ -164,15 +173,15 @@ impl<N: Lane> Group<N> {
         Some(Self { abreast, common, own: all, times: N::all(0.0), rooms: N::all(1.0), nexts: N::all(0.0) })
     }
 
-    fn run(&mut self, runs: &[Vec<f64>], take: &mut TakeRun<'_>) {
+    fn run(&mut self, runs: &[LaneRun], take: &mut TakeRun<'_>) {
         let mut waiting = runs.iter().enumerate();
         self.own.iter_mut().for_each(|own| own.run = None);
         loop {
             let mut busy = false;
             for lane in 0..N::COUNT {
                 while self.own[lane].run.is_none() {
-                    let Some((number, values)) = waiting.next() else { break };
-                    self.own[lane].begin(number, values, &self.common);
+                    let Some((number, run)) = waiting.next() else { break };
+                    self.own[lane].begin(number, run, &self.common);
                     self.nexts.lanes_mut()[lane] = 0.0;
                     self.proceed(lane, take);
                 }
@@ -298,10 +307,10 @@ impl Own {
         }
     }
 
-    /// Begins a run with these values of what varies.
-    fn begin(&mut self, number: usize, values: &[f64], common: &Common) {
+    /// Begins a run.
+    fn begin(&mut self, number: usize, run: &LaneRun, common: &Common) {
         (self.run, self.stands) = (Some(number), false);
-        self.machine.begin_anew(&common.coefficients, values, &common.clocked_laws);
+        self.machine.begin_anew(&common.coefficients, &run.values, (&common.clocked_laws, run.seed));
         self.state.fill(0.0);
         self.state[..common.start.len()].copy_from_slice(&common.start);
         self.machine.start_laws(&mut self.state);

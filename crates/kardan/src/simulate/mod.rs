@@ -24,7 +24,7 @@ mod taylor;
 mod walk;
 
 pub use counts::{Met, Turned};
-pub(crate) use ensemble::Ensemble;
+pub(crate) use ensemble::{Ensemble, LaneRun};
 pub use faults::{
     Failing, Faults, MechanicalFault, MechanicalFaultKind, MotorFault, MotorFaultKind, SensorFault, SensorFaultKind,
     UnitFault, UnitFaultKind,

@@ -89,6 +89,13 @@ impl Sampler {
         }
     }
 
+    /// Draws its noise anew, by its name and the seed.
+    pub fn draw_anew(&mut self, name: &str, seed: u64) {
+        if let Some((_, random)) = &mut self.noise {
+            *random = Random::named(seed, name);
+        }
+    }
+
     /// Whether it reads exactly and at once.
     pub fn is_ideal(&self) -> bool {
         self.resolution.is_none() && self.period.is_none() && self.noise.is_none()

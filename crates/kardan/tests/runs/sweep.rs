@@ -449,3 +449,75 @@ lists = { wn = [\"5 rad/s\", \"20 rad/s\", \"30 rad/s\"], unit = [\"0.8 kg m^2\"
         ]
     );
 }
+
+/// Each sample draws the noise of its sensors by itself: what a law commands by it has a mean of zero, and no sample tells of the next one. In lanes and one by one they are
+/// the same draws; rows again have their bits; samples that are compared with each other have the same noise.
+#[test]
+fn noise_is_drawn_anew_in_each_sample() {
+    let text = |points: &str| {
+        format!(
+            "\
+[shaft.a]
+inertia = \"1 kg m^2 ± 20 %\"
+[motor.m]
+shaft = \"a\"
+[sensor.e]
+measures = \"angle\"
+shaft = \"a\"
+noise = \"0.01 rad\"
+sample_time = \"10 ms\"
+[control.hold]
+law = \"sampled_noninteracting\"
+sample_time = \"10 ms\"
+[[control.hold.channels]]
+output = \"a.phi\"
+input = \"m\"
+bandwidth = \"10 rad/s\"
+reference = \"r\"
+[control.hold.observer]
+sensors = [\"e.phi\"]
+[scenario]
+duration = \"0.2 s\"
+output_step = \"10 ms\"
+[[figure]]
+name = \"torque\"
+signal = \"m.tau\"
+measure = \"final\"
+[[figure]]
+name = \"end\"
+signal = \"a.phi\"
+measure = \"final\"
+[sweep]
+{points}
+"
+        )
+    };
+    let project = Project::open(text("points = \"random\"").as_str());
+    assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+    let automatic = SweepSettings { run: Settings { method: Method::Automatic, ..Settings::default() }, ..of(400) };
+    let (rows, found) = swept(&project, &automatic);
+    assert!(found.compared.as_ref().is_some_and(|told| told.difference < 1e-9), "{:?} {:?}", found.compared, rows[0]);
+    let torques: Vec<f64> = rows.iter().map(|row| row.figures[0]).collect();
+    let count = torques.len() as f64;
+    let size = (torques.iter().map(|x| x * x).sum::<f64>() / count).sqrt();
+    let mean = torques.iter().sum::<f64>() / count;
+    let next = torques.windows(2).map(|two| two[0] * two[1]).sum::<f64>() / count;
+    assert!(size > 0.0 && mean.abs() < 4.0 * size / count.sqrt() && next.abs() < 4.0 * size * size / count.sqrt());
+    let one = SweepSettings { run: Settings { method: Method::Taylor, ..of(400).run }, ..of(400) };
+    let (alone, _) = swept(&project, &one);
+    for (row, other) in rows.iter().zip(&alone) {
+        assert!((row.figures[0] - other.figures[0]).abs() < 1e-9 * size, "{row:?} {other:?}");
+    }
+    let plan = project.sweep_plan(&automatic).expect("a plan");
+    let values = vec![("a.inertia".to_string(), rows[17].values[0])];
+    let row = RowAgain { sample: 17, variant: "model".into(), values };
+    let again = project.rows_again(&plan.head.identity, &[row], &automatic.run).expect("a row of this model");
+    let study = again.run(&Settings { runs_only: true, ..automatic.run }, &Silent).expect("a run");
+    assert_eq!(study.runs[0].figures[0].value, Some(rows[17].figures[0]));
+    let same = Project::open(text("points = \"grid\"\nlevels = 5").as_str());
+    let (rows, found) = swept(&same, &SweepSettings::default());
+    // The inertia changes little of it, and steadily.
+    let torques: Vec<f64> = rows.iter().map(|row| row.figures[0]).collect();
+    assert!(torques.windows(2).all(|two| (two[0] - two[1]).abs() < 0.2 * size), "{torques:?} of {size}");
+    assert!(found.notes.iter().any(|note| note.contains("the same in all samples")), "{:?}", found.notes);
+}

@@ -852,12 +852,12 @@ impl Machine {
         keeper.words()
     }
 
-    /// Takes values of the coefficients that are given, and laws with a clock, and stands where a run begins.
+    /// Takes values of the coefficients that are given, laws with a clock, and a seed for the noise of their sensors, and stands where a run begins.
     pub(in crate::simulate) fn begin_anew(
         &mut self,
         coefficients: &[(CoefficientKind, usize)],
         values: &[f64],
-        clocked_laws: &[u64],
+        (clocked_laws, seed): (&[u64], u64),
     ) {
         for (coefficient, value) in coefficients.iter().zip(values) {
             self.dynamics.take_coefficient(*coefficient, *value);
@@ -884,6 +884,7 @@ impl Machine {
         for clocked in self.laws.iter_mut().filter_map(Wired::clocked_mut) {
             clocked.keep(&mut keeper);
             clocked.take_springs(&self.dynamics);
+            clocked.draw_anew(seed);
         }
     }
 

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use super::rows::{fill, sampled};
+use super::rows::{fill, sampled, seed_of};
 use super::varied::Varied;
 use crate::assemble::CoefficientKind;
 use crate::model::tables::Measure;
@@ -13,7 +13,7 @@ use crate::model::{Document, VariantSettings};
 use crate::num::rational_from_f64;
 use crate::reduce::Reduced;
 use crate::results::{Effort, Energy, IntegrationMethod, Outcome, Run, Series, SweepRow};
-use crate::simulate::{Ensemble, Recorded, RunResult, Scenario, Setup, Tolerance};
+use crate::simulate::{Ensemble, LaneRun, Recorded, RunResult, Scenario, Setup, Tolerance};
 use crate::study::figure::FigureOf;
 use crate::study::requirement::Requirement;
 use crate::study::run::judged;
@@ -38,6 +38,8 @@ pub(super) struct Abreast<'p> {
     from: Vec<(usize, f64)>,
     tolerance: Tolerance,
     count: Option<usize>,
+    /// Whether each sample draws the noise of its sensors anew.
+    draws: bool,
     /// Lanes that wait.
     ready: Mutex<Vec<Ensemble>>,
 }
@@ -74,7 +76,7 @@ impl<'p> Abreast<'p> {
         (document, prepared): (&Document, &Prepared),
         (variant, own): (&'p PreparedVariant, &VariantSettings),
         spread: &[Varied],
-        (tolerance, recorded, count): (Tolerance, &Recorded, Option<usize>),
+        (tolerance, recorded, (count, draws)): (Tolerance, &Recorded, (Option<usize>, bool)),
     ) -> Option<Self> {
         let measures = prepared.figures.iter().filter_map(|figure| match &figure.of {
             FigureOf::Measure(measure) => Some(&**measure),
@@ -87,7 +89,7 @@ impl<'p> Abreast<'p> {
         }
         let base: Vec<f64> = spread.iter().map(|varied| varied.distribution.quantile(BASE)).collect();
         let prepared_with = |values: &[f64]| {
-            let found = sampled(document, (variant, own), spread, values).ok();
+            let found = sampled(document, (variant, own), spread, (values, None)).ok();
             found.filter(|found| has_same_laws(found, variant))
         };
         let first = prepared_with(&base)?;
@@ -143,6 +145,7 @@ impl<'p> Abreast<'p> {
             from: varying.iter().map(|(_, from)| *from).collect(),
             tolerance,
             count,
+            draws,
             ready: Mutex::new(Vec::new()),
         };
         let first = out.ensemble()?;
@@ -160,22 +163,24 @@ impl<'p> Abreast<'p> {
         self.ready.lock().unwrap_or_else(PoisonError::into_inner).push(ensemble);
     }
 
-    /// Values of its coefficients, where all of them have the signs that they are to have.
-    fn values(&self, row: &SweepRow) -> Option<Vec<f64>> {
+    /// What is given to a run of its own, where all coefficients have the signs that they are to have.
+    fn run_of(&self, row: &SweepRow) -> Option<LaneRun> {
         let values: Vec<f64> = self.from.iter().map(|(from, part)| row.values[*from] * part).collect();
-        values.iter().all(|value| *value > 0.0).then_some(values)
+        let own = self.scenario.seed;
+        let seed = if self.draws { seed_of(own, row.sample) } else { own };
+        values.iter().all(|value| *value > 0.0).then_some(LaneRun { values, seed })
     }
 
     /// Fills rows of this variant; tells of each whether it is.
     pub fn fill(&self, prepared: &Prepared, rows: &mut [&mut SweepRow], done: &(dyn Fn() + Sync)) -> Vec<bool> {
         let chunk = |rows: &mut [&mut SweepRow]| -> Vec<bool> {
-            let given: Vec<(usize, Vec<f64>)> =
-                rows.iter().enumerate().filter_map(|(k, row)| Some((k, self.values(row)?))).collect();
-            let (places, values): (Vec<usize>, Vec<Vec<f64>>) = given.into_iter().unzip();
+            let given: Vec<(usize, LaneRun)> =
+                rows.iter().enumerate().filter_map(|(k, row)| Some((k, self.run_of(row)?))).collect();
+            let (places, runs): (Vec<usize>, Vec<LaneRun>) = given.into_iter().unzip();
             let mut filled = vec![false; rows.len()];
             let run = AssertUnwindSafe(|| {
                 let Some(mut ensemble) = self.ensemble() else { return };
-                ensemble.run(&values, &mut |number, series| {
+                ensemble.run(&runs, &mut |number, series| {
                     let Some(series) = series else { return };
                     let row = &mut *rows[places[number]];
                     self.tell(prepared, row, series);

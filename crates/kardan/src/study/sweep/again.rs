@@ -1,7 +1,7 @@
 //! Rows of a sweep once more, as whole runs.
 
 use super::integrated;
-use super::rows::{blank, sampled, settings_with};
+use super::rows::{blank, sampled, seed_of, settings_with};
 use super::varied::Varied;
 use super::wanted::wanted;
 use crate::diagnostics::{Diagnostic, quoted};
@@ -53,6 +53,8 @@ impl Project {
             return refused(message, "choose some with `--sample 17,203` and `--variant NAME`");
         }
         let varied = prepared.sweep.as_ref().map(|spec| self.with_laws(&spec.varied)).unwrap_or_default();
+        let searched = [", --worst ", ", --rare "].iter().any(|search| identity.contains(search));
+        let draws = prepared.sweep.as_ref().is_some_and(|spec| spec.filling.draws()) && !searched;
         let all_settings = self.document().variant_settings();
         let mut variants = Vec::new();
         for row in rows {
@@ -66,8 +68,9 @@ impl Project {
                 let message = format!("row {} of `{}` does not have {names}", row.sample, row.variant);
                 return refused(message, "run with the model that made the rows");
             };
+            let seed = draws.then(|| seed_of(variant.scenario.seed, row.sample));
             let all = settings_with(own, varied.iter().zip(values.iter().copied()));
-            let mut found = sampled(self.document(), (variant, own), &varied, &values)?;
+            let mut found = sampled(self.document(), (variant, own), &varied, (&values, seed))?;
             found.name = format!("{}_sample-{}", row.variant, row.sample);
             for one in &varied {
                 let told = &mut found.model.parameters;
@@ -80,7 +83,7 @@ impl Project {
                 }
             }
             let from = (variant, own, values.as_slice());
-            found.swept = self.swept(from, (&varied, settings)).map(Box::new);
+            found.swept = self.swept(from, (&varied, settings), (row.sample, draws)).map(Box::new);
             variants.push(found.into());
         }
         let names = |own: &[String]| named(own, rows);
@@ -105,12 +108,13 @@ impl Project {
         &self,
         (variant, own, values): (&PreparedVariant, &VariantSettings, &[f64]),
         (spread, settings): (&[Varied], &Settings),
+        (sample, draws): (u64, bool),
     ) -> Option<SweepRow> {
         let prepared = self.prepared();
         let number = prepared.all().position(|other| other.name == variant.name)?;
         let (recorded, one_lane) = (wanted(prepared), Some(1));
-        let lanes = self.lanes_of((variant, own), spread, settings, (&recorded, one_lane), &Silent)?;
-        let mut row = SweepRow { variant: number, values: values.to_vec(), ..blank(prepared) };
+        let lanes = self.lanes_of((variant, own), spread, settings, (&recorded, (one_lane, draws)), &Silent)?;
+        let mut row = SweepRow { sample, variant: number, values: values.to_vec(), ..blank(prepared) };
         let filled = lanes.fill(prepared, &mut [&mut row], &|| ());
         filled.into_iter().all(|filled| filled).then_some(row)
     }

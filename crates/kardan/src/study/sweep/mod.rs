@@ -32,7 +32,7 @@ use goal::target;
 pub use plan::{Shard, SweepPlan, SweepSettings};
 use points::{Filling, axes, combinations, moved};
 use rare::{CHAIN, MOST_LEVELS};
-use rows::{blank, difference, fill, sampled};
+use rows::{blank, difference, fill, sampled, seed_of};
 use spec::MOST_SAMPLES;
 pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
@@ -196,7 +196,8 @@ impl Project {
         let known_of = |block: u64| known.range(plan.samples_of(block..block + 1));
         let mut course = Course::of(plan);
         let recorded = wanted(prepared);
-        let lanes = |variant| self.lanes_of(variant, &plan.spread, settings, (&recorded, plan.lanes), progress);
+        let lanes =
+            |variant| self.lanes_of(variant, &plan.spread, settings, (&recorded, (plan.lanes, plan.draws())), progress);
         let abreast: Vec<Option<Abreast<'_>>> = chosen.iter().copied().map(lanes).collect();
         let mut ended = None;
         for block in plan.own_blocks() {
@@ -327,7 +328,8 @@ impl Project {
     ) {
         let number = row.variant;
         let run = || {
-            let found = sampled(self.document(), (variant, own), &plan.spread, &row.values);
+            let seed = plan.draws().then(|| seed_of(variant.scenario.seed, row.sample));
+            let found = sampled(self.document(), (variant, own), &plan.spread, (&row.values, seed));
             let mut ready = found.map_err(|mistakes| {
                 let first = mistakes.iter().find(|mistake| is_error(mistake));
                 first.map_or_else(|| "it cannot be prepared".into(), |one| format!("{}: {}", one.code, one.message))
@@ -354,7 +356,7 @@ impl Project {
         variant: (&'p PreparedVariant, &VariantSettings),
         spread: &[Varied],
         settings: &Settings,
-        (recorded, lanes): (&Recorded, Option<usize>),
+        (recorded, lanes): (&Recorded, (Option<usize>, bool)),
         progress: &dyn Progress,
     ) -> Option<Abreast<'p>> {
         if settings.method != Method::Automatic {

@@ -55,6 +55,11 @@ pub struct Shard {
 }
 
 impl SweepPlan {
+    /// Whether its samples are draws, each with noise of its own; a search and what compares samples pair by pair have the same noise in all of them.
+    pub(super) fn draws(&self) -> bool {
+        self.filling.draws() && self.goal.sought().is_none()
+    }
+
     /// The values of a sample, SI: they follow from the seed and its number alone; those of a search from the samples before it too, and are not told here.
     pub fn values(&self, sample: u64) -> Vec<f64> {
         let places: Vec<f64> = self.axes.iter().map(|axis| axis.at(sample)).collect();

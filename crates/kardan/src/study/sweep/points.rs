@@ -37,6 +37,11 @@ pub(super) enum Filling {
 pub(super) const MORRIS_STEP: f64 = 0.6;
 
 impl Filling {
+    /// Whether points are draws of the distributions.
+    pub fn draws(self) -> bool {
+        matches!(self, Self::Random | Self::LatinHypercube | Self::Sobol | Self::Halton)
+    }
+
     /// The words of files, in order.
     pub fn named(word: &str, levels: u64) -> Self {
         match word {

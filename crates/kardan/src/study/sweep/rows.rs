@@ -3,7 +3,7 @@
 use super::varied::Varied;
 use crate::diagnostics::Diagnostic;
 use crate::model::{Document, Setting, VariantSettings};
-use crate::num::rational_from_f64;
+use crate::num::{Random, rational_from_f64};
 use crate::results::{Outcome, Run, SweepRow};
 use crate::study::prepare::prepare_sample;
 use crate::study::{Prepared, PreparedVariant};
@@ -24,7 +24,12 @@ pub(super) fn settings_with<'v>(
     all
 }
 
-/// A variant with the values of a sample. Its laws are those of the values in the file, and of the sample where these stand in laws alone.
+/// The seed of the noise of sensors in a sample, where that of the scenario is `own`.
+pub(super) fn seed_of(own: u64, sample: u64) -> u64 {
+    Random::named(own, &format!("sample {sample}")).next_u64()
+}
+
+/// A variant with the values of a sample, and a seed for the noise of its sensors, where that is drawn anew. Its laws are those of the values in the file, and of the sample where these stand in laws alone.
 ///
 /// # Errors
 /// What speaks against these values.
@@ -32,11 +37,14 @@ pub(super) fn sampled(
     document: &Document,
     (variant, own): (&PreparedVariant, &VariantSettings),
     spread: &[Varied],
-    values: &[f64],
+    (values, seed): (&[f64], Option<u64>),
 ) -> Result<PreparedVariant, Vec<Diagnostic>> {
     let pairs = || spread.iter().zip(values.iter().copied());
     let with = |settings: &[Setting], designed: Option<&PreparedVariant>| {
-        prepare_sample(document, (&variant.name, designed), (settings, own.controls.as_deref(), &own.faults))
+        let own = (settings, own.controls.as_deref(), &own.faults[..]);
+        let mut found = prepare_sample(document, (&variant.name, designed), own)?;
+        found.scenario.seed = seed.unwrap_or(found.scenario.seed);
+        Ok(found)
     };
     let all = settings_with(own, pairs());
     if spread.iter().all(|varied| varied.laws.is_empty()) {

@@ -7,10 +7,11 @@ use super::plan::{Shard, SweepPlan};
 use super::points::{Filling, moved};
 use super::region::{self, failing_rules};
 use super::together::factors;
+use crate::equations::Sensor;
 use crate::results::{
     Sweep, SweepRows, SweptAt, SweptCompared, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst,
 };
-use crate::study::Prepared;
+use crate::study::{Prepared, PreparedVariant};
 
 /// Axes that Halton's sequence fills evenly with few samples.
 const MOST_OF_HALTON: usize = 8;
@@ -198,6 +199,19 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
     }
     if found.requirements.iter().any(|one| !one.rules.is_empty()) {
         notes.push(region::NOTE.into());
+    }
+    let noisy = |variant: &PreparedVariant| {
+        let noise = |sensor: &Sensor| sensor.noise.is_some();
+        variant.reduced.equations.sensors.iter().any(|(_, sensor)| noise(sensor)) || !variant.scenario.faults.is_empty()
+    };
+    if prepared.all().any(noisy) {
+        notes.push(
+            match plan.draws() {
+                true => "Noise of sensors, and what faults draw, is drawn anew for each sample; signals of the kind `noise` are the same in all.",
+                false => "Noise of sensors is the same in all samples, so that they can be compared.",
+            }
+            .into(),
+        );
     }
     if prepared.all().any(|variant| !variant.running.is_empty()) {
         notes.push(
