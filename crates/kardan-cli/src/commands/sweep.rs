@@ -423,6 +423,12 @@ fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<SweepRo
             let help = "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR";
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
+        let page = out.join("sweep.html");
+        if files.is_empty() && plan.shard.is_none() && !args.force && page.exists() {
+            let message = format!("`{}` is there already, without rows of a sweep", page.display());
+            let help = "replace it with `--force`, or name another folder with --out DIR";
+            return Err(Diagnostic::error("output::folder", message).help(help));
+        }
         return Ok(SweepRows::default());
     }
     let mut rows = SweepRows::default();
@@ -443,9 +449,20 @@ fn rows_of(plan: &SweepPlan, block: u64, path: &Path) -> Result<Vec<SweepRow>, S
     let found = read.and_then(|bytes| export::read_sweep_rows(&plan.head, bytes))?;
     let samples = plan.samples_of(block..block.saturating_add(1));
     let own = found.iter().filter(|row| samples.contains(&row.sample)).count();
-    match own == found.len() && own == samples.count() * plan.head.variants.len() {
-        true => Ok(found),
-        false => Err("it does not hold all rows of its block".into()),
+    if own != found.len() || own != samples.count() * plan.head.variants.len() {
+        return Err("it does not hold all rows of its block".into());
+    }
+    // Where samples follow from their numbers alone, what was damaged is seen.
+    let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+    let differs = |row: &&SweepRow| {
+        let values = plan.values(row.sample);
+        !values.is_empty() && bits(&values) != bits(&row.values)
+    };
+    match found.iter().find(differs) {
+        None => Ok(found),
+        Some(row) => {
+            Err(format!("sample {} has other values than follow from its number: the file was damaged", row.sample))
+        }
     }
 }
 

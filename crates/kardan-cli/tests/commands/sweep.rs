@@ -130,6 +130,31 @@ fn the_page_of_a_search_has_bounds() {
     assert!(page.contains("the worst that was found") && at.join("o/worst.html").is_file());
 }
 
+/// Rows whose values do not follow from their numbers are not gone on with: a bit of one was turned.
+#[test]
+fn damaged_rows_are_seen() {
+    let at = folder("damaged");
+    fs::write(at.join("m.toml"), MODEL).unwrap();
+    let sweep = |more: &[&str]| kardan(&at, &[&["sweep", "m.toml", "--samples", "64", "--out", "o"], more].concat());
+    assert_eq!(sweep(&[]).status.code(), Some(1));
+    let path = at.join("o/rows-000000.parquet");
+    let whole = fs::read(&path).unwrap();
+    // The first value of the inertia, where it stands as it is.
+    let table = kardan(&at, &["sweep", "m.toml", "--samples", "64", "--json"]);
+    assert!(table.status.code() == Some(1) && sweep(&["--resume"]).status.code() == Some(1));
+    let inertia = (0..whole.len() - 8).find(|at| {
+        let value = f64::from_le_bytes(whole[*at..*at + 8].try_into().unwrap());
+        (1.8..2.2).contains(&value)
+    });
+    let mut turned = whole.clone();
+    turned[inertia.expect("a value") + 3] ^= 1;
+    fs::write(&path, turned).unwrap();
+    let got = sweep(&["--resume"]);
+    let told = String::from_utf8_lossy(&got.stderr).into_owned();
+    assert_eq!(got.status.code(), Some(2), "{told}");
+    assert!(told.contains("damaged") && told.contains("rows-000000.parquet"), "{told}");
+}
+
 /// What is missing is made, and nothing else; rows of another sweep are refused.
 #[test]
 fn it_goes_on_where_it_ended() {

@@ -7,7 +7,7 @@ use crate::text::{escape, figure, number};
 use kardan::results::{
     DisplayUnit, Sweep, SweptBound, SweptRare, SweptRequirement, SweptRule, SweptValues, SweptWorst, Verdict,
 };
-use kardan_rt::functions::log10;
+use kardan_rt::functions::{log10, powi};
 
 /// Digits of a number.
 const DIGITS: usize = 4;
@@ -144,6 +144,7 @@ fn verdict(found: &Sweep) -> Verdict {
     let failing = found.requirements.iter().filter(never).count();
     let all = found.requirements.len();
     let mut text = match (all, failing) {
+        _ if found.rows == 0 => "Nothing was run".into(),
         (0, _) => format!("{} runs", found.rows),
         (_, 0) => format!("Every requirement holds in all of {} runs", found.rows),
         _ => format!("{failing} of {all} requirements fail in some of {} runs", found.rows),
@@ -184,6 +185,16 @@ fn share(part: f64, digits: usize) -> String {
     told.trim_end_matches('0').trim_end_matches('.').into()
 }
 
+/// A probability with two digits, rounded up: it is a bound.
+fn at_most(probability: f64) -> String {
+    if !(probability > 0.0 && probability < 1.0) {
+        return figure(probability, 2);
+    }
+    let size = powi(10.0, 1 - log10(probability).floor() as i32);
+    // What two digits tell exactly stays.
+    figure((probability * size - 1e-9).ceil() / size, 2)
+}
+
 fn requirements(found: &Sweep) -> Body {
     // Intervals of samples until they are narrow are wider, and hold together with that confidence.
     let interval = format!("#{} % interval", number(100.0 * found.confidence));
@@ -198,7 +209,7 @@ fn requirements(found: &Sweep) -> Body {
             one.failed.to_string(),
             one.probability.map_or_else(String::new, percent),
             interval.unwrap_or_default(),
-            one.interval.map_or_else(String::new, |[low, _]| figure(1.0 - low, 2))
+            one.interval.map_or_else(String::new, |[low, _]| at_most(1.0 - low))
         ]);
         cells
     };

@@ -35,7 +35,8 @@ pub(super) const PID: BlockKind = BlockKind {
     summary: "A PID controller: filtered derivative, setpoint weights, bounds with anti-windup by back-calculation, bumpless switching.",
     formula: "v = K (b r - y) + I + D, answer = v within the bounds, rate of I = Ki (r - y) + (answer - v)/Tt, D = Kd s (c r - y)/(1 + Tf s).\n\
               At a sample time h: I by the forward, D by the backward difference (Åström and Hägglund, Advanced PID Control). Without Ki, I is\n\
-              what bridges a switching, and fades: rate of I = -I/Tt.",
+              what bridges a switching, and fades: rate of I = -I/Tt. At every instant the filter of D starts at zero, so that a measurement which does not\n\
+              is a step for it; at a sample time it starts where the first sample finds it.",
     fields: Pid::FIELDS,
     example: "\
 [block.position]

@@ -296,6 +296,9 @@ fn a_tolerance_with_a_confidence_is_normal() {
     let project = Project::open(MODEL.replace("\"4 N m\"", shown).replace(" ± 10 %", ""));
     assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
     let plan = project.sweep_plan(&of(20)).unwrap();
+    assert!(plan.head.varied[0].distribution.starts_with("normal in halves, peak 1,"), "{:?}", plan.head.varied);
+    let even = Project::open(MODEL.replace("\"4 N m\"", "\"1 N m [0.9, 1.1] 95 %\"").replace(" ± 10 %", ""));
+    let plan = even.sweep_plan(&of(20)).unwrap();
     assert!(plan.head.varied[0].distribution.starts_with("normal, mean 1,"), "{:?}", plan.head.varied);
 }
 
@@ -520,4 +523,20 @@ measure = \"final\"
     let torques: Vec<f64> = rows.iter().map(|row| row.figures[0]).collect();
     assert!(torques.windows(2).all(|two| (two[0] - two[1]).abs() < 0.2 * size), "{torques:?} of {size}");
     assert!(found.notes.iter().any(|note| note.contains("the same in all samples")), "{:?}", found.notes);
+}
+
+/// An interval with a confidence holds so much of the samples, also where its value is not in the middle.
+#[test]
+fn uneven_intervals_hold_what_they_say() {
+    let text = MODEL.replace("2 kg m^2 ± 10 %", "2 kg m^2 [1.9, 2.4] 90 %");
+    let (rows, found) = swept(&Project::open(text.as_str()), &of(2000));
+    let inside = rows.iter().filter(|row| (1.9..2.4).contains(&row.values[0])).count();
+    // A Latin hypercube has them to one of each end.
+    assert!((1798..=1802).contains(&inside), "{inside}");
+    let deviation = |far: f64| far / 1.644_853_626_951_472_2;
+    let told = &found.varied[0].distribution;
+    assert!(
+        told.contains("normal in halves, peak 2") && told.contains(&format!("{:.4}", deviation(0.4))[..5]),
+        "{told}"
+    );
 }

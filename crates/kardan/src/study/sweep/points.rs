@@ -266,6 +266,9 @@ pub(super) enum Distribution {
     Uniform { from: f64, to: f64 },
     /// Normal, cut off at two ends, which may be infinite.
     Normal { mean: f64, deviation: f64, from: f64, to: f64 },
+    /// Of two normal halves that meet at the peak, cut off at two ends (Fechner's two-piece normal): with as much below a quantile of the one as above that of
+    /// the other, both by their own deviations.
+    Halves { peak: f64, below: f64, above: f64, from: f64, to: f64 },
     /// From one end up to the peak and down to the other.
     Triangular { from: f64, peak: f64, to: f64 },
     /// These alone, all alike.
@@ -286,7 +289,7 @@ impl Distribution {
     /// Whether it goes on without an end below, and above.
     pub fn is_open(&self) -> [bool; 2] {
         match self {
-            Self::Normal { from, to, .. } => [from.is_infinite(), to.is_infinite()],
+            Self::Normal { from, to, .. } | Self::Halves { from, to, .. } => [from.is_infinite(), to.is_infinite()],
             _ => [false; 2],
         }
     }
@@ -299,6 +302,21 @@ impl Distribution {
                 let [low, high] = [from, to].map(|end| normal_below((end - mean) / deviation));
                 let part = low + (high - low) * part;
                 (mean - deviation * normal_quantile(part)).clamp(*from, *to)
+            }
+            Self::Halves { peak, below, above, from, to } => {
+                // Which part of all lies below the peak, and below a value.
+                let left = below / (below + above);
+                let part_below = |value: f64| match value < *peak {
+                    true => 2.0 * left * normal_below((value - peak) / below),
+                    false => 1.0 - 2.0 * (1.0 - left) * normal_below((peak - value) / above),
+                };
+                let [low, high] = [*from, *to].map(part_below);
+                let part = low + (high - low) * part;
+                let value = match part < left {
+                    true => peak - below * normal_quantile(0.5 * part / left),
+                    false => peak + above * normal_quantile(0.5 * (1.0 - part) / (1.0 - left)),
+                };
+                value.clamp(*from, *to)
             }
             Self::Triangular { from, peak, to } => {
                 let (width, rise) = (to - from, peak - from);
@@ -349,6 +367,28 @@ mod tests {
 
     fn axis(filling: Filling, seed_and_count: (u64, u64)) -> Axis {
         axes(filling, seed_and_count, [("x", &UNIT)].into_iter(), &[]).remove(0)
+    }
+
+    /// Halves of an interval of 95 % hold that much in it and meet where they should; cut off at an end they keep their shape.
+    #[test]
+    fn halves_hold_what_their_interval_says() {
+        let two_sided = 1.959_963_984_540_054;
+        let halves = |from: f64| Distribution::Halves {
+            peak: 100.0,
+            below: 10.0 / two_sided,
+            above: 30.0 / two_sided,
+            from,
+            to: f64::INFINITY,
+        };
+        let all = halves(f64::NEG_INFINITY);
+        // A quarter of all lies below the peak: the tails are 2·1/4·2.5 % and 2·3/4·2.5 %.
+        for (part, value) in [(0.0125, 90.0), (0.25, 100.0), (0.9625, 130.0)] {
+            assert!((all.quantile(part) - value).abs() < 1e-9, "{part}: {}", all.quantile(part));
+        }
+        let [just_below, just_above] = [0.25 - 1e-9, 0.25 + 1e-9].map(|part| all.quantile(part));
+        assert!(just_below < 100.0 && just_above > 100.0 && just_above - just_below < 1e-6);
+        let cut = halves(90.0);
+        assert!(cut.quantile(1e-15) >= 90.0 && (cut.quantile((0.25 - 0.0125) / (1.0 - 0.0125)) - 100.0).abs() < 1e-9);
     }
 
     /// Sobol's first 2^m points have one in each box of that area of the first two axes, whatever the shift; means over the cube come out far closer than

@@ -4,6 +4,7 @@
 
 use kardan_rt::functions::{exp, ln};
 
+use super::answers::{CONFIDENCE, clopper_pearson};
 use super::points::{Axis, Filling, axes, score};
 use super::varied::Varied;
 use crate::num::Random;
@@ -168,6 +169,11 @@ impl Rare {
     /// it held the probability of 3e-5 and 1e-6 for 94 % to 99 % of 200 seeds each, that of independent levels alone for 85 % to 91 %.
     pub fn interval(&self) -> Option<[f64; 2]> {
         let (probability, [apart, whole]) = self.probability()?;
+        // What fails in a tenth of the first samples, or more, are draws of the distributions.
+        if let [only] = &self.levels[..] {
+            let failing = (only.part * only.samples as f64).round() as u64;
+            return Some(clopper_pearson(failing, only.samples, CONFIDENCE));
+        }
         let deviation = 0.5 * (apart + whole);
         // A product of many factors: its logarithm is about normal.
         let size = ln(1.0 + deviation * deviation).sqrt();
@@ -246,6 +252,11 @@ mod tests {
         assert_eq!(often.levels().0.len(), 1);
         assert!((deviation - ((1.0 - probability) / (probability * 500.0)).sqrt()).abs() < 1e-15);
         assert!((probability - normal_below(-0.5)).abs() < 4.0 * deviation * probability);
+        // One level are draws: where all of them fail, the interval of Clopper and Pearson still has a width.
+        assert_eq!(often.interval().unwrap(), clopper_pearson((probability * 500.0).round() as u64, 500, 0.95));
+        let always = ran(1, 20, 1, |_| -1.0);
+        let [low, high] = always.interval().unwrap();
+        assert!((low - 0.025f64.powf(1.0 / 200.0)).abs() < 1e-9 && high == 1.0, "{low} {high}");
         for (margin, told) in [(1.0, "same margin"), (f64::INFINITY, "same margin")] {
             let found = ran(1, 20, 2, |_| margin);
             assert!(found.probability().is_none() && found.levels().1.unwrap().contains(told));

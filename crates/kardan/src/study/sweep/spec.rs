@@ -19,6 +19,8 @@ pub(super) const MOST_SAMPLES: u64 = 10_000_000;
 const LEVELS: u64 = 5;
 /// An end of a normal distribution is at most so many deviations on the other side of its mean.
 const MOST_DEVIATIONS: f64 = 6.0;
+/// Part of an interval by which rounding alone may make its sides uneven.
+const EVEN: f64 = 1e-12;
 
 /// What is tried.
 #[derive(Debug, Clone, PartialEq)]
@@ -257,14 +259,22 @@ fn tolerances(document: &Document) -> Vec<Varied> {
         let distribution = match &one.confidence {
             None => Distribution::Uniform { from, to },
             Some(confidence) => {
-                let deviation = 0.5 * (to - from) / two_sided_normal(1.0 - confidence.to_f64());
+                let deviations = two_sided_normal(1.0 - confidence.to_f64());
+                let [below, above] = [nominal - from, to - nominal].map(|far| far / deviations);
                 // No value changes its sign.
                 let [low, high] = match () {
                     () if nominal > 0.0 => [0.0, f64::INFINITY],
                     () if nominal < 0.0 => [f64::NEG_INFINITY, 0.0],
                     () => [f64::NEG_INFINITY, f64::INFINITY],
                 };
-                Distribution::Normal { mean: nominal, deviation, from: low, to: high }
+                // Of an uneven interval each side has a half of its own: as much lies outside as is said.
+                match (below - above).abs() <= EVEN * (below + above) {
+                    true => {
+                        let deviation = 0.5 * (below + above);
+                        Distribution::Normal { mean: nominal, deviation, from: low, to: high }
+                    }
+                    false => Distribution::Halves { peak: nominal, below, above, from: low, to: high },
+                }
             }
         };
         let text = in_words(&distribution, one.dimension);

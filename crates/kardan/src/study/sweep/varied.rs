@@ -97,16 +97,23 @@ pub(super) fn in_words(distribution: &Distribution, dimension: Dimension) -> Str
     let unit = dimension.si();
     let with = |text: String| if unit.is_empty() { text } else { format!("{text} {unit}") };
     let digits = |value: &f64| in_digits(in_15_digits(*value));
+    let cut = |from: &f64, to: &f64| match (from.is_finite(), to.is_finite()) {
+        (false, false) => String::new(),
+        (true, false) => format!(", above {}", digits(from)),
+        (false, true) => format!(", below {}", digits(to)),
+        (true, true) => format!(", between {} and {}", digits(from), digits(to)),
+    };
     match distribution {
         Distribution::Uniform { from, to } => with(format!("uniform from {} to {}", digits(from), digits(to))),
         Distribution::Normal { mean, deviation, from, to } => {
-            let cut = match (from.is_finite(), to.is_finite()) {
-                (false, false) => String::new(),
-                (true, false) => format!(", above {}", digits(from)),
-                (false, true) => format!(", below {}", digits(to)),
-                (true, true) => format!(", between {} and {}", digits(from), digits(to)),
-            };
-            with(format!("normal, mean {}, deviation {}{cut}", digits(mean), digits(deviation)))
+            with(format!("normal, mean {}, deviation {}{}", digits(mean), digits(deviation), cut(from, to)))
+        }
+        Distribution::Halves { peak, below, above, from, to } => {
+            let [peak, below, above] = [peak, below, above].map(digits);
+            with(format!(
+                "normal in halves, peak {peak}, deviation {below} to below and {above} to above{}",
+                cut(from, to)
+            ))
         }
         Distribution::Triangular { from, peak, to } => {
             with(format!("triangular from {} by {} to {}", digits(from), digits(peak), digits(to)))
