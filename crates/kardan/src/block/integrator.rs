@@ -43,6 +43,10 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     let zero = Wiring::zero();
     let start = wiring.of("initial", dimension)?.unwrap_or(zero);
     let [low, high] = wiring.bounds(dimension)?;
+    if wiring.given.contains_key("initial") {
+        low.map_or(Ok(()), |low| wiring.in_order(["low", "initial"], [low, start], dimension))?;
+        high.map_or(Ok(()), |high| wiring.in_order(["initial", "high"], [start, high], dimension))?;
+    }
     let (reset, reset_to) = (wiring.of("reset", Dimension::NONE)?, wiring.of("reset_to", dimension)?);
     if reset.is_none() && reset_to.is_some() {
         return Err(mistake("reset_to", "`reset_to` is for a `reset`, which is not given", "add `reset`"));

@@ -4,7 +4,7 @@ use super::kind::{Given, Made, ManoeuvreKind, Need};
 pub(super) const SINE_WITH_DWELL: ManoeuvreKind = ManoeuvreKind {
     keyword: "sine_with_dwell",
     summary: "The sine with dwell of FMVSS 126 and UN R140.",
-    measures: "`peak`: largest yaw rate against the first half wave, from the middle of the wave to its end; `ratio_1`, `ratio_2`: yaw rate 1.0 s and 1.75 s behind \
+    measures: "`peak`: largest yaw rate against the first half wave, by the amplitude, from the middle of the wave to its end; `ratio_1`, `ratio_2`: yaw rate 1.0 s and 1.75 s behind \
                the end as a part of it; `way`: size of y 1.07 s behind the begin, the start being at y = 0. Criteria: `ratio_1` below 0.35, `ratio_2` \
                below 0.2, `way` above 1.83 m (cars up to 3.5 t, from five times the angle that gives 0.3 g on).",
     keys: &[

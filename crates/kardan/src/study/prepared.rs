@@ -119,7 +119,13 @@ impl PreparedVariant {
     /// A fault that is not there, or a second one of a part at the same time.
     pub(super) fn failing(&self, names: &[String]) -> Result<Scenario, Diagnostic> {
         let mut scenario = self.scenario.clone();
-        for name in names {
+        for (number, name) in names.iter().enumerate() {
+            if names[..number].contains(name) {
+                let message = format!("the fault `{}` is named twice", shortened(name));
+                return Err(
+                    Diagnostic::error("fault::window", message).help("name it once: it happens when its table says")
+                );
+            }
             let Some(fault) = self.faults.iter().find(|fault| fault.name == *name) else {
                 let help = match self.faults.first() {
                     Some(_) => unknown_name(name, self.faults.iter().map(|fault| fault.name.as_str())),
