@@ -850,3 +850,24 @@ fn proportional_control_forgets_its_switching() {
         );
     }
 }
+
+/// Keys that are expressions are told where they leave the range that numbers in their place must keep, from when on and by how much; those that stay in it are not.
+#[test]
+fn keys_that_leave_their_range_are_told() {
+    let run = run(&beside(
+        "[block.late]\nkind = \"low_pass\"\ninput = \"u\"\ntime_constant = \"0.5 s - t\"\nsample_time = \"10 ms\"\n\
+         [block.zone]\nkind = \"dead_zone\"\ninput = \"u\"\nlow = \"t / 1 s\"\nhigh = 0.2\nsample_time = \"10 ms\"\n\
+         [block.one_sided]\nkind = \"saturation\"\ninput = \"u\"\nhigh = \"0.9 - t / 1 s\"\nsample_time = \"10 ms\"\n\
+         [block.fine]\nkind = \"low_pass\"\ninput = \"u\"\ntime_constant = \"0.1 s + t\"\nsample_time = \"10 ms\"\n",
+    ));
+    let told: Vec<&String> = run.notes.iter().filter(|note| note.contains("in block `")).collect();
+    let begins = [
+        "`time_constant` is zero or less in block `late` from 0.500000 s on, by up to 0.500000 s,",
+        "`low` is above `high` in block `zone` from 0.210000 s on, by up to 0.800000,",
+        "`high` is below zero, and `low` its opposite in block `one_sided` from 0.910000 s on, by up to 0.200000,",
+    ];
+    assert_eq!(told.len(), begins.len(), "{told:?}");
+    for begin in begins {
+        assert!(told.iter().any(|note| note.starts_with(begin)), "{begin}: {told:?}");
+    }
+}

@@ -320,6 +320,25 @@ fn a_car_that_drives_backwards_is_told() {
     assert!(stops.iter().all(|note| !note.contains("backwards")), "{stops:?}");
 }
 
+/// A car that spins while its speed along itself is given gains speed on its way, which is told, from when on; one that holds is not.
+#[test]
+fn a_car_that_slides_sideways_is_told() {
+    let ran = |rear: f64| {
+        let keys = format!("{}\ntyre = \"magic_formula\"\nmu = 0.8\nmu_rear = {rear}", plain("25 m/s"));
+        by(&car("0.05 rad", &keys, "[scenario]\nduration = \"3 s\"\noutput_step = \"10 ms\"\n"), 1e-8)
+    };
+    let spins = ran(0.05);
+    let note = spins.notes.iter().find(|note| note.contains("slides sideways")).expect("it spins");
+    let [along, across] = ["car.v_x", "car.v_y"].map(|name| signal(&spins, name));
+    let way: Vec<f64> = along.iter().zip(across).map(|(x, y)| (x * x + y * y).sqrt()).collect();
+    let first = (0..way.len()).find(|row| way[*row] > 1.1 * 25.0).expect("it gains speed");
+    assert!(note.starts_with(&format!("`car` slides sideways from {:.4} s on", spins.series.time[first])), "{note}");
+    let most = way.iter().copied().fold(0.0, f64::max);
+    assert!(note.contains(&format!("at up to {most:.4} m/s with 25.0000 m/s along itself")), "{note}");
+    let holds = ran(0.8);
+    assert!(holds.notes.iter().all(|note| !note.contains("sideways")), "{:?}", holds.notes);
+}
+
 /// A formula that divides by what is zero where a run begins ends the run there, and says by what; a car whose speed begins there is refused, if its tyres follow at once.
 #[test]
 fn what_divides_by_zero_where_a_run_begins_is_told() {

@@ -200,19 +200,7 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
     if found.requirements.iter().any(|one| !one.rules.is_empty()) {
         notes.push(region::NOTE.into());
     }
-    let noisy = |variant: &PreparedVariant| {
-        let noise = |sensor: &Sensor| sensor.noise.is_some();
-        variant.reduced.equations.sensors.iter().any(|(_, sensor)| noise(sensor)) || !variant.scenario.faults.is_empty()
-    };
-    if prepared.all().any(noisy) {
-        notes.push(
-            match plan.draws() {
-                true => "Noise of sensors, and what faults draw, is drawn anew for each sample; signals of the kind `noise` are the same in all.",
-                false => "Noise of sensors is the same in all samples, so that they can be compared.",
-            }
-            .into(),
-        );
-    }
+    notes.extend(noise(prepared, plan));
     if prepared.all().any(|variant| !variant.running.is_empty()) {
         notes.push(
             "Laws are those of the values in the file, whatever the sample of the plant is; programs and blocks follow its values."
@@ -220,6 +208,21 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
         );
     }
     notes
+}
+
+/// Whether samples differ in the noise of their sensors, where there is some.
+fn noise(prepared: &Prepared, plan: &SweepPlan) -> Option<String> {
+    let is_noisy = |(_, sensor): &(String, Sensor)| sensor.noise.is_some();
+    let noisy = |variant: &PreparedVariant| {
+        variant.reduced.equations.sensors.iter().any(is_noisy) || !variant.scenario.faults.is_empty()
+    };
+    let told = match plan.draws() {
+        true => {
+            "Noise of sensors, and what faults draw, is drawn anew for each sample; signals of the kind `noise` are the same in all."
+        }
+        false => "Noise of sensors is the same in all samples, so that they can be compared.",
+    };
+    prepared.all().any(noisy).then(|| told.into())
 }
 
 /// How far runs side by side are from the reference, in words.
