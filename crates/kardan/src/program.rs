@@ -46,6 +46,14 @@ pub struct TableCall {
     pub at: Vec<Expr>,
 }
 
+/// What stands behind the name of a sensor that is read at a sample, in the names of symbols.
+pub(crate) const AS_READ: &str = " as read";
+
+/// The name of what a symbol reads.
+pub(crate) fn read_name(symbol: &str) -> &str {
+    symbol.strip_suffix(AS_READ).unwrap_or(symbol)
+}
+
 /// What a run is to keep, of a key of a block that varies.
 #[derive(Debug, Clone)]
 pub struct KeyRule {

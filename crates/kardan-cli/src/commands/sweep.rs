@@ -338,11 +338,12 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     if let (Some(first), Some(last)) = (missing.first(), missing.last()) {
         let samples = plan.samples_of(*first..last + 1);
         found.notes.push(format!(
-            "{} of {} blocks of samples are missing, between samples {} and {}: run their shards again, with `--resume`.",
+            "{} of {} blocks of samples are missing, between samples {} and {}: run their shards again, with `--resume`{}.",
             missing.len(),
             plan.blocks(),
             samples.start,
-            samples.end - 1
+            samples.end - 1,
+            named_shards(&shards_of(&args.parts, &plan, &missing))
         ));
     }
     let mut looked = None;
@@ -355,6 +356,38 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     }
     tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
 }
+
+/// Shards of blocks, as the manifests in folders say how many there are; none where these do not agree, or are missing.
+fn shards_of(parts: &[PathBuf], plan: &SweepPlan, missing: &[u64]) -> Vec<String> {
+    let names = parts.iter().filter_map(|part| fs::read_dir(part).ok()).flatten().filter_map(Result::ok);
+    let count = |name: &str| -> Option<u64> {
+        let (_, of) = name.strip_prefix("shard-")?.strip_suffix(".json")?.split_once("-of-")?;
+        of.parse().ok()
+    };
+    let mut counts: Vec<u64> = names.filter_map(|entry| count(&entry.file_name().to_string_lossy())).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    let &[of] = &counts[..] else { return Vec::new() };
+    let lacks = |number: &u64| {
+        let mut own = plan.clone();
+        own.shard = Some(Shard { number: *number, of });
+        let own = own.own_blocks();
+        missing.iter().any(|block| own.contains(block))
+    };
+    (1..=of).filter(lacks).map(|number| format!("{number}/{of}")).collect()
+}
+
+/// The first ones of shards that lack rows, in words.
+fn named_shards(shards: &[String]) -> String {
+    match shards {
+        [] => String::new(),
+        [all @ ..] if all.len() <= MOST_SHARDS => format!(": {}", all.join(", ")),
+        [all @ ..] => format!(": {} and {} more", all[..MOST_SHARDS].join(", "), all.len() - MOST_SHARDS),
+    }
+}
+
+/// Shards that are told by name.
+const MOST_SHARDS: usize = 20;
 
 /// Whether rows are the same to the last bit.
 fn same(one: &[SweepRow], other: &[SweepRow]) -> bool {

@@ -291,6 +291,7 @@ fn shards_are_the_whole() {
             let object = printed(&got.stdout);
             assert_eq!((got.status.code(), object["missing"].as_u64()), (Some(2), Some(450 - 320)), "{object}");
             assert!(object["notes"].to_string().contains("between samples 320 and 449"), "{object}");
+            assert!(object["notes"].to_string().contains("with `--resume`: 3/3."), "{object}");
             assert!(object["notes"].to_string().contains("There are no rows in `not begun`"), "{object}");
         }
     }

@@ -182,6 +182,6 @@ fn commands(table: &Safety) -> Body {
         cells
     });
     let words = "A simulation of the faults that the file names, on which an analysis of failures can be built; what it is worth in a \
-                 project says who maps it to the standards of that project.";
+                 project says who maps it to the standards of that project, such as ISO 26262 and ISO 19725.";
     Body::default().table(&columns, rows).hint(words)
 }

@@ -7,7 +7,9 @@ use kardan_rt::Arithmetic;
 use super::overlaps::Known;
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
-use crate::expr::{AtOnce, Expr, Graph, Interval, Intervals, Symbol, Traced, at_once, lower};
+use crate::expr::{AtOnce, Expr, Floating, Graph, Interval, Intervals, Symbol, Traced, at_once, lower};
+use crate::names::SignalName;
+use crate::program::read_name;
 
 /// A monitor as it is written, and where that stands.
 pub(super) struct WrittenMonitor {
@@ -15,7 +17,13 @@ pub(super) struct WrittenMonitor {
     pub residual: Expr,
     pub threshold: Expr,
     pub place: Place,
+    /// Whether it waits before it tells.
+    pub waits: bool,
 }
+
+/// Deviations of what noise makes of a residual, below which a threshold is seldom left; so many samples are beyond it.
+const DEVIATIONS: f64 = 2.0;
+const BEYOND: &str = "4.5 %";
 
 /// What is known of a monitor before any run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,4 +82,48 @@ pub(super) fn check(
     };
     let told = Diagnostic::warning("block::monitor", message).at(monitor.place.clone(), word);
     out.push(told.help("check `threshold` and the bounds in `residual`, or take the monitor out"));
+}
+
+/// Warns of a threshold of zero, and of one that the noise of sensors in the residual leaves often, where nothing waits for it to come back.
+pub(super) fn check_noise(
+    what: &str,
+    (monitor, [residual, threshold]): (&WrittenMonitor, [Expr; 2]),
+    mut graph: Graph,
+    noises: &[(String, f64)],
+    out: &mut Vec<Diagnostic>,
+) {
+    let constant = |graph: &Graph, expr: Expr| {
+        let known = graph.symbols(&[expr]).is_empty();
+        known.then(|| lower(graph, &[expr], &mut Floating::<f64>::default(), |_| f64::NAN)[0])
+    };
+    let Some(limit) = constant(&graph, threshold) else { return };
+    let mut tell = |message: String, label: &str, help: &str| {
+        out.push(Diagnostic::warning("block::monitor", message).at(monitor.place.clone(), label).help(help));
+    };
+    let symbols = graph.symbols(&[residual]);
+    if limit == 0.0 && !symbols.is_empty() {
+        let message = format!("{what}: its `threshold` is zero, so that the last digits of `residual` are beyond it");
+        tell(message, "zero", "write how far `residual` may be from zero while nothing fails");
+        return;
+    }
+    let mut variance = 0.0;
+    for symbol in symbols {
+        let name = SignalName::new(read_name(graph.name(symbol).0)).element.to_string();
+        let Some((_, noise)) = noises.iter().find(|(sensor, _)| *sensor == name) else { continue };
+        let slope = graph.derivative(residual, symbol);
+        let Some(slope) = constant(&graph, slope) else { return };
+        variance += slope * noise * slope * noise;
+    }
+    if !monitor.waits && limit < DEVIATIONS * variance.sqrt() {
+        let message = format!(
+            "{what}: `threshold` is {limit:.4}, and the noise of the sensors in `residual` has a standard deviation of {:.4} there (SI): it alone is beyond in more than \
+             {BEYOND} of the samples",
+            variance.sqrt()
+        );
+        tell(
+            message,
+            "within the noise",
+            "write a larger one, let it wait by `debounce`, or filter `residual`; `kardan analyze --parity` tells thresholds",
+        );
+    }
 }

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use super::document::{BlockTable, Document, SignalTable};
+use super::document::{BlockTable, Document, Instance, SignalTable};
 use super::functions::Functions;
 use super::monitors::{self, WrittenMonitor};
 use super::overlaps::{self, Known, WrittenGuard};
@@ -16,7 +16,7 @@ use crate::entries::Place;
 use crate::expr::{Expr, Floating, Graph, Interval, Lookup, Named, OfTime, Symbol, Traced, lower};
 use crate::names::SignalName;
 use crate::num::Rational;
-use crate::program::{Entry, KeyRule, Lists, Looked, Read, Step, TableCall, Task, TaskAnswer};
+use crate::program::{AS_READ, Entry, KeyRule, Lists, Looked, Read, Step, TableCall, Task, TaskAnswer};
 use crate::schema::{Kind, Placed, Scalar, Table, Value};
 use crate::units::{Dimension, Exact, Expression, UnitError, shown_quantity};
 
@@ -369,7 +369,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let of = |key: &str| given.iter().find(|(other, ..)| *other == key).map(|(_, _, found)| *found);
         let (Some((residual, _)), Some((threshold, _))) = (of("residual"), of("threshold")) else { return };
         let place = TableReader::place(table, "threshold");
-        self.monitors.push(WrittenMonitor { name: name.to_string(), residual, threshold, place });
+        let waits = table.values.contains_key("debounce");
+        self.monitors.push(WrittenMonitor { name: name.to_string(), residual, threshold, place, waits });
     }
 
     /// The keys of a block that are expressions; nothing if one has a mistake, which was told.
@@ -700,7 +701,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         });
         for (expr, outside, sensor) in sensors.collect::<Vec<_>>() {
             let Some(symbol) = self.graph.borrow().symbol_of(expr) else { continue };
-            let name = format!("{} as read", outside.name);
+            let name = format!("{}{AS_READ}", outside.name);
             let (as_read, _) = self.read_outside(Outside { name, read: Read::AsRead(sensor), ..outside });
             let mut graph = self.graph.borrow_mut();
             for (_, _, (value, _)) in given.iter_mut().filter(|(key, ..)| *key == "residual") {
@@ -940,13 +941,27 @@ impl<'a> Blocks<'a, '_, '_> {
             let value = graph.substitute(&[*value], &values)[0];
             values.push((symbol, value));
         }
-        let known = self.known(&graph);
+        let (known, noises) = (self.known(&graph), self.noises());
         for monitor in &self.monitors {
             let what = format!("block `{}`", shortened(&monitor.name));
             let compared = graph.substitute(&[monitor.residual, monitor.threshold], &values);
             let [residual, threshold] = compared[..] else { continue };
+            let before = out.len();
             monitors::check(&what, (monitor, [residual, threshold]), graph.clone(), (&bounds, &known), out);
+            if out.len() == before {
+                monitors::check_noise(&what, (monitor, [residual, threshold]), graph.clone(), &noises, out);
+            }
         }
+    }
+
+    /// The noise of each sensor that has some.
+    fn noises(&self) -> Vec<(String, f64)> {
+        let sensors = self.document.elements.iter().filter(|element| element.kind.keyword == "sensor");
+        let noise = |sensor: &Instance| {
+            let values = self.reader.values(sensor.kind.fields, &sensor.table, &sensor.name, &mut Vec::new());
+            Some((sensor.name.clone(), values.number("noise")?))
+        };
+        sensors.filter_map(noise).collect()
     }
 }
 

@@ -168,7 +168,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     document.doubts.equations |= out.iter().any(is_error);
     out.extend(study.drain(broken..));
     if !out.iter().any(is_error) {
-        unused_parameters(entries, &document, &mut out);
+        unused_parameters((entries, given), &document, &mut out);
         unused_tables(entries, &document, &mut out);
         unfollowed_manoeuvres(given, &document, texts, &mut out);
     }
@@ -176,13 +176,15 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
 }
 
 /// Warns of parameters that nothing names: changing them would change nothing.
-fn unused_parameters(entries: &Entries, document: &Document, out: &mut Vec<Diagnostic>) {
+fn unused_parameters((entries, given): (&Entries, &Entries), document: &Document, out: &mut Vec<Diagnostic>) {
     let mut named = BTreeSet::new();
+    let is_own = |name: &str| given.table("parameters").is_some_and(|table| table.get(name).is_some());
     let others = entries.iter().filter(|found| !matches!(found.key.as_str(), "parameters" | "plot"));
     others.for_each(|found| texts(&found.entry.value, &mut named));
     let following = document.parameters.iter().filter_map(|parameter| parameter.expression.as_ref());
     named.extend(following.flat_map(Expression::names).map(str::to_string));
-    for parameter in document.parameters.iter().filter(|parameter| !named.contains(parameter.name.as_str())) {
+    let unused = |parameter: &&Parameter| !named.contains(parameter.name.as_str()) && is_own(&parameter.name);
+    for parameter in document.parameters.iter().filter(unused) {
         let varied = if document.is_varied(&parameter.name) { ": all its variants are the same" } else { "" };
         let message = format!("nothing uses the parameter `{}`{varied}", shortened(&parameter.name));
         let help = format!("write its name as a value, such as `inertia = \"{}\"`, or remove it", parameter.name);

@@ -1,5 +1,7 @@
 //! How many steps a run will take, before it begins, and what asks for most of them.
 
+use std::sync::Arc;
+
 use kardan_rt::functions::{exp, ln, powi};
 
 use super::PreparedVariant;
@@ -9,6 +11,7 @@ use crate::diagnostics::Diagnostic;
 use crate::equations::{Hold, InputKind};
 use crate::model::{Document, TableReader};
 use crate::num::Random;
+use crate::program::Task;
 use crate::reduce::{Dynamics, Work, linearise};
 use crate::simulate::{Setup, UNJAM, teeth_that_lock};
 use crate::synthesis::closed_loop_poles;
@@ -85,6 +88,13 @@ pub fn expected_effort(variant: &PreparedVariant) -> Effort {
         found.cause = format!("its controllers take {} samples, each of which ends a step", short(samples));
     }
     found.steps += samples;
+    let periods = |task: &Arc<Task>| task.period.as_ref().map(|period| duration / period.to_f64());
+    let computed: f64 = variant.model.programs.tasks.iter().filter_map(periods).sum();
+    if computed > found.steps {
+        found.element = None;
+        found.cause = format!("its blocks compute {} times, each of which ends a step", short(computed));
+    }
+    found.steps += computed;
     found
 }
 

@@ -8,7 +8,7 @@ use crate::expr::{Beyond, Expr, Graph, Lookup, Named, OfTime, Symbol};
 use crate::model::programs::Programs;
 use crate::names::SignalName;
 use crate::plan::compile;
-use crate::program::{KeyRule, Looked, TableCall};
+use crate::program::{KeyRule, Looked, TableCall, read_name};
 use crate::reduce::Reduced;
 use crate::results::Series;
 use crate::units::Dimension;
@@ -169,12 +169,11 @@ impl<'a> Calls<'a> {
 fn inputs_of<'a>(programs: &'a Programs, exprs: &[Expr], series: &Series) -> Vec<(Symbol, String, Given<'a>)> {
     let Looked { graph, .. } = &programs.looked;
     // A sensor is read by its name alone too.
-    let column = |name: &str| match series.signal(name) {
-        Some(_) => name.to_string(),
-        None => {
-            let own = series.signals.iter().find(|signal| SignalName::new(&signal.name).element == name);
-            own.map_or_else(|| name.to_string(), |signal| signal.name.clone())
-        }
+    let column = |symbol: &str| {
+        let name = read_name(symbol);
+        let own = || series.signals.iter().find(|signal| SignalName::new(&signal.name).element == name);
+        let found = series.signal(name).or_else(own);
+        found.map_or_else(|| name.to_string(), |signal| signal.name.clone())
     };
     let input = |symbol: Symbol| {
         let (name, _) = graph.name(symbol);

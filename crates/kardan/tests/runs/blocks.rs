@@ -668,6 +668,35 @@ fn monitors_that_say_nothing_are_told() {
     assert!(found.len() == 1 && found[0].contains("its pole at 2 ± 5j 1/s"), "{found:?}");
 }
 
+/// A threshold that noise alone leaves often is told, where nothing waits: the difference of two sensors has √2 of the noise of one; one of zero always is.
+#[test]
+fn thresholds_within_the_noise_are_told() {
+    let told = |keys: &str| -> Vec<String> {
+        let source = beside(&format!(
+            "[sensor.n]\nmeasures = \"angle\"\nshaft = \"arm\"\nnoise = \"0.01 rad\"\nsample_time = \"1 ms\"\n\
+             [sensor.o]\nmeasures = \"angle\"\nshaft = \"arm\"\nnoise = \"0.01 rad\"\nsample_time = \"1 ms\"\n\
+             [block.half]\nkind = \"gain\"\ninput = \"n - o\"\ngain = 0.5\nsample_time = \"1 ms\"\n\
+             [block.w]\nkind = \"monitor\"\n{keys}\nsample_time = \"1 ms\"\n"
+        ));
+        let all = study::prepare(&source).1;
+        all.into_iter().filter(|one| one.code == "block::monitor").map(|one| one.message).collect()
+    };
+    // Two deviations are 0.02 √2 = 0.02828 rad.
+    for (residual, threshold, more, message) in [
+        ("n - o", "0.0283 rad", "", ""),
+        ("n - o", "0.0282 rad", "", "standard deviation of 0.0141"),
+        ("n - o", "0.0282 rad", "debounce = \"5 ms\"", ""),
+        ("half", "0.0142 rad", "", ""),
+        ("half", "0.0141 rad", "", "standard deviation of 0.0071"),
+        ("arm.phi", "0.001 rad", "", ""),
+        ("arm.phi", "0 rad", "", "its `threshold` is zero"),
+    ] {
+        let found = told(&format!("residual = \"{residual}\"\nthreshold = \"{threshold}\"\n{more}"));
+        assert!(found.len() == usize::from(!message.is_empty()), "{residual} {threshold}: {found:?}");
+        assert!(found.iter().all(|one| one.contains(message)), "{residual} {threshold}: {found:?}");
+    }
+}
+
 /// Of two transitions out of one state it is decided whether they exclude each other, and a place is shown where they do not.
 #[test]
 fn transitions_that_overlap_are_told() {

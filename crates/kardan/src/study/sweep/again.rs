@@ -70,7 +70,8 @@ impl Project {
             };
             let seed = draws.then(|| seed_of(variant.scenario.seed, row.sample));
             let all = settings_with(own, varied.iter().zip(values.iter().copied()));
-            let mut found = sampled(self.document(), (variant, own), &varied, (&values, seed))?;
+            let found = sampled(self.document(), (variant, own), &varied, (&values, seed));
+            let mut found = found.map_err(|mistakes| refused_row(row, mistakes))?;
             found.name = format!("{}_sample-{}", row.variant, row.sample);
             for one in &varied {
                 let told = &mut found.model.parameters;
@@ -135,4 +136,14 @@ fn renamed(mut prepared: Prepared, names: impl Fn(&[String]) -> Vec<String>) -> 
     let lists = lists.chain(figures.iter_mut().map(|one| &mut one.variants));
     lists.chain(plots.iter_mut().map(|one| &mut one.variants)).for_each(|own| *own = names(own));
     prepared
+}
+
+/// Why a row cannot be run again, as the sweep said of it.
+fn refused_row(row: &RowAgain, mistakes: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    let told = |one: Diagnostic| {
+        let message = format!("sample {} of `{}` cannot be run: {}", row.sample, row.variant, one.message);
+        Diagnostic { message, labels: Vec::new(), ..one }
+            .help("it has a reason in place of numbers in its row: leave it out of `--sample`")
+    };
+    mistakes.into_iter().filter(is_error).map(told).collect()
 }
