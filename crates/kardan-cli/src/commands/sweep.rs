@@ -381,8 +381,8 @@ fn shards_of(parts: &[PathBuf], plan: &SweepPlan, missing: &[u64]) -> Vec<String
 fn named_shards(shards: &[String]) -> String {
     match shards {
         [] => String::new(),
-        [all @ ..] if all.len() <= MOST_SHARDS => format!(": {}", all.join(", ")),
-        [all @ ..] => format!(": {} and {} more", all[..MOST_SHARDS].join(", "), all.len() - MOST_SHARDS),
+        all if all.len() <= MOST_SHARDS => format!(": {}", all.join(", ")),
+        all => format!(": {} and {} more", all[..MOST_SHARDS].join(", "), all.len() - MOST_SHARDS),
     }
 }
 
