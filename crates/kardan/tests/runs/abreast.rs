@@ -313,6 +313,17 @@ fn functions_of_time_go_side_by_side() {
     }
 }
 
+/// The torques that hold tell how long steps are also where nothing is read but by the machines of the lanes.
+#[test]
+fn what_holds_against_the_time_breaks_away() {
+    let begin = BODIES.find("[[scenario.event]]").unwrap();
+    let torque = "[torque.t]\nshaft = \"a\"\nlaw = \"3 N m * sin(2 pi t / 0.7 s)\"\n\n[scenario]";
+    let figure = "[[figure]]\nname = \"held\"\nsignal = \"a.friction\"\nmeasure = \"rms\"\n";
+    let text = BODIES[..begin].replace("[scenario]", torque) + figure;
+    let (_, found) = swept(&Project::open(text.as_str()), &settings(8, Method::Automatic, 1e-8));
+    assert!(found.compared.as_ref().is_some_and(|told| told.difference < 1e-6), "{:?}", found.compared);
+}
+
 /// Random drivetrains with torques and signals that follow the time come to what the reference finds, as those with steps and ramps.
 #[test]
 fn random_drivetrains_follow_the_time() {

@@ -378,17 +378,22 @@ struct Stride<N> {
 }
 
 impl<N: Lane> Stride<N> {
-    fn new((size, m): (usize, usize), order: usize, (relative, absolute): (f64, &[f64]), seen: usize) -> Self {
+    fn new(
+        (size, m): (usize, usize),
+        order: usize,
+        (relative, absolute): (f64, &[f64]),
+        of_time: Option<usize>,
+    ) -> Self {
         let mut graph = Graph::default();
         let speeds = (order + 1) * size;
         let torques = speeds + order * m;
         let senses = torques + order * m;
         let [holds, bounds, room] = [senses + m, senses + 2 * m, senses + 3 * m];
-        let seen = (room + 2, seen);
+        let seen = (room + 2, of_time.unwrap_or(0));
         let all = symbols(&mut graph, seen.0 + (order + 1) * seen.1);
         // Where the time is given, what moves does not tell how fast what it does not feel changes; of what holds one order fewer is known.
         let others = (0..seen.1).map(|i| Other { first: seen.0 + i, width: seen.1, top: order, floor: None });
-        let holding = (0..m).filter(|_| seen.1 > 0);
+        let holding = (0..m).filter(|_| of_time.is_some());
         let holding = holding.map(|d| Other { first: torques + d, width: m, top: order - 1, floor: Some(bounds + d) });
         let others: Vec<Other> = others.chain(holding).collect();
         let length = Self::length(&mut graph, &all, (size, order), (relative, absolute), (room, &others));
@@ -601,12 +606,7 @@ impl<N: Lane> Abreast<N> {
         let torques = matrices + response.is_there.len() - m;
         Some(Self {
             native: Native::new(&code.block()),
-            stride: Stride::new(
-                (size, m),
-                order,
-                tolerances,
-                if machine.timed.has_time() { places.also.len() } else { 0 },
-            ),
+            stride: Stride::new((size, m), order, tolerances, machine.timed.has_time().then_some(places.also.len())),
             series,
             order,
             size,
