@@ -317,7 +317,7 @@ fn functions_of_time_go_side_by_side() {
 #[test]
 fn what_holds_against_the_time_breaks_away() {
     let begin = BODIES.find("[[scenario.event]]").unwrap();
-    let torque = "[torque.t]\nshaft = \"a\"\nlaw = \"3 N m * sin(2 pi t / 0.7 s)\"\n\n[scenario]";
+    let torque = "[torque.t]\nshaft = \"a\"\nlaw = \"1.3 N m * sin(2 pi t / 50 ms)\"\n\n[scenario]";
     let figure = "[[figure]]\nname = \"held\"\nsignal = \"a.friction\"\nmeasure = \"rms\"\n";
     let text = BODIES[..begin].replace("[scenario]", torque) + figure;
     let (_, found) = swept(&Project::open(text.as_str()), &settings(8, Method::Automatic, 1e-8));
