@@ -367,14 +367,15 @@ fn shards_of(parts: &[PathBuf], plan: &SweepPlan, missing: &[u64]) -> Vec<String
     let mut counts: Vec<u64> = names.filter_map(|entry| count(&entry.file_name().to_string_lossy())).collect();
     counts.sort_unstable();
     counts.dedup();
-    let &[of] = &counts[..] else { return Vec::new() };
-    let lacks = |number: &u64| {
-        let mut own = plan.clone();
-        own.shard = Some(Shard { number: *number, of });
-        let own = own.own_blocks();
-        missing.iter().any(|block| own.contains(block))
+    let &[of @ ..=MOST_COUNTED] = &counts[..] else { return Vec::new() };
+    let mut part = plan.clone();
+    let mut lacks = |number: &u64| {
+        part.shard = Some(Shard { number: *number, of });
+        let own = part.own_blocks();
+        let next = missing.partition_point(|block| *block < own.start);
+        missing.get(next).is_some_and(|block| *block < own.end)
     };
-    (1..=of).filter(lacks).map(|number| format!("{number}/{of}")).collect()
+    (1..=of).filter(|number| lacks(number)).map(|number| format!("{number}/{of}")).collect()
 }
 
 /// The first ones of shards that lack rows, in words.
@@ -386,6 +387,8 @@ fn named_shards(shards: &[String]) -> String {
     }
 }
 
+/// Shards that are looked through: more is no name of a manifest that anyone has made.
+const MOST_COUNTED: u64 = 1_000_000;
 /// Shards that are told by name.
 const MOST_SHARDS: usize = 20;
 

@@ -116,7 +116,7 @@ pub(super) fn check_noise(
     }
     if !monitor.waits && limit < DEVIATIONS * variance.sqrt() {
         let message = format!(
-            "{what}: `threshold` is {limit:.4}, and the noise of the sensors in `residual` has a standard deviation of {:.4} there (SI): it alone is beyond in more than \
+            "{what}: `threshold` is {limit:.4e}, and the noise of the sensors in `residual` has a standard deviation of {:.3e} there (SI): it alone is beyond in more than \
              {BEYOND} of the samples",
             variance.sqrt()
         );

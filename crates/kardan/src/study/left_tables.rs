@@ -16,6 +16,9 @@ use crate::units::Dimension;
 /// Part of the range of a table by which rounding alone may leave it.
 const ROUNDING: f64 = 1e-9;
 
+/// Numbers below are told by their power of ten.
+const SMALL: f64 = 1e-3;
+
 /// Where a run was farthest beyond the points of a table along one of its arguments.
 struct Left {
     /// Of a surface: along what.
@@ -287,7 +290,8 @@ pub(super) fn broken_rules(programs: &Programs, series: &Series) -> Vec<String> 
     });
     let told = |(KeyRule { block, what, dimension, .. }, found): (&KeyRule, Option<(f64, f64)>)| {
         let (first, least) = found?;
-        let by = format!("{:.6} {}", -least, dimension.si());
+        let by = if -least < SMALL { format!("{:.3e}", -least) } else { format!("{:.6}", -least) };
+        let by = format!("{by} {}", dimension.si());
         let by = if least < 0.0 { format!(", by up to {}", by.trim_end()) } else { String::new() };
         Some(format!(
             "{what} in block `{block}` from {first:.6} s on{by}, where a number in its place is refused: what the block answers from there on is not to be relied on"

@@ -684,10 +684,10 @@ fn thresholds_within_the_noise_are_told() {
     // Two deviations are 0.02 √2 = 0.02828 rad.
     for (residual, threshold, more, message) in [
         ("n - o", "0.0283 rad", "", ""),
-        ("n - o", "0.0282 rad", "", "standard deviation of 0.0141"),
+        ("n - o", "0.0282 rad", "", "standard deviation of 1.414e-2"),
         ("n - o", "0.0282 rad", "debounce = \"5 ms\"", ""),
         ("half", "0.0142 rad", "", ""),
-        ("half", "0.0141 rad", "", "standard deviation of 0.0071"),
+        ("half", "0.0141 rad", "", "standard deviation of 7.071e-3"),
         ("arm.phi", "0.001 rad", "", ""),
         ("arm.phi", "0 rad", "", "its `threshold` is zero"),
     ] {
