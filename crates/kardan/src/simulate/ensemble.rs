@@ -26,7 +26,7 @@ const DIVERGED: f64 = 1e6;
 /// Widenings of the interval about a zero of a series until a mode is left there; the first is so many units in the last place.
 const CONFIRMATIONS: usize = 3;
 const FIRST: f64 = 4.0 * f64::EPSILON;
-const LEAST: f64 = 1e-10;
+const LEAST: f64 = 1e-9;
 const WIDER: f64 = 32.0;
 /// Places in a step where modes are looked at if series do not tell.
 const LOOKS: usize = 12;

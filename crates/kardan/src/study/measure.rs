@@ -1,7 +1,5 @@
 //! What is measured of a signal in a window: over straight lines between the rows, with what the grid of rows may make of it.
 
-use kardan_rt::functions::powi;
-
 use crate::model::tables::Measure;
 
 /// Rows of a window.
@@ -42,10 +40,9 @@ pub(super) fn measured(
     if values.iter().any(|value| !value.is_finite()) {
         return Err("the expression is no number in some rows of its window");
     }
-    let both = |of: &dyn Fn(Window<'_>) -> f64| {
-        let (times, rows): (Vec<f64>, Vec<f64>) = halved(window).unzip();
-        let value = of(window);
-        Measured { value, grid: (value - of(Window { times: &times, values: &rows })).abs() }
+    let both = |of: &dyn Fn(Rows<'_>) -> f64| {
+        let [value, coarse] = [1, 2].map(|every| of(Rows { window, every }));
+        Measured { value, grid: (value - coarse).abs() }
     };
     let extreme = |sign: f64| {
         let (value, grid) = highest(window, |x| sign * x);
@@ -59,14 +56,14 @@ pub(super) fn measured(
             Measured { value, grid }
         }
         Measure::Final => Measured { value: values[values.len() - 1], grid: 0.0 },
-        Measure::Rms => both(&|window| root_mean_square(window, 0.0)),
-        Measure::Ripple => both(&|window| root_mean_square(window, mean(window))),
-        Measure::Iae => both(&|window| absolute_error(window, target.unwrap_or(0.0))),
-        Measure::Energy => both(&integral),
+        Measure::Rms => both(&|rows| root_mean_square(rows, 0.0)),
+        Measure::Ripple => both(&|rows| root_mean_square(rows, rows.mean(|x| x))),
+        Measure::Iae => both(&|rows| absolute_error(rows, target.unwrap_or(0.0))),
+        Measure::Energy => both(&|rows| rows.integral(|x| x)),
         Measure::Overshoot => return overshoot(window, target),
         Measure::RiseTime => return rise_time(window, target, band),
         Measure::SettlingTime => return settling_time(window, target, band),
-        Measure::Mean => both(&mean),
+        Measure::Mean => both(&|rows| rows.mean(|x| x)),
         Measure::PeakToPeak => {
             let ((most, above), (least, below)) = (highest(window, |x| x), highest(window, |x| -x));
             Measured { value: most + least, grid: above + below }
@@ -85,11 +82,38 @@ fn time_of(window: Window<'_>, sign: f64) -> Measured {
     Measured { value: times[best] - times[0], grid: gap(best).max(best.checked_sub(1).map_or(0.0, gap)) }
 }
 
-/// Every other row, and the last one.
-fn halved(window: Window<'_>) -> impl Iterator<Item = (f64, f64)> {
-    let last = window.times.len().saturating_sub(1);
-    let rows = window.times.iter().copied().zip(window.values.iter().copied()).enumerate();
-    rows.filter(move |(k, _)| k % 2 == 0 || *k == last).map(|(_, row)| row)
+/// Each row of a window, or every other one and the last.
+#[derive(Clone, Copy)]
+struct Rows<'a> {
+    window: Window<'a>,
+    every: usize,
+}
+
+impl<'a> Rows<'a> {
+    /// The pieces between the rows: length and the values at both ends.
+    fn pieces(self) -> impl Iterator<Item = (f64, f64, f64)> + 'a {
+        let Self { window: Window { times, values }, every } = self;
+        let last = times.len().saturating_sub(1);
+        (0..last).step_by(every).map(move |k| {
+            let next = (k + every).min(last);
+            (times[next] - times[k], values[k], values[next])
+        })
+    }
+
+    /// The integral over the time of a function of values, on straight lines between the rows.
+    fn integral(self, of: impl Fn(f64) -> f64) -> f64 {
+        self.pieces().map(|(length, from, until)| 0.5 * (of(from) + of(until)) * length).sum()
+    }
+
+    /// The mean over the time; of one row its value. Rows may lie closer to each other where something happens.
+    fn mean(self, of: impl Fn(f64) -> f64) -> f64 {
+        let Window { times, values } = self.window;
+        let length = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
+        if length <= 0.0 {
+            return values.iter().map(|x| of(*x)).sum::<f64>() / values.len() as f64;
+        }
+        self.integral(of) / length
+    }
 }
 
 /// The largest value of a function of the rows, and how far the parabola through it and its neighbours rises above it.
@@ -112,39 +136,19 @@ fn highest(window: Window<'_>, of: impl Fn(f64) -> f64) -> (f64, f64) {
     (value, if rise.is_finite() { rise } else { 0.0 })
 }
 
-/// The pieces between the rows: length and the values at both ends.
-fn pieces<'a>(window: Window<'a>) -> impl Iterator<Item = (f64, f64, f64)> + 'a {
-    window.times.windows(2).zip(window.values.windows(2)).map(|(t, x)| (t[1] - t[0], x[0], x[1]))
-}
-
-fn integral(window: Window<'_>) -> f64 {
-    pieces(window).map(|(length, from, until)| 0.5 * (from + until) * length).sum()
-}
-
-/// The mean over the time of values that lie on straight lines between the rows; of one row its value.
-fn mean(window: Window<'_>) -> f64 {
-    let Window { times, values } = window;
-    let length = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
-    if length <= 0.0 {
-        return values.iter().sum::<f64>() / values.len() as f64;
-    }
-    integral(window) / length
-}
-
-/// The root of the mean over the time of `(x − around)²`; rows may lie closer to each other where something happens.
-fn root_mean_square(window: Window<'_>, around: f64) -> f64 {
-    let squares: Vec<f64> = window.values.iter().map(|x| powi(x - around, 2)).collect();
-    mean(Window { times: window.times, values: &squares }).sqrt()
+/// The root of the mean over the time of `(x − around)²`.
+fn root_mean_square(rows: Rows<'_>, around: f64) -> f64 {
+    rows.mean(|x| (x - around) * (x - around)).sqrt()
 }
 
 /// The integral of the distance from a target.
-fn absolute_error(window: Window<'_>, target: f64) -> f64 {
+fn absolute_error(rows: Rows<'_>, target: f64) -> f64 {
     let piece = |(length, from, until): (f64, f64, f64)| {
         let (a, b) = (from - target, until - target);
         let mean = if a * b >= 0.0 { 0.5 * (a + b).abs() } else { 0.5 * (a * a + b * b) / (a.abs() + b.abs()) };
         mean * length
     };
-    pieces(window).map(piece).sum()
+    rows.pieces().map(piece).sum()
 }
 
 /// How far beyond its target a signal goes, as a part of the way to it.

@@ -81,9 +81,9 @@ pub(super) struct Ran<'a> {
 }
 
 /// The measure of a requirement in a run.
-fn measure_of(
+fn measure_of<'s>(
     requirement: &Requirement,
-    series: &Series,
+    series: &'s Series,
     ran: &Ran<'_>,
     figures: &[FigureResult],
 ) -> Result<Measured, &'static str> {
@@ -94,12 +94,15 @@ fn measure_of(
         return found.map(alone).ok_or("the figure has none in this run");
     }
     let column = |name: &str| series.signal(name).map(|signal| signal.values.as_slice()).unwrap_or_default();
-    let inside = |values: &[f64]| -> (Vec<f64>, Vec<f64>) {
-        let rows = series.time.iter().zip(values).filter(|(time, _)| (*from..=*until).contains(*time));
-        rows.map(|(time, value)| (*time, *value)).unzip()
+    // Times rise, so that the rows of a window stand together.
+    let [first, behind] =
+        [series.time.partition_point(|time| time < from), series.time.partition_point(|time| time <= until)];
+    let inside = |values: &'s [f64]| {
+        let behind = behind.min(values.len());
+        &values[first.min(behind)..behind]
     };
-    let (times, values) = inside(column(signal));
-    let window = Window { times: &times, values: &values };
+    let (times, values) = (inside(&series.time), inside(column(signal)));
+    let window = Window { times: &times[..values.len()], values };
     match measure {
         _ if values.is_empty() => Err("no row lies in its window"),
         Measure::At => value_at(&series.time, column(signal), requirement.at.unwrap_or(f64::NAN)),
@@ -117,7 +120,7 @@ fn measure_of(
             Ok(alone(inside.filter(of_element).count() as f64))
         }
         _ => match &requirement.over {
-            Some(over) => measured_over(*measure, window, &inside(column(over)).1, requirement.frequency),
+            Some(over) => measured_over(*measure, window, inside(column(over)), requirement.frequency),
             None => measured(*measure, window, *target, *band),
         },
     }

@@ -307,6 +307,19 @@ impl Expansion {
     }
 }
 
+/// `Σ c_k s^k`, even and odd orders apart, so that they do not wait for each other.
+fn sum_of(c: &[f64], s: f64) -> f64 {
+    let (square, mut pairs) = (s * s, c.rchunks_exact(2));
+    let mut sums = [0.0; 2];
+    for pair in &mut pairs {
+        sums = [sums[0] * square + pair[0], sums[1] * square + pair[1]];
+    }
+    match pairs.remainder() {
+        [first] => sums[0] * s + sums[1] * square + first,
+        _ => sums[0] + sums[1] * s,
+    }
+}
+
 /// The terms of a sign times a series, and what is added.
 fn terms(scratch: &mut [f64], length: f64, coefficients: impl Iterator<Item = f64>, sign: f64, more: f64) {
     let mut power = sign;
@@ -421,7 +434,7 @@ impl Part<'_> {
         }
         if own[0] > 0.0 && own[n] < 0.0 && own.windows(2).all(|pair| pair[1] <= pair[0]) {
             // It falls, so that it vanishes once.
-            let at = |s: f64| c.iter().rev().fold(0.0, |sum, c| sum * s + c);
+            let at = |s: f64| sum_of(c, s);
             return Some(bracket([(to, own[n]), (from, own[0])], EXACTLY, at)[0]);
         }
         if to - from < LEAST || *halvings == 0 {
