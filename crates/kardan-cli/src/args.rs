@@ -542,6 +542,9 @@ pub struct SweepArgs {
     /// Run this part of the samples alone, such as `2/7`, on as many machines as there are parts: `kardan sweep merge` puts them together.
     #[arg(long, value_name = "I/N", value_parser = shard, requires = "out")]
     pub shard: Option<Shard>,
+    /// Threads that run the samples [default: as many as there are cores]; with `--on` those of each shard [default: 1]. Rows do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1024))]
+    pub threads: Option<u64>,
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,
@@ -574,9 +577,6 @@ pub struct OnArgs {
     /// How often shards that failed are submitted again, at most.
     #[arg(long, value_name = "N", requires = "on", default_value = "2", value_parser = clap::value_parser!(u64).range(0..=100))]
     pub retries: u64,
-    /// Threads of a shard.
-    #[arg(long, value_name = "N", requires = "on", default_value = "1", value_parser = clap::value_parser!(u64).range(1..=1024))]
-    pub threads: u64,
     /// The job in place of that of kardan: `kardan sweep template slurm` prints one to begin with.
     #[arg(long, value_name = "FILE", requires = "on")]
     pub template: Option<PathBuf>,

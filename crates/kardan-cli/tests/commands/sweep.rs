@@ -76,6 +76,35 @@ fn the_page_has_the_runs() {
     assert!(full.contains("model_sample-"));
 }
 
+/// On as many threads as asked for, as the manifest of a shard tells, with the same rows.
+#[test]
+fn threads_are_limited() {
+    let at = folder("threads");
+    fs::write(at.join("m.toml"), MODEL).unwrap();
+    let own = ["sweep", "m.toml", "--samples", "150"];
+    let rows = ["0", "1", "3"].map(|threads| {
+        // More of them than cores too, and as many as there are by themselves.
+        let more = if threads == "0" { vec![] } else { vec!["--threads", threads] };
+        let got = kardan(&at, &[&own[..], &["--out", threads], &more].concat());
+        assert_eq!(got.status.code(), Some(1), "{}", String::from_utf8_lossy(&got.stderr));
+        let part = format!("part-{threads}");
+        assert_eq!(
+            kardan(&at, &[&own[..], &["--shard", "1/2", "--out", &part], &more].concat()).status.code(),
+            Some(1)
+        );
+        let manifest = fs::read(at.join(part).join("shard-1-of-2.json")).unwrap();
+        let manifest: serde_json::Value = serde_json::from_slice(&manifest).unwrap();
+        assert!(threads == "0" || manifest["threads"].to_string() == threads, "{manifest}");
+        [0, 1, 2].map(|block| fs::read(at.join(threads).join(format!("rows-{block:06}.parquet"))).unwrap())
+    });
+    assert!(rows[0] == rows[1] && rows[1] == rows[2]);
+    let help = String::from_utf8(kardan(&at, &["sweep", "--help"]).stdout).unwrap();
+    assert!(
+        help.contains("Threads that run the samples") && help.contains("with `--on` those of each shard"),
+        "{help}"
+    );
+}
+
 /// The command beside a run makes that run again, of the variant alone that it is of.
 #[test]
 fn the_page_tells_how_a_run_is_made_again() {

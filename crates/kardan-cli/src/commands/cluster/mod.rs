@@ -275,7 +275,7 @@ impl<'a> Work<'a> {
             ("list", list.join(" ")),
             ("count", shards.len().to_string()),
             ("shards", self.shards.to_string()),
-            ("threads", self.args.on.threads.to_string()),
+            ("threads", threads(self.args).to_string()),
             ("processes", processes(self.args, shards.len() as u64).to_string()),
             ("retries", self.args.on.retries.to_string()),
             ("name", self.name()),
@@ -481,7 +481,12 @@ impl<'a> Work<'a> {
 /// Shards that run at a time on this machine.
 fn processes(args: &SweepArgs, shards: u64) -> u64 {
     let cores = thread::available_parallelism().map_or(1, |cores| cores.get() as u64);
-    (cores / args.on.threads).clamp(1, shards.max(1))
+    (cores / threads(args)).clamp(1, shards.max(1))
+}
+
+/// Threads of a shard.
+fn threads(args: &SweepArgs) -> u64 {
+    args.threads.unwrap_or(1)
 }
 
 /// Starts a script in a group of its own: signals of the terminal come to it through us.
