@@ -9,6 +9,7 @@ mod design;
 mod elements;
 mod equations;
 mod identify;
+mod kept;
 mod linearise;
 mod models;
 mod run;

@@ -212,6 +212,73 @@ fn it_goes_on_where_it_ended() {
     assert_eq!(sweep(&["--force", "--seed", "3"]).status.code(), Some(1));
 }
 
+/// What is refused tells what is different: values of the model, also of another sweep that was replaced, or what else rows follow from.
+#[test]
+fn what_differs_is_told() {
+    let at = folder("differs");
+    let write = |model: &str| fs::write(at.join("m.toml"), model).unwrap();
+    let other = MODEL.replace("10 %", "20 %").replace("above = ", "below = ").replace("\"4 N m\"", "\"5 N m\"");
+    let own = ["sweep", "m.toml", "--samples", "70", "--json"];
+    let run = |arguments: &[&str]| {
+        let got = kardan(&at, arguments);
+        (got.status.code(), printed(&got.stdout)["error"].to_string().replace("\\\"", "\""))
+    };
+    let sweep = |more: &[&str]| run(&[&own[..], more].concat());
+    let models = |folder: &str| {
+        let names =
+            fs::read_dir(at.join(folder)).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        names.filter(|name| name.starts_with("model-")).collect::<Vec<_>>()
+    };
+    write(MODEL);
+    assert_eq!(sweep(&["--out", "o"]).0, Some(1));
+    assert_eq!(sweep(&["--out", "one", "--shard", "1/2"]).0, Some(1));
+    let kept = models("o");
+    assert_eq!((kept.len(), &models("one")), (1, &kept));
+    assert_eq!(sweep(&["--out", "o", "--resume"]).0, Some(1));
+    let changes = "of another sweep: `shaft.a.inertia` \"2 kg m^2 ± 10 %\", here \"2 kg m^2 ± 20 %\"; \
+                   `scenario.event[0].to` \"4 N m\", here \"5 N m\"; `requirement[0].above` is not here; and 1 more";
+    write(&other);
+    let again = ["run", "m.toml", "--json", "--variants-from", "o/rows-000000.parquet", "--sample", "1"];
+    for refused in
+        [sweep(&["--out", "o", "--resume"]), run(&["sweep", "merge", "m.toml", "one", "--json"]), run(&again)]
+    {
+        assert!(refused.0 == Some(2) && refused.1.contains(changes), "{}", refused.1);
+    }
+    // Only what differs is told, whatever stands behind it.
+    write(MODEL);
+    for (more, told) in [
+        (&["--seed", "3"][..], "of another sweep: seed 0, here seed 3"),
+        (&["--tolerance", "1e-7"], "of another sweep: tolerance 1e-7 here alone"),
+        (
+            &["--method", "taylor", "--max-steps", "9"],
+            "limit of steps 9 here alone; method Automatic, here method Taylor",
+        ),
+        (&["--worst", "1"], "of another sweep: --worst 1 here alone"),
+        (
+            &["--set", "scenario.event[0].to=3 N m"],
+            "of another sweep: `scenario.event[0].to` \"4 N m\", here \"3 N m\"",
+        ),
+    ] {
+        let (code, error) = sweep(&[&["--out", "o", "--resume"], more].concat());
+        assert!(code == Some(2) && error.contains(told), "{more:?}: {error}");
+        assert!(!error.contains("70 samples") && !error.contains("kardan 0"), "{error}");
+    }
+    // Where it is not known what the model was, it has its number.
+    fs::remove_file(at.join("o").join(&kept[0])).unwrap();
+    let (_, error) = sweep(&["--out", "o", "--resume", "--set", "scenario.event[0].to=3 N m"]);
+    let number = kept[0].trim_start_matches("model-").trim_end_matches(".toml");
+    assert!(error.contains(&format!("another sweep: model {number}, here model ")), "{error}");
+    write(&other);
+    assert_eq!(sweep(&["--out", "o", "--force"]).0, Some(1));
+    assert!(models("o").len() == 1 && models("o") != kept);
+    let on = ["sweep", "m.toml", "--on", "local", "--out", "on", "--shards", "2", "--json"];
+    assert_eq!(run(&[&on[..], &["--samples", "70"]].concat()).0, Some(1));
+    let (code, error) =
+        run(&[&on[..], &["--samples", "80", "--resume", "--set", "scenario.event[0].to=4 N m"]].concat());
+    let told = "of another sweep: `scenario.event[0].to` \"5 N m\", here \"4 N m\"; 70 samples of `model`, here 80 samples of `model`";
+    assert!(code == Some(2) && error.contains(told), "{error}");
+}
+
 /// A sweep that is ended keeps its blocks, and says how much is missing.
 #[test]
 fn an_ended_sweep_keeps_its_blocks() {
