@@ -511,10 +511,10 @@ pub struct SweepArgs {
     #[arg(required = true)]
     pub model: Option<PathBuf>,
     /// Samples, in place of those of the file.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = samples)]
     pub samples: Option<u64>,
     /// Another seed, other samples: in place of that of the file.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seed)]
     pub seed: Option<u64>,
     /// Run these variants only (may be given several times), in place of those of `[sweep]`.
     #[arg(long = "variant", value_name = "NAME")]
@@ -646,6 +646,24 @@ pub struct MergeArgs {
     pub max_steps: u64,
     #[command(flatten)]
     pub changes: Changes,
+}
+
+fn samples(text: &str) -> Result<u64, String> {
+    match whole(text) {
+        Some(0) => Err("a sweep has one sample at least; write a number such as 1000".into()),
+        Some(number) => Ok(number),
+        None => Err("samples are counted by a whole number; write it in digits alone, such as 1000".into()),
+    }
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    whole(text)
+        .ok_or_else(|| format!("a seed is a whole number from 0 to {}; write it in digits alone, such as 7", u64::MAX))
+}
+
+/// A number in digits alone.
+fn whole(text: &str) -> Option<u64> {
+    text.parse().ok()
 }
 
 fn shard(text: &str) -> Result<Shard, String> {

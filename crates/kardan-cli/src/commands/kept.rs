@@ -36,6 +36,7 @@ pub fn models_of(folder: &Path) -> Vec<PathBuf> {
 
 /// Keeps the model, with what `--set` has changed, so that what differs can be told later.
 pub fn keep_model(folder: &Path, project: &Project, identity: &str) -> Result<(), Diagnostic> {
-    let path = path_of_model(folder, identity);
-    if path.exists() { Ok(()) } else { save(&path, project.to_toml().as_bytes()) }
+    let (path, text) = (path_of_model(folder, identity), project.to_toml());
+    let is_there = fs::read(&path).is_ok_and(|bytes| bytes == text.as_bytes());
+    if is_there { Ok(()) } else { save(&path, text.as_bytes()) }
 }

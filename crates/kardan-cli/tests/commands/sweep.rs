@@ -445,9 +445,39 @@ fn nonsense_is_refused() {
     let at = folder("nonsense");
     fs::write(at.join("m.toml"), MODEL).unwrap();
     fs::write(at.join("same.toml"), MODEL.replace(" ± 10 %", "")).unwrap();
+    for (name, points, count) in [("c", "corners\"", 70), ("g", "grid\"", 12), ("l", "grid\"\nlevels = 20000000", 1)] {
+        let shafts = (0..count).map(|k| format!("[shaft.a{k}]\ninertia = \"2 kg m^2 ± 10 %\"\n")).collect::<String>();
+        let model = format!("[sweep]\npoints = \"{points}\n{shafts}[scenario]\n");
+        fs::write(at.join(format!("{name}.toml")), model).unwrap();
+    }
     for (arguments, told) in [
         (&["sweep", "same.toml"][..], "nothing in the file varies"),
-        (&["sweep", "m.toml", "--samples", "0"], "0 samples"),
+        (
+            &["sweep", "m.toml", "--samples", "0"],
+            "invalid value '0' for '--samples <N>': a sweep has one sample at least; write a number such as 1000",
+        ),
+        (
+            &["sweep", "m.toml", "--samples", "1e3"],
+            "'1e3' for '--samples <N>': samples are counted by a whole number; write it in digits alone, such as 1000",
+        ),
+        (&["sweep", "m.toml", "--samples", "10k"], "write it in digits alone, such as 1000"),
+        (&["sweep", "m.toml", "--samples", "-5"], "write it in digits alone, such as 1000"),
+        (
+            &["sweep", "m.toml", "--seed", "-1"],
+            "'-1' for '--seed <S>': a seed is a whole number from 0 to 18446744073709551615; write it in digits",
+        ),
+        (
+            &["sweep", "c.toml"],
+            "with 2 levels of 70 parameters has more than 18446744073709551615 samples: there can be 10000000 help: let fewer",
+        ),
+        (
+            &["sweep", "g.toml"],
+            "with 5 levels of 12 parameters has 244140625 samples: there can be 10000000 help: write `points = \"grid\"` with `levels = 3`, which has 531441, let fewer",
+        ),
+        (
+            &["sweep", "l.toml"],
+            "with 20000000 levels of 1 parameters has 20000000 samples: there can be 10000000 help: write `points = \"grid\"` with `levels = 10000000`",
+        ),
         (&["sweep", "m.toml", "--samples", "20000000"], "20000000 samples"),
         (&["sweep", "m.toml", "--variant", "nobody"], "there is no variant `nobody`"),
         (&["sweep", "m.toml", "--resume"], "--out"),

@@ -123,7 +123,7 @@ impl<'a> Work<'a> {
                 .into());
         }
         let template = match &args.on.template {
-            Some(path) => (path.display().to_string(), input::read_text(path)?),
+            Some(path) => (path.display().to_string(), input::read_text(path).map_err(empty)?),
             None => (format!("kardan sweep template {}", queue.name), queue.template.into()),
         };
         check(&template.0, &template.1)?;
@@ -480,6 +480,14 @@ impl<'a> Work<'a> {
             true => "it ended without a word: killed, or never through".into(),
             false => "it has not begun".into(),
         })
+    }
+}
+
+/// An empty file is told by what a template needs, not a model.
+fn empty(mistake: Diagnostic) -> Diagnostic {
+    match mistake.code {
+        "file::empty" => mistake.help("begin with a template of kardan: `kardan sweep template slurm` prints one"),
+        _ => mistake,
     }
 }
 
