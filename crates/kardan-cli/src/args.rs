@@ -511,10 +511,10 @@ pub struct SweepArgs {
     #[arg(required = true)]
     pub model: Option<PathBuf>,
     /// Samples, in place of those of the file.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = samples)]
     pub samples: Option<u64>,
     /// Another seed, other samples: in place of that of the file.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seed)]
     pub seed: Option<u64>,
     /// Run these variants only (may be given several times), in place of those of `[sweep]`.
     #[arg(long = "variant", value_name = "NAME")]
@@ -542,6 +542,9 @@ pub struct SweepArgs {
     /// Run this part of the samples alone, such as `2/7`, on as many machines as there are parts: `kardan sweep merge` puts them together.
     #[arg(long, value_name = "I/N", value_parser = shard, requires = "out")]
     pub shard: Option<Shard>,
+    /// Threads that run the samples [default: as many as there are cores]; with `--on` those of each shard [default: 1]. Rows do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1024))]
+    pub threads: Option<u64>,
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,
@@ -574,9 +577,6 @@ pub struct OnArgs {
     /// How often shards that failed are submitted again, at most.
     #[arg(long, value_name = "N", requires = "on", default_value = "2", value_parser = clap::value_parser!(u64).range(0..=100))]
     pub retries: u64,
-    /// Threads of a shard.
-    #[arg(long, value_name = "N", requires = "on", default_value = "1", value_parser = clap::value_parser!(u64).range(1..=1024))]
-    pub threads: u64,
     /// The job in place of that of kardan: `kardan sweep template slurm` prints one to begin with.
     #[arg(long, value_name = "FILE", requires = "on")]
     pub template: Option<PathBuf>,
@@ -646,6 +646,24 @@ pub struct MergeArgs {
     pub max_steps: u64,
     #[command(flatten)]
     pub changes: Changes,
+}
+
+fn samples(text: &str) -> Result<u64, String> {
+    match whole(text) {
+        Some(0) => Err("a sweep has one sample at least; write a number such as 1000".into()),
+        Some(number) => Ok(number),
+        None => Err("samples are counted by a whole number; write it in digits alone, such as 1000".into()),
+    }
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    whole(text)
+        .ok_or_else(|| format!("a seed is a whole number from 0 to {}; write it in digits alone, such as 7", u64::MAX))
+}
+
+/// A number in digits alone.
+fn whole(text: &str) -> Option<u64> {
+    text.parse().ok()
 }
 
 fn shard(text: &str) -> Result<Shard, String> {

@@ -166,7 +166,7 @@ fn too_large(name: &str, limit: u64) -> Diagnostic {
 
 fn decode(name: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return Err(Diagnostic::error("file::utf-16", format!("`{name}` is UTF-16 text, a model file is UTF-8"))
+        return Err(Diagnostic::error("file::utf-16", format!("`{name}` is UTF-16 text, and has to be UTF-8"))
             .help("save it as UTF-8, or convert it: iconv -f UTF-16 -t UTF-8 OLD > NEW"));
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
@@ -175,7 +175,7 @@ fn decode(name: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
         let line = bytes[..at].iter().filter(|&&byte| byte == b'\n').count() + 1;
         let byte = bytes[at];
         let message = format!("`{name}` is not UTF-8 text: byte 0x{byte:02X} at offset {at} (line {line})");
-        Diagnostic::error("file::not-utf-8", message).help("a model file is text; save it as UTF-8")
+        Diagnostic::error("file::not-utf-8", message).help("it is read as text; save it as UTF-8")
     })?;
     if text.trim().is_empty() {
         return Err(Diagnostic::error("file::empty", format!("`{name}` is empty")).help(format!(

@@ -9,6 +9,7 @@ mod design;
 mod elements;
 mod equations;
 mod identify;
+mod kept;
 mod linearise;
 mod models;
 mod run;
@@ -61,7 +62,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
     if let Some(seconds) = limits.and_then(|limits| limits.time_limit) {
         stop::limit(seconds);
     }
-    if let Some(told) = unwatchable(&cli.command) {
+    if let Some(told) = unwatchable(&cli.command).or_else(|| limit_threads(&cli.command).err()) {
         return exit_code(Err(told.into()), json);
     }
     match watched(&cli.command) {
@@ -77,6 +78,19 @@ fn unwatchable(command: &Command) -> Option<Diagnostic> {
     let message = "`--watch` with `--out`: when the file changes, the rows that are there are of another sweep";
     let help = "add `--force`, so that each pass replaces the rows of the one before, or leave `--out` away";
     keeps.then(|| Diagnostic::error("arguments::watch", message).help(help))
+}
+
+/// As many threads as a sweep on this machine asks for, before anything has begun some.
+fn limit_threads(command: &Command) -> Result<(), Diagnostic> {
+    let Command::Sweep(SweepArgs { threads: Some(threads), on, .. }) = command else { return Ok(()) };
+    if on.on.is_some() {
+        return Ok(());
+    }
+    let count = usize::try_from(*threads).unwrap_or(usize::MAX);
+    rayon::ThreadPoolBuilder::new().num_threads(count).build_global().map_err(|error| {
+        let message = format!("`--threads {threads}`: they cannot be started: {error}");
+        Diagnostic::error("arguments::threads", message).help("ask for fewer, or leave `--threads` out")
+    })
 }
 
 /// The model file of a command that is to be done whenever it changes.

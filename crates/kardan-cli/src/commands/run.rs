@@ -14,6 +14,7 @@ use kardan::study::{Part, Settings};
 use kardan_report as report;
 use rayon::prelude::*;
 
+use super::kept::kept_model;
 use crate::args::{Format, RunArgs, RunMethod};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::folder::{Folder, tell_gone};
@@ -75,6 +76,12 @@ fn rows_again(project: &Project, path: &Path, args: &RunArgs, settings: &Setting
         let help = "name one of the files `rows-….parquet` that `kardan sweep --out DIR` writes";
         vec![Diagnostic::error("sweep::again", format!("`{shown}`: {why}")).help(help)]
     })?;
+    let was = path.parent().and_then(|folder| kept_model(folder, &identity));
+    if let Some(told) = project.other_model(&identity, was.as_deref()) {
+        let help = "run with the model, its `--set`, and the version of kardan that made them";
+        let message = format!("the rows of `{shown}` are of another sweep: {told}");
+        return Err(vec![Diagnostic::error("sweep::again", message).help(help)]);
+    }
     let (samples, variants) = (&args.samples, &args.variants);
     let there = |sample: &u64| rows.iter().any(|row| row.sample == *sample);
     if let Some(missing) = samples.iter().find(|sample| !there(sample)) {

@@ -12,6 +12,7 @@ use kardan::results::{RowAgain, Sweep, SweepRow, SweepRows, SweptRequirement};
 use kardan::study::{Progress, Settings, Shard, SweepGoal, SweepPlan, SweepSettings};
 use kardan_report as report;
 
+use super::kept::{keep_model, kept_model, models_of, path_of_model};
 use super::run::method;
 use crate::args::{Limits, MOST_STEPS, MergeArgs, RunMethod, SweepArgs, SweepCommand, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
@@ -48,7 +49,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     let mut plan = project.sweep_plan(&settings).map_err(refused)?;
     plan.shard = args.shard;
     let mut rows = match &args.out {
-        Some(out) => rows_before(args, out, &plan)?,
+        Some(out) => rows_before(args, out, (&project, &plan))?,
         None => SweepRows::default(),
     };
     let bars = Bars::within(quiet, args.limits);
@@ -57,7 +58,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     // Rows of another sweep stay until the first ones of this are there.
     let mut first = args.force;
     let mut write = |block: u64, rows: &[SweepRow]| match &args.out {
-        Some(out) => write_block(out, &plan, block, rows, std::mem::take(&mut first)).map_err(|mistake| {
+        Some(out) => write_block(out, (&project, &plan), block, rows, std::mem::take(&mut first)).map_err(|mistake| {
             let why = mistake.message.clone();
             failed = Some(mistake);
             why
@@ -312,7 +313,7 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let mut blocks: BTreeMap<u64, PathBuf> = BTreeMap::new();
     let mut rows = SweepRows::default();
     for (block, path) in files {
-        let read = |path: &Path| rows_of(&plan, block, path).map_err(|why| unusable(path, &why));
+        let read = |path: &Path| rows_of(&project, &plan, block, path).map_err(|why| unusable(path, &why));
         let found = read(&path)?;
         match blocks.get(&block) {
             Some(other) if !same(&read(other)?, &found) => {
@@ -408,9 +409,16 @@ fn path_of(out: &Path, block: u64) -> PathBuf {
 }
 
 /// Writes a block; behind the first one of a sweep that starts anew those of another one go.
-fn write_block(out: &Path, plan: &SweepPlan, block: u64, rows: &[SweepRow], first: bool) -> Result<(), Diagnostic> {
+fn write_block(
+    out: &Path,
+    (project, plan): (&Project, &SweepPlan),
+    block: u64,
+    rows: &[SweepRow],
+    first: bool,
+) -> Result<(), Diagnostic> {
     let bytes = export::sweep_rows(&plan.head, rows)
         .map_err(|error| Diagnostic::error("output::folder", format!("rows cannot be written as Parquet: {error}")))?;
+    keep_model(out, project, &plan.head.identity)?;
     save(&path_of(out, block), &bytes)?;
     if first { start_anew(out, plan, block) } else { Ok(()) }
 }
@@ -439,13 +447,18 @@ fn start_anew(out: &Path, plan: &SweepPlan, written: u64) -> Result<(), Diagnost
     if let Some(Shard { number, of }) = plan.shard {
         removed(&manifest_of(out, number, of), "it is of a sweep before this one")?;
     }
+    if plan.shard.is_none() {
+        let own = path_of_model(out, &plan.head.identity);
+        let mut old = models_of(out).into_iter().filter(|path| *path != own);
+        old.try_for_each(|path| removed(&path, "it is the model of a sweep before this one"))?;
+    }
     let own = |block: u64| block != written && (plan.own_blocks().contains(&block) || block >= plan.blocks());
     let mut old = files_of_rows(out).into_iter().filter(|(block, _)| own(*block));
     old.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
 }
 
 /// The rows that are there already, of the same sweep; a folder with those of another one is refused.
-fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<SweepRows, Diagnostic> {
+fn rows_before(args: &SweepArgs, out: &Path, (project, plan): (&Project, &SweepPlan)) -> Result<SweepRows, Diagnostic> {
     prepare_folder(out)?;
     let mut files = files_of_rows(out);
     if plan.shard.is_some() {
@@ -469,7 +482,7 @@ fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<SweepRo
     }
     let mut rows = SweepRows::default();
     for (block, path) in files {
-        let found = rows_of(plan, block, &path).map_err(|why| {
+        let found = rows_of(project, plan, block, &path).map_err(|why| {
             let message = format!("`{}` cannot be gone on with: {why}", path.display());
             let help = "run with the model and the options that made it, remove it to run its samples again, or start anew with `--force`";
             Diagnostic::error("sweep::resume", message).help(help)
@@ -480,9 +493,10 @@ fn rows_before(args: &SweepArgs, out: &Path, plan: &SweepPlan) -> Result<SweepRo
 }
 
 /// The rows of a block: all of them, of this sweep.
-fn rows_of(plan: &SweepPlan, block: u64, path: &Path) -> Result<Vec<SweepRow>, String> {
+fn rows_of(project: &Project, plan: &SweepPlan, block: u64, path: &Path) -> Result<Vec<SweepRow>, String> {
     let read = fs::read(path).map_err(|error| reason(&error));
-    let found = read.and_then(|bytes| export::read_sweep_rows(&plan.head, bytes))?;
+    let read = read.and_then(|bytes| export::read_sweep_rows(&plan.head, bytes));
+    let found = read.map_err(|why| other_sweep(project, plan, path).unwrap_or(why))?;
     let samples = plan.samples_of(block..block.saturating_add(1));
     let own = found.iter().filter(|row| samples.contains(&row.sample)).count();
     if own != found.len() || own != samples.count() * plan.head.variants.len() {
@@ -500,6 +514,14 @@ fn rows_of(plan: &SweepPlan, block: u64, path: &Path) -> Result<Vec<SweepRow>, S
             Err(format!("sample {} has other values than follow from its number: the file was damaged", row.sample))
         }
     }
+}
+
+/// In what rows of another sweep differ from those of this one, if that is what is wrong with them.
+fn other_sweep(project: &Project, plan: &SweepPlan, path: &Path) -> Option<String> {
+    let (here, there) = (&plan.head.identity, export::identity_of_rows(fs::read(path).ok()?).ok()?);
+    let was = kept_model(path.parent()?, &there);
+    let told = || format!("it is of another sweep: {}", project.other_sweep(here, &there, was.as_deref()));
+    (*here != there).then(told)
 }
 
 /// Writes and prints what was found, all of it or not.

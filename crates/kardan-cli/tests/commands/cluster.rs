@@ -363,6 +363,8 @@ fn nonsense_is_refused_before_something_is_submitted() {
     ] {
         fs::write(at.0.join(name), text).unwrap();
     }
+    fs::write(at.0.join("utf16.sh"), b"\xff\xfe{\0{\0").unwrap();
+    fs::write(at.0.join("empty.sh"), "\n").unwrap();
     let on = ["--on", "slurm", "--out", "o"];
     for (more, told) in [
         (&["--on", "slurm"][..], "--out"),
@@ -386,6 +388,11 @@ fn nonsense_is_refused_before_something_is_submitted() {
             "`shar.sh`, line 2: there is no `{{shar}}` help: did you mean `{{shard}}`?",
         ),
         (&[&on[..], &["--template", "open.sh"]].concat(), "`open.sh`, line 1: `{{` without `}}`"),
+        (&[&on[..], &["--template", "utf16.sh"]].concat(), "`utf16.sh` is UTF-16 text, and has to be UTF-8"),
+        (
+            &[&on[..], &["--template", "empty.sh"]].concat(),
+            "`empty.sh` is empty help: begin with a template of kardan: `kardan sweep template slurm` prints one",
+        ),
         (&[&on[..], &["--template", "no.sh"]].concat(), "has no `{{shard}}`"),
         (&[&on[..], &["--template", "none.sh"]].concat(), "has no `{{array}}` or `{{list}}`"),
         (&["--on", "slurm", "--out", "m.toml"], "exists already and is a file"),

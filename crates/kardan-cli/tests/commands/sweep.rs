@@ -76,6 +76,35 @@ fn the_page_has_the_runs() {
     assert!(full.contains("model_sample-"));
 }
 
+/// On as many threads as asked for, as the manifest of a shard tells, with the same rows.
+#[test]
+fn threads_are_limited() {
+    let at = folder("threads");
+    fs::write(at.join("m.toml"), MODEL).unwrap();
+    let own = ["sweep", "m.toml", "--samples", "150"];
+    let rows = ["0", "1", "3"].map(|threads| {
+        // More of them than cores too, and as many as there are by themselves.
+        let more = if threads == "0" { vec![] } else { vec!["--threads", threads] };
+        let got = kardan(&at, &[&own[..], &["--out", threads], &more].concat());
+        assert_eq!(got.status.code(), Some(1), "{}", String::from_utf8_lossy(&got.stderr));
+        let part = format!("part-{threads}");
+        assert_eq!(
+            kardan(&at, &[&own[..], &["--shard", "1/2", "--out", &part], &more].concat()).status.code(),
+            Some(1)
+        );
+        let manifest = fs::read(at.join(part).join("shard-1-of-2.json")).unwrap();
+        let manifest: serde_json::Value = serde_json::from_slice(&manifest).unwrap();
+        assert!(threads == "0" || manifest["threads"].to_string() == threads, "{manifest}");
+        [0, 1, 2].map(|block| fs::read(at.join(threads).join(format!("rows-{block:06}.parquet"))).unwrap())
+    });
+    assert!(rows[0] == rows[1] && rows[1] == rows[2]);
+    let help = String::from_utf8(kardan(&at, &["sweep", "--help"]).stdout).unwrap();
+    assert!(
+        help.contains("Threads that run the samples") && help.contains("with `--on` those of each shard"),
+        "{help}"
+    );
+}
+
 /// The command beside a run makes that run again, of the variant alone that it is of.
 #[test]
 fn the_page_tells_how_a_run_is_made_again() {
@@ -181,6 +210,73 @@ fn it_goes_on_where_it_ended() {
     fs::write(at.join("o/rows-000001.parquet"), b"PAR1").unwrap();
     assert!(printed(&sweep(&["--resume"]).stdout).to_string().contains("cannot be gone on with"));
     assert_eq!(sweep(&["--force", "--seed", "3"]).status.code(), Some(1));
+}
+
+/// What is refused tells what is different: values of the model, also of another sweep that was replaced, or what else rows follow from.
+#[test]
+fn what_differs_is_told() {
+    let at = folder("differs");
+    let write = |model: &str| fs::write(at.join("m.toml"), model).unwrap();
+    let other = MODEL.replace("10 %", "20 %").replace("above = ", "below = ").replace("\"4 N m\"", "\"5 N m\"");
+    let own = ["sweep", "m.toml", "--samples", "70", "--json"];
+    let run = |arguments: &[&str]| {
+        let got = kardan(&at, arguments);
+        (got.status.code(), printed(&got.stdout)["error"].to_string().replace("\\\"", "\""))
+    };
+    let sweep = |more: &[&str]| run(&[&own[..], more].concat());
+    let models = |folder: &str| {
+        let names =
+            fs::read_dir(at.join(folder)).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        names.filter(|name| name.starts_with("model-")).collect::<Vec<_>>()
+    };
+    write(MODEL);
+    assert_eq!(sweep(&["--out", "o"]).0, Some(1));
+    assert_eq!(sweep(&["--out", "one", "--shard", "1/2"]).0, Some(1));
+    let kept = models("o");
+    assert_eq!((kept.len(), &models("one")), (1, &kept));
+    assert_eq!(sweep(&["--out", "o", "--resume"]).0, Some(1));
+    let changes = "of another sweep: `shaft.a.inertia` \"2 kg m^2 ± 10 %\", here \"2 kg m^2 ± 20 %\"; \
+                   `scenario.event[0].to` \"4 N m\", here \"5 N m\"; `requirement[0].above` is not here; and 1 more";
+    write(&other);
+    let again = ["run", "m.toml", "--json", "--variants-from", "o/rows-000000.parquet", "--sample", "1"];
+    for refused in
+        [sweep(&["--out", "o", "--resume"]), run(&["sweep", "merge", "m.toml", "one", "--json"]), run(&again)]
+    {
+        assert!(refused.0 == Some(2) && refused.1.contains(changes), "{}", refused.1);
+    }
+    // Only what differs is told, whatever stands behind it.
+    write(MODEL);
+    for (more, told) in [
+        (&["--seed", "3"][..], "of another sweep: seed 0, here seed 3"),
+        (&["--tolerance", "1e-7"], "of another sweep: tolerance 1e-7 here alone"),
+        (
+            &["--method", "taylor", "--max-steps", "9"],
+            "limit of steps 9 here alone; method Automatic, here method Taylor",
+        ),
+        (&["--worst", "1"], "of another sweep: --worst 1 here alone"),
+        (
+            &["--set", "scenario.event[0].to=3 N m"],
+            "of another sweep: `scenario.event[0].to` \"4 N m\", here \"3 N m\"",
+        ),
+    ] {
+        let (code, error) = sweep(&[&["--out", "o", "--resume"], more].concat());
+        assert!(code == Some(2) && error.contains(told), "{more:?}: {error}");
+        assert!(!error.contains("70 samples") && !error.contains("kardan 0"), "{error}");
+    }
+    // Where it is not known what the model was, it has its number.
+    fs::remove_file(at.join("o").join(&kept[0])).unwrap();
+    let (_, error) = sweep(&["--out", "o", "--resume", "--set", "scenario.event[0].to=3 N m"]);
+    let number = kept[0].trim_start_matches("model-").trim_end_matches(".toml");
+    assert!(error.contains(&format!("another sweep: model {number}, here model ")), "{error}");
+    write(&other);
+    assert_eq!(sweep(&["--out", "o", "--force"]).0, Some(1));
+    assert!(models("o").len() == 1 && models("o") != kept);
+    let on = ["sweep", "m.toml", "--on", "local", "--out", "on", "--shards", "2", "--json"];
+    assert_eq!(run(&[&on[..], &["--samples", "70"]].concat()).0, Some(1));
+    let (code, error) =
+        run(&[&on[..], &["--samples", "80", "--resume", "--set", "scenario.event[0].to=4 N m"]].concat());
+    let told = "of another sweep: `scenario.event[0].to` \"5 N m\", here \"4 N m\"; 70 samples of `model`, here 80 samples of `model`";
+    assert!(code == Some(2) && error.contains(told), "{error}");
 }
 
 /// A sweep that is ended keeps its blocks, and says how much is missing.
@@ -349,9 +445,39 @@ fn nonsense_is_refused() {
     let at = folder("nonsense");
     fs::write(at.join("m.toml"), MODEL).unwrap();
     fs::write(at.join("same.toml"), MODEL.replace(" ± 10 %", "")).unwrap();
+    for (name, points, count) in [("c", "corners\"", 70), ("g", "grid\"", 12), ("l", "grid\"\nlevels = 20000000", 1)] {
+        let shafts = (0..count).map(|k| format!("[shaft.a{k}]\ninertia = \"2 kg m^2 ± 10 %\"\n")).collect::<String>();
+        let model = format!("[sweep]\npoints = \"{points}\n{shafts}[scenario]\n");
+        fs::write(at.join(format!("{name}.toml")), model).unwrap();
+    }
     for (arguments, told) in [
         (&["sweep", "same.toml"][..], "nothing in the file varies"),
-        (&["sweep", "m.toml", "--samples", "0"], "0 samples"),
+        (
+            &["sweep", "m.toml", "--samples", "0"],
+            "invalid value '0' for '--samples <N>': a sweep has one sample at least; write a number such as 1000",
+        ),
+        (
+            &["sweep", "m.toml", "--samples", "1e3"],
+            "'1e3' for '--samples <N>': samples are counted by a whole number; write it in digits alone, such as 1000",
+        ),
+        (&["sweep", "m.toml", "--samples", "10k"], "write it in digits alone, such as 1000"),
+        (&["sweep", "m.toml", "--samples", "-5"], "write it in digits alone, such as 1000"),
+        (
+            &["sweep", "m.toml", "--seed", "-1"],
+            "'-1' for '--seed <S>': a seed is a whole number from 0 to 18446744073709551615; write it in digits",
+        ),
+        (
+            &["sweep", "c.toml"],
+            "with 2 levels of 70 parameters has more than 18446744073709551615 samples: there can be 10000000 help: let fewer",
+        ),
+        (
+            &["sweep", "g.toml"],
+            "with 5 levels of 12 parameters has 244140625 samples: there can be 10000000 help: write `points = \"grid\"` with `levels = 3`, which has 531441, let fewer",
+        ),
+        (
+            &["sweep", "l.toml"],
+            "with 20000000 levels of 1 parameters has 20000000 samples: there can be 10000000 help: write `points = \"grid\"` with `levels = 10000000`",
+        ),
         (&["sweep", "m.toml", "--samples", "20000000"], "20000000 samples"),
         (&["sweep", "m.toml", "--variant", "nobody"], "there is no variant `nobody`"),
         (&["sweep", "m.toml", "--resume"], "--out"),

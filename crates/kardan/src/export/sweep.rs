@@ -83,6 +83,16 @@ pub fn samples_and_seed(bytes: Vec<u8>) -> Result<(u64, u64), String> {
     number(SAMPLES).zip(number(SEED)).ok_or_else(|| "it holds no rows of a sweep".to_string())
 }
 
+/// What the rows of a file follow from, in words.
+///
+/// # Errors
+/// The file is damaged, or holds no rows of a sweep.
+pub fn identity_of_rows(bytes: Vec<u8>) -> Result<String, String> {
+    let metadata = write::metadata(bytes).map_err(|error| format!("it cannot be read: {error}"))?;
+    let identity = metadata.into_iter().find(|(key, _)| key == IDENTITY);
+    identity.map(|(_, value)| value).ok_or_else(|| "it holds no rows of a sweep".to_string())
+}
+
 /// What rows follow from, and each with the numbers of its columns: values of what varies, beside others.
 ///
 /// # Errors

@@ -4,4 +4,4 @@ mod syntax;
 mod toml;
 
 pub use self::syntax::syntax;
-pub use self::toml::to_toml;
+pub use self::toml::{to_toml, value_to_toml};

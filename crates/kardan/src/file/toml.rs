@@ -23,6 +23,13 @@ pub fn to_toml(entries: &Entries) -> String {
     out
 }
 
+/// A value as it stands in a file.
+pub fn value_to_toml(written: &Written) -> String {
+    let mut out = String::new();
+    value(written, &mut out);
+    out
+}
+
 /// Writes the keys of a table, then the tables below it.
 fn table(entries: &Entries, path: &[&str], out: &mut String) {
     let (below, keys): (Vec<_>, Vec<_>) = entries.iter().partition(|entry| has_header(entry, entries, path.len()));
@@ -76,9 +83,7 @@ fn has_header(entry: &KeyedEntry, among: &Entries, depth: usize) -> bool {
 }
 
 fn length(written: &Written) -> usize {
-    let mut text = String::new();
-    value(written, &mut text);
-    text.len()
+    value_to_toml(written).len()
 }
 
 fn header(path: &[&str], [open, close]: [&str; 2], out: &mut String) {

@@ -92,4 +92,4 @@ pub use robustness::ToleranceBox;
 pub use run::{Settings, run};
 pub use safety::{SafetySettings, SafetySpec, safety};
 pub use signals::{AnalyzeSettings, ParitySettings};
-pub use sweep::{Shard, SweepGoal, SweepPlan, SweepSettings, SweepSpec, TakeRows};
+pub use sweep::{Shard, SweepGoal, SweepPlan, SweepSettings, SweepSpec, TakeRows, swept_model};

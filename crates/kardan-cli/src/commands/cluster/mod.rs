@@ -16,9 +16,11 @@ use std::time::{Duration, Instant};
 
 use kardan::diagnostics::Diagnostic;
 use kardan::num::Random;
+use kardan::project::Project;
 
 use self::queue::Queue;
 use self::template::{check, fill, ranges};
+use super::kept::{keep_model, kept_model, models_of};
 use super::sweep::{files_of_rows, manifest_of, merge, settings};
 use crate::args::{MergeArgs, SweepArgs, Target, word};
 use crate::exit::DONE;
@@ -121,7 +123,7 @@ impl<'a> Work<'a> {
                 .into());
         }
         let template = match &args.on.template {
-            Some(path) => (path.display().to_string(), input::read_text(path)?),
+            Some(path) => (path.display().to_string(), input::read_text(path).map_err(empty)?),
             None => (format!("kardan sweep template {}", queue.name), queue.template.into()),
         };
         check(&template.0, &template.1)?;
@@ -155,18 +157,19 @@ impl<'a> Work<'a> {
             let help = "put the model and the folder of `--out` into one folder, that of the claim";
             return Err(Diagnostic::error("sweep::on", message).help(help).into());
         }
-        work.take_up()?;
+        work.take_up(&project)?;
         for folder in ["parts", "logs"] {
             prepare_folder(&work.out.join(folder))?;
         }
         let script = fill("shard.sh", SHARD, &work.values(&[])?)?;
         save(&work.out.join("shard.sh"), script.as_bytes())?;
+        keep_model(&work.out, &project, &work.identity)?;
         work.record()?;
         Ok(work)
     }
 
     /// What the folder tells of the commands before; a folder with another sweep is refused.
-    fn take_up(&mut self) -> Result<(), Diagnostic> {
+    fn take_up(&mut self, project: &Project) -> Result<(), Diagnostic> {
         prepare_folder(&self.out)?;
         let (record, shown) = (self.out.join(RECORD), self.out.display());
         let before = fs::read_to_string(&record).unwrap_or_default();
@@ -180,7 +183,8 @@ impl<'a> Work<'a> {
                 .into_iter()
                 .filter(|path| !before.is_empty() && path.is_dir());
             let gone = gone.map(|path| (fs::remove_dir_all(&path), path));
-            let gone = gone.chain(rows.into_iter().map(|(_, path)| (fs::remove_file(&path), path)));
+            let files = rows.into_iter().map(|(_, path)| path).chain(models_of(&self.out));
+            let gone = gone.chain(files.map(|path| (fs::remove_file(&path), path)));
             for (done, path) in gone {
                 done.map_err(|error| {
                     let message = format!("cannot remove `{}`: {}", path.display(), reason(&error));
@@ -207,7 +211,8 @@ impl<'a> Work<'a> {
         };
         if let Some(found) = of("sweep").first().filter(|found| **found != self.identity) {
             let help = "run with the model and the options that made it, or start anew with `--force`";
-            return other(format!("it is of another sweep: {found}, not {}", self.identity), help);
+            let told = project.other_sweep(&self.identity, found, kept_model(&self.out, found).as_deref());
+            return other(format!("it is of another sweep: {told}"), help);
         }
         if let Some(found) = of("shards").first().and_then(|found| found.parse().ok()) {
             if self.args.on.shards.is_some_and(|asked| asked != found) {
@@ -275,7 +280,7 @@ impl<'a> Work<'a> {
             ("list", list.join(" ")),
             ("count", shards.len().to_string()),
             ("shards", self.shards.to_string()),
-            ("threads", self.args.on.threads.to_string()),
+            ("threads", threads(self.args).to_string()),
             ("processes", processes(self.args, shards.len() as u64).to_string()),
             ("retries", self.args.on.retries.to_string()),
             ("name", self.name()),
@@ -478,10 +483,23 @@ impl<'a> Work<'a> {
     }
 }
 
+/// An empty file is told by what a template needs, not a model.
+fn empty(mistake: Diagnostic) -> Diagnostic {
+    match mistake.code {
+        "file::empty" => mistake.help("begin with a template of kardan: `kardan sweep template slurm` prints one"),
+        _ => mistake,
+    }
+}
+
 /// Shards that run at a time on this machine.
 fn processes(args: &SweepArgs, shards: u64) -> u64 {
     let cores = thread::available_parallelism().map_or(1, |cores| cores.get() as u64);
-    (cores / args.on.threads).clamp(1, shards.max(1))
+    (cores / threads(args)).clamp(1, shards.max(1))
+}
+
+/// Threads of a shard.
+fn threads(args: &SweepArgs) -> u64 {
+    args.threads.unwrap_or(1)
 }
 
 /// Starts a script in a group of its own: signals of the terminal come to it through us.

@@ -7,6 +7,7 @@ mod course;
 mod goal;
 mod indices;
 mod laws;
+mod other;
 mod plan;
 mod points;
 mod rare;
@@ -29,6 +30,7 @@ use abreast::Abreast;
 use course::Course;
 pub use goal::SweepGoal;
 use goal::target;
+pub use other::swept_model;
 pub use plan::{Shard, SweepPlan, SweepSettings};
 use points::{Filling, axes, combinations, moved};
 use rare::{CHAIN, MOST_LEVELS};
@@ -38,7 +40,7 @@ pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
 use together::factors;
 use told::answered;
-use varied::Varied;
+use varied::{SWEEP, Varied};
 use wanted::wanted;
 
 use super::prepare::is_error;
@@ -437,6 +439,9 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
                 let message = format!("{asked} samples: all combinations of the grid are {all}");
                 return refused("sweep::samples", message, "leave the number out, or take other `points`");
             }
+            if all > MOST_SAMPLES {
+                return Err(too_large(levels, spec, all));
+            }
             all
         }
         filling => asked.next_multiple_of(filling.group(moved(&factors(spec.varied.len(), &spec.together)))),
@@ -445,6 +450,30 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
         return too_many(samples);
     }
     Ok((samples, samples.div_ceil(MOST_BLOCKS).max(LEAST_BLOCK)))
+}
+
+/// A grid that has more combinations than there can be samples.
+fn too_large(levels: u64, spec: &SweepSpec, all: u64) -> Diagnostic {
+    let (word, count) = (spec.filling.word(), spec.varied.len());
+    let more = if all == u64::MAX { "more than " } else { "" };
+    let message = format!(
+        "{SWEEP}: `points = \"{word}\"` with {levels} levels of {count} parameters has {more}{all} samples: there can be {MOST_SAMPLES}"
+    );
+    let of = |levels: u64| combinations(levels, spec.varied.iter().map(|varied| &varied.distribution));
+    // The most levels that fit.
+    let (mut fit, mut over) = (1, levels);
+    while over - fit > 1 {
+        let middle = fit + (over - fit) / 2;
+        if of(middle) <= MOST_SAMPLES { fit = middle } else { over = middle }
+    }
+    let fewer = if fit < 2 {
+        String::new()
+    } else {
+        format!("write `points = \"grid\"` with `levels = {fit}`, which has {}, ", of(fit))
+    };
+    let others =
+        "let fewer parameters vary, or take `points = \"latin_hypercube\"`, which has as many samples as asked for";
+    Diagnostic::error("sweep::samples", message).help(format!("{fewer}{others}"))
 }
 
 /// Whether rows of a search that are there already are those that follow from the rows before them.

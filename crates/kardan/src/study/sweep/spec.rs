@@ -60,7 +60,7 @@ pub(in crate::study) fn sweep_spec(known: &Known<'_>, variants: &[String], out: 
     }
     let together = together(document, &mut varied, of_tolerances, out);
     let levels = whole(&reader, table, "levels", SWEEP, out).unwrap_or(LEVELS);
-    let filling = Filling::named(read_word(table, "points").unwrap_or_default(), levels.clamp(2, MOST_SAMPLES));
+    let filling = Filling::named(read_word(table, "points").unwrap_or_default(), levels.max(2));
     check_points(table, filling, (levels, &varied), out);
     check_axes(table, filling, (varied.len(), together.is_empty()), out);
     SweepSpec {
