@@ -10,6 +10,7 @@ use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, P
 use kardan::study::{Part, Progress};
 
 use crate::args::Limits;
+use crate::render::note;
 use crate::stop;
 
 const STEPS: u64 = 1000;
@@ -21,6 +22,7 @@ const TICK: Duration = Duration::from_millis(200);
 /// One bar for each variant that is running; drawn only on a terminal.
 pub struct Bars {
     all: MultiProgress,
+    quiet: bool,
     /// Whether there is a terminal to draw on.
     seen: bool,
     /// Nothing is drawn any more.
@@ -52,7 +54,16 @@ impl Bars {
                 }
             });
         }
-        Self { all, seen, over, running: Mutex::default(), counted: Mutex::default(), most_steps: None, show: None }
+        Self {
+            all,
+            quiet,
+            seen,
+            over,
+            running: Mutex::default(),
+            counted: Mutex::default(),
+            most_steps: None,
+            show: None,
+        }
     }
 
     /// The same for a command that shows what is finished, should it end early.
@@ -137,6 +148,12 @@ impl Progress for Bars {
         let begun = *first.get_or_insert_with(|| (Instant::now(), done));
         drop(first);
         self.draw(Some(0), &counted(done, all, begun), done as f64 / all as f64);
+    }
+
+    fn say(&self, text: &str) {
+        if !self.quiet {
+            self.all.suspend(|| note(text));
+        }
     }
 
     fn preparing(&self, fraction: f64) {

@@ -100,14 +100,17 @@ enum Kind {
 
 impl Ensemble {
     /// Lanes for a loop whose equations are [given](crate::assemble::Equations::given) the coefficients that vary, in the same order; as many as machine
-    /// code has where `count` asks for no other number: 1, 4 or 8. None where lanes do not do all that the loop does.
+    /// code has where `count` asks for no other number: 1, 4 or 8.
+    ///
+    /// # Errors
+    /// Why lanes do not do all that the loop does.
     pub fn new(
         setup: Setup<'_>,
         varying: &[(CoefficientKind, usize)],
         tolerance: Tolerance,
         count: Option<usize>,
-    ) -> Option<Self> {
-        Some(Self(match count.unwrap_or_else(lanes) {
+    ) -> Result<Self, &'static str> {
+        Ok(Self(match count.unwrap_or_else(lanes) {
             8 => Kind::Eight(Group::new(setup, varying, tolerance)?),
             4 => Kind::Four(Group::new(setup, varying, tolerance)?),
             _ => Kind::One(Group::new(setup, varying, tolerance)?),
@@ -134,10 +137,15 @@ struct Group<N> {
 }
 
 impl<N: Lane> Group<N> {
-    fn new(setup: Setup<'_>, varying: &[(CoefficientKind, usize)], tolerance: Tolerance) -> Option<Self> {
+    fn new(setup: Setup<'_>, varying: &[(CoefficientKind, usize)], tolerance: Tolerance) -> Result<Self, &'static str> {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
-        if !scenario.faults.is_empty() || !scenario.tasks.is_empty() || scenario.flow.is_some() {
-            return None;
+        let reasons = [
+            (!scenario.faults.is_empty(), "there are faults"),
+            (!scenario.tasks.is_empty(), "there are programs or blocks with a sample time"),
+            (scenario.flow.is_some(), "there are blocks"),
+        ];
+        if let Some((_, why)) = reasons.into_iter().find(|(is_so, _)| *is_so) {
+            return Err(why);
         }
         let machine = || {
             let mut parted = None;
@@ -145,7 +153,7 @@ impl<N: Lane> Group<N> {
                 parted = Outputs::new(reduced, scenario).parted(motion, reduced, found);
                 parted.as_mut().map(|parted| std::mem::take(&mut parted.alone)).unwrap_or_default()
             });
-            Some((machine, parted?))
+            parted.map(|parted| (machine, parted)).ok_or("a figure or a requirement reads what lanes do not tell")
         };
         let (mut first, parted) = machine()?;
         let absolute = absolute_tolerances(reduced, tolerance, first.size());
@@ -170,7 +178,7 @@ impl<N: Lane> Group<N> {
         for _ in 1..N::COUNT {
             all.push(own(machine()?));
         }
-        Some(Self { abreast, common, own: all, times: N::all(0.0), rooms: N::all(1.0), nexts: N::all(0.0) })
+        Ok(Self { abreast, common, own: all, times: N::all(0.0), rooms: N::all(1.0), nexts: N::all(0.0) })
     }
 
     fn run(&mut self, runs: &[LaneRun], take: &mut TakeRun<'_>) {

@@ -19,6 +19,9 @@ pub trait Progress: Sync {
     /// The part done of what comes before: reading, checks, and the design of the laws, from 0 to 1.
     fn preparing(&self, _fraction: f64) {}
 
+    /// Something worth to be said while it runs, which is no part of what is found.
+    fn say(&self, _text: &str) {}
+
     /// Why everything is to end now; `None`: it goes on. Asked often by all that takes long and keeps what it has: runs end
     /// with [`Outcome::Failed`](crate::results::Outcome::Failed) and this cause, trials of a design are left out and say so.
     fn stop(&self) -> Option<String> {

@@ -4,7 +4,7 @@ use kardan::model::builtin;
 use kardan::project::Project;
 use kardan::results::{RowAgain, Sweep, SweepRow, SweepRows};
 use kardan::simulate::Method;
-use kardan::study::{Settings, Silent, SweepSettings};
+use kardan::study::{Progress, Settings, Silent, SweepSettings};
 
 /// A body that a ramp breaks away from its friction, and one that its friction brings to rest.
 const BODIES: &str = "\
@@ -198,14 +198,37 @@ fn others_run_one_by_one() {
     let sensor = "[sensor.s]\nmeasures = \"angle\"\nshaft = \"b\"\nlines = 100\n\n[scenario]";
     let read = BODIES.replace("[scenario]", sensor).replace("signal = \"b.phi\"", "signal = \"s.phi\"");
     let events = BODIES.replace("signal = \"b.phi\"\nmeasure = \"final\"", "signal = \"b.phi\"\nmeasure = \"events\"");
-    for text in [initial, follows, limited, rate, read, events] {
+    for (text, why) in [
+        (initial, "`scenario.initial.b.w` is more than multiples of inertias"),
+        (follows, "`m` is more than multiples of inertias"),
+        (limited, "a limit of torque is met by more than steps and samples"),
+        (rate, "a motor has a limit of rate"),
+        (read, "a figure or a requirement reads what lanes do not tell"),
+        (events, "figures or requirements count events"),
+    ] {
         let project = Project::open(text.as_str());
-        let (rows, found) = swept(&project, &settings(4, Method::Automatic, 1e-8));
+        let (settings, said) = (settings(4, Method::Automatic, 1e-8), Said::default());
+        let (plan, mut rows) = (project.sweep_plan(&settings).unwrap(), SweepRows::default());
+        let found = project.sweep(&plan, &settings.run, &mut rows, &said, &mut |_, _| Ok(())).unwrap();
         assert!(
             found.compared.is_none() && rows.iter().all(|row| row.reason.is_empty()),
             "{text}: {:?} {rows:?}",
             found.compared
         );
+        let said = said.0.into_inner().unwrap();
+        assert!(said.len() == 1 && said[0].starts_with("runs go one by one") && said[0].contains(why), "{said:?}");
+    }
+}
+
+/// What is said in a run.
+#[derive(Default)]
+struct Said(std::sync::Mutex<Vec<String>>);
+
+impl Progress for Said {
+    fn advance(&self, _: usize, _: &str, _: f64) {}
+
+    fn say(&self, text: &str) {
+        self.0.lock().unwrap().push(text.into());
     }
 }
 

@@ -344,6 +344,29 @@ fn samples_end_when_they_are_enough() {
     assert!(found.rows == 200 && found.notes.iter().any(|note| note.contains("still wider")), "{:?}", found.notes);
 }
 
+/// Where a part of the samples cannot be run, a search goes on among the others: here a shaft without inertia is refused, and f is least at 0.2.
+#[test]
+fn what_cannot_be_run_is_no_worst_case() {
+    let uniform = normal(&["x"]).replace("distribution = \"normal\"\ndeviation = 1", "from = -1\nto = 1");
+    let text = uniform.replace("x = 0\n", "x = 1\n").replace("\"1 kg m^2\"", "\"x*1 kg m^2\"")
+        + "[[figure]]\nname = \"f\"\nvalue = \"(x - 0.2)^2\"\n[[requirement]]\nfigure = \"f\"\nabove = 0.001\n";
+    let (blocks, found) = swept(&project(&text), &asked(300, SweepGoal::Worst("1".into())), &[]);
+    let rows: Vec<SweepRow> = blocks.into_values().flatten().collect();
+    let refused = rows.iter().filter(|row| row.values[0] <= 0.0).count();
+    assert!(rows.iter().all(|row| row.reason.is_empty() == (row.values[0] > 0.0)), "{:?}", rows[0]);
+    let worst = found.worst.unwrap();
+    assert!((worst.values[0].value - 0.2).abs() < 1e-3 && (worst.margin.unwrap() + 0.001).abs() < 1e-6, "{worst:?}");
+    // Half of the first ones, which fill the space, and few of those that were sought.
+    assert!((60..140).contains(&refused), "{refused}");
+    // Where none can be run, there is no worst case.
+    let (_, found) = swept(
+        &project(&text.replace("from = -1\nto = 1", "from = -1\nto = -0.5")),
+        &asked(100, SweepGoal::Worst("1".into())),
+        &[],
+    );
+    assert!(found.worst.is_none() && found.failures[0].count == 100, "{found:?}");
+}
+
 /// Least margins at a corner, and where a hollow is.
 #[test]
 fn worst_cases_are_found() {

@@ -565,11 +565,18 @@ fn scaled<N: Lane>(out: &mut N, x: &N, factor: f64) {
 }
 
 impl<N: Lane> Abreast<N> {
-    /// Series of the loop of a machine up to an order; none where these lanes do not do what the machine does.
-    pub(in crate::simulate) fn new(machine: &Machine, tolerances: (f64, &[f64]), order: usize) -> Option<Self> {
+    /// Series of the loop of a machine up to an order.
+    ///
+    /// # Errors
+    /// Why these lanes do not do what the machine does.
+    pub(in crate::simulate) fn new(
+        machine: &Machine,
+        tolerances: (f64, &[f64]),
+        order: usize,
+    ) -> Result<Self, &'static str> {
         let (r, m) = (machine.degrees_of_freedom, machine.modes.len());
-        if !machine.goes_abreast() || r > MOST || m > MOST {
-            return None;
+        if let Some(why) = machine.why_alone() {
+            return Err(why);
         }
         let own = &machine.places;
         let plan = Arc::clone(machine.dynamics.shared_plan());
@@ -598,13 +605,14 @@ impl<N: Lane> Abreast<N> {
         let series = Series::<N>::with(code, order, &wanted, steady, |first, steady| {
             matrices = first;
             response.steps(&places, first, steady)
-        })?;
+        })
+        .ok_or("a function of its loop has no series")?;
         let mut memory = Aligned::<N>::new(code.block().memory());
         code.block().begin(&mut memory);
         let (size, sources, zero) = (machine.size - 2, machine.lines.len(), N::all(0.0));
         let timed = machine.timed.polynomials().count();
         let torques = matrices + response.is_there.len() - m;
-        Some(Self {
+        Ok(Self {
             native: Native::new(&code.block()),
             stride: Stride::new((size, m), order, tolerances, machine.timed.has_time().then_some(places.also.len())),
             series,
@@ -822,22 +830,30 @@ impl<N: Lane> Abreast<N> {
 }
 
 impl Machine {
-    /// Whether between samples its loop is all in the plan, what holds are frictions alone.
-    fn goes_abreast(&self) -> bool {
-        let drives = self.drives.iter().all(|drive| drive.rate.is_none() && drive.faults.is_empty());
-        drives
-            && self.limits_meet_steps()
-            && self.kept.is_empty()
-            && self.meshes.is_empty()
-            && self.holds.is_empty()
-            && self.sliders.directions.is_empty()
-            && !self.relaxes
-            && !self.own_laws
-            && !self.moves
-            && self.laws.iter().all(|wired| wired.told.is_empty() && wired.answers.is_empty())
-            && self.timed.is_polynomial()
-            && self.bends.of_time.is_empty()
-            && self.bends.of_state == 0
+    /// Why lanes do not do all that it does: between samples its loop is all in the plan, and what holds are frictions alone.
+    fn why_alone(&self) -> Option<&'static str> {
+        let reasons = [
+            (self.degrees_of_freedom.max(self.modes.len()) > MOST, "there are many coordinates or frictions"),
+            (self.drives.iter().any(|drive| drive.rate.is_some()), "a motor has a limit of rate"),
+            (self.drives.iter().any(|drive| !drive.faults.is_empty()), "there are faults"),
+            (!self.limits_meet_steps(), "a limit of torque is met by more than steps and samples"),
+            (!self.kept.is_empty(), "linkages close loops"),
+            (!self.meshes.is_empty(), "teeth have losses"),
+            (!self.holds.is_empty(), "there are stops, clutches or locks"),
+            (!self.sliders.directions.is_empty() || self.relaxes, "motions have no inertia"),
+            (self.own_laws, "a law without sample time, a program or blocks compute by themselves"),
+            (self.moves, "speeds are prescribed"),
+            (
+                self.laws.iter().any(|wired| !(wired.told.is_empty() && wired.answers.is_empty())),
+                "there are programs or blocks",
+            ),
+            (
+                !(self.timed.is_polynomial() && self.bends.of_time.is_empty()),
+                "a function of time bends or jumps elsewhere than at listed times",
+            ),
+            (self.bends.of_state > 0, "a law of the file bends or jumps with the motion"),
+        ];
+        reasons.into_iter().find(|(is_so, _)| *is_so).map(|(_, why)| why)
     }
 
     /// The next breakpoint of a function of time after a time, s; infinite if there is none.

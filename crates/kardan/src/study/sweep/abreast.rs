@@ -71,13 +71,16 @@ fn has_same_laws(one: &PreparedVariant, two: &PreparedVariant) -> bool {
 }
 
 impl<'p> Abreast<'p> {
-    /// A variant whose runs differ in coefficients alone, each of them a multiple of one of the values; none where there is more to it.
+    /// A variant whose runs differ in coefficients alone, each of them a multiple of one of the values.
+    ///
+    /// # Errors
+    /// What more there is to it.
     pub fn new(
         (document, prepared): (&Document, &Prepared),
         (variant, own): (&'p PreparedVariant, &VariantSettings),
         spread: &[Varied],
         (tolerance, recorded, (count, draws)): (Tolerance, &Recorded, (Option<usize>, bool)),
-    ) -> Option<Self> {
+    ) -> Result<Self, String> {
         let measures = prepared.figures.iter().filter_map(|figure| match &figure.of {
             FigureOf::Measure(measure) => Some(&**measure),
             FigureOf::Value(_) => None,
@@ -85,25 +88,28 @@ impl<'p> Abreast<'p> {
         // Lanes tell of no events.
         let of_events = |one: &Requirement| matches!(one.measure, Measure::Events | Measure::TimeAtLimit);
         if prepared.requirements.iter().chain(measures).any(of_events) {
-            return None;
+            return Err("figures or requirements count events".into());
         }
         let base: Vec<f64> = spread.iter().map(|varied| varied.distribution.quantile(BASE)).collect();
         let prepared_with = |values: &[f64]| {
             let found = sampled(document, (variant, own), spread, (values, None)).ok();
             found.filter(|found| has_same_laws(found, variant))
         };
-        let first = prepared_with(&base)?;
+        let first = prepared_with(&base).ok_or("laws or programs follow what varies")?;
         let all = slots(&first.reduced);
         let expected = rest(&first);
         let mut from: Vec<Option<(usize, f64)>> = vec![None; all.len()];
         for (k, varied) in spread.iter().enumerate() {
+            let name = &varied.name;
+            let more = || format!("`{name}` is more than multiples of inertias, dampings, stiffnesses and frictions");
             let mut values = base.clone();
             // What has two values in a list may have the same one twice.
             let others = OTHERS.map(|part| varied.distribution.quantile(part));
-            values[k] = others.into_iter().find(|value| *value != base[k])?;
-            let other = prepared_with(&values)?;
+            values[k] =
+                others.into_iter().find(|value| *value != base[k]).ok_or_else(|| format!("`{name}` has one value"))?;
+            let other = prepared_with(&values).ok_or_else(|| format!("laws or programs follow `{name}`"))?;
             if slots(&other.reduced) != all || rest(&other) != expected {
-                return None;
+                return Err(more());
             }
             for (slot, from) in all.iter().zip(&mut from) {
                 let [before, now] = [&first, &other].map(|one| one.reduced.equations.coefficient(*slot));
@@ -114,11 +120,10 @@ impl<'p> Abreast<'p> {
                     coefficient.div(&Exact::new(rational_from_f64(value).unwrap_or_default(), 0))
                 };
                 let parts = [part(before, base[k]), part(now, values[k])];
-                let [Some(part), Some(same)] = parts else { return None };
-                if from.is_some() || part != same {
-                    return None;
+                match parts {
+                    [Some(part), Some(same)] if from.is_none() && part == same => *from = Some((k, part.to_f64())),
+                    _ => return Err(more()),
                 }
-                *from = Some((k, part.to_f64()));
             }
         }
         let varying: Vec<(Slot, (usize, f64))> =
@@ -127,8 +132,12 @@ impl<'p> Abreast<'p> {
         for (k, (slot, from)) in varying.iter().enumerate() {
             let stribeck = |term: usize| reduced.equations.frictions[term].value.stribeck.is_some();
             let (kind, term) = *slot;
-            if base[from.0] * from.1 <= 0.0 || kind == CoefficientKind::Friction && stribeck(term) {
-                return None;
+            let name = &spread[from.0].name;
+            if base[from.0] * from.1 <= 0.0 {
+                return Err(format!("what follows `{name}` is not above zero"));
+            }
+            if kind == CoefficientKind::Friction && stribeck(term) {
+                return Err(format!("`{name}` is a friction that changes with the speed"));
             }
             let name = format!("given.{k}");
             let coefficient = reduced.equations.coefficient_mut(*slot);
@@ -150,13 +159,13 @@ impl<'p> Abreast<'p> {
         };
         let first = out.ensemble()?;
         out.put_back(first);
-        Some(out)
+        Ok(out)
     }
 
-    fn ensemble(&self) -> Option<Ensemble> {
+    fn ensemble(&self) -> Result<Ensemble, &'static str> {
         let waiting = self.ready.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let setup = Setup { reduced: &self.reduced, laws: &self.variant.running, scenario: &self.scenario };
-        waiting.or_else(|| Ensemble::new(setup, &self.varying, self.tolerance, self.count))
+        waiting.map_or_else(|| Ensemble::new(setup, &self.varying, self.tolerance, self.count), Ok)
     }
 
     fn put_back(&self, ensemble: Ensemble) {
@@ -179,7 +188,7 @@ impl<'p> Abreast<'p> {
             let (places, runs): (Vec<usize>, Vec<LaneRun>) = given.into_iter().unzip();
             let mut filled = vec![false; rows.len()];
             let run = AssertUnwindSafe(|| {
-                let Some(mut ensemble) = self.ensemble() else { return };
+                let Ok(mut ensemble) = self.ensemble() else { return };
                 ensemble.run(&runs, &mut |number, series| {
                     let Some(series) = series else { return };
                     let row = &mut *rows[places[number]];

@@ -114,7 +114,7 @@ impl Project {
         let prepared = self.prepared();
         let number = prepared.all().position(|other| other.name == variant.name)?;
         let (recorded, one_lane) = (wanted(prepared), Some(1));
-        let lanes = self.lanes_of((variant, own), spread, settings, (&recorded, (one_lane, draws)), &Silent)?;
+        let lanes = self.lanes_of((variant, own), spread, settings, (&recorded, (one_lane, draws)), &Silent).ok()?;
         let mut row = SweepRow { sample, variant: number, values: values.to_vec(), ..blank(prepared) };
         let filled = lanes.fill(prepared, &mut [&mut row], &|| ());
         filled.into_iter().all(|filled| filled).then_some(row)

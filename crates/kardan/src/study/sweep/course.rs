@@ -70,9 +70,9 @@ impl Course {
             Self::Plain => {}
             Self::Until(looks) => looks.take(block, rows, plan.head.variants.len()),
             Self::Worst(target, worst) => {
-                worst.tell(plan.samples_of(block..block + 1).start, &target.margins(rows));
+                worst.tell(plan.samples_of(block..block + 1).start, &target.margins(rows, Target::margin_of_case));
             }
-            Self::Rare(target, rare) => rare.tell(&target.margins(rows)),
+            Self::Rare(target, rare) => rare.tell(&target.margins(rows, Target::margin)),
         }
     }
 

@@ -1,6 +1,7 @@
 //! What a sweep is for, where it is more than its samples: the requirement that a search is after, and when samples are enough.
 
 use super::answers::{CONFIDENCE, clopper_pearson};
+use super::rows::is_refusal;
 use super::varied::Varied;
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::tables::Measure;
@@ -55,9 +56,14 @@ impl Target {
         }
     }
 
+    /// The same for a search: what cannot be run is no case, and so never the worst one.
+    pub fn margin_of_case(&self, row: &SweepRow) -> f64 {
+        if is_refusal(&row.reason) { f64::INFINITY } else { self.margin(row) }
+    }
+
     /// The least margin of each sample over its variants, of rows by sample.
-    pub fn margins(&self, rows: &[SweepRow]) -> Vec<f64> {
-        let of_sample = |rows: &[SweepRow]| rows.iter().map(|row| self.margin(row)).fold(f64::INFINITY, f64::min);
+    pub fn margins(&self, rows: &[SweepRow], margin: impl Fn(&Self, &SweepRow) -> f64) -> Vec<f64> {
+        let of_sample = |rows: &[SweepRow]| rows.iter().map(|row| margin(self, row)).fold(f64::INFINITY, f64::min);
         rows.chunk_by(|one, next| one.sample == next.sample).map(of_sample).collect()
     }
 }

@@ -34,7 +34,7 @@ pub use other::swept_model;
 pub use plan::{Shard, SweepPlan, SweepSettings};
 use points::{Filling, axes, combinations, moved};
 use rare::{CHAIN, MOST_LEVELS};
-use rows::{blank, difference, fill, sampled, seed_of};
+use rows::{blank, difference, fill, refusal, sampled, seed_of};
 use spec::MOST_SAMPLES;
 pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
@@ -200,7 +200,11 @@ impl Project {
         let recorded = wanted(prepared);
         let lanes =
             |variant| self.lanes_of(variant, &plan.spread, settings, (&recorded, (plan.lanes, plan.draws())), progress);
-        let abreast: Vec<Option<Abreast<'_>>> = chosen.iter().copied().map(lanes).collect();
+        let found: Vec<Result<Abreast<'_>, String>> = chosen.iter().copied().map(lanes).collect();
+        if plan.own_blocks().any(|block| known_of(block).is_empty()) {
+            say_why(&chosen, &found, progress);
+        }
+        let abreast: Vec<Option<Abreast<'_>>> = found.into_iter().map(Result::ok).collect();
         let mut ended = None;
         for block in plan.own_blocks() {
             let there = known_of(block);
@@ -332,10 +336,7 @@ impl Project {
         let run = || {
             let seed = plan.draws().then(|| seed_of(variant.scenario.seed, row.sample));
             let found = sampled(self.document(), (variant, own), &plan.spread, (&row.values, seed));
-            let mut ready = found.map_err(|mistakes| {
-                let first = mistakes.iter().find(|mistake| is_error(mistake));
-                first.map_or_else(|| "it cannot be prepared".into(), |one| format!("{}: {}", one.code, one.message))
-            })?;
+            let mut ready = found.map_err(|mistakes| refusal(&mistakes))?;
             ready.scenario.recorded = Some(recorded.clone());
             Ok(run_variant(number, &ready, (prepared, settings), progress))
         };
@@ -352,7 +353,10 @@ impl Project {
         }
     }
 
-    /// Lanes for a variant, where its runs can go side by side in such.
+    /// Lanes for a variant.
+    ///
+    /// # Errors
+    /// Why its runs cannot go side by side in such; nothing where a method was asked for.
     fn lanes_of<'p>(
         &self,
         variant: (&'p PreparedVariant, &VariantSettings),
@@ -360,13 +364,34 @@ impl Project {
         settings: &Settings,
         (recorded, lanes): (&Recorded, (Option<usize>, bool)),
         progress: &dyn Progress,
-    ) -> Option<Abreast<'p>> {
+    ) -> Result<Abreast<'p>, String> {
         if settings.method != Method::Automatic {
-            return None;
+            return Err(String::new());
         }
         let prepared = self.prepared();
         let tolerance = tolerance(prepared, settings, progress);
         Abreast::new((self.document(), prepared), variant, spread, (tolerance, recorded, lanes))
+    }
+}
+
+/// Says which variants run one by one, and why.
+fn say_why(
+    chosen: &[(&PreparedVariant, &VariantSettings)],
+    found: &[Result<Abreast<'_>, String>],
+    progress: &dyn Progress,
+) {
+    let mut told: Vec<(&str, Vec<String>)> = Vec::new();
+    for ((variant, _), why) in chosen.iter().zip(found).filter_map(|(one, found)| Some((one, found.as_ref().err()?))) {
+        let name = format!("`{}`", variant.name);
+        match told.iter_mut().find(|(known, _)| known == why) {
+            _ if why.is_empty() => {}
+            Some((_, names)) => names.push(name),
+            None => told.push((why, vec![name])),
+        }
+    }
+    for (why, names) in told {
+        let of = if names.len() == chosen.len() { String::new() } else { format!(" of {}", names.join(", ")) };
+        progress.say(&format!("runs{of} go one by one, not side by side in lanes: {why}"));
     }
 }
 

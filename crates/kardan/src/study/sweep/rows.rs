@@ -1,7 +1,7 @@
 //! Rows of a sweep: the settings of a sample, what a run tells, how far two rows are apart.
 
 use super::varied::Varied;
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::{Diagnostic, Severity};
 use crate::model::{Document, Setting, VariantSettings};
 use crate::num::{Random, rational_from_f64};
 use crate::results::{Outcome, Run, SweepRow};
@@ -62,6 +62,17 @@ pub(super) fn blank(prepared: &Prepared) -> SweepRow {
         figures: vec![f64::NAN; prepared.figures.len()],
         ..SweepRow::default()
     }
+}
+
+/// Why a sample cannot be run, of what speaks against its values: its code and what it says.
+pub(super) fn refusal(mistakes: &[Diagnostic]) -> String {
+    let first = mistakes.iter().find(|mistake| mistake.severity == Severity::Error);
+    first.map_or_else(|| "it cannot be prepared".into(), |one| format!("{}: {}", one.code, one.message))
+}
+
+/// Whether a reason is that a sample cannot be run, and not what came of its run: it begins with a code.
+pub(super) fn is_refusal(reason: &str) -> bool {
+    reason.split_once(": ").is_some_and(|(code, _)| code.contains("::") && !code.contains(' '))
 }
 
 /// What a run tells.

@@ -252,7 +252,7 @@ fn worst(plan: &SweepPlan, rows: &SweepRows, course: &Course, prepared: &Prepare
     let (least, before) = search.least();
     let (margin, sample) = least?;
     let of_sample = rows.range(sample..sample + 1).map(|number| rows.get(number).to_row());
-    let row = of_sample.min_by(|one, other| target.margin(one).total_cmp(&target.margin(other)))?;
+    let row = of_sample.min_by(|one, other| target.margin_of_case(one).total_cmp(&target.margin_of_case(other)))?;
     let number = |x: f64| x.is_finite().then_some(x);
     let values = plan.head.varied.iter().zip(&row.values);
     Some(SweptWorst {

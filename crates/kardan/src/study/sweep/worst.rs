@@ -133,7 +133,7 @@ impl Worst {
     /// Takes their margins.
     pub fn tell(&mut self, first: u64, margins: &[f64]) {
         for (number, margin) in (first..).zip(margins) {
-            if self.least.is_none_or(|(least, _)| *margin < least) {
+            if *margin < self.least.map_or(f64::INFINITY, |(least, _)| least) {
                 self.least = Some((*margin, number));
             }
         }
