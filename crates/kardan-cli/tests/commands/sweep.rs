@@ -94,7 +94,7 @@ fn threads_are_limited() {
         );
         let manifest = fs::read(at.join(part).join("shard-1-of-2.json")).unwrap();
         let manifest: serde_json::Value = serde_json::from_slice(&manifest).unwrap();
-        assert!(threads == "0" || manifest["threads"].to_string() == threads, "{manifest}");
+        assert!(threads == "0" || manifest["threads"] == threads.parse::<u64>().unwrap(), "{manifest}");
         [0, 1, 2].map(|block| fs::read(at.join(threads).join(format!("rows-{block:06}.parquet"))).unwrap())
     });
     assert!(rows[0] == rows[1] && rows[1] == rows[2]);

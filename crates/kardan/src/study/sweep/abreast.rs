@@ -70,6 +70,49 @@ fn has_same_laws(one: &PreparedVariant, two: &PreparedVariant) -> bool {
     one.running.len() == two.running.len() && pairs.all(|(one, two)| Arc::ptr_eq(one, two))
 }
 
+/// Of each coefficient which value it follows, and what it is of it.
+fn followed(
+    all: &[Slot],
+    spread: &[Varied],
+    (base, first): (&[f64], &PreparedVariant),
+    prepared_with: &dyn Fn(&[f64]) -> Option<PreparedVariant>,
+) -> Result<Vec<Option<(usize, f64)>>, String> {
+    let expected = rest(first);
+    let mut from: Vec<Option<(usize, f64)>> = vec![None; all.len()];
+    for (k, varied) in spread.iter().enumerate() {
+        let name = &varied.name;
+        let more = || {
+            format!(
+                "`{name}` reaches more than inertias, dampings, stiffnesses and frictions, or these not in proportion"
+            )
+        };
+        let mut values = base.to_vec();
+        // What has two values in a list may have the same one twice.
+        let others = OTHERS.map(|part| varied.distribution.quantile(part));
+        values[k] =
+            others.into_iter().find(|value| *value != base[k]).ok_or_else(|| format!("`{name}` has one value"))?;
+        let other = prepared_with(&values).ok_or_else(|| format!("laws or programs follow `{name}`"))?;
+        if slots(&other.reduced) != *all || rest(&other) != expected {
+            return Err(more());
+        }
+        for (slot, from) in all.iter().zip(&mut from) {
+            let [before, now] = [first, &other].map(|one| one.reduced.equations.coefficient(*slot));
+            if before == now {
+                continue;
+            }
+            let part = |coefficient: &Exact, value: f64| {
+                coefficient.div(&Exact::new(rational_from_f64(value).unwrap_or_default(), 0))
+            };
+            let parts = [part(before, base[k]), part(now, values[k])];
+            match parts {
+                [Some(part), Some(same)] if from.is_none() && part == same => *from = Some((k, part.to_f64())),
+                _ => return Err(more()),
+            }
+        }
+    }
+    Ok(from)
+}
+
 impl<'p> Abreast<'p> {
     /// A variant whose runs differ in coefficients alone, each of them a multiple of one of the values.
     ///
@@ -97,35 +140,7 @@ impl<'p> Abreast<'p> {
         };
         let first = prepared_with(&base).ok_or("laws or programs follow what varies")?;
         let all = slots(&first.reduced);
-        let expected = rest(&first);
-        let mut from: Vec<Option<(usize, f64)>> = vec![None; all.len()];
-        for (k, varied) in spread.iter().enumerate() {
-            let name = &varied.name;
-            let more = || format!("`{name}` is more than multiples of inertias, dampings, stiffnesses and frictions");
-            let mut values = base.clone();
-            // What has two values in a list may have the same one twice.
-            let others = OTHERS.map(|part| varied.distribution.quantile(part));
-            values[k] =
-                others.into_iter().find(|value| *value != base[k]).ok_or_else(|| format!("`{name}` has one value"))?;
-            let other = prepared_with(&values).ok_or_else(|| format!("laws or programs follow `{name}`"))?;
-            if slots(&other.reduced) != all || rest(&other) != expected {
-                return Err(more());
-            }
-            for (slot, from) in all.iter().zip(&mut from) {
-                let [before, now] = [&first, &other].map(|one| one.reduced.equations.coefficient(*slot));
-                if before == now {
-                    continue;
-                }
-                let part = |coefficient: &Exact, value: f64| {
-                    coefficient.div(&Exact::new(rational_from_f64(value).unwrap_or_default(), 0))
-                };
-                let parts = [part(before, base[k]), part(now, values[k])];
-                match parts {
-                    [Some(part), Some(same)] if from.is_none() && part == same => *from = Some((k, part.to_f64())),
-                    _ => return Err(more()),
-                }
-            }
-        }
+        let from = followed(&all, spread, (&base, &first), &prepared_with)?;
         let varying: Vec<(Slot, (usize, f64))> =
             all.into_iter().zip(from).filter_map(|(slot, from)| Some((slot, from?))).collect();
         let mut reduced = first.reduced.clone();
