@@ -8,7 +8,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::fault;
 use crate::output::print;
@@ -28,6 +28,8 @@ const SIGNAL: &str = "stopped by a signal (Ctrl-C, SIGINT or SIGTERM)";
 pub type Show = Box<dyn FnOnce(&str) -> u8 + Send>;
 
 static REASON: OnceLock<String> = OnceLock::new();
+/// When the time is over, and how many seconds it was.
+static LIMIT: OnceLock<(Instant, f64)> = OnceLock::new();
 /// Whether something has heard of the end and now keeps what it has.
 static HEARD: AtomicBool = AtomicBool::new(false);
 /// Whether what is computed ends by itself behind the part that is begun, however long that takes.
@@ -57,16 +59,30 @@ pub fn listen(json: bool) {
 
 /// Ends the command after this time, s.
 pub fn limit(seconds: f64) {
+    let time = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+    if let Some(end) = Instant::now().checked_add(time) {
+        let _ = LIMIT.set((end, seconds));
+    }
     thread::spawn(move || {
-        thread::sleep(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
-        request(format!("the time limit of {seconds} s is reached (`--time-limit`)"));
+        thread::sleep(time);
+        request(limit_reached(seconds));
     });
+}
+
+fn limit_reached(seconds: f64) -> String {
+    format!("the time limit of {seconds} s is reached (`--time-limit`)")
 }
 
 /// Why the command is to end now; who asks keeps what it has.
 pub fn reason() -> Option<String> {
     if fault::early("asked") {
         request(SIGNAL.into());
+    }
+    // What waits for the time may be late.
+    if let Some((end, seconds)) = LIMIT.get()
+        && Instant::now() >= *end
+    {
+        request(limit_reached(*seconds));
     }
     let reason = REASON.get()?;
     HEARD.store(true, Ordering::SeqCst);

@@ -99,6 +99,8 @@ fn threads_are_limited() {
     });
     assert!(rows[0] == rows[1] && rows[1] == rows[2]);
     let help = String::from_utf8(kardan(&at, &["sweep", "--help"]).stdout).unwrap();
+    // Lines are as wide as the terminal.
+    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(
         help.contains("Threads that run the samples") && help.contains("with `--on` those of each shard"),
         "{help}"
