@@ -56,14 +56,18 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     stop::finish_parts();
     let mut failed = None;
     // Rows of another sweep stay until the first ones of this are there.
-    let mut first = args.force;
-    let mut write = |block: u64, rows: &[SweepRow]| match &args.out {
-        Some(out) => write_block(out, (&project, &plan), block, rows, std::mem::take(&mut first)).map_err(|mistake| {
+    let (mut first, mut is_kept) = (args.force, false);
+    let mut write = |block: u64, rows: &[SweepRow]| {
+        let Some(out) = &args.out else { return Ok(()) };
+        // The model, once, before the first rows of it.
+        let keep = || keep_model(out, &project, &plan.head.identity);
+        let kept = if std::mem::replace(&mut is_kept, true) { Ok(()) } else { keep() };
+        let written = kept.and_then(|()| write_block(out, &plan, block, rows, std::mem::take(&mut first)));
+        written.map_err(|mistake| {
             let why = mistake.message.clone();
             failed = Some(mistake);
             why
-        }),
-        None => Ok(()),
+        })
     };
     let found = project.sweep(&plan, &settings.run, &mut rows, &bars, &mut write);
     bars.finish();
@@ -409,16 +413,9 @@ fn path_of(out: &Path, block: u64) -> PathBuf {
 }
 
 /// Writes a block; behind the first one of a sweep that starts anew those of another one go.
-fn write_block(
-    out: &Path,
-    (project, plan): (&Project, &SweepPlan),
-    block: u64,
-    rows: &[SweepRow],
-    first: bool,
-) -> Result<(), Diagnostic> {
+fn write_block(out: &Path, plan: &SweepPlan, block: u64, rows: &[SweepRow], first: bool) -> Result<(), Diagnostic> {
     let bytes = export::sweep_rows(&plan.head, rows)
         .map_err(|error| Diagnostic::error("output::folder", format!("rows cannot be written as Parquet: {error}")))?;
-    keep_model(out, project, &plan.head.identity)?;
     save(&path_of(out, block), &bytes)?;
     if first { start_anew(out, plan, block) } else { Ok(()) }
 }
