@@ -43,7 +43,8 @@ impl Interval {
         Self { low: (0..units).fold(low, |x, _| x.next_down()), high: (0..units).fold(high, |x, _| x.next_up()) }
     }
 
-    fn hull(self, other: Self) -> Self {
+    /// All numbers of both and between them.
+    pub fn hull(self, other: Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 

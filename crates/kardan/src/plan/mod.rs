@@ -7,11 +7,13 @@ mod compile;
 mod explain;
 mod operators;
 mod pieces;
+mod resolution;
 mod series;
 mod text;
 
 pub use compile::compile;
 pub use operators::word;
+pub use resolution::Resolution;
 pub use series::{PiecedSeries, Series};
 pub use text::{PlanTextError, parse};
 

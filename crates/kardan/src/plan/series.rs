@@ -199,7 +199,7 @@ impl<N: Value> Series<N> {
 }
 
 /// Which values of a plan's memory some of them need.
-fn needed(plan: &Plan, wanted: &[usize]) -> Vec<bool> {
+pub(super) fn needed(plan: &Plan, wanted: &[usize]) -> Vec<bool> {
     let mut needed = vec![false; plan.block().memory()];
     wanted.iter().for_each(|place| needed[*place] = true);
     let (mut last, mut operands) = (needed.len(), plan.operands.as_slice());

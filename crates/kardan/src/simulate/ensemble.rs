@@ -54,6 +54,8 @@ struct Common {
     coefficients: Vec<(CoefficientKind, usize)>,
     scenario: Scenario,
     start: Vec<f64>,
+    /// Errors allowed of the states in a step: relative, absolute.
+    tolerances: (f64, Vec<f64>),
     /// Times at which lines of sources change, and the end, s.
     breakpoints: Vec<f64>,
     input_names: Vec<String>,
@@ -70,6 +72,8 @@ struct Own {
     alone: usize,
     others: Option<Readings>,
     between: Vec<f64>,
+    /// Memory for states at the begin, in the middle and at the end of a part of a step.
+    parts: [Vec<f64>; 3],
     steps: usize,
     time: f64,
     /// Where its equations change: the next breakpoint, or the next sample.
@@ -168,12 +172,17 @@ impl<N: Lane> Group<N> {
             coefficients: varying.to_vec(),
             scenario: scenario.clone(),
             start: reduced.state(&scenario.position, &scenario.speed),
+            tolerances: (tolerance.relative, absolute),
             breakpoints,
             input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
             clocked_laws: first.clocked_laws(),
         };
         let alone = abreast.also_places().len();
-        let own = |(machine, parted)| Own::new(machine, parted, scenario, alone);
+        let also = abreast.also_places().to_vec();
+        let own = |(mut machine, parted): (Machine, _)| {
+            machine.prepare_resolution(&also);
+            Own::new(machine, parted, scenario, alone)
+        };
         let mut all = vec![own((first, parted))];
         for _ in 1..N::COUNT {
             all.push(own(machine()?));
@@ -253,20 +262,28 @@ impl<N: Lane> Group<N> {
                 continue;
             }
             own.steps += 1;
-            let whole = length < rooms.lanes()[lane];
+            let cut = own.resolve(lane, length, (abreast, common));
+            let length = cut.unwrap_or(length);
+            let whole = cut.is_none() && length < rooms.lanes()[lane];
             if whole {
                 nexts.lanes_mut()[lane] = length;
             }
-            abreast.end(lane, &mut own.looked);
+            match cut {
+                Some(length) => abreast.state(lane, length, &mut own.looked),
+                None => abreast.end(lane, &mut own.looked),
+            }
             let event = if abreast.stays(lane) { None } else { own.event(lane, length, abreast) };
             let end = match event {
                 Some(later) => (own.time + later).min(own.end),
-                None if whole => own.time + length,
+                None if whole || cut.is_some() => own.time + length,
                 None => own.end,
             };
             let r = own.machine.degrees_of_freedom();
-            let fits =
+            let mut fits =
                 own.looked.iter().all(|x| x.is_finite()) && own.looked[r..2 * r].iter().all(|w| w.abs() < DIVERGED);
+            if !whole && event.is_none() && cut.is_none() && own.tick > own.end {
+                fits &= own.belongs(lane, length, (abreast, common));
+            }
             if !fits {
                 own.run = None;
                 take(number, None);
@@ -277,7 +294,7 @@ impl<N: Lane> Group<N> {
             if event.is_some() {
                 own.happen(common);
             }
-            if event.is_some() || own.time >= own.end {
+            if event.is_some() || cut.is_some() || own.time >= own.end {
                 self.proceed(lane, take);
             } else {
                 abreast.go_on(lane);
@@ -298,6 +315,7 @@ impl Own {
             alone,
             others: parted.others,
             between: vec![0.0; size],
+            parts: std::array::from_fn(|_| vec![0.0; size]),
             steps: 0,
             time: 0.0,
             end: 0.0,
@@ -387,6 +405,32 @@ impl Own {
             self.looked.copy_from_slice(&self.state);
             !self.leaves(self.time)
         }
+    }
+
+    /// How long a step is that passes nothing unresolved, where it is to be shorter.
+    fn resolve<N: Lane>(&mut self, lane: usize, length: f64, (abreast, common): (&Abreast<N>, &Common)) -> Option<f64> {
+        if abreast.resolves(lane, length, &self.machine) {
+            return None;
+        }
+        let (from, (relative, absolute)) = (self.time, &common.tolerances);
+        let state = |at: f64, out: &mut [f64]| abreast.state(lane, at - from, out);
+        let until = self.machine.resolved_until((from, from + length), &mut self.parts, state, (*relative, absolute));
+        (until < from + length).then_some(until - from)
+    }
+
+    /// Whether a step up to where the equations change, which no terms have limited, belongs to the motion.
+    fn belongs<N: Lane>(&mut self, lane: usize, length: f64, (abreast, common): (&Abreast<N>, &Common)) -> bool {
+        let (relative, absolute) = &common.tolerances;
+        let mut slope = vec![0.0; self.between.len() - 2];
+        taylor::INSIDE.iter().all(|part| {
+            abreast.state(lane, part * length, &mut self.between);
+            self.machine.derivative(self.time + part * length, &self.between, &mut self.rates);
+            abreast.slope(lane, part * length, &mut slope);
+            slope.iter().enumerate().all(|(k, slope)| {
+                let size = self.state[k].abs().max(self.looked[k].abs()).max((slope * length).abs());
+                (slope - self.rates[k]).abs() * length <= taylor::LEFT_OUT * (absolute[k] + relative * size)
+            })
+        })
     }
 
     /// Records a row just where it stands of what needs more than the state: it is evaluated there.

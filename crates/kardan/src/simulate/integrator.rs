@@ -97,7 +97,7 @@ impl Integrator {
             Self::Taylor(solver) => {
                 let time = solver.time();
                 solver.step(until, machine.evaluated(), |k, x| machine.expand(time, k, x))?;
-                solver.look_at_end(|t, x, dx| machine.derivative(t, x, dx))?;
+                solver.look_inside(|t, x, dx| machine.derivative(t, x, dx))?;
                 solver.look_at_rounding(|t, x, dx| machine.derivative(t, x, dx));
                 Ok(())
             }

@@ -173,6 +173,8 @@ pub(super) struct RunningLoop {
     /// Whether segments may be.
     linear: bool,
     tolerance: f64,
+    /// Absolute errors allowed of each state in a step.
+    absolute: Vec<f64>,
     /// Segments that were, and the evaluations they took.
     segments: Effort,
     /// Whether the integrator took a step.
@@ -211,6 +213,8 @@ pub(super) struct RunningLoop {
     flurry: usize,
     state: Vec<f64>,
     looked: Vec<f64>,
+    /// Memory for states at the begin, in the middle and at the end of a part of a step.
+    between: [Vec<f64>; 3],
     derivative: Vec<f64>,
     moved: Vec<f64>,
     reversed: Vec<usize>,
@@ -410,6 +414,7 @@ impl RunningLoop {
             Method::Automatic | Method::Stepping if is_stiff(&mut machine, scenario, &state) => Method::Radau,
             asked => asked,
         };
+        let least_energy = absolute[size - 2];
         let solver = solver_of(method, (tolerance.relative, &absolute), (&mut machine, reduced), &mut outputs);
         let reference = || Integrator::dop853(tolerance.relative, &absolute);
         let series = matches!(solver, Some(Integrator::Taylor(_)));
@@ -438,6 +443,8 @@ impl RunningLoop {
             input_units: input_units(reduced),
             shafts: reduced.equations.coordinates.clone(),
             state_names: state_names(reduced).zip(absolute.iter().map(|x| x / tolerance.relative)).collect(),
+            absolute,
+            between: std::array::from_fn(|_| vec![0.0; size]),
             time_grid: Vec::with_capacity(scenario.times.len()),
             next_row: 0,
             events: Vec::new(),
@@ -458,7 +465,7 @@ impl RunningLoop {
             initial_energy: 0.0,
             work: 0.0,
             exchanged: 0.0,
-            least_energy: absolute[size - 2],
+            least_energy,
             doubted: None,
             jammed: None,
             jams: 0,
@@ -712,6 +719,7 @@ impl RunningLoop {
             return self.tell(progress);
         }
         self.stepped = true;
+        self.machine.begin_notes();
         let mut made = self.solver.step(&mut self.machine, end);
         if made.is_err() && !self.referred && self.change_method() {
             self.solver.start(&mut self.machine, self.time, &self.state);
@@ -725,6 +733,7 @@ impl RunningLoop {
             }
             return Err(self.step_failed(error));
         }
+        self.resolve()?;
         self.end_at_kink()?;
         let length = self.solver.time() - self.solver.previous_time();
         let mut event = self.find_event(length);
@@ -1687,6 +1696,7 @@ fn solver_of(
     (machine, reduced): (&mut Machine, &Reduced),
     outputs: &mut Outputs,
 ) -> Option<Integrator> {
+    machine.prepare_resolution(&[]);
     let solver = match method {
         Method::Dop853 => None,
         Method::Taylor | Method::Automatic | Method::Stepping => {

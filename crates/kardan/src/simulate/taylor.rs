@@ -4,7 +4,8 @@
 //! 99). Where the step is short anyway, as between two samples of a controller, fewer terms suffice. The series is the dense output.
 //!
 //! Terms may vanish without being the last ones: `ẍ = −cos x` from rest has those of orders 2, 6, 10 only. Where the last two are suddenly
-//! small the rates at the end of the step tell whether the series is the motion still, and the step is shortened until it is.
+//! small the rates at the end of the step tell whether the series is the motion still, and the step is shortened until it is. So do they in every step,
+//! inside it and at its end, with more room: what begins as flat as a high power shows in none of the terms.
 
 use kardan_rt::functions::{exp, ln};
 
@@ -25,6 +26,10 @@ const BEFORE: usize = 4;
 const ABOVE: f64 = 30.0;
 /// What the last two terms are at most of the two before them.
 const FALL: f64 = 0.5;
+/// What slopes inside of a step may differ from the rates by where its terms leave nothing open, in tolerances over its length; and where that is looked at,
+/// in parts of the step.
+pub(super) const LEFT_OUT: f64 = 30.0;
+pub(super) const INSIDE: [f64; 2] = [0.618_034, 1.0];
 /// What is left of an error of the series in half of a step is less than this; of rounding it is more.
 const ROUNDING: f64 = 0.25;
 /// Part of the state that rounding is below; above, an error of the series may fall slowly too.
@@ -56,8 +61,9 @@ pub(super) struct Taylor {
     next: f64,
     /// Whether the end of the last step is to be looked at.
     doubtful: bool,
-    /// Memory for the rates there.
+    /// Memory for rates and for a state inside.
     rates: Vec<f64>,
+    inside: Vec<f64>,
     counts: Counts,
     rounding: Rounding,
 }
@@ -92,6 +98,7 @@ impl Taylor {
             next: 0.0,
             doubtful: false,
             rates: vec![0.0; absolute.len()],
+            inside: vec![0.0; absolute.len()],
             counts: Counts::default(),
             rounding: Rounding::new(absolute.len()),
         }
@@ -226,43 +233,56 @@ impl Taylor {
         most
     }
 
-    /// Looks whether the end of the last step belongs to the motion, where its terms leave that open, and shortens it until it does: what is
-    /// left out of the series makes its slope differ from the rates. What rounding makes of them falls slowly, and is left.
-    pub(super) fn look_at_end(&mut self, mut rates: impl FnMut(f64, &[f64], &mut [f64])) -> Result<(), StepError> {
-        if !std::mem::take(&mut self.doubtful) {
-            return Ok(());
-        }
-        let mut slope = std::mem::take(&mut self.rates);
+    /// Looks whether the last step belongs to the motion, at its end and inside, and shortens it until it does: what is left out of the series makes its
+    /// slope differ from the rates. Where its terms leave that open, by no more than a tolerance. What rounding makes of them falls slowly, and is left.
+    pub(super) fn look_inside(&mut self, mut rates: impl FnMut(f64, &[f64], &mut [f64])) -> Result<(), StepError> {
+        let doubtful = std::mem::take(&mut self.doubtful);
+        let most = if doubtful { 1.0 } else { LEFT_OUT + self.rounding.tolerances };
+        let mut memory = [std::mem::take(&mut self.rates), std::mem::take(&mut self.inside)];
         let mut before = f64::INFINITY;
         let found = loop {
             let length = self.time - self.previous_time;
             if length < (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE) {
                 break Err(StepError::StepTooSmall { time: self.previous_time, step: length });
             }
-            rates(self.time, &self.state, &mut slope);
-            self.counts.evaluations += 1;
-            let own = |k: usize| {
-                (1..=self.order).rev().fold(0.0, |sum, order| sum * length + order as f64 * self.of(order)[k])
-            };
-            let parts = self.absolute.iter().enumerate().map(|(k, absolute)| {
-                let size = self.previous[k].abs().max(self.state[k].abs()).max((length * self.of(1)[k]).abs());
-                (slope[k] - own(k)).abs() * length / (absolute + self.relative * size)
-            });
-            // What is no number is no end either.
-            let left_out = parts.fold(0.0, |most: f64, part| if part <= most { most } else { part });
+            let left_out = self.left_out(length, &mut memory, &mut rates);
             let rounding = left_out * self.relative < SLIGHT && left_out > ROUNDING * before;
-            if left_out <= 1.0 || rounding {
+            if left_out <= most || rounding {
                 break Ok(());
             }
             before = left_out;
             self.end_earlier(0.5);
         };
-        self.rates = slope;
+        [self.rates, self.inside] = memory;
         if found.is_err() {
             self.time = self.previous_time;
             self.state.copy_from_slice(&self.previous);
         }
         found
+    }
+
+    /// What the slope of the last step differs from the rates by, in tolerances over its length, at most at the places where that is looked at.
+    fn left_out(
+        &mut self,
+        length: f64,
+        [slope, inside]: &mut [Vec<f64>; 2],
+        rates: &mut impl FnMut(f64, &[f64], &mut [f64]),
+    ) -> f64 {
+        INSIDE.iter().fold(0.0, |most: f64, part| {
+            let (at, later) = (self.previous_time + part * length, part * length);
+            self.interpolate(at, inside);
+            rates(at, inside, slope);
+            self.counts.evaluations += 1;
+            let own = |k: usize| {
+                (1..=self.order).rev().fold(0.0, |sum, order| sum * later + order as f64 * self.of(order)[k])
+            };
+            let parts = self.absolute.iter().enumerate().map(|(k, absolute)| {
+                let size = self.previous[k].abs().max(self.state[k].abs()).max((length * self.of(1)[k]).abs());
+                (slope[k] - own(k)).abs() * length / (absolute + self.relative * size)
+            });
+            // What is no number is no part of the motion either.
+            parts.fold(most, |most: f64, part| if part <= most { most } else { part })
+        })
     }
 
     /// Ends the last step earlier, at a part of it.

@@ -1,7 +1,10 @@
 //! A designed law.
 
+use std::sync::Arc;
+
 use super::{Block, Clock, ExactLoop, LinearLaw, Running};
 use crate::analysis::OutputSignal;
+use crate::program::Task;
 use crate::results::{Design, Physical};
 
 /// How the names of states begin that are estimates.
@@ -78,6 +81,10 @@ pub trait Law: Send + Sync {
     /// The signals that it measures, if it does not see the true angles and speeds.
     fn sensors(&self) -> &[OutputSignal] {
         &[]
+    }
+    /// The task whose answers its commands are at every instant, where its expressions can stand among those of the loop.
+    fn task(&self) -> Option<&Arc<Task>> {
+        None
     }
     /// When it runs; `None`: at every instant.
     fn clock(&self) -> Option<Clock> {

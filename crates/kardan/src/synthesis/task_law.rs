@@ -408,6 +408,13 @@ impl Law for TaskLaw {
         &self.sensors
     }
 
+    fn task(&self) -> Option<&Arc<Task>> {
+        use Measured::{Angle, Speed, SpringTorque};
+        let of_motion = |sensor: &OutputSignal| matches!(sensor.measured, Angle(_) | Speed(_) | SpringTorque(_));
+        let written = self.clock.is_none() && self.task.memory.is_empty() && self.sensors.iter().all(of_motion);
+        written.then_some(&self.task)
+    }
+
     fn clock(&self) -> Option<Clock> {
         self.clock
     }

@@ -18,6 +18,7 @@ mod faults;
 mod figures;
 mod friction;
 mod golden;
+mod hidden;
 mod inverse;
 mod iwan;
 mod jenkins;

@@ -752,6 +752,11 @@ impl<N: Lane> Abreast<N> {
         self.stride.numbers.output(0).lanes()[lane]
     }
 
+    /// Whether the series of a lane resolve a step of that length.
+    pub(in crate::simulate) fn resolves(&self, lane: usize, length: f64, machine: &Machine) -> bool {
+        machine.terms_resolve(length, self.order, |place, order| self.series.at(place, order).lanes()[lane])
+    }
+
     /// Whether a lane certainly keeps the mode of a direction within its step.
     fn keeps(&self, lane: usize, direction: usize) -> bool {
         self.stride.numbers.output(1 + direction).lanes()[lane] > 0.0
@@ -777,6 +782,16 @@ impl<N: Lane> Abreast<N> {
         for coefficients in all.chunks_exact(self.size).rev() {
             let pairs = out.iter_mut().zip(coefficients);
             pairs.for_each(|(out, coefficient)| *out = *out * later + coefficient.lanes()[lane]);
+        }
+    }
+
+    /// The slope of the state of a lane so long after the point of expansion.
+    pub(in crate::simulate) fn slope(&self, lane: usize, later: f64, out: &mut [f64]) {
+        out.fill(0.0);
+        let all = self.stride.numbers.memory[..self.stride.speeds].chunks_exact(self.size);
+        for (order, coefficients) in all.enumerate().skip(1).rev() {
+            let pairs = out.iter_mut().zip(coefficients);
+            pairs.for_each(|(out, coefficient)| *out = *out * later + order as f64 * coefficient.lanes()[lane]);
         }
     }
 

@@ -93,7 +93,7 @@ impl Bends {
 }
 
 /// The values of a line over an interval of time.
-fn along((value, slope, start): (f64, f64, f64), span: Interval) -> Interval {
+pub(super) fn along((value, slope, start): (f64, f64, f64), span: Interval) -> Interval {
     if slope == 0.0 {
         return Interval::point(value);
     }

@@ -124,9 +124,10 @@ fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usi
             *size += law.states().len();
             let linear = !law.bends() && law.friction_width().is_none() && !winds_up;
             let (mut running, part) = (law.run(), linear.then(|| law.linear()));
-            match part.filter(|part| is_linear(&mut running, part, references.len())) {
-                Some(part) => Computer::Linear(Box::new(part)),
-                None => Computer::Continuous(running),
+            match (part.filter(|part| is_linear(&mut running, part, references.len())), law.task()) {
+                (Some(part), _) => Computer::Linear(Box::new(part)),
+                (None, Some(task)) => Computer::Written(Arc::clone(task)),
+                (None, None) => Computer::Continuous(running),
             }
         }
     };
@@ -316,6 +317,7 @@ impl Machine {
             contradiction: Vec::new(),
             response: Response::new(r),
             expansion: None,
+            resolved: None,
             jacobian: None,
             evaluated: 0,
             scratch: vec![0.0; r.max(kept.end)],

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::flow::Flow;
+use super::flow::{Flow, written};
 use super::hold_terms::HoldTerms;
 use super::mesh_terms::MeshTerms;
 use super::wired::{Computer, Wired};
@@ -208,7 +208,7 @@ pub(super) fn extend(
         let found = flow.write_into(all.motion, reduced, &mut sources, &states[own.clone()]);
         rates[own].copy_from_slice(&found);
     }
-    let commands = commands(&mut all, laws, targets, (&sources, &held, &states, more_states.start));
+    let commands = commands(&mut all, reduced, laws, targets, (&sources, &held, &states, more_states.start));
     let given = (&commands[..], &limits[..], &follows[..], &limiter_rates[..]);
     let meant = driven(&mut all, drives, given, (&states, more_states.start, &mut rates));
     law_rates(&mut all, laws, (&meant, &sources, &states, more_states.start), &mut rates);
@@ -373,6 +373,7 @@ fn with_signals(
 /// Sources, linear laws, and what other laws command, added up for each input.
 fn commands(
     all: &mut Loop<'_>,
+    reduced: &Reduced,
     laws: &[Wired],
     targets: &[SourceTarget],
     (sources, held, states, first): (&[Expr], &[Expr], &[Expr], usize),
@@ -384,13 +385,21 @@ fn commands(
         }
     }
     for wired in laws {
-        let Computer::Linear(law) = &wired.computer else {
-            wired.inputs.iter().for_each(|&input| {
-                if !commands[input].contains(&held[input]) {
-                    commands[input].push(held[input]);
-                }
-            });
-            continue;
+        let law = match &wired.computer {
+            Computer::Linear(law) => law,
+            Computer::Written(task) => {
+                let (answers, _) = written(task, &wired.references, all.motion, reduced, (sources, &[]));
+                wired.inputs.iter().zip(answers).for_each(|(&input, answer)| commands[input].push(answer));
+                continue;
+            }
+            Computer::Continuous(_) | Computer::Clocked(_) => {
+                wired.inputs.iter().for_each(|&input| {
+                    if !commands[input].contains(&held[input]) {
+                        commands[input].push(held[input]);
+                    }
+                });
+                continue;
+            }
         };
         let own = &states[wired.states.start - first..wired.states.end - first];
         let references: Vec<Expr> = wired.references.iter().map(|&source| sources[source]).collect();

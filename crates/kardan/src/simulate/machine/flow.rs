@@ -48,31 +48,44 @@ impl Flow {
         states: &[Expr],
     ) -> Vec<Expr> {
         let task = &*self.task;
-        let mut reads = self.reads.iter();
-        let mut known: Vec<(Symbol, Expr)> = Vec::new();
-        let coordinate = |name: &String| reduced.coordinate(name).expect("a block reads coordinates of its model");
-        for (symbol, read) in &task.reads {
-            let value = match read {
-                Read::Position(name) => motion.angles[coordinate(name)],
-                Read::Rate(name) => motion.speeds[coordinate(name)],
-                Read::Time => motion.time(),
-                Read::Source(_) => sources[*reads.next().expect("a number for each")],
-                Read::Sensor(name) | Read::AsRead(name) => measured(motion, reduced, name),
-            };
-            known.push((*symbol, value));
-        }
-        known.extend(task.memory.iter().map(|entry| entry.symbol).zip(states.iter().copied()));
-        let mut written = |value: Expr| {
-            let value = motion.graph.copied(&task.graph, value, &known);
-            motion.graph.group(value)
-        };
-        let answers: Vec<Expr> = task.answers.iter().map(|answer| written(answer.value)).collect();
-        let rates = task.memory.iter().map(|entry| written(entry.next)).collect();
+        let (answers, rates) = written(task, &self.reads, motion, reduced, (sources, states));
         let named = task.answers.iter().zip(&answers).map(|(answer, value)| (answer.name.clone(), *value)).collect();
         motion.answer(named);
         self.answers.iter().zip(answers).for_each(|(&source, answer)| sources[source] = answer);
         rates
     }
+}
+
+/// The answers of a task at every instant and the rates of what it remembers, among the expressions of a motion; `reads`: the sources that it reads, in
+/// their order.
+pub(super) fn written(
+    task: &Task,
+    reads: &[usize],
+    motion: &mut Motion,
+    reduced: &Reduced,
+    (sources, states): (&[Expr], &[Expr]),
+) -> (Vec<Expr>, Vec<Expr>) {
+    let mut reads = reads.iter();
+    let mut known: Vec<(Symbol, Expr)> = Vec::new();
+    let coordinate = |name: &String| reduced.coordinate(name).expect("a task reads coordinates of its model");
+    for (symbol, read) in &task.reads {
+        let value = match read {
+            Read::Position(name) => motion.angles[coordinate(name)],
+            Read::Rate(name) => motion.speeds[coordinate(name)],
+            Read::Time => motion.time(),
+            Read::Source(_) => sources[*reads.next().expect("a number for each")],
+            Read::Sensor(name) | Read::AsRead(name) => measured(motion, reduced, name),
+        };
+        known.push((*symbol, value));
+    }
+    known.extend(task.memory.iter().map(|entry| entry.symbol).zip(states.iter().copied()));
+    let mut copied = |value: Expr| {
+        let value = motion.graph.copied(&task.graph, value, &known);
+        motion.graph.group(value)
+    };
+    let answers = task.answers.iter().map(|answer| copied(answer.value)).collect();
+    let rates = task.memory.iter().map(|entry| copied(entry.next)).collect();
+    (answers, rates)
 }
 
 /// What an ideal sensor reads.

@@ -51,7 +51,7 @@ impl Machine {
         // Blocks command nothing.
         for wired in self.laws.iter_mut().filter(|wired| !wired.inputs.is_empty()) {
             match &mut wired.computer {
-                Computer::Linear(_) => continue,
+                Computer::Linear(_) | Computer::Written(_) => continue,
                 Computer::Clocked(clocked) => wired.commands.copy_from_slice(&clocked.held),
                 Computer::Continuous(law) => {
                     for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
@@ -224,6 +224,7 @@ impl Machine {
             out.fill(f64::NAN);
             return;
         }
+        self.note_arguments();
         self.accelerate();
         out[..r].copy_from_slice(&state[r..2 * r]);
         for &i in &self.still {

@@ -88,9 +88,13 @@ impl Machine {
         Bounds { forward: &self.bounds[0], backward: &self.bounds[1] }
     }
 
-    /// What a torque that holds a direction has left of its bounds, as a part of them where that says something.
+    /// What a torque that holds a direction has left of its bounds, as a part of them where that says something and they stand still: beside a bound that
+    /// comes near zero a part of it is a needle that no look finds.
     pub(super) fn room_of(&self, direction: usize, torque: f64) -> f64 {
         let [forward, backward] = [self.bounds[0][direction], self.bounds[1][direction]];
+        if self.has_moving_bounds(direction) {
+            return (forward - torque).min(backward + torque);
+        }
         if forward == backward && forward > 0.0 && forward.is_finite() {
             return 1.0 - torque.abs() / forward;
         }
@@ -102,9 +106,14 @@ impl Machine {
         room(forward, torque).min(room(backward, -torque)).min(1.0)
     }
 
+    /// Whether a formula gives the largest torque of a friction.
+    fn has_moving_bounds(&self, direction: usize) -> bool {
+        direction >= self.holds.first && matches!(self.holds.kind(direction), Kind::Friction { .. })
+    }
+
     /// What rounding may make of the room of a direction at the point last evaluated: where that is a torque itself, the difference of those of all.
     pub(in crate::simulate) fn room_noise(&self, direction: usize) -> f64 {
-        let one_way = self.bounds.iter().any(|bounds| bounds[direction] == 0.0);
+        let one_way = self.bounds.iter().any(|bounds| bounds[direction] == 0.0) || self.has_moving_bounds(direction);
         if !one_way || !self.holding.contains(&direction) {
             return 0.0;
         }

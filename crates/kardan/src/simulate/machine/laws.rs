@@ -75,7 +75,7 @@ impl Machine {
                         self.profiles[*source].hold(0.0, clocked.told(*told));
                     }
                 }
-                Computer::Linear(_) | Computer::Continuous(_) => {
+                Computer::Linear(_) | Computer::Written(_) | Computer::Continuous(_) => {
                     wired.law.start(&kinematics.angles, &kinematics.speeds, &mut state[wired.states.clone()])
                 }
             }

@@ -21,6 +21,7 @@ mod mesh_modes;
 mod mesh_terms;
 mod meshes;
 mod motor_modes;
+mod resolution;
 mod response;
 mod series;
 mod sharing;
@@ -51,6 +52,7 @@ use flow::Flow;
 use hold_kinds::Holds;
 use jacobian::Jacobian;
 use meshes::Meshes;
+use resolution::Resolved;
 use response::Response;
 use sharing::Sharing;
 use slider_springs::Sliders;
@@ -141,6 +143,8 @@ pub struct Machine {
     response: Option<Response>,
     /// Series of the motion, where they are asked for.
     expansion: Option<Box<Expansion>>,
+    /// What steps are judged by, where something of the loop is no polynomial.
+    resolved: Option<Box<Resolved>>,
     /// Derivatives of the rates, where they are asked for.
     jacobian: Option<Box<Jacobian>>,
     /// Evaluations of the equations so far.
@@ -184,7 +188,7 @@ impl Machine {
                 keeper.numbers(list);
             }
             match &mut wired.computer {
-                Computer::Linear(_) => {}
+                Computer::Linear(_) | Computer::Written(_) => {}
                 Computer::Continuous(law) => law.keep(keeper),
                 Computer::Clocked(clocked) => clocked.keep(keeper),
             }

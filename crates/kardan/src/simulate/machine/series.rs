@@ -63,6 +63,7 @@ impl Machine {
             extended.map(|output| more.start + output).chain(motion.chain(rows.clone()).map(|(_, output)| *output));
         let rows_follow = rows.clone().next().is_some();
         let wanted: Vec<usize> = wanted.map(|output| plan.place(output)).collect();
+        let read: Vec<usize> = rows.map(|(_, output)| plan.place(*output)).collect();
         let able = !self.own_laws && self.meshes.is_empty();
         let series = able.then(|| PiecedSeries::new(plan, order, &wanted, steady));
         let found = |places: &Range<usize>| -> Vec<usize> {
@@ -90,6 +91,7 @@ impl Machine {
             friction_bias: vec![0.0; m],
         });
         self.expansion = expansion.map(Box::new);
+        self.prepare_resolution(&read);
         self.expansion.is_some()
     }
 

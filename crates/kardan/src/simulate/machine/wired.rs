@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use crate::program::Task;
 use crate::reduce::{Kinematics, Reduced};
 use crate::simulate::clocked::Clocked;
 use crate::simulate::scenario::Scenario;
@@ -32,6 +33,8 @@ pub(super) struct Wired {
 pub(super) enum Computer {
     /// At every instant, as part of the expressions of the loop.
     Linear(Box<LinearLaw>),
+    /// At every instant, as expressions among those of the loop.
+    Written(Arc<Task>),
     /// At every instant, by itself.
     Continuous(Running),
     Clocked(Box<Clocked>),
@@ -46,14 +49,14 @@ impl Wired {
     pub fn clocked(&self) -> Option<&Clocked> {
         match &self.computer {
             Computer::Clocked(clocked) => Some(clocked),
-            Computer::Linear(_) | Computer::Continuous(_) => None,
+            Computer::Linear(_) | Computer::Written(_) | Computer::Continuous(_) => None,
         }
     }
 
     pub fn clocked_mut(&mut self) -> Option<&mut Clocked> {
         match &mut self.computer {
             Computer::Clocked(clocked) => Some(clocked),
-            Computer::Linear(_) | Computer::Continuous(_) => None,
+            Computer::Linear(_) | Computer::Written(_) | Computer::Continuous(_) => None,
         }
     }
 }

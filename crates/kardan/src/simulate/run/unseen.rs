@@ -34,6 +34,33 @@ const SLIGHT: f64 = 1e-2;
 const PLACES: [f64; 2] = [0.381_966, 1.0];
 
 impl RunningLoop {
+    /// Ends the last step where the law may do something that the step has not resolved: a pulse, a switch, a detent that is flat where the step begins.
+    /// What lies before is proven to be negligible, or resolved.
+    pub(super) fn resolve(&mut self) -> Result<(), Outcome> {
+        let (from, to) = (self.solver.previous_time(), self.solver.time());
+        let resolved = match &self.solver {
+            Integrator::Taylor(solver) => self.machine.series_resolve(to - from, solver.order()),
+            Integrator::Dop853(_) | Integrator::Radau(_) => self.machine.notes_resolve(),
+        };
+        if resolved {
+            return Ok(());
+        }
+        let Self { machine, solver, between, tolerance, absolute, .. } = self;
+        let end =
+            machine.resolved_until((from, to), between, |at, out| solver.interpolate(at, out), (*tolerance, absolute));
+        if end < to { self.end_step_at(end) } else { Ok(()) }
+    }
+
+    /// Ends the last step at an earlier time: a series goes on, other methods make the step anew.
+    fn end_step_at(&mut self, end: f64) -> Result<(), Outcome> {
+        if let Integrator::Taylor(solver) = &mut self.solver {
+            solver.end_at(end);
+            return Ok(());
+        }
+        let shortened = self.solver.shorten(&mut self.machine, end, &mut self.looked);
+        shortened.map_err(|error| self.step_failed(error))
+    }
+
     /// Where the last step is to end, before a time, so that it passes nothing unseen.
     pub(super) fn unseen(&mut self, until: f64) -> Result<Option<f64>, Outcome> {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
@@ -108,7 +135,7 @@ impl RunningLoop {
             self.time,
             format!(
                 "the motion goes to and fro without an end at {what} = 0, where a law jumps or bends (`sign`, `abs`, `if`, the points of a table): more than {TO_AND_FRO} \
-                 times, each within {near:.0e} s of the time before. Give the law a slope there, such as `tanh(x/x_0)` in place of `sign(x)`, or a friction or a stop \
+                 times, each within {near:.0e} s of the time before. Give the law a slope there, such as `x/sqrt(x^2 + x_0^2)` in place of `sign(x)`, or a friction or a stop \
                  in place of the law"
             ),
         ))

@@ -1,0 +1,219 @@
+//! What a step of an integrator resolves of a plan: how far the arguments of its operations move, and what operations can do that it has not sampled.
+//!
+//! An operation that is no polynomial changes its character on a scale of its own: `exp a` when a moves by one, `sin a` by a radian, `1/a` and `√a` when
+//! a changes by a part of itself. A step over which no argument moves by more than that resolves all of them: its series, or its stages, see what
+//! they do. A longer one may pass a pulse whole. Then intervals tell: the ranges of all values while the inputs move, and from these what the operations
+//! that are not resolved can make of each output at most.
+
+use kardan_rt::{Operator, Table};
+
+use super::Plan;
+use crate::expr::{Domain, Interval, Intervals};
+
+/// Scales that the argument of `exp`, `sin`, `tan` and `atan` may move by: 2 and 2 rad.
+const WIDE: f64 = 0.5;
+/// Part of a value that outward rounding makes of it.
+const ROUNDING: f64 = 1e-14;
+
+/// An operation of a plan that something wanted depends on, and that varies.
+#[derive(Debug, Clone)]
+struct Operation {
+    operator: Operator,
+    /// Places of its operands; of [`Operator::Table`] the first is the table's number.
+    operands: [usize; 4],
+    /// Where its value is, and of [`Operator::SineCosine`] the cosine.
+    out: [usize; 2],
+}
+
+impl Operation {
+    fn operands(&self) -> &[usize] {
+        &self.operands[usize::from(self.operator == Operator::Table)..self.operator.operands()]
+    }
+
+    /// Whether it has a scale.
+    fn has_scale(&self) -> bool {
+        use Operator::{ArcCosine, ArcSine, ArcTangent, ArcTangent2, Divide, Exponential, Logarithm};
+        use Operator::{SineCosine, SquareRoot, Tangent};
+        matches!(
+            self.operator,
+            Exponential
+                | SineCosine
+                | Tangent
+                | ArcTangent
+                | ArcTangent2
+                | ArcSine
+                | ArcCosine
+                | SquareRoot
+                | Logarithm
+                | Divide
+        )
+    }
+
+    /// How far its arguments move, in scales; `extent` gives of a place how large its value is and how far it moves. More than 1 is not resolved.
+    fn moved(&self, extent: impl Fn(usize) -> (f64, f64)) -> f64 {
+        let of = |k: usize| extent(self.operands[k]);
+        let part = |size: f64, moved: f64| if moved == 0.0 { 0.0 } else { moved / size };
+        match self.operator {
+            Operator::Exponential | Operator::SineCosine | Operator::Tangent | Operator::ArcTangent => WIDE * of(0).1,
+            Operator::ArcSine | Operator::ArcCosine => of(0).1,
+            Operator::SquareRoot | Operator::Logarithm => part(of(0).0, of(0).1),
+            Operator::Divide => part(of(1).0, of(1).1),
+            Operator::ArcTangent2 => part(of(0).0.hypot(of(1).0), of(0).1 + of(1).1),
+            _ => 0.0,
+        }
+    }
+}
+
+/// The operations of a plan by which a step is judged.
+#[derive(Debug, Clone)]
+pub struct Resolution {
+    operations: Vec<Operation>,
+    /// Those among them that have a scale.
+    scaled: Vec<usize>,
+    tables: Vec<Table>,
+    numbers: Vec<f64>,
+    /// Of each value its range, and the range of what operations that are not resolved can make of it, where they reach it.
+    ranges: Vec<Interval>,
+    effects: Vec<Option<Interval>>,
+}
+
+impl Resolution {
+    /// Of the values at some places of a plan's memory and of what they need; `steady` tells which inputs do not change.
+    pub fn new(plan: &Plan, wanted: &[usize], steady: impl Fn(usize) -> bool) -> Self {
+        let needed = super::series::needed(plan, wanted);
+        let (inputs, constants, values) = (plan.inputs.len(), plan.constants.len(), plan.block().memory());
+        let mut is_steady: Vec<bool> =
+            (0..values).map(|k| if k < inputs { steady(k) } else { k < inputs + constants }).collect();
+        let (mut operations, mut done, mut operands) = (Vec::new(), inputs + constants, plan.operands.as_slice());
+        for run in &plan.runs {
+            let width = run.operator.operands();
+            let (own, later) = operands.split_at(run.count * width);
+            for (k, own) in own.chunks_exact(width).enumerate() {
+                let place = |k: usize| own.get(k).map_or(0, |place| *place as usize);
+                let cosine = if run.operator == Operator::SineCosine { done + run.count + k } else { done + k };
+                let operation = Operation {
+                    operator: run.operator,
+                    operands: [place(0), place(1), place(2), place(3)],
+                    out: [done + k, cosine],
+                };
+                let rests = operation.operands().iter().all(|place| is_steady[*place]);
+                operation.out.iter().for_each(|place| is_steady[*place] = rests);
+                if !rests && operation.out.iter().any(|place| needed[*place]) {
+                    operations.push(operation);
+                }
+            }
+            (done, operands) = (done + run.count * run.operator.values(), later);
+        }
+        let varies = |operation: &Operation| {
+            let argument = usize::from(operation.operator == Operator::Divide);
+            operation.has_scale() && operation.operands()[argument..].iter().any(|place| !is_steady[*place])
+        };
+        Self {
+            scaled: (0..operations.len()).filter(|k| varies(&operations[*k])).collect(),
+            operations,
+            tables: plan.tables.clone(),
+            numbers: plan.numbers.clone(),
+            ranges: vec![Interval::point(0.0); values],
+            effects: vec![None; values],
+        }
+    }
+
+    /// Whether no operation has a scale: polynomials between places where they have kinks.
+    pub fn is_empty(&self) -> bool {
+        self.scaled.is_empty()
+    }
+
+    /// Places of the arguments of operations that have a scale.
+    pub fn arguments(&self) -> impl Iterator<Item = usize> + '_ {
+        self.scaled.iter().flat_map(|k| {
+            let operation = &self.operations[*k];
+            let argument = usize::from(operation.operator == Operator::Divide);
+            operation.operands()[argument..].iter().copied()
+        })
+    }
+
+    /// How far arguments move at most, in the scales of their operations: of more than 1 a step may pass something unseen. `extent` gives of a place of
+    /// the plan's memory how large its value is and how far it moves.
+    pub fn moved(&self, extent: impl Fn(usize) -> (f64, f64)) -> f64 {
+        let all = self.scaled.iter().map(|k| self.operations[*k].moved(&extent));
+        // What is no number is far away.
+        all.fold(0.0, |most: f64, moved| if moved <= most { most } else { moved })
+    }
+
+    /// Finds the ranges of all values while the inputs move within theirs. Operations that are not resolved may take any value of their range,
+    /// all others are as `values` of the plan say. True where all are resolved.
+    pub fn find(&mut self, inputs: &[Interval], values: &[f64]) -> bool {
+        let Self { operations, tables, numbers, ranges, effects, .. } = self;
+        effects.fill(None);
+        let (given, rest) = ranges.split_at_mut(inputs.len());
+        given.copy_from_slice(inputs);
+        rest.iter_mut().zip(&values[inputs.len()..]).for_each(|(range, value)| *range = Interval::point(*value));
+        let mut resolved = true;
+        for operation in operations.iter() {
+            let value = |operand: usize, of: &dyn Fn(usize) -> Interval| match operation.operator {
+                Operator::Table => table(&tables[operation.operands[0]], numbers, of(operation.operands[1])),
+                Operator::SineCosine => Intervals.sine_cosine(&of(operation.operands[0]))[operand],
+                operator => {
+                    let operands: [Interval; 4] = operation.operands.map(|place| of(place));
+                    Intervals.operation(operator, &operands[..operator.operands()])
+                }
+            };
+            let own = |place: usize| ranges[place];
+            let found =
+                [value(0, &own), if operation.out[1] == operation.out[0] { value(0, &own) } else { value(1, &own) }];
+            let far = operation.has_scale() && {
+                let extent = |place: usize| {
+                    let Interval { low, high } = ranges[place];
+                    let apart = if low > 0.0 || high < 0.0 { low.abs().min(high.abs()) } else { 0.0 };
+                    let most = low.abs().max(high.abs());
+                    let from_zero = matches!(operation.operator, Operator::SquareRoot) && low == 0.0;
+                    (if from_zero { most } else { apart }, high - low)
+                };
+                !(operation.moved(extent) <= 1.0)
+            };
+            let reached = operation.operands().iter().any(|place| effects[*place].is_some());
+            let effect = |place: usize| effects[place].unwrap_or(Interval::point(values[place]));
+            let reaching = match (far, reached) {
+                (true, _) => found.map(Some),
+                (false, true) => {
+                    let first = value(0, &effect);
+                    let second = if operation.out[1] == operation.out[0] { first } else { value(1, &effect) };
+                    [Some(first), Some(second)]
+                }
+                (false, false) => [None; 2],
+            };
+            resolved &= !far;
+            for (k, place) in operation.out.iter().enumerate() {
+                ranges[*place] = found[k];
+                effects[*place] = reaching[k];
+            }
+        }
+        resolved
+    }
+
+    /// By how much the value at a place can differ from what it was given as, by operations that are not resolved.
+    pub fn effect(&self, place: usize, values: &[f64]) -> f64 {
+        let value = values[place];
+        let apart = self.effects[place].map_or(0.0, |effect| (effect.high - value).max(value - effect.low));
+        if apart <= ROUNDING * value.abs() { 0.0 } else { apart }
+    }
+}
+
+/// The values of a table over an interval.
+fn table(table: &Table, numbers: &[f64], x: Interval) -> Interval {
+    let (knots, own) = numbers[table.first..].split_at(table.pieces - 1);
+    let (origins, coefficients) = own.split_at(table.pieces);
+    let first = knots.partition_point(|knot| *knot <= x.low);
+    let last = knots.partition_point(|knot| *knot <= x.high);
+    let of_piece = |piece: usize| {
+        let from = if piece == first { x.low } else { knots[piece - 1] };
+        let until = if piece == last { x.high } else { knots[piece] };
+        let argument = [Interval { low: from, high: until }, Interval::point(origins[piece])];
+        let argument = Intervals.operation(Operator::Subtract, &argument);
+        let own = &coefficients[piece * table.terms..][..table.terms];
+        own.iter().rev().fold(Interval::point(0.0), |value, c| {
+            Intervals.operation(Operator::AddProduct, &[value, argument, Interval::point(*c)])
+        })
+    };
+    (first..=last).map(of_piece).reduce(Interval::hull).unwrap_or(Interval::ALL)
+}

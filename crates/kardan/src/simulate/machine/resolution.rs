@@ -1,0 +1,219 @@
+//! Whether a step resolves the loop: how far the arguments of its operations move, and what those can do that it does not resolve.
+
+use super::Machine;
+use super::bends::along;
+use crate::expr::Interval;
+use crate::plan::Resolution;
+use crate::reduce::MotionPlan;
+
+/// Part of a tolerance that what is not resolved may change in a step.
+const PART: f64 = 0.1;
+/// How often a step is halved to find what it may not pass.
+const HALVINGS: u32 = 20;
+
+/// What a step is judged by.
+pub(super) struct Resolved {
+    resolution: Resolution,
+    /// Forces, rates of the states behind the speeds with the powers, and what else is read of the plan.
+    forces: Vec<usize>,
+    rates: Vec<usize>,
+    others: Vec<usize>,
+    /// The places of arguments, and of each place the range of its values in the evaluations of a step.
+    arguments: Vec<usize>,
+    noted: Vec<(f64, f64)>,
+    /// Memory.
+    inputs: Vec<Interval>,
+    column: Vec<f64>,
+    accelerations: Vec<f64>,
+}
+
+/// What happens in a span of time that its evaluations do not show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Hidden {
+    /// Nothing: everything is resolved.
+    Resolved,
+    /// What is not resolved changes nothing by more than a part of the tolerances.
+    Negligible,
+    /// Possibly something.
+    Unknown,
+}
+
+impl Machine {
+    /// Prepares the judgement of steps; `also`: what else is read of the plan's memory.
+    pub(in crate::simulate) fn prepare_resolution(&mut self, also: &[usize]) {
+        let MotionPlan { plan, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
+        let of = |places: &std::ops::Range<usize>| places.clone().map(|k| plan.place(more.start + k));
+        let places = &self.places;
+        let forces: Vec<usize> = of(&places.forces).collect();
+        let rates: Vec<usize> = of(&places.rates).chain(of(&places.powers)).collect();
+        let others = [&places.friction_speeds, &places.commands, &places.slider_torques, &places.holds];
+        let meshes = [&places.mesh_loads, &places.mesh_by_acceleration, &places.mesh_by_torque];
+        let motion =
+            [inertia, friction_rows, friction_bias].into_iter().flatten().map(|(_, output)| plan.place(*output));
+        let others: Vec<usize> =
+            others.into_iter().chain(meshes).flat_map(of).chain(motion).chain(also.iter().copied()).collect();
+        let wanted: Vec<usize> = [&forces, &rates, &others].into_iter().flatten().copied().collect();
+        let resolution = Resolution::new(plan, &wanted, |input| self.is_steady_input(input));
+        let arguments: Vec<usize> = resolution.arguments().collect();
+        let (inputs, r) = (plan.inputs.len(), self.degrees_of_freedom);
+        self.resolved = (!resolution.is_empty()).then(|| {
+            Box::new(Resolved {
+                resolution,
+                forces,
+                rates,
+                others,
+                noted: vec![(f64::INFINITY, f64::NEG_INFINITY); plan.block().memory()],
+                arguments,
+                inputs: vec![Interval::point(0.0); inputs],
+                column: vec![0.0; r],
+                accelerations: vec![0.0; r],
+            })
+        });
+    }
+
+    /// Whether series of the last expansion resolve a step of that length, by their terms up to an order.
+    pub(in crate::simulate) fn series_resolve(&self, length: f64, order: usize) -> bool {
+        let Some(expansion) = &self.expansion else { return true };
+        self.terms_resolve(length, order, |place, order| expansion.series.value(place, order))
+    }
+
+    /// The same by the terms of the values at places of the plan's memory, each of an order.
+    pub(super) fn terms_resolve(&self, length: f64, order: usize, term: impl Fn(usize, usize) -> f64) -> bool {
+        let Some(resolved) = &self.resolved else { return true };
+        let extent = |place: usize| {
+            let moved = (1..order).rev().fold(0.0, |sum, order| (sum + term(place, order).abs()) * length);
+            (term(place, 0).abs(), moved)
+        };
+        resolved.resolution.moved(extent) <= 1.0
+    }
+
+    /// Begins to note what the arguments of operations are in the evaluations of a step.
+    pub(in crate::simulate) fn begin_notes(&mut self) {
+        if let Some(resolved) = &mut self.resolved {
+            resolved.arguments.iter().for_each(|place| resolved.noted[*place] = (f64::INFINITY, f64::NEG_INFINITY));
+        }
+    }
+
+    /// Notes them at the point last evaluated.
+    pub(in crate::simulate) fn note_arguments(&mut self) {
+        let Some(resolved) = &mut self.resolved else { return };
+        let values = self.work.values();
+        for place in &resolved.arguments {
+            let ((low, high), value) = (&mut resolved.noted[*place], values[*place]);
+            (*low, *high) = (low.min(value), high.max(value));
+        }
+    }
+
+    /// Whether the evaluations that were noted resolve the step.
+    pub(in crate::simulate) fn notes_resolve(&self) -> bool {
+        let Some(resolved) = &self.resolved else { return true };
+        let extent = |place: usize| {
+            let (low, high) = resolved.noted[place];
+            let apart = if low > 0.0 || high < 0.0 { low.abs().min(high.abs()) } else { low.abs().max(high.abs()) };
+            (apart, (high - low).max(0.0))
+        };
+        resolved.resolution.moved(extent) <= 1.0
+    }
+
+    /// Until where a step goes on without passing something that it has not resolved: what is not resolved before is negligible by intervals. `state`
+    /// gives the state at a time within it, `between` is memory for such states; errors allowed are relative and absolute ones.
+    pub(in crate::simulate) fn resolved_until(
+        &mut self,
+        (from, to): (f64, f64),
+        between: &mut [Vec<f64>; 3],
+        mut state: impl FnMut(f64, &mut [f64]),
+        tolerances: (f64, &[f64]),
+    ) -> f64 {
+        let (mut open, mut known) = (vec![(from, to, 0)], from);
+        while let Some((low, high, halvings)) = open.pop() {
+            let middle = low + 0.5 * (high - low);
+            for (time, out) in [low, middle, high].into_iter().zip(&mut *between) {
+                state(time, out);
+            }
+            let [begin, centre, end] = &*between;
+            match self.hidden((low, high), [begin, centre, end], tolerances) {
+                Hidden::Negligible => known = high,
+                Hidden::Resolved if known == from && high == to => return to,
+                Hidden::Unknown if halvings < HALVINGS => {
+                    open.extend([(middle, high, halvings + 1), (low, middle, halvings + 1)]);
+                }
+                Hidden::Resolved | Hidden::Unknown => return if known > from { known } else { high },
+            }
+        }
+        to
+    }
+
+    /// What a span of time may hide while the state moves within `states`, which lie at its begin, in its middle and at its end.
+    fn hidden(&mut self, (from, to): (f64, f64), states: [&[f64]; 3], (relative, absolute): (f64, &[f64])) -> Hidden {
+        let Some(mut resolved) = self.resolved.take() else { return Hidden::Resolved };
+        self.evaluate(0.5 * (from + to), states[1]);
+        self.find_spans(Interval { low: from, high: to }, states, &mut resolved.inputs);
+        let all = resolved.resolution.find(&resolved.inputs, self.work.values());
+        let hidden = match all {
+            true => Hidden::Resolved,
+            false if self.is_negligible(&mut resolved, (to - from, states), (relative, absolute)) => Hidden::Negligible,
+            false => Hidden::Unknown,
+        };
+        self.resolved = Some(resolved);
+        hidden
+    }
+
+    /// The ranges of all inputs of the plan over a span of time.
+    fn find_spans(&self, span: Interval, states: [&[f64]; 3], out: &mut [Interval]) {
+        let (r, places, values) = (self.degrees_of_freedom, &self.places, self.work.values());
+        out.iter_mut().zip(values).for_each(|(out, value)| *out = Interval::point(*value));
+        for k in 0..self.size - 2 {
+            let of = states.map(|state| state[k]);
+            let (low, high) = (of[0].min(of[1]).min(of[2]), of[0].max(of[1]).max(of[2]));
+            // What moves between three places may go beyond them.
+            let more = 0.5 * (high - low);
+            let place = if k < 2 * r { k } else { places.states.start + k };
+            out[place] = Interval { low: low - more, high: high + more };
+        }
+        let first = 2 * r;
+        for (k, line) in self.lines.iter().enumerate() {
+            out[first + places.sources.start + k] = along(*line, span);
+        }
+        out[first + places.timed.start..].iter_mut().zip(self.timed.between(span)).for_each(|(out, own)| *out = own);
+    }
+
+    /// Whether what is not resolved changes no rate and nothing that is read by more than a part of the tolerances.
+    fn is_negligible(
+        &self,
+        Resolved { resolution, forces, rates, others, column, accelerations, .. }: &mut Resolved,
+        (length, states): (f64, [&[f64]; 3]),
+        (relative, absolute): (f64, &[f64]),
+    ) -> bool {
+        let (r, values) = (self.degrees_of_freedom, self.work.values());
+        let effect = |place: usize| resolution.effect(place, values);
+        accelerations.fill(0.0);
+        for (i, place) in forces.iter().enumerate() {
+            let force = effect(*place);
+            if force == 0.0 {
+                continue;
+            }
+            if !force.is_finite() {
+                return false;
+            }
+            column.fill(0.0);
+            column[i] = force;
+            self.work.factor.solve(column);
+            accelerations.iter_mut().zip(column.iter()).for_each(|(sum, own)| *sum += own.abs());
+        }
+        let allowed = |k: usize| {
+            let size = states.iter().fold(0.0f64, |most, state| most.max(state[k].abs()));
+            PART * (absolute[k] + relative * size)
+        };
+        let moving = (0..r).filter(|i| !self.still.contains(i));
+        let fits = moving.into_iter().all(|i| {
+            let speed = accelerations[i] * length;
+            speed <= allowed(r + i) && speed * length <= allowed(i)
+        });
+        let held = (0..r).filter(|i| self.still.contains(i));
+        let mut rest = rates.iter().enumerate();
+        let holds = held.into_iter().all(|i| effect(forces[i]) <= relative * (1.0 + values[forces[i]].abs()));
+        fits && holds
+            && rest.all(|(k, place)| effect(*place) * length <= allowed(2 * r + k))
+            && others.iter().all(|place| effect(*place) <= PART * relative * (1.0 + values[*place].abs()))
+    }
+}

@@ -1,0 +1,415 @@
+//! What is flat where a step begins: pulses, switches, detents, limits that dip. All methods, lanes and sampled loops, against dense quadratures of their own.
+//!
+//! `KARDAN_MODELS=0..300` draws other random laws and contacts than the first ones.
+
+use kardan::project::Project;
+use kardan::results::{Outcome, Run, SweepRows};
+use kardan::simulate::Method;
+use kardan::study::{Settings, Silent, SweepSettings};
+
+use crate::common::{Dice, run_by, signal};
+
+const METHODS: [Method; 4] = [Method::Taylor, Method::Dop853, Method::Radau, Method::Automatic];
+
+/// A run of a model with one variant, to where it came.
+fn run_of(source: &str, method: Method) -> Run {
+    let settings = Settings { method, tolerance: Some(RELATIVE), runs_only: true, ..Settings::default() };
+    Project::open(source).run(&settings, &Silent).expect("a model").runs.remove(0)
+}
+
+fn last(run: &Run, name: &str) -> f64 {
+    *signal(run, name).last().expect("rows")
+}
+
+fn ends(source: &str, method: Method, name: &str, expected: f64, tolerance: f64) {
+    let run = run_by(source, method, None);
+    assert_eq!(run.outcome, Outcome::Completed);
+    let found = last(&run, name);
+    assert!(
+        (found - expected).abs() <= tolerance,
+        "{method:?}: {name} ends at {found} instead of {expected}\n{source}"
+    );
+}
+
+fn shaft(law: &str, scenario: &str) -> String {
+    format!("[shaft.a]\ninertia = \"1 kg m^2\"\n[torque.l]\nshaft = \"a\"\nlaw = \"{law}\"\n[scenario]\n{scenario}\n")
+}
+
+/// ∫ exp(−((t − 5)/½)²) dt = ½ √π, and a logistic switch at 5 s: 5 N m s up to 10 s but for exp(−100).
+#[test]
+fn pulses_of_time_are_felt() {
+    let gust = shaft("1 N m * exp(-((t - 5 s)/(0.5 s))^2)", "duration = \"10 s\"");
+    let switch = shaft("1 N m / (1 + exp(-(t - 5 s)/(0.05 s)))", "duration = \"10 s\"");
+    let power = shaft("1 N m * (t/(10 s))^20", "duration = \"10 s\"");
+    let arch = shaft("1 N m * (t/(10 s))^20 * (1 - t/(10 s))^20 * 1e12", "duration = \"10 s\"");
+    // ∫₀¹ x²⁰ (1 − x)²⁰ dx = 20!² / 41!
+    let mut beta = 1.0 / 41.0;
+    (1..=20).for_each(|k| beta *= f64::from(k) / f64::from(20 + k));
+    for method in METHODS {
+        ends(&gust, method, "a.w", 0.5 * std::f64::consts::PI.sqrt(), 1e-9);
+        ends(&switch, method, "a.w", 5.0, 1e-8);
+        ends(&power, method, "a.w", 10.0 / 21.0, 1e-8);
+        ends(&arch, method, "a.w", 10.0 * 1e12 * beta, 1e-8 * 10.0 * 1e12 * beta);
+    }
+}
+
+/// Braked by `c (1 − 2/(exp(w/w₀) + 1))` from 100 rad/s: `d/dt (2 w₀ sinh(w/2w₀)) = …`, so that `sinh(w/2w₀) = sinh(w(0)/2w₀) exp(−c t/2J w₀)`; it never turns back.
+#[test]
+fn what_brakes_does_not_turn_back() {
+    let source = shaft(
+        "-100 N m * (2/(1 + exp(-a.w/(0.01 rad/s))) - 1)",
+        "duration = \"2 s\"\ninitial = { \"a.w\" = \"100 rad/s\" }",
+    );
+    for method in METHODS {
+        let run = run_by(&source, method, None);
+        assert!(signal(&run, "a.w").iter().all(|w| *w > -1e-9), "{method:?}");
+        // w stands for 100 − 100 t until it is some w₀: ∫ tanh.
+        let found = last(&run, "a.phi");
+        assert!((found - 50.000_003_3).abs() < 1e-6, "{method:?}: {found}");
+    }
+}
+
+fn brake(limit: &str, pull: &str, more: &str, duration: &str) -> String {
+    format!(
+        "[shaft.a]\ninertia = \"0.005 kg m^2\"\n[brake.b]\nshaft = \"a\"\ntorque = \"{limit}\"\n[torque.pull]\nshaft = \"a\"\nlaw = \"{pull}\"\n{more}\
+         [scenario]\nduration = \"{duration} s\"\noutput_step = \"2 ms\"\n"
+    )
+}
+
+/// Where a shaft of inertia J at rest comes to until T, held by a friction of at most `limit(t)` against `pull(t)`: dense rows of `count` steps, each of the
+/// events halved.
+fn slips(inertia: f64, limit: &dyn Fn(f64) -> f64, pull: &dyn Fn(f64) -> f64, end: f64, count: usize) -> [f64; 2] {
+    let step = end / count as f64;
+    let (mut t, mut angle, mut speed, mut sense) = (0.0, 0.0, 0.0, 0.0);
+    let halve = |low: f64, high: f64, beyond: &dyn Fn(f64) -> bool| {
+        let (mut low, mut high) = (low, high);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if beyond(middle) { high = middle } else { low = middle }
+        }
+        high
+    };
+    let breaks = |t: f64| pull(t).abs() > limit(t).max(0.0);
+    // Speed and angle so much later, by Gauss' rule of three points in the acceleration and in (h − s) times it.
+    let moved = |from: f64, h: f64, sense: f64| {
+        let node = 0.6_f64.sqrt();
+        let nodes = [(-node, 5.0 / 18.0), (0.0, 4.0 / 9.0), (node, 5.0 / 18.0)];
+        nodes.iter().fold([0.0; 2], |[angle, speed], (x, weight)| {
+            let s = 0.5 * h * (1.0 + x);
+            let a = (pull(from + s) - sense * limit(from + s).max(0.0)) / inertia;
+            [angle + weight * h * (h - s) * a, speed + weight * h * a]
+        })
+    };
+    while t < end {
+        let next = (t + step).min(end);
+        if sense == 0.0 {
+            if !breaks(next) {
+                t = next;
+                continue;
+            }
+            t = halve(t, next, &breaks);
+            sense = pull(t).signum();
+            continue;
+        }
+        let h = next - t;
+        let [more, faster] = moved(t, h, sense);
+        if (speed + faster) * sense < 0.0 {
+            let from = (t, speed);
+            let stands = halve(0.0, h, &|h| (from.1 + moved(from.0, h, sense)[1]) * sense < 0.0);
+            let [more, _] = moved(t, stands, sense);
+            (angle, speed, t) = (angle + speed * stands + more, 0.0, t + stands);
+            sense = if breaks(t) { pull(t).signum() } else { 0.0 };
+            if h - stands < 1e-15 {
+                t = next;
+            }
+            continue;
+        }
+        (angle, speed, t) = (angle + speed * h + more, speed + faster, next);
+    }
+    [angle, speed]
+}
+
+/// A brake whose torque passes through nothing lets go of the smallest load each time, beside a stiff drive too.
+#[test]
+fn a_brake_that_dips_lets_go() {
+    let stiff = "[shaft.x]\ninertia = \"0.001 kg m^2\"\n[shaft.y]\ninertia = \"0.001 kg m^2\"\ndamping = \"0.1 N m s/rad\"\n[spring_damper.k]\nshaft_1 = \"x\"\n\
+                 shaft_2 = \"y\"\nstiffness = \"1e5 N m/rad\"\ndamping = \"1000 N m s/rad\"\n";
+    for pull in [0.1, 0.01, 1e-3, 1e-5] {
+        let [angle, _] = slips(0.005, &|t| 2.0 * (1.0 + (30.0 * t).sin()), &|_| pull, 1.0, 400_000);
+        for more in ["", stiff] {
+            let source = brake("2 N m * (1 + sin(30 * t/(1 s)))", &format!("{pull} N m"), more, "1");
+            for method in METHODS {
+                ends(&source, method, "a.phi", angle, 1e-6 * angle + 1e-11);
+            }
+        }
+    }
+}
+
+/// A lock whose signal dips below ½ for 2 w √ln 2 lets a shaft of 1 kg m² go that 1 N m pulls, against one of 3 kg m² that stands but for it: both turn
+/// at `T/4` before and behind, and while it is open the pulled one gains T alone, which the engaging lock shares out.
+#[test]
+fn a_lock_that_dips_lets_go() {
+    for width in [0.04, 0.01, 0.002, 0.000_5] {
+        let source = format!(
+            "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"3 kg m^2\"\n[torque.pull]\nshaft = \"a\"\nlaw = \"1 N m\"\n[lock.l]\nshaft_1 = \"a\"\n\
+             shaft_2 = \"b\"\nengaged = \"1 - exp(-((t - 0.52 s)/({width} s))^2)\"\n[scenario]\nduration = \"1 s\"\n"
+        );
+        // Open for h from t: a runs ahead by h²/2 in all, and then both have the momentum.
+        let h = 2.0 * width * 2.0_f64.ln().sqrt();
+        let [from, to] = [0.52 - 0.5 * h, 0.52 + 0.5 * h];
+        let b = 0.125 * from * from + 0.25 * from * h + 0.25 * (to * (1.0 - to) + 0.5 * (1.0 - to) * (1.0 - to));
+        for method in METHODS {
+            ends(&source, method, "b.phi", b, 1e-9);
+            ends(&source, method, "a.phi", b + 0.5 * h * h, 1e-9);
+            ends(&source, method, "a.w", 0.25, 1e-9);
+        }
+    }
+}
+
+/// A mass that a load presses to a rigid stop leaves it while the load dips below zero, and comes back.
+#[test]
+fn a_stop_whose_load_dips_lets_go() {
+    for (deep, width) in [(3.0, 0.04), (1.5, 0.01), (1.01, 0.01), (1.000_1, 0.02)] {
+        let source = format!(
+            "[mass.m]\nmass = \"1 kg\"\n[torque.load]\nmass = \"m\"\nlaw = \"1 N * (1 - {deep} * exp(-((t - 0.52 s)/({width} s))^2))\"\n\
+             [end_stop.e]\nmass_1 = \"m\"\nupper = \"0 m\"\n[scenario]\nduration = \"0.56 s\"\ninitial = {{ \"m.s\" = \"0 m\" }}\n"
+        );
+        let load = |t: f64| 1.0 - deep * (-((t - 0.52) / width).powi(2)).exp();
+        let (from, h) = (0.52 - width * f64::ln(deep).sqrt(), 1e-6);
+        let (mut t, mut x, mut v) = (from, 0.0, 0.0);
+        while t < 0.56 {
+            let h = h.min(0.56 - t);
+            let (a, b) = (load(t), load(t + 0.5 * h));
+            let c = load(t + h);
+            (x, v) = (x + h * v + h * h * (a + 2.0 * b) / 6.0, v + h * (a + 4.0 * b + c) / 6.0);
+            t += h;
+            if x > 0.0 {
+                (x, v) = (0.0, 0.0);
+                break;
+            }
+        }
+        for method in METHODS {
+            ends(&source, method, "m.s", x, 1e-9);
+            ends(&source, method, "m.v", v, 1e-7);
+        }
+    }
+}
+
+/// A shape of `u` that is flat far below zero, written and computed.
+#[derive(Debug, Clone, Copy)]
+enum Shape {
+    Bump,
+    Switch,
+    Burst,
+    Gompertz,
+    Tanh,
+    Window,
+    Peak,
+    Ramp,
+}
+
+impl Shape {
+    const ALL: [Self; 8] =
+        [Self::Bump, Self::Switch, Self::Burst, Self::Gompertz, Self::Tanh, Self::Window, Self::Peak, Self::Ramp];
+
+    fn written(self, u: &str) -> String {
+        match self {
+            Self::Bump => format!("exp(-({u})^2)"),
+            Self::Switch => format!("1/(1 + exp(-({u})))"),
+            Self::Burst => format!("exp(-({u})^2) * sin(5 * ({u}))"),
+            Self::Gompertz => format!("exp(-exp(-({u})))"),
+            Self::Tanh => format!("(2 - 2/(1 + exp(2 * ({u}))))"),
+            Self::Window => format!("1/(1 + exp(-({u})))/(1 + exp({u} - 3))"),
+            Self::Peak => format!("1/(1 + ({u})^16)"),
+            Self::Ramp => format!("(3 + sqrt(({u})^2 + 1e-9) - sqrt(({u} - 3)^2 + 1e-9))"),
+        }
+    }
+
+    fn value(self, u: f64) -> f64 {
+        match self {
+            Self::Bump => (-u * u).exp(),
+            Self::Switch => 1.0 / (1.0 + (-u).exp()),
+            Self::Burst => (-u * u).exp() * (5.0 * u).sin(),
+            Self::Gompertz => (-(-u).exp()).exp(),
+            Self::Tanh => 1.0 + u.tanh(),
+            Self::Window => 1.0 / (1.0 + (-u).exp()) / (1.0 + (u - 3.0).exp()),
+            Self::Peak => 1.0 / (1.0 + u.powi(16)),
+            Self::Ramp => 3.0 + (u * u + 1e-9).sqrt() - ((u - 3.0).powi(2) + 1e-9).sqrt(),
+        }
+    }
+}
+
+/// A shaft of 1 kg m² under a law of `(x − at)/width` for x the time, the angle or the speed, with what moves it there, a damper, and a controller
+/// with a clock.
+struct Law {
+    shapes: [Option<Shape>; 2],
+    of: usize,
+    at: f64,
+    width: f64,
+    size: f64,
+    start: f64,
+    base: f64,
+    damping: f64,
+    gain: f64,
+}
+
+const END: f64 = 10.0;
+const SAMPLE: f64 = 0.1;
+
+impl Law {
+    fn drawn(dice: &mut Dice) -> Self {
+        let pick = |dice: &mut Dice, list: &[f64]| list[dice.below(list.len())];
+        let of = dice.below(3);
+        let second = (dice.below(3) == 0).then(|| Shape::ALL[dice.below(Shape::ALL.len())]);
+        let shapes = [Some(Shape::ALL[dice.below(Shape::ALL.len())]), second];
+        Self {
+            shapes,
+            of,
+            at: pick(dice, &[4.0, 5.0, 6.25, 7.9]) * if of == 1 { 3.0 } else { 1.0 },
+            width: pick(dice, &[0.06, 0.1, 0.31, 0.5]),
+            size: pick(dice, &[0.3, 1.0, -0.7]),
+            start: if of == 1 { 5.0 } else { 0.0 },
+            base: if of == 2 { 1.0 } else { 0.0 },
+            damping: pick(dice, &[0.0, 0.0, 0.1]),
+            // Beside a ramp a sampled loop is unstable by as little as that is not flat.
+            gain: if shapes.iter().flatten().any(|shape| matches!(shape, Shape::Ramp)) {
+                0.0
+            } else {
+                pick(dice, &[0.0, 0.0, 0.2])
+            },
+        }
+    }
+
+    fn value(&self, x: [f64; 3]) -> f64 {
+        let u = (x[self.of] - self.at) / self.width;
+        self.shapes.iter().flatten().fold(self.size, |product, shape| product * shape.value(u))
+    }
+
+    fn source(&self) -> String {
+        let (of, unit) = [("t", "s"), ("a.phi", "rad"), ("a.w", "rad/s")][self.of];
+        let u = format!("({of} - {} {unit})/({} {unit})", self.at, self.width);
+        let product: String = self.shapes.iter().flatten().map(|shape| format!(" * {}", shape.written(&u))).collect();
+        let control = match self.gain {
+            0.0 => String::new(),
+            gain => format!(
+                "[motor.m]\nshaft = \"a\"\n[control.c]\nlaw = \"program\"\ncommands = {{ m = \"-{gain} N m s/rad * a.w\" }}\nsample_time = \"{SAMPLE} s\"\n"
+            ),
+        };
+        format!(
+            "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"{} N m s/rad\"\n[torque.l]\nshaft = \"a\"\nlaw = \"{} N m{product}\"\n\
+             [torque.base]\nshaft = \"a\"\nlaw = \"{} N m\"\n{control}[scenario]\nduration = \"{END} s\"\noutput_step = \"0.1 s\"\n\
+             initial = {{ \"a.w\" = \"{} rad/s\" }}\n",
+            self.damping, self.size, self.base, self.start
+        )
+    }
+
+    /// Angle and speed at the end by the classical method of order 4 in steps of 0.1 ms, sums compensated.
+    fn reference(&self) -> [f64; 2] {
+        let (count, mut x, mut command) = (100_000, [0.0, self.start], 0.0);
+        let (h, mut lost) = (END / count as f64, [0.0; 2]);
+        for step in 0..count {
+            if step % 1000 == 0 {
+                command = -self.gain * x[1];
+            }
+            let rates =
+                |t: f64, x: [f64; 2]| [x[1], self.value([t, x[0], x[1]]) + self.base - self.damping * x[1] + command];
+            let t = step as f64 * h;
+            let moved = |k: [f64; 2], part: f64| [x[0] + part * h * k[0], x[1] + part * h * k[1]];
+            let a = rates(t, x);
+            let b = rates(t + 0.5 * h, moved(a, 0.5));
+            let c = rates(t + 0.5 * h, moved(b, 0.5));
+            let d = rates(t + h, moved(c, 1.0));
+            for i in 0..2 {
+                let change = h * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]) / 6.0 - lost[i];
+                let next = x[i] + change;
+                lost[i] = (next - x[i]) - change;
+                x[i] = next;
+            }
+        }
+        x
+    }
+}
+
+/// Which of the random models are drawn.
+fn models(first: usize) -> std::ops::Range<u64> {
+    let asked = std::env::var("KARDAN_MODELS").ok();
+    let asked = asked.as_deref().and_then(|text| text.split_once(".."));
+    asked.map_or(0..first as u64, |(from, to)| from.parse().expect("a number")..to.parse().expect("a number"))
+}
+
+const RELATIVE: f64 = 1e-8;
+
+/// Random smooth laws of the time, the angle and the speed that are flat where the run begins, alone and beside a sampled controller, by all methods.
+#[test]
+fn flat_laws_are_felt() {
+    let mut wrong = Vec::new();
+    for model in models(40) {
+        let law = Law::drawn(&mut Dice(model));
+        let (source, [angle, speed]) = (law.source(), law.reference());
+        for method in METHODS {
+            let run = run_of(&source, method);
+            let apart = [last(&run, "a.phi") - angle, last(&run, "a.w") - speed];
+            let allowed = 10.0 * RELATIVE * (1.0 + angle.abs().max(speed.abs()));
+            if run.outcome != Outcome::Completed || apart.iter().any(|apart| !(apart.abs() <= allowed)) {
+                wrong.push(format!("{model} {method:?} {:?}: {apart:?} of {angle} {speed}\n{source}", run.outcome));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// The same laws in lanes: what a sweep finds is what each run finds.
+#[test]
+fn lanes_feel_flat_laws() {
+    for model in models(20) {
+        let law = Law { gain: 0.0, ..Law::drawn(&mut Dice(model)) };
+        let source = law.source().replace("inertia = \"1 kg m^2\"", "inertia = \"1 kg m^2 ± 1e-9 %\"");
+        let figure = "[[figure]]\nname = \"w\"\nsignal = \"a.w\"\nmeasure = \"final\"\n";
+        let project = Project::open(format!("{source}{figure}"));
+        let run = Settings { tolerance: Some(RELATIVE), ..Settings::default() };
+        let settings = SweepSettings { samples: Some(8), run, ..SweepSettings::default() };
+        let plan = project.sweep_plan(&settings).unwrap();
+        let mut rows = SweepRows::default();
+        let found = project.sweep(&plan, &settings.run, &mut rows, &Silent, &mut |_, _| Ok(())).unwrap();
+        let [_, speed] = law.reference();
+        for row in rows.iter() {
+            let own = row.to_row().figures[0];
+            assert!((own - speed).abs() < 10.0 * RELATIVE * (1.0 + speed.abs()), "{model}: {own} {speed}\n{source}");
+        }
+        assert!(found.compared.is_none_or(|compared| compared.difference < 1e-6), "{model}");
+    }
+}
+
+/// Random brakes whose limits dip under loads that change, by all methods.
+#[test]
+fn limits_that_dip_let_go() {
+    let mut wrong = Vec::new();
+    for model in models(30) {
+        let mut dice = Dice(1000 + model);
+        let mut pick = |list: &[f64]| list[dice.below(list.len())];
+        let (size, deep) = (pick(&[1.0, 2.0, 5.0]), pick(&[0.999, 1.0, 1.0, 1.05]));
+        let (at, width, rate) = (pick(&[0.3, 0.52, 0.81]), pick(&[0.003, 0.01, 0.04]), pick(&[7.0, 30.0, 110.0]));
+        let (pull, swing) = (pick(&[0.02, 0.1, 0.5, -0.3]), pick(&[0.0, 0.0, 0.05]));
+        let waves = pick(&[0.0, 1.0]) == 0.0;
+        let limit = move |t: f64| {
+            let u = (t - at) / width;
+            if waves { size * (1.0 + deep * (rate * t).sin()) } else { size * (1.0 - deep * (-u * u).exp()) }
+        };
+        let load = move |t: f64| pull + swing * (3.0 * t).sin();
+        let written = match waves {
+            true => format!("max(0 N m, {size} N m * (1 + {deep} * sin({rate} * t/(1 s))))"),
+            false => format!("max(0 N m, {size} N m * (1 - {deep} * exp(-((t - {at} s)/({width} s))^2)))"),
+        };
+        let source = brake(&written, &format!("{pull} N m + {swing} N m * sin(3 * t/(1 s))"), "", "1");
+        let [angle, speed] = slips(0.005, &limit, &load, 1.0, 400_000);
+        for method in METHODS {
+            let run = run_of(&source, method);
+            let apart = [last(&run, "a.phi") - angle, last(&run, "a.w") - speed];
+            let allowed = 10.0 * RELATIVE * (1.0 + angle.abs().max(speed.abs()));
+            if run.outcome != Outcome::Completed || apart.iter().any(|apart| !(apart.abs() <= allowed)) {
+                wrong.push(format!("{model} {method:?}: {apart:?} of {angle} {speed}: {written}, {pull} {swing}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
+}
