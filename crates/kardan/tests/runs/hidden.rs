@@ -7,7 +7,7 @@ use kardan::results::{Outcome, Run, SweepRows};
 use kardan::simulate::Method;
 use kardan::study::{Settings, Silent, SweepSettings};
 
-use crate::common::{Dice, run_by, signal};
+use crate::common::{Dice, at, run_by, signal};
 
 const METHODS: [Method; 4] = [Method::Taylor, Method::Dop853, Method::Radau, Method::Automatic];
 
@@ -45,7 +45,10 @@ fn pulses_of_time_are_felt() {
     // ∫₀¹ x²⁰ (1 − x)²⁰ dx = 20!² / 41!
     let mut beta = 1.0 / 41.0;
     (1..=20).for_each(|k| beta *= f64::from(k) / f64::from(20 + k));
+    let program = "[shaft.a]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"\n[control.c]\nlaw = \"program\"\n\
+                   commands = { m = \"1 N m * exp(-((t - 5 s)/(0.02 s))^2)\" }\n[scenario]\nduration = \"10 s\"\n";
     for method in METHODS {
+        ends(program, method, "a.w", 0.02 * std::f64::consts::PI.sqrt(), 1e-10);
         ends(&gust, method, "a.w", 0.5 * std::f64::consts::PI.sqrt(), 1e-9);
         ends(&switch, method, "a.w", 5.0, 1e-8);
         ends(&power, method, "a.w", 10.0 / 21.0, 1e-8);
@@ -178,7 +181,7 @@ fn a_stop_whose_load_dips_lets_go() {
         let (from, h) = (0.52 - width * f64::ln(deep).sqrt(), 1e-6);
         let (mut t, mut x, mut v) = (from, 0.0, 0.0);
         while t < 0.56 {
-            let h = h.min(0.56 - t);
+            let h = f64::min(h, 0.56 - t);
             let (a, b) = (load(t), load(t + 0.5 * h));
             let c = load(t + h);
             (x, v) = (x + h * v + h * h * (a + 2.0 * b) / 6.0, v + h * (a + 4.0 * b + c) / 6.0);
@@ -192,6 +195,45 @@ fn a_stop_whose_load_dips_lets_go() {
             ends(&source, method, "m.s", x, 1e-9);
             ends(&source, method, "m.v", v, 1e-7);
         }
+    }
+}
+
+/// A bump f(t) as the rate of a state, and as the offset of `a = 2 b + f(t)`, for which `(4 J_a + J_b) b̈ = −2 J_a f̈`.
+#[test]
+fn states_and_offsets_are_felt() {
+    let bump = "exp(-((t - 5 s)/(0.1 s))^2)";
+    let state = format!("[state.z]\nrate = \"1 Hz * {bump}\"\n[scenario]\nduration = \"10 s\"\n");
+    let row = format!(
+        "[shaft.a]\ninertia = \"3 kg m^2\"\n[shaft.b]\ninertia = \"5 kg m^2\"\n[constraint.c]\ncoefficients = {{ a = 1, b = -2 }}\n\
+         offset = \"1 rad * {bump}\"\n[scenario]\nduration = \"10 s\"\noutput_step = \"0.5 s\"\n"
+    );
+    for method in METHODS {
+        ends(&state, method, "z.z", 0.1 * std::f64::consts::PI.sqrt(), 1e-9);
+        let run = run_by(&row, method, None);
+        let b = at(&run, "b.phi", 5.0);
+        assert!((b + 6.0 / 17.0).abs() < 1e-9 && last(&run, "b.phi").abs() < 1e-8, "{method:?}: {b}");
+    }
+}
+
+/// A car that drives straight does the same after a gust, however late that comes.
+#[test]
+fn a_late_gust_moves_a_car_as_an_early_one() {
+    let ends = |begin: f64, method: Method| {
+        let source = format!(
+            "[shaft.hand]\n[prescribed_motion.driver]\nshaft = \"hand\"\nangle = \"0 rad\"\n[vehicle.car]\nsteers = \"hand\"\nsteering_ratio = 1\n\
+             mass = \"1500 kg\"\nyaw_inertia = \"2500 kg m^2\"\nfront_axle = \"1.2 m\"\nrear_axle = \"1.5 m\"\nfront_stiffness = \"90 kN/rad\"\n\
+             rear_stiffness = \"110 kN/rad\"\nspeed = \"25 m/s\"\nrelaxation_length = \"0.5 m\"\nwind = \"gust\"\nwind_arm = \"0.3 m\"\n\
+             [signal.gust]\nkind = \"expression\"\nvalue = \"500 N * exp(-((t - {begin} s)/(0.05 s))^2)\"\n\
+             [scenario]\nduration = \"{} s\"\n",
+            begin + 0.5
+        );
+        let run = run_by(&source, method, Some(RELATIVE));
+        ["car.yaw_rate", "car.heading"].map(|name| last(&run, name))
+    };
+    for method in METHODS {
+        let [early, late] = [ends(0.5, method), ends(9.5, method)];
+        assert!(early[1].abs() > 1e-3, "{early:?}");
+        assert!((0..2).all(|k| (early[k] - late[k]).abs() < 1e-8), "{method:?}: {early:?} {late:?}");
     }
 }
 

@@ -44,6 +44,8 @@ pub(super) struct Places {
     /// functions, the time itself.
     pub timed: Range<usize>,
     pub follows_signal: Range<usize>,
+    /// Found, where laws compute by themselves: the sources, which these read.
+    pub read_sources: Range<usize>,
     /// Found: commands, torques reported, torques applied, of each input.
     pub commands: Range<usize>,
     pub torques: Range<usize>,
@@ -221,6 +223,9 @@ pub(super) fn extend(
     let mut powers = powers(&mut all, reduced, &applied, (&friction, &speeds, &holds));
     let held = held_frictions(&mut all, reduced, (&friction, &senses), &sliders);
     find_kept(&mut all, &mut places, (reduced, &applied, &held), &mut powers[0]);
+    if laws.iter().any(Wired::is_own) {
+        places.read_sources = all.found("source", sources.clone());
+    }
     places.commands = all.found("command", commands);
     places.torques = all.found("torque", torques);
     places.applied = all.found("applied", applied);

@@ -46,7 +46,8 @@ impl Machine {
         let places = &self.places;
         let forces: Vec<usize> = of(&places.forces).collect();
         let rates: Vec<usize> = of(&places.rates).chain(of(&places.powers)).collect();
-        let others = [&places.friction_speeds, &places.commands, &places.slider_torques, &places.holds];
+        let others =
+            [&places.friction_speeds, &places.commands, &places.slider_torques, &places.holds, &places.read_sources];
         let meshes = [&places.mesh_loads, &places.mesh_by_acceleration, &places.mesh_by_torque];
         let motion =
             [inertia, friction_rows, friction_bias].into_iter().flatten().map(|(_, output)| plan.place(*output));
