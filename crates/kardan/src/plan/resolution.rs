@@ -64,6 +64,36 @@ impl Operation {
     }
 }
 
+impl Operation {
+    /// The ranges of its values for those of its operands.
+    fn range(&self, tables: &[Table], numbers: &[f64], of: impl Fn(usize) -> Interval) -> [Interval; 2] {
+        match self.operator {
+            Operator::SineCosine => Intervals.sine_cosine(&of(self.operands[0])),
+            Operator::Table => [table(&tables[self.operands[0]], numbers, of(self.operands[1])); 2],
+            operator => {
+                let operands = self.operands.map(of);
+                [Intervals.operation(operator, &operands[..operator.operands()]); 2]
+            }
+        }
+    }
+
+    /// Whether its arguments move within their ranges by more than its scale.
+    fn is_far(&self, of: impl Fn(usize) -> Interval) -> bool {
+        let extent = |place: usize| {
+            let Interval { low, high } = of(place);
+            let [least, most] = [low.abs().min(high.abs()), low.abs().max(high.abs())];
+            let size = match self.operator {
+                // A root begins at zero.
+                Operator::SquareRoot if low == 0.0 => most,
+                _ if low > 0.0 || high < 0.0 => least,
+                _ => 0.0,
+            };
+            (size, high - low)
+        };
+        !(self.moved(extent) <= 1.0)
+    }
+}
+
 /// The operations of a plan by which a step is judged.
 #[derive(Debug, Clone)]
 pub struct Resolution {
@@ -150,42 +180,21 @@ impl Resolution {
         rest.iter_mut().zip(&values[inputs.len()..]).for_each(|(range, value)| *range = Interval::point(*value));
         let mut resolved = true;
         for operation in operations.iter() {
-            let value = |operand: usize, of: &dyn Fn(usize) -> Interval| match operation.operator {
-                Operator::Table => table(&tables[operation.operands[0]], numbers, of(operation.operands[1])),
-                Operator::SineCosine => Intervals.sine_cosine(&of(operation.operands[0]))[operand],
-                operator => {
-                    let operands: [Interval; 4] = operation.operands.map(|place| of(place));
-                    Intervals.operation(operator, &operands[..operator.operands()])
+            let found = operation.range(tables, numbers, |place| ranges[place]);
+            let far = operation.is_far(|place| ranges[place]);
+            let reached = || operation.operands().iter().any(|place| effects[*place].is_some());
+            let effect = match far {
+                true => found.map(Some),
+                false if reached() => {
+                    let of = |place: usize| effects[place].unwrap_or(Interval::point(values[place]));
+                    operation.range(tables, numbers, of).map(Some)
                 }
-            };
-            let own = |place: usize| ranges[place];
-            let found =
-                [value(0, &own), if operation.out[1] == operation.out[0] { value(0, &own) } else { value(1, &own) }];
-            let far = operation.has_scale() && {
-                let extent = |place: usize| {
-                    let Interval { low, high } = ranges[place];
-                    let apart = if low > 0.0 || high < 0.0 { low.abs().min(high.abs()) } else { 0.0 };
-                    let most = low.abs().max(high.abs());
-                    let from_zero = matches!(operation.operator, Operator::SquareRoot) && low == 0.0;
-                    (if from_zero { most } else { apart }, high - low)
-                };
-                !(operation.moved(extent) <= 1.0)
-            };
-            let reached = operation.operands().iter().any(|place| effects[*place].is_some());
-            let effect = |place: usize| effects[place].unwrap_or(Interval::point(values[place]));
-            let reaching = match (far, reached) {
-                (true, _) => found.map(Some),
-                (false, true) => {
-                    let first = value(0, &effect);
-                    let second = if operation.out[1] == operation.out[0] { first } else { value(1, &effect) };
-                    [Some(first), Some(second)]
-                }
-                (false, false) => [None; 2],
+                false => [None; 2],
             };
             resolved &= !far;
-            for (k, place) in operation.out.iter().enumerate() {
-                ranges[*place] = found[k];
-                effects[*place] = reaching[k];
+            for (k, place) in operation.out.into_iter().enumerate() {
+                ranges[place] = found[k];
+                effects[place] = effect[k];
             }
         }
         resolved
