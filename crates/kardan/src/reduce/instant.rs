@@ -201,13 +201,17 @@ pub fn with_held(reduced: &Reduced, held: &BTreeSet<usize>, position: &[f64], na
     out
 }
 
-/// The model in which these cushions (numbers of holds) are pressed whatever the position: springs and dampers in their place, relaxed where they begin
-/// to press.
-pub fn in_contact(reduced: &Reduced, cushions: &BTreeSet<usize>) -> Reduced {
+/// The model in which these contacts (numbers of holds) are closed at a reduced position (rad): springs and dampers in the place of soft ones, relaxed where
+/// they begin to press, and constraints in the place of rigid ones.
+///
+/// # Panics
+/// If the position has not one entry per coordinate.
+pub fn closed_contacts(reduced: &Reduced, closed: &BTreeSet<usize>, position: &[f64]) -> Reduced {
     let mut out = reduced.clone();
-    let mut number = 0;
+    let (mut number, mut soft) = (0, BTreeSet::new());
     let equations = &mut out.equations;
-    for hold in cushions.iter().map(|k| &reduced.equations.holds[*k]) {
+    for k in closed {
+        let hold = &reduced.equations.holds[*k];
         let Hold::Cushion { offset, stiffness, damping, .. } = &hold.value else { continue };
         let (element, row) = (hold.element.clone(), hold.row.clone());
         if !damping.is_zero() {
@@ -215,10 +219,14 @@ pub fn in_contact(reduced: &Reduced, cushions: &BTreeSet<usize>) -> Reduced {
         }
         let value = SpringLaw { stiffness: stiffness.clone(), rest: offset.clone() };
         equations.springs.push(Along { element, row, value });
+        soft.insert(*k);
     }
     equations.holds.retain(|_| {
         number += 1;
-        !cushions.contains(&(number - 1))
+        !soft.contains(&(number - 1))
     });
-    out
+    let first = equations.frictions.len();
+    let now = |k: &usize| first + k - soft.iter().filter(|other| *other < k).count();
+    let rigid: BTreeSet<usize> = closed.difference(&soft).map(now).collect();
+    if rigid.is_empty() { out } else { with_held(&out, &rigid, position, &[]) }
 }

@@ -347,7 +347,9 @@ impl Statics {
         let (r, moving) = (self.degrees_of_freedom(), self.counters.len());
         let of = |unknown: usize| columns.get(&unknown).cloned().unwrap_or_default();
         let mut basis = Vec::new();
-        (0..r).for_each(|k| drop(joins(of(k), &mut basis)));
+        (0..r).for_each(|k| {
+            joins(of(k), &mut basis);
+        });
         let open = (0..moving).filter(|k| !joins(of(r + k), &mut basis)).collect();
         let alone = basis.clone();
         let idle: Vec<usize> = (0..inputs).filter(|k| !joins(of(r + moving + k), &mut alone.clone())).collect();

@@ -132,7 +132,7 @@ pub(super) fn analysis_spec(
     let what = "`[analysis]`";
     // Maps carry dimensions of their own.
     let fields: Vec<Field> =
-        tables::Analysis::FIELDS.iter().filter(|field| field.kind != Kind::Overrides).copied().collect();
+        tables::Analysis::FIELDS.iter().filter(|field| !matches!(field.kind, Kind::Overrides | Kind::Point)).copied().collect();
     let values = reader.values(&fields, table, what, out);
     let mut spec = AnalysisSpec {
         inputs: values.words("inputs").map(<[String]>::to_vec),

@@ -130,7 +130,7 @@ pub(super) fn analyze_variant(
     let reduced = &variant.reduced;
     let mut notes = Vec::new();
     let point = &WorkingPoint::of(variant, settings, &mut notes)?;
-    let WorkingPoint { position, stuck, outputs, system, .. } = point;
+    let WorkingPoint { outputs, system, .. } = point;
     let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
     if coordinates.is_empty() {
         return Err(vec![

@@ -9,7 +9,7 @@ use super::equilibrium::Rest;
 use super::kept::nothing_free;
 use super::moving_point::{Asked, balancing, point_of_run, steady_point};
 use super::others::{others, state_name};
-use super::stops::{beyond_in_words, contacts_in_words};
+use super::stops::{beyond_in_words, clutches_in_words, contacts_in_words};
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::TransmissionRow;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -98,6 +98,7 @@ impl WorkingPoint {
         *notes = own;
         notes.extend(beyond_in_words(reduced, &position));
         notes.extend(contacts_in_words(reduced, &position, &stuck));
+        notes.extend(clutches_in_words(reduced, &stuck));
         let system = match variant.unfrozen {
             Some(_) => ConstrainedSystem::held(reduced, &variant.point, &stuck, &inputs),
             None => ConstrainedSystem::at(reduced, &position, &stuck, &inputs),
