@@ -3,7 +3,7 @@
 use crate::model::{Body, Cell, row};
 use crate::text::number;
 use crate::words;
-use kardan::results::{ChannelMargin, Margins, MotorStrain, TorquePeak};
+use kardan::results::{ChannelMargin, Margins, MotorStrain, TogetherMargin, TorquePeak};
 
 /// What sampling, delay, lag and limits leave of a loop.
 pub(super) fn margins(found: &Margins) -> Body {
@@ -83,7 +83,12 @@ fn contacts(margins: &Margins) -> Body {
         let found = channels.iter().min_by(|a, b| a.disk.total_cmp(&b.disk));
         found.map_or_else(
             || ["–".into(), "–".into()],
-            |one| [number(one.disk), if one.reading { format!("reading {}", one.name) } else { format!("torque of {}", one.name) }],
+            |one| {
+                [
+                    number(one.disk),
+                    if one.reading { format!("reading {}", one.name) } else { format!("torque of {}", one.name) },
+                ]
+            },
         )
     };
     let stable = |stable: Option<bool>| match stable {
@@ -94,12 +99,21 @@ fn contacts(margins: &Margins) -> Body {
     let names = |list: &[String]| if list.is_empty() { "–".to_string() } else { list.join(", ") };
     let all: Vec<String> = first.closed.iter().chain(&first.open).cloned().collect();
     let [disk, channel] = least(&margins.channels);
-    let here = vec![row!["–", "", names(&all), stable(margins.stable), disk, channel]];
+    let together = |found: &Option<TogetherMargin>| found.as_ref().map_or("–".to_string(), |all| number(all.disk[0]));
+    let here = vec![row!["–", "", names(&all), stable(margins.stable), disk, channel, together(&margins.together)]];
     let others = margins.contacts.iter().map(|one| {
         let [disk, channel] = least(&one.channels);
-        row![names(&one.closed), &one.flank, names(&one.open), stable(one.stable), disk, channel]
+        row![
+            names(&one.closed),
+            &one.flank,
+            names(&one.open),
+            stable(one.stable),
+            disk,
+            channel,
+            together(&one.together)
+        ]
     });
-    let headers = ["in contact", "flank", "open", "loop", "#least disk margin", "of"];
+    let headers = ["in contact", "flank", "open", "loop", "#least disk margin", "of", "#of all motors at once"];
     let mut out = Body::default().table(&headers, here.into_iter().chain(others));
     for one in margins.contacts.iter().filter(|one| !one.channels.is_empty()) {
         let detail = Body::default().say(format!("In contact: {} ({} flank).", one.closed.join(", "), one.flank));

@@ -39,8 +39,8 @@ pub use equilibrium_rows::{NoEquilibrium, equilibrium_rows};
 pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;
 pub use first_order::{FirstOrder, motions_over_states, over_states, with_inertia};
-pub use instant::{Instant, closed_contacts, engaged_locks, slip_speeds, with_held, with_sliding};
 pub use initial::{GivenStart, StartConflict, start_position, start_speed};
+pub use instant::{Instant, closed_contacts, engaged_locks, slip_speeds, with_held, with_sliding};
 pub use kept::{GivenRows, NoStart, StartOnRows, follows_everywhere, frozen, inertia_with_rows, start_on_rows};
 pub use kinematics::{Kinematics, Slope, slopes};
 pub use law_slopes::{

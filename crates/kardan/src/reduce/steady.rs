@@ -113,12 +113,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(
-        base: &'a Reduced,
-        model: &'a Reduced,
-        from: &[f64],
-        given: &GivenMotion,
-    ) -> Result<Self, NoSteadyMotion> {
+    fn new(base: &'a Reduced, model: &'a Reduced, from: &[f64], given: &GivenMotion) -> Result<Self, NoSteadyMotion> {
         let mut numeric = Kinematics::new(base);
         numeric.update(from, &vec![0.0; from.len()]);
         let start: Vec<f64> = model.coordinates.iter().map(|shaft| numeric.angles[*shaft]).collect();
@@ -156,8 +151,7 @@ impl<'a> Search<'a> {
         }
         let idle = of(&determined.idle);
         let needed: Vec<usize> = given.inputs.iter().copied().filter(|input| !idle.contains(input)).collect();
-        let (statics, found) =
-            if idle.is_empty() { (statics, found) } else { self.statics(&needed, &given.torques) };
+        let (statics, found) = if idle.is_empty() { (statics, found) } else { self.statics(&needed, &given.torques) };
         let r = self.model.degrees_of_freedom();
         let radius = if statics.is_exact(&found) { Some(0.0) } else { statics.proven(&found) };
         let balanced = radius.is_some() || statics.is_settled(&found);
@@ -176,7 +170,8 @@ impl<'a> Search<'a> {
         let mut torques = vec![0.0; self.model.equations.inputs.len()];
         given.torques.iter().for_each(|(input, torque)| torques[*input] = *torque);
         needed.iter().zip(rest).for_each(|(input, torque)| torques[*input] = *torque);
-        let mut open: Vec<usize> = determined.open.iter().flat_map(|k| &self.moves.directions[*k]).map(|(k, _)| *k).collect();
+        let mut open: Vec<usize> =
+            determined.open.iter().flat_map(|k| &self.moves.directions[*k]).map(|(k, _)| *k).collect();
         open.sort_unstable();
         open.dedup();
         let point = OperatingPoint { position: position.to_vec(), rates, torques: Some(torques) };
@@ -293,7 +288,11 @@ fn moves(directions: &Matrix<Rational>, rows: &Matrix<Rational>, values: &[f64])
         if rational_to_f64(&found.form[(i, count)]).abs() > CONTRADICTS * most {
             let part = |j: &usize| !Scalar::is_zero(&found.transform[(i, *j)]);
             let own: Vec<usize> = (0..values.len()).filter(part).collect();
-            return Err(if let [one] = own[..] { NoSteadyMotion::Turns(one) } else { NoSteadyMotion::Contradiction(own) });
+            return Err(if let [one] = own[..] {
+                NoSteadyMotion::Turns(one)
+            } else {
+                NoSteadyMotion::Contradiction(own)
+            });
         }
     }
     let mut base = vec![Rational::ZERO; directions.rows()];

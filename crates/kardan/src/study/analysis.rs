@@ -131,8 +131,11 @@ pub(super) fn analysis_spec(
     let reader = TableReader::new(known.document, settings);
     let what = "`[analysis]`";
     // Maps carry dimensions of their own.
-    let fields: Vec<Field> =
-        tables::Analysis::FIELDS.iter().filter(|field| !matches!(field.kind, Kind::Overrides | Kind::Point)).copied().collect();
+    let fields: Vec<Field> = tables::Analysis::FIELDS
+        .iter()
+        .filter(|field| !matches!(field.kind, Kind::Overrides | Kind::Point))
+        .copied()
+        .collect();
     let values = reader.values(&fields, table, what, out);
     let mut spec = AnalysisSpec {
         inputs: values.words("inputs").map(<[String]>::to_vec),
@@ -325,9 +328,8 @@ pub(super) fn operating_point(
         let (name, scalar) = entry;
         let signal = SignalName::new(&name.value);
         let label = format!("`{}` in `at` of {what}", name.value);
-        let mut read = |dimension, sign| {
-            of_dimension(reader, scalar, (dimension, sign), &label, out).map(|value| value.to_f64())
-        };
+        let mut read =
+            |dimension, sign| of_dimension(reader, scalar, (dimension, sign), &label, out).map(|value| value.to_f64());
         let input = equations.inputs.iter().find(|input| input.element == signal.element);
         let input = input.map(|input| equations.domain_of(input)).filter(|domain| signal.is(domain.effort()));
         let moves = body(signal.element).filter(|domain| signal.is(domain.motion()[1]));
@@ -349,7 +351,9 @@ pub(super) fn operating_point(
     let (speeds, positions): (Vec<_>, Vec<_>) =
         found.into_iter().partition(|(signal, _)| SignalName::new(signal).is_rate());
     let by_body = |list: Vec<(String, f64)>| {
-        list.into_iter().map(|(signal, value)| (SignalName::new(&signal).element.to_string(), value)).collect::<Vec<_>>()
+        list.into_iter()
+            .map(|(signal, value)| (SignalName::new(&signal).element.to_string(), value))
+            .collect::<Vec<_>>()
     };
     given.speeds.extend(by_body(speeds));
     (by_body(positions), given)

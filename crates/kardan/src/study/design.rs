@@ -10,13 +10,13 @@ use super::margins::{
     contact_warnings, contacts_verdict, decay, margins_in_contact, responses, survey, verdict,
     warnings as margin_warnings,
 };
-use super::stops::{clutches_in_words, contacts_in_words};
 use super::margins_over::margins_along;
 use super::passage::{passage, warnings as passage_warnings};
 use super::prepare::is_error;
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
 use super::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
 use super::signals::{AnalyzeSettings, signals};
+use super::stops::{clutches_in_words, contacts_in_words};
 use super::strain::scenario_strains;
 use super::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use crate::analysis::OutputSignal;

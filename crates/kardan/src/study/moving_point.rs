@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use super::PreparedVariant;
 use super::analysis::GivenAt;
 use super::equilibrium::in_words;
 use super::kept::moves_by_itself;
-use super::PreparedVariant;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::{Hold, InputKind, Meaning};
 use crate::names::Quantity;
@@ -26,6 +26,8 @@ pub(super) struct MovingPoint {
     pub point: OperatingPoint,
     /// Positions and speeds of the coordinates of the variant.
     pub motion: [Vec<f64>; 2],
+    /// Elements that hold there.
+    pub closed: BTreeSet<String>,
     /// What there is to tell of it.
     pub notes: Vec<String>,
 }
@@ -51,7 +53,8 @@ fn refused(message: String, help: &str) -> Diagnostic {
 /// What no operating point in motion is found for.
 fn check_rows(variant: &PreparedVariant) -> Result<(), Diagnostic> {
     let rows = variant.unfrozen.as_deref().unwrap_or(&variant.reduced);
-    let names: Vec<&str> = rows.equations.kept.iter().map(|kept| kept.element.as_str()).chain(moves_by_itself(rows)).collect();
+    let names: Vec<&str> =
+        rows.equations.kept.iter().map(|kept| kept.element.as_str()).chain(moves_by_itself(rows)).collect();
     if names.is_empty() {
         return Ok(());
     }
@@ -85,7 +88,9 @@ pub(super) fn steady_point(variant: &PreparedVariant, asked: &Asked<'_>) -> Resu
         own.coordinates.iter().position(|other| other == shaft).into_iter().for_each(|k| start[k] = *angle);
     }
     let mut held = engaged_locks(&base, &start, &rates);
-    held.extend(own.equations.set_valued().enumerate().filter(|(_, (name, _))| asked.stuck.contains(*name)).map(|(k, _)| k));
+    held.extend(
+        own.equations.set_valued().enumerate().filter(|(_, (name, _))| asked.stuck.contains(*name)).map(|(k, _)| k),
+    );
     let input = |name: &String| own.equations.inputs.iter().position(|other| other.element == *name);
     let torques: Vec<(usize, f64)> =
         asked.given.torques.iter().filter_map(|(name, torque)| Some((input(name)?, *torque))).collect();
@@ -97,7 +102,7 @@ pub(super) fn steady_point(variant: &PreparedVariant, asked: &Asked<'_>) -> Resu
     notes.extend(turning_in_words(&base, &found));
     notes.extend(beside_in_words(own, &base, &given.held, &found.sliding, time));
     let SteadyMotion { model, point, motion, .. } = found;
-    Ok(MovingPoint { model, point, motion, notes })
+    Ok(MovingPoint { model, point, motion, closed: elements_of(own, &given.held), notes })
 }
 
 /// A speed in words: `car.v = 5.555556 m/s`, of a shaft also in turns.
@@ -119,7 +124,8 @@ fn torques_in_words(reduced: &Reduced, point: &OperatingPoint) -> Vec<String> {
 fn standing_in_words(base: &Reduced, [position, speeds]: &[Vec<f64>; 2]) -> Option<String> {
     let names = base.coordinate_names();
     let all = in_words(base, position);
-    let still: Vec<&str> = all.split(", ").zip(speeds).filter(|(_, speed)| **speed == 0.0).map(|(own, _)| own).collect();
+    let still: Vec<&str> =
+        all.split(", ").zip(speeds).filter(|(_, speed)| **speed == 0.0).map(|(own, _)| own).collect();
     (still.len() < names.len() && !still.is_empty()).then(|| still.join(", "))
 }
 
@@ -141,7 +147,9 @@ fn steady_in_words(base: &Reduced, found: &SteadyMotion) -> String {
     };
     let standing = standing_in_words(base, &found.motion).map_or(String::new(), |text| format!("; {text}"));
     let proven = match found.radius {
-        _ if !found.balanced => return format!("{}, {by}{standing}; {}", motion_in_words(base, &found.motion), left_in_words(found)),
+        _ if !found.balanced => {
+            return format!("{}, {by}{standing}; {}", motion_in_words(base, &found.motion), left_in_words(found));
+        }
         Some(0.0) => "proven: nothing accelerates, exactly".to_string(),
         Some(radius) => format!("proven: there is exactly one within {radius:e} of it, relative to its size or to one"),
         None => "to rounding, not proven".to_string(),
@@ -160,15 +168,15 @@ fn accelerations_in_words(model: &Reduced, accelerations: &[f64]) -> String {
         let name = quantity.of(&model.equations.coordinates[*shaft]);
         format!("{name} changes by {acceleration:.6} {}/s", quantity.unit())
     };
-    let left: Vec<String> =
-        model.coordinates.iter().zip(accelerations).filter(|(_, x)| **x != 0.0).map(one).collect();
+    let left: Vec<String> = model.coordinates.iter().zip(accelerations).filter(|(_, x)| **x != 0.0).map(one).collect();
     format!("not an equilibrium, small motions are those beside its own: {}", left.join(", "))
 }
 
 /// What turns on without a torque depending on its angle, and what no torque determines.
 fn turning_in_words(base: &Reduced, found: &SteadyMotion) -> Vec<String> {
     let mut out = Vec::new();
-    let names = |list: &[usize], of: &dyn Fn(usize) -> String| list.iter().map(|k| of(*k)).collect::<Vec<_>>().join(", ");
+    let names =
+        |list: &[usize], of: &dyn Fn(usize) -> String| list.iter().map(|k| of(*k)).collect::<Vec<_>>().join(", ");
     if !found.open.is_empty() {
         let model = &found.model;
         let name = |k: usize| {
@@ -198,9 +206,14 @@ fn beside_in_words(own: &Reduced, base: &Reduced, held: &BTreeSet<usize>, slidin
     let kind = |k: usize| k.checked_sub(equations.frictions.len()).map(|hold| &equations.holds[hold].value);
     let is_friction = |k: usize| matches!(kind(k), None | Some(Hold::Friction { .. }));
     let mut out = Vec::new();
-    out.extend(of(&|k| held.contains(&k)).map(|names| format!("closed at the operating point (locked or sticking): {names}")));
+    out.extend(
+        of(&|k| held.contains(&k)).map(|names| format!("closed at the operating point (locked or sticking): {names}")),
+    );
     let slides = |k: usize| sliding[k] != 0.0 && is_friction(k);
-    out.extend(of(&slides).map(|names| format!("sliding at the operating point, its friction is part of the balance: {names}")));
+    out.extend(
+        of(&slides)
+            .map(|names| format!("sliding at the operating point, its friction is part of the balance: {names}")),
+    );
     let rests = |k: usize| sliding[k] == 0.0 && is_friction(k) && !held.contains(&k);
     out.extend(of(&rests).map(|names| {
         format!("without motion along it at the operating point and taken as sliding without friction: {names}; `stuck` of `[analysis]` lets it stick")
@@ -210,9 +223,13 @@ fn beside_in_words(own: &Reduced, base: &Reduced, held: &BTreeSet<usize>, slidin
     let meshes = |k: usize| matches!(kind(k), Some(Hold::Mesh(_)));
     out.extend(of(&meshes).map(|names| format!("load-dependent losses are left out at the operating point: {names}")));
     let laws = own.equations.laws.iter();
-    let blocks = laws.clone().any(|law| law.value.all_names().iter().any(|(_, meaning)| matches!(meaning, Meaning::Block(..))));
-    if own.equations.laws.iter().any(|law| law.value.is_of_time()) || own.equations.holds.iter().any(|hold| hold.value.formula().is_some_and(|one| one.is_of_time())) {
-        let answers = if blocks { "; what blocks answer as before their first sample, zero, unless a run is meant" } else { "" };
+    let blocks =
+        laws.clone().any(|law| law.value.all_names().iter().any(|(_, meaning)| matches!(meaning, Meaning::Block(..))));
+    if own.equations.laws.iter().any(|law| law.value.is_of_time())
+        || own.equations.holds.iter().any(|hold| hold.value.formula().is_some_and(|one| one.is_of_time()))
+    {
+        let answers =
+            if blocks { "; what blocks answer as before their first sample, zero, unless a run is meant" } else { "" };
         out.push(format!("functions of time are taken at {time} s{answers}"));
     }
     out
@@ -232,7 +249,8 @@ fn no_steady_motion(base: &Reduced, asked: &Asked<'_>, given: &GivenMotion, why:
             let name = &equations.coordinates[shaft];
             let [angle, _] = equations.domain(shaft).motion();
             let depends = depending(base, shaft);
-            let what = if depends.is_empty() { "what it moves".into() } else { quoted(depends.iter().map(String::as_str)) };
+            let what =
+                if depends.is_empty() { "what it moves".into() } else { quoted(depends.iter().map(String::as_str)) };
             refused(
                 format!("{} does not stay as it is: {what} depends on `{}`, which changes", signal(k), angle.of(name)),
                 &format!(
@@ -243,14 +261,20 @@ fn no_steady_motion(base: &Reduced, asked: &Asked<'_>, given: &GivenMotion, why:
             )
         }
         NoSteadyMotion::Contradiction(list) => refused(
-            format!("the speeds {} contradict each other", list.iter().map(|k| signal(*k)).collect::<Vec<_>>().join(", ")),
+            format!(
+                "the speeds {} contradict each other",
+                list.iter().map(|k| signal(*k)).collect::<Vec<_>>().join(", ")
+            ),
             "take one of them out: what is not given follows",
         ),
         NoSteadyMotion::Undetermined(list) => refused(
             format!("more than one choice of the torques of {} balances it", inputs(&list)),
             &format!(
                 "give the torques of all but those that are to be found in `at`: `\"{}\" = \"0 {}\"`",
-                equations.domain_of(&equations.inputs[list[list.len() - 1]]).effort().of(&equations.inputs[list[list.len() - 1]].element),
+                equations
+                    .domain_of(&equations.inputs[list[list.len() - 1]])
+                    .effort()
+                    .of(&equations.inputs[list[list.len() - 1]].element),
                 equations.domain_of(&equations.inputs[list[list.len() - 1]]).effort().unit(),
             ),
         ),
@@ -262,12 +286,18 @@ fn no_steady_motion(base: &Reduced, asked: &Asked<'_>, given: &GivenMotion, why:
                 (some, _) => format!("{} cannot balance it", inputs(some)),
             };
             refused(
-                format!("no steady motion was found: {by}; along `{name}` {torque:.6} {} are left at best", domain.effort().unit()),
+                format!(
+                    "no steady motion was found: {by}; along `{name}` {torque:.6} {} are left at best",
+                    domain.effort().unit()
+                ),
                 "give a speed less or another one, or let what carries the torque be closed: a lock that is engaged, a clutch or friction in `stuck`",
             )
         }
         NoSteadyMotion::Slides(list) => refused(
-            format!("no steady motion was found: which way the frictions of {} slide is not decided", quoted(list.iter().map(String::as_str))),
+            format!(
+                "no steady motion was found: which way the frictions of {} slide is not decided",
+                quoted(list.iter().map(String::as_str))
+            ),
             "let those that stick stick (`stuck` of `[analysis]`), or give the speeds along them",
         ),
     }
@@ -282,9 +312,10 @@ fn depending(base: &Reduced, shaft: usize) -> BTreeSet<String> {
     });
     let alone = |row: &[(usize, crate::num::Rational)]| matches!(row, [(k, _)] if *k == shaft);
     let of_springs = equations.springs.iter().filter(|spring| alone(&spring.row)).map(|spring| &spring.element);
-    let of_stops = equations.holds.iter().filter(|hold| {
-        matches!(hold.value, Hold::Stop { .. } | Hold::Cushion { .. }) && alone(&hold.row)
-    });
+    let of_stops = equations
+        .holds
+        .iter()
+        .filter(|hold| matches!(hold.value, Hold::Stop { .. } | Hold::Cushion { .. }) && alone(&hold.row));
     let of_joints = equations.transmissions.iter().filter(|one| one.driven == shaft || one.driving == shaft);
     (of_law.map(|law| &law.element))
         .chain(of_springs)
@@ -316,11 +347,17 @@ pub(super) fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<Movin
     let own = &variant.reduced;
     let setup = Setup { reduced: own, laws: &variant.running, scenario: &variant.scenario };
     let mut run = Simulation::new(setup, Tolerance::default());
-    run.advance(time).map_err(|why| refused(format!("the run does not come to {time} s: {why}"), "`kardan run` shows how far it goes"))?;
+    run.advance(time).map_err(|why| {
+        refused(format!("the run does not come to {time} s: {why}"), "`kardan run` shows how far it goes")
+    })?;
     let mut value = |name: &str| run.signal(name).ok().map(|signal| run.get(signal));
     let names = own.coordinate_names();
     let motion = [0, 1].map(|rate| -> Vec<f64> {
-        let signals = own.coordinates.iter().zip(&names).map(|(shaft, name)| own.equations.domain(*shaft).motion()[rate].of(name));
+        let signals = own
+            .coordinates
+            .iter()
+            .zip(&names)
+            .map(|(shaft, name)| own.equations.domain(*shaft).motion()[rate].of(name));
         signals.map(|signal| value(&signal).unwrap_or(0.0)).collect()
     });
     let torques: Vec<f64> = (own.equations.inputs.iter())
@@ -336,7 +373,11 @@ pub(super) fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<Movin
     let of = |list: &[f64]| model.coordinates.iter().map(|shaft| place(shaft).map_or(0.0, |k| list[k])).collect();
     let point = OperatingPoint { position: of(&motion[0]), rates: of(&motion[1]), torques: Some(torques) };
     let left = accelerations(&model, &point);
-    let mut text = format!("operating point: the run at {time} s: {}, {}", in_words(&base, &motion[0]), motion_in_words(&base, &motion));
+    let mut text = format!(
+        "operating point: the run at {time} s: {}, {}",
+        in_words(&base, &motion[0]),
+        motion_in_words(&base, &motion)
+    );
     let torques = torques_in_words(&base, &point);
     if !torques.is_empty() {
         text += &format!(", under {}", torques.join(", "));
@@ -348,7 +389,14 @@ pub(super) fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<Movin
     }
     let mut notes = vec![text];
     notes.extend(beside_in_words(own, &base, &held, &sliding, time));
-    Ok(MovingPoint { motion: motion_of(&base, &model, &point), model, point, notes })
+    let closed = elements_of(own, &held);
+    Ok(MovingPoint { motion: motion_of(&base, &model, &point), model, point, closed, notes })
+}
+
+/// Elements of set-valued directions.
+fn elements_of(reduced: &Reduced, directions: &BTreeSet<usize>) -> BTreeSet<String> {
+    let all = reduced.equations.set_valued().enumerate();
+    all.filter(|(k, _)| directions.contains(k)).map(|(_, (element, _))| element.to_string()).collect()
 }
 
 /// Names of the blocks that torques, clutches and locks of a model read.

@@ -156,7 +156,8 @@ impl Project {
 
     /// The same model with another operating point of its analysis: signals with their values.
     pub(super) fn looked_at(&self, at: &[(String, String)]) -> Self {
-        let put = |model: Builder, (signal, value): &(String, String)| model.set(&["analysis", "at", signal], value.clone());
+        let put =
+            |model: Builder, (signal, value): &(String, String)| model.set(&["analysis", "at", signal], value.clone());
         self.changed(|model| at.iter().fold(model.without(&["analysis", "at"]), put))
     }
 

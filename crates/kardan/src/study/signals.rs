@@ -86,14 +86,22 @@ impl WorkingPoint {
         let (inputs, outputs) = signals(variant, settings, notes)?;
         let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
         let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
-        let asked = Asked { at: &spec.at, given: &spec.given, inputs: &balancing(variant, &inputs), stuck: &stuck, start: &position };
+        let asked = Asked {
+            at: &spec.at,
+            given: &spec.given,
+            inputs: &balancing(variant, &inputs),
+            stuck: &stuck,
+            start: &position,
+        };
         if spec.given.moves() {
             return Self::in_motion(variant, &asked, (inputs, outputs), notes);
         }
         let mut own = notes.clone();
         let position = match working_position(variant, position.clone(), &mut own) {
             Ok(position) => position,
-            Err(mistakes) => return at_initial_speeds(variant, &asked, (inputs, outputs), notes).unwrap_or(Err(mistakes)),
+            Err(mistakes) => {
+                return at_initial_speeds(variant, &asked, (inputs, outputs), notes).unwrap_or(Err(mistakes));
+            }
         };
         *notes = own;
         notes.extend(beyond_in_words(reduced, &position));
@@ -132,13 +140,17 @@ impl WorkingPoint {
         notes: &mut Vec<String>,
     ) -> Result<Self, Vec<Diagnostic>> {
         let (spec, reduced) = (&variant.analysis, &variant.reduced);
-        let of_run = asked.given.time.filter(|time| asked.at.is_empty() && *asked.given == GivenAt { time: Some(*time), ..GivenAt::default() });
+        let of_run = asked
+            .given
+            .time
+            .filter(|time| asked.at.is_empty() && *asked.given == GivenAt { time: Some(*time), ..GivenAt::default() });
         let found = match of_run {
             Some(time) => point_of_run(variant, time),
             None => steady_point(variant, asked),
         };
         let at = || spec.places.get("at").map(|place| (place.clone(), "at this point"));
-        let found = found.map_err(|mistake| vec![at().into_iter().fold(mistake, |one, (place, label)| one.at(place, label))])?;
+        let found = found
+            .map_err(|mistake| vec![at().into_iter().fold(mistake, |one, (place, label)| one.at(place, label))])?;
         let [position, speeds] = found.motion.clone();
         notes.extend(found.notes.iter().cloned());
         check_slopes(variant, law_slopes_at(&found.model, &found.point), notes)?;
@@ -147,13 +159,14 @@ impl WorkingPoint {
         notes.extend(ratios(reduced, &position));
         notes.extend(variant.model.rounded_in_words());
         let torques = found.model.equations.inputs.iter().zip(found.point.torques.iter().flatten());
-        let torques = torques.filter(|(_, torque)| **torque != 0.0).map(|(input, torque)| (input.element.clone(), *torque));
+        let torques =
+            torques.filter(|(_, torque)| **torque != 0.0).map(|(input, torque)| (input.element.clone(), *torque));
         Ok(Self {
             position,
             speeds,
             torques: torques.collect(),
             moves: true,
-            stuck: asked.stuck.clone(),
+            stuck: found.closed,
             system: ConstrainedSystem::held(&found.model, &found.point, &BTreeSet::new(), &inputs),
             inputs,
             outputs,
@@ -170,7 +183,8 @@ fn at_initial_speeds(
 ) -> Option<Result<WorkingPoint, Vec<Diagnostic>>> {
     let (reduced, scenario) = (&variant.reduced, &variant.scenario);
     let names = reduced.coordinate_names().into_iter().zip(&scenario.speed);
-    let speeds: Vec<(String, f64)> = names.filter(|(_, speed)| **speed != 0.0).map(|(name, speed)| (name, *speed)).collect();
+    let speeds: Vec<(String, f64)> =
+        names.filter(|(_, speed)| **speed != 0.0).map(|(name, speed)| (name, *speed)).collect();
     if speeds.is_empty() || !asked.at.is_empty() {
         return None;
     }
@@ -218,7 +232,11 @@ fn working_position(
 }
 
 /// Laws of torque must have a derivative where a model is looked at; says which were rounded.
-fn check_slopes(variant: &PreparedVariant, all: Vec<LawSlopes>, notes: &mut Vec<String>) -> Result<(), Vec<Diagnostic>> {
+fn check_slopes(
+    variant: &PreparedVariant,
+    all: Vec<LawSlopes>,
+    notes: &mut Vec<String>,
+) -> Result<(), Vec<Diagnostic>> {
     for slopes in all {
         let name = &slopes.element;
         if !slopes.kinks.is_empty() {

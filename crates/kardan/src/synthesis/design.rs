@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::around::around;
 use super::observed;
 use super::{Law, LawKind, Plant, Program, Request, SynthesisError, clock};
-use crate::schema::LawKeys;
 use crate::element::Values;
+use crate::schema::LawKeys;
 
 /// Designs a law with the observer that its keys ask for.
 ///

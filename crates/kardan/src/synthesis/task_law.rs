@@ -273,7 +273,8 @@ impl TaskLaw {
 
     /// The task around what it sees there.
     pub fn around(&self, seen: &Seen<'_>) -> LinearTask {
-        let inputs: Vec<f64> = (0..self.comes.len()).map(|k| self.value(k, seen)).chain(seen.states.iter().copied()).collect();
+        let inputs: Vec<f64> =
+            (0..self.comes.len()).map(|k| self.value(k, seen)).chain(seen.states.iter().copied()).collect();
         let linear = self.slopes_at(&inputs);
         LinearTask {
             linear,

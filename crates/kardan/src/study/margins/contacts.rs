@@ -45,7 +45,10 @@ fn open_plays(variant: &PreparedVariant) -> Vec<Play<'_>> {
 
 /// The margins of a controller's loop with backlash in contact: with few elements each choice of those that are closed, else all. One entry for both
 /// flanks where these make the same loop. Also why some are not looked at.
-pub(in crate::study) fn margins_in_contact(variant: &PreparedVariant, number: usize) -> (Vec<ContactMargins>, Option<String>) {
+pub(in crate::study) fn margins_in_contact(
+    variant: &PreparedVariant,
+    number: usize,
+) -> (Vec<ContactMargins>, Option<String>) {
     let plays = open_plays(variant);
     if plays.is_empty() || number >= variant.designed.len() {
         return (Vec::new(), None);
@@ -54,12 +57,18 @@ pub(in crate::study) fn margins_in_contact(variant: &PreparedVariant, number: us
         matches!(&sensor.measured, Measured::SpringTorque(name) if plays.iter().any(|play| play.element == name))
     });
     if let Some(sensor) = read {
-        let why = format!("with backlash in contact the loop is not looked at: `{}` reads the torque of the contact", sensor.name);
+        let why = format!(
+            "with backlash in contact the loop is not looked at: `{}` reads the torque of the contact",
+            sensor.name
+        );
         return (Vec::new(), Some(why));
     }
     let all = 1usize << plays.len().min(FEW);
     let choices: Vec<Vec<&Play<'_>>> = match plays.len() <= FEW {
-        true => (1..all).rev().map(|bits| plays.iter().enumerate().filter(|(k, _)| bits >> k & 1 == 1).map(|(_, play)| play).collect()).collect(),
+        true => (1..all)
+            .rev()
+            .map(|bits| plays.iter().enumerate().filter(|(k, _)| bits >> k & 1 == 1).map(|(_, play)| play).collect())
+            .collect(),
         false => vec![plays.iter().collect()],
     };
     let mut out = Vec::new();
@@ -81,7 +90,12 @@ pub(in crate::study) fn margins_in_contact(variant: &PreparedVariant, number: us
             false => &[("lower", &lower), ("upper", &upper)],
         };
         for (flank, variant) in looks {
-            let found = ContactMargins { closed: closed.clone(), open: open.clone(), flank: (*flank).into(), ..of_loop(variant, number) };
+            let found = ContactMargins {
+                closed: closed.clone(),
+                open: open.clone(),
+                flank: (*flank).into(),
+                ..of_loop(variant, number)
+            };
             out.push(found);
         }
     }
@@ -102,11 +116,13 @@ fn in_contact(variant: &PreparedVariant, closed: &BTreeSet<usize>) -> PreparedVa
         let [position, rates] = motion_of(model, reduced, &whole);
         OperatingPoint { position, rates, torques: point.torques.clone() }
     };
-    let design_models = variant.design_models.iter().enumerate().map(|(number, plant)| match variant.leaves_out(number) {
-        true => plant.clone(),
-        false => Plant { frozen: plant.frozen.clone(), ..Plant::at(model.clone(), at(&model, &variant.point)) },
-    });
-    let (design_models, point) = (design_models.collect(), at(&model, &variant.point));
+    let mut design_models = variant.design_models.clone();
+    for (_, plant) in design_models.iter_mut().enumerate().filter(|(number, _)| !variant.leaves_out(*number)) {
+        let frozen = plant.frozen.take();
+        *plant = Plant::at(model.clone(), at(&model, &variant.point));
+        plant.frozen = frozen;
+    }
+    let point = at(&model, &variant.point);
     PreparedVariant { design_models, ..variant.standing_in(model, point) }
 }
 
@@ -172,10 +188,13 @@ pub(in crate::study) fn contacts_verdict(margins: &Margins) -> Option<String> {
         out.push(match (one.stable, least) {
             (Some(false), _) => format!("With {} the loop is UNSTABLE.", contact_in_words(one)),
             (Some(true), Some(least)) => format!(
-                "With {} the least disk margin of a motor is {:.4} (`{}`).",
+                "With {} the least disk margin of a motor is {:.4} (`{}`){}.",
                 contact_in_words(one),
                 least.disk,
-                least.name
+                least.name,
+                one.together
+                    .as_ref()
+                    .map_or(String::new(), |all| format!(", of all its motors at once {:.4}", all.disk[0]))
             ),
             _ => format!("With {} the margins are not known.", contact_in_words(one)),
         });
@@ -183,14 +202,15 @@ pub(in crate::study) fn contacts_verdict(margins: &Margins) -> Option<String> {
     Some(out.join(" "))
 }
 
-/// What of the loop in contact must not be overlooked.
+/// What of the loop in contact must not be overlooked: of each choice of contacts its worst motor.
 pub(in crate::study) fn contact_warnings(margins: &Margins) -> Vec<String> {
     let of = |one: &ContactMargins| match one.stable {
-        Some(false) if margins.stable != Some(false) => vec![format!("with {} the loop is unstable", contact_in_words(one))],
+        Some(false) if margins.stable != Some(false) => Some("the loop is unstable".to_string()),
         _ => {
-            let told = one.channels.iter().filter(|one| !one.reading).filter_map(close);
-            told.map(|told| format!("with {}: {told}", contact_in_words(one))).collect()
+            let motors = one.channels.iter().filter(|one| !one.reading);
+            motors.min_by(|a, b| a.disk.total_cmp(&b.disk)).and_then(close)
         }
     };
-    margins.contacts.iter().flat_map(of).collect()
+    let told = margins.contacts.iter().filter_map(|one| Some((one, of(one)?)));
+    told.map(|(one, told)| format!("with {}: {told}", contact_in_words(one))).collect()
 }
