@@ -12,6 +12,8 @@ use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, rational_from_f64
 const CONTRADICTS: f64 = 1e-9;
 /// Part of a column of slopes that is left of it beside others on which it does not depend.
 const INDEPENDENT: f64 = 1e-9;
+/// Speeds that a search begins with where it leads nowhere from rest, rad/s.
+const SPEEDS: [f64; 8] = [1.0, -1.0, 10.0, -10.0, 100.0, -100.0, 1000.0, -1000.0];
 /// How often the signs of sliding frictions are found anew.
 const SLIDINGS: usize = 8;
 
@@ -45,6 +47,8 @@ pub struct SteadyMotion {
     pub idle: Vec<usize>,
     /// Coordinates of `model` whose speeds no torque determines: they stand still as far as nothing else moves them.
     pub open: Vec<usize>,
+    /// Whether all positions and speeds were given: it may be an instant of another motion.
+    pub whole: bool,
     /// Whether nothing is left of the torques but what rounding makes.
     pub balanced: bool,
     /// The radius within which there is exactly one such motion, proven; `None`: found to rounding only.
@@ -138,7 +142,19 @@ impl<'a> Search<'a> {
     fn statics(&self, inputs: &[usize], torques: &[(usize, f64)]) -> (Statics, Vec<f64>) {
         let sought = Sought { inputs, fixed: &self.fixed, stops: &[], moves: Some(&self.moves), torques };
         let statics = Statics::new(self.model, &sought, &self.start);
-        let found = statics.newton(&statics.start(&self.start)).0;
+        let free = self.start.len()..self.start.len() + self.moves.directions.len();
+        let from = |speed: f64| {
+            let mut from = statics.start(&self.start);
+            from[free.clone()].fill(speed);
+            statics.newton(&from).0
+        };
+        let at_rest = from(0.0);
+        if free.is_empty() || statics.is_settled(&at_rest) {
+            return (statics, at_rest);
+        }
+        // At rest a drag that grows with the square of the speed has no slope.
+        let moving = SPEEDS.into_iter().map(from).find(|found| statics.is_settled(found));
+        let found = moving.unwrap_or(at_rest);
         (statics, found)
     }
 
@@ -183,6 +199,7 @@ impl<'a> Search<'a> {
             sliding: Vec::new(),
             idle,
             open,
+            whole: self.whole,
             balanced,
             radius,
         })

@@ -347,6 +347,16 @@ pub(super) fn operating_point(
             _ => rest.push(entry.clone()),
         }
     }
+    if let Some(time) = given.time.filter(|time| *time < 0.0) {
+        out.push(
+            Diagnostic::error(
+                "number::sign",
+                format!("`t` in `at` of {what}: a time from the start of the run on, found {time} s"),
+            )
+            .at(TableReader::place(table, "at"), "before the start")
+            .help("the run begins at `t` = 0 s"),
+        );
+    }
     let found = targets_of((what, "at", 2), &rest, (document, coordinates), reader, out);
     let (speeds, positions): (Vec<_>, Vec<_>) =
         found.into_iter().partition(|(signal, _)| SignalName::new(signal).is_rate());

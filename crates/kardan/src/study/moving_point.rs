@@ -150,11 +150,13 @@ fn steady_in_words(base: &Reduced, found: &SteadyMotion) -> String {
         _ if !found.balanced => {
             return format!("{}, {by}{standing}; {}", motion_in_words(base, &found.motion), left_in_words(found));
         }
+        _ if found.whole => "nothing accelerates".to_string(),
         Some(0.0) => "proven: nothing accelerates, exactly".to_string(),
         Some(radius) => format!("proven: there is exactly one within {radius:e} of it, relative to its size or to one"),
         None => "to rounding, not proven".to_string(),
     };
-    format!("steady at {}, {by}{standing}; {proven}", motion_in_words(base, &found.motion))
+    let what = if found.whole { "the instant with" } else { "steady at" };
+    format!("{what} {}, {by}{standing}; {proven}", motion_in_words(base, &found.motion))
 }
 
 fn left_in_words(found: &SteadyMotion) -> String {
@@ -373,11 +375,11 @@ pub(super) fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<Movin
     let of = |list: &[f64]| model.coordinates.iter().map(|shaft| place(shaft).map_or(0.0, |k| list[k])).collect();
     let point = OperatingPoint { position: of(&motion[0]), rates: of(&motion[1]), torques: Some(torques) };
     let left = accelerations(&model, &point);
-    let mut text = format!(
-        "operating point: the run at {time} s: {}, {}",
-        in_words(&base, &motion[0]),
-        motion_in_words(&base, &motion)
-    );
+    let moving = own.coordinates.iter().zip(&motion[1]).filter(|(_, speed)| **speed != 0.0);
+    let all: Vec<String> = std::iter::once(in_words(&base, &motion[0]))
+        .chain(moving.map(|(shaft, speed)| speed_in_words(&base, *shaft, *speed)))
+        .collect();
+    let mut text = format!("operating point: the run at {time} s: {}", all.join(", "));
     let torques = torques_in_words(&base, &point);
     if !torques.is_empty() {
         text += &format!(", under {}", torques.join(", "));

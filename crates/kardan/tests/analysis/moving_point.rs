@@ -161,7 +161,7 @@ fn a_car_with_road_load_has_a_linear_model_at_its_speed() {
         close(at(&found, "em.tau"), force * 0.3 / 10.0, 1e-9, "the torque of the motor");
         assert!(told(&found, "closed at the operating point (locked or sticking): `first`"), "{:?}", found.notes);
         // Masses at the wheel: (rotor + idler) i^2 + diff against wheel + m r^2.
-        let [one, other] = [(0.06 + 0.002) * 100.0 + 0.08, 3.0 + 1700.0 * 0.09];
+        let [one, other]: [f64; 2] = [(0.06 + 0.002) * 100.0 + 0.08, 3.0 + 1700.0 * 0.09];
         let analysis = study::analyze(
             &source,
             &AnalyzeSettings {
