@@ -65,6 +65,18 @@ fn check_rows(variant: &PreparedVariant) -> Result<(), Diagnostic> {
     Err(refused(message, "give positions alone in `at`: the model is then linear at rest there"))
 }
 
+/// Functions of time are known as long as the run takes.
+fn check_time(variant: &PreparedVariant, time: f64) -> Result<(), Diagnostic> {
+    let end = variant.scenario.duration;
+    if time > end {
+        return Err(refused(
+            format!("`t` = {time} s lies behind the end of the run, {end} s"),
+            "name an earlier time, or run for longer: `duration` of `[scenario]`",
+        ));
+    }
+    Ok(())
+}
+
 /// The steady motion of a variant with what is given.
 ///
 /// # Errors
@@ -73,6 +85,7 @@ pub(super) fn steady_point(variant: &PreparedVariant, asked: &Asked<'_>) -> Resu
     check_rows(variant)?;
     let own = &variant.reduced;
     let time = asked.given.time.unwrap_or(0.0);
+    check_time(variant, time)?;
     let instant = Instant { time, ..Instant::default() };
     let base = Reduced { equations: instant.equations(&own.equations), ..own.clone() };
     let number = |name: &String| own.equations.coordinates.iter().position(|other| other == name);
@@ -100,7 +113,7 @@ pub(super) fn steady_point(variant: &PreparedVariant, asked: &Asked<'_>) -> Resu
     let found = steady_motion(&base, &start, &given).map_err(|why| no_steady_motion(&base, asked, &given, why))?;
     let mut notes = vec![format!("operating point: {}", steady_in_words(&base, &found))];
     notes.extend(turning_in_words(&base, &found));
-    notes.extend(beside_in_words(own, &base, &given.held, &found.sliding, time));
+    notes.extend(beside_in_words(own, &base, (&given.held, &found.sliding), (time, false)));
     let SteadyMotion { model, point, motion, .. } = found;
     Ok(MovingPoint { model, point, motion, closed: elements_of(own, &given.held), notes })
 }
@@ -198,7 +211,12 @@ fn turning_in_words(base: &Reduced, found: &SteadyMotion) -> Vec<String> {
 }
 
 /// What locks, frictions, clutches and functions of time are at a point.
-fn beside_in_words(own: &Reduced, base: &Reduced, held: &BTreeSet<usize>, sliding: &[f64], time: f64) -> Vec<String> {
+fn beside_in_words(
+    own: &Reduced,
+    base: &Reduced,
+    (held, sliding): (&BTreeSet<usize>, &[f64]),
+    (time, of_run): (f64, bool),
+) -> Vec<String> {
     let equations = &base.equations;
     let elements: Vec<&str> = equations.set_valued().map(|(element, _)| element).collect();
     let of = |choose: &dyn Fn(usize) -> bool| {
@@ -230,8 +248,7 @@ fn beside_in_words(own: &Reduced, base: &Reduced, held: &BTreeSet<usize>, slidin
     if own.equations.laws.iter().any(|law| law.value.is_of_time())
         || own.equations.holds.iter().any(|hold| hold.value.formula().is_some_and(|one| one.is_of_time()))
     {
-        let answers =
-            if blocks { "; what blocks answer as before their first sample, zero, unless a run is meant" } else { "" };
+        let answers = if blocks && !of_run { "; what blocks answer as before their first sample, zero" } else { "" };
         out.push(format!("functions of time are taken at {time} s{answers}"));
     }
     out
@@ -333,13 +350,7 @@ fn depending(base: &Reduced, shaft: usize) -> BTreeSet<String> {
 /// Where the run does not come to that time.
 pub(super) fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<MovingPoint, Diagnostic> {
     check_rows(variant)?;
-    let end = variant.scenario.duration;
-    if time > end {
-        return Err(refused(
-            format!("`t` = {time} s lies behind the end of the run, {end} s"),
-            "name an earlier time, or run for longer: `duration` of `[scenario]`",
-        ));
-    }
+    check_time(variant, time)?;
     if !variant.massless.is_empty() || variant.running.len() != variant.model.controls.len() {
         return Err(refused(
             "beside motions without inertia the state of a run is not taken over".into(),
@@ -390,7 +401,7 @@ pub(super) fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<Movin
         text += &format!("; {}", accelerations_in_words(&model, &left));
     }
     let mut notes = vec![text];
-    notes.extend(beside_in_words(own, &base, &held, &sliding, time));
+    notes.extend(beside_in_words(own, &base, (&held, &sliding), (time, true)));
     let closed = elements_of(own, &held);
     Ok(MovingPoint { motion: motion_of(&base, &model, &point), model, point, closed, notes })
 }

@@ -99,9 +99,10 @@ impl WorkingPoint {
         let mut own = notes.clone();
         let position = match working_position(variant, position.clone(), &mut own) {
             Ok(position) => position,
-            Err(mistakes) => {
+            Err(mistakes) if mistakes.iter().all(|one| one.code == "analysis::equilibrium") => {
                 return at_initial_speeds(variant, &asked, (inputs, outputs), notes).unwrap_or(Err(mistakes));
             }
+            Err(mistakes) => return Err(mistakes),
         };
         *notes = own;
         notes.extend(beyond_in_words(reduced, &position));

@@ -146,7 +146,7 @@ fn car(lock: &str) -> String {
          [torque.road]\nmass = \"car\"\nlaw = \"-0.4 N s^2/m^2 * car.v * abs(car.v) - 180 N * (1 + grade)\"\n\
          [signal.grade]\nkind = \"ramp\"\nto = 1.0\nstart = \"1 s\"\nover = \"2 s\"\n[signal.gear]\nkind = \"table\"\n\
          points = {{ time = [\"0 s\", \"5 s\", \"6 s\"], value = [1, 0, 0] }}\ninterpolation = \"hold\"\n[motor.em]\nshaft = \"rotor\"\n\
-         [scenario]\nduration = \"1 s\"\ninitial = {{ \"car.v\" = \"20 km/h\" }}\n"
+         [scenario]\nduration = \"6 s\"\ninitial = {{ \"car.v\" = \"20 km/h\" }}\n"
     )
 }
 
@@ -221,7 +221,7 @@ fn what_is_no_steady_motion_is_refused_with_what_to_write() {
     // Two motors of one shaft.
     let pair = "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"2 N m s/rad\"\n[motor.front]\nshaft = \"a\"\n[motor.rear]\nshaft = \"a\"\n";
     let many = refusal(pair, &[("a.w", "3 rad/s")]);
-    assert!(many.contains("more than one choice of the torques of `front` and `rear` balances it"), "{many}");
+    assert!(many.contains("more than one choice of the torques of `front`, `rear` balances it"), "{many}");
     assert!(many.contains("\"rear.tau\" = \"0 N m\""), "{many}");
     close(at(&linear(pair, &[("a.w", "3 rad/s"), ("rear.tau", "1 N m")]), "front.tau"), 5.0, 1e-12, "the other motor");
     // No motor.

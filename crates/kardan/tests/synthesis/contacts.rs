@@ -61,7 +61,7 @@ fn margins_in_contact_are_those_without_backlash() {
     let play = "0.02 deg";
     let design = designed(&table([play, play]));
     assert!(
-        design.notes.iter().any(|note| note.contains("`mesh1` and `mesh2` are open at the operating point")),
+        design.notes.iter().any(|note| note.contains("`mesh1`, `mesh2` are open at the operating point")),
         "{:?}",
         design.notes
     );
@@ -81,7 +81,7 @@ fn margins_in_contact_are_those_without_backlash() {
             "both at once",
         );
     }
-    assert!(margins.verdict.contains("All this is with `mesh1` and `mesh2` open (backlash)."), "{}", margins.verdict);
+    assert!(margins.verdict.contains("All this is with `mesh1`, `mesh2` open (backlash)."), "{}", margins.verdict);
     // With teeth open all is as without what stands behind them.
     let all = contact(&design, &["mesh1", "mesh2"]);
     assert!((all.channels[0].disk - margins.channels[0].disk).abs() > 1e-3, "contact changes the margins");
@@ -96,7 +96,7 @@ fn a_loop_that_is_unstable_in_contact_is_told() {
     let design = designed(&source);
     assert_eq!(contact(&design, &["mesh1", "mesh2"]).stable, Some(false));
     assert!(
-        design.warnings.iter().any(|text| text.contains("in contact (on either flank) the loop is unstable")),
+        design.warnings.iter().any(|text| text.contains("in contact (on either flank): the loop is unstable")),
         "{:?}",
         design.warnings
     );
