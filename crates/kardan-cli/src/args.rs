@@ -184,6 +184,10 @@ pub struct AnalyzeArgs {
     /// Outputs, separated by commas: signals such as `rack.phi`, or sensors; those of the model file if not given.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub outputs: Vec<String>,
+    /// Operating point in place of `at` of `[analysis]` (may be given several times): `--at car.v="20 km/h"` in steady motion, `--at arm.phi="60 deg"` at
+    /// rest, `--at t="3.2 s"` where the run is then.
+    #[arg(long, value_name = "SIGNAL=VALUE", conflicts_with = "state_space")]
+    pub at: Vec<String>,
     /// Prove every answer over the rationals; without it some are wrong with a tiny, stated probability.
     #[arg(long)]
     pub certify: bool,
@@ -751,6 +755,10 @@ pub struct LineariseArgs {
     /// Outputs, separated by commas: signals such as `rack.phi`, or sensors; those of the model file if not given.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub outputs: Vec<String>,
+    /// Operating point in place of `at` of `[analysis]` (may be given several times): `--at car.v="20 km/h"` in steady motion, `--at arm.phi="60 deg"` at
+    /// rest, `--at t="3.2 s"` where the run is then.
+    #[arg(long, value_name = "SIGNAL=VALUE")]
+    pub at: Vec<String>,
     /// Leave the inertia on the left side: E ẋ = A x + B u.
     #[arg(long)]
     pub descriptor: bool,

@@ -58,6 +58,16 @@ impl Domain {
         }
     }
 
+    /// The dimension of that.
+    pub fn effort_dimension(self) -> Dimension {
+        match self {
+            Self::Rotation => Dimension::TORQUE,
+            Self::Translation => Dimension::FORCE,
+            Self::Charge => Dimension::VOLTAGE,
+            Self::Number => Dimension::FREQUENCY,
+        }
+    }
+
     /// What moves it, as a word.
     pub fn effort_word(self) -> &'static str {
         match self {

@@ -8,6 +8,7 @@ use kardan::study::{AnalyzeSettings, ParitySettings, Part};
 use kardan::{export, study};
 use kardan_report as report;
 
+use super::design::points;
 use crate::args::AnalyzeArgs;
 use crate::exit::{DONE, ERROR, exit_code};
 use crate::input;
@@ -19,6 +20,7 @@ use crate::source::{Origin, Source};
 pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
     let settings = AnalyzeSettings {
         variant: args.variant.clone(),
+        at: points(&args.at)?,
         inputs: args.inputs.clone(),
         outputs: args.outputs.clone(),
         certify: args.certify,

@@ -69,7 +69,7 @@ fn tell(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result
 
 fn settings(args: &DesignArgs) -> Result<DesignSettings, Failure> {
     let given = !args.inputs.is_empty() || !args.outputs.is_empty() || !args.at.is_empty();
-    let at = args.at.iter().map(|text| point(text)).collect::<Result<_, _>>()?;
+    let at = points(&args.at)?;
     Ok(DesignSettings {
         control: args.control.clone(),
         law: args.law.clone().or_else(|| given.then(|| LAW.into())),
@@ -83,6 +83,11 @@ fn settings(args: &DesignArgs) -> Result<DesignSettings, Failure> {
         explore: args.explore,
         tolerance: args.tolerance.as_deref().map(tolerance).transpose()?,
     })
+}
+
+/// Signals with their values.
+pub fn points(all: &[String]) -> Result<Vec<(String, String)>, Failure> {
+    all.iter().map(|text| point(text)).collect()
 }
 
 /// `arm.phi=60 deg`

@@ -4,6 +4,7 @@ use kardan::diagnostics::Diagnostic;
 use kardan::export;
 use kardan::study::AnalyzeSettings;
 
+use super::design::points;
 use crate::args::{LinearFormat, LineariseArgs};
 use crate::exit::DONE;
 use crate::input;
@@ -15,6 +16,7 @@ pub fn linearise(args: &LineariseArgs, quiet: bool) -> Result<u8, Failure> {
     args.out.as_deref().map_or(Ok(()), prepare_file)?;
     let settings = AnalyzeSettings {
         variant: args.variant.clone(),
+        at: points(&args.at)?,
         inputs: args.inputs.clone(),
         outputs: args.outputs.clone(),
         parity: None,

@@ -221,6 +221,8 @@ fn class(class: &Class) -> Body {
     let moved: Vec<String> = moved.map(|one| format!("{} = {} rad", one.shaft, number(one.angle))).collect();
     let rest = if moved.is_empty() { "all angles 0 rad" } else { "all other angles 0 rad" };
     let at = moved.iter().map(String::as_str).chain([rest]).collect::<Vec<_>>().join(", ");
+    let moving = point.motion.iter().filter(|one| one.value != 0.0);
+    let motion: Vec<String> = moving.map(|one| format!("{} = {} {}", one.name, number(one.value), one.unit)).collect();
     let friction = point.friction.iter().map(|FrictionState { element, coulomb_torque, stuck }| {
         let state = if *stuck { "stuck: a constraint here" } else { "slipping: a constant torque here" };
         row![element, *coulomb_torque, state]
@@ -232,6 +234,7 @@ fn class(class: &Class) -> Body {
         .table(&["constraint", "equation", "kind"], constraints)
         .list(reasons)
         .say(if point.angles.is_empty() { String::new() } else { format!("Operating point: {at}.") })
+        .say(if motion.is_empty() { String::new() } else { format!("It moves there: {}.", motion.join(", ")) })
         .table(&["friction", "#Coulomb torque [N m]", "state"], friction)
 }
 

@@ -3,14 +3,15 @@
 use crate::model::{Body, Cell, row};
 use crate::text::number;
 use crate::words;
-use kardan::results::{ChannelMargin, Margins, MotorStrain, TorquePeak};
+use kardan::results::{ChannelMargin, Margins, MotorStrain, TogetherMargin, TorquePeak};
 
 /// What sampling, delay, lag and limits leave of a loop.
 pub(super) fn margins(found: &Margins) -> Body {
     Body::default()
         .say(&found.verdict)
         .part("Limits of the linear loop", limits(found))
-        .part("How wrong one channel may be before the loop is unstable", channels(found))
+        .part("How wrong one channel may be before the loop is unstable", channels(&found.channels))
+        .part("The same with backlash in contact", contacts(found))
         .part("Torques that steps ask for", peaks(&found.peaks))
 }
 
@@ -49,7 +50,7 @@ fn limits(margins: &Margins) -> Body {
 }
 
 /// How wrong each channel of the loop may be alone; with the frequencies in rad/s.
-fn channels(margins: &Margins) -> Body {
+fn channels(channels: &[ChannelMargin]) -> Body {
     let at = |frequency: Option<f64>| match frequency {
         Some(frequency) if frequency.is_finite() => format!(" ({})", number(frequency)),
         _ => String::new(),
@@ -73,7 +74,52 @@ fn channels(margins: &Margins) -> Body {
     };
     let headers =
         ["error of", "factor (rad/s)", "phase (rad/s)", "delay (rad/s)", "disk margin (rad/s)", "which holds"];
-    Body::default().table(&headers, margins.channels.iter().map(row))
+    Body::default().table(&headers, channels.iter().map(row))
+}
+
+/// What the loop tolerates with backlash in contact, beside that where it is open; the least of its channels first, all of them behind it.
+fn contacts(margins: &Margins) -> Body {
+    let least = |channels: &[ChannelMargin]| -> [String; 2] {
+        let found = channels.iter().min_by(|a, b| a.disk.total_cmp(&b.disk));
+        found.map_or_else(
+            || ["–".into(), "–".into()],
+            |one| {
+                [
+                    number(one.disk),
+                    if one.reading { format!("reading {}", one.name) } else { format!("torque of {}", one.name) },
+                ]
+            },
+        )
+    };
+    let stable = |stable: Option<bool>| match stable {
+        Some(stable) => Cell::Mark(stable, if stable { "stable" } else { "unstable" }.into()),
+        None => Cell::Mark(false, "not known".into()),
+    };
+    let Some(first) = margins.contacts.first() else { return Body::default() };
+    let names = |list: &[String]| if list.is_empty() { "–".to_string() } else { list.join(", ") };
+    let all: Vec<String> = first.closed.iter().chain(&first.open).cloned().collect();
+    let [disk, channel] = least(&margins.channels);
+    let together = |found: &Option<TogetherMargin>| found.as_ref().map_or("–".to_string(), |all| number(all.disk[0]));
+    let here = vec![row!["–", "", names(&all), stable(margins.stable), disk, channel, together(&margins.together)]];
+    let others = margins.contacts.iter().map(|one| {
+        let [disk, channel] = least(&one.channels);
+        row![
+            names(&one.closed),
+            &one.flank,
+            names(&one.open),
+            stable(one.stable),
+            disk,
+            channel,
+            together(&one.together)
+        ]
+    });
+    let headers = ["in contact", "flank", "open", "loop", "#least disk margin", "of", "#of all motors at once"];
+    let mut out = Body::default().table(&headers, here.into_iter().chain(others));
+    for one in margins.contacts.iter().filter(|one| !one.channels.is_empty()) {
+        let detail = Body::default().say(format!("In contact: {} ({} flank).", one.closed.join(", "), one.flank));
+        out = out.detail(detail).detail(channels(&one.channels));
+    }
+    out
 }
 
 fn peaks(peaks: &[TorquePeak]) -> Body {

@@ -188,6 +188,7 @@ pub fn train() -> Analysis {
                     FrictionState { element: "rack_friction".into(), coulomb_torque: 10.8, stuck: true },
                     FrictionState { element: "column_friction".into(), coulomb_torque: 0.2, stuck: false },
                 ],
+                ..OperatingPoint::default()
             },
         }),
         coordinates: texts(&shafts[..6]),
@@ -365,6 +366,8 @@ pub fn hostile(bad: &str) -> Analysis {
         class.operating_point = OperatingPoint {
             angles: vec![ShaftAngle { shaft: bad(), angle: f64::NAN }],
             friction: vec![FrictionState { element: bad(), coulomb_torque: f64::INFINITY, stuck: true }],
+            moves: true,
+            motion: vec![OperatingSignal { name: bad(), unit: bad(), value: f64::NAN }],
         };
     }
     let mode = &mut analysis.modes[1];

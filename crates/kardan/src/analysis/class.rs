@@ -362,6 +362,7 @@ fn operating_point(equations: &Equations, angles: &[f64], stuck: &BTreeSet<Strin
                 stuck: stuck.contains(&f.element),
             })
             .collect(),
+        ..OperatingPoint::default()
     }
 }
 

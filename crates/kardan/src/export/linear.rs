@@ -32,7 +32,7 @@ pub(super) struct LinearView<'a> {
     names: Signals<'a>,
     /// Their SI units.
     units: Signals<'a>,
-    /// Where the coordinates are; springs are relaxed there, and nothing moves.
+    /// Where the coordinates are; of an operating point in motion also their speeds and the torques of inputs, else nothing moves.
     operating_point: Vec<PointView<'a>>,
     /// The matrices rounded to floating point.
     decimal: Matrices<f64>,

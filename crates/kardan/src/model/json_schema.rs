@@ -160,6 +160,7 @@ fn value(kind: &Kind) -> Value {
             table
         }
         Kind::Overrides => by_name(scalar()),
+        Kind::Point => json!({ "anyOf": [by_name(scalar()), text()] }),
         Kind::Formula(_) | Kind::OfTime(_) | Kind::Surface | Kind::Expression => {
             json!({ "anyOf": [{ "type": "number" }, text()] })
         }

@@ -433,6 +433,7 @@ fn describe(kind: &Kind) -> String {
         Kind::Text => "text".into(),
         Kind::AnyQuantity => "quantity".into(),
         Kind::Overrides => "quantities by name".into(),
+        Kind::Point => "quantities by signal, or a text such as \"t = 3.2 s\"".into(),
         Kind::Lists => "lists of quantities by name".into(),
         Kind::Functions => "functions of time by name".into(),
         Kind::Expressions => "expressions by name".into(),

@@ -497,9 +497,13 @@ keys! {
             outputs: Signals,
                 "Outputs to analyse: `<shaft>.phi`, `<shaft>.w` or the name of a sensor; left out: all sensors, else \
                  the outputs that the laws control, else the angles of all coordinates.";
-            at: Overrides,
-                "Operating point, angles of reduced coordinates: { \"rk.phi\" = \"30 deg\" }; left out: the initial \
-                 position of the scenario.";
+            at: Point,
+                "Operating point. Angles of reduced coordinates, { \"rk.phi\" = \"30 deg\" }: at rest there. With speeds of any shafts or masses, \
+                 { \"car.v\" = \"20 km/h\" }: in steady motion; what is not given is found (twists of springs, other speeds, torques of motors) so that \
+                 nothing accelerates; friction that slides counts, engaged locks hold, load-dependent losses are left out. `<motor>.tau` gives \
+                 a torque, `t` the time at which functions of time are taken. Where all positions and speeds are given it need not be an equilibrium: \
+                 what accelerates is reported. `\"t = 3.2 s\"` alone is the state of the run at that time. Left out: the initial position of the scenario, \
+                 or an equilibrium near it.";
             stuck: Elements(HOLDING),
                 "Elements whose Coulomb friction holds, hence constrains, or whose clutch, lock or stop does; left out: all slide and are open.";
             horizon: Quantity(Dimension::TIME, Sign::Positive) = "1 s", "Time over which the Gramians are taken.";

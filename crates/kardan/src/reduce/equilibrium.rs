@@ -1,5 +1,7 @@
 //! Positions at which a model rests: found by Newton's method, proven by Krawczyk's test.
 
+use std::collections::BTreeMap;
+
 use faer::linalg::solvers::SolveLstsq;
 use faer::{Mat, linalg::solvers::Qr};
 use kardan_rt::Operator;
@@ -72,13 +74,37 @@ pub struct Held {
     pub left: Option<(usize, f64)>,
 }
 
+/// How coordinates move while nothing accelerates: with the speeds `base`, and along `directions` as fast as what is to be found says.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Moves {
+    /// Of each coordinate, rad/s.
+    pub base: Vec<Rational>,
+    /// Over the coordinates.
+    pub directions: Vec<Vec<(usize, Rational)>>,
+}
+
+/// What of a model is looked for at rest, or in steady motion.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sought<'a> {
+    /// Inputs whose torques are to be found.
+    pub inputs: &'a [usize],
+    /// Coordinates that are given.
+    pub fixed: &'a [usize],
+    /// Rigid stops that are touched.
+    pub stops: &'a [usize],
+    /// How it moves; `None`: it rests, but for charges that count only.
+    pub moves: Option<&'a Moves>,
+    /// Torques of inputs that are given, N m.
+    pub torques: &'a [(usize, f64)],
+}
+
 /// The static torques as expressions of the coordinates, and of the torques of inputs and multipliers that hold them.
-struct Statics {
+pub(super) struct Statics {
     graph: Graph,
     /// The unknowns: coordinates, behind them currents, torques of inputs, and multipliers of kept rows.
     symbols: Vec<Symbol>,
     /// Currents that may flow at rest, as directions over the coordinates: those along which charges only count what has flowed.
-    counters: Vec<Vec<(usize, Rational)>>,
+    pub(super) counters: Vec<Vec<(usize, Rational)>>,
     /// What is to vanish. First torques along coordinates, without those that are always zero, with the numbers of their coordinates; behind
     /// them, with larger numbers, what kept rows say of positions.
     torques: Vec<(usize, Expr)>,
@@ -95,20 +121,23 @@ struct Statics {
 }
 
 impl Statics {
-    /// The torques with these inputs, and with these rigid stops touched; of the coordinates those in `fixed` are given, and what is prescribed
-    /// stays where it starts.
-    fn new(reduced: &Reduced, (inputs, fixed): (&[usize], &[usize]), stops: &[usize], start: &[f64]) -> Self {
+    /// The torques with what is sought; what is prescribed stays where it starts.
+    pub(super) fn new(reduced: &Reduced, sought: &Sought<'_>, start: &[f64]) -> Self {
+        let Sought { inputs, fixed, stops, moves, torques: given } = *sought;
         let reduced = &*reduced.unrelaxed();
         let (mut motion, r) = (Motion::at_time_zero(reduced), reduced.degrees_of_freedom());
         let (numbers, rows): (Vec<usize>, Vec<Expr>) =
             rows_of_positions(reduced, &mut motion, start).into_iter().unzip();
-        let counters = counters(reduced, &mut motion);
+        let counters = moves.map_or_else(|| counters(reduced, &mut motion), |moves| moves.directions.clone());
         let mut graph = Graph::default();
         let mut symbols = Vec::with_capacity(r);
         let mut values = Vec::with_capacity(2 * r);
         for (k, symbol) in motion.symbols.iter().enumerate() {
             let (name, dimension) = motion.graph.name(*symbol);
-            let value = if k < r { graph.new_symbol(name.to_string(), dimension) } else { graph.integer(0) };
+            let value = match k.checked_sub(r) {
+                None => graph.new_symbol(name.to_string(), dimension),
+                Some(k) => graph.number(moves.map_or(Rational::ZERO, |moves| moves.base[k].clone())),
+            };
             symbols.extend(graph.symbol_of(value));
             values.push((*symbol, value));
         }
@@ -122,8 +151,12 @@ impl Statics {
         }
         let mut torques: Vec<Expr> =
             motion.passive.iter().map(|force| graph.copied(&motion.graph, *force, &values)).collect();
-        for &input in inputs {
-            let held = graph.new_symbol(reduced.equations.inputs[input].element.clone(), Dimension::TORQUE);
+        let sought = inputs.iter().map(|input| (*input, None));
+        for (input, torque) in sought.chain(given.iter().map(|(input, torque)| (*input, rational_from_f64(*torque)))) {
+            let held = match torque {
+                Some(torque) => graph.number(torque),
+                None => graph.new_symbol(reduced.equations.inputs[input].element.clone(), Dimension::TORQUE),
+            };
             symbols.extend(graph.symbol_of(held));
             for (k, entry) in &motion.inputs[input] {
                 let along = graph.copied(&motion.graph, *entry, &values);
@@ -168,6 +201,32 @@ impl Statics {
         self.at(&mut Floating::<f64>::default(), &exprs, |k| position[k])
     }
 
+    /// How many coordinates there are.
+    pub(super) fn degrees_of_freedom(&self) -> usize {
+        self.coordinates
+    }
+
+    /// All unknowns, with the coordinates at a position and the others zero.
+    pub(super) fn start(&self, position: &[f64]) -> Vec<f64> {
+        let mut from = position.to_vec();
+        from.resize(self.symbols.len(), 0.0);
+        from
+    }
+
+    /// Slopes by each unknown that is to be found and that something depends on, each row over its largest.
+    pub(super) fn columns(&self, position: &[f64]) -> BTreeMap<usize, Vec<f64>> {
+        let slopes = self.at(&mut Floating::<f64>::default(), &self.slopes, |k| position[k]);
+        let width = self.active.len();
+        let row = |i: usize| &slopes[i * width..(i + 1) * width];
+        let scale = |i: usize| row(i).iter().fold(0.0, |most, x| f64::max(most, x.abs())).max(f64::MIN_POSITIVE);
+        let scales: Vec<f64> = (0..self.torques.len()).map(scale).collect();
+        let column = |j: &usize| {
+            let entries = scales.iter().enumerate().map(|(i, scale)| row(i)[*j] / scale);
+            (self.active[*j], entries.collect())
+        };
+        self.free.iter().map(column).collect()
+    }
+
     /// Rates of all coordinates.
     fn rates(&self, currents: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; self.coordinates];
@@ -178,13 +237,13 @@ impl Statics {
     }
 
     /// The torques that are left at a position, along coordinates.
-    fn left(&self, position: &[f64]) -> Vec<(usize, f64)> {
+    pub(super) fn left(&self, position: &[f64]) -> Vec<(usize, f64)> {
         let all = self.torques.iter().zip(self.residual(position));
         all.map(|((k, _), torque)| (*k, torque)).filter(|(k, _)| *k < self.coordinates).collect()
     }
 
     /// Newton's method with least squares; the position it ends at and the largest torque there.
-    fn newton(&self, start: &[f64]) -> (Vec<f64>, f64) {
+    pub(super) fn newton(&self, start: &[f64]) -> (Vec<f64>, f64) {
         let size = |list: &[f64]| list.iter().fold(0.0_f64, |most, x| if x.abs() <= most { most } else { x.abs() });
         let (mut position, rows, columns, width) =
             (start.to_vec(), self.torques.len(), self.free.len(), self.active.len());
@@ -225,7 +284,7 @@ impl Statics {
     }
 
     /// Whether what is left at a position is no more than rounding makes: of torques of the largest of them, of each row of positions of its own.
-    fn is_settled(&self, position: &[f64]) -> bool {
+    pub(super) fn is_settled(&self, position: &[f64]) -> bool {
         let slopes = self.at(&mut Floating::<f64>::default(), &self.slopes, |k| position[k]);
         let width = self.active.len();
         let row = |row: usize| {
@@ -242,7 +301,7 @@ impl Statics {
     }
 
     /// A coordinate along which a torque (N m) acts that is the same everywhere and, rounding included, not zero.
-    fn constant(&self) -> Option<(usize, f64)> {
+    pub(super) fn constant(&self) -> Option<(usize, f64)> {
         let vanishes = |torque| self.at(&mut Intervals, &[torque], |_| Interval::ALL)[0].contains(0.0);
         let mut along = self.torques.iter().filter(|(k, _)| *k < self.coordinates);
         let (k, torque) = along.find(|(_, torque)| self.graph.symbols(&[*torque]).is_empty() && !vanishes(*torque))?;
@@ -268,7 +327,7 @@ impl Statics {
     }
 
     /// Whether no torque at all is left, exactly.
-    fn is_exact(&self, position: &[f64]) -> bool {
+    pub(super) fn is_exact(&self, position: &[f64]) -> bool {
         let exprs: Vec<Expr> = self.torques.iter().map(|(_, torque)| *torque).collect();
         let found = self.at(&mut Rationals, &exprs, |k| rational_from_f64(position[k]));
         found.iter().all(|torque| torque.as_ref().is_some_and(Scalar::is_zero))
@@ -302,7 +361,7 @@ impl Statics {
 
     /// The radius of a box around a position in which there is exactly one equilibrium (Krawczyk, Computing 4, 1969): with C near the inverse
     /// of the slopes, `x − C f(x) + (1 − C F′(X)) (X − x)` lies within the box X.
-    fn proven(&self, position: &[f64]) -> Option<f64> {
+    pub(super) fn proven(&self, position: &[f64]) -> Option<f64> {
         let (n, width) = (self.torques.len(), self.active.len());
         let slopes = self.at(&mut Floating::<f64>::default(), &self.slopes, |k| position[k]);
         let places = self.determined(&slopes)?;
@@ -400,9 +459,9 @@ fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> V
 /// # Panics
 /// If `start` has not one entry per coordinate, or there is no such input.
 pub fn held(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize]) -> Held {
-    let (statics, r) = (Statics::new(reduced, (inputs, fixed), &[], start), reduced.degrees_of_freedom());
-    let mut from = start.to_vec();
-    from.resize(statics.symbols.len(), 0.0);
+    let sought = Sought { inputs, fixed, ..Sought::default() };
+    let (statics, r) = (Statics::new(reduced, &sought, start), reduced.degrees_of_freedom());
+    let from = statics.start(start);
     let found = statics.without_rounding(statics.newton(&from).0, inputs.len());
     let radius = if statics.is_exact(&found) { Some(0.0) } else { statics.proven(&found) };
     let (position, rest) = found.split_at(r);
@@ -497,7 +556,8 @@ pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
 
 /// Equilibria with these rigid stops touched and pushing, the others open.
 fn with_stops(reduced: &Reduced, start: &[f64], stops: &[usize]) -> Equilibria {
-    let (statics, r) = (Statics::new(reduced, (&[], &[]), stops, start), reduced.degrees_of_freedom());
+    let sought = Sought { stops, ..Sought::default() };
+    let (statics, r) = (Statics::new(reduced, &sought, start), reduced.degrees_of_freedom());
     let free: Vec<usize> = (0..r).filter(|k| !statics.active.contains(k)).collect();
     let mut out = Equilibria { found: Vec::new(), free, constant: None, best: None, beyond: None };
     out.constant = statics.constant();
@@ -506,8 +566,7 @@ fn with_stops(reduced: &Reduced, start: &[f64], stops: &[usize]) -> Equilibria {
     }
     let mut random = Random::new(SEED);
     for attempt in 0..=STARTS {
-        let mut from = start.to_vec();
-        from.resize(statics.symbols.len(), 0.0);
+        let mut from = statics.start(start);
         if attempt > 0 {
             statics
                 .active

@@ -13,6 +13,7 @@ mod error;
 mod explicit;
 mod first_order;
 mod initial;
+mod instant;
 mod kept;
 mod kinematics;
 mod law_slopes;
@@ -27,6 +28,7 @@ mod reduced;
 mod redundant;
 mod relaxation;
 mod slipping;
+mod steady;
 
 pub use answered::{AnsweredTorque, answered_locks, answered_torques, is_answered};
 pub use constraint_torques::Acting;
@@ -38,6 +40,7 @@ pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;
 pub use first_order::{FirstOrder, motions_over_states, over_states, with_inertia};
 pub use initial::{GivenStart, StartConflict, start_position, start_speed};
+pub use instant::{Instant, closed_contacts, engaged_locks, slip_speeds, with_held, with_sliding};
 pub use kept::{GivenRows, NoStart, StartOnRows, follows_everywhere, frozen, inertia_with_rows, start_on_rows};
 pub use kinematics::{Kinematics, Slope, slopes};
 pub use law_slopes::{
@@ -51,3 +54,4 @@ pub use motion::{Forces, KeptRate, Motion, SparseRow, Timed};
 pub use multipliers::Multipliers;
 pub use reduced::{Affine, Reduced, Redundant, Relaxation, Slip, Step};
 pub use relaxation::{NoRelaxation, relaxation};
+pub use steady::{GivenMotion, NoSteadyMotion, SteadyMotion, accelerations, motion_of, steady_motion};

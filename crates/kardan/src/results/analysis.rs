@@ -143,6 +143,23 @@ pub struct OperatingPoint {
     pub angles: Vec<ShaftAngle>,
     /// Every friction direction.
     pub friction: Vec<FrictionState>,
+    /// Whether it is one in motion, or balanced by torques.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub moves: bool,
+    /// Of one in motion the speeds of the coordinates, and the torques of inputs that are not zero.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub motion: Vec<OperatingSignal>,
+}
+
+/// A signal at an operating point.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct OperatingSignal {
+    /// `car.v`
+    pub name: String,
+    /// Its SI unit.
+    pub unit: String,
+    /// SI
+    pub value: f64,
 }
 
 /// Where a shaft is.

@@ -25,7 +25,8 @@ pub struct Linearised {
     pub c: Matrix<Rational>,
     /// D, outputs × inputs.
     pub d: Matrix<Rational>,
-    /// Where the coordinates are: angles in rad, charges in C; springs are relaxed there, and nothing moves.
+    /// Where the coordinates are: angles in rad, charges in C. Of one in motion behind these their speeds, and the torques of inputs that balance it;
+    /// else nothing moves.
     pub operating_point: Vec<(NamedUnit, f64)>,
     /// What the reader must know.
     pub notes: Vec<String>,

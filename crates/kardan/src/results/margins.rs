@@ -56,10 +56,30 @@ pub struct Margins {
     pub together: Option<TogetherMargin>,
     /// Whether it is stable, but the torque of a motor may not be wrong by 10 %, or its disk margin is not larger than that.
     pub hardly: bool,
+    /// Of a loop with backlash that is open where it stands: the same with it in contact.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub contacts: Vec<ContactMargins>,
     /// What a step of each reference asks of each motor.
     pub peaks: Vec<TorquePeak>,
     /// All this in one paragraph.
     pub verdict: String,
+}
+
+/// How far a loop is from instability with backlash in contact.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct ContactMargins {
+    /// Elements whose backlash is in contact.
+    pub closed: Vec<String>,
+    /// Those whose backlash is open.
+    pub open: Vec<String>,
+    /// `either` flank where both make the same loop, else `lower` (the first shaft behind the second) or `upper`.
+    pub flank: String,
+    /// Whether the loop is stable; `None` where that is not known.
+    pub stable: Option<bool>,
+    /// How wrong the torque of each motor, and each reading, may be alone; empty where the loop is unstable.
+    pub channels: Vec<ChannelMargin>,
+    /// How wrong all torques may be at once; `None` with one motor.
+    pub together: Option<TogetherMargin>,
 }
 
 /// How it is known that poles are at zero.

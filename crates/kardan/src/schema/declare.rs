@@ -125,6 +125,7 @@ macro_rules! keys {
     (@type Number $($args:tt)*) => { $crate::schema::Quantity };
     (@type Coefficients) => { $crate::schema::Named };
     (@type Overrides) => { $crate::schema::Named };
+    (@type Point) => { $crate::schema::Named };
     (@type Formula $($args:tt)*) => { $crate::schema::Quantity };
     (@type Expressions) => { $crate::schema::Named };
     (@type Expression) => { $crate::schema::Quantity };

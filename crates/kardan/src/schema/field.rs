@@ -61,6 +61,8 @@ pub enum Kind {
     AnyQuantity,
     /// A table from parameter names to quantities: `{ beta = "0 deg" }`.
     Overrides,
+    /// An operating point: a table from signals to quantities, or such entries in one text: `"t = 3.2 s"`.
+    Point,
     /// A table from names to lists of quantities: `{ wg = ["20 rad/s", "60 rad/s"] }`.
     Lists,
     /// A table from names to functions of time: `{ load = "2 N m * sin(2 pi t / 1 s)" }`.
@@ -196,7 +198,7 @@ pub enum Value {
     Words(Vec<Placed<String>>),
     /// For `Quantity`, `AnyQuantity`, `Number` and `Formula` (an expression).
     Scalar(Scalar),
-    /// For `Coefficients` (numbers), `Overrides` (quantities), `Functions` (expressions) and `Lists` (an entry for each quantity of a list).
+    /// For `Coefficients` (numbers), `Overrides` and `Point` (quantities), `Functions` (expressions) and `Lists` (an entry for each quantity of a list).
     Map(Vec<(Placed<String>, Placed<Scalar>)>),
     /// For `Tables`, and the one of `Table`.
     Tables(Vec<Table>),

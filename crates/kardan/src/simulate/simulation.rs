@@ -299,6 +299,12 @@ impl Simulation {
         self.running.outputs.value(signal.0)
     }
 
+    /// Of each set-valued direction of the model (`Equations::set_valued`) the sign with which it slides at the time reached, zero where it holds; `None`
+    /// where nothing acts along it.
+    pub fn modes(&self) -> Vec<Option<f64>> {
+        (0..self.running.machine.set_valued()).map(|k| self.running.machine.sign_of(k)).collect()
+    }
+
     /// What happened since the last call, before the time reached.
     pub fn events(&mut self) -> Vec<Event> {
         let until = self.running.events.partition_point(|event| event.time < self.now);

@@ -16,7 +16,7 @@ use crate::names::unknown_name;
 use crate::names::{Quantity, SignalName, carrier};
 use crate::reduce::Reduced;
 use crate::results::Physical;
-use crate::schema::{Field, Keys, Kind, Sign, Table, Value};
+use crate::schema::{Field, Keys, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::units::{Dimension, Exact};
 
 /// Most samples that a study may ask for.
@@ -32,6 +32,8 @@ pub struct AnalysisSpec {
     pub outputs: Option<Vec<String>>,
     /// Angles of coordinates at the operating point: shaft, rad. The others are at their initial position.
     pub at: Vec<(String, f64)>,
+    /// What else is given of it.
+    pub given: GivenAt,
     /// Elements whose Coulomb friction holds.
     pub stuck: Vec<String>,
     /// Time over which the Gramians are taken, s.
@@ -58,6 +60,7 @@ impl Default for AnalysisSpec {
             inputs: None,
             outputs: None,
             at: Vec::new(),
+            given: GivenAt::default(),
             stuck: Vec::new(),
             horizon: Exact::one(),
             motion: Vec::new(),
@@ -76,6 +79,24 @@ impl AnalysisSpec {
     pub fn position(&self, coordinates: &[String], initial: &[f64]) -> Vec<f64> {
         let angle = |name: &String| self.at.iter().find(|(shaft, _)| shaft == name).map(|(_, angle)| *angle);
         coordinates.iter().zip(initial).map(|(name, initial)| angle(name).unwrap_or(*initial)).collect()
+    }
+}
+
+/// What an operating point gives beside positions, SI.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct GivenAt {
+    /// Speeds, by the shaft or mass.
+    pub speeds: Vec<(String, f64)>,
+    /// Torques of inputs.
+    pub torques: Vec<(String, f64)>,
+    /// The time at which functions of time are taken, s; alone: that of the run whose state is meant.
+    pub time: Option<f64>,
+}
+
+impl GivenAt {
+    /// Whether it is one in motion, or balanced by torques: not the plain position at rest.
+    pub fn moves(&self) -> bool {
+        *self != Self::default()
     }
 }
 
@@ -110,8 +131,11 @@ pub(super) fn analysis_spec(
     let reader = TableReader::new(known.document, settings);
     let what = "`[analysis]`";
     // Maps carry dimensions of their own.
-    let fields: Vec<Field> =
-        tables::Analysis::FIELDS.iter().filter(|field| field.kind != Kind::Overrides).copied().collect();
+    let fields: Vec<Field> = tables::Analysis::FIELDS
+        .iter()
+        .filter(|field| !matches!(field.kind, Kind::Overrides | Kind::Point))
+        .copied()
+        .collect();
     let values = reader.values(&fields, table, what, out);
     let mut spec = AnalysisSpec {
         inputs: values.words("inputs").map(<[String]>::to_vec),
@@ -131,9 +155,8 @@ pub(super) fn analysis_spec(
     let coordinates = point.as_ref().map(|point| point.reduced.coordinate_names());
     let targets = coordinates.as_deref();
     let own = (table, what);
-    let at = targets_of(own, ("at", 1), known.document, targets, &reader, out);
-    spec.at = at.into_iter().map(|(signal, angle)| (SignalName::new(&signal).element.to_string(), angle)).collect();
-    spec.motion = targets_of(own, ("motion", 2), known.document, targets, &reader, out);
+    (spec.at, spec.given) = operating_point(own, (known.document, equations), targets, &reader, out);
+    spec.motion = targets_of((what, "motion", 2), entries_of(table, "motion"), (known.document, targets), &reader, out);
     let moves = spec.motion.iter().any(|(_, value)| *value != 0.0);
     if matches!(table.values.get("motion"), Some(given) if matches!(&given.value, Value::Map(entries)
         if entries.len() == spec.motion.len()))
@@ -280,18 +303,83 @@ fn whole_samples(table: &Table, samples: f64, out: &mut Vec<Diagnostic>) -> Opti
     None
 }
 
-/// Angles (and speeds, if `rates` is 2) of coordinates by name, in a table: `at` and `motion`.
-pub(super) fn targets_of(
+/// The entries of a table from signals to quantities.
+pub(super) fn entries_of<'a>(table: &'a Table, key: &str) -> &'a [Target] {
+    match table.values.get(key).map(|given| &given.value) {
+        Some(Value::Map(entries)) => entries,
+        _ => &[],
+    }
+}
+
+/// A signal and its value.
+type Target = (Placed<String>, Placed<Scalar>);
+
+/// What `at` of a table gives: positions of coordinates, and speeds of whatever moves, torques of inputs, and the time.
+pub(super) fn operating_point(
     (table, what): (&Table, &str),
-    (key, rates): (&str, usize),
-    document: &Document,
+    (document, equations): (&Document, &Equations),
     coordinates: Option<&[String]>,
     reader: &TableReader<'_>,
     out: &mut Vec<Diagnostic>,
-) -> Vec<(String, f64)> {
-    let Some(Value::Map(entries)) = table.values.get(key).map(|given| &given.value) else {
-        return Vec::new();
+) -> (Vec<(String, f64)>, GivenAt) {
+    let (mut given, mut rest) = (GivenAt::default(), Vec::new());
+    let body = |name: &str| document.elements.iter().filter(|e| e.name == name).find_map(Instance::body);
+    for entry in entries_of(table, "at") {
+        let (name, scalar) = entry;
+        let signal = SignalName::new(&name.value);
+        let label = format!("`{}` in `at` of {what}", name.value);
+        let mut read =
+            |dimension, sign| of_dimension(reader, scalar, (dimension, sign), &label, out).map(|value| value.to_f64());
+        let input = equations.inputs.iter().find(|input| input.element == signal.element);
+        let input = input.map(|input| equations.domain_of(input)).filter(|domain| signal.is(domain.effort()));
+        let moves = body(signal.element).filter(|domain| signal.is(domain.motion()[1]));
+        let is_coordinate = coordinates.is_some_and(|all| all.iter().any(|own| own == signal.element));
+        match (input, moves) {
+            _ if name.value == TIME => given.time = read(Dimension::TIME, Sign::NonNegative),
+            (Some(domain), _) => {
+                let torque = read(domain.effort_dimension(), Sign::Any);
+                given.torques.extend(torque.map(|torque| (signal.element.to_string(), torque)));
+            }
+            (None, Some(domain)) if coordinates.is_some() && !is_coordinate => {
+                let speed = read(domain.dimensions()[1], Sign::Any);
+                given.speeds.extend(speed.map(|speed| (signal.element.to_string(), speed)));
+            }
+            _ => rest.push(entry.clone()),
+        }
+    }
+    if let Some(time) = given.time.filter(|time| *time < 0.0) {
+        out.push(
+            Diagnostic::error(
+                "number::sign",
+                format!("`t` in `at` of {what}: a time from the start of the run on, found {time} s"),
+            )
+            .at(TableReader::place(table, "at"), "before the start")
+            .help("the run begins at `t` = 0 s"),
+        );
+    }
+    let found = targets_of((what, "at", 2), &rest, (document, coordinates), reader, out);
+    let (speeds, positions): (Vec<_>, Vec<_>) =
+        found.into_iter().partition(|(signal, _)| SignalName::new(signal).is_rate());
+    let by_body = |list: Vec<(String, f64)>| {
+        list.into_iter()
+            .map(|(signal, value)| (SignalName::new(&signal).element.to_string(), value))
+            .collect::<Vec<_>>()
     };
+    given.speeds.extend(by_body(speeds));
+    (by_body(positions), given)
+}
+
+/// The key of `at` that is the time.
+const TIME: &str = "t";
+
+/// Angles (and speeds, if `rates` is 2) of coordinates by name, among the entries of a table.
+pub(super) fn targets_of(
+    (what, key, rates): (&str, &str, usize),
+    entries: &[Target],
+    (document, coordinates): (&Document, Option<&[String]>),
+    reader: &TableReader<'_>,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<(String, f64)> {
     let mut found = Vec::new();
     for (name, scalar) in entries {
         let signal = SignalName::new(&name.value);

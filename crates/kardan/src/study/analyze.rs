@@ -54,6 +54,10 @@ impl Project {
     /// # Errors
     /// All mistakes, or why it cannot be analysed.
     pub fn analyze(&self, settings: &AnalyzeSettings, progress: &dyn Progress) -> Result<Analysis, Vec<Diagnostic>> {
+        if !settings.at.is_empty() {
+            let here = AnalyzeSettings { at: Vec::new(), ..settings.clone() };
+            return self.looked_at(&settings.at).analyze(&here, progress);
+        }
         let (prepared, diagnostics) = self.for_analysis();
         if diagnostics.iter().any(is_error) {
             return Err(diagnostics.to_vec());
@@ -61,7 +65,10 @@ impl Project {
         let variant = prepared.variant(settings.variant.as_deref())?;
         let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
         let toleranced = !variant.model.tolerances.is_empty();
-        if variant.unfrozen.is_none() {
+        if toleranced && analysis.class.as_ref().is_some_and(|class| class.operating_point.moves) {
+            let note = "what the tolerances allow is not looked at: the operating point is one in motion";
+            analysis.notes.push(note.into());
+        } else if variant.unfrozen.is_none() {
             if toleranced {
                 keep(progress, &analysis, "what the tolerances allow");
             }
@@ -83,6 +90,14 @@ fn keep(progress: &dyn Progress, analysis: &Analysis, missing: &str) {
         let unfinished = Some(format!("{missing} are missing"));
         Part::Analysis(Box::new(Analysis { unfinished, ..analysis.clone() }))
     });
+}
+
+/// The class of a model, and where it is looked at.
+fn class_at(variant: &PreparedVariant, point: &WorkingPoint) -> Class {
+    let mut found = class_of(variant, &point.position, &point.stuck);
+    found.operating_point.moves = point.moves;
+    found.operating_point.motion = if point.moves { point.signals(variant) } else { Vec::new() };
+    found
 }
 
 /// The class of a model; of kept rows what they are, not what stands for them at the operating point.
@@ -114,7 +129,8 @@ pub(super) fn analyze_variant(
 ) -> Result<Analysis, Vec<Diagnostic>> {
     let reduced = &variant.reduced;
     let mut notes = Vec::new();
-    let WorkingPoint { position, stuck, outputs, system, .. } = &WorkingPoint::of(variant, settings, &mut notes)?;
+    let point = &WorkingPoint::of(variant, settings, &mut notes)?;
+    let WorkingPoint { outputs, system, .. } = point;
     let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
     if coordinates.is_empty() {
         return Err(vec![
@@ -138,7 +154,7 @@ pub(super) fn analyze_variant(
         name: prepared.name.clone(),
         description: prepared.description.clone(),
         mechanism: variant.model.mechanism.clone(),
-        class: Some(class_of(variant, position, stuck)),
+        class: Some(class_at(variant, point)),
         coordinates: names,
         elimination,
         notes,

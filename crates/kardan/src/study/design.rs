@@ -1,16 +1,22 @@
 //! The design of one controller, from what a model file or a caller asks for.
 
+use std::collections::BTreeSet;
+
 use super::blocks::told_of_blocks;
 use super::coupling::cross_coupling;
 use super::explore::explore;
 use super::kept::{nothing_free, rounded_rows};
-use super::margins::{decay, responses, survey, verdict, warnings as margin_warnings};
+use super::margins::{
+    contact_warnings, contacts_verdict, decay, margins_in_contact, responses, survey, verdict,
+    warnings as margin_warnings,
+};
 use super::margins_over::margins_along;
 use super::passage::{passage, warnings as passage_warnings};
 use super::prepare::is_error;
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
 use super::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
 use super::signals::{AnalyzeSettings, signals};
+use super::stops::{clutches_in_words, contacts_in_words};
 use super::strain::scenario_strains;
 use super::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use crate::analysis::OutputSignal;
@@ -402,6 +408,9 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
         design.design_model = plant.linear_where().into();
     }
     design.notes.extend(plant.told.iter().map(|told| format!("operating point: {told}")));
+    let none = BTreeSet::new();
+    design.notes.extend(contacts_in_words(&plant.reduced, &plant.point.position, &none));
+    design.notes.extend(clutches_in_words(&plant.reduced, &none));
     design.rounded.clone_from(&plant.reduced.equations.rounded);
     design.notes.extend(rounded_rows(&plant.reduced));
     let why = plant
@@ -478,11 +487,19 @@ fn add_margins(
         design.warnings.extend(coupling.warnings);
     }
     margins.verdict = verdict(&margins);
+    let (contacts, left) = margins_in_contact(variant, number);
+    margins.contacts = contacts;
+    design.notes.extend(left);
+    if let Some(told) = contacts_verdict(&margins) {
+        margins.verdict += " ";
+        margins.verdict += &told;
+    }
     if margins.stable == Some(false) {
         let when = if margins.sample_time.is_some() { "at its sample time" } else { "in continuous time" };
         design.warnings.push(format!("{when} the loop is unstable: this is not a design"));
     }
     design.warnings.extend(margin_warnings(&margins));
+    design.warnings.extend(contact_warnings(&margins));
     design.margins = Some(margins);
 }
 

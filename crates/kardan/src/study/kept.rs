@@ -1,13 +1,13 @@
 //! Constraints that a run keeps with their multipliers: what they do not go with, where a run begins on them, and what an analysis sees of
 //! them.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use super::checks::generic_positions;
 use super::equilibrium::{Rest, in_words};
 use super::initial::Entry;
 use super::places::{at_each, place_of};
-use super::{AnalysisSpec, Prepared, PreparedVariant};
+use super::{Prepared, PreparedVariant};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::entries::Place;
 use crate::equations::{InputKind, Kept};
@@ -352,28 +352,8 @@ impl Standing {
         start_notes.extend(stands_still(&variant.reduced));
         let (reduced, point) = frozen_point(&variant.reduced, &point, &multipliers)?;
         start_notes.extend(rounded_rows(&reduced));
-        let position = point.position.clone();
-        let speed = vec![0.0; position.len()];
-        Ok(PreparedVariant {
-            point,
-            name: variant.name.clone(),
-            model: variant.model.clone(),
-            reduced,
-            design_models: variant.design_models.clone(),
-            designed: variant.designed.clone(),
-            running: variant.running.clone(),
-            scenario: Scenario { position, speed, ..variant.scenario.clone() },
-            faults: variant.faults.clone(),
-            has_faults: variant.has_faults,
-            computed: variant.computed.clone(),
-            analysis: AnalysisSpec { at: Vec::new(), ..variant.analysis.clone() },
-            massless: Vec::new(),
-            unfrozen: Some(Box::new(variant.reduced.clone())),
-            looped: None,
-            start_notes,
-            swept: None,
-            settled: OnceLock::new(),
-        })
+        let unfrozen = Some(Box::new(variant.reduced.clone()));
+        Ok(PreparedVariant { unfrozen, start_notes, ..variant.standing_in(reduced, point) })
     }
 }
 

@@ -42,6 +42,10 @@ impl Project {
         settings: &AnalyzeSettings,
         descriptor: bool,
     ) -> Result<(Linearised, Vec<Diagnostic>), Vec<Diagnostic>> {
+        if !settings.at.is_empty() {
+            let here = AnalyzeSettings { at: Vec::new(), ..settings.clone() };
+            return self.looked_at(&settings.at).linearise(&here, descriptor);
+        }
         let (prepared, diagnostics) = self.for_analysis();
         if diagnostics.iter().any(is_error) {
             return Err(diagnostics.to_vec());
@@ -70,13 +74,15 @@ impl Project {
         let coordinates = variant.reduced.coordinate_names();
         let places = coordinates.iter().zip(&point.position);
         let angle = |name: &String| unit(&state_name(&Quantity::Angle.of(name), &others));
+        let motion = if point.moves { point.signals(variant) } else { Vec::new() };
+        let motion = motion.into_iter().map(|one| (NamedUnit { name: one.name, unit: one.unit }, one.value));
         let found = Linearised {
             name: prepared.name.clone(),
             variant: variant.name.clone(),
             states: system.states.iter().map(unit).collect(),
             inputs: inputs.collect(),
             outputs: outputs.collect(),
-            operating_point: places.map(|(name, position)| (angle(name), *position)).collect(),
+            operating_point: places.map(|(name, position)| (angle(name), *position)).chain(motion).collect(),
             e: (system.e != Matrix::identity(system.states.len())).then_some(system.e),
             a: system.a,
             b: system.b,

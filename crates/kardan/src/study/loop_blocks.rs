@@ -8,7 +8,7 @@ use super::prepared::Settled;
 use crate::num::Matrix;
 use crate::program::Task;
 use crate::reduce::{Kinematics, OperatingPoint, answered_locks, answered_torques};
-use crate::simulate::Profile;
+use crate::simulate::{Profile, Scenario};
 use crate::synthesis::{BesideBlocks, Law, LinearTask, LoopBlocks, LoopPlant, SampledPart, Seen, TaskLaw, Told};
 
 /// Samples after which blocks stand as they do at rest; those that never do (integrators) are linear.
@@ -148,16 +148,20 @@ fn beside(name: &str, law: &Arc<dyn Law>) -> BesideBlocks {
     BesideBlocks { references, tells }
 }
 
-/// What signals are at the begin, and what laws tell at rest.
-fn known(variant: &PreparedVariant, beside: &[BesideBlocks], [angles, speeds]: [&[f64]; 2]) -> BTreeMap<String, f64> {
-    let scenario = &variant.scenario;
+/// What signals are at the begin of a run.
+pub(super) fn signals_at_begin(scenario: &Scenario) -> BTreeMap<String, f64> {
     let value = |number: usize| {
         let stepped = Profile::new(scenario.events.iter().filter(|event| event.source == number)).value(0.0);
         let follows = scenario.signals.iter().find(|signal| signal.source == number);
         stepped + follows.map_or(0.0, |signal| signal.function.value(0.0))
     };
     let sources = scenario.sources.iter().enumerate();
-    let mut out: BTreeMap<String, f64> = sources.map(|(number, source)| (source.name.clone(), value(number))).collect();
+    sources.map(|(number, source)| (source.name.clone(), value(number))).collect()
+}
+
+/// What signals are at the begin, and what laws tell at rest.
+fn known(variant: &PreparedVariant, beside: &[BesideBlocks], [angles, speeds]: [&[f64]; 2]) -> BTreeMap<String, f64> {
+    let mut out = signals_at_begin(&variant.scenario);
     for (law, own) in variant.running.iter().zip(beside) {
         let mut states = vec![0.0; law.states().len()];
         law.start(angles, speeds, &mut states);

@@ -36,6 +36,7 @@ mod margins_over;
 mod massless;
 mod measure;
 mod measure_over;
+mod moving_point;
 mod operating_point;
 mod others;
 mod parity;
@@ -68,7 +69,7 @@ mod thresholds;
 mod undecided;
 mod without;
 
-pub use analysis::{AnalysisSpec, Site};
+pub use analysis::{AnalysisSpec, GivenAt, Site};
 pub use analyze::{analyze, analyze_state_space};
 pub use asked::TOLERANCES;
 pub use bench::{

@@ -1,6 +1,6 @@
 //! Where the loop of a variant stands: the operating point that its laws are designed at.
 
-use super::analysis::targets_of;
+use super::analysis::{entries_of, targets_of};
 use super::equilibrium::{currents_in_words, in_words};
 use super::places::place_of_value;
 use crate::diagnostics::{Diagnostic, quoted};
@@ -48,7 +48,8 @@ impl Asked {
             let Some(own) = document.controls.iter().find(|own| own.place == control.place) else { continue };
             let what = format!("control `{}`", control.name);
             let place = TableReader::place(&own.table, "at");
-            for (signal, angle) in targets_of((&own.table, &what), ("at", 1), document, Some(&names), &reader, out) {
+            let entries = entries_of(&own.table, "at");
+            for (signal, angle) in targets_of((&what, "at", 1), entries, (document, Some(&names)), &reader, out) {
                 let shaft = SignalName::new(&signal).element.to_string();
                 let Some(k) = names.iter().position(|name| *name == shaft) else { continue };
                 match named.iter().find(|(other, _, _)| *other == k) {

@@ -92,7 +92,7 @@ pub(super) fn parity(
         return Ok(None);
     }
     // With kept rows the model is what it is at the operating point of the variant, which other values would move.
-    if variant.unfrozen.is_none() {
+    if variant.unfrozen.is_none() && !subject.at.moves {
         subject.ends = Varied::of(document, prepared, variant, &subject.at).ends(&subject.at.inputs);
     }
     let all = subject.pencil(&subject.system, &subject.outputs);

@@ -20,6 +20,7 @@ use super::kept::{
     stands_still, with_loop,
 };
 use super::known::Known;
+use super::loop_blocks::signals_at_begin;
 use super::margins::{UNSTABLE, check_margins, check_sampled};
 use super::operating_point::{Asked, check_smooth, not_held};
 use super::passage::check_passage;
@@ -334,7 +335,7 @@ fn prepare_variant(
     let analysis = analysis_spec(&known, &reduced.equations, Some(start), settings, out);
     heard.step();
     let Laws { design_models, designed, running } =
-        laws_of((document, heard), (&reduced, &model), (designing, plants, nominal), out);
+        laws_of((document, heard), (&reduced, &model, &scenario), (designing, plants, nominal), out);
     start_notes.extend(references_at_rest(document, &running, &mut scenario));
     let complete = designed.len() == designing.len();
     let variant = PreparedVariant {
@@ -379,7 +380,7 @@ struct Laws {
 /// Designs the laws of a variant; those of one that is like it are taken over, but for programs.
 fn laws_of(
     (document, heard): (&Document, &Steps<'_>),
-    (reduced, model): (&Reduced, &Model),
+    (reduced, model, scenario): (&Reduced, &Model, &Scenario),
     (controls, plants, nominal): (&[ControlSpec], Vec<Option<Plant>>, Option<&PreparedVariant>),
     out: &mut Vec<Diagnostic>,
 ) -> Laws {
@@ -389,6 +390,7 @@ fn laws_of(
         let law = match nominal.filter(|_| control.law.keyword != Program::KEYWORD) {
             Some(nominal) => Some((Arc::clone(&nominal.designed[number]), Arc::clone(&nominal.running[number]))),
             None => {
+                plant.signals = signals_at_begin(scenario);
                 plant.elements = model.elements.iter().map(|one| (one.kind.clone(), one.name.clone())).collect();
                 designed_law(document, reduced, control, &plant, out)
             }
@@ -617,15 +619,6 @@ fn designed_law(
             Diagnostic::error("control::point", message)
                 .at(control.place.clone(), "this controller")
                 .help("leave out `at`: it evaluates the model wherever it is"),
-        );
-        return None;
-    }
-    if control.law.keyword == Program::KEYWORD && Asked::is_named(document, control) {
-        let message = format!("control `{}`: a program reads what is true, and has no operating point", control.name);
-        out.push(
-            Diagnostic::error("control::point", message)
-                .at(control.place.clone(), "this controller")
-                .help("leave out `at`, and write what it measures from into its expressions"),
         );
         return None;
     }

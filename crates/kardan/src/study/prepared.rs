@@ -142,6 +142,32 @@ impl PreparedVariant {
         Ok(scenario)
     }
 
+    /// The same with another model of its loop, at an operating point of that.
+    pub(super) fn standing_in(&self, reduced: Reduced, point: OperatingPoint) -> Self {
+        let position = point.position.clone();
+        let speed = vec![0.0; position.len()];
+        Self {
+            name: self.name.clone(),
+            model: self.model.clone(),
+            reduced,
+            design_models: self.design_models.clone(),
+            designed: self.designed.clone(),
+            running: self.running.clone(),
+            scenario: Scenario { position, speed, ..self.scenario.clone() },
+            faults: self.faults.clone(),
+            has_faults: self.has_faults,
+            computed: self.computed.clone(),
+            analysis: AnalysisSpec { at: Vec::new(), ..self.analysis.clone() },
+            point,
+            massless: Vec::new(),
+            unfrozen: self.unfrozen.clone(),
+            looped: None,
+            start_notes: self.start_notes.clone(),
+            swept: None,
+            settled: OnceLock::new(),
+        }
+    }
+
     /// What is looked at where small motions of the loop are meant.
     pub(super) fn in_loop(&self) -> &Self {
         self.looped.as_deref().unwrap_or(self)

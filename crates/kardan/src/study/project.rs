@@ -154,6 +154,13 @@ impl Project {
         Self::of(entries, self.source.clone(), broken, in_doubt).with_files(self.document.files.clone())
     }
 
+    /// The same model with another operating point of its analysis: signals with their values.
+    pub(super) fn looked_at(&self, at: &[(String, String)]) -> Self {
+        let put =
+            |model: Builder, (signal, value): &(String, String)| model.set(&["analysis", "at", signal], value.clone());
+        self.changed(|model| at.iter().fold(model.without(&["analysis", "at"]), put))
+    }
+
     /// The model as a file: opened again it says the same.
     pub fn to_toml(&self) -> String {
         to_toml(&self.entries)

@@ -3,19 +3,21 @@
 use std::collections::BTreeSet;
 
 use super::PreparedVariant;
-use super::analysis::output;
+use super::analysis::{GivenAt, output};
 use super::checks::signals_of;
 use super::equilibrium::Rest;
 use super::kept::nothing_free;
+use super::moving_point::{Asked, balancing, point_of_run, steady_point};
 use super::others::{others, state_name};
-use super::stops::{beyond_in_words, contacts_in_words};
+use super::stops::{beyond_in_words, clutches_in_words, contacts_in_words};
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::TransmissionRow;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
 use crate::names::{Quantity, SignalName};
 use crate::num::rational_to_f64;
-use crate::reduce::{Reduced, Slope, law_slopes, laws_are_linear, slopes};
+use crate::reduce::{LawSlopes, Reduced, Slope, law_slopes, law_slopes_at, laws_are_linear, slopes};
+use crate::results::OperatingSignal;
 use crate::simulate::signal_names;
 
 /// What to analyse and how, beyond what the model file says.
@@ -23,6 +25,8 @@ use crate::simulate::signal_names;
 pub struct AnalyzeSettings {
     /// Variant to analyse; `None`: the first.
     pub variant: Option<String>,
+    /// Operating point in place of `at` of `[analysis]`: signals with their values as that key takes them (`car.v`, `20 km/h`; `t`, `3.2 s`).
+    pub at: Vec<(String, String)>,
     /// Inputs; empty: those of `[analysis]`, else all motors.
     pub inputs: Vec<String>,
     /// Outputs (signals such as `rk.phi`, or sensors); empty: those of `[analysis]`, else all sensors, else the outputs
@@ -55,6 +59,12 @@ impl Default for ParitySettings {
 pub(super) struct WorkingPoint {
     /// The reduced position, rad.
     pub position: Vec<f64>,
+    /// How the coordinates move, rad/s.
+    pub speeds: Vec<f64>,
+    /// The torques of inputs there that are not zero, N m.
+    pub torques: Vec<(String, f64)>,
+    /// Whether it is one in motion, or balanced by torques, whose model is not that of the variant with other values.
+    pub moves: bool,
     /// Elements whose friction holds.
     pub stuck: BTreeSet<String>,
     pub inputs: Vec<String>,
@@ -74,19 +84,117 @@ impl WorkingPoint {
             return Err(vec![mistake]);
         }
         let (inputs, outputs) = signals(variant, settings, notes)?;
-        let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
-        let position = working_position(variant, position, notes)?;
-        notes.extend(beyond_in_words(reduced, &position));
         let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
+        let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
+        let asked = Asked {
+            at: &spec.at,
+            given: &spec.given,
+            inputs: &balancing(variant, &inputs),
+            stuck: &stuck,
+            start: &position,
+        };
+        if spec.given.moves() {
+            return Self::in_motion(variant, &asked, (inputs, outputs), notes);
+        }
+        let mut own = notes.clone();
+        let position = match working_position(variant, position.clone(), &mut own) {
+            Ok(position) => position,
+            Err(mistakes) if mistakes.iter().all(|one| one.code == "analysis::equilibrium") => {
+                return at_initial_speeds(variant, &asked, (inputs, outputs), notes).unwrap_or(Err(mistakes));
+            }
+            Err(mistakes) => return Err(mistakes),
+        };
+        *notes = own;
+        notes.extend(beyond_in_words(reduced, &position));
         notes.extend(contacts_in_words(reduced, &position, &stuck));
+        notes.extend(clutches_in_words(reduced, &stuck));
         let system = match variant.unfrozen {
             Some(_) => ConstrainedSystem::held(reduced, &variant.point, &stuck, &inputs),
             None => ConstrainedSystem::at(reduced, &position, &stuck, &inputs),
         };
         notes.extend(ratios(reduced, &position));
         notes.extend(variant.model.rounded_in_words());
-        Ok(Self { position, stuck, inputs, outputs, system })
+        let speeds = vec![0.0; position.len()];
+        Ok(Self { position, speeds, torques: Vec::new(), moves: false, stuck, inputs, outputs, system })
     }
+
+    /// Speeds of the coordinates, and torques of inputs, in words of the file.
+    pub fn signals(&self, variant: &PreparedVariant) -> Vec<OperatingSignal> {
+        let (equations, coordinates) = (&variant.reduced.equations, &variant.reduced.coordinates);
+        let speeds = coordinates.iter().zip(&self.speeds).map(|(shaft, speed)| {
+            let [_, quantity] = equations.domain(*shaft).motion();
+            (quantity.of(&equations.coordinates[*shaft]), quantity.unit(), *speed)
+        });
+        let torques = self.torques.iter().filter_map(|(name, torque)| {
+            let effort = equations.domain_of(equations.inputs.iter().find(|input| input.element == *name)?).effort();
+            Some((effort.of(name), effort.unit(), *torque))
+        });
+        let signal = |(name, unit, value): (String, &str, f64)| OperatingSignal { name, unit: unit.into(), value };
+        speeds.chain(torques).map(signal).collect()
+    }
+
+    /// In steady motion, or where a run is at a time.
+    fn in_motion(
+        variant: &PreparedVariant,
+        asked: &Asked<'_>,
+        (inputs, outputs): (Vec<String>, Vec<OutputSignal>),
+        notes: &mut Vec<String>,
+    ) -> Result<Self, Vec<Diagnostic>> {
+        let (spec, reduced) = (&variant.analysis, &variant.reduced);
+        let of_run = asked
+            .given
+            .time
+            .filter(|time| asked.at.is_empty() && *asked.given == GivenAt { time: Some(*time), ..GivenAt::default() });
+        let found = match of_run {
+            Some(time) => point_of_run(variant, time),
+            None => steady_point(variant, asked),
+        };
+        let at = || spec.places.get("at").map(|place| (place.clone(), "at this point"));
+        let found = found
+            .map_err(|mistake| vec![at().into_iter().fold(mistake, |one, (place, label)| one.at(place, label))])?;
+        let [position, speeds] = found.motion.clone();
+        notes.extend(found.notes.iter().cloned());
+        check_slopes(variant, law_slopes_at(&found.model, &found.point), notes)?;
+        notes.extend(beyond_in_words(reduced, &position));
+        notes.extend(contacts_in_words(&found.model, &found.point.position, asked.stuck));
+        notes.extend(ratios(reduced, &position));
+        notes.extend(variant.model.rounded_in_words());
+        let torques = found.model.equations.inputs.iter().zip(found.point.torques.iter().flatten());
+        let torques =
+            torques.filter(|(_, torque)| **torque != 0.0).map(|(input, torque)| (input.element.clone(), *torque));
+        Ok(Self {
+            position,
+            speeds,
+            torques: torques.collect(),
+            moves: true,
+            stuck: found.closed,
+            system: ConstrainedSystem::held(&found.model, &found.point, &BTreeSet::new(), &inputs),
+            inputs,
+            outputs,
+        })
+    }
+}
+
+/// Where a model has no equilibrium and its run begins in motion: the steady motion at these speeds, where there is one.
+fn at_initial_speeds(
+    variant: &PreparedVariant,
+    asked: &Asked<'_>,
+    signals: (Vec<String>, Vec<OutputSignal>),
+    notes: &mut Vec<String>,
+) -> Option<Result<WorkingPoint, Vec<Diagnostic>>> {
+    let (reduced, scenario) = (&variant.reduced, &variant.scenario);
+    let names = reduced.coordinate_names().into_iter().zip(&scenario.speed);
+    let speeds: Vec<(String, f64)> =
+        names.filter(|(_, speed)| **speed != 0.0).map(|(name, speed)| (name, *speed)).collect();
+    if speeds.is_empty() || !asked.at.is_empty() {
+        return None;
+    }
+    let given = GivenAt { speeds, ..GivenAt::default() };
+    let mut own = notes.clone();
+    own.push("at rest there is no equilibrium: the model is looked at in steady motion at the speeds of `initial`; `at` of `[analysis]` names others".into());
+    let found = WorkingPoint::in_motion(variant, &Asked { given: &given, ..*asked }, signals, &mut own).ok()?;
+    *notes = own;
+    Some(Ok(found))
 }
 
 /// Where a model with laws of torque is looked at: where it was named, else at an equilibrium; says which, and what of it is proven.
@@ -120,7 +228,17 @@ fn working_position(
     } else {
         position
     };
-    for slopes in law_slopes(reduced, &position) {
+    check_slopes(variant, law_slopes(reduced, &position), notes)?;
+    Ok(position)
+}
+
+/// Laws of torque must have a derivative where a model is looked at; says which were rounded.
+fn check_slopes(
+    variant: &PreparedVariant,
+    all: Vec<LawSlopes>,
+    notes: &mut Vec<String>,
+) -> Result<(), Vec<Diagnostic>> {
+    for slopes in all {
         let name = &slopes.element;
         if !slopes.kinks.is_empty() {
             let message = format!(
@@ -138,7 +256,7 @@ fn working_position(
             notes.push(format!("slopes of `{name}` here are rounded to 16 digits, from there on all is exact"));
         }
     }
-    Ok(position)
+    Ok(())
 }
 
 /// Where ratios that depend on the position come from, and how exact they are there.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::places::place_of;
 use crate::diagnostics::{Diagnostic, quoted};
+use crate::equations::Hold;
 use crate::model::{Document, TableReader};
 use crate::reduce::{Contact, Reduced, contacts};
 
@@ -26,7 +27,15 @@ pub(super) fn contacts_in_words(reduced: &Reduced, position: &[f64], stuck: &BTr
         holds.filter(|name| !stuck.contains(*name)).collect::<BTreeSet<&str>>()
     };
     let (pressed, touched) = (names(&|one| one.soft && one.is_passed()), names(&|one| !one.soft && one.is_touched()));
+    let open: BTreeSet<&str> =
+        names(&|_| true).into_iter().filter(|name| !pressed.contains(name) && !touched.contains(name)).collect();
     let mut out = Vec::new();
+    if !open.is_empty() {
+        out.push(format!(
+            "{} open at the operating point (stops, backlash): the linear model holds as long as no contact closes",
+            is_or_are(&open)
+        ));
+    }
     if !pressed.is_empty() {
         out.push(format!(
             "{} pressed at the operating point: stiffness and damping of the contact are part of the model, which holds as long as it is not left",
@@ -39,6 +48,29 @@ pub(super) fn contacts_in_words(reduced: &Reduced, position: &[f64], stuck: &BTr
             "{} touched at the operating point and looked at as if open there: with `stuck = [{list}]` in `[analysis]` the contact holds",
             is_or_are(&touched)
         ));
+    }
+    out
+}
+
+/// What an analysis makes of clutches, brakes, locks and freewheels that are not said to hold.
+pub(super) fn clutches_in_words(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<String> {
+    let of = |own: &dyn Fn(&Hold) -> bool| {
+        let holds = reduced.equations.holds.iter().filter(|hold| own(&hold.value));
+        holds.map(|hold| hold.element.as_str()).filter(|name| !stuck.contains(*name)).collect::<BTreeSet<&str>>()
+    };
+    let list = |names: &BTreeSet<&str>| names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+    let sliding = of(&|hold| matches!(hold, Hold::Friction { .. }));
+    let open = of(&|hold| matches!(hold, Hold::Lock { .. } | Hold::OneWay));
+    let mut out = Vec::new();
+    if !sliding.is_empty() {
+        out.push(format!(
+            "{} taken as open: a clutch or brake that slides, whose torque is constant; `stuck = [{}]` in `[analysis]` closes it",
+            is_or_are(&sliding),
+            list(&sliding)
+        ));
+    }
+    if !open.is_empty() {
+        out.push(format!("{} taken as open; `stuck = [{}]` in `[analysis]` closes it", is_or_are(&open), list(&open)));
     }
     out
 }

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use super::around::around;
 use super::observed;
-use super::{Law, LawKind, Plant, Request, SynthesisError, clock};
+use super::{Law, LawKind, Plant, Program, Request, SynthesisError, clock};
 use crate::element::Values;
+use crate::schema::LawKeys;
 
 /// Designs a law with the observer that its keys ask for.
 ///
@@ -19,7 +20,8 @@ pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) ->
     }
     let disturbances = observed::disturbances(values, plant)?;
     let law = (kind.design)(&Request { name, values, plant, disturbances: &disturbances })?;
-    let law = around(law, values, plant)?;
+    // A program reads what is true.
+    let law = if kind.keyword == Program::KEYWORD { law } else { around(law, values, plant)? };
     match values.table("observer") {
         Some(observer) if kind.samples && observer.has("plant") => {
             Err(SynthesisError::IdleKey { key: "plant", method: kind.keyword.into() })

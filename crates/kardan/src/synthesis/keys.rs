@@ -31,10 +31,11 @@ macro_rules! law_keys {
                     without: Words,
                         "Elements that its design leaves out, with their parts: the car behind a rack, a load that is not known. What they do \
                          is a disturbance to the law; an observer may estimate it.";
-                    at: Overrides,
+                    at: Point,
                         "Operating point, angles of reduced coordinates: { \"arm.phi\" = \"60 deg\" }: the law is designed on the linear \
                          model there, measures from there, and gives the constant torques that hold it there. Coordinates that are left \
-                         out stand where the motors can hold it. It is one for all controllers of a variant. Left out: zero angles.";
+                         out stand where the motors can hold it. It is one for all controllers of a variant. A `program` reads what is true there: its \
+                         margins are those of its slopes around that, with signals as they begin. Left out: zero angles.";
                 }
             }
         }

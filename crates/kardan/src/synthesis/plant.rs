@@ -1,6 +1,6 @@
 //! The model that laws are designed on.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::SynthesisError;
 use super::sampled::Turned;
@@ -29,6 +29,8 @@ pub struct Plant {
     pub frozen: Option<Vec<f64>>,
     /// Kind and name of each element, for messages.
     pub elements: Vec<(String, String)>,
+    /// What signals are as they begin, by name.
+    pub signals: BTreeMap<String, f64>,
     /// What a law that follows its joints was designed to be at other positions.
     pub(super) turned: Turned,
 }
@@ -56,6 +58,7 @@ impl Plant {
             linear,
             frozen: None,
             elements: Vec::new(),
+            signals: BTreeMap::new(),
             turned: Turned::default(),
         }
     }
@@ -98,6 +101,15 @@ impl Plant {
         let before = kinematics.angles.clone();
         kinematics.update(&self.point.position, &zero);
         kinematics.angles.iter().zip(before).map(|(angle, before)| angle - before).collect()
+    }
+
+    /// The angles of all shafts at the operating point, rad.
+    pub fn true_angles(&self) -> Vec<f64> {
+        self.frozen.clone().unwrap_or_else(|| {
+            let mut kinematics = Kinematics::new(&self.reduced);
+            kinematics.update(&self.point.position, &self.point.rates);
+            kinematics.angles
+        })
     }
 
     /// The speeds of all shafts at the operating point: currents that flow there.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use kardan_rt::Health;
 
-use super::{Block, Clock, Kept, Law, LinearLaw, LinearTask, Reference, Seen};
+use super::{Block, Clock, Kept, Law, LinearLaw, LinearTask, Plant, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
 use crate::num::{Float, Keeper, Matrix};
@@ -82,6 +82,10 @@ pub struct TaskLaw {
     affine: bool,
     /// Answers, then what is remembered next, from what is read, then what is remembered.
     plan: Arc<Plan>,
+    /// What is read, then what is remembered, where its linear part is taken; nothing: zero, and what is remembered behind the first samples there.
+    point: Option<Vec<f64>>,
+    /// What there is to tell of that point.
+    told: Option<String>,
 }
 
 impl TaskLaw {
@@ -147,15 +151,55 @@ impl TaskLaw {
             affine: task.outputs().iter().all(|(_, expr)| affine(*expr)),
             plan: Arc::clone(task.plan()),
             task: Arc::clone(task),
+            point: None,
+            told: None,
         }
     }
 
-    /// What is remembered behind the first samples, at which blocks find that there was none before, with nothing read.
-    fn settled(&self) -> Vec<f64> {
+    /// The same with its linear part where a plant stands: it reads what is true there, and signals as they begin.
+    #[must_use]
+    pub fn standing_at(mut self, plant: &Plant) -> Self {
+        let (angles, speeds) = (plant.true_angles(), plant.speeds_at_rest());
+        let signal = |reference: &Reference| plant.signals.get(&reference.name).copied().unwrap_or(0.0);
+        let references: Vec<f64> = self.references.iter().map(signal).collect();
+        let (angles, speeds, references) = (&angles[..], &speeds[..], &references[..]);
+        let seen = Seen { time: 0.0, angles, speeds, disturbances: &[], references, readings: &[], states: &[] };
+        let read: Vec<f64> = (0..self.comes.len()).map(|k| self.value(k, &seen)).collect();
+        let remembered = self.settled(&read);
+        let point = [read, remembered].concat();
+        let mut memory = self.plan.memory();
+        memory[..point.len()].copy_from_slice(&point);
+        let _ = self.plan.block().evaluate(&mut memory);
+        let beside = |(k, name): (usize, &String)| {
+            let (commanded, held) = (memory[self.plan.place(k)], plant.held_torque(name));
+            let unit = plant.effort_of(name).unit;
+            ((commanded - held).abs() > SAME * held.abs().max(1.0))
+                .then(|| format!("`{name}` is commanded {commanded:.6} {unit} there, and {held:.6} {unit} hold it"))
+        };
+        let beside: Vec<String> = self.answers.iter().enumerate().filter_map(beside).collect();
+        self.told = (!beside.is_empty())
+            .then(|| format!("The operating point is no rest of the loop itself: {}.", beside.join("; ")));
+        self.point = Some(point);
+        self
+    }
+
+    /// What it reads of a kind, as sensors without errors read.
+    fn value(&self, read: usize, seen: &Seen<'_>) -> f64 {
+        match self.comes[read] {
+            Comes::Angle(shaft) => seen.angles[shaft],
+            Comes::Speed(shaft) => seen.speeds[shaft],
+            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].read(seen),
+            Comes::Reference(reference) => seen.references[reference],
+            Comes::Time => seen.time,
+        }
+    }
+
+    /// What is remembered behind the first samples, at which blocks find that there was none before, with this read.
+    fn settled(&self, read: &[f64]) -> Vec<f64> {
         let mut remembered: Vec<f64> = self.task.memory.iter().map(|entry| entry.start).collect();
         let mut memory = self.plan.memory();
         for _ in 0..if self.clock.is_some() { FIRST } else { 0 } {
-            memory[..self.comes.len()].fill(0.0);
+            memory[..self.comes.len()].copy_from_slice(read);
             memory[self.comes.len()..][..remembered.len()].copy_from_slice(&remembered);
             let _ = self.plan.block().evaluate(&mut memory);
             for (k, value) in remembered.iter_mut().enumerate() {
@@ -229,14 +273,8 @@ impl TaskLaw {
 
     /// The task around what it sees there.
     pub fn around(&self, seen: &Seen<'_>) -> LinearTask {
-        let value = |k: usize| match self.comes[k] {
-            Comes::Angle(shaft) => seen.angles[shaft],
-            Comes::Speed(shaft) => seen.speeds[shaft],
-            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].read(seen),
-            Comes::Reference(reference) => seen.references[reference],
-            Comes::Time => seen.time,
-        };
-        let inputs: Vec<f64> = (0..self.comes.len()).map(value).chain(seen.states.iter().copied()).collect();
+        let inputs: Vec<f64> =
+            (0..self.comes.len()).map(|k| self.value(k, seen)).chain(seen.states.iter().copied()).collect();
         let linear = self.slopes_at(&inputs);
         LinearTask {
             linear,
@@ -268,6 +306,8 @@ impl TaskLaw {
     }
 }
 
+/// Part of a torque, or of 1 N m, that counts as none.
+const SAME: f64 = 1e-9;
 /// Samples behind which no block takes one as its first.
 const FIRST: usize = 2;
 
@@ -399,9 +439,14 @@ impl Law for TaskLaw {
         !self.affine
     }
 
-    /// Slopes where everything that is read is zero, and all is remembered as behind the first samples there.
+    /// Slopes at its operating point; without one where everything that is read is zero, and all is remembered as behind the first samples there.
     fn linear(&self) -> LinearLaw {
-        self.slopes_at(&[vec![0.0; self.comes.len()], self.settled()].concat())
+        if let Some(point) = &self.point {
+            return self.slopes_at(point);
+        }
+        let nothing = vec![0.0; self.comes.len()];
+        let remembered = self.settled(&nothing);
+        self.slopes_at(&[nothing, remembered].concat())
     }
 
     fn sensors(&self) -> &[OutputSignal] {
@@ -442,10 +487,13 @@ impl Law for TaskLaw {
             task.memory.len()
         ));
         if !self.affine {
-            notes.push(
-                "It bends: what is said of its loop is said of small motions where all that it reads is zero.".into(),
-            );
+            let place = match self.point {
+                Some(_) => "around what it reads at the operating point, with signals as they begin",
+                None => "where all that it reads is zero",
+            };
+            notes.push(format!("It bends: what is said of its loop is said of small motions {place}."));
         }
+        notes.extend(self.told.clone());
         Design {
             controller: task.name.clone(),
             law: self.law.into(),

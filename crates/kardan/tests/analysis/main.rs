@@ -13,6 +13,7 @@ mod distance;
 mod float_comparison;
 mod linearise;
 mod massless;
+mod moving_point;
 mod parity;
 mod properties;
 mod roots;

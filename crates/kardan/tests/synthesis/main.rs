@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod contacts;
 mod decoupling;
 mod design;
 mod inversion;

@@ -40,7 +40,7 @@ use wording::{expected, unknown_key, what_is_written};
 
 use self::masses::{meant_bodies, moves_along};
 use crate::diagnostics::{Diagnostic, nearest, shortened};
-use crate::entries::{Entries, Entry, Place, Written};
+use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
 use crate::names::nearest_or_alike;
 use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::units::{
@@ -208,7 +208,16 @@ pub(in crate::model) fn value_near(
             literal,
         ) => reader.scalar(literal, out).map(Value::Scalar),
         (Kind::Coefficients, Written::Table(entries)) => reader.map(&Kind::Coefficient, entries, out),
-        (Kind::Overrides | Kind::Lists, Written::Table(entries)) => reader.map(&Kind::AnyQuantity, entries, out),
+        (Kind::Overrides | Kind::Lists | Kind::Point, Written::Table(entries)) => {
+            reader.map(&Kind::AnyQuantity, entries, out)
+        }
+        (Kind::Point, Written::Text(text)) => match entries_in(text, &place) {
+            Some(entries) => reader.map(&Kind::AnyQuantity, &entries, out),
+            None => {
+                reader.wrong_type(&expected(kind), &entry.value, out);
+                None
+            }
+        },
         (Kind::OfTime(_), Written::Text(text)) if is_of_time(text) => reader.formula(text, out),
         (Kind::OfTime(_), literal) => reader.scalar(literal, out).map(Value::Scalar),
         (Kind::Formula(_) | Kind::Surface | Kind::Expression, Written::Text(text) | Written::Number(text)) => {
@@ -278,6 +287,16 @@ pub(super) fn check_name(name: &str, place: Place, what: &str, out: &mut Vec<Dia
         );
     }
     valid
+}
+
+/// The entries of a text such as `t = 3.2 s`, with commas between several; nothing if it is none.
+fn entries_in(text: &str, place: &Place) -> Option<Entries> {
+    let one = |part: &str| {
+        let (key, value) = part.split_once('=')?;
+        let entry = Entry { value: Written::Text(value.trim().into()), place: place.clone() };
+        Some(KeyedEntry { key: key.trim().into(), place: place.clone(), entry })
+    };
+    text.split(',').map(one).collect()
 }
 
 /// What is being read: for the messages.

@@ -63,6 +63,7 @@ pub(super) fn expected(kind: &Kind) -> String {
         Kind::Text => "a text".to_string(),
         Kind::AnyQuantity => "a quantity such as \"1.3 N m\"".to_string(),
         Kind::Overrides => "a table from names to quantities".to_string(),
+        Kind::Point => "a table from signals to quantities, or a text such as \"t = 3.2 s\"".to_string(),
         Kind::Lists => "a table from names to lists of quantities".to_string(),
         Kind::Functions => "a table from names to functions of time".to_string(),
         Kind::Expressions => "a table from names to expressions".to_string(),
@@ -103,6 +104,7 @@ pub(in crate::model) fn example(kind: &Kind) -> String {
         Kind::Text => "\"a text\"".to_string(),
         Kind::AnyQuantity => "\"1.3 N m\"".to_string(),
         Kind::Overrides => "{ beta = \"0 deg\" }".to_string(),
+        Kind::Point => "{ \"car.v\" = \"20 km/h\" }".to_string(),
         Kind::Lists => "{ wg = [\"20 rad/s\", \"60 rad/s\"] }".to_string(),
         Kind::Formula(dimension) => match *dimension == Dimension::FORCE {
             true => "\"-0.4 N s^2/m^2 * car.v * abs(car.v)\"".to_string(),

@@ -176,6 +176,12 @@ impl Machine {
         }
     }
 
+    /// The sign with which a direction slides, zero where it holds; `None` where nothing acts along it: a lock or stop that is open, a clutch without torque.
+    pub(in crate::simulate) fn sign_of(&self, direction: usize) -> Option<f64> {
+        let acts = self.bounds.iter().any(|bound| bound[direction] != 0.0);
+        (self.holds.takes_part(direction) && acts).then(|| self.modes[direction].sign())
+    }
+
     /// Whether a stop is arrived at, or a cushion touched, pressed or left, at the angles and speeds last evaluated.
     pub(super) fn hold_turns(&self, direction: usize) -> bool {
         match self.holds.kind(direction) {

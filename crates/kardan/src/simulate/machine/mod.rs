@@ -200,6 +200,11 @@ impl Machine {
         self.size
     }
 
+    /// Number of set-valued directions of the model.
+    pub(in crate::simulate) fn set_valued(&self) -> usize {
+        self.kept.start
+    }
+
     /// Degrees of freedom.
     pub fn degrees_of_freedom(&self) -> usize {
         self.degrees_of_freedom

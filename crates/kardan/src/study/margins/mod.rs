@@ -3,6 +3,7 @@
 mod channels;
 mod check;
 mod clocks;
+mod contacts;
 mod responses;
 mod survey;
 mod verdict;
@@ -11,6 +12,7 @@ mod warnings;
 pub(super) use channels::motor_margins;
 pub use check::overrule;
 pub(super) use check::{UNSTABLE, check_margins, check_sampled};
+pub(super) use contacts::{contact_warnings, contacts_verdict, margins_in_contact};
 pub(super) use responses::responses;
 pub(super) use survey::{decay, left_out, searches, survey};
 pub(super) use verdict::verdict;

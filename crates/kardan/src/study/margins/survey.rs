@@ -107,6 +107,7 @@ pub(in crate::study) fn survey(
         channels,
         together,
         hardly,
+        contacts: Vec::new(),
         peaks: Vec::new(),
         verdict: String::new(),
     }

@@ -52,5 +52,6 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         return Err(SynthesisError::NoObserver { law: Program::KEYWORD });
     }
     let task = values.task("commands").expect("the model file gives commands");
-    Ok(Arc::new(TaskLaw::with(task, &plant.reduced, (Program::KEYWORD, clock(values)?))))
+    let law = TaskLaw::with(task, &plant.reduced, (Program::KEYWORD, clock(values)?));
+    Ok(Arc::new(if plant.is_moved() { law.standing_at(plant) } else { law }))
 }

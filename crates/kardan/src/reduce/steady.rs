@@ -1,0 +1,376 @@
+//! Steady motion: speeds that stay, at which nothing accelerates, and the torques of inputs that this takes.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::equilibrium::{Moves, Sought, Statics};
+use super::{Kinematics, Motion, OperatingPoint, Reduced, kinematics, slip_speeds, with_held, with_sliding};
+use crate::equations::{Hold, Meaning};
+use crate::expr::{Expr, Floating};
+use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, rational_from_f64, rational_to_f64};
+
+/// Relative to the largest, what speeds that contradict each other differ by.
+const CONTRADICTS: f64 = 1e-9;
+/// Part of a column of slopes that is left of it beside others on which it does not depend.
+const INDEPENDENT: f64 = 1e-9;
+/// Speeds that a search begins with where it leads nowhere from rest, rad/s.
+const SPEEDS: [f64; 8] = [1.0, -1.0, 10.0, -10.0, 100.0, -100.0, 1000.0, -1000.0];
+/// How often the signs of sliding frictions are found anew.
+const SLIDINGS: usize = 8;
+
+/// What is given of a motion, and what may balance it. Coordinates are numbered among all of the equations.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GivenMotion {
+    /// Positions of coordinates of the reduced model, rad.
+    pub positions: Vec<(usize, f64)>,
+    /// Speeds of any coordinates, rad/s.
+    pub speeds: Vec<(usize, f64)>,
+    /// Inputs whose torques are to be found.
+    pub inputs: Vec<usize>,
+    /// Torques of inputs that are given, N m.
+    pub torques: Vec<(usize, f64)>,
+    /// Set-valued directions that hold: frictions that stick, locks that are engaged.
+    pub held: BTreeSet<usize>,
+}
+
+/// A steady motion, or the instant of another one where all of it is given.
+#[derive(Debug, Clone)]
+pub struct SteadyMotion {
+    /// The model there: what holds is a constraint, what slides a torque. It may have fewer coordinates.
+    pub model: Reduced,
+    /// Where that is and how it moves, with the torque of each input.
+    pub point: OperatingPoint,
+    /// Where the coordinates of the whole model are, rad, and their speeds.
+    pub motion: [Vec<f64>; 2],
+    /// Of each set-valued direction of the whole model the sign with which it slides.
+    pub sliding: Vec<f64>,
+    /// Inputs that nothing asks a torque of.
+    pub idle: Vec<usize>,
+    /// Coordinates of `model` whose speeds no torque determines: they stand still as far as nothing else moves them.
+    pub open: Vec<usize>,
+    /// Whether all positions and speeds were given: it may be an instant of another motion.
+    pub whole: bool,
+    /// Whether nothing is left of the torques but what rounding makes.
+    pub balanced: bool,
+    /// The radius within which there is exactly one such motion, proven; `None`: found to rounding only.
+    pub radius: Option<f64>,
+    /// The accelerations that are left along the coordinates of `model`, rad/s².
+    pub accelerations: Vec<f64>,
+}
+
+/// Why there is no steady motion.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NoSteadyMotion {
+    /// A speed that is given (its number) does not stay, as torques depend on the angle that it changes.
+    Turns(usize),
+    /// Speeds that are given (their numbers) contradict each other.
+    Contradiction(Vec<usize>),
+    /// More inputs could balance it than it takes.
+    Undetermined(Vec<usize>),
+    /// No torques of the inputs balance it: the coordinate along which most is left at best, by name, how much (N m), and the position.
+    Unbalanced(String, f64, Vec<f64>),
+    /// Frictions whose direction of sliding is not decided.
+    Slides(Vec<String>),
+}
+
+/// The steady motion with what is given, near a reduced position (rad). The model must not depend on the time.
+///
+/// # Errors
+/// [`NoSteadyMotion`]
+///
+/// # Panics
+/// If the position has not one entry per coordinate, or there is no such input.
+pub fn steady_motion(base: &Reduced, start: &[f64], given: &GivenMotion) -> Result<SteadyMotion, NoSteadyMotion> {
+    let names: Vec<String> = base.equations.coordinates.clone();
+    let mut from = start.to_vec();
+    for (shaft, angle) in &given.positions {
+        base.coordinates.iter().position(|own| own == shaft).into_iter().for_each(|k| from[k] = *angle);
+    }
+    let named: Vec<String> = given.positions.iter().map(|(shaft, _)| names[*shaft].clone()).collect();
+    let mut sliding = vec![0.0; base.equations.set_valued().count()];
+    for _ in 0..SLIDINGS {
+        let slid = Reduced { equations: with_sliding(&base.equations, &sliding), ..base.clone() };
+        let model = with_held(&slid, &given.held, &from, &named);
+        let found = Search::new(base, &model, &from, given)?.find(given)?;
+        let now: Vec<f64> = slip_speeds(base, &found.motion[0], &found.motion[1])
+            .iter()
+            .enumerate()
+            .map(|(k, speed)| if given.held.contains(&k) || *speed == 0.0 { 0.0 } else { speed.signum() })
+            .collect();
+        if now == sliding {
+            return Ok(SteadyMotion { sliding, ..found });
+        }
+        sliding = now;
+    }
+    let elements = base.equations.set_valued().map(|(element, _)| element.to_string());
+    Err(NoSteadyMotion::Slides(elements.zip(&sliding).filter(|(_, sign)| **sign != 0.0).map(|(own, _)| own).collect()))
+}
+
+/// A model with what is given in its coordinates.
+struct Search<'a> {
+    base: &'a Reduced,
+    model: &'a Reduced,
+    start: Vec<f64>,
+    fixed: Vec<usize>,
+    moves: Moves,
+    /// Whether all positions and speeds are given.
+    whole: bool,
+}
+
+impl<'a> Search<'a> {
+    fn new(base: &'a Reduced, model: &'a Reduced, from: &[f64], given: &GivenMotion) -> Result<Self, NoSteadyMotion> {
+        let mut numeric = Kinematics::new(base);
+        numeric.update(from, &vec![0.0; from.len()]);
+        let start: Vec<f64> = model.coordinates.iter().map(|shaft| numeric.angles[*shaft]).collect();
+        let place = |shaft: &usize| model.coordinates.iter().position(|own| own == shaft);
+        let fixed: Vec<usize> = given.positions.iter().filter_map(|(shaft, _)| place(shaft)).collect();
+        let r = model.degrees_of_freedom();
+        let basis = kinematics::exact_basis(model, &start);
+        let rows: Vec<&SparseRow> = given.speeds.iter().map(|(shaft, _)| &basis[*shaft]).collect();
+        let values: Vec<f64> = given.speeds.iter().map(|(_, speed)| *speed).collect();
+        let over = |rows: &[&SparseRow]| {
+            let mut out = Matrix::<Rational>::zeros(rows.len(), r);
+            rows.iter().enumerate().for_each(|(i, row)| row.iter().for_each(|(k, x)| out[(i, *k)] = x.clone()));
+            out
+        };
+        let matrix = over(&rows);
+        let whole = fixed.len() == r && echelon(&matrix, &(0..r).collect::<Vec<_>>()).rank() == r;
+        let directions = if whole { Matrix::identity(r) } else { running(&without_laws_at(model, given)) };
+        let moves = moves(&directions, &matrix, &values)?;
+        Ok(Self { base, model, start, fixed, moves, whole })
+    }
+
+    fn statics(&self, inputs: &[usize], torques: &[(usize, f64)]) -> (Statics, Vec<f64>) {
+        let sought = Sought { inputs, fixed: &self.fixed, stops: &[], moves: Some(&self.moves), torques };
+        let statics = Statics::new(self.model, &sought, &self.start);
+        let free = self.start.len()..self.start.len() + self.moves.directions.len();
+        let from = |speed: f64| {
+            let mut from = statics.start(&self.start);
+            from[free.clone()].fill(speed);
+            statics.newton(&from).0
+        };
+        let at_rest = from(0.0);
+        if free.is_empty() || statics.is_settled(&at_rest) {
+            return (statics, at_rest);
+        }
+        // At rest a drag that grows with the square of the speed has no slope.
+        let moving = SPEEDS.into_iter().map(from).find(|found| statics.is_settled(found));
+        let found = moving.unwrap_or(at_rest);
+        (statics, found)
+    }
+
+    fn find(&self, given: &GivenMotion) -> Result<SteadyMotion, NoSteadyMotion> {
+        let (statics, found) = self.statics(&given.inputs, &given.torques);
+        let determined = statics.determination(&found, given.inputs.len());
+        let of = |numbers: &[usize]| -> Vec<usize> { numbers.iter().map(|k| given.inputs[*k]).collect() };
+        if !determined.ambiguous.is_empty() {
+            return Err(NoSteadyMotion::Undetermined(of(&determined.ambiguous)));
+        }
+        let idle = of(&determined.idle);
+        let needed: Vec<usize> = given.inputs.iter().copied().filter(|input| !idle.contains(input)).collect();
+        let (statics, found) = if idle.is_empty() { (statics, found) } else { self.statics(&needed, &given.torques) };
+        let r = self.model.degrees_of_freedom();
+        let radius = if statics.is_exact(&found) { Some(0.0) } else { statics.proven(&found) };
+        let balanced = radius.is_some() || statics.is_settled(&found);
+        if !balanced && !self.whole {
+            let left = statics.left(&found).into_iter().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()));
+            let (k, torque) = left.unwrap_or_default();
+            let name = self.model.coordinate_names()[k].clone();
+            return Err(NoSteadyMotion::Unbalanced(name, torque, found[..r].to_vec()));
+        }
+        let (position, rest) = found.split_at(r);
+        let (free, rest) = rest.split_at(self.moves.directions.len());
+        let mut rates: Vec<f64> = self.moves.base.iter().map(rational_to_f64).collect();
+        for (direction, speed) in self.moves.directions.iter().zip(free) {
+            direction.iter().for_each(|(k, share)| rates[*k] += rational_to_f64(share) * speed);
+        }
+        let mut torques = vec![0.0; self.model.equations.inputs.len()];
+        given.torques.iter().for_each(|(input, torque)| torques[*input] = *torque);
+        needed.iter().zip(rest).for_each(|(input, torque)| torques[*input] = *torque);
+        let mut open: Vec<usize> =
+            determined.open.iter().flat_map(|k| &self.moves.directions[*k]).map(|(k, _)| *k).collect();
+        open.sort_unstable();
+        open.dedup();
+        let point = OperatingPoint { position: position.to_vec(), rates, torques: Some(torques) };
+        Ok(SteadyMotion {
+            accelerations: if balanced { vec![0.0; r] } else { accelerations(self.model, &point) },
+            motion: motion_of(self.base, self.model, &point),
+            model: self.model.clone(),
+            point,
+            sliding: Vec::new(),
+            idle,
+            open,
+            whole: self.whole,
+            balanced,
+            radius,
+        })
+    }
+}
+
+/// Positions and speeds of the coordinates of a model at a point of one with the same shafts and other coordinates.
+pub fn motion_of(base: &Reduced, model: &Reduced, point: &OperatingPoint) -> [Vec<f64>; 2] {
+    let mut numeric = Kinematics::new(model);
+    numeric.update(&point.position, &point.rates);
+    [&numeric.angles, &numeric.speeds].map(|of| base.coordinates.iter().map(|shaft| of[*shaft]).collect())
+}
+
+/// The accelerations along reduced coordinates at a point, rad/s²; friction that is no torque of the model is left out.
+///
+/// # Panics
+/// If the point has not one entry per coordinate.
+pub fn accelerations(model: &Reduced, point: &OperatingPoint) -> Vec<f64> {
+    let reduced = &*model.unrelaxed();
+    let motion = Motion::at_time_zero(reduced);
+    let r = reduced.degrees_of_freedom();
+    let inertia: Vec<((usize, usize), Expr)> = motion.inertia.iter().map(|(place, entry)| (*place, *entry)).collect();
+    let columns: Vec<(usize, usize, Expr)> = (motion.inputs.iter().enumerate())
+        .flat_map(|(input, column)| column.iter().map(move |(k, entry)| (input, *k, *entry)))
+        .collect();
+    let exprs: Vec<Expr> = (motion.passive.iter().copied())
+        .chain(inertia.iter().map(|(_, entry)| *entry))
+        .chain(columns.iter().map(|(_, _, entry)| *entry))
+        .collect();
+    let values = crate::expr::lower(&motion.graph, &exprs, &mut Floating::<f64>::default(), |symbol| {
+        let place = motion.symbols.iter().position(|own| *own == symbol);
+        place.map_or(0.0, |k| if k < r { point.position[k] } else { point.rates[k - r] })
+    });
+    let mut forces = Matrix::from_fn(r, 1, |i, _| values[i]);
+    let mut matrix = Matrix::<f64>::zeros(r, r);
+    for ((i, j), value) in inertia.iter().map(|(place, _)| *place).zip(&values[r..]) {
+        (matrix[(i, j)], matrix[(j, i)]) = (*value, *value);
+    }
+    for ((input, k, _), value) in columns.iter().zip(&values[r + inertia.len()..]) {
+        forces[(*k, 0)] += value * point.torques.as_ref().map_or(0.0, |torques| torques[*input]);
+    }
+    matrix.solve(&forces).map_or_else(|| vec![f64::NAN; r], |found| found.as_slice().to_vec())
+}
+
+/// A model without the laws that are taken at an angle that is given together with its speed.
+fn without_laws_at(model: &Reduced, given: &GivenMotion) -> Reduced {
+    let equations = &model.equations;
+    let both = given.positions.iter().filter(|(shaft, _)| given.speeds.iter().any(|(other, _)| other == shaft));
+    let bodies: Vec<&str> = both.map(|(shaft, _)| equations.coordinates[*shaft].as_str()).collect();
+    let mut out = model.clone();
+    out.equations.laws.retain(|law| {
+        let angle = |(_, meaning): &(&str, &Meaning)| matches!(meaning, Meaning::Position(name) if bodies.contains(&name.as_str()));
+        !law.value.all_names().iter().any(angle)
+    });
+    out
+}
+
+/// Directions in which a model may go on at constant speeds: along them no torque and no direction of an input changes, and no gap of a stop; columns
+/// over the coordinates. Exact where slopes are sums of the same terms, as those of a spring are.
+fn running(model: &Reduced) -> Matrix<Rational> {
+    let reduced = &*model.unrelaxed();
+    let mut motion = Motion::at_time_zero(reduced);
+    let r = reduced.degrees_of_freedom();
+    let inputs = motion.inputs.iter().flat_map(|column| column.values().copied());
+    let exprs: Vec<Expr> = motion.passive.iter().copied().chain(inputs).collect();
+    let mut rows: BTreeMap<(usize, Option<Expr>), Vec<Rational>> = BTreeMap::new();
+    let mut add = |motion: &Motion, number: usize, k: usize, slope: Expr| {
+        let (constant, terms) = motion.graph.terms(slope);
+        let parts = terms.into_iter().map(|(part, factor)| (Some(part), factor)).chain([(None, constant)]);
+        for (part, factor) in parts.filter(|(_, factor)| !factor.is_zero()) {
+            rows.entry((number, part)).or_insert_with(|| vec![Rational::ZERO; r])[k] += factor;
+        }
+    };
+    for k in 0..r {
+        let symbol = motion.symbols[k];
+        let slopes = motion.graph.derivatives(&exprs, symbol);
+        slopes.into_iter().enumerate().for_each(|(i, slope)| add(&motion, i, k, slope));
+    }
+    let first = reduced.equations.frictions.len();
+    for (k, hold) in reduced.equations.holds.iter().enumerate() {
+        if matches!(hold.value, Hold::Stop { .. } | Hold::Cushion { .. }) {
+            let row: Vec<(usize, Expr)> = motion.frictions[first + k].iter().map(|(j, x)| (*j, *x)).collect();
+            row.into_iter().for_each(|(j, entry)| add(&motion, exprs.len() + k, j, entry));
+        }
+    }
+    let rows: Vec<Vec<Rational>> = rows.into_values().collect();
+    let matrix = Matrix::from_fn(rows.len(), r, |i, j| rows[i][j].clone());
+    echelon(&matrix, &(0..r).collect::<Vec<_>>()).kernel()
+}
+
+/// The motions along directions (columns) that have these speeds: rows over the coordinates with their values, rad/s.
+fn moves(directions: &Matrix<Rational>, rows: &Matrix<Rational>, values: &[f64]) -> Result<Moves, NoSteadyMotion> {
+    let (given, count) = (rows.multiply(directions), directions.columns());
+    let order: Vec<usize> = (0..count).collect();
+    let exact = |value: f64| rational_from_f64(value).unwrap_or_default();
+    let with_values = Matrix::from_fn(values.len(), count + 1, |i, j| match j < count {
+        true => given[(i, j)].clone(),
+        false => exact(values[i]),
+    });
+    let found = echelon(&with_values, &order);
+    let most = values.iter().fold(0.0, |most, value| f64::max(most, value.abs()));
+    for i in found.rank()..values.len() {
+        if rational_to_f64(&found.form[(i, count)]).abs() > CONTRADICTS * most {
+            let part = |j: &usize| !Scalar::is_zero(&found.transform[(i, *j)]);
+            let own: Vec<usize> = (0..values.len()).filter(part).collect();
+            return Err(if let [one] = own[..] {
+                NoSteadyMotion::Turns(one)
+            } else {
+                NoSteadyMotion::Contradiction(own)
+            });
+        }
+    }
+    let mut base = vec![Rational::ZERO; directions.rows()];
+    for (row, pivot) in found.pivots.iter().enumerate() {
+        let share = &found.form[(row, count)];
+        (0..directions.rows()).for_each(|k| base[k] += share * &directions[(k, *pivot)]);
+    }
+    let free = directions.multiply(&echelon(&given, &order).kernel());
+    let column = |j: usize| {
+        let entries = (0..free.rows()).map(|k| (k, free[(k, j)].clone()));
+        entries.filter(|(_, x)| !Scalar::is_zero(x)).collect()
+    };
+    Ok(Moves { base, directions: (0..free.columns()).map(column).collect() })
+}
+
+/// Which of the unknowns the torques determine.
+#[derive(Debug, Default)]
+pub(super) struct Determination {
+    /// Speeds along directions that they do not.
+    pub open: Vec<usize>,
+    /// Inputs that do nothing but what positions and speeds do by themselves.
+    pub idle: Vec<usize>,
+    /// Inputs of which one could stand in for others.
+    pub ambiguous: Vec<usize>,
+}
+
+/// Whether a column is none of a sum of others, which it joins then.
+fn joins(mut column: Vec<f64>, basis: &mut Vec<Vec<f64>>) -> bool {
+    let size = |list: &[f64]| list.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let whole = size(&column);
+    // Twice is enough (Parlett, The Symmetric Eigenvalue Problem, 1980, section 6-9).
+    for _ in 0..2 {
+        for other in basis.iter() {
+            let share: f64 = column.iter().zip(other).map(|(x, y)| x * y).sum();
+            column.iter_mut().zip(other).for_each(|(x, y)| *x -= share * y);
+        }
+    }
+    let rest = size(&column);
+    let is_new = rest > INDEPENDENT * whole;
+    if is_new {
+        column.iter_mut().for_each(|x| *x /= rest);
+        basis.push(column);
+    }
+    is_new
+}
+
+impl Statics {
+    /// Which of its unknowns (speeds along directions, torques of so many inputs) are determined at a place: columns of slopes, each row to its scale.
+    pub(super) fn determination(&self, found: &[f64], inputs: usize) -> Determination {
+        let columns = self.columns(found);
+        let (r, moving) = (self.degrees_of_freedom(), self.counters.len());
+        let of = |unknown: usize| columns.get(&unknown).cloned().unwrap_or_default();
+        let mut basis = Vec::new();
+        (0..r).for_each(|k| {
+            joins(of(k), &mut basis);
+        });
+        let open = (0..moving).filter(|k| !joins(of(r + k), &mut basis)).collect();
+        let alone = basis.clone();
+        let idle: Vec<usize> = (0..inputs).filter(|k| !joins(of(r + moving + k), &mut alone.clone())).collect();
+        let needed: Vec<usize> = (0..inputs).filter(|k| !idle.contains(k)).collect();
+        let more = needed.iter().filter(|k| !joins(of(r + moving + **k), &mut basis)).count();
+        Determination { open, idle, ambiguous: if more > 0 { needed } else { Vec::new() } }
+    }
+}

@@ -1,0 +1,216 @@
+//! Margins of a loop with backlash in contact, beside those where it stands.
+
+use std::collections::BTreeSet;
+
+use super::channels::errors;
+use super::clocks::clocks;
+use super::survey::{Known, searches};
+use super::warnings::close;
+use crate::diagnostics::quoted;
+use crate::equations::Measured;
+use crate::num::Matrix;
+use crate::reduce::{Contact, Kinematics, OperatingPoint, Reduced, closed_contacts, contacts, motion_of};
+use crate::results::{ContactMargins, Margins};
+use crate::study::PreparedVariant;
+use crate::study::loop_blocks::loop_blocks;
+use crate::synthesis::{LoopBlocks, Plant, Survey, exact_motions};
+
+/// Elements with backlash of which all choices of open and closed ones are looked at; of more all closed alone.
+const FEW: usize = 3;
+
+/// An element whose backlash is open, with its contacts.
+struct Play<'a> {
+    element: &'a str,
+    /// At its lower and at its upper flank, as numbers of holds.
+    flanks: [usize; 2],
+}
+
+/// Elements with backlash that are open at the operating point of a variant.
+fn open_plays(variant: &PreparedVariant) -> Vec<Play<'_>> {
+    let holds = &variant.reduced.equations.holds;
+    let found = contacts(&variant.reduced, &variant.point.position);
+    let ends: BTreeSet<&str> =
+        variant.model.elements.iter().filter(|one| one.kind == "end_stop").map(|one| one.name.as_str()).collect();
+    let own = |element: &str| found.iter().filter(|one| holds[one.hold].element == element).collect::<Vec<&Contact>>();
+    let names: BTreeSet<&str> = found.iter().map(|one| holds[one.hold].element.as_str()).collect();
+    let play = |element: &&str| -> Option<Play<'_>> {
+        let sides = own(element);
+        let is_open = sides.len() == 2 && !sides.iter().any(|one| one.soft && one.is_passed());
+        let side = |upper: bool| sides.iter().find(|one| holds[one.hold].value.is_upper() == upper).map(|one| one.hold);
+        let element = holds[sides.first()?.hold].element.as_str();
+        (is_open && !ends.contains(element)).then_some(Play { element, flanks: [side(false)?, side(true)?] })
+    };
+    names.iter().filter_map(play).collect()
+}
+
+/// The margins of a controller's loop with backlash in contact: with few elements each choice of those that are closed, else all. One entry for both
+/// flanks where these make the same loop. Also why some are not looked at.
+pub(in crate::study) fn margins_in_contact(
+    variant: &PreparedVariant,
+    number: usize,
+) -> (Vec<ContactMargins>, Option<String>) {
+    let plays = open_plays(variant);
+    if plays.is_empty() || number >= variant.designed.len() {
+        return (Vec::new(), None);
+    }
+    let read = variant.designed.iter().flat_map(|law| law.sensors()).find(|sensor| {
+        matches!(&sensor.measured, Measured::SpringTorque(name) if plays.iter().any(|play| play.element == name))
+    });
+    if let Some(sensor) = read {
+        let why = format!(
+            "with backlash in contact the loop is not looked at: `{}` reads the torque of the contact",
+            sensor.name
+        );
+        return (Vec::new(), Some(why));
+    }
+    let all = 1usize << plays.len().min(FEW);
+    let choices: Vec<Vec<&Play<'_>>> = match plays.len() <= FEW {
+        true => (1..all)
+            .rev()
+            .map(|bits| plays.iter().enumerate().filter(|(k, _)| bits >> k & 1 == 1).map(|(_, play)| play).collect())
+            .collect(),
+        false => vec![plays.iter().collect()],
+    };
+    let mut out = Vec::new();
+    for closed in choices {
+        let open: Vec<String> = plays
+            .iter()
+            .filter(|play| closed.iter().all(|other| other.element != play.element))
+            .map(|play| play.element.to_string())
+            .collect();
+        let flank = |upper: usize| {
+            let holds: BTreeSet<usize> = closed.iter().map(|play| play.flanks[upper]).collect();
+            in_contact(variant, &holds)
+        };
+        let [lower, upper] = [flank(0), flank(1)];
+        let same = lower.linear_model() == upper.linear_model();
+        let closed: Vec<String> = closed.iter().map(|play| play.element.to_string()).collect();
+        let looks: &[(&str, &PreparedVariant)] = match same {
+            true => &[("either", &lower)],
+            false => &[("lower", &lower), ("upper", &upper)],
+        };
+        for (flank, variant) in looks {
+            let found = ContactMargins {
+                closed: closed.clone(),
+                open: open.clone(),
+                flank: (*flank).into(),
+                ..of_loop(variant, number)
+            };
+            out.push(found);
+        }
+    }
+    let left = (plays.len() > FEW).then(|| {
+        let names = quoted(plays.iter().map(|play| play.element));
+        format!("of {names} the margins with all in contact stand beside those with all open; those with some in contact were not looked at")
+    });
+    (out, left)
+}
+
+/// A variant with these contacts closed, where they just touch.
+fn in_contact(variant: &PreparedVariant, closed: &BTreeSet<usize>) -> PreparedVariant {
+    let reduced = &variant.reduced;
+    let position = touching(reduced, &variant.point.position, closed);
+    let model = closed_contacts(reduced, closed, &position);
+    let at = |model: &Reduced, point: &OperatingPoint| {
+        let whole = OperatingPoint { position: position.clone(), ..point.clone() };
+        let [position, rates] = motion_of(model, reduced, &whole);
+        OperatingPoint { position, rates, torques: point.torques.clone() }
+    };
+    let mut design_models = variant.design_models.clone();
+    for (_, plant) in design_models.iter_mut().enumerate().filter(|(number, _)| !variant.leaves_out(*number)) {
+        let frozen = plant.frozen.take();
+        *plant = Plant::at(model.clone(), at(&model, &variant.point));
+        plant.frozen = frozen;
+    }
+    let point = at(&model, &variant.point);
+    PreparedVariant { design_models, ..variant.standing_in(model, point) }
+}
+
+/// The nearest position at which these contacts just touch.
+fn touching(reduced: &Reduced, position: &[f64], closed: &BTreeSet<usize>) -> Vec<f64> {
+    let mut kinematics = Kinematics::new(reduced);
+    kinematics.update(position, &vec![0.0; position.len()]);
+    let all = contacts(reduced, position);
+    let gaps: Vec<&Contact> = all.iter().filter(|one| closed.contains(&one.hold)).collect();
+    let row = |one: &Contact| -> Vec<f64> {
+        let mut out = vec![0.0; position.len()];
+        for (shaft, a) in reduced.equations.holds[one.hold].row_f64() {
+            out.iter_mut().zip(kinematics.row(shaft)).for_each(|(out, x)| *out += a * x);
+        }
+        out
+    };
+    let rows: Vec<Vec<f64>> = gaps.iter().map(|one| row(one)).collect();
+    let matrix = Matrix::from_fn(rows.len(), position.len(), |i, j| rows[i][j]);
+    let gap = Matrix::from_fn(gaps.len(), 1, |i, _| gaps[i].gap);
+    let Some(shares) = matrix.multiply(&matrix.transpose()).solve(&gap) else { return position.to_vec() };
+    let change = matrix.transpose().multiply(&shares);
+    position.iter().enumerate().map(|(k, x)| x - change[(k, 0)]).collect()
+}
+
+/// Whether the loop of a controller is stable, and how wrong its channels may be.
+fn of_loop(variant: &PreparedVariant, number: usize) -> ContactMargins {
+    let (laws, plant) = (&variant.designed, variant.loop_plant());
+    let clocks = clocks(&variant.model.controls);
+    let blocks = loop_blocks(variant, &plant);
+    let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
+    let given = LoopBlocks::default();
+    let within = Survey { blocks: if searches(&blocks, clocks[number]) { &blocks } else { &given }, ..survey };
+    let found = survey.slowest(survey.unchanged());
+    let exact = blocks.is_empty().then(|| exact_motions(&variant.linear_model(), &variant.lags(), laws)).flatten();
+    let continuous = clocks.iter().all(Option::is_none) && !laws.iter().any(|law| law.clock().is_some());
+    let stable = found.as_ref().map(|found| Known::of(found, exact.as_ref(), &plant, laws, continuous).stable);
+    let (channels, together) = if stable == Some(true) { errors(variant, number, &within) } else { Default::default() };
+    ContactMargins { stable, channels, together, ..ContactMargins::default() }
+}
+
+/// `mesh1 and mesh2 in contact`, with the flank where it matters.
+fn contact_in_words(one: &ContactMargins) -> String {
+    let flank = match one.flank.as_str() {
+        "either" => "on either flank".to_string(),
+        flank => format!("on the {flank} flank"),
+    };
+    let open = match one.open.is_empty() {
+        true => String::new(),
+        false => format!(" and {} open", quoted(one.open.iter().map(String::as_str))),
+    };
+    format!("{} in contact ({flank}){open}", quoted(one.closed.iter().map(String::as_str)))
+}
+
+/// What is told of a loop with backlash: which contacts its margins leave open, and the least disk margin in contact.
+pub(in crate::study) fn contacts_verdict(margins: &Margins) -> Option<String> {
+    let first = margins.contacts.first()?;
+    let mut out = vec![format!(
+        "All this is with {} open (backlash).",
+        quoted(first.closed.iter().chain(&first.open).map(String::as_str))
+    )];
+    for one in &margins.contacts {
+        let least = one.channels.iter().filter(|one| !one.reading).min_by(|a, b| a.disk.total_cmp(&b.disk));
+        out.push(match (one.stable, least) {
+            (Some(false), _) => format!("With {} the loop is UNSTABLE.", contact_in_words(one)),
+            (Some(true), Some(least)) => format!(
+                "With {} the least disk margin of a motor is {:.4} (`{}`){}.",
+                contact_in_words(one),
+                least.disk,
+                least.name,
+                one.together
+                    .as_ref()
+                    .map_or(String::new(), |all| format!(", of all its motors at once {:.4}", all.disk[0]))
+            ),
+            _ => format!("With {} the margins are not known.", contact_in_words(one)),
+        });
+    }
+    Some(out.join(" "))
+}
+
+/// What of the loop in contact must not be overlooked: of each choice of contacts its worst motor.
+pub(in crate::study) fn contact_warnings(margins: &Margins) -> Vec<String> {
+    let of = |one: &ContactMargins| match one.stable {
+        Some(false) if margins.stable != Some(false) => Some("the loop is unstable".to_string()),
+        _ => {
+            let motors = one.channels.iter().filter(|one| !one.reading);
+            motors.min_by(|a, b| a.disk.total_cmp(&b.disk)).and_then(close)
+        }
+    };
+    let told = margins.contacts.iter().filter_map(|one| Some((one, of(one)?)));
+    told.map(|(one, told)| format!("with {}: {told}", contact_in_words(one))).collect()
+}
