@@ -3,7 +3,7 @@
 use crate::model::{Body, Cell, row};
 use crate::text::number;
 use crate::words;
-use kardan::results::{ChannelMargin, Margins, MotorStrain, TorquePeak};
+use kardan::results::{ChannelMargin, Margins, MotorStrain, OppositeSide, TorquePeak};
 
 /// What sampling, delay, lag and limits leave of a loop.
 pub(super) fn margins(found: &Margins) -> Body {
@@ -12,6 +12,19 @@ pub(super) fn margins(found: &Margins) -> Body {
         .part("Limits of the linear loop", limits(found))
         .part("How wrong one channel may be before the loop is unstable", channels(found))
         .part("Torques that steps ask for", peaks(&found.peaks))
+}
+
+/// The same on the other side of where the loop bends.
+pub(super) fn opposite_side(found: &OppositeSide) -> Body {
+    let OppositeSide { own, side, margins: there } = found;
+    let told = format!(
+        "The loop bends at its operating point. All else on this page is about the side where {own}. Where {side}: {}",
+        there.verdict
+    );
+    Body::default()
+        .say(&told)
+        .part("Limits of the linear loop there", limits(there))
+        .part("How wrong one channel may be there before the loop is unstable", channels(there))
 }
 
 /// What the loop tolerates, and the motion that grows beyond it.
