@@ -159,6 +159,21 @@ impl Task {
         })
     }
 
+    /// What chooses its pieces, and stands at zero where it may bend or jump, and how many there are.
+    ///
+    /// # Panics
+    /// If it names what it does not read.
+    pub fn guards(&self) -> &Arc<(Plan, usize)> {
+        self.lists.guards.get_or_init(|| {
+            let mut graph = self.graph.clone();
+            let exprs: Vec<Expr> = self.outputs().into_iter().map(|(_, expr)| expr).collect();
+            let guards = graph.all_guards(&exprs).into_iter().enumerate();
+            let outputs: Vec<(String, Expr)> = guards.map(|(k, guard)| (k.to_string(), guard)).collect();
+            let plan = compile(&graph, &self.inputs(), &outputs).expect("a guard names what its task reads");
+            Arc::new((plan, outputs.len()))
+        })
+    }
+
     /// What an answer follows from: reads, by way of what is remembered.
     pub fn reads_of(&self, answer: &TaskAnswer) -> Vec<&Read> {
         let mut exprs = vec![answer.value];
@@ -193,6 +208,8 @@ pub struct Task {
     pub memory: Vec<Entry>,
     /// What it answers.
     pub answers: Vec<TaskAnswer>,
+    /// What of all that it reads and remembers moves with what is controlled; the rest counts, tells the time or switches.
+    pub moving: Vec<Symbol>,
     /// What its commands name as they are written, sorted; of blocks nothing.
     pub names: Vec<String>,
     /// The order in which the blocks compute, for a reader: each with the names that it needs at once.
@@ -206,6 +223,7 @@ pub struct Task {
 pub struct Lists {
     values: OnceLock<Arc<Plan>>,
     slopes: OnceLock<Arc<Slopes>>,
+    guards: OnceLock<Arc<(Plan, usize)>>,
 }
 
 impl Clone for Lists {

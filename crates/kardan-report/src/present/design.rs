@@ -45,6 +45,11 @@ pub fn page(design: &Design) -> Page {
                 "Sampling, delay and limits",
                 design.margins.as_ref().map(margins::margins).unwrap_or_default(),
             ),
+            (
+                "opposite-side",
+                "Opposite side of the kink",
+                design.opposite_side.as_ref().map(margins::opposite_side).unwrap_or_default(),
+            ),
             ("frequency", "Frequency and step responses", frequency(design)),
             ("strain", "Torques in the scenario", margins::strains(strains)),
             ("zero-dynamics", "Zero dynamics", zero_dynamics(design)),

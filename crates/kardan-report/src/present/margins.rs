@@ -3,7 +3,7 @@
 use crate::model::{Body, Cell, row};
 use crate::text::number;
 use crate::words;
-use kardan::results::{ChannelMargin, Margins, MotorStrain, TogetherMargin, TorquePeak};
+use kardan::results::{ChannelMargin, Margins, MotorStrain, OppositeSide, TogetherMargin, TorquePeak};
 
 /// What sampling, delay, lag and limits leave of a loop.
 pub(super) fn margins(found: &Margins) -> Body {
@@ -13,6 +13,19 @@ pub(super) fn margins(found: &Margins) -> Body {
         .part("How wrong one channel may be before the loop is unstable", channels(&found.channels))
         .part("The same with backlash in contact", contacts(found))
         .part("Torques that steps ask for", peaks(&found.peaks))
+}
+
+/// The same on the other side of where the loop bends.
+pub(super) fn opposite_side(found: &OppositeSide) -> Body {
+    let OppositeSide { own, side, margins: there } = found;
+    let told = format!(
+        "The loop bends at its operating point. All else on this page is about the side where {own}. Where {side}: {}",
+        there.verdict
+    );
+    Body::default()
+        .say(&told)
+        .part("Limits of the linear loop there", limits(there))
+        .part("How wrong one channel may be there before the loop is unstable", channels(&there.channels))
 }
 
 /// What the loop tolerates, and the motion that grows beyond it.

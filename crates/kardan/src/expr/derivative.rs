@@ -7,7 +7,8 @@ use super::{Expr, Function, Graph, Symbol};
 use crate::num::Rational;
 
 impl Graph {
-    /// The derivative of an expression by a symbol; at kinks ([`kinks`](Self::kinks)) that of one of the sides.
+    /// The derivative of an expression by a symbol; at kinks ([`kinks`](Self::kinks)) that of one side, the same for all its parts: where every guard
+    /// that the symbol moves, written such that its first term is not subtracted, is above zero.
     pub fn derivative(&mut self, expr: Expr, by: Symbol) -> Expr {
         self.derivatives(&[expr], by)[0]
     }
@@ -16,6 +17,7 @@ impl Graph {
     pub fn derivatives(&mut self, exprs: &[Expr], by: Symbol) -> Vec<Expr> {
         let zero = self.integer(0);
         let mut found: HashMap<Expr, Expr> = HashMap::new();
+        let exprs = &self.above(exprs, by)[..];
         for expr in self.needed(exprs) {
             let slope = if self.parts(expr).iter().all(|part| found[part] == zero) {
                 if self.symbol_of(expr) == Some(by) { self.integer(1) } else { zero }
@@ -60,12 +62,12 @@ impl Graph {
                 self.divide(difference, squares)
             }
             Node::Group(a) => of(&a),
-            Node::Min(a, b) => self.select(a, b, of(&a), of(&b)),
-            Node::Max(a, b) => self.select(a, b, of(&b), of(&a)),
-            Node::Select([a, b, then, otherwise]) => self.select(a, b, of(&then), of(&otherwise)),
+            Node::Min(a, b) => self.select_above(a, b, of(&a), of(&b)),
+            Node::Max(a, b) => self.select_above(a, b, of(&b), of(&a)),
+            Node::Select([a, b, then, otherwise]) => self.select_above(a, b, of(&then), of(&otherwise)),
             Node::Table(number, x) => {
                 let slope = self.tables[number as usize].derivative();
-                let outer = self.table(slope, x);
+                let outer = self.table_above(slope, x);
                 self.multiply(outer, of(&x))
             }
         }
@@ -110,7 +112,7 @@ impl Graph {
             Function::Ln => self.power(a, -1),
             Function::Abs => {
                 let [zero, plus, minus] = [0, 1, -1].map(|value| self.integer(value));
-                self.select(a, zero, minus, plus)
+                self.select_above(a, zero, minus, plus)
             }
         }
     }
@@ -163,76 +165,4 @@ impl Graph {
         found.dedup();
         found
     }
-
-    /// What an expression is on every side of a place at which some of its kinks vanish: it has a derivative there if all these have the same
-    /// value and the same one. `None` where there are too many sides to look at.
-    pub fn sides(&mut self, expr: Expr, vanishes: &dyn Fn(Expr) -> bool) -> Option<Vec<Expr>> {
-        let other = self.clone();
-        // What vanishes, each once whatever its sign, and of each part its number, and what the part is where that is below and above zero.
-        let (mut kinks, mut bent) = (Vec::<[Expr; 2]>::new(), HashMap::new());
-        for part in other.needed(&[expr]) {
-            let (kink, sides) = match other.node(part).clone() {
-                Node::Apply(Function::Abs, a) => (a, [self.negate(a), a]),
-                Node::Min(a, b) => (self.subtract(a, b), [a, b]),
-                Node::Max(a, b) => (self.subtract(a, b), [b, a]),
-                Node::Select([a, b, then, otherwise]) => (self.subtract(a, b), [then, otherwise]),
-                Node::Table(number, x) => {
-                    let table = other.tables[number as usize].clone();
-                    let knots = table.knots.iter().map(|knot| self.sum(-knot, &[(x, Rational::ONE)]));
-                    let Some((knot, kink)) = knots.enumerate().find(|(_, kink)| vanishes(*kink)) else { continue };
-                    (kink, [knot, knot + 1].map(|piece| self.polynomial(&table.pieces[piece], x)))
-                }
-                _ => continue,
-            };
-            if !vanishes(kink) {
-                continue;
-            }
-            let known = kinks.iter().position(|pair| pair.contains(&kink));
-            let number = known.unwrap_or_else(|| {
-                kinks.push([kink, self.negate(kink)]);
-                kinks.len() - 1
-            });
-            let [below, above] = sides;
-            bent.insert(part, (number, if kinks[number][0] == kink { [below, above] } else { [above, below] }));
-        }
-        if kinks.len() > MOST_BENDS {
-            return None;
-        }
-        let side = |graph: &mut Self, choice: usize| {
-            let chosen = |part: Expr| bent.get(&part).map(|(number, sides)| sides[choice >> number & 1]);
-            let mut new = HashMap::new();
-            graph.put_side(expr, &chosen, &mut new);
-            new[&expr]
-        };
-        Some((0..1 << kinks.len()).map(|choice| side(self, choice)).collect())
-    }
-
-    /// An expression with some parts replaced by what they are on one side.
-    fn put_side(&mut self, expr: Expr, chosen: &dyn Fn(Expr) -> Option<Expr>, new: &mut HashMap<Expr, Expr>) {
-        let full = self.clone();
-        for part in full.needed(&[expr]) {
-            if new.contains_key(&part) {
-                continue;
-            }
-            let copy = match chosen(part) {
-                Some(side) => {
-                    self.put_side(side, chosen, new);
-                    new[&side]
-                }
-                None if full.symbol_of(part).is_some() => part,
-                None => self.remade(&full, part, |part| new[&part]),
-            };
-            new.insert(part, copy);
-        }
-    }
-
-    fn polynomial(&mut self, (origin, coefficients): &(Rational, Vec<Rational>), x: Expr) -> Expr {
-        let step = self.sum(-origin, &[(x, Rational::ONE)]);
-        let powers: Vec<Expr> = (0..coefficients.len()).map(|k| self.power(step, k as i32)).collect();
-        let terms: Vec<(Expr, Rational)> = powers.into_iter().zip(coefficients.iter().cloned()).collect();
-        self.sum(Rational::ZERO, &terms)
-    }
 }
-
-/// Kinks at one place of which all sides are looked at.
-const MOST_BENDS: usize = 6;

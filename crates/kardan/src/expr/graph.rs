@@ -134,6 +134,19 @@ impl PiecewisePolynomial {
         Self { knots: self.knots.clone(), pieces: self.pieces.iter().map(piece).collect() }
     }
 
+    /// The table of the opposite argument.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        let piece = |(origin, coefficients): &(Rational, Vec<Rational>)| {
+            let signs = coefficients.iter().enumerate();
+            (-origin, signs.map(|(k, c)| if k % 2 == 1 { -c } else { c.clone() }).collect())
+        };
+        Self {
+            knots: self.knots.iter().rev().map(|knot| -knot).collect(),
+            pieces: self.pieces.iter().rev().map(piece).collect(),
+        }
+    }
+
     /// Knots at which the value jumps or bends.
     pub fn kinks(&self) -> Vec<Rational> {
         let slope = self.derivative();

@@ -823,6 +823,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 description: format!("reading of sensor {name}"),
                 value,
             }],
+            moving: vec![symbol],
             names: Vec::new(),
             order: Vec::new(),
             lists: Lists::default(),
@@ -1184,7 +1185,9 @@ impl<'a> Blocks<'a, '_, '_> {
             Some(period) => format!("blocks at {}", shown_quantity(period, Dimension::TIME)),
             None => "blocks at every instant".into(),
         };
-        Task { name, period, graph, reads, memory, answers, names: Vec::new(), order: steps, lists: Lists::default() }
+        let moving = self.moving(&reads, &memory);
+        let (names, lists) = (Vec::new(), Lists::default());
+        Task { name, period, graph, reads, memory, answers, moving, names, order: steps, lists }
     }
 
     /// What a law commands, with the blocks of its sample time that it needs.
@@ -1225,8 +1228,49 @@ impl<'a> Blocks<'a, '_, '_> {
         task.order.retain(|step| needed.iter().any(|entry| entry.name == step.block));
         task.memory = needed;
         task.reads = self.reads_of(&task.graph, &exprs);
+        task.moving = self.moving(&task.reads, &task.memory);
         task.name = name.to_string();
         task
+    }
+
+    /// What of this moves with what is controlled.
+    fn moving(&self, reads: &[(Symbol, Read)], memory: &[Entry]) -> Vec<Symbol> {
+        let all = reads.iter().map(|(symbol, _)| *symbol).chain(memory.iter().map(|entry| entry.symbol));
+        all.filter(|symbol| self.moves(*symbol, &mut BTreeSet::new())).collect()
+    }
+
+    /// Whether a symbol follows from what moves by its value, and not only by what switches it.
+    fn moves(&self, symbol: Symbol, seen: &mut BTreeSet<Symbol>) -> bool {
+        if !seen.insert(symbol) {
+            return false;
+        }
+        let graph = self.graph.borrow();
+        let is_own = |expr: &Expr| graph.symbol_of(*expr) == Some(symbol);
+        let outside =
+            self.outside.iter().find(|outside| self.read.get(&outside.name).is_some_and(|(expr, _)| is_own(expr)));
+        if let Some(outside) = outside {
+            let of_law =
+                |name: &str| self.document.controls.iter().any(|law| law.name == SignalName::new(name).element);
+            return match &outside.read {
+                Read::Time => false,
+                Read::Source(name) => of_law(name),
+                _ => true,
+            };
+        }
+        let made = || self.made.iter().filter_map(|(block, made)| Some((*block, made.as_ref()?)));
+        let entry = made().flat_map(|(_, made)| &made.memory).find(|(own, ..)| is_own(own)).map(|(.., next)| *next);
+        let name = self.answers.iter().find(|(_, (expr, _))| is_own(expr)).map(|(name, _)| name);
+        let answer = || {
+            let of = |(block, made): (&str, &'_ Made)| {
+                let own = made.answers.iter().find(|(answer, ..)| Some(&outside_name(block, answer)) == name);
+                own.map(|(_, value, _)| *value)
+            };
+            made().find_map(of)
+        };
+        let Some(value) = entry.or_else(answer) else { return false };
+        let carried = graph.carried(&[value]);
+        drop(graph);
+        carried.into_iter().any(|symbol| self.moves(symbol, seen))
     }
 
     /// What expressions read from outside of their task, sorted.

@@ -3,7 +3,7 @@
 use super::{Kinematics, Motion, Reduced, Step, kinematics, pressed_cushions};
 use crate::assemble::Equations;
 use crate::equations::Hold;
-use crate::expr::{Expr, Floating, Interval, Intervals, Rationals, Style, Symbol, lower, printed};
+use crate::expr::{Interval, Linear, Place, Rationals, Side, Symbol, bending, linear_sides, lower};
 use crate::num::{Rational, SparseRow, rational_from_f64, rational_to_f64};
 
 /// A torque that an expression gives, or the multiplier of a row that turns, around a position at rest and at time zero:
@@ -47,12 +47,14 @@ pub struct OperatingPoint {
     pub rates: Vec<f64>,
     /// The constant torque of each input that holds it there, N m; `None`: springs are taken as relaxed there.
     pub torques: Option<Vec<f64>>,
+    /// The side of it that is looked at, where something bends there.
+    pub side: Side,
 }
 
 impl OperatingPoint {
     /// A position with relaxed springs.
     pub fn relaxed(position: &[f64]) -> Self {
-        Self { position: position.to_vec(), rates: vec![0.0; position.len()], torques: None }
+        Self { position: position.to_vec(), rates: vec![0.0; position.len()], torques: None, side: Side::default() }
     }
 
     /// All coordinates at zero, springs relaxed.
@@ -154,65 +156,64 @@ pub(super) fn all_free(equations: &Equations) -> Reduced {
 /// What angles of a place may be rounded by, relative.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
-/// Values of expressions at a place, over the rationals where they are fractions, and between which numbers they are if its angles are
-/// rounded.
-type Values<'a> = dyn Fn(&Motion, &[Expr]) -> (Vec<Option<Rational>>, Vec<Interval>) + 'a;
-
-/// What vanishes at a place, or so near to it that the angles are rounded by as much, where a torque bends or jumps. Where it has the same value
-/// and derivatives on all sides, as `w·|w|` has at rest, it does neither.
-fn kinks_at(motion: &mut Motion, torque: Expr, used: &[Symbol], at: &Values<'_>) -> Vec<String> {
-    // What no motion changes is on one side.
-    let mut kinks = motion.graph.kinks(torque);
-    let varying = motion.graph.varying();
-    kinks.retain(|kink| varying(*kink));
-    let (known, near) = at(motion, &kinks);
-    let exactly = |k: &usize| known[*k].as_ref().is_some_and(Rational::is_zero);
-    let vanishing: Vec<usize> = (0..kinks.len()).filter(|k| exactly(k) || near[*k].contains(0.0)).collect();
-    let exact = vanishing.iter().all(exactly);
-    let vanishing: Vec<Expr> = vanishing.into_iter().map(|k| kinks[k]).collect();
-    if vanishing.is_empty() || is_smooth(motion, (torque, used), (&vanishing, exact), at) {
-        return Vec::new();
-    }
-    // Those that bend it by themselves, each once, whatever its sign; where none does, all together.
-    let (mut told, mut all) = (Vec::new(), Vec::<[Expr; 2]>::new());
-    for kink in vanishing {
-        let opposite = motion.graph.negate(kink);
-        let is_negative = motion.graph.terms(kink).1.first().is_some_and(|(_, factor)| *factor < Rational::ZERO);
-        let pair = if is_negative { [opposite, kink] } else { [kink, opposite] };
-        if !all.contains(&pair) {
-            all.push(pair);
-            told.extend((!is_smooth(motion, (torque, used), (&pair, exact), at)).then_some(pair));
-        }
-    }
-    let text =
-        |[kink, _]: &[Expr; 2]| format!("`{}` = 0", printed(&motion.graph, *kink, Style::Text, &|name| name.into()));
-    if told.is_empty() { all } else { told }.iter().map(text).collect()
+/// A model at rest at a place, left by motions that its constraints allow.
+struct Standing {
+    /// Angles, behind all of them speeds.
+    symbols: Vec<Symbol>,
+    exact: Vec<Option<Rational>>,
+    numeric: Kinematics,
+    basis: Vec<SparseRow>,
 }
 
-/// Whether a torque has the same value and derivatives on all sides of what vanishes at a place.
-fn is_smooth(
-    motion: &mut Motion,
-    (torque, used): (Expr, &[Symbol]),
-    (vanishing, exact): (&[Expr], bool),
-    at: &Values<'_>,
-) -> bool {
-    let Some(sides) = motion.graph.sides(torque, &|part| vanishing.contains(&part)) else { return false };
-    let mut all = sides.clone();
-    used.iter().for_each(|symbol| all.extend(motion.graph.derivatives(&sides, *symbol)));
-    let (known, near) = at(motion, &all);
-    let same = |k: usize| match (&known[k], &known[k - k % sides.len()]) {
-        (Some(one), Some(other)) if exact => one == other,
-        _ => {
-            let [one, other] = [near[k], near[k - k % sides.len()]];
-            one.low <= other.high && other.low <= one.high
+impl Standing {
+    fn new(reduced: &Reduced, point: &OperatingPoint, motion: &Motion) -> Self {
+        let mut numeric = Kinematics::new(reduced);
+        numeric.update(&point.position, &point.rates);
+        Self {
+            symbols: motion.symbols.clone(),
+            exact: kinematics::exact_angles(reduced, &point.position),
+            numeric,
+            basis: kinematics::exact_basis(reduced, &point.position),
         }
-    };
-    (0..all.len()).all(same)
+    }
+
+    /// How many coordinates it has.
+    fn coordinates(&self) -> usize {
+        self.basis.len()
+    }
 }
 
-/// An angle, behind all of them a speed, behind these the time, which is zero.
-fn value_at(numeric: &Kinematics, place: usize) -> f64 {
-    numeric.angles.iter().chain(&numeric.speeds).nth(place).copied().unwrap_or(0.0)
+impl Place for Standing {
+    fn place(&self, symbol: Symbol) -> Option<usize> {
+        self.symbols.iter().position(|own| *own == symbol).filter(|place| *place < 2 * self.basis.len())
+    }
+
+    fn exact(&self, symbol: Symbol) -> Option<Rational> {
+        match self.place(symbol) {
+            Some(k) if k < self.exact.len() => self.exact[k].clone(),
+            Some(_) if self.value(symbol) != 0.0 => None,
+            _ => Some(Rational::ZERO),
+        }
+    }
+
+    fn value(&self, symbol: Symbol) -> f64 {
+        let moving = || self.numeric.angles.iter().chain(&self.numeric.speeds);
+        self.place(symbol).and_then(|place| moving().nth(place).copied()).unwrap_or(0.0)
+    }
+
+    fn around(&self, symbol: Symbol) -> Interval {
+        let value = self.value(symbol);
+        // Zero is exact; what a search found near it is not.
+        let few = if value == 0.0 { 0.0 } else { ROUNDED * value.abs().max(1.0) };
+        Interval { low: value - few, high: value + few }
+    }
+
+    fn moves(&self, symbol: Symbol) -> SparseRow {
+        let n = self.basis.len();
+        let Some(place) = self.place(symbol) else { return SparseRow::new() };
+        // Speeds are directions behind those of angles.
+        self.basis[place % n].iter().map(|(k, x)| (k + place / n * n, x.clone())).collect()
+    }
 }
 
 /// The torques of all laws around a reduced position (rad), and behind them what multipliers carry there.
@@ -223,12 +224,11 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
     law_slopes_at(reduced, &OperatingPoint::relaxed(position))
 }
 
-/// The same at an operating point, where currents may flow.
+/// The same at an operating point, where currents may flow, on its side of what bends there.
 ///
 /// # Panics
 /// As [`law_slopes`].
 pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes> {
-    let position = point.position.as_slice();
     let equations = &reduced.equations;
     let carried = equations.carried.iter().map(|along| LawSlopes {
         element: along.element.clone(),
@@ -242,63 +242,57 @@ pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes
     if equations.laws.is_empty() {
         return carried.collect();
     }
-    let (n, free) = (equations.coordinates.len(), unconstrained(reduced));
+    let free = unconstrained(reduced);
     let mut motion = Motion::free(&free);
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(position, &point.rates);
-    let exact = kinematics::exact_angles(reduced, position);
-    let place = |motion: &Motion, symbol: Symbol| motion.symbols.iter().position(|own| *own == symbol).unwrap_or(2 * n);
-    let at = |motion: &Motion, exprs: &[Expr]| -> (Vec<Option<Rational>>, Vec<f64>) {
-        let of = |symbol| match place(motion, symbol) {
-            k if k < n => exact[k].clone(),
-            k if k < 2 * n && numeric.speeds[k - n] != 0.0 => None,
-            _ => Some(Rational::ZERO),
-        };
-        let rounded = |symbol| value_at(&numeric, place(motion, symbol));
-        (
-            lower(&motion.graph, exprs, &mut Rationals, of),
-            lower(&motion.graph, exprs, &mut Floating::<f64>::default(), rounded),
-        )
-    };
-    let between = |motion: &Motion, exprs: &[Expr]| {
-        // The angles of the place were rounded, and what follows from them again.
-        let around = |symbol| {
-            let value = value_at(&numeric, place(motion, symbol));
-            // Zero is exact; what a search found near it is not.
-            let few = if value == 0.0 { 0.0 } else { ROUNDED * value.abs().max(1.0) };
-            Interval { low: value - few, high: value + few }
-        };
-        (at(motion, exprs).0, lower(&motion.graph, exprs, &mut Intervals, around))
-    };
+    let standing = Standing::new(reduced, point, &motion);
     let mut out = Vec::new();
     for term in &equations.laws {
         let torque = motion.formula(&free, &term.value);
-        let (_, value) = at(&motion, &[torque]);
-        let used: Vec<Symbol> = motion.graph.symbols(&[torque]);
-        let mut kinks = kinks_at(&mut motion, torque, &used, &between);
-        let slopes: Vec<Expr> = used.iter().map(|symbol| motion.graph.derivative(torque, *symbol)).collect();
-        let (known, near) = at(&motion, &slopes);
-        let (mut on_positions, mut on_rates, mut rounded) = (SparseRow::new(), SparseRow::new(), false);
-        let mut entries: Vec<(usize, (Option<Rational>, f64))> =
-            used.iter().map(|symbol| place(&motion, *symbol)).zip(known.into_iter().zip(near)).collect();
-        entries.sort_by_key(|(place, _)| *place);
-        if !value[0].is_finite() {
-            kinks.push("its value is no number".into());
-        } else if entries.iter().any(|(_, (known, near))| known.is_none() && !near.is_finite()) {
-            kinks.push("its slope has no end".into());
-        }
-        for (place, (known, near)) in entries {
-            rounded |= known.is_none();
-            let slope = known.or_else(|| rational_from_f64(near)).unwrap_or(Rational::ZERO);
-            match place {
-                _ if slope.is_zero() => {}
-                k if k < n => on_positions.push((k, slope)),
-                k => on_rates.push((k - n, slope)),
-            }
-        }
-        let (element, row, value) = (term.element.clone(), term.row.clone(), value[0]);
-        out.push(LawSlopes { element, row, value, on_positions, on_rates, rounded, kinks });
+        let sides = linear_sides(&mut motion.graph, &[torque], &standing);
+        let (element, row) = (term.element.clone(), term.row.clone());
+        out.push(slopes_of(sides, standing.coordinates(), &point.side, (element, row)));
     }
     out.extend(carried);
     out
+}
+
+/// What a law is on a side of the place, with what is said of the others.
+fn slopes_of(
+    sides: Option<Vec<Linear>>,
+    coordinates: usize,
+    side: &Side,
+    (element, row): (String, SparseRow),
+) -> LawSlopes {
+    let nothing = LawSlopes {
+        element,
+        row,
+        value: f64::NAN,
+        on_positions: SparseRow::new(),
+        on_rates: SparseRow::new(),
+        rounded: false,
+        kinks: Vec::new(),
+    };
+    let Some(sides) = sides else {
+        return LawSlopes { kinks: vec!["it has too many sides to look at".into()], ..nothing };
+    };
+    let own = sides.iter().find(|one| one.is_on(side)).unwrap_or(&sides[0]);
+    let value = &own.values[0];
+    let kinks = bending(&sides, &|one, other| one.same_values(other) && one.same_slopes(other));
+    let mut kinks: Vec<String> = kinks.iter().map(|guard| format!("`{guard}` = 0")).collect();
+    if kinks.is_empty() && !value.value.is_finite() {
+        kinks.push("its value is no number".into());
+    } else if kinks.is_empty() && own.slopes[0].iter().any(|(_, slope)| !slope.is_number()) {
+        kinks.push("its slope has no end".into());
+    }
+    let (mut on_positions, mut on_rates, mut rounded) = (SparseRow::new(), SparseRow::new(), false);
+    for (place, slope) in &own.slopes[0] {
+        rounded |= slope.exact.is_none();
+        let slope = slope.exact.clone().or_else(|| rational_from_f64(slope.value)).unwrap_or(Rational::ZERO);
+        match *place {
+            _ if slope.is_zero() => {}
+            k if k < coordinates => on_positions.push((k, slope)),
+            k => on_rates.push((k - coordinates, slope)),
+        }
+    }
+    LawSlopes { value: value.value, on_positions, on_rates, rounded, kinks, ..nothing }
 }

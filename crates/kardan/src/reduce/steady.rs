@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::equilibrium::{Moves, Sought, Statics};
 use super::{Kinematics, Motion, OperatingPoint, Reduced, kinematics, slip_speeds, with_held, with_sliding};
 use crate::equations::{Hold, Meaning};
+use crate::expr::Side;
 use crate::expr::{Expr, Floating};
 use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, rational_from_f64, rational_to_f64};
 
@@ -190,7 +191,8 @@ impl<'a> Search<'a> {
             determined.open.iter().flat_map(|k| &self.moves.directions[*k]).map(|(k, _)| *k).collect();
         open.sort_unstable();
         open.dedup();
-        let point = OperatingPoint { position: position.to_vec(), rates, torques: Some(torques) };
+        let point =
+            OperatingPoint { position: position.to_vec(), rates, torques: Some(torques), side: Side::default() };
         Ok(SteadyMotion {
             accelerations: if balanced { vec![0.0; r] } else { accelerations(self.model, &point) },
             motion: motion_of(self.base, self.model, &point),

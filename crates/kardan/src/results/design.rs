@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 use super::serial::{self, by_name};
 use super::{
     Complex, Definition, ElementShare, Exploration, LawSummary, LoopResponses, Margins, Mechanism, NamedMatrix,
-    Passage, Pole, Robustness, ScenarioStrain, ShapePart, StrainView,
+    OppositeSide, Passage, Pole, Robustness, ScenarioStrain, ShapePart, StrainView,
 };
 use crate::names::Quantity;
 
@@ -112,6 +112,8 @@ pub struct Design {
     pub cross_coupling: Vec<CrossCoupling>,
     /// What sampling, delay, lag and limits leave of it; `None` if nobody asked.
     pub margins: Option<Margins>,
+    /// The same on the opposite side of where the loop bends at its operating point; `None` where it does not.
+    pub opposite_side: Option<OppositeSide>,
     /// What the loop answers to sines and to steps; `None` if nobody asked, or several sample times are in it.
     pub responses: Option<LoopResponses>,
     /// What the scenario of the file asks of its motors, where it was run.

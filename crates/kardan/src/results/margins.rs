@@ -82,6 +82,17 @@ pub struct ContactMargins {
     pub together: Option<TogetherMargin>,
 }
 
+/// A loop on the other side of where it bends at its operating point.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct OppositeSide {
+    /// The side that everything else is about: ``felt` > 0`.
+    pub own: String,
+    /// This side.
+    pub side: String,
+    /// What sampling, delay, lag and limits leave of the loop here.
+    pub margins: Margins,
+}
+
 /// How it is known that poles are at zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(into = "KnownWord")]

@@ -59,6 +59,14 @@ impl Design {
             },
         };
         let grows = grows || self.margins.as_ref().is_some_and(|margins| margins.stable == Some(false));
+        let opposite = match &self.opposite_side {
+            Some(found) if found.margins.stable == Some(false) && !grows => {
+                format!(" on the side where {}, unstable where {}", found.own, found.side)
+            }
+            Some(found) => format!(" on the side where {}", found.own),
+            None => String::new(),
+        };
+        let grows = grows || self.opposite_side.as_ref().is_some_and(|found| found.margins.stable == Some(false));
         let strained = self.strains.iter().any(|found| found.strain.strained());
         let strained = if strained { "; the scenario drives its motors to their limits" } else { "" };
         let warnings = counted(&self.warnings);
@@ -66,7 +74,7 @@ impl Design {
         let early = early(self.unfinished.as_deref());
         let hardly = self.margins.as_ref().is_some_and(|margins| margins.hardly);
         let good = decoupled && stable && !grows && !hardly && self.unfinished.is_none();
-        Verdict { sound: good, text: format!("{early}{first}{own}{loop_}{hidden}{strained}{warnings}.") }
+        Verdict { sound: good, text: format!("{early}{first}{own}{loop_}{opposite}{hidden}{strained}{warnings}.") }
     }
 
     /// The motion of a pole of the closed loop: exact for exact poles. Eigenvalues in floating point decide nothing within a

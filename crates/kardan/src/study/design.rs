@@ -7,7 +7,7 @@ use super::coupling::cross_coupling;
 use super::explore::explore;
 use super::kept::{nothing_free, rounded_rows};
 use super::margins::{
-    contact_warnings, contacts_verdict, decay, margins_in_contact, responses, survey, verdict,
+    LoopKinks, contact_warnings, contacts_verdict, decay, margins_in_contact, responses, survey, verdict,
     warnings as margin_warnings,
 };
 use super::margins_over::margins_along;
@@ -24,10 +24,11 @@ use crate::assemble::{Along, Equations};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::{Entries, Written};
 use crate::equations::{Domain, InputKind};
+use crate::expr::Side;
 use crate::model::ControlSpec;
 use crate::names::{SignalName, carrier, unknown_name};
 use crate::num::{Matrix, discretise};
-use crate::results::{ControllerData, DataMatrix, Design, LoopResponses, NO_RESPONSES};
+use crate::results::{ControllerData, DataMatrix, Design, LoopResponses, NO_RESPONSES, OppositeSide};
 use crate::schema::{Field, Kind};
 use crate::synthesis::{REGISTRY, closed_loop_poles, counting_charges, poles_without};
 
@@ -500,7 +501,28 @@ fn add_margins(
     }
     design.warnings.extend(margin_warnings(&margins));
     design.warnings.extend(contact_warnings(&margins));
+    let kinks = LoopKinks::of(variant);
+    if let Some(jumps) = kinks.jumps_in_words() {
+        margins.verdict = format!("{jumps}. {}", margins.verdict);
+        design.warnings.push(jumps);
+    }
     design.margins = Some(margins);
+    add_opposite_side(variant, number, &kinks, design);
+}
+
+/// The margins on the opposite side of where the loop bends.
+fn add_opposite_side(variant: &PreparedVariant, number: usize, kinks: &LoopKinks, design: &mut Design) {
+    let (Some(side), Some(words)) = (kinks.opposite(), kinks.bends_in_words()) else { return };
+    let opposite = variant.on_side(&side);
+    let mut margins = survey(&opposite, number, &opposite.designed, design);
+    margins.verdict = verdict(&margins);
+    let (own, side) = (kinks.words(&Side::default()), kinks.words(&side));
+    if margins.stable == Some(false) {
+        design.warnings.push(format!("on the side where {side} the loop is unstable: this is not a design"));
+    }
+    design.warnings.extend(margin_warnings(&margins).into_iter().map(|told| format!("where {side}: {told}")));
+    design.notes.push(words);
+    design.opposite_side = Some(OppositeSide { own, side, margins });
 }
 
 /// A block with states for firmware that runs it at a sample time, its signals held in between: `ξ⁺ = e^{AT} ξ + ∫ e^{At} B dt s`.

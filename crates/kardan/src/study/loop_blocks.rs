@@ -95,7 +95,7 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
     let sampled = scenario.sensors.iter().chain(&scenario.tasks).filter(|_| seen);
     let tasks = scenario.flow.iter().chain(sampled);
     let tasks: Vec<Arc<Task>> = tasks.cloned().collect();
-    let laws: Vec<TaskLaw> = tasks.iter().map(|task| TaskLaw::new(task, reduced)).collect();
+    let laws: Vec<TaskLaw> = tasks.iter().map(|task| TaskLaw::new(task, reduced).on(&variant.point.side)).collect();
     let mut kinematics = Kinematics::new(reduced);
     kinematics.update(position, &variant.point.rates);
     let at_rest = [&kinematics.angles[..], &kinematics.speeds[..]];

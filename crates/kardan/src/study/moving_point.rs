@@ -8,6 +8,7 @@ use super::equilibrium::in_words;
 use super::kept::moves_by_itself;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::{Hold, InputKind, Meaning};
+use crate::expr::Side;
 use crate::names::Quantity;
 use crate::reduce::{
     GivenMotion, Instant, NoSteadyMotion, OperatingPoint, Reduced, SteadyMotion, accelerations, engaged_locks,
@@ -384,7 +385,12 @@ pub(super) fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<Movin
     let model = with_held(&slid, &held, &motion[0], &names);
     let place = |shaft: &usize| own.coordinates.iter().position(|other| other == shaft);
     let of = |list: &[f64]| model.coordinates.iter().map(|shaft| place(shaft).map_or(0.0, |k| list[k])).collect();
-    let point = OperatingPoint { position: of(&motion[0]), rates: of(&motion[1]), torques: Some(torques) };
+    let point = OperatingPoint {
+        position: of(&motion[0]),
+        rates: of(&motion[1]),
+        torques: Some(torques),
+        side: Side::default(),
+    };
     let left = accelerations(&model, &point);
     let moving = own.coordinates.iter().zip(&motion[1]).filter(|(_, speed)| **speed != 0.0);
     let all: Vec<String> = std::iter::once(in_words(&base, &motion[0]))

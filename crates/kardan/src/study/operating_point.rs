@@ -6,6 +6,7 @@ use super::places::place_of_value;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::entries::Place;
 use crate::equations::InputKind;
+use crate::expr::Side;
 use crate::model::{ControlSpec, Document, Setting, TableReader};
 use crate::names::SignalName;
 use crate::reduce::{
@@ -143,7 +144,12 @@ impl Asked {
         }
         let mut torques = vec![0.0; reduced.equations.inputs.len()];
         self.inputs.iter().zip(&found.torques).for_each(|(input, torque)| torques[*input] = *torque);
-        let point = OperatingPoint { position: found.position, rates: found.rates, torques: Some(torques) };
+        let point = OperatingPoint {
+            position: found.position,
+            rates: found.rates,
+            torques: Some(torques),
+            side: Side::default(),
+        };
         Ok(Found { point, multipliers: found.multipliers, told, not_held: None })
     }
 

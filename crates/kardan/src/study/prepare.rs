@@ -21,7 +21,7 @@ use super::kept::{
 };
 use super::known::Known;
 use super::loop_blocks::signals_at_begin;
-use super::margins::{UNSTABLE, check_margins, check_sampled};
+use super::margins::{LoopKinks, UNSTABLE, check_margins, check_sampled};
 use super::operating_point::{Asked, check_smooth, not_held};
 use super::passage::check_passage;
 use super::places::places_in_control;
@@ -429,6 +429,22 @@ fn add_faults(
     }
 }
 
+/// Where the loop bends at its operating point and is stable on one side, what is told of the opposite one.
+fn check_opposite_side(variant: &PreparedVariant, before: usize, out: &mut Vec<Diagnostic>) {
+    let is_unstable = |told: &Diagnostic| told.code == UNSTABLE;
+    if out[before..].iter().any(is_unstable) {
+        return;
+    }
+    let kinks = LoopKinks::of(variant);
+    let Some(side) = kinks.opposite() else { return };
+    let mut found = Vec::new();
+    check_sampled(&variant.on_side(&side), &mut found);
+    out.extend(found.into_iter().filter(is_unstable).map(|told| {
+        let message = format!("on the side where {} {}", kinks.words(&side), told.message);
+        Diagnostic { message, ..told }
+    }));
+}
+
 /// What is wrong with the loop of a variant that could be run.
 fn check_loop(document: &Document, variant: &PreparedVariant, heard: &Steps<'_>, out: &mut Vec<Diagnostic>) {
     // Behind a lock no map knows the loop, which was told.
@@ -440,6 +456,7 @@ fn check_loop(document: &Document, variant: &PreparedVariant, heard: &Steps<'_>,
     }
     let before = out.len();
     check_sampled(variant.in_loop(), out);
+    check_opposite_side(variant.in_loop(), before, out);
     let told = out[before..].iter().any(|told| told.code == UNSTABLE);
     heard.step();
     if !out.iter().any(is_error) {

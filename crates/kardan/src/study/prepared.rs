@@ -8,6 +8,7 @@ use super::computed::Computed;
 use super::faults::NamedFault;
 use super::{AnalysisSpec, Figure, Requirement, SafetySpec, SweepSpec};
 use crate::diagnostics::{Diagnostic, shortened};
+use crate::expr::Side;
 use crate::model::Model;
 use crate::names::unknown_name;
 use crate::reduce::{LinearModel, OperatingPoint, Reduced, linearise_at};
@@ -59,7 +60,7 @@ impl Prepared {
 }
 
 /// Where blocks stand after some samples with the plant at rest.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Settled {
     /// Linear around there.
     pub tasks: Vec<LinearTask>,
@@ -72,7 +73,7 @@ pub(super) struct Settled {
 }
 
 /// One run, ready to start.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct PreparedVariant {
     /// Its name: `beta-10deg`, or the model's name if there are no variants.
     pub name: String,
@@ -171,6 +172,19 @@ impl PreparedVariant {
     /// What is looked at where small motions of the loop are meant.
     pub(super) fn in_loop(&self) -> &Self {
         self.looped.as_deref().unwrap_or(self)
+    }
+
+    /// The same with its laws and blocks linearised on a side of where they bend.
+    pub(super) fn on_side(&self, side: &Side) -> Self {
+        let on = |law: &Arc<dyn Law>| law.on_side(side).unwrap_or_else(|| Arc::clone(law));
+        Self {
+            designed: self.designed.iter().map(on).collect(),
+            running: self.running.iter().map(on).collect(),
+            point: OperatingPoint { side: side.clone(), ..self.point.clone() },
+            looped: None,
+            settled: OnceLock::new(),
+            ..self.clone()
+        }
     }
 
     /// The linear model at the operating point.

@@ -4,8 +4,12 @@ use std::sync::Arc;
 
 use super::{Block, Clock, ExactLoop, LinearLaw, Running};
 use crate::analysis::OutputSignal;
+use crate::expr::Side;
 use crate::program::Task;
 use crate::results::{Design, Physical};
+
+/// Of each of some expressions the guards at which it bends, and those at which it jumps.
+pub type Kinks = Vec<[Vec<String>; 2]>;
 
 /// How the names of states begin that are estimates.
 const ESTIMATE: &str = "estimate of ";
@@ -77,6 +81,14 @@ pub trait Law: Send + Sync {
             Some(clock) => self.linear_sampled(clock),
             None => Some(self.linear()),
         }
+    }
+    /// Of each command, then of each state, where it bends and where it jumps at the design point.
+    fn kinks(&self) -> Kinks {
+        Kinks::new()
+    }
+    /// The same law, linearised on a side of where it bends; `None`: it is the same on all.
+    fn on_side(&self, _side: &Side) -> Option<Arc<dyn Law>> {
+        None
     }
     /// The signals that it measures, if it does not see the true angles and speeds.
     fn sensors(&self) -> &[OutputSignal] {

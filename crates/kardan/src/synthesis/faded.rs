@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use kardan_rt::Health;
 
-use super::{Block, Clock, ExactLoop, Kept, Law, LinearLaw, Reference, Seen};
+use super::{Block, Clock, ExactLoop, Kept, Kinks, Law, LinearLaw, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::element::Values;
+use crate::expr::Side;
 use crate::num::{Keeper, Matrix};
 use crate::results::{Design, Physical};
 use crate::units::Dimension;
@@ -74,6 +75,14 @@ fn with_share(law: LinearLaw) -> LinearLaw {
 }
 
 impl Law for Faded {
+    fn kinks(&self) -> Kinks {
+        self.law.kinks()
+    }
+
+    fn on_side(&self, side: &Side) -> Option<Arc<dyn Law>> {
+        Some(Arc::new(Self { law: self.law.on_side(side)?, references: self.references.clone() }))
+    }
+
     fn inputs(&self) -> &[String] {
         self.law.inputs()
     }

@@ -1,13 +1,14 @@
 //! A task of blocks in a loop: what it answers are commands of motors, or signals for others.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use kardan_rt::Health;
 
-use super::{Block, Clock, Kept, Law, LinearLaw, LinearTask, Plant, Reference, Seen};
+use super::{Block, Clock, Kept, Kinks, Law, LinearLaw, LinearTask, Plant, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
-use crate::num::{Float, Keeper, Matrix};
+use crate::expr::{Interval, Linear, Place, Side, Symbol, bending, linear_sides};
+use crate::num::{Float, Keeper, Matrix, Rational, SparseRow, rational_from_f64, rational_to_f64};
 use crate::plan::Plan;
 use crate::program::{Read, Task};
 use crate::reduce::Reduced;
@@ -86,6 +87,63 @@ pub struct TaskLaw {
     point: Option<Vec<f64>>,
     /// What there is to tell of that point.
     told: Option<String>,
+    /// The side on which it is linearised, where it bends.
+    side: Side,
+    /// The linear part at the design point.
+    at_design_point: OnceLock<LinearLaw>,
+}
+
+/// Guards below this are looked at exactly.
+const NEAR: f64 = 1e-6;
+/// What values that a task reads may be rounded by, relative.
+const ROUNDED: f64 = 4.0 * f64::EPSILON;
+
+/// What a task reads and remembers at a place.
+struct Inputs<'a> {
+    law: &'a TaskLaw,
+    symbols: &'a [Symbol],
+    values: &'a [f64],
+}
+
+impl Place for Inputs<'_> {
+    fn place(&self, symbol: Symbol) -> Option<usize> {
+        self.symbols.iter().position(|own| *own == symbol)
+    }
+
+    fn exact(&self, symbol: Symbol) -> Option<Rational> {
+        rational_from_f64(self.value(symbol))
+    }
+
+    fn value(&self, symbol: Symbol) -> f64 {
+        self.place(symbol).map_or(0.0, |place| self.values[place])
+    }
+
+    fn around(&self, symbol: Symbol) -> Interval {
+        let value = self.value(symbol);
+        let few = ROUNDED * value.abs();
+        Interval { low: value - few, high: value + few }
+    }
+
+    /// Sensors move with what they measure, everything else by itself.
+    fn moves(&self, symbol: Symbol) -> SparseRow {
+        let (law, Some(place)) = (self.law, self.place(symbol)) else { return SparseRow::new() };
+        if !law.task.moving.contains(&symbol) {
+            return SparseRow::new();
+        }
+        let exact = |row: &[(usize, f64)], first: usize| -> SparseRow {
+            row.iter().filter_map(|(shaft, x)| Some((first + shaft, rational_from_f64(*x)?))).collect()
+        };
+        let row = match law.comes.get(place) {
+            Some(Comes::Angle(shaft)) => exact(&[(*shaft, 1.0)], 0),
+            Some(Comes::Speed(shaft)) => exact(&[(*shaft, 1.0)], law.shafts),
+            Some(Comes::Reading(sensor) | Comes::AsRead(sensor)) => {
+                let ideal = &law.ideal[*sensor];
+                [exact(&ideal.angles, 0), exact(&ideal.speeds, law.shafts)].concat()
+            }
+            _ => SparseRow::new(),
+        };
+        if row.is_empty() { vec![(2 * law.shafts + place, Rational::ONE)] } else { row }
+    }
 }
 
 impl TaskLaw {
@@ -153,7 +211,44 @@ impl TaskLaw {
             task: Arc::clone(task),
             point: None,
             told: None,
+            side: Side::default(),
+            at_design_point: OnceLock::new(),
         }
+    }
+
+    /// The same, linearised on a side of where it bends.
+    #[must_use]
+    pub fn on(self, side: &Side) -> Self {
+        Self { side: side.clone(), at_design_point: OnceLock::new(), ..self }
+    }
+
+    /// What it is on the sides of a place, to first order: nothing where no guard vanishes there, or where there are too many sides.
+    fn sides_at(&self, inputs: &[f64]) -> Vec<Linear> {
+        let (guards, count) = &**self.task.guards();
+        let mut memory = guards.memory();
+        memory[..inputs.len()].copy_from_slice(inputs);
+        let _ = guards.block().evaluate(&mut memory);
+        // What is no number is looked at as well.
+        if (0..*count).all(|guard| memory[guards.place(guard)].abs() > NEAR) {
+            return Vec::new();
+        }
+        let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
+        let exprs: Vec<_> = self.task.outputs().into_iter().map(|(_, expr)| expr).collect();
+        let place = Inputs { law: self, symbols: &symbols, values: inputs };
+        linear_sides(&mut graph, &exprs, &place).unwrap_or_default()
+    }
+
+    /// Of each answer, then of each number that is remembered, where it bends and where it jumps at a place.
+    fn kinks_at(&self, inputs: &[f64]) -> Kinks {
+        let sides = self.sides_at(inputs);
+        let rows = self.answers.len() + self.task.memory.len();
+        let of = |row: usize| {
+            let only: Vec<Linear> = sides.iter().map(|side| side.of(row)).collect();
+            let jumps = bending(&only, &Linear::same_values);
+            let bends = if jumps.is_empty() { bending(&only, &Linear::same_slopes) } else { Vec::new() };
+            [bends, jumps]
+        };
+        (0..rows).map(of).collect()
     }
 
     /// The same with its linear part where a plant stands: it reads what is true there, and signals as they begin.
@@ -209,16 +304,34 @@ impl TaskLaw {
         remembered
     }
 
+    /// Where its linear part is taken: its operating point, or everything that is read zero and all remembered as behind the first samples there.
+    fn design_point(&self) -> Vec<f64> {
+        self.point.clone().unwrap_or_else(|| {
+            let nothing = vec![0.0; self.comes.len()];
+            let remembered = self.settled(&nothing);
+            [nothing, remembered].concat()
+        })
+    }
+
     /// Slopes where what is read, then what is remembered, has these values.
     fn slopes_at(&self, inputs: &[f64]) -> LinearLaw {
         let task = &self.task;
-        let found = task.slopes();
-        let mut memory = found.plan.memory();
-        memory[..inputs.len()].copy_from_slice(inputs);
-        let _ = found.plan.block().evaluate(&mut memory);
         let mut slopes = vec![vec![0.0; self.answers.len() + task.memory.len()]; inputs.len()];
-        for (output, (row, column)) in found.places.iter().enumerate() {
-            slopes[*column][*row] = memory[found.plan.place(output)];
+        let sides = self.sides_at(inputs);
+        if let Some(side) = sides.iter().find(|side| side.is_on(&self.side)).or(sides.first()) {
+            for (row, of) in side.slopes.iter().enumerate() {
+                for (column, slope) in of {
+                    slopes[*column][row] = slope.exact.as_ref().map_or(slope.value, rational_to_f64);
+                }
+            }
+        } else {
+            let found = task.slopes();
+            let mut memory = found.plan.memory();
+            memory[..inputs.len()].copy_from_slice(inputs);
+            let _ = found.plan.block().evaluate(&mut memory);
+            for (output, (row, column)) in found.places.iter().enumerate() {
+                slopes[*column][*row] = memory[found.plan.place(output)];
+            }
         }
         let (answers, states, reads) = (self.answers.len(), task.memory.len(), self.comes.len());
         // Rows of answers and of states over what is read of a kind.
@@ -277,6 +390,7 @@ impl TaskLaw {
             (0..self.comes.len()).map(|k| self.value(k, seen)).chain(seen.states.iter().copied()).collect();
         let linear = self.slopes_at(&inputs);
         LinearTask {
+            kinks: self.kinks_at(&inputs),
             linear,
             clock: self.clock,
             answers: self.answers.clone(),
@@ -441,12 +555,34 @@ impl Law for TaskLaw {
 
     /// Slopes at its operating point; without one where everything that is read is zero, and all is remembered as behind the first samples there.
     fn linear(&self) -> LinearLaw {
-        if let Some(point) = &self.point {
-            return self.slopes_at(point);
-        }
-        let nothing = vec![0.0; self.comes.len()];
-        let remembered = self.settled(&nothing);
-        self.slopes_at(&[nothing, remembered].concat())
+        self.at_design_point.get_or_init(|| self.slopes_at(&self.design_point())).clone()
+    }
+
+    fn kinks(&self) -> Kinks {
+        self.kinks_at(&self.design_point())
+    }
+
+    fn on_side(&self, side: &Side) -> Option<Arc<dyn Law>> {
+        let task = &self.task;
+        let (answers, references, sensors) = (self.answers.clone(), self.references.clone(), self.sensors.clone());
+        let (ideal, comes, plan) = (self.ideal.clone(), self.comes.clone(), Arc::clone(&self.plan));
+        let (task, at_design_point, side) = (Arc::clone(task), OnceLock::new(), side.clone());
+        let (point, told) = (self.point.clone(), self.told.clone());
+        let law = Self {
+            answers,
+            references,
+            sensors,
+            ideal,
+            comes,
+            plan,
+            task,
+            at_design_point,
+            side,
+            point,
+            told,
+            ..*self
+        };
+        Some(Arc::new(law))
     }
 
     fn sensors(&self) -> &[OutputSignal] {

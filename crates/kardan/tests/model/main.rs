@@ -8,6 +8,7 @@ mod compliance;
 mod diagnostics;
 mod element_laws;
 mod expressions;
+mod kinks;
 mod machines;
 mod pieces;
 mod project;

@@ -208,11 +208,12 @@ impl Functions<'_, '_> {
             Some((symbol, graph.sum(Rational::ZERO, &[(own, Rational::ONE), (part, -(Rational::ONE / slope))])))
         });
         let Some(place) = solved else { return true };
-        let kinks = graph.kinks(value);
-        let there = graph.substitute(&kinks, &[place]);
+        let guards: Vec<Expr> = graph.kinks(value).into_iter().map(|kink| graph.guard(kink).0).collect();
+        let there = graph.substitute(&guards, &[place]);
         let vanishing: Vec<Expr> =
-            kinks.into_iter().zip(there).filter(|(_, there)| graph.is_zero(*there)).map(|(kink, _)| kink).collect();
-        let Some(sides) = graph.sides(value, &|kink| vanishing.contains(&kink)) else { return true };
+            guards.into_iter().zip(there).filter(|(_, there)| graph.is_zero(*there)).map(|(guard, _)| guard).collect();
+        let Some(sides) = graph.all_sides(&[value], &|guard| vanishing.contains(&guard)) else { return true };
+        let sides: Vec<Expr> = sides.into_iter().map(|side| side.exprs[0]).collect();
         let sides = graph.substitute(&sides, &[place]);
         sides.iter().any(|side| *side != sides[0])
     }

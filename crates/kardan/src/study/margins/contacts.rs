@@ -114,7 +114,7 @@ fn in_contact(variant: &PreparedVariant, closed: &BTreeSet<usize>) -> PreparedVa
     let at = |model: &Reduced, point: &OperatingPoint| {
         let whole = OperatingPoint { position: position.clone(), ..point.clone() };
         let [position, rates] = motion_of(model, reduced, &whole);
-        OperatingPoint { position, rates, torques: point.torques.clone() }
+        OperatingPoint { position, rates, torques: point.torques.clone(), side: point.side.clone() }
     };
     let mut design_models = variant.design_models.clone();
     for (_, plant) in design_models.iter_mut().enumerate().filter(|(number, _)| !variant.leaves_out(*number)) {

@@ -4,13 +4,15 @@ use super::{LoopPlant, SampledPart, Teller};
 use crate::analysis::OutputSignal;
 use crate::num::Matrix;
 use crate::reduce::AnsweredTorque;
-use crate::synthesis::{Clock, LinearLaw, Told};
+use crate::synthesis::{Clock, Kinks, LinearLaw, Told};
 
 /// A task of blocks in a loop, around a place.
 #[derive(Debug, Clone)]
 pub struct LinearTask {
     /// Its slopes; its answers stand in the place of commands.
     pub linear: LinearLaw,
+    /// Where each of its answers, then of its states, bends and jumps there.
+    pub kinks: Kinks,
     /// When it computes; `None`: at every instant.
     pub clock: Option<Clock>,
     /// What its answers are called.
@@ -38,6 +40,8 @@ pub struct LoopBlocks {
     reads: Vec<Vec<(usize, Teller)>>,
     /// Names of the answers that are in the loop.
     names: Vec<String>,
+    /// Where they bend and where they jump, as they stand.
+    kinks: Kinks,
 }
 
 /// Something that blocks compute: a task, and which of its answers or of what it remembers.
@@ -187,7 +191,17 @@ impl LoopBlocks {
         let reads = laws.iter().map(|law| reads(&law.references)).collect();
         let names =
             closed.iter().filter_map(|(task, told)| Some(tasks[*task].answers[answer(told)?].clone())).collect();
-        Self { parts, reads, names }
+        let place = |task: usize, told: &Told| match told {
+            Told::Command(k) => *k,
+            Told::State(k) => tasks[task].answers.len() + k,
+        };
+        let kinks = closed.iter().filter_map(|(task, told)| tasks[*task].kinks.get(place(*task, told)).cloned());
+        Self { parts, reads, names, kinks: kinks.collect() }
+    }
+
+    /// Where those that are in the loop bend and where they jump, as they stand.
+    pub fn kinks(&self) -> &Kinks {
+        &self.kinks
     }
 
     /// Whether no loop closes through blocks.

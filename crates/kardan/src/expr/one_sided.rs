@@ -1,0 +1,146 @@
+//! Expressions to first order on the sides of a place at which they bend or jump.
+
+use super::{Expr, Floating, Graph, Interval, Intervals, Place, Rationals, Side, Sided, Symbol, lower};
+use crate::num::{Rational, Scalar};
+
+/// A number at a place.
+#[derive(Debug, Clone)]
+pub struct Number {
+    /// Exact, where it is known.
+    pub exact: Option<Rational>,
+    /// Rounded.
+    pub value: f64,
+    around: Interval,
+}
+
+impl Number {
+    /// Whether it is a number at all.
+    pub fn is_number(&self) -> bool {
+        self.exact.is_some() || self.value.is_finite()
+    }
+
+    /// Whether two are the same, as far as rounding tells.
+    fn is_same(&self, other: &Self, exactly: bool) -> bool {
+        let finite = |one: &Self| one.around.low.is_finite() && one.around.high.is_finite();
+        match (&self.exact, &other.exact) {
+            (Some(one), Some(other)) if exactly || one == other => one == other,
+            _ if finite(self) && finite(other) => {
+                self.around.low <= other.around.high && other.around.low <= self.around.high
+            }
+            _ => self.value == other.value || self.value.is_nan() && other.value.is_nan(),
+        }
+    }
+}
+
+/// Expressions on one side of a place, to first order.
+#[derive(Debug, Clone)]
+pub struct Linear {
+    /// The guards that vanish there, and whether they are above zero here.
+    pub guards: Vec<(String, bool)>,
+    /// Whether they vanish exactly.
+    exactly: bool,
+    /// Of each expression its value.
+    pub values: Vec<Number>,
+    /// Of each its derivatives, by the places of symbols.
+    pub slopes: Vec<Vec<(usize, Number)>>,
+}
+
+impl Linear {
+    /// Whether it is, of these, part of a side.
+    pub fn is_on(&self, side: &Side) -> bool {
+        self.guards.iter().all(|(guard, above)| *above != side.below.contains(guard))
+    }
+
+    /// The side that it is.
+    pub fn side(&self) -> Side {
+        let below = self.guards.iter().filter(|(_, above)| !above);
+        Side { below: below.map(|(guard, _)| guard.clone()).collect() }
+    }
+
+    /// One of the expressions alone.
+    #[must_use]
+    pub fn of(&self, expr: usize) -> Self {
+        let (values, slopes) = (vec![self.values[expr].clone()], vec![self.slopes[expr].clone()]);
+        Self { guards: self.guards.clone(), exactly: self.exactly, values, slopes }
+    }
+
+    /// Whether all expressions have the values of another side.
+    pub fn same_values(&self, other: &Self) -> bool {
+        self.values.iter().zip(&other.values).all(|(one, other)| one.is_same(other, self.exactly))
+    }
+
+    /// Whether all expressions have the derivatives of another side.
+    pub fn same_slopes(&self, other: &Self) -> bool {
+        let zero = || Number { exact: Some(Rational::ZERO), value: 0.0, around: Interval::point(0.0) };
+        let of = |slopes: &[(usize, Number)], place: usize| {
+            slopes.iter().find(|(own, _)| *own == place).map_or_else(zero, |(_, slope)| slope.clone())
+        };
+        self.slopes.iter().zip(&other.slopes).all(|(one, other)| {
+            let mut places = one.iter().chain(other).map(|(place, _)| *place);
+            places.all(|place| of(one, place).is_same(&of(other, place), self.exactly))
+        })
+    }
+}
+
+/// Expressions on the sides of a place, to first order; `None`: these are too many.
+pub fn linear_sides(graph: &mut Graph, exprs: &[Expr], place: &dyn Place) -> Option<Vec<Linear>> {
+    let sides = graph.sides(exprs, place)?;
+    let guards: Vec<Expr> = sides.iter().flat_map(|side| side.guards.iter().map(|(guard, _)| *guard)).collect();
+    let exactly = lower(graph, &guards, &mut Rationals, |symbol| place.exact(symbol));
+    let exactly = exactly.iter().all(|guard| guard.as_ref().is_some_and(Scalar::is_zero));
+    let numbers = |graph: &Graph, exprs: &[Expr]| -> Vec<Number> {
+        let exact = lower(graph, exprs, &mut Rationals, |symbol| place.exact(symbol));
+        let around = lower(graph, exprs, &mut Intervals, |symbol| place.around(symbol));
+        let value = lower(graph, exprs, &mut Floating::<f64>::default(), |symbol| place.value(symbol));
+        let of = |((exact, around), value)| Number { exact, value, around };
+        exact.into_iter().zip(around).zip(value).map(of).collect()
+    };
+    let linear = |side: Sided| {
+        let of = |graph: &mut Graph, expr: Expr| {
+            let used: Vec<(usize, Symbol)> =
+                graph.symbols(&[expr]).into_iter().filter_map(|symbol| Some((place.place(symbol)?, symbol))).collect();
+            let slopes: Vec<Expr> = used.iter().map(|(_, symbol)| graph.derivative(expr, *symbol)).collect();
+            let mut slopes: Vec<(usize, Number)> =
+                used.iter().map(|(place, _)| *place).zip(numbers(graph, &slopes)).collect();
+            slopes.sort_by_key(|(place, _)| *place);
+            slopes
+        };
+        Linear {
+            guards: side.named(graph),
+            exactly,
+            values: numbers(graph, &side.exprs),
+            slopes: side.exprs.iter().map(|expr| of(graph, *expr)).collect(),
+        }
+    };
+    Some(sides.into_iter().map(linear).collect())
+}
+
+/// The guards whose sides differ, each by itself; where none does by itself, all.
+pub fn bending(sides: &[Linear], same: &dyn Fn(&Linear, &Linear) -> bool) -> Vec<String> {
+    if sides.iter().all(|side| same(side, &sides[0])) {
+        return Vec::new();
+    }
+    let apart = |one: &Linear, other: &Linear| -> Vec<String> {
+        let differs = |(guard, above): &&(String, bool)| {
+            other.guards.iter().find(|(own, _)| own == guard).is_none_or(|(_, own)| own != above)
+        };
+        one.guards.iter().filter(differs).map(|(guard, _)| guard.clone()).collect()
+    };
+    let (mut alone, mut all) = (Vec::new(), Vec::new());
+    for one in sides {
+        for (guard, _) in &one.guards {
+            if !all.contains(guard) {
+                all.push(guard.clone());
+            }
+        }
+        for other in sides.iter().filter(|other| !same(one, other)) {
+            let guards = apart(one, other);
+            if guards.len() == 1 && !alone.contains(&guards[0]) {
+                alone.extend(guards);
+            }
+        }
+    }
+    let mut named = if alone.is_empty() { all } else { alone };
+    named.sort();
+    named
+}

@@ -1,0 +1,399 @@
+//! What expressions are on the sides of a place at which they bend or jump.
+//!
+//! A *guard* is what chooses a piece by its sign: the argument of `abs`, the difference of what `min`, `max` and `if` compare, the distance of a
+//! table's argument from a point. Where it vanishes its derivative is that of one side, and all that has the same guard has to be on the same side:
+//! `sign(x)·abs(x)` is x on both. A guard is named with its first term not subtracted and without a factor: `x`, `−2x` and `x³` are one.
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::graph::{Node, PiecewisePolynomial};
+use super::{Expr, Floating, Function, Graph, Interval, Intervals, Rationals, Style, Symbol, lower, printed};
+use crate::num::{Rational, Scalar, SparseRow, rational_from_f64};
+
+/// A place at which expressions are looked at, and how it may be left.
+pub trait Place {
+    /// The number by which derivatives by a symbol are listed; `None`: there are none of it.
+    fn place(&self, symbol: Symbol) -> Option<usize>;
+    /// The exact value of a symbol, where it is known.
+    fn exact(&self, symbol: Symbol) -> Option<Rational>;
+    /// Its value.
+    fn value(&self, symbol: Symbol) -> f64;
+    /// Between which numbers it is.
+    fn around(&self, symbol: Symbol) -> Interval;
+    /// How it moves with each of the directions in which the place may be left; nothing where it stands still.
+    fn moves(&self, symbol: Symbol) -> SparseRow;
+}
+
+/// A side of a place, by the guards that are below zero there, as they are written; all others that vanish are above.
+#[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Side {
+    /// These guards.
+    pub below: BTreeSet<String>,
+}
+
+/// What expressions are on one side.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sided {
+    /// The guards that vanish at the place, and whether they are above zero here.
+    pub guards: Vec<(Expr, bool)>,
+    /// The expressions, each as it is here.
+    pub exprs: Vec<Expr>,
+}
+
+impl Sided {
+    /// The guards as they are written, and whether they are above zero.
+    pub fn named(&self, graph: &Graph) -> Vec<(String, bool)> {
+        let name = |guard: Expr| printed(graph, guard, Style::Text, &|name| name.into());
+        self.guards.iter().map(|(guard, above)| (name(*guard), *above)).collect()
+    }
+
+    /// Whether it is, of these, part of a side.
+    pub fn is_on(&self, graph: &Graph, side: &Side) -> bool {
+        self.named(graph).iter().all(|(guard, above)| *above != side.below.contains(guard))
+    }
+}
+
+/// Sides of one place that are looked at.
+const MOST_SIDES: usize = 64;
+
+/// A node that has another piece on each side of its guard: below, above.
+#[derive(Clone)]
+enum Pieces {
+    Size(Expr),
+    Of([Expr; 2]),
+    Table([(Rational, Vec<Rational>); 2], Expr),
+}
+
+/// Of each node that may bend at a place its guards, whether each was turned, and the pieces.
+type Bends = HashMap<Expr, Vec<(Expr, bool, Pieces)>>;
+
+impl Graph {
+    /// A guard as it is named, and whether it was turned for that.
+    pub fn guard(&mut self, guard: Expr) -> (Expr, bool) {
+        match self.node(guard).clone() {
+            Node::Group(inner) => self.guard(inner),
+            Node::Product(factors) if factors.len() == 1 && factors[0].1 % 2 != 0 => self.guard(factors[0].0),
+            Node::Sum { constant, terms } => {
+                let first = terms[0].1.clone();
+                let turned = first < Rational::ZERO;
+                let scaled = self.scale(Rational::ONE / first, guard);
+                match constant.is_zero() && terms.len() == 1 {
+                    true => {
+                        let (inner, again) = self.guard(scaled);
+                        (inner, turned != again)
+                    }
+                    false => (scaled, turned),
+                }
+            }
+            _ => (guard, false),
+        }
+    }
+
+    fn difference_guard(&mut self, a: Expr, b: Expr) -> (Expr, bool) {
+        let difference = self.subtract(a, b);
+        self.guard(difference)
+    }
+
+    /// `select` that is on the upper side of its guard where this vanishes.
+    pub(super) fn select_above(&mut self, a: Expr, b: Expr, then: Expr, otherwise: Expr) -> Expr {
+        if self.difference_guard(a, b).1 {
+            self.select(b, a, otherwise, then)
+        } else {
+            self.select(a, b, then, otherwise)
+        }
+    }
+
+    /// `table` that is on the upper side of a point of its argument.
+    pub(super) fn table_above(&mut self, table: PiecewisePolynomial, x: Expr) -> Expr {
+        if !self.guard(x).1 {
+            return self.table(table, x);
+        }
+        let opposite = self.negate(x);
+        self.table(table.mirrored(), opposite)
+    }
+
+    /// Expressions that are on the upper side of all guards that a symbol moves, where these vanish; elsewhere they are what they were.
+    pub(super) fn above(&mut self, exprs: &[Expr], by: Symbol) -> Vec<Expr> {
+        let mut moved: HashMap<Expr, bool> = HashMap::new();
+        let mut new: HashMap<Expr, Expr> = HashMap::new();
+        for part in self.needed(exprs) {
+            let parts = self.parts(part);
+            moved.insert(part, self.symbol_of(part) == Some(by) || parts.iter().any(|part| moved[part]));
+            let own = match self.node(part).clone() {
+                Node::Select([a, b, then, otherwise]) if moved[&a] || moved[&b] => {
+                    let [a, b, then, otherwise] = [a, b, then, otherwise].map(|part| new[&part]);
+                    self.select_above(a, b, then, otherwise)
+                }
+                Node::Table(number, x) if moved[&x] => {
+                    let table = self.tables[number as usize].clone();
+                    self.table_above(table, new[&x])
+                }
+                _ if parts.iter().all(|part| new[part] == *part) => part,
+                _ => self.rebuilt(part, |part| new[&part]),
+            };
+            new.insert(part, own);
+        }
+        exprs.iter().map(|expr| new[expr]).collect()
+    }
+
+    /// The guards of a node, with its pieces below and above.
+    fn guards_of(&mut self, part: Expr) -> Vec<(Expr, bool, Pieces)> {
+        let ((guard, turned), pieces) = match self.node(part).clone() {
+            Node::Apply(Function::Abs, a) => (self.guard(a), Pieces::Size(a)),
+            Node::Min(a, b) => (self.difference_guard(a, b), Pieces::Of([a, b])),
+            Node::Max(a, b) => (self.difference_guard(a, b), Pieces::Of([b, a])),
+            Node::Select([a, b, then, otherwise]) => (self.difference_guard(a, b), Pieces::Of([then, otherwise])),
+            Node::Table(number, x) => {
+                let table = self.tables[number as usize].clone();
+                let kinks = table.kinks();
+                let knots = table.knots.iter().enumerate().filter(|(_, knot)| kinks.contains(knot));
+                let of = |(k, knot): (usize, &Rational)| {
+                    let distance = self.sum(-knot, &[(x, Rational::ONE)]);
+                    let (guard, turned) = self.guard(distance);
+                    (guard, turned, Pieces::Table([table.pieces[k].clone(), table.pieces[k + 1].clone()], x))
+                };
+                return knots.map(of).collect();
+            }
+            _ => return Vec::new(),
+        };
+        vec![(guard, turned, pieces)]
+    }
+
+    /// Expressions where guards are on chosen sides.
+    fn on_side(&mut self, exprs: &[Expr], bends: &Bends, chosen: &[(Expr, bool)]) -> Vec<Expr> {
+        let mut new: HashMap<Expr, Expr> = HashMap::new();
+        for part in self.needed(exprs) {
+            let of = bends.get(&part).into_iter().flatten().find_map(|(guard, turned, pieces)| {
+                let (_, above) = chosen.iter().find(|(own, _)| own == guard)?;
+                Some((above != turned, pieces))
+            });
+            let own = match of {
+                Some((true, Pieces::Size(a))) => new[a],
+                Some((false, Pieces::Size(a))) => self.negate(new[a]),
+                Some((above, Pieces::Of(both))) => new[&both[usize::from(above)]],
+                Some((above, Pieces::Table(both, x))) => self.polynomial(&both[usize::from(above)], new[x]),
+                None if self.symbol_of(part).is_some() => part,
+                None => self.rebuilt(part, |part| new[&part]),
+            };
+            new.insert(part, own);
+        }
+        exprs.iter().map(|expr| new[expr]).collect()
+    }
+
+    fn polynomial(&mut self, (origin, coefficients): &(Rational, Vec<Rational>), x: Expr) -> Expr {
+        let step = self.sum(-origin, &[(x, Rational::ONE)]);
+        let powers: Vec<Expr> = (0..coefficients.len()).map(|k| self.power(step, k as i32)).collect();
+        let terms: Vec<(Expr, Rational)> = powers.into_iter().zip(coefficients.iter().cloned()).collect();
+        self.sum(Rational::ZERO, &terms)
+    }
+
+    /// What expressions are on all sides of guards that vanish by this: sides that do not exist may be among them. `None`: too many.
+    pub fn all_sides(&mut self, exprs: &[Expr], vanishes: &dyn Fn(Expr) -> bool) -> Option<Vec<Sided>> {
+        let (guards, bends) = self.bends(exprs, &mut |_, guards| guards.iter().map(|guard| vanishes(*guard)).collect());
+        // Guards of what jumps are not known to vanish as well.
+        self.on_all_sides(exprs, (&guards, &bends), &mut |_, guards| {
+            [guards.last().is_some_and(|(guard, _)| vanishes(*guard)); 2]
+        })
+    }
+
+    /// What expressions are on the sides of a place. Where guards vanish to first order there are those sides alone that can be reached from it; the first
+    /// is that of the highest guards. `None`: too many.
+    pub fn sides(&mut self, exprs: &[Expr], place: &dyn Place) -> Option<Vec<Sided>> {
+        let (guards, bends) = self.bends(exprs, &mut |graph, guards| graph.vanish(guards, place));
+        self.on_all_sides(exprs, (&guards, &bends), &mut |graph, guards| graph.reachable(guards, place))
+    }
+
+    /// Guards that may vanish, inner ones first, each once, and what has them.
+    fn bends(&mut self, exprs: &[Expr], vanish: &mut dyn FnMut(&mut Self, &[Expr]) -> Vec<bool>) -> (Vec<Expr>, Bends) {
+        let parts = self.needed(exprs);
+        let all: Vec<_> = parts.iter().map(|part| (*part, self.guards_of(*part))).collect();
+        let mut guards: Vec<Expr> = all.iter().flat_map(|(_, own)| own.iter().map(|(guard, ..)| *guard)).collect();
+        guards.sort();
+        guards.dedup();
+        let vanishing: BTreeSet<Expr> =
+            vanish(self, &guards).into_iter().zip(guards).filter(|(yes, _)| *yes).map(|(_, guard)| guard).collect();
+        if vanishing.is_empty() {
+            return Default::default();
+        }
+        // What jumps there may be anything on the sides, so that guards of it may vanish on one of them.
+        let (mut jumps, mut order, mut bends) = (HashMap::new(), Vec::new(), Bends::new());
+        for (part, own) in all {
+            let inner = self.parts(part).iter().any(|part| jumps[part]);
+            let jump = matches!(self.node(part), Node::Select(_));
+            let own: Vec<_> = own.into_iter().filter(|(guard, ..)| inner || vanishing.contains(guard)).collect();
+            jumps.insert(part, inner || jump && !own.is_empty());
+            for (guard, ..) in &own {
+                if !order.contains(guard) {
+                    order.push(*guard);
+                }
+            }
+            if !own.is_empty() {
+                bends.insert(part, own);
+            }
+        }
+        (order, bends)
+    }
+
+    /// The sides of guards, one after the other, as far as they can be reached.
+    fn on_all_sides(
+        &mut self,
+        exprs: &[Expr],
+        (guards, bends): (&[Expr], &Bends),
+        reachable: &mut dyn FnMut(&mut Self, &[(Expr, bool)]) -> [bool; 2],
+    ) -> Option<Vec<Sided>> {
+        // Chosen so far, with what each guard is on the side that was chosen before.
+        let mut open: Vec<(usize, Vec<(Expr, bool)>, Vec<(Expr, bool)>)> = vec![Default::default()];
+        let mut out = Vec::new();
+        while let Some((first, chosen, here)) = open.pop() {
+            let next = (first..guards.len()).find_map(|k| {
+                let guard = self.on_side(&[guards[k]], bends, &chosen)[0];
+                let mut tried = here.clone();
+                tried.push((guard, true));
+                let sides = reachable(self, &tried);
+                (sides != [false; 2]).then_some((k, guard, sides))
+            });
+            let Some((k, guard, sides)) = next else {
+                out.push(Sided { exprs: self.on_side(exprs, bends, &chosen), guards: chosen });
+                if out.len() > MOST_SIDES {
+                    return None;
+                }
+                continue;
+            };
+            // The upper one is taken first.
+            for above in [false, true] {
+                if sides[usize::from(above)] {
+                    let [chosen, here] = [(&chosen, guards[k]), (&here, guard)]
+                        .map(|(list, own)| list.iter().copied().chain([(own, above)]).collect());
+                    open.push((k + 1, chosen, here));
+                }
+            }
+        }
+        Some(out)
+    }
+
+    /// The symbols whose values expressions have in them, and not only as guards.
+    pub fn carried(&self, exprs: &[Expr]) -> Vec<Symbol> {
+        let (mut open, mut seen) = (exprs.to_vec(), BTreeSet::new());
+        while let Some(part) = open.pop() {
+            if seen.insert(part) {
+                match self.node(part) {
+                    Node::Select([.., then, otherwise]) => open.extend([then, otherwise]),
+                    _ => open.extend(self.parts(part)),
+                }
+            }
+        }
+        seen.into_iter().filter_map(|part| self.symbol_of(part)).collect()
+    }
+
+    /// Guards at which expressions may bend or jump.
+    pub fn all_guards(&mut self, exprs: &[Expr]) -> Vec<Expr> {
+        let parts = self.needed(exprs);
+        let mut out: Vec<Expr> =
+            parts.into_iter().flat_map(|part| self.guards_of(part)).map(|(guard, ..)| guard).collect();
+        out.sort();
+        out.dedup();
+        out
+    }
+
+    /// Whether expressions vanish at a place, or are so near to it that it is rounded by as much.
+    fn vanish(&self, exprs: &[Expr], place: &dyn Place) -> Vec<bool> {
+        let exact = lower(self, exprs, &mut Rationals, |symbol| place.exact(symbol));
+        let around = lower(self, exprs, &mut Intervals, |symbol| place.around(symbol));
+        let zero = |(exact, around): (Option<Rational>, Interval)| {
+            exact.is_some_and(|exact| exact.is_zero()) || around.contains(0.0)
+        };
+        exact.into_iter().zip(around).map(zero).collect()
+    }
+
+    /// Whether a place can be left to below and to above zero of the last of some guards, with the others on their sides; neither where the last one does
+    /// not vanish there, or stands still.
+    fn reachable(&mut self, guards: &[(Expr, bool)], place: &dyn Place) -> [bool; 2] {
+        let Some(((last, _), others)) = guards.split_last() else { return [false; 2] };
+        let moving = self.symbols(&[*last]).into_iter().any(|symbol| !place.moves(symbol).is_empty());
+        if !moving || !self.vanish(&[*last], place)[0] {
+            return [false; 2];
+        }
+        let Some(row) = self.gradient(*last, place) else { return [true; 2] };
+        if row.is_empty() {
+            // To first order it stands still.
+            let opposite = self.negate(*last);
+            return [!self.is_never_negative(*last), !self.is_never_negative(opposite)];
+        }
+        let signed = |row: SparseRow, above: bool| -> SparseRow {
+            row.into_iter().map(|(k, x)| (k, if above { x } else { -x })).collect()
+        };
+        let others: Vec<SparseRow> = others
+            .iter()
+            .filter_map(|(guard, above)| Some(signed(self.gradient(*guard, place)?, *above)))
+            .filter(|row| !row.is_empty())
+            .collect();
+        [false, true].map(|above| {
+            let mut rows = others.clone();
+            rows.push(signed(row.clone(), above));
+            is_open(rows)
+        })
+    }
+
+    /// How an expression changes with the directions in which a place may be left; `None` where it has no end.
+    fn gradient(&mut self, expr: Expr, place: &dyn Place) -> Option<SparseRow> {
+        let mut out = std::collections::BTreeMap::<usize, Rational>::new();
+        for symbol in self.symbols(&[expr]) {
+            let moves = place.moves(symbol);
+            if moves.is_empty() {
+                continue;
+            }
+            let slope = [self.derivative(expr, symbol)];
+            let exact = lower(self, &slope, &mut Rationals, |symbol| place.exact(symbol)).swap_remove(0);
+            let value = || lower(self, &slope, &mut Floating::<f64>::default(), |symbol| place.value(symbol))[0];
+            let slope = exact.or_else(|| rational_from_f64(value()))?;
+            moves.into_iter().for_each(|(k, x)| *out.entry(k).or_default() += x * &slope);
+        }
+        Some(out.into_iter().filter(|(_, x)| !Scalar::is_zero(x)).collect())
+    }
+
+    /// Whether it is zero or more everywhere, as far as its form tells.
+    fn is_never_negative(&self, expr: Expr) -> bool {
+        match self.node(expr) {
+            Node::Number(value) => *value >= Rational::ZERO,
+            Node::Apply(Function::Abs | Function::Sqrt | Function::Exp, _) | Node::Pi => true,
+            Node::Group(inner) => self.is_never_negative(*inner),
+            Node::Product(factors) => {
+                factors.iter().all(|(factor, power)| power % 2 == 0 || self.is_never_negative(*factor))
+            }
+            Node::Sum { constant, terms } => {
+                let positive =
+                    |(term, factor): &(Expr, Rational)| *factor > Rational::ZERO && self.is_never_negative(*term);
+                *constant >= Rational::ZERO && terms.iter().all(positive)
+            }
+            _ => false,
+        }
+    }
+}
+
+/// Whether there is a direction along which all rows are above zero, exactly (Fourier and Motzkin: unknowns are eliminated one after the other).
+fn is_open(mut rows: Vec<SparseRow>) -> bool {
+    while let Some(first) = rows.first() {
+        let Some((unknown, _)) = first.first() else { return false };
+        let unknown = *unknown;
+        let entry = |row: &SparseRow| row.iter().find(|(k, _)| *k == unknown).map(|(_, x)| x.clone());
+        let (with, mut rest): (Vec<_>, Vec<_>) = rows.into_iter().partition(|row| entry(row).is_some());
+        let (up, down): (Vec<_>, Vec<_>) = with.into_iter().partition(|row| entry(row) > Some(Rational::ZERO));
+        for one in &up {
+            for other in &down {
+                let (x, y) = (entry(one).unwrap_or_default(), -entry(other).unwrap_or_default());
+                let mut sum = std::collections::BTreeMap::<usize, Rational>::new();
+                one.iter().for_each(|(k, a)| *sum.entry(*k).or_default() += a / &x);
+                other.iter().for_each(|(k, a)| *sum.entry(*k).or_default() += a / &y);
+                let sum: SparseRow = sum.into_iter().filter(|(_, a)| !Scalar::is_zero(a)).collect();
+                if !rest.contains(&sum) {
+                    rest.push(sum);
+                }
+            }
+        }
+        if rest.iter().any(Vec::is_empty) {
+            return false;
+        }
+        rows = rest;
+    }
+    true
+}
