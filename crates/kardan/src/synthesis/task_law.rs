@@ -224,6 +224,7 @@ impl TaskLaw {
             on_references: over(0, answers, known, &references),
             errors: over(answers, states, sensors, &errors),
             on_errors: over(0, answers, sensors, &errors),
+            flowing: false,
         }
     }
 
@@ -402,6 +403,14 @@ impl Law for TaskLaw {
     /// Slopes where everything that is read is zero, and all is remembered as behind the first samples there.
     fn linear(&self) -> LinearLaw {
         self.slopes_at(&[vec![0.0; self.comes.len()], self.settled()].concat())
+    }
+
+    /// At its own samples; without any, commands are sampled alone: its blocks have no sample time and go on at every instant.
+    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
+        match self.clock {
+            Some(own) => (own.period == clock.period).then(|| self.linear()),
+            None => Some(LinearLaw { flowing: true, ..self.linear() }),
+        }
     }
 
     fn sensors(&self) -> &[OutputSignal] {

@@ -13,5 +13,6 @@ mod massless;
 mod observers;
 mod operating_point;
 mod regulator;
+mod random_loops;
 mod responses;
 mod written;

@@ -8,7 +8,7 @@ use kardan_rt::functions::{atan2, cos, exp, hypot, ln_1p, powf, sin};
 use super::jump::Jump;
 use super::places::Places;
 use super::{LoopPlant, SampledPart};
-use crate::num::{Matrix, alone, at_zero, balance, discretise, eigenvalues, square};
+use crate::num::{AtZero, Matrix, alone, at_zero, at_zero_entrywise, balance, discretise, eigenvalues, square};
 use crate::synthesis::Clock;
 
 /// Parts of the shortest sample time within which two instants are one.
@@ -95,8 +95,9 @@ pub struct Slowest {
 
 impl Slowest {
     /// Of a loop in continuous time `ż = F z`; `left_out`: at least so many motions, those next to zero.
-    pub(super) fn continuous(flow: &Matrix<f64>, left_out: usize) -> Option<Self> {
-        let found = Held::of(flow, left_out)?;
+    pub(super) fn continuous(plant: &LoopPlant, parts: &[SampledPart], left_out: usize) -> Option<Self> {
+        let sizes = Places::sizes(plant, parts);
+        let found = Held::of(&SampledLoop::flow_of(plant, parts), sizes.as_ref(), left_out)?;
         let (re, im) =
             found.held.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
         let stable = re < 0.0 || re <= found.error((re, im), 0.0);
@@ -122,17 +123,24 @@ struct Held {
 }
 
 impl Held {
-    fn of(matrix: &Matrix<f64>, left_out: usize) -> Option<Self> {
+    /// `sizes`: those to whose rounding each entry is known; without them all are known to that of the largest.
+    fn of(matrix: &Matrix<f64>, sizes: Option<&Matrix<f64>>, left_out: usize) -> Option<Self> {
         if matrix.as_slice().iter().any(|x| !x.is_finite()) {
             return None;
         }
         let [alone, others] = alone(matrix);
-        let split = at_zero(&square(matrix, &others))?;
+        let rest = square(matrix, &others);
+        let split = match sizes {
+            Some(sizes) => at_zero_entrywise(&rest, &square(sizes, &others)),
+            None => at_zero(&rest),
+        }?;
         let diagonal = |k: usize| matrix[(k, k)];
         // Scales of the coordinates leave the diagonal as it is.
         let largest = (0..matrix.rows()).map(|k| diagonal(k).abs()).fold(0.0, f64::max);
         let least = 2.0 * ROUNDINGS * matrix.rows() as f64 * f64::EPSILON * largest;
-        let (zero, alone): (Vec<f64>, Vec<f64>) = alone.into_iter().map(diagonal).partition(|x| x.abs() <= least);
+        let known = |k: usize| sizes.map_or(least, |sizes| 2.0 * ROUNDINGS * f64::EPSILON * sizes[(k, k)]);
+        let (zero, alone): (Vec<usize>, Vec<usize>) = alone.into_iter().partition(|&k| diagonal(k).abs() <= known(k));
+        let alone: Vec<f64> = alone.into_iter().map(diagonal).collect();
         let mut held = eigenvalues(&split.rest)?;
         held.extend(alone.iter().map(|x| (*x, 0.0)));
         // The next to zero come first.
@@ -393,6 +401,12 @@ impl SampledLoop {
         Places::new(plant, parts, false).flow().0
     }
 
+    /// What of a loop without sampled laws is at zero, to the rounding of what each entry of its matrix adds up from.
+    pub(super) fn at_zero_of(plant: &LoopPlant, parts: &[SampledPart]) -> Option<AtZero> {
+        let flow = Self::flow_of(plant, parts);
+        Places::sizes(plant, parts).map_or_else(|| at_zero(&flow), |sizes| at_zero_entrywise(&flow, &sizes))
+    }
+
     /// Lets one period pass. `look` is shown z at the end of each interval after which a law computes, and at the end.
     pub fn pass(&self, z: &mut [f64], look: &mut dyn FnMut(&[f64])) {
         let mut memory = Vec::new();
@@ -473,7 +487,7 @@ impl SampledLoop {
 
     /// The same without at least so many motions, those that change least.
     pub fn slowest_without(&self, left_out: usize) -> Option<Slowest> {
-        let found = Held::of(&self.change(), left_out)?;
+        let found = Held::of(&self.change(), None, left_out)?;
         // |1 + μ|² = 1 + 2 Re μ + |μ|²: the growth keeps its digits next to one.
         let grows = |(re, im): (f64, f64)| 2.0 * re + re * re + im * im;
         let per_second = |change: (f64, f64)| 0.5 * ln_1p(grows(change)) / self.period;

@@ -2,9 +2,10 @@
 
 use super::places::Places;
 use super::{LoopPlant, SampledLoop, SampledPart};
-use crate::num::{Matrix, at_zero};
+use crate::num::{Matrix, at_zero, at_zero_entrywise};
 use crate::reduce::motions_over_states;
 use crate::synthesis::margins::Response;
+use crate::synthesis::sizes;
 
 /// A controller in the loop of a plant, with all controllers as they run.
 #[derive(Debug, Clone, Copy)]
@@ -44,7 +45,7 @@ impl ControlLoop<'_> {
             let excess = places.laws[self.number].excess?;
             let b = Matrix::from_fn(n, m, |i, j| flow[(i, excess + j)]);
             let c = Matrix::from_fn(m, n, |i, j| commands[(part.inputs[i], j)]);
-            return held(&flow, [&b, &c, &Matrix::zeros(m, m)], None);
+            return held(&flow, Places::sizes(self.plant, self.parts).as_ref(), [&b, &c, &Matrix::zeros(m, m)], None);
         };
         part.clock?;
         let found = SampledLoop::driven(self.plant, self.parts, period).ok()?;
@@ -52,7 +53,7 @@ impl ControlLoop<'_> {
         let map = found.between_commands(self.number)?;
         let b = Matrix::from_fn(n, m, |i, j| map[(i, excess + j)]);
         let c = Matrix::from_fn(m, n, |i, j| f64::from(u8::from(j == first + i)));
-        held(&map, [&b, &c, &Matrix::zeros(m, m)], Some(period))
+        held(&map, None, [&b, &c, &Matrix::zeros(m, m)], Some(period))
     }
 
     /// The same for errors of what the controller reads.
@@ -95,8 +96,9 @@ impl ControlLoop<'_> {
         };
         let b = Matrix::from_fn(n, errors, |i, j| map[(i, first + j)]);
         let c = Matrix::from_fn(errors, n, |i, j| rows[i].get(j).copied().unwrap_or(0.0));
-        let loops = held(&map, [&b, &c, &Matrix::zeros(errors, errors)], period)?;
-        let commands = held(&map, [&b, &command, &direct], period)?;
+        let sizes = if period.is_none() { Places::sizes(self.plant, &parts) } else { None };
+        let loops = held(&map, sizes.as_ref(), [&b, &c, &Matrix::zeros(errors, errors)], period)?;
+        let commands = held(&map, sizes.as_ref(), [&b, &command, &direct], period)?;
         Some(Readings { names, loops, commands })
     }
 
@@ -145,19 +147,88 @@ impl ControlLoop<'_> {
     }
 }
 
-/// The loop without the motions that nobody holds, for errors that enter by B and signals `C z + D w`.
-fn held(matrix: &Matrix<f64>, [b, c, d]: [&Matrix<f64>; 3], period: Option<f64>) -> Option<Response> {
+/// Part of what adds up to it below which a motion is not seen, or not driven.
+const NOT_SEEN: f64 = 1e-12;
+
+/// The loop for errors that enter by B and signals `C z + D w`, without the motions that nobody holds, as far as these are not driven or not seen: those that
+/// are stay as integrators. `entries`: sizes to whose rounding the entries of the matrix are known.
+fn held(
+    matrix: &Matrix<f64>,
+    entries: Option<&Matrix<f64>>,
+    [b, c, d]: [&Matrix<f64>; 3],
+    period: Option<f64>,
+) -> Option<Response> {
     let states = between(matrix, b, c);
+    let n = states.len();
     let one = |i: usize, j: usize| f64::from(u8::from(period.is_some() && i == j));
-    let split =
-        at_zero(&Matrix::from_fn(states.len(), states.len(), |i, j| matrix[(states[i], states[j])] - one(i, j)))?;
-    let b = split.left.multiply(&Matrix::from_fn(states.len(), b.columns(), |i, j| b[(states[i], j)]));
-    let c = Matrix::from_fn(c.rows(), states.len(), |i, j| c[(i, states[j])]).multiply(&split.right);
-    let rest = match period {
-        None => split.rest,
-        Some(_) => split.rest.plus(&Matrix::identity(split.rest.rows())),
+    let rates = Matrix::from_fn(n, n, |i, j| matrix[(states[i], states[j])] - one(i, j));
+    let entries = entries.map(|sizes| Matrix::from_fn(n, n, |i, j| sizes[(states[i], states[j])]));
+    let b = Matrix::from_fn(n, b.columns(), |i, j| b[(states[i], j)]);
+    let c = Matrix::from_fn(c.rows(), n, |i, j| c[(i, states[j])]);
+    let [a, b, c] = split_free(&rates, entries.as_ref(), [&b, &c])?;
+    let a = if period.is_some() { a.plus(&Matrix::identity(a.rows())) } else { a };
+    Response::state_space([&a, &b, &c, d], period)
+}
+
+/// A system with what it has at zero as integrators, where that is driven and seen.
+///
+/// With V spanning the motions at zero and W those of the transposed matrix, `A V = V N`, `N = (Wᵀ V)⁻¹ Wᵀ A V`, whose powers end at zero, they add
+/// `C V N^k (Wᵀ V)⁻¹ Wᵀ B / s^(k+1)`; the rest is what A does on the null space of Wᵀ.
+fn split_free(
+    a: &Matrix<f64>,
+    entries: Option<&Matrix<f64>>,
+    [b, c]: [&Matrix<f64>; 2],
+) -> Option<[Matrix<f64>; 3]> {
+    let free = |a: &Matrix<f64>, entries: Option<&Matrix<f64>>| match entries {
+        Some(entries) => at_zero_entrywise(a, entries),
+        None => at_zero(a),
     };
-    Response::state_space([&rest, &b, &c, d], period)
+    let split = free(a, entries)?;
+    let (v, count) = (&split.motions, split.motions.columns());
+    let mut out = [split.rest.clone(), split.left.multiply(b), c.multiply(&split.right)];
+    if count == 0 {
+        return Some(out);
+    }
+    let w = free(&a.transpose(), entries.map(Matrix::transpose).as_ref())?.motions.transpose();
+    let pairs = w.multiply(v).solve(&Matrix::identity(count)).filter(|_| w.rows() == count)?;
+    let share = pairs.multiply(&w).multiply(&split.right);
+    out[2] = out[2].plus(&c.multiply(v).multiply(&share).scale(&-1.0));
+    // Each product with the sizes of all that adds up to it.
+    let product = |of: &[&Matrix<f64>]| {
+        let all = of[1..].iter().fold(of[0].clone(), |all, next| all.multiply(next));
+        let sized = of[1..].iter().fold(sizes(of[0]), |all, next| all.multiply(&sizes(next)));
+        (all, sized)
+    };
+    let ((seen, seen_sizes), (chain, chain_sizes)) = (product(&[c, v]), product(&[&pairs, &w, a, v]));
+    let (mut driven, mut driven_sizes) = product(&[&pairs, &w, b]);
+    let mut shares = Vec::new();
+    for _ in 0..count {
+        let (found, sized) = (seen.multiply(&driven), seen_sizes.multiply(&driven_sizes));
+        shares.push(Matrix::from_fn(c.rows(), b.columns(), |i, j| {
+            if found[(i, j)].abs() > NOT_SEEN * sized[(i, j)] { found[(i, j)] } else { 0.0 }
+        }));
+        (driven, driven_sizes) = (chain.multiply(&driven), chain_sizes.multiply(&driven_sizes));
+    }
+    add_integrators(&shares, &mut out);
+    Some(out)
+}
+
+/// Adds `Σ_k shares[k]/s^(k+1)` to a system: for each input that moves something a chain of integrators.
+fn add_integrators(shares: &[Matrix<f64>], [a, b, c]: &mut [Matrix<f64>; 3]) {
+    for input in 0..b.columns() {
+        let column = |share: &Matrix<f64>| (0..c.rows()).map(|i| share[(i, input)]).collect::<Vec<f64>>();
+        let columns: Vec<Vec<f64>> = shares.iter().map(column).collect();
+        let length = columns.iter().rposition(|column| column.iter().any(|x| *x != 0.0)).map_or(0, |last| last + 1);
+        let (n, total) = (a.rows(), a.rows() + length);
+        let inside = |i: usize, j: usize| i < n && j < n;
+        // ẋ₀ = w, ẋ_k = x_{k−1}
+        *a = Matrix::from_fn(total, total, |i, j| match inside(i, j) {
+            true => a[(i, j)],
+            false => f64::from(u8::from(j >= n && i == j + 1)),
+        });
+        *b = Matrix::from_fn(total, b.columns(), |i, j| if i < n { b[(i, j)] } else { f64::from(u8::from(i == n && j == input)) });
+        *c = Matrix::from_fn(c.rows(), total, |i, j| if j < n { c[(i, j)] } else { columns[j - n][i] });
+    }
 }
 
 /// The states that what enters by B reaches, and that the rows of C are reached from: the others have no part in what goes from one to the other.
@@ -205,7 +276,7 @@ mod tests {
                 let states = between(&a, &b, &c);
                 left_out += n - states.len();
                 let whole = Response::state_space([&a, &b, &c, &d], period).expect("finite");
-                let found = held(&a, [&b, &c, &d], period).expect("finite");
+                let found = held(&a, None, [&b, &c, &d], period).expect("finite");
                 for frequency in [0.0, 0.7, 3.0, 20.0] {
                     let (whole, found) = (whole.at_frequency(frequency), found.at_frequency(frequency));
                     let error = (&whole - &found).norm_l2();
