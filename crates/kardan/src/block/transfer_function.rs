@@ -26,7 +26,7 @@ pub(super) const TRANSFER_FUNCTION: BlockKind = BlockKind {
     keyword: TransferFunction::KEYWORD,
     summary: "A rational transfer function by its zeros, poles and gain at rest.",
     formula: "gain * product(1 - s/zero) / product(1 - s/pole); s for a zero or 1/s for a pole at 0. At a sample time h by the bilinear rule,\n\
-              s = (2/h)(z - 1)/(z + 1).",
+              s = (2/h)(z - 1)/(z + 1), in sections of first and second order one after the other.",
     fields: TransferFunction::FIELDS,
     example: "\
 [block.notch]
@@ -74,7 +74,8 @@ fn factors<'g>(wiring: &Wiring<'g>, roots: &[ExactPole]) -> Option<Vec<Factor<'g
 /// of slow poles and zeros at a fast sample time, which coefficients of the whole product lose.
 fn sections<'g>(zeros: Vec<Factor<'g>>, poles: Vec<Factor<'g>>) -> Vec<[Factor<'g>; 2]> {
     let (pairs, single): (Vec<Factor<'g>>, Vec<Factor<'g>>) = zeros.into_iter().partition(|zero| zero.len() > 2);
-    let (mut second, mut first): (Vec<Factor<'g>>, Vec<Factor<'g>>) = poles.into_iter().partition(|pole| pole.len() > 2);
+    let (mut second, mut first): (Vec<Factor<'g>>, Vec<Factor<'g>>) =
+        poles.into_iter().partition(|pole| pole.len() > 2);
     // A pair of zeros needs two poles: where there is no pair left for it, two single ones.
     while second.len() < pairs.len() && first.len() > 1 {
         let two = product(&first[0], &first[1]);

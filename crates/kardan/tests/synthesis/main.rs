@@ -12,7 +12,7 @@ mod margins_golden;
 mod massless;
 mod observers;
 mod operating_point;
-mod regulator;
 mod random_loops;
+mod regulator;
 mod responses;
 mod written;

@@ -79,11 +79,11 @@ impl Loop {
         let inertia = powers(random, -2.0, 1.0);
         let zeta = powers(random, -2.5, 0.0);
         let sprung = random.unit() < 0.5;
-        let mut rate = |random: &mut Random, fast: bool| {
+        let rate = |random: &mut Random, fast: bool| {
             let size = omega * powers(random, -1.5, 1.5);
             if fast && random.unit() < 0.15 { powers(random, 4.0, 9.0) } else { size }
         };
-        let mut root = |random: &mut Random, right: f64, fast: bool| -> Root {
+        let root = |random: &mut Random, right: f64, fast: bool| -> Root {
             let sign = if random.unit() < right { 1.0 } else { -1.0 };
             let size = rate(random, fast);
             if random.unit() < 0.3 {
@@ -114,7 +114,9 @@ impl Loop {
             damping: Decimal::new(2.0 * zeta * omega * inertia),
             stiffness: Decimal::new(if sprung { omega * omega * inertia } else { 0.0 }),
             speed: random.unit() < 0.4,
-            gain: Decimal::new(omega * omega * inertia * powers(random, -2.0, 0.5) * if random.unit() < 0.15 { -1.0 } else { 1.0 }),
+            gain: Decimal::new(
+                omega * omega * inertia * powers(random, -2.0, 0.5) * if random.unit() < 0.15 { -1.0 } else { 1.0 },
+            ),
             zeros,
             poles,
             sampled: clock,
@@ -131,7 +133,11 @@ impl Loop {
         };
         let clock = |with: bool| match self.sampled {
             Some((period, hundredths)) => {
-                let delay = if with { format!("delay = \"{:e} s\"\n", period.value() * f64::from(hundredths) / 100.0) } else { String::new() };
+                let delay = if with {
+                    format!("delay = \"{:e} s\"\n", period.value() * f64::from(hundredths) / 100.0)
+                } else {
+                    String::new()
+                };
                 format!("sample_time = \"{period} s\"\n{delay}")
             }
             None => String::new(),
@@ -141,7 +147,8 @@ impl Loop {
             _ => format!("[spring_damper.k]\nshaft_1 = \"a\"\nstiffness = \"{} N m/rad\"\n", self.stiffness),
         };
         let (input, unit) = if self.speed { ("a.w", "rad/s") } else { ("a.phi", "rad") };
-        let integrals = self.poles.iter().filter(|(re, _)| re.0 == 0).count() as i32 - self.zeros.iter().filter(|(re, _)| re.0 == 0).count() as i32;
+        let integrals = self.poles.iter().filter(|(re, _)| re.0 == 0).count() as i32
+            - self.zeros.iter().filter(|(re, _)| re.0 == 0).count() as i32;
         let factor = match integrals {
             0 => String::new(),
             k if k < 0 => format!(" * (1 s)^{}", -k),
@@ -186,7 +193,8 @@ impl Loop {
             [c64::new(k / j, 0.0) / large, large]
         };
         let over = poles[0] - poles[1];
-        let residue = |pole: c64, sign: f64| if self.speed { pole * sign / over / j } else { c64::new(sign, 0.0) / over / j };
+        let residue =
+            |pole: c64, sign: f64| if self.speed { pole * sign / over / j } else { c64::new(sign, 0.0) / over / j };
         if self.speed && k == 0.0 {
             return vec![(poles[1], c64::new(1.0 / j, 0.0))];
         }
@@ -197,7 +205,9 @@ impl Loop {
     fn open(&self, at: c64) -> c64 {
         let Some((period, hundredths)) = self.sampled else {
             let (j, d, k) = (self.inertia.value(), self.damping.value(), self.stiffness.value());
-            let plant = if self.speed && k == 0.0 { 1.0 / (at * j + d) } else {
+            let plant = if self.speed && k == 0.0 {
+                1.0 / (at * j + d)
+            } else {
                 (if self.speed { at } else { c64::new(1.0, 0.0) }) / (at * at * j + at * d + k)
             };
             return plant * self.controller(at);
@@ -210,10 +220,17 @@ impl Loop {
             let y = pole * x;
             if y.norm_sqr() < 1e-10 { (1.0 + y * 0.5 + y * y / 6.0) * x } else { expm1(y) / pole }
         };
-        let plant: c64 = self.plant().into_iter().map(|(pole, residue)| {
-            let (now, rest) = (integral(pole, (1.0 - late) * time), (pole * ((1.0 - late) * time)).exp() * integral(pole, late * time));
-            residue * (now + rest / z) / (at - expm1(pole * time))
-        }).sum();
+        let plant: c64 = self
+            .plant()
+            .into_iter()
+            .map(|(pole, residue)| {
+                let (now, rest) = (
+                    integral(pole, (1.0 - late) * time),
+                    (pole * ((1.0 - late) * time)).exp() * integral(pole, late * time),
+                );
+                residue * (now + rest / z) / (at - expm1(pole * time))
+            })
+            .sum();
         let delay = (0..whole).fold(c64::new(1.0, 0.0), |all, _| all / z);
         plant * delay * self.controller(at / (at + 2.0) * (2.0 / time))
     }
@@ -254,14 +271,16 @@ impl Loop {
 
     /// Zeros of 1 + L outside of circles just beyond the unit circle and just within, from the turns of 1 + L there.
     fn winding(&self) -> Option<bool> {
-        let unstable: usize = self.poles.iter().filter(|(re, _)| re.0 > 0).map(|(_, im)| if im.is_some() { 2 } else { 1 }).sum();
+        let unstable: usize =
+            self.poles.iter().filter(|(re, _)| re.0 > 0).map(|(_, im)| if im.is_some() { 2 } else { 1 }).sum();
         let count = |radius: f64| -> Option<i64> {
             let at = |angle: f64| {
                 let z = expm1(c64::new(0.0, angle));
                 z + (z + 1.0) * radius
             };
             let mut turned = 0.0;
-            let mut angles: Vec<f64> = (0..=4000).map(|k| PI * 10f64.powf(-9.0 * (1.0 - f64::from(k) / 4000.0))).collect();
+            let mut angles: Vec<f64> =
+                (0..=4000).map(|k| PI * 10f64.powf(-9.0 * (1.0 - f64::from(k) / 4000.0))).collect();
             angles.insert(0, 0.0);
             for pair in angles.windows(2) {
                 turned += turn(&|angle| self.open(at(angle)) + 1.0, pair[0], pair[1], 40)?;
@@ -314,7 +333,9 @@ fn frequencies(of: &Loop) -> Vec<f64> {
         let (re, im) = (re.value().abs(), im.map_or(0.0, Decimal::value));
         [-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0].map(|k| im + k * re).into_iter().chain([re.hypot(im)])
     });
-    let own = of.plant().into_iter().flat_map(|(pole, _)| [-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0].map(|k| pole.im.abs() + k * pole.re.abs()));
+    let own = of.plant().into_iter().flat_map(|(pole, _)| {
+        [-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0].map(|k| pole.im.abs() + k * pole.re.abs())
+    });
     start.extend(roots.chain(own).filter(|omega| *omega > low && *omega < top));
     start.sort_by(f64::total_cmp);
     start.dedup();
@@ -399,7 +420,9 @@ fn swept(of: &Loop) -> Swept {
 
 fn designed(of: &Loop) -> Option<Margins> {
     let settings = DesignSettings { simulate: false, force: true, ..DesignSettings::default() };
-    design(&of.source(), &settings, &Silent).map(|found| found.margins).unwrap_or_else(|error| panic!("{}\n{error:?}", of.source()))
+    design(&of.source(), &settings, &Silent)
+        .map(|found| found.margins)
+        .unwrap_or_else(|error| panic!("{}\n{error:?}", of.source()))
 }
 
 fn alike(a: f64, b: f64, tolerance: f64) -> bool {
@@ -430,7 +453,10 @@ fn margins_are_those_of_the_transfer_function() {
         };
         let Some(margins) = designed(&of) else { continue };
         if margins.stable != Some(expected) {
-            wrong.push(format!("{seed}: stable is {:?} and {expected} from its transfer function: {of:?} {}", margins.stable, margins.verdict));
+            wrong.push(format!(
+                "{seed}: stable is {:?} and {expected} from its transfer function: {of:?} {}",
+                margins.stable, margins.verdict
+            ));
             continue;
         }
         if !expected {
@@ -445,7 +471,10 @@ fn margins_are_those_of_the_transfer_function() {
         all.extend(differences(reading, &same, 1e-6).into_iter().map(|one| format!("reading {one}")));
         if all.is_empty() { agree += 1 } else { wrong.push(format!("{seed}: {} {of:?}", all.join("; "))) }
     }
-    println!("{agree} agree, {unstable} unstable as they should be, {undecided} next to the limit, {} wrong", wrong.len());
+    println!(
+        "{agree} agree, {unstable} unstable as they should be, {undecided} next to the limit, {} wrong",
+        wrong.len()
+    );
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert!(agree > 10 && unstable > 5, "{agree} {unstable}");
 }

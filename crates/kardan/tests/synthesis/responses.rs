@@ -186,7 +186,11 @@ fn what_a_design_shows_is_one_loop() {
             assert_eq!(one.values.len(), count);
             let largest = one.largest.expect("stable");
             let seen = one.values.iter().map(|values| values[0]).fold(0.0, f64::max);
-            assert!(seen <= largest.value * (1.0 + 1e-9) && seen > 0.97 * largest.value, "{:?}: {seen} of {largest:?}", one.function);
+            assert!(
+                seen <= largest.value * (1.0 + 1e-9) && seen > 0.97 * largest.value,
+                "{:?}: {seen} of {largest:?}",
+                one.function
+            );
         }
         // |σ(S) − σ(T)| ≤ 1, as S + T = I.
         let of = |function, readings| {

@@ -3,7 +3,9 @@ use faer::{Mat, c64};
 use kardan_rt::functions::{atan, hypot, powf, tan};
 
 use super::one_channel::{LEVEL, OneChannel};
-use crate::num::{Matrix, Polynomial, Rational, at_zero, balance, eigenvalues, rational_from_f64};
+use crate::num::{
+    Matrix, Polynomial, Rational, Rounding, at_zero, at_zero_within, balance, eigenvalues, rational_from_f64,
+};
 use crate::synthesis::decoupling::{characteristic_polynomial, resolvent};
 
 /// States up to which poles and single channels are computed from polynomials with exact coefficients.
@@ -176,7 +178,7 @@ impl Response {
     pub fn unstable_poles(&self) -> Option<usize> {
         let rest = match self.sample_time {
             None => at_zero(&self.a)?.rest,
-            Some(_) => at_zero(&change(&self.a))?.rest,
+            Some(_) => at_zero_within(&change(&self.a), Rounding::OfOne)?.rest,
         };
         let poles = poles_of_rates(&rest, self.is_sampled())?;
         Some(poles.iter().filter(|(re, im)| *re > NEXT_TO_AXIS * hypot(*re, *im)).count())
@@ -323,8 +325,12 @@ impl Response {
     /// Places between which a function of the only channel's M changes its sign, each found by halving; zero and infinity left out.
     pub(super) fn changes(&self, of: &dyn Fn(c64) -> f64) -> Vec<f64> {
         let value = |place: f64| of(self.at(place)[(0, 0)]);
-        let all: Vec<(f64, f64)> =
-            self.places().into_iter().filter(|place| *place > 0.0 && place.is_finite()).map(|place| (place, value(place))).collect();
+        let all: Vec<(f64, f64)> = self
+            .places()
+            .into_iter()
+            .filter(|place| *place > 0.0 && place.is_finite())
+            .map(|place| (place, value(place)))
+            .collect();
         let changing = all.windows(2).filter(|pair| (pair[0].1 > 0.0) != (pair[1].1 > 0.0));
         changing
             .map(|pair| {
@@ -376,9 +382,9 @@ fn on_the_axis(polynomial: &Polynomial, n: usize) -> Polynomial {
     let mut powers = vec![Polynomial::constant(one.clone())];
     (0..n).for_each(|k| powers.push(powers[k].times(&down)));
     // Horner's rule, from the highest coefficient.
-    (0..=n).rev().fold(Polynomial::default(), |sum, k| {
-        sum.times(&up).plus(&powers[n - k].scale(&polynomial.coefficient(k)))
-    })
+    (0..=n)
+        .rev()
+        .fold(Polynomial::default(), |sum, k| sum.times(&up).plus(&powers[n - k].scale(&polynomial.coefficient(k))))
 }
 
 /// Φ − 1

@@ -107,9 +107,7 @@ fn alike(matrix: &Mat<c64>) -> (f64, Vec<f64>) {
 /// The largest singular value of `D M D⁻¹`, with log D.
 fn scaled(matrix: &Mat<c64>, d: &[f64]) -> f64 {
     let m = matrix.nrows();
-    largest_singular(&Mat::from_fn(m, m, |i, j| {
-        matrix[(i, j)] * c64::new(exp((d[i] - d[j]).clamp(-60.0, 60.0)), 0.0)
-    }))
+    largest_singular(&Mat::from_fn(m, m, |i, j| matrix[(i, j)] * c64::new(exp((d[i] - d[j]).clamp(-60.0, 60.0)), 0.0)))
 }
 
 /// The largest singular value of `D M D⁻¹` with the best diagonal D.

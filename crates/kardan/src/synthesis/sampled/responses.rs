@@ -1,8 +1,10 @@
 //! A loop as errors, readings and references see it, frequency by frequency.
 
+use faer::Mat;
+
 use super::places::Places;
 use super::{LoopPlant, SampledLoop, SampledPart};
-use crate::num::{Matrix, at_zero, at_zero_entrywise};
+use crate::num::{Matrix, Rounding, at_zero, at_zero_within, balance, scaled};
 use crate::reduce::motions_over_states;
 use crate::synthesis::margins::Response;
 use crate::synthesis::sizes;
@@ -165,7 +167,7 @@ fn held(
     let entries = entries.map(|sizes| Matrix::from_fn(n, n, |i, j| sizes[(states[i], states[j])]));
     let b = Matrix::from_fn(n, b.columns(), |i, j| b[(states[i], j)]);
     let c = Matrix::from_fn(c.rows(), n, |i, j| c[(i, states[j])]);
-    let [a, b, c] = split_free(&rates, entries.as_ref(), [&b, &c])?;
+    let [a, b, c] = split_free(&rates, (entries.as_ref(), period.is_some()), [&b, &c])?;
     let a = if period.is_some() { a.plus(&Matrix::identity(a.rows())) } else { a };
     Response::state_space([&a, &b, &c, d], period)
 }
@@ -176,31 +178,40 @@ fn held(
 /// `C V N^k (Wᵀ V)⁻¹ Wᵀ B / s^(k+1)`; the rest is what A does on the null space of Wᵀ.
 fn split_free(
     a: &Matrix<f64>,
-    entries: Option<&Matrix<f64>>,
+    (entries, sampled): (Option<&Matrix<f64>>, bool),
     [b, c]: [&Matrix<f64>; 2],
 ) -> Option<[Matrix<f64>; 3]> {
-    let free = |a: &Matrix<f64>, entries: Option<&Matrix<f64>>| match entries {
-        Some(entries) => at_zero_entrywise(a, entries),
+    let scales = balance(&Mat::from_fn(a.rows(), a.rows(), |i, j| a[(i, j)]));
+    let (a, entries) = (scaled(a, &scales), entries.map(|entries| scaled(entries, &scales)));
+    let b = &Matrix::from_fn(b.rows(), b.columns(), |i, j| b[(i, j)] / scales[i]);
+    let c = &Matrix::from_fn(c.rows(), c.columns(), |i, j| c[(i, j)] * scales[j]);
+    let own = |entries: Option<&Matrix<f64>>, a: &Matrix<f64>| match entries {
+        _ if sampled => at_zero_within(a, Rounding::OfOne),
+        Some(entries) => at_zero_within(a, Rounding::OfEach(entries)),
         None => at_zero(a),
     };
-    let split = free(a, entries)?;
+    let split = own(entries.as_ref(), &a)?;
     let (v, count) = (&split.motions, split.motions.columns());
     let mut out = [split.rest.clone(), split.left.multiply(b), c.multiply(&split.right)];
     if count == 0 {
         return Some(out);
     }
-    let w = free(&a.transpose(), entries.map(Matrix::transpose).as_ref())?.motions.transpose();
+    let w = own(entries.as_ref().map(Matrix::transpose).as_ref(), &a.transpose())?.motions.transpose();
     let pairs = w.multiply(v).solve(&Matrix::identity(count)).filter(|_| w.rows() == count)?;
     let share = pairs.multiply(&w).multiply(&split.right);
     out[2] = out[2].plus(&c.multiply(v).multiply(&share).scale(&-1.0));
-    // Each product with the sizes of all that adds up to it.
-    let product = |of: &[&Matrix<f64>]| {
-        let all = of[1..].iter().fold(of[0].clone(), |all, next| all.multiply(next));
-        let sized = of[1..].iter().fold(sizes(of[0]), |all, next| all.multiply(&sizes(next)));
-        (all, sized)
+    // Each product with the size that it may have: lengths of rows and columns, of which it is known to the rounding.
+    let length = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let product = |rows: &Matrix<f64>, columns: &Matrix<f64>| {
+        let columns = columns.transpose();
+        let sized = |i: usize, j: usize| length(rows.row(i)) * length(columns.row(j));
+        (rows.multiply(&columns.transpose()), Matrix::from_fn(rows.rows(), columns.rows(), sized))
     };
-    let ((seen, seen_sizes), (chain, chain_sizes)) = (product(&[c, v]), product(&[&pairs, &w, a, v]));
-    let (mut driven, mut driven_sizes) = product(&[&pairs, &w, b]);
+    let ((seen, seen_sizes), (driven, driven_sizes)) = (product(c, v), product(&w, b));
+    let (chain, chain_sizes) = (w.multiply(&a).multiply(v), product(&w, v).1.scale(&length(a.as_slice())));
+    let sized = sizes(&pairs);
+    let (chain, chain_sizes) = (pairs.multiply(&chain), sized.multiply(&chain_sizes));
+    let (mut driven, mut driven_sizes) = (pairs.multiply(&driven), sized.multiply(&driven_sizes));
     let mut shares = Vec::new();
     for _ in 0..count {
         let (found, sized) = (seen.multiply(&driven), seen_sizes.multiply(&driven_sizes));
@@ -226,7 +237,9 @@ fn add_integrators(shares: &[Matrix<f64>], [a, b, c]: &mut [Matrix<f64>; 3]) {
             true => a[(i, j)],
             false => f64::from(u8::from(j >= n && i == j + 1)),
         });
-        *b = Matrix::from_fn(total, b.columns(), |i, j| if i < n { b[(i, j)] } else { f64::from(u8::from(i == n && j == input)) });
+        *b = Matrix::from_fn(total, b.columns(), |i, j| {
+            if i < n { b[(i, j)] } else { f64::from(u8::from(i == n && j == input)) }
+        });
         *c = Matrix::from_fn(c.rows(), total, |i, j| if j < n { c[(i, j)] } else { columns[j - n][i] });
     }
 }
