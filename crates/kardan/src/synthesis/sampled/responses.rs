@@ -174,8 +174,9 @@ fn held(
 
 /// A system with what it has at zero as integrators, where that is driven and seen.
 ///
-/// With V spanning the motions at zero and W those of the transposed matrix, `A V = V N`, `N = (Wᵀ V)⁻¹ Wᵀ A V`, whose powers end at zero, they add
-/// `C V N^k (Wᵀ V)⁻¹ Wᵀ B / s^(k+1)`; the rest is what A does on the null space of Wᵀ.
+/// With V spanning the motions at zero, `A V = V N`, all else in R and `A R = V G + R A₂`, the rows `Wᵀ = V⁺ + X R⁺` with `X A₂ = N X − G` have
+/// `Wᵀ A = N Wᵀ` and `Wᵀ V = 1`: as powers of N end at zero, X is found in as many steps as there are motions. These add `C V N^k Wᵀ B / s^(k+1)`; the rest is
+/// what A does on the null space of Wᵀ, `R − V X`.
 fn split_free(
     a: &Matrix<f64>,
     (entries, sampled): (Option<&Matrix<f64>>, bool),
@@ -196,22 +197,28 @@ fn split_free(
     if count == 0 {
         return Some(out);
     }
-    let w = own(entries.as_ref().map(Matrix::transpose).as_ref(), &a.transpose())?.motions.transpose();
-    let pairs = w.multiply(v).solve(&Matrix::identity(count)).filter(|_| w.rows() == count)?;
-    let share = pairs.multiply(&w).multiply(&split.right);
-    out[2] = out[2].plus(&c.multiply(v).multiply(&share).scale(&-1.0));
-    // Each product with the size that it may have: lengths of rows and columns, of which it is known to the rounding.
+    let n = a.rows();
+    let (right, rest) = (&split.right, &split.rest);
+    let whole = Matrix::from_fn(n, n, |i, j| if j < count { v[(i, j)] } else { right[(i, j - count)] });
+    let dual = whole.solve(&Matrix::identity(n))?;
+    let dual = Matrix::from_fn(count, n, |i, j| dual[(i, j)]);
+    let (chain, across) = (dual.multiply(&a).multiply(v), dual.multiply(&a).multiply(right));
+    let mut x = Matrix::zeros(count, n - count);
+    for _ in 0..=count {
+        let right = chain.multiply(&x).plus(&across.scale(&-1.0));
+        x = rest.transpose().solve(&right.transpose())?.transpose();
+    }
+    let w = dual.plus(&x.multiply(&split.left));
+    out[2] = c.multiply(&right.plus(&v.multiply(&x).scale(&-1.0)));
+    // Each product with the size that it may have: lengths of rows and columns, to the rounding of which it is known.
     let length = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
     let product = |rows: &Matrix<f64>, columns: &Matrix<f64>| {
         let columns = columns.transpose();
         let sized = |i: usize, j: usize| length(rows.row(i)) * length(columns.row(j));
         (rows.multiply(&columns.transpose()), Matrix::from_fn(rows.rows(), columns.rows(), sized))
     };
-    let ((seen, seen_sizes), (driven, driven_sizes)) = (product(c, v), product(&w, b));
-    let (chain, chain_sizes) = (w.multiply(&a).multiply(v), product(&w, v).1.scale(&length(a.as_slice())));
-    let sized = sizes(&pairs);
-    let (chain, chain_sizes) = (pairs.multiply(&chain), sized.multiply(&chain_sizes));
-    let (mut driven, mut driven_sizes) = (pairs.multiply(&driven), sized.multiply(&driven_sizes));
+    let ((seen, seen_sizes), (mut driven, mut driven_sizes)) = (product(c, v), product(&w, b));
+    let chain_sizes = product(&w, v).1.scale(&length(a.as_slice()));
     let mut shares = Vec::new();
     for _ in 0..count {
         let (found, sized) = (seen.multiply(&driven), seen_sizes.multiply(&driven_sizes));
