@@ -812,7 +812,7 @@ mod tests {
             ..ChannelMargin::default()
         };
         let sensitivity = SingularValues {
-            largest: Some(LargestSingularValue { value: 3.4, bound: 3.4, frequency: Some(0.77) }),
+            largest: Some(LargestSingularValue { value: 3.4, frequency: Some(0.77) }),
             values: frequencies.iter().map(|w| vec![1.0 + w, 0.1]).collect(),
             ..SingularValues::default()
         };

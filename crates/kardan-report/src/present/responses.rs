@@ -53,7 +53,7 @@ fn sentences(found: &LoopResponses) -> Vec<String> {
             |one: &WrongTorque| format!("{} × {} ∠ {}°", one.motor, number(one.factor), number(one.turn.to_degrees()));
         let worst: Vec<String> = all.worst.iter().map(wrong).collect();
         out.push(format!(
-            "With errors of all readings at once the disk margin is between {} (proven) and {}: {} make the loop unstable, at {} rad/s.",
+            "With errors of all readings at once the disk margin is between {} and {} (computed, not proven): {} make the loop unstable, at {} rad/s.",
             number(all.disk[0]),
             number(all.disk[1]),
             worst.join(", "),
@@ -92,8 +92,8 @@ fn largest(found: &LoopResponses) -> Body {
     let hint = if found.sensitivities.is_empty() {
         ""
     } else {
-        "All channels at once. Each value is taken at its frequency, and a level test over all frequencies shows that none is larger, but \
-         for rounding. Where readings have different units, the values are those of numbers in SI units."
+        "All channels at once. Each value is taken at its frequency: the largest one that was found at frequencies beside every pole and in \
+         between. Where readings have different units, the values are those of numbers in SI units."
     };
     Body::default()
         .table(

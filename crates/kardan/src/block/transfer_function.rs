@@ -1,3 +1,5 @@
+use kardan_rt::functions::hypot;
+
 use super::rational::{filtered, product};
 use super::wiring::{BlockKind, Wiring, mistake, rational};
 use crate::element::Mistake;
@@ -24,7 +26,7 @@ pub(super) const TRANSFER_FUNCTION: BlockKind = BlockKind {
     keyword: TransferFunction::KEYWORD,
     summary: "A rational transfer function by its zeros, poles and gain at rest.",
     formula: "gain * product(1 - s/zero) / product(1 - s/pole); s for a zero or 1/s for a pole at 0. At a sample time h by the bilinear rule,\n\
-              s = (2/h)(z - 1)/(z + 1).",
+              s = (2/h)(z - 1)/(z + 1), in sections of first and second order one after the other.",
     fields: TransferFunction::FIELDS,
     example: "\
 [block.notch]
@@ -38,15 +40,20 @@ sample_time = \"1 ms\"
     write,
 };
 
-/// The polynomial `Π (1 − s/r)`, `s` for a root at 0, constant first; none if a root stands without its conjugate.
-fn polynomial<'g>(wiring: &Wiring<'g>, roots: &[ExactPole]) -> Option<Vec<Traced<'g>>> {
+/// A factor `1 − s/r`, `s` for a root at 0, of a pair their product; constant first.
+type Factor<'g> = Vec<Traced<'g>>;
+
+/// The factors of roots, the slow ones first; none if a root stands without its conjugate.
+fn factors<'g>(wiring: &Wiring<'g>, roots: &[ExactPole]) -> Option<Vec<Factor<'g>>> {
     let (graph, one, zero) = (wiring.graph, Wiring::one(), Wiring::zero());
     let number = |x: &Exact| rational(graph, x.to_rational());
-    let mut out = vec![one];
+    let size = |(re, im): &&ExactPole| hypot(re.to_f64(), im.to_f64());
     let mut open: Vec<&ExactPole> = roots.iter().collect();
+    open.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    let mut out = Vec::new();
     while let Some(root) = open.pop() {
         let (real, imaginary) = root;
-        let factor = if imaginary.is_zero() {
+        out.push(if imaginary.is_zero() {
             match real.is_zero() {
                 true => vec![zero, one],
                 false => vec![one, -(one / number(real))],
@@ -58,10 +65,37 @@ fn polynomial<'g>(wiring: &Wiring<'g>, roots: &[ExactPole]) -> Option<Vec<Traced
             let (re, im) = (number(real), number(imaginary));
             let size = re * re + im * im;
             vec![one, -((re + re) / size), one / size]
-        };
-        out = product(&out, &factor);
+        });
     }
     Some(out)
+}
+
+/// Sections of first and second order, each with its numerator and denominator, whose product is that of all factors: one after the other they keep the digits
+/// of slow poles and zeros at a fast sample time, which coefficients of the whole product lose.
+fn sections<'g>(zeros: Vec<Factor<'g>>, poles: Vec<Factor<'g>>) -> Vec<[Factor<'g>; 2]> {
+    let (pairs, single): (Vec<Factor<'g>>, Vec<Factor<'g>>) = zeros.into_iter().partition(|zero| zero.len() > 2);
+    let (mut second, mut first): (Vec<Factor<'g>>, Vec<Factor<'g>>) =
+        poles.into_iter().partition(|pole| pole.len() > 2);
+    // A pair of zeros needs two poles: where there is no pair left for it, two single ones.
+    while second.len() < pairs.len() && first.len() > 1 {
+        let two = product(&first[0], &first[1]);
+        first.drain(..2);
+        second.push(two);
+    }
+    let (mut pairs, mut single) = (pairs.into_iter(), single.into_iter());
+    let one = || vec![Wiring::one()];
+    let taken: Vec<[Factor<'g>; 2]> = second.into_iter().map(|pole| [pairs.next().unwrap_or_else(one), pole]).collect();
+    let mut out: Vec<[Factor<'g>; 2]> =
+        first.into_iter().map(|pole| [single.next().unwrap_or_else(one), pole]).collect();
+    out.extend(taken.into_iter().map(|[mut zero, pole]| {
+        while zero.len() < pole.len()
+            && let Some(more) = single.next()
+        {
+            zero = product(&zero, &more);
+        }
+        [zero, pole]
+    }));
+    out
 }
 
 fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
@@ -78,10 +112,9 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
         let alone = || {
             mistake(key, format!("`{key}`: a complex one stands without its conjugate"), "write a pair, `-14 ± 14.3j`")
         };
-        polynomial(wiring, roots).ok_or_else(alone)
+        factors(wiring, roots).ok_or_else(alone)
     };
-    let (numerator, denominator) = (of_roots("zeros", zeros)?, of_roots("poles", poles)?);
-    let numerator = product(&numerator, &[gain]);
+    let sections = sections(of_roots("zeros", zeros)?, of_roots("poles", poles)?);
     let at_zero = |roots: &[ExactPole]| roots.iter().filter(|(re, im)| re.is_zero() && im.is_zero()).count() as i32;
     let power = at_zero(poles) - at_zero(zeros);
     let dimension = wiring.over("gain", of, by, 1)?;
@@ -95,7 +128,11 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
     if start.is_some() && wiring.is_zero(gain) {
         return Err(mistake("initial", "`initial`: with a `gain` of 0 it is at rest at 0 alone", "take it out"));
     }
-    let answer = filtered(wiring, (&numerator, &denominator), input, start.unwrap_or(Wiring::zero()))?;
+    let start = start.unwrap_or(Wiring::zero());
+    let mut answer = gain * input;
+    for [numerator, denominator] in sections {
+        answer = filtered(wiring, (&numerator, &denominator), answer, start)?;
+    }
     wiring.answer(answer, dimension);
     Ok(())
 }

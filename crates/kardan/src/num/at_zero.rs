@@ -43,6 +43,37 @@ pub struct AtZero {
 /// # Panics
 /// If the matrix is not square.
 pub fn at_zero(matrix: &Matrix<f64>) -> Option<AtZero> {
+    at_zero_within(matrix, Rounding::OfLargest)
+}
+
+/// To which rounding a matrix is known.
+#[derive(Debug, Clone, Copy)]
+pub enum Rounding<'a> {
+    /// Each entry to that of the largest one.
+    OfLargest,
+    /// Of a change `Φ − 1` of a map: to that of one, however little changes.
+    OfOne,
+    /// Each entry to that of its own size: of what was added up to it, before anything cancelled.
+    OfEach(&'a Matrix<f64>),
+}
+
+/// The same of a matrix that is known to a rounding.
+///
+/// What no errors of the size of single entries make singular has no eigenvalue at zero, however small it is beside the largest entries: a slow motion beside
+/// a spring of 1e12 N m/rad is not free.
+///
+/// ```
+/// use kardan::num::{Matrix, Rounding, at_zero, at_zero_within};
+/// // Beside a decay with 1e16 1/s two slow ones are next to nothing.
+/// let rows = [[-1e16, 0.0, 0.0], [1.0, -1.0, 0.5], [1.0, 0.5, -1.0]];
+/// let a = Matrix::from_fn(3, 3, |i, j| rows[i][j]);
+/// assert_eq!(at_zero(&a).unwrap().motions.columns(), 2);
+/// assert_eq!(at_zero_within(&a, Rounding::OfEach(&a)).unwrap().motions.columns(), 0);
+/// ```
+///
+/// # Panics
+/// As [`at_zero`], and if there is not one size for each entry.
+pub fn at_zero_within(matrix: &Matrix<f64>, rounding: Rounding<'_>) -> Option<AtZero> {
     let n = matrix.rows();
     assert_eq!(n, matrix.columns(), "eigenvalues of a matrix that is not square");
     if matrix.as_slice().iter().any(|x| !x.is_finite()) {
@@ -51,13 +82,20 @@ pub fn at_zero(matrix: &Matrix<f64>) -> Option<AtZero> {
     let a = Mat::from_fn(n, n, |i, j| matrix[(i, j)]);
     let scales = balance(&a);
     let a = Mat::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
-    let least = ROUNDINGS * n as f64 * f64::EPSILON * a.norm_l2();
+    let largest = a.norm_l2().max(if matches!(rounding, Rounding::OfOne) { 1.0 } else { 0.0 });
+    let least = ROUNDINGS * n as f64 * f64::EPSILON * largest;
+    let sizes = match rounding {
+        Rounding::OfEach(sizes) => Some(Mat::from_fn(n, n, |i, j| sizes[(i, j)].abs() * scales[j] / scales[i])),
+        _ => None,
+    };
     let (mut motions, mut others) = (Mat::<f64>::zeros(n, 0), Mat::<f64>::identity(n, n));
     let mut rest = a.clone();
     while rest.nrows() > 0 {
         // The smallest singular value is no less than one over the norm of the inverse, which is a tenth of the work.
         let inverse = rest.partial_piv_lu().inverse();
-        if 1.0 / inverse.norm_l2() > CLEAR * least {
+        if 1.0 / inverse.norm_l2() > CLEAR * least
+            || sizes.as_ref().is_some_and(|sizes| regular(sizes, &others, &inverse))
+        {
             break;
         }
         let svd = rest.svd().ok()?;
@@ -82,6 +120,17 @@ pub fn at_zero(matrix: &Matrix<f64>) -> Option<AtZero> {
         right: Matrix::from_fn(n, others.ncols(), |i, j| others[(i, j)] * scales[i]),
         rounding: least,
     })
+}
+
+/// Whether `Oᵀ A O`, whose inverse is given, is regular for all errors of A of some roundings of these sizes: det changes by no more than the part
+/// `ε Σ |δA_ij| |A⁻¹_ji|` of itself.
+fn regular(sizes: &Mat<f64>, others: &Mat<f64>, inverse: &Mat<f64>) -> bool {
+    let p = inverse.nrows();
+    let o = Mat::from_fn(others.nrows(), p, |i, j| others[(i, j)].abs());
+    let errors = o.transpose() * sizes * &o;
+    let sum: f64 =
+        (0..p).flat_map(|i| (0..p).map(move |j| (i, j))).map(|(i, j)| errors[(i, j)] * inverse[(j, i)].abs()).sum();
+    ROUNDINGS * p as f64 * f64::EPSILON * sum < 1.0 / CLEAR
 }
 
 /// Splits motions off a square matrix that it is known to send to zero, or to others of them: columns, independent.

@@ -113,10 +113,8 @@ pub struct SingularValues {
 /// The largest singular value over all frequencies.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct LargestSingularValue {
-    /// A value that is taken.
+    /// The largest that was found: of one channel none is larger, but for rounding; of several beside every pole and in between.
     pub value: f64,
-    /// No value is larger, from a level test over all frequencies; but for rounding.
-    pub bound: f64,
     /// Where, rad/s; `None` where it is approached without end.
     #[serde(rename = "frequency_rad_s")]
     pub frequency: Option<f64>,

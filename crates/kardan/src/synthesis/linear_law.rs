@@ -336,6 +336,7 @@ impl Law for Linear {
             on_references: on_references(d),
             errors: Matrix::zeros(a.rows(), 0),
             on_errors: Matrix::zeros(c.rows(), 0),
+            flowing: false,
         }
     }
 

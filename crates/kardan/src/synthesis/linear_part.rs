@@ -33,6 +33,9 @@ pub struct LinearLaw {
     pub errors: Matrix<f64>,
     /// How they act on the commands, inputs × sensors.
     pub on_errors: Matrix<f64>,
+    /// Whether the states of a sampled law follow their differential equations between its samples, as those of blocks without a sample time do; else
+    /// they change at its samples. Without meaning for a law in continuous time.
+    pub flowing: bool,
 }
 
 impl LinearLaw {
@@ -53,6 +56,7 @@ impl LinearLaw {
             on_references,
             errors: Matrix::zeros(0, 0),
             on_errors: Matrix::zeros(inputs, 0),
+            flowing: false,
         }
     }
 
@@ -62,6 +66,26 @@ impl LinearLaw {
         let commands = [&self.on_angles, &self.on_speeds, &self.on_disturbances, &self.on_references];
         let mut all = on_plant.into_iter().chain(commands).chain([&self.states, &self.on_states]);
         all.all(|matrix| matrix.as_slice().iter().all(|x| (*x as f32).is_finite()))
+    }
+
+    /// The sizes of all its entries.
+    pub(super) fn sizes(&self) -> Self {
+        Self {
+            states: sizes(&self.states),
+            angles: sizes(&self.angles),
+            speeds: sizes(&self.speeds),
+            disturbances: sizes(&self.disturbances),
+            torques: sizes(&self.torques),
+            on_states: sizes(&self.on_states),
+            on_angles: sizes(&self.on_angles),
+            on_speeds: sizes(&self.on_speeds),
+            on_disturbances: sizes(&self.on_disturbances),
+            references: sizes(&self.references),
+            on_references: sizes(&self.on_references),
+            errors: sizes(&self.errors),
+            on_errors: sizes(&self.on_errors),
+            flowing: self.flowing,
+        }
     }
 
     /// The law with its states at a sample time, its signals held in between; `None` if a number overflows.
@@ -79,6 +103,11 @@ impl LinearLaw {
         });
         Some(Self { states: found.a, angles, speeds, disturbances, torques, references, errors, ..self.clone() })
     }
+}
+
+/// The absolute values of all entries.
+pub(super) fn sizes(matrix: &Matrix<f64>) -> Matrix<f64> {
+    Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| matrix[(i, j)].abs())
 }
 
 /// Matrices with the same number of rows beside each other.

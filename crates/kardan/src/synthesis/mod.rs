@@ -55,7 +55,7 @@ pub use faded::fade;
 pub use kind::{LawKind, Request};
 pub use law::*;
 pub use linear_part::LinearLaw;
-use linear_part::side_by_side;
+use linear_part::{side_by_side, sizes};
 pub use observed::Observer;
 pub use plant::{Plant, effective_inertia, input_inertia};
 use plant::{angle_output, output_shaft};

@@ -314,6 +314,10 @@ impl Law for Nonlinear {
         Some(out)
     }
 
+    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
+        self.at_design_point.linear_sampled(clock)
+    }
+
     fn linear(&self) -> LinearLaw {
         self.at_design_point.linear()
     }

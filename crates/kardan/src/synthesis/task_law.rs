@@ -381,6 +381,7 @@ impl TaskLaw {
             on_references: over(0, answers, known, &references),
             errors: over(answers, states, sensors, &errors),
             on_errors: over(0, answers, sensors, &errors),
+            flowing: false,
         }
     }
 
@@ -583,6 +584,14 @@ impl Law for TaskLaw {
             ..*self
         };
         Some(Arc::new(law))
+    }
+
+    /// At its own samples; without any, commands are sampled alone: its blocks have no sample time and go on at every instant.
+    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
+        match self.clock {
+            Some(own) => (own.period == clock.period).then(|| self.linear()),
+            None => Some(LinearLaw { flowing: true, ..self.linear() }),
+        }
     }
 
     fn sensors(&self) -> &[OutputSignal] {

@@ -824,6 +824,10 @@ impl Law for Printed {
         Some(Box::new(self.clone()))
     }
 
+    fn linear_sampled(&self, _: Clock) -> Option<LinearLaw> {
+        Some(self.linear())
+    }
+
     fn linear(&self) -> LinearLaw {
         LinearLaw::gains(Matrix::zeros(2, 5), Matrix::zeros(2, 5), Matrix::zeros(2, 2))
     }

@@ -13,6 +13,7 @@ mod margins_golden;
 mod massless;
 mod observers;
 mod operating_point;
+mod random_loops;
 mod regulator;
 mod responses;
 mod written;

@@ -637,3 +637,194 @@ fn warnings_have_no_holes() {
     assert!(said.is_empty(), "{said}");
     assert!(kardan::study::check(&held("0.7", "0.2 s", "")).iter().any(|one| one.code == "control::grows"));
 }
+
+/// A body in a damper whose motor is told by a program, with a block.
+fn body(damping: &str, block: &str, command: &str) -> String {
+    format!(
+        "[model]\nname = \"body\"\n[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"{damping} N m s/rad\"\n[motor.m]\nshaft = \"a\"\n\
+         [block.c]\n{block}\n[control.u]\nlaw = \"program\"\ncommands = {{ m = \"{command}\" }}\n[scenario]\nduration = \"1 s\"\n"
+    )
+}
+
+/// Where a program without a sample time gets one, its commands are held from sample to sample and its blocks go on: with their states beside angle and speed
+/// the exact map has its largest eigenvalue on the unit circle at the rate that is told, within it at a faster one and beyond at a slower one.
+#[test]
+fn the_slowest_rate_of_a_law_with_blocks_is_that_of_the_exact_map() {
+    // Rates of [φ; ω; ξ …] under u, and u over the same.
+    let cases: [(&str, &str, &str, Vec<Vec<f64>>, Vec<f64>); 4] = [
+        (
+            "0.5",
+            "kind = \"low_pass\"\ninput = \"a.w\"\ntime_constant = \"20 ms\"",
+            "-20 N m s/rad * c",
+            vec![vec![0.0, 1.0, 0.0], vec![0.0, -0.5, 0.0], vec![0.0, 50.0, -50.0]],
+            vec![0.0, 0.0, -20.0],
+        ),
+        (
+            "0",
+            "kind = \"lead_lag\"\ninput = \"a.phi\"\nlead = \"0.2 s\"\nlag = \"0.02 s\"",
+            "-20 N m/rad * c",
+            // (1 + 0.2 s)/(1 + 0.02 s) = 10 − 9/(1 + 0.02 s)
+            vec![vec![0.0, 1.0, 0.0], vec![0.0, 0.0, 0.0], vec![50.0, 0.0, -50.0]],
+            vec![-200.0, 0.0, 180.0],
+        ),
+        (
+            "0.5",
+            "kind = \"integrator\"\ninput = \"a.w\"",
+            "-20 N m s/rad * a.w - 5 N m/rad * c",
+            vec![vec![0.0, 1.0, 0.0], vec![0.0, -0.5, 0.0], vec![0.0, 1.0, 0.0]],
+            vec![0.0, -20.0, -5.0],
+        ),
+        (
+            "0",
+            "kind = \"transfer_function\"\ninput = \"a.w\"\nzeros = [-0.1381966011250105, -0.3618033988749895]\npoles = [0, 0]",
+            "-0.05 N m/(rad s) * c",
+            // (1 + 10 s + 20 s²)/s²
+            vec![
+                vec![0.0, 1.0, 0.0, 0.0],
+                vec![0.0, 0.0, 0.0, 0.0],
+                vec![0.0, 1.0, 0.0, 0.0],
+                vec![0.0, 0.0, 1.0, 0.0],
+            ],
+            vec![0.0, -1.0, -0.5, -0.05],
+        ),
+    ];
+    let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
+    let mut told = Vec::new();
+    for (damping, block, command, rates, feedback) in cases {
+        let margins =
+            design(&body(damping, block, command), &settings, &Silent).expect("a design").margins.expect("margins");
+        let n = feedback.len();
+        let a = Matrix::from_fn(n, n, |i, j| rates[i][j]);
+        let b = Matrix::from_fn(n, 1, |i, _| f64::from(u8::from(i == 1)));
+        // All eigenvalues but that of the angle, on which nothing but the lead depends.
+        let radius = |period: f64, late: f64| {
+            let held = discretise(&a, &b, period).expect("finite");
+            let map = Matrix::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
+                (true, true) => held.a[(i, j)] + if late == 0.0 { held.b[(i, 0)] * feedback[j] } else { 0.0 },
+                (true, false) => held.b[(i, 0)] * late,
+                (false, true) => feedback[j] * late,
+                (false, false) => 0.0,
+            });
+            let mut all = eigenvalues(&map).expect("eigenvalues");
+            if feedback[0] == 0.0 {
+                let free = (0..all.len()).min_by(|x, y| {
+                    let far = |k: &usize| (all[*k].0 - 1.0).hypot(all[*k].1);
+                    far(x).total_cmp(&far(y))
+                });
+                all.remove(free.expect("some"));
+            }
+            all.into_iter().map(|(re, im)| re.hypot(im)).fold(0.0, f64::max)
+        };
+        for rate in &margins.rates {
+            let Some(limit) = rate.rate.filter(|limit| *limit > 0.0) else { continue };
+            if rate.delay != 0.5 {
+                assert!(
+                    (radius(1.0 / limit, rate.delay) - 1.0).abs() < 1e-6,
+                    "{block}: {limit} Hz with {}",
+                    rate.delay
+                );
+                assert!(
+                    radius(0.99 / limit, rate.delay) < 1.0 && radius(1.01 / limit, rate.delay) > 1.0,
+                    "{block}: {limit} Hz"
+                );
+            }
+            told.push(limit);
+        }
+    }
+    // With all that the integrator takes in between two samples, and from the z-transform of the loop with two integrators.
+    assert!(
+        told.iter().any(|limit| (limit - 9.998_97).abs() < 1e-4)
+            && told.iter().any(|limit| (limit - 1.421_638_6).abs() < 1e-5),
+        "{told:?}"
+    );
+}
+
+/// No rate makes a loop stable that is not so without samples, and none is told.
+#[test]
+fn an_unstable_loop_has_no_slowest_rate() {
+    let source = body("0.5", "kind = \"low_pass\"\ninput = \"a.w\"\ntime_constant = \"20 ms\"", "2 N m s/rad * c");
+    let settings = DesignSettings { simulate: false, force: true, ..DesignSettings::default() };
+    let margins = design(&source, &settings, &Silent).expect("a design").margins.expect("margins");
+    assert!(margins.stable == Some(false) && margins.rates.is_empty(), "{}", margins.verdict);
+}
+
+/// Two bodies that turn freely, held by the twist between them: with a factor g of the angle that is read, det of the loop at rest is 1500 (g − 1), so that any
+/// factor below one lets them run away; a speed, whose reading the free angle does not change, has margins; and a differentiating filter between does what the speed
+/// does.
+#[test]
+fn a_reading_that_sees_a_free_motion() {
+    let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
+    let of = |source: &str| design(source, &settings, &Silent).expect("a design").margins.expect("margins").channels;
+    let pair = "[model]\nname = \"pair\"\n[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"0.1 N m s/rad\"\n[shaft.b]\ninertia = \"2 kg m^2\"\n\
+                damping = \"0.2 N m s/rad\"\n[spring_damper.k]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"50 N m/rad\"\ndamping = \"0.5 N m s/rad\"\n\
+                [motor.m]\nshaft = \"a\"\n[control.u]\nlaw = \"program\"\n\
+                commands = { m = \"30 N m/rad * (b.phi - a.phi) - 1 N m s/rad * a.w\" }\n[scenario]\nduration = \"1 s\"\n";
+    for clock in ["", "sample_time = \"1 ms\"\ndelay = \"1 ms\"\n"] {
+        let channels = of(&pair.replace("[scenario]", &format!("{clock}[scenario]")));
+        let [motor, at_a, at_b, speed] = &channels[..] else { panic!("{channels:?}") };
+        assert!(
+            (at_a.gain[0], at_a.gain_frequency[0], at_a.disk) == (1.0, Some(0.0), 0.0) && at_a.gain[1] > 2.0,
+            "{clock}: {at_a:?}"
+        );
+        assert!((at_b.gain[1], at_b.disk) == (1.0, 0.0) && at_b.gain[0] == 0.0, "{clock}: {at_b:?}");
+        // Without this speed the bodies' own damping is left.
+        assert!(
+            speed.gain[0] == 0.0 && speed.gain[1] > 2.0 && speed.disk > 0.3 && motor.disk > 0.3,
+            "{clock}: {speed:?}"
+        );
+    }
+    // 0.5 N m s/rad of damping against 0.2 g: up to g = 2.5, and the disk with these ends, (g − 1)·2/(g + 1) = 6/7.
+    let filtered =
+        body("0.5", "kind = \"transfer_function\"\ninput = \"a.phi\"\nzeros = [0]\npoles = [-50]", "0.2 N m s/rad * c");
+    let channels = of(&filtered);
+    for one in &channels {
+        assert!(
+            one.gain[0] == 0.0 && (one.gain[1] - 2.5).abs() < 1e-9 && (one.disk - 6.0 / 7.0).abs() < 1e-9,
+            "{one:?}"
+        );
+    }
+    assert_eq!(channels.len(), 2);
+}
+
+/// Beside a spring of 1e12 N m/rad, whose motion is a hundred million times faster, the slow motion is not free: a body of 1.000001 kg m² under its law, whose
+/// (S − T)/2 has its peak at ω² = K/J in closed form.
+#[test]
+fn a_stiff_spring_makes_nothing_free() {
+    let source = "[model]\nname = \"stiff\"\n[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1e-6 kg m^2\"\n[spring_damper.k]\nshaft_1 = \"a\"\n\
+                  shaft_2 = \"b\"\nstiffness = \"1e12 N m/rad\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n[control.c]\nlaw = \"program\"\n\
+                  commands = { m = \"-100 N m/rad * a.phi - 14 N m s/rad * a.w\" }\n[scenario]\nduration = \"1 s\"\n";
+    let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
+    let margins = design(source, &settings, &Silent).expect("a design").margins.expect("margins");
+    let (j, d, k) = (1.000_001, 14.0, 100.0);
+    let x: f64 = k / j;
+    let above = (j * x + k).powi(2) + d * d * x;
+    let below = (k - j * x).powi(2) + d * d * x;
+    let expected = 2.0 * (below / above).sqrt();
+    assert!((margins.channels[0].disk / expected - 1.0).abs() < 1e-6, "{:?} {expected}", margins.channels[0]);
+    assert_eq!((margins.stable, margins.free_poles), (Some(true), 0));
+}
+
+/// A filter that is slow beside its sample time keeps its poles: 0.1 N m s of positive feedback of the speed against 0.02387 N m s/rad of damping grow, up to
+/// 0.02387 N m s they do not; the angle that nothing holds is the only free motion.
+#[test]
+fn a_slow_filter_at_a_fast_clock() {
+    let source = |gain: &str| {
+        format!(
+            "[model]\nname = \"t\"\n[shaft.a]\ninertia = \"0.1319 kg m^2\"\ndamping = \"0.02387 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n\
+             [block.c]\nkind = \"transfer_function\"\ninput = \"a.phi / (1 rad)\"\nsample_time = \"0.00005 s\"\npoles = [-0.4289, -1.479, -0.8704]\n\
+             zeros = [-35.4, 0.0, -35.51]\n[control.u]\nlaw = \"program\"\nsample_time = \"0.00005 s\"\ncommands = {{ m = \"{gain} N m s * c\" }}\n\
+             [scenario]\nduration = \"1 s\"\n"
+        )
+    };
+    let settings = DesignSettings { simulate: false, force: true, ..DesignSettings::default() };
+    let of = |gain: &str| design(&source(gain), &settings, &Silent).expect("a design").margins.expect("margins");
+    let grows = of("0.1");
+    assert_eq!((grows.stable, grows.free_poles), (Some(false), 1), "{}", grows.verdict);
+    // To 60 digits.
+    assert!((grows.spectral_radius.expect("known") - 1.000_009_85).abs() < 1e-8, "{:?}", grows.spectral_radius);
+    let stays = of("0.001");
+    assert_eq!((stays.stable, stays.free_poles), (Some(true), 1), "{}", stays.verdict);
+    for one in &stays.channels {
+        assert!((one.gain[1] / 23.87 - 1.0).abs() < 1e-4, "{one:?}");
+    }
+}

@@ -59,7 +59,6 @@ fn gain_and_phase_margins_and_the_distance_from_minus_one_are_those_of_python_co
         close(1.0 / sensitivity.value, distance[0], origin);
         // Where the distance is least it is flat: its place is known to the root of its tolerance.
         assert!((sensitivity.frequency / distance[1] - 1.0).abs() < 1e-3, "{origin}: at {}", sensitivity.frequency);
-        assert!(sensitivity.value <= sensitivity.bound && sensitivity.bound < sensitivity.value * (1.0 + 1e-6));
     }
 }
 

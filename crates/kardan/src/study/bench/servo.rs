@@ -141,6 +141,10 @@ impl Law for ServoLaw {
         Some(Box::new(self.0.clone()))
     }
 
+    fn linear_sampled(&self, _: Clock) -> Option<LinearLaw> {
+        Some(self.linear())
+    }
+
     fn linear(&self) -> LinearLaw {
         let (inputs, shafts) = (self.0.inputs.len(), self.0.inverse.work.kinematics.angles.len());
         LinearLaw::gains(Matrix::zeros(inputs, shafts), Matrix::zeros(inputs, shafts), Matrix::zeros(inputs, 0))

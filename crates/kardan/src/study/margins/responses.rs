@@ -193,7 +193,6 @@ fn singular(
 ) -> SingularValues {
     let largest = response.largest_gain().map(|found| LargestSingularValue {
         value: found.value,
-        bound: found.bound,
         frequency: Some(found.frequency).filter(|frequency| frequency.is_finite()),
     });
     let values = seen.iter().map(|(_, seen)| of(seen).and_then(|m| m.singular_values().ok()).unwrap_or_default());

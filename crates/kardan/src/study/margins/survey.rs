@@ -72,6 +72,7 @@ pub(in crate::study) fn survey(
     let continuous = clocks.iter().all(Option::is_none) && !for_one_time;
     let known = as_it_is.as_ref().map(|found| Known::of(found, exact.as_ref(), &plant, laws, continuous));
     let stable = known.as_ref().map(|known| known.stable);
+    // A loop that is unstable as it is has no rate and tolerates nothing.
     let tolerated = stable != Some(false);
     let gain_margin = within.gain_margin().filter(|_| tolerated);
     let (channels, together) = if stable == Some(true) { errors(variant, number, &within) } else { Default::default() };
@@ -94,7 +95,7 @@ pub(in crate::study) fn survey(
             .map(|found| radius(found.growth)),
         stable,
         proven: known.as_ref().is_some_and(|known| known.proven),
-        rates: if for_one_time { Vec::new() } else { [0.0, 0.5, 1.0].map(rates).to_vec() },
+        rates: if for_one_time || !tolerated { Vec::new() } else { [0.0, 0.5, 1.0].map(rates).to_vec() },
         longest_delay: within.longest_delay().filter(|_| tolerated).map(limit),
         longest_lag: within.longest_lag().filter(|_| tolerated).map(limit),
         gain_margin: gain_margin.map(|both| both.map(limit)),

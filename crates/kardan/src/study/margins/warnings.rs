@@ -75,6 +75,16 @@ pub(super) fn close(one: &ChannelMargin) -> Option<String> {
     let (factor, frequency) =
         if ln(high) < -ln(low) { (high, one.gain_frequency[1]) } else { (low, one.gain_frequency[0]) };
     let prefix = if hardly(one) { "stable, but hardly: " } else { "" };
+    if low == 1.0 || high == 1.0 {
+        let factors = match (low == 1.0, high == 1.0) {
+            (true, true) => "any factor but 1",
+            (true, false) => "any factor below 1",
+            _ => "any factor above 1",
+        };
+        return Some(format!(
+            "{prefix}{factors} in {what} makes the loop unstable, as its error moves an uncontrolled rigid-body mode (a pole at zero)"
+        ));
+    }
     if low > 1.0 / HARDLY || high < HARDLY {
         Some(format!("{prefix}{what} times {factor:.4} makes the loop unstable{}", at(frequency)))
     } else if one.phase < PHASE {

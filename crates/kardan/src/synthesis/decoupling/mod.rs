@@ -32,5 +32,7 @@ pub use gains::{StaticDecoupling, decouple};
 pub use quotient::{Quotient, observable_quotient};
 pub use relative_degree::{RelativeDegrees, relative_degrees};
 pub use resolvent::characteristic_polynomial;
+pub(super) use resolvent::resolvent;
+pub(super) use rows::common_denominator;
 pub use transfer::{RationalFunction, transfer_matrix};
 pub use zero_dynamics::{ZeroDynamicsMatrix, zero_dynamics, zero_polynomial};

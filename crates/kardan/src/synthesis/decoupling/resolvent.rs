@@ -6,7 +6,7 @@ use super::rows::{common_denominator, whole};
 use crate::num::{Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Residue};
 
 /// `C (sI − A)⁻¹ B + D` over one denominator.
-pub(super) struct Resolvent {
+pub(in crate::synthesis) struct Resolvent {
     /// `det(sI − A)`.
     pub characteristic: Polynomial,
     /// Numerators, outputs × inputs.
@@ -38,7 +38,7 @@ pub fn characteristic_polynomial(a: &Matrix<Rational>) -> Polynomial {
 /// Method: with rows scaled to whole numbers, `det(sI − A)` and the bordered determinants `[sI − A, −B_j; C_i, D_ij]` have
 /// whole coefficients, bounded by the products of the absolute sums of their rows. They are computed modulo enough primes:
 /// the numerators are the polynomial part of `det(sI − A) Σ C Aᵏ B s^(−k−1)`.
-pub(super) fn resolvent(
+pub(in crate::synthesis) fn resolvent(
     a: &Matrix<Rational>,
     b: &Matrix<Rational>,
     c: &Matrix<Rational>,

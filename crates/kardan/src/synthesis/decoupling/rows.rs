@@ -41,7 +41,7 @@ pub(super) fn unit_place(row: &[Rational]) -> Option<usize> {
 }
 
 /// The least common multiple of the denominators.
-pub(super) fn common_denominator<'a>(entries: impl IntoIterator<Item = &'a Rational>) -> UBig {
+pub(in crate::synthesis) fn common_denominator<'a>(entries: impl IntoIterator<Item = &'a Rational>) -> UBig {
     entries.into_iter().fold(UBig::ONE, |all, x| {
         let shared = Gcd::gcd(&all, x.denominator());
         all / shared * x.denominator()

@@ -521,6 +521,10 @@ impl Law for Designed {
         Some(if is_single(clock) { Box::new(self.block.cast::<f32>()) } else { Box::new(self.block.cast::<f64>()) })
     }
 
+    fn linear_sampled(&self, _: Clock) -> Option<LinearLaw> {
+        Some(self.linear())
+    }
+
     fn linear(&self) -> LinearLaw {
         let (m, r) = (self.inputs.len(), self.block.coordinate_shafts.len());
         let mut on_angles = Matrix::zeros(m, self.shafts);

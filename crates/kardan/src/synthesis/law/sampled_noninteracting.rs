@@ -997,6 +997,7 @@ impl Sampled {
             // Without sensors of its own the law sees true angles and speeds.
             errors: if self.sensors.is_empty() { Matrix::zeros(size, 0) } else { from_readings.clone() },
             on_errors: if self.sensors.is_empty() { Matrix::zeros(m, 0) } else { on_readings.clone() },
+            flowing: false,
         }
     }
 }

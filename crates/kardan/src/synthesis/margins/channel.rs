@@ -3,6 +3,7 @@ use std::f64::consts::TAU;
 use kardan_rt::functions::{atan, atan2};
 
 use super::Response;
+use super::one_channel::OneChannel;
 
 /// A factor that rounding makes of zero, where an open channel leaves a motion at zero: `1 + 1/M` at M = −1.
 const NOTHING: f64 = 1e-9;
@@ -46,8 +47,9 @@ impl ChannelMargins {
 
 /// Gain, phase, delay and disk margins of one channel of a stable loop.
 ///
-/// Gain margins where M is real, phase margins where |S| = |T|, that is Re M = −½, found as zeros of `M(s) ∓ M(−s)`; the disk
-/// from the exact peak of (S − T)/2 (Seiler, Packard, Gahinet 2020). `None` if an iteration fails.
+/// Gain margins where M is real, phase margins where |S| = |T|, that is Re M = −½; the disk from the peak of (S − T)/2 (Seiler, Packard, Gahinet 2020). Up
+/// to 32 states they are roots of polynomials with exact coefficients, beyond that they are searched between places beside all poles. A motion that nobody
+/// holds and that the channel sees moves with every error of it: it has no margin on that side. `None` if an iteration fails.
 ///
 /// ```
 /// use kardan::num::Matrix;
@@ -64,7 +66,11 @@ impl ChannelMargins {
 /// If it has not just one channel.
 pub fn channel_margins(channel: &Response) -> Option<ChannelMargins> {
     assert_eq!(channel.channels(), 1, "margins of one channel");
-    let (peak, place) = channel.balanced().peak()?;
+    let one = channel.one_channel();
+    let (peak, place) = match &one {
+        Some(one) => one.balanced().peak(&channel.first_places()),
+        None => channel.balanced().peak(),
+    };
     let mut out = ChannelMargins {
         gain: [0.0, f64::INFINITY],
         phase: f64::INFINITY,
@@ -73,17 +79,22 @@ pub fn channel_margins(channel: &Response) -> Option<ChannelMargins> {
         disk_frequency: channel.frequency(place),
         ..ChannelMargins::default()
     };
-    for place in channel.crossings(true).into_iter().chain([0.0, f64::INFINITY]) {
-        let m = channel.at(place)[(0, 0)].re;
+    let at = |place: f64| one.as_ref().map_or_else(|| channel.at(place)[(0, 0)], |one| one.at(place));
+    let [real, half] = match &one {
+        Some(one) => [one.real(), one.half()],
+        None => [channel.changes(&|m| m.im), channel.changes(&|m| m.re + 0.5)],
+    };
+    for place in real.into_iter().chain([0.0, f64::INFINITY]) {
+        let m = at(place).re;
         let (factor, frequency) = (1.0 + 1.0 / m, Some(channel.frequency(place)));
-        if m > 0.0 && factor < out.gain[1] {
+        if m > 0.0 && m.is_finite() && factor < out.gain[1] {
             (out.gain[1], out.gain_frequency[1]) = (factor, frequency);
         } else if m < 0.0 && factor > out.gain[0].max(NOTHING) {
             (out.gain[0], out.gain_frequency[0]) = (factor, frequency);
         }
     }
-    for place in channel.crossings(false) {
-        let m = channel.at(place)[(0, 0)];
+    for place in half {
+        let m = at(place);
         let factor = 1.0 + m.conj() / m.norm_sqr();
         let (turn, frequency) = (-atan2(factor.im, factor.re), channel.frequency(place));
         if turn.abs() < out.phase {
@@ -94,5 +105,28 @@ pub fn channel_margins(channel: &Response) -> Option<ChannelMargins> {
             (out.delay, out.delay_frequency) = (Some(late), Some(frequency));
         }
     }
+    if let Some(one) = one.filter(|one| one.poles_at_zero() > 0) {
+        moving_freely(&one, &mut out);
+    }
     Some(out)
+}
+
+/// The margins of a channel that sees a motion that nobody holds, and moves it.
+fn moving_freely(one: &OneChannel, out: &mut ChannelMargins) {
+    let [low, high] = out.gain;
+    // Between one and the next limit all factors are alike.
+    if !one.stable_with(0.5 * (1.0 + low)) {
+        (out.gain[0], out.gain_frequency[0]) = (1.0, Some(0.0));
+    }
+    if !one.stable_with(if high.is_finite() { 0.5 * (1.0 + high) } else { 2.0 }) {
+        (out.gain[1], out.gain_frequency[1]) = (1.0, Some(0.0));
+    }
+    let (rate, turns) = if one.poles_at_zero() == 1 { one.at_pole() } else { (0.0, true) };
+    if turns {
+        (out.phase, out.phase_frequency) = (0.0, Some(0.0));
+    }
+    // A root comes to zero where 1 + r τ is none.
+    if rate < 0.0 && out.delay.is_some_and(|delay| -1.0 / rate < delay) {
+        (out.delay, out.delay_frequency) = (Some(-1.0 / rate), Some(0.0));
+    }
 }

@@ -7,6 +7,7 @@
 
 mod channel;
 mod frequencies;
+mod one_channel;
 mod response;
 mod together;
 

@@ -1,27 +1,32 @@
-use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
-use kardan_rt::functions::{atan, hypot, tan};
+use kardan_rt::functions::{atan, hypot, powf, tan};
 
-use crate::num::{Matrix, Transfer, at_zero, balance, eigenvalues};
+use super::one_channel::{LEVEL, OneChannel};
+use crate::num::{
+    Matrix, Polynomial, Rational, Rounding, at_zero, at_zero_within, balance, eigenvalues, rational_from_f64,
+};
+use crate::synthesis::decoupling::{characteristic_polynomial, resolvent};
 
-/// Roundings within which a level is exceeded.
-const LEVEL: f64 = 1e-9;
-/// Largest part of an eigenvalue of the level test that may be real, if it is looked at.
-const NEAR: f64 = 1e-3;
+/// States up to which poles and single channels are computed from polynomials with exact coefficients.
+const MOST: usize = 32;
 /// Squarings after which a power shows the largest singular value.
 const SQUARINGS: usize = 20;
 /// Part of its size by which a pole is beyond the axis, if it is not on it.
 const NEXT_TO_AXIS: f64 = 1e-6;
-/// Rounds of the level test.
-const ROUNDS: usize = 60;
+/// Places in a decade that are looked at, and beside a pole, in distances from the axis.
+const PER_DECADE: f64 = 25.0;
+const BESIDE: [f64; 7] = [0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
+/// Decades that are looked at beyond the slowest and the fastest pole.
+const BEYOND: f64 = 100.0;
+/// Steps of a search between two places.
+const STEPS: usize = 60;
 
 /// The largest singular value of a response over all frequencies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LargestGain {
-    /// A value that is taken.
+    /// A value that is taken. Of one channel none is larger, but for the rounding of the realisation; of several it is the largest that was found beside
+    /// every pole and in between.
     pub value: f64,
-    /// A level test shows that no value is larger (Boyd, Balakrishnan, Kabamba 1989), but for rounding.
-    pub bound: f64,
     /// Where, rad/s; infinite where it is approached only.
     pub frequency: f64,
 }
@@ -46,36 +51,28 @@ pub enum FrequencyError {
 
 /// What a linear system makes of sines, `M(s) = C (sI − A)⁻¹ B + D`. Of a loop as errors of its channels see it: square and stable.
 ///
-/// That of a map `z⁺ = Φ z + Γ w` is brought to this form by `s = (z − 1)/(z + 1)`, which keeps every value and turns the unit
-/// circle into the imaginary axis: `s = j tan(ωT/2)`.
+/// Places on the imaginary axis are those of `s = (z − 1)/(z + 1)` of a map `z⁺ = Φ z + Γ w`, which turns the unit circle into that axis:
+/// `s = j tan(ωT/2)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
+    /// In balanced coordinates; of a map Φ, Γ, C, D.
     a: Matrix<f64>,
     b: Matrix<f64>,
     c: Matrix<f64>,
     d: Matrix<f64>,
     /// T, s; `None` in continuous time.
     sample_time: Option<f64>,
-    /// Eigenvalues of A.
+    /// In the plane of places.
     poles: Vec<(f64, f64)>,
 }
 
 impl Response {
-    /// Of `ż = A z + B w`, `u = C z + D w`, or of the map `z⁺ = A z + B w` over a sample time in s; `None` if a number is not finite,
-    /// or the map turns a state around in each sample (an eigenvalue −1).
+    /// Of `ż = A z + B w`, `u = C z + D w`, or of the map `z⁺ = A z + B w` over a sample time in s; `None` if a number is not finite.
     ///
     /// # Panics
     /// If the shapes do not fit.
     pub fn state_space([a, b, c, d]: [&Matrix<f64>; 4], sample_time: Option<f64>) -> Option<Self> {
-        let Some(time) = sample_time else { return Self::of(a.clone(), b.clone(), c.clone(), d.clone(), None) };
-        let one = Matrix::<f64>::identity(a.rows());
-        let sum = one.plus(a);
-        let root = std::f64::consts::SQRT_2;
-        let inputs = sum.solve(b)?;
-        let outputs = sum.transpose().solve(&c.transpose())?.transpose();
-        let through = d.plus(&c.multiply(&inputs).scale(&-1.0));
-        let turned = sum.solve(&a.plus(&one.scale(&-1.0)))?;
-        Self::of(turned, inputs.scale(&root), outputs.scale(&root), through, Some(time))
+        Self::of(a.clone(), b.clone(), c.clone(), d.clone(), sample_time)
     }
 
     /// The loop of `ż = A z + B w`, `u = C z`; `None` if a number is not finite.
@@ -98,12 +95,16 @@ impl Response {
         let n = a.rows();
         assert!(a.columns() == n && b.rows() == n && c.columns() == n, "states of a loop");
         assert!(d.rows() == c.rows() && d.columns() == b.columns(), "channels of a loop");
-        let poles = eigenvalues(&a)?;
+        if ![&a, &b, &c, &d].iter().all(|m| m.as_slice().iter().all(|x| x.is_finite())) {
+            return None;
+        }
         let scales = balance(&Mat::from_fn(n, n, |i, j| a[(i, j)]));
+        let a = Matrix::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
+        let poles = poles(&a, sample_time.is_some())?;
         let out = Self {
-            a: Matrix::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]),
             b: Matrix::from_fn(n, b.columns(), |i, j| b[(i, j)] / scales[i]),
             c: Matrix::from_fn(c.rows(), n, |i, j| c[(i, j)] * scales[j]),
+            a,
             d,
             sample_time,
             poles,
@@ -174,8 +175,12 @@ impl Response {
 
     /// How many poles grow: those at zero do not, and those on the axis but for rounding. `None` if the iteration fails.
     pub fn unstable_poles(&self) -> Option<usize> {
-        let held = eigenvalues(&at_zero(&self.a)?.rest)?;
-        Some(held.iter().filter(|(re, im)| *re > NEXT_TO_AXIS * hypot(*re, *im)).count())
+        let rest = match self.sample_time {
+            None => at_zero(&self.a)?.rest,
+            Some(_) => at_zero_within(&change(&self.a), Rounding::OfOne)?.rest,
+        };
+        let poles = poles_of_rates(&rest, self.is_sampled())?;
+        Some(poles.iter().filter(|(re, im)| *re > NEXT_TO_AXIS * hypot(*re, *im)).count())
     }
 
     /// The other side of the same loop, `−(I + M)⁻¹ M`: of a loop gain L what errors see when it is closed, of that again L. `None`
@@ -224,8 +229,8 @@ impl Response {
         if self.poles.iter().any(|(re, _)| *re >= 0.0) {
             return None;
         }
-        let (value, place) = self.peak()?;
-        Some(LargestGain { value, bound: value * (1.0 + LEVEL), frequency: self.frequency(place) })
+        let (value, place) = self.peak();
+        Some(LargestGain { value, frequency: self.frequency(place) })
     }
 
     /// Whether the loop is sampled.
@@ -233,15 +238,32 @@ impl Response {
         self.sample_time.is_some()
     }
 
-    /// M at a place on the imaginary axis; infinite: D.
+    /// M at a place on the imaginary axis.
     pub(super) fn at(&self, place: f64) -> Mat<c64> {
         let real = |m: &Matrix<f64>| Mat::from_fn(m.rows(), m.columns(), |i, j| c64::new(m[(i, j)], 0.0));
         let n = self.a.rows();
-        if place.is_infinite() || n == 0 {
+        // In continuous time (s − A) x = B; of a map (z − 1 − (Φ − 1)) x = Γ with z − 1 = 2s/(1 − s).
+        let (s, own) = match (self.sample_time, place.is_infinite()) {
+            (None, true) => return real(&self.d),
+            (None, false) => (c64::new(0.0, place), 0.0),
+            (Some(_), true) => (c64::new(-2.0, 0.0), 1.0),
+            (Some(_), false) => (c64::new(0.0, 2.0 * place) / c64::new(1.0, -place), 1.0),
+        };
+        if n == 0 {
             return real(&self.d);
         }
-        let shifted = Mat::from_fn(n, n, |i, j| c64::new(-self.a[(i, j)], if i == j { place } else { 0.0 }));
-        real(&self.c) * shifted.partial_piv_lu().solve(real(&self.b)) + real(&self.d)
+        let m = self.b.columns();
+        let entry = |i: usize, j: usize| match j {
+            j if j >= n => c64::new(self.b[(i, j - n)], 0.0),
+            j if j == i => s - (self.a[(i, j)] - own),
+            j => c64::new(-self.a[(i, j)], 0.0),
+        };
+        let mut rows: Vec<Vec<c64>> = (0..n).map(|i| (0..n + m).map(|j| entry(i, j)).collect()).collect();
+        solve(&mut rows);
+        Mat::from_fn(self.c.rows(), m, |i, j| {
+            let sum: c64 = self.c.row(i).iter().zip(&rows).map(|(c, x)| x[n + j] * *c).sum();
+            sum + self.d[(i, j)]
+        })
     }
 
     /// Half the difference of sensitivity and complementary sensitivity, M + ½: errors as disks around one.
@@ -250,186 +272,199 @@ impl Response {
         Self { d: self.d.plus(&Matrix::identity(m).scale(&0.5)), ..self.clone() }
     }
 
-    /// `diag(x) M diag(x)⁻¹`
-    pub(super) fn scaled(&self, x: &[f64]) -> Self {
-        let m = self.channels();
-        Self {
-            b: Matrix::from_fn(self.b.rows(), m, |i, j| self.b[(i, j)] / x[j]),
-            c: Matrix::from_fn(m, self.c.columns(), |i, j| self.c[(i, j)] * x[i]),
-            d: Matrix::from_fn(m, m, |i, j| self.d[(i, j)] * x[i] / x[j]),
-            ..self.clone()
-        }
-    }
-
     /// The largest singular value at a place.
     pub(super) fn size(&self, place: f64) -> f64 {
         largest_singular(&self.at(place))
     }
 
-    /// Places worth a look before anything is known: zero, infinity, next to each pole.
-    pub(super) fn first_places(&self) -> Vec<f64> {
-        let mut out = vec![0.0, f64::INFINITY];
-        out.extend(self.poles.iter().flat_map(|(re, im)| [im.abs(), hypot(*re, *im)]));
+    /// Places at which nothing is missed but what is narrower than every pole: evenly spaced, beyond the slowest and the fastest pole, and beside each pole
+    /// as far from each other as it is from the axis. Zero comes first, infinity last.
+    pub(super) fn places(&self) -> Vec<f64> {
+        let moving = self.poles.iter().map(|(re, im)| hypot(*re, *im)).filter(|size| *size > 0.0 && size.is_finite());
+        let (low, high) = moving.fold((1.0f64, 1.0f64), |(low, high), size| (low.min(size), high.max(size)));
+        let (low, high) = (low / BEYOND, high * BEYOND);
+        let count = (kardan_rt::functions::log10(high / low) * PER_DECADE).ceil();
+        let even = (0..=count as usize).map(|k| low * powf(high / low, k as f64 / count));
+        let beside = self.poles.iter().flat_map(|(re, im)| {
+            let around = BESIDE.iter().flat_map(move |k| [im.abs() - k * re.abs(), im.abs() + k * re.abs()]);
+            around.chain([hypot(*re, *im)])
+        });
+        let mut out: Vec<f64> = even.chain(beside).filter(|place| *place > 0.0 && place.is_finite()).collect();
+        out.extend([0.0, f64::INFINITY]);
         out.sort_by(f64::total_cmp);
         out.dedup();
         out
     }
 
-    /// All places at which a singular value may be this level, ascending; `None` if the iteration fails.
-    ///
-    /// Imaginary eigenvalues of a Hamiltonian matrix (Boyd, Balakrishnan, Kabamba 1989); those next to the axis are given too.
-    pub(super) fn level(&self, level: f64) -> Option<Vec<f64>> {
-        let (n, m) = (self.a.rows(), self.channels());
-        let r = Matrix::identity(m).scale(&(level * level)).plus(&self.d.transpose().multiply(&self.d).scale(&-1.0));
-        let (bt, dt) = (self.b.transpose(), self.d.transpose());
-        let per_c = r.solve(&dt.multiply(&self.c))?;
-        let per_b = r.solve(&bt)?;
-        let a = self.a.plus(&self.b.multiply(&per_c));
-        let up = self.b.multiply(&per_b);
-        let down = self.c.transpose().multiply(&self.c.plus(&self.d.multiply(&per_c)));
-        // In units in which both corners are alike.
-        let size = |m: &Matrix<f64>| m.as_slice().iter().fold(0.0f64, |max, x| max.max(x.abs()));
-        let ratio = if size(&up) > 0.0 && size(&down) > 0.0 { (size(&down) / size(&up)).sqrt() } else { 1.0 };
-        let whole = Matrix::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
-            (true, true) => a[(i, j)],
-            (true, false) => up[(i, j - n)] * ratio,
-            (false, true) => -down[(i - n, j)] / ratio,
-            (false, false) => -a[(j - n, i - n)],
-        });
-        let found = eigenvalues(&whole)?;
-        let near = found.iter().filter(|(re, im)| re.abs() <= NEAR * im.abs() || *im == 0.0);
-        let mut places: Vec<f64> = near.map(|(_, im)| im.abs()).collect();
-        places.sort_by(f64::total_cmp);
-        places.dedup();
-        Some(places)
+    /// The only channel as a quotient of polynomials; `None` of too many states.
+    pub(super) fn one_channel(&self) -> Option<OneChannel> {
+        if self.channels() != 1 || self.a.rows() > MOST {
+            return None;
+        }
+        let [a, b, c, d] = [&self.a, &self.b, &self.c, &self.d].map(exact);
+        let found = resolvent(&a, &b, &c, &d);
+        let [numerator, denominator] = [&found.numerators[0][0], &found.characteristic]
+            .map(|of| if self.is_sampled() { on_the_axis(of, self.a.rows()) } else { of.clone() });
+        Some(OneChannel::new(&numerator, &denominator))
     }
 
-    /// The largest singular value over all frequencies, and its place; `None` if the iteration fails.
-    ///
-    /// From the largest of some values a level test tells between which places it is exceeded, the middles of these give the
-    /// next value, until nothing exceeds it (Bruinsma and Steinbuch 1990): no peak is too narrow.
-    pub(super) fn peak(&self) -> Option<(f64, f64)> {
-        let mut best = (0.0f64, 0.0f64);
-        let look = |place: f64, best: &mut (f64, f64)| {
-            let size = self.size(place);
-            if size > best.0 {
-                *best = (size, place);
-            }
-            size.is_finite()
-        };
-        for place in self.first_places() {
-            if !look(place, &mut best) {
-                return None;
-            }
+    /// The largest singular value over all frequencies, and its place; infinite at a pole on the axis.
+    pub(super) fn peak(&self) -> (f64, f64) {
+        if let Some(one) = self.one_channel() {
+            return one.peak(&self.first_places());
         }
-        if best.0 == 0.0 {
-            // Nothing goes through.
-            return Some(best);
-        }
-        for _ in 0..ROUNDS {
-            let before = best.0;
-            let places = self.level(before * (1.0 + LEVEL))?;
-            for (k, place) in places.iter().enumerate() {
-                look(*place, &mut best);
-                match places.get(k + 1) {
-                    Some(next) => look(0.5 * (place + next), &mut best),
-                    None => look(2.0 * place, &mut best),
-                };
-            }
-            if best.0 <= before * (1.0 + LEVEL) {
-                return Some(best);
-            }
-        }
-        Some(best)
+        largest_between(&self.places(), &|place| self.size(place))
     }
 
-    /// Whether one level test shows that the balanced disk of the channels, alike for all of them, is no smaller than α. `false`
-    /// says nothing: it may be all the same.
+    /// The frequencies of the poles as places.
+    pub(super) fn first_places(&self) -> Vec<f64> {
+        self.poles.iter().map(|(re, im)| if im.abs() > re.abs() { im.abs() } else { hypot(*re, *im) }).collect()
+    }
+
+    /// Whether the balanced disk of the only channel is no smaller than α. `false` says nothing: it may be all the same.
     pub fn holds_disk(&self, alpha: f64) -> bool {
-        let (half, level) = (self.balanced(), 1.0 / alpha);
-        let below = [0.0, f64::INFINITY].iter().all(|place| half.size(*place) < level);
-        below && half.level(level).is_some_and(|places| places.is_empty())
+        let Some(one) = self.one_channel().map(|one| one.balanced()) else { return false };
+        let size = |place: f64| hypot(one.at(place).re, one.at(place).im);
+        [0.0, 1.0, f64::INFINITY].iter().all(|place| size(*place) < 1.0 / alpha) && one.level(1.0 / alpha).is_empty()
     }
 
-    /// Places at which the only channel's M is real (`real`), or has the real part −½; zero and infinity left out.
-    ///
-    /// Zeros of `M(s) ∓ M(−s)` from a pencil, shifted three ways, each brought to the axis by Newton steps.
-    pub(super) fn crossings(&self, real: bool) -> Vec<f64> {
-        let n = self.a.rows();
-        let size = 2 * n + 1;
-        let sign = if real { 1.0 } else { -1.0 };
-        let corner = if real { 0.0 } else { 2.0 * self.d[(0, 0)] + 1.0 };
-        let sizes: Vec<f64> = self.poles.iter().map(|(re, im)| hypot(*re, *im)).filter(|x| *x > 0.0).collect();
-        let (low, high) = sizes.iter().fold((f64::MAX, 0.0f64), |(low, high), x| (low.min(*x), high.max(*x)));
-        let mut out: Vec<f64> = Vec::new();
-        if sizes.is_empty() {
-            return out;
-        }
-        let mut starts = Vec::new();
-        for shift in [0.737 * low, 1.131 * (low * high).sqrt(), 1.373 * high] {
-            let pencil = Matrix::from_fn(size, size, |i, j| {
-                let diagonal = if i == j { shift } else { 0.0 };
-                match (i / n.max(1), j / n.max(1)) {
-                    _ if i == 2 * n && j == 2 * n => corner,
-                    _ if i == 2 * n => self.c[(0, j % n)] * if j < n { 1.0 } else { sign },
-                    _ if j == 2 * n => self.b[(i % n, 0)],
-                    (0, 0) => self.a[(i, j)] - diagonal,
-                    (1, 1) => -self.a[(i - n, j - n)] - diagonal,
-                    _ => 0.0,
+    /// Places between which a function of the only channel's M changes its sign, each found by halving; zero and infinity left out.
+    pub(super) fn changes(&self, of: &dyn Fn(c64) -> f64) -> Vec<f64> {
+        let value = |place: f64| of(self.at(place)[(0, 0)]);
+        let all: Vec<(f64, f64)> = self
+            .places()
+            .into_iter()
+            .filter(|place| *place > 0.0 && place.is_finite())
+            .map(|place| (place, value(place)))
+            .collect();
+        let changing = all.windows(2).filter(|pair| (pair[0].1 > 0.0) != (pair[1].1 > 0.0));
+        changing
+            .map(|pair| {
+                let (mut low, mut high) = (pair[0].0, pair[1].0);
+                for _ in 0..STEPS {
+                    let middle = (low * high).sqrt();
+                    if (value(middle) > 0.0) == (pair[0].1 > 0.0) { low = middle } else { high = middle }
                 }
-            });
-            let unit = Matrix::from_fn(size, size, |i, j| f64::from(u8::from(i == j && i < 2 * n)));
-            let Some(found) = pencil.solve(&unit).as_ref().and_then(eigenvalues) else { continue };
-            for (re, im) in found {
-                let square = re * re + im * im;
-                let (x, y) = (shift + re / square, -im / square);
-                if y > 0.0 && x.abs() < 0.1 * y && y.is_finite() {
-                    starts.push(y);
-                }
-            }
-        }
-        starts.extend(self.poles.iter().map(|(_, im)| im.abs()).filter(|im| *im > 0.0));
-        // What two shifts agree upon is one start.
-        starts.sort_by(f64::total_cmp);
-        starts.dedup_by(|next, kept| *next - *kept <= 1e-10 * *kept);
-        let column: Vec<f64> = (0..n).map(|i| self.b[(i, 0)]).collect();
-        let mut transfer = Transfer::new(&self.a, &column, self.c.row(0));
-        let mut value = |place: f64| {
-            let (m, by_s) = transfer.at(c64::new(0.0, place));
-            let (m, slope) = (m + self.d[(0, 0)], by_s * c64::new(0.0, 1.0));
-            if real { (m.im, slope.im) } else { (m.re + 0.5, slope.re) }
-        };
-        for start in starts {
-            let mut place = start;
-            let mut done = false;
-            for _ in 0..60 {
-                let (error, slope) = value(place);
-                if error == 0.0 {
-                    done = true;
-                    break;
-                }
-                let step = (error / slope).clamp(-0.2 * place, 0.2 * place);
-                let next = place - step;
-                if !next.is_finite() {
-                    break;
-                }
-                done = (next - place).abs() <= 4.0 * f64::EPSILON * place;
-                place = next;
-                if done {
-                    break;
-                }
-            }
-            // Newton ends at the last bits; what it found is a crossing if M says so there.
-            let (error, slope) = value(place);
-            let settled = done || (error / slope).abs() <= 1e-9 * place;
-            if settled && place > 0.0 && out.iter().all(|other| (other - place).abs() > 1e-9 * place) {
-                out.push(place);
-            }
-        }
-        out.sort_by(f64::total_cmp);
-        out
+                low
+            })
+            .collect()
     }
 }
+
+/// The largest value of a function, and its place: at some places, ascending from zero to infinity, and between the neighbours of the largest ones.
+pub(super) fn largest_between(places: &[f64], size: &dyn Fn(f64) -> f64) -> (f64, f64) {
+    let all: Vec<f64> = places.iter().map(|place| size(*place)).collect();
+    let mut peaks: Vec<usize> = (0..all.len())
+        .filter(|&k| (k == 0 || all[k] >= all[k - 1]) && (k + 1 == all.len() || all[k] >= all[k + 1]))
+        .collect();
+    peaks.sort_by(|a, b| all[*b].total_cmp(&all[*a]));
+    let best = peaks.iter().take(PEAKS).map(|&k| {
+        if !(1..all.len().saturating_sub(2)).contains(&k) || places[k - 1] == 0.0 || !all[k].is_finite() {
+            return (all[k], places[k]);
+        }
+        // In the logarithm, in which peaks are alike.
+        let at = |x: f64| places[k] * powf(places[k + 1] / places[k - 1], x);
+        let ends = [places[k - 1], places[k + 1]].map(|place| {
+            kardan_rt::functions::ln(place / places[k]) / kardan_rt::functions::ln(places[k + 1] / places[k - 1])
+        });
+        let place = at(golden(ends[0], ends[1], &|x| -size(at(x))));
+        let found = size(place);
+        if found > all[k] { (found, place) } else { (all[k], places[k]) }
+    });
+    best.fold((0.0, 0.0), |best, found| if found.0 > best.0 { found } else { best })
+}
+
+/// Peaks that are looked at closely.
+const PEAKS: usize = 3;
+
+/// `[A B]` by rows to `[… A⁻¹ B]`, by elimination with row exchanges; what is singular gives what is no number.
+fn solve(rows: &mut [Vec<c64>]) {
+    let n = rows.len();
+    for k in 0..n {
+        let largest = (k..n).max_by(|&i, &j| rows[i][k].norm_sqr().total_cmp(&rows[j][k].norm_sqr()));
+        rows.swap(k, largest.unwrap_or(k));
+        let (above, below) = rows.split_at_mut(k + 1);
+        let pivot = &above[k];
+        for row in below.iter_mut().filter(|row| row[k] != c64::new(0.0, 0.0)) {
+            let factor = row[k] / pivot[k];
+            row[k + 1..].iter_mut().zip(&pivot[k + 1..]).for_each(|(x, y)| *x -= factor * y);
+        }
+    }
+    for k in (0..n).rev() {
+        let (above, below) = rows.split_at_mut(k + 1);
+        let row = &mut above[k];
+        let (left, right) = row.split_at_mut(n);
+        for (x, other) in left[k + 1..].iter().zip(below.iter()) {
+            right.iter_mut().zip(&other[n..]).for_each(|(sum, known)| *sum -= x * known);
+        }
+        right.iter_mut().for_each(|x| *x /= left[k]);
+    }
+}
+
+fn exact(matrix: &Matrix<f64>) -> Matrix<Rational> {
+    Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| rational_from_f64(matrix[(i, j)]).unwrap_or_default())
+}
+
+/// A polynomial in z with `z = (1 + s)/(1 − s)`, times `(1 − s)ⁿ`.
+fn on_the_axis(polynomial: &Polynomial, n: usize) -> Polynomial {
+    let one = Rational::ONE;
+    let [up, down] = [Rational::ONE, Rational::NEG_ONE].map(|slope| Polynomial::new(vec![one.clone(), slope]));
+    let mut powers = vec![Polynomial::constant(one.clone())];
+    (0..n).for_each(|k| powers.push(powers[k].times(&down)));
+    // Horner's rule, from the highest coefficient.
+    (0..=n)
+        .rev()
+        .fold(Polynomial::default(), |sum, k| sum.times(&up).plus(&powers[n - k].scale(&polynomial.coefficient(k))))
+}
+
+/// Φ − 1
+fn change(map: &Matrix<f64>) -> Matrix<f64> {
+    Matrix::from_fn(map.rows(), map.rows(), |i, j| map[(i, j)] - f64::from(u8::from(i == j)))
+}
+
+/// Eigenvalues of a matrix, or of a map, as places in the plane of s; those at infinity left out.
+fn poles(a: &Matrix<f64>, sampled: bool) -> Option<Vec<(f64, f64)>> {
+    let n = a.rows();
+    if n > MOST {
+        return poles_of_rates(&if sampled { change(a) } else { a.clone() }, sampled);
+    }
+    let all = characteristic_polynomial(&exact(a));
+    Some(if sampled { on_the_axis(&all, n).roots() } else { all.roots() })
+}
+
+/// The same of A, or of Φ − 1, in floating point.
+fn poles_of_rates(rates: &Matrix<f64>, sampled: bool) -> Option<Vec<(f64, f64)>> {
+    let found = eigenvalues(rates)?.into_iter();
+    let turned = |(re, im): (f64, f64)| {
+        let s = c64::new(re, im) / c64::new(2.0 + re, im);
+        (s.re, s.im)
+    };
+    let found = found.map(|rate| if sampled { turned(rate) } else { rate });
+    Some(found.filter(|(re, im)| re.is_finite() && im.is_finite()).collect())
+}
+
+/// Where a function is smallest between two places, if it has one minimum there (golden section).
+pub(super) fn golden(low: f64, high: f64, value: &dyn Fn(f64) -> f64) -> f64 {
+    let part = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut low, mut high) = (low, high);
+    let (mut a, mut b) = (high - part * (high - low), low + part * (high - low));
+    let (mut at_a, mut at_b) = (value(a), value(b));
+    for _ in 0..LINE {
+        if at_a <= at_b {
+            (high, b, at_b) = (b, a, at_a);
+            a = high - part * (high - low);
+            at_a = value(a);
+        } else {
+            (low, a, at_a) = (a, b, at_b);
+            b = low + part * (high - low);
+            at_b = value(b);
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// Steps of a search along a line.
+const LINE: usize = 40;
 
 /// The largest singular value of a small matrix, to about a millionth where two are close, else to rounding.
 ///

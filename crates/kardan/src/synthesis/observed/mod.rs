@@ -280,6 +280,7 @@ impl Observed {
             on_references: law.on_references.clone(),
             errors: below(&correct, &through(&law.angles, &law.speeds)),
             on_errors: through(&law.on_angles, &law.on_speeds),
+            flowing: law.flowing,
         }
     }
 }

@@ -281,5 +281,6 @@ fn part_of(law: &LinearLaw, [answers, states, sensors]: [&[usize]; 3]) -> Linear
         on_references: rows(&law.on_references, answers),
         errors: both(&law.errors, states, sensors),
         on_errors: both(&law.on_errors, answers, sensors),
+        flowing: law.flowing,
     }
 }

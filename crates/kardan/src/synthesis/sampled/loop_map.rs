@@ -8,7 +8,7 @@ use kardan_rt::functions::{atan2, cos, exp, hypot, ln_1p, powf, sin};
 use super::jump::Jump;
 use super::places::Places;
 use super::{LoopPlant, SampledPart};
-use crate::num::{Matrix, alone, at_zero, balance, discretise, eigenvalues, square};
+use crate::num::{AtZero, Matrix, Rounding, alone, at_zero_within, balance, discretise, eigenvalues, square};
 use crate::synthesis::Clock;
 
 /// Parts of the shortest sample time within which two instants are one.
@@ -95,8 +95,13 @@ pub struct Slowest {
 
 impl Slowest {
     /// Of a loop in continuous time `ż = F z`; `left_out`: at least so many motions, those next to zero.
-    pub(super) fn continuous(flow: &Matrix<f64>, left_out: usize) -> Option<Self> {
-        let found = Held::of(flow, left_out)?;
+    pub(super) fn continuous(plant: &LoopPlant, parts: &[SampledPart], left_out: usize) -> Option<Self> {
+        let sizes = Places::sizes(plant, parts);
+        let found = Held::of(
+            &SampledLoop::flow_of(plant, parts),
+            sizes.as_ref().map_or(Rounding::OfLargest, Rounding::OfEach),
+            left_out,
+        )?;
         let (re, im) =
             found.held.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
         let stable = re < 0.0 || re <= found.error((re, im), 0.0);
@@ -122,17 +127,22 @@ struct Held {
 }
 
 impl Held {
-    fn of(matrix: &Matrix<f64>, left_out: usize) -> Option<Self> {
+    fn of(matrix: &Matrix<f64>, rounding: Rounding<'_>, left_out: usize) -> Option<Self> {
         if matrix.as_slice().iter().any(|x| !x.is_finite()) {
             return None;
         }
         let [alone, others] = alone(matrix);
-        let split = at_zero(&square(matrix, &others))?;
+        let rest = square(matrix, &others);
+        let own = if let Rounding::OfEach(sizes) = rounding { Some((sizes, square(sizes, &others))) } else { None };
+        let split = at_zero_within(&rest, own.as_ref().map_or(rounding, |(_, own)| Rounding::OfEach(own)))?;
         let diagonal = |k: usize| matrix[(k, k)];
         // Scales of the coordinates leave the diagonal as it is.
         let largest = (0..matrix.rows()).map(|k| diagonal(k).abs()).fold(0.0, f64::max);
+        let largest = largest.max(if matches!(rounding, Rounding::OfOne) { 1.0 } else { 0.0 });
         let least = 2.0 * ROUNDINGS * matrix.rows() as f64 * f64::EPSILON * largest;
-        let (zero, alone): (Vec<f64>, Vec<f64>) = alone.into_iter().map(diagonal).partition(|x| x.abs() <= least);
+        let known = |k: usize| own.as_ref().map_or(least, |(sizes, _)| 2.0 * ROUNDINGS * f64::EPSILON * sizes[(k, k)]);
+        let (zero, alone): (Vec<usize>, Vec<usize>) = alone.into_iter().partition(|&k| diagonal(k).abs() <= known(k));
+        let alone: Vec<f64> = alone.into_iter().map(diagonal).collect();
         let mut held = eigenvalues(&split.rest)?;
         held.extend(alone.iter().map(|x| (*x, 0.0)));
         // The next to zero come first.
@@ -393,6 +403,12 @@ impl SampledLoop {
         Places::new(plant, parts, false).flow().0
     }
 
+    /// What of a loop without sampled laws is at zero, to the rounding of what each entry of its matrix adds up from.
+    pub(super) fn at_zero_of(plant: &LoopPlant, parts: &[SampledPart]) -> Option<AtZero> {
+        let flow = Self::flow_of(plant, parts);
+        at_zero_within(&flow, Places::sizes(plant, parts).as_ref().map_or(Rounding::OfLargest, Rounding::OfEach))
+    }
+
     /// Lets one period pass. `look` is shown z at the end of each interval after which a law computes, and at the end.
     pub fn pass(&self, z: &mut [f64], look: &mut dyn FnMut(&[f64])) {
         let mut memory = Vec::new();
@@ -457,7 +473,7 @@ impl SampledLoop {
 
     /// The motions that nobody holds, columns over z without constants: they stay, an eigenvalue at one of the map.
     pub fn free(&self) -> Option<Matrix<f64>> {
-        Some(at_zero(&self.change())?.motions)
+        Some(at_zero_within(&self.change(), Rounding::OfOne)?.motions)
     }
 
     /// Φ − 1 on all but constants: what stays is an eigenvalue at zero.
@@ -473,7 +489,7 @@ impl SampledLoop {
 
     /// The same without at least so many motions, those that change least.
     pub fn slowest_without(&self, left_out: usize) -> Option<Slowest> {
-        let found = Held::of(&self.change(), left_out)?;
+        let found = Held::of(&self.change(), Rounding::OfOne, left_out)?;
         // |1 + μ|² = 1 + 2 Re μ + |μ|²: the growth keeps its digits next to one.
         let grows = |(re, im): (f64, f64)| 2.0 * re + re * re + im * im;
         let per_second = |change: (f64, f64)| 0.5 * ln_1p(grows(change)) / self.period;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use kardan_rt::functions::{ln, powi};
 
 use super::{ControlLoop, Lifted, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Slowest, Wire};
-use crate::num::{Matrix, at_zero, bracket};
+use crate::num::{Matrix, bracket};
 use crate::synthesis::margins::Response;
 use crate::synthesis::{Clock, Law};
 
@@ -119,7 +119,7 @@ impl Survey<'_> {
     fn slowest_without(&self, change: Change, left_out: usize) -> Option<Slowest> {
         let (parts, plant) = self.changed(change)?;
         if parts.iter().all(|part| part.clock.is_none()) {
-            return Slowest::continuous(&SampledLoop::flow_of(&plant, &parts), left_out);
+            return Slowest::continuous(&plant, &parts, left_out);
         }
         // What nobody holds in continuous time, sampling may move a little: that makes no held motion of it.
         let free = self.free_motions(change).map_or(0, |free| free.columns());
@@ -136,14 +136,14 @@ impl Survey<'_> {
         let other =
             Survey { plant: self.plant, laws: self.laws, clocks: &clocks, number: self.number, blocks: &blocks };
         let (parts, plant) = other.changed(Change { clock: None, ..change })?;
-        Some(at_zero(&SampledLoop::flow_of(&plant, &parts))?.motions)
+        Some(SampledLoop::at_zero_of(&plant, &parts)?.motions)
     }
 
     /// The motions of the loop as it is that nobody holds, columns whose first entries are `[q_r; q̇_r]`; `None` if they cannot be computed.
     pub fn free(&self) -> Option<Matrix<f64>> {
         let (parts, plant) = self.parts()?;
         if parts.iter().all(|part| part.clock.is_none()) {
-            return Some(at_zero(&SampledLoop::flow_of(&plant, &parts))?.motions);
+            return Some(SampledLoop::at_zero_of(&plant, &parts)?.motions);
         }
         SampledLoop::new(&plant, &parts).ok()?.free()
     }

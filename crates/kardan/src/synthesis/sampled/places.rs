@@ -2,7 +2,7 @@ use super::jump::Jump;
 use super::{LoopPlant, Reads, SampledPart, Teller, on_their_way};
 use crate::num::Matrix;
 use crate::reduce::FirstOrder;
-use crate::synthesis::{Clock, LinearLaw, Told};
+use crate::synthesis::{Clock, LinearLaw, Told, sizes};
 
 /// Where the parts of z are in a [`SampledLoop`](super::SampledLoop), and what changes them.
 pub(super) struct Places<'a> {
@@ -176,8 +176,33 @@ impl<'a> Places<'a> {
     /// The matrix of the loop between two instants, ż = F z, and what each input is told. A motor gives what it is told, and what
     /// it gives beyond that, times the gain of its law, of which the law knows nothing.
     pub fn flow(&self) -> (Matrix<f64>, Matrix<f64>) {
+        self.put_together(&self.plant.first_order())
+    }
+
+    /// The sizes of all that adds up to each entry of the matrix of a loop in continuous time, before anything cancels: to the rounding of these it is
+    /// known. `None` of a plant with coordinates without inertia.
+    pub fn sizes(plant: &LoopPlant, parts: &[SampledPart]) -> Option<Matrix<f64>> {
+        let FirstOrder { a, b, moving } = plant.first_order();
+        let r = plant.inertia.rows();
+        if moving.len() < r {
+            return None;
+        }
+        let inverse = sizes(&plant.inertia.solve(&Matrix::identity(r))?);
+        let [springs, dampers] = [&plant.stiffness, &plant.damping].map(|of| inverse.multiply(&sizes(of)));
+        let a = Matrix::from_fn(2 * r, 2 * r, |i, j| match (i.checked_sub(r), j.checked_sub(r)) {
+            (Some(i), Some(j)) => dampers[(i, j)],
+            (Some(i), None) => springs[(i, j)],
+            _ => a[(i, j)],
+        });
+        let plant = LoopPlant { basis: sizes(&plant.basis), ..plant.clone() };
+        let sized = |part: &SampledPart| SampledPart { linear: part.linear.sizes(), ..part.clone() };
+        let parts: Vec<SampledPart> = parts.iter().map(sized).collect();
+        let first_order = FirstOrder { a, b: sizes(&b), moving };
+        Some(sizes(&Places::new(&plant, &parts, false).put_together(&first_order).0))
+    }
+
+    fn put_together(&self, FirstOrder { a, b, .. }: &FirstOrder<f64>) -> (Matrix<f64>, Matrix<f64>) {
         let plant = self.plant;
-        let FirstOrder { a, b, .. } = plant.first_order();
         let own = a.rows();
         let mut flow = Matrix::zeros(self.size, self.size);
         for i in 0..own {
@@ -222,7 +247,8 @@ impl<'a> Places<'a> {
                 }
             }
         }
-        for (number, law) in self.laws.iter().enumerate().filter(|(_, law)| law.part.clock.is_none()) {
+        let flows = |law: &LawPlaces<'_>| law.part.clock.is_none() || law.direct.flowing;
+        for (number, law) in self.laws.iter().enumerate().filter(|(_, law)| flows(law)) {
             let torque = |i: usize, j: usize| match law.part.inputs.get(i).map(|input| (*input, self.lagged[*input])) {
                 Some((_, Some(place))) => f64::from(u8::from(j == place)),
                 Some((input, None)) => commands[(input, j)],
@@ -256,7 +282,9 @@ impl<'a> Places<'a> {
             }
         };
         let mut out = Jump::default();
-        out.set(law.states, &self.rates(number, &torques));
+        if !law.direct.flowing {
+            out.set(law.states, &self.rates(number, &torques));
+        }
         // The last place is free: the command that was in it has moved on when the one before took effect.
         out.set(law.queue.last().copied().unwrap_or(law.held), &command);
         if let Some(place) = self.launched(number).filter(|_| law.queue.is_empty()) {

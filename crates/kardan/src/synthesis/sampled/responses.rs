@@ -1,10 +1,13 @@
 //! A loop as errors, readings and references see it, frequency by frequency.
 
+use faer::Mat;
+
 use super::places::Places;
 use super::{LoopPlant, SampledLoop, SampledPart};
-use crate::num::{Matrix, at_zero};
+use crate::num::{Matrix, Rounding, at_zero, at_zero_within, balance, scaled};
 use crate::reduce::motions_over_states;
 use crate::synthesis::margins::Response;
+use crate::synthesis::sizes;
 
 /// A controller in the loop of a plant, with all controllers as they run.
 #[derive(Debug, Clone, Copy)]
@@ -44,7 +47,7 @@ impl ControlLoop<'_> {
             let excess = places.laws[self.number].excess?;
             let b = Matrix::from_fn(n, m, |i, j| flow[(i, excess + j)]);
             let c = Matrix::from_fn(m, n, |i, j| commands[(part.inputs[i], j)]);
-            return held(&flow, [&b, &c, &Matrix::zeros(m, m)], None);
+            return held(&flow, Places::sizes(self.plant, self.parts).as_ref(), [&b, &c, &Matrix::zeros(m, m)], None);
         };
         part.clock?;
         let found = SampledLoop::driven(self.plant, self.parts, period).ok()?;
@@ -52,7 +55,7 @@ impl ControlLoop<'_> {
         let map = found.between_commands(self.number)?;
         let b = Matrix::from_fn(n, m, |i, j| map[(i, excess + j)]);
         let c = Matrix::from_fn(m, n, |i, j| f64::from(u8::from(j == first + i)));
-        held(&map, [&b, &c, &Matrix::zeros(m, m)], Some(period))
+        held(&map, None, [&b, &c, &Matrix::zeros(m, m)], Some(period))
     }
 
     /// The same for errors of what the controller reads.
@@ -95,8 +98,9 @@ impl ControlLoop<'_> {
         };
         let b = Matrix::from_fn(n, errors, |i, j| map[(i, first + j)]);
         let c = Matrix::from_fn(errors, n, |i, j| rows[i].get(j).copied().unwrap_or(0.0));
-        let loops = held(&map, [&b, &c, &Matrix::zeros(errors, errors)], period)?;
-        let commands = held(&map, [&b, &command, &direct], period)?;
+        let sizes = if period.is_none() { Places::sizes(self.plant, &parts) } else { None };
+        let loops = held(&map, sizes.as_ref(), [&b, &c, &Matrix::zeros(errors, errors)], period)?;
+        let commands = held(&map, sizes.as_ref(), [&b, &command, &direct], period)?;
         Some(Readings { names, loops, commands })
     }
 
@@ -145,19 +149,106 @@ impl ControlLoop<'_> {
     }
 }
 
-/// The loop without the motions that nobody holds, for errors that enter by B and signals `C z + D w`.
-fn held(matrix: &Matrix<f64>, [b, c, d]: [&Matrix<f64>; 3], period: Option<f64>) -> Option<Response> {
+/// Part of what adds up to it below which a motion is not seen, or not driven.
+const NOT_SEEN: f64 = 1e-12;
+
+/// The loop for errors that enter by B and signals `C z + D w`, without the motions that nobody holds, as far as these are not driven or not seen: those that
+/// are stay as integrators. `entries`: sizes to whose rounding the entries of the matrix are known.
+fn held(
+    matrix: &Matrix<f64>,
+    entries: Option<&Matrix<f64>>,
+    [b, c, d]: [&Matrix<f64>; 3],
+    period: Option<f64>,
+) -> Option<Response> {
     let states = between(matrix, b, c);
+    let n = states.len();
     let one = |i: usize, j: usize| f64::from(u8::from(period.is_some() && i == j));
-    let split =
-        at_zero(&Matrix::from_fn(states.len(), states.len(), |i, j| matrix[(states[i], states[j])] - one(i, j)))?;
-    let b = split.left.multiply(&Matrix::from_fn(states.len(), b.columns(), |i, j| b[(states[i], j)]));
-    let c = Matrix::from_fn(c.rows(), states.len(), |i, j| c[(i, states[j])]).multiply(&split.right);
-    let rest = match period {
-        None => split.rest,
-        Some(_) => split.rest.plus(&Matrix::identity(split.rest.rows())),
+    let rates = Matrix::from_fn(n, n, |i, j| matrix[(states[i], states[j])] - one(i, j));
+    let entries = entries.map(|sizes| Matrix::from_fn(n, n, |i, j| sizes[(states[i], states[j])]));
+    let b = Matrix::from_fn(n, b.columns(), |i, j| b[(states[i], j)]);
+    let c = Matrix::from_fn(c.rows(), n, |i, j| c[(i, states[j])]);
+    let [a, b, c] = split_free(&rates, (entries.as_ref(), period.is_some()), [&b, &c])?;
+    let a = if period.is_some() { a.plus(&Matrix::identity(a.rows())) } else { a };
+    Response::state_space([&a, &b, &c, d], period)
+}
+
+/// A system with what it has at zero as integrators, where that is driven and seen.
+///
+/// With V spanning the motions at zero, `A V = V N`, all else in R and `A R = V G + R A₂`, the rows `Wᵀ = V⁺ + X R⁺` with `X A₂ = N X − G` have
+/// `Wᵀ A = N Wᵀ` and `Wᵀ V = 1`: as powers of N end at zero, X is found in as many steps as there are motions. These add `C V N^k Wᵀ B / s^(k+1)`; the rest is
+/// what A does on the null space of Wᵀ, `R − V X`.
+fn split_free(
+    a: &Matrix<f64>,
+    (entries, sampled): (Option<&Matrix<f64>>, bool),
+    [b, c]: [&Matrix<f64>; 2],
+) -> Option<[Matrix<f64>; 3]> {
+    let scales = balance(&Mat::from_fn(a.rows(), a.rows(), |i, j| a[(i, j)]));
+    let (a, entries) = (scaled(a, &scales), entries.map(|entries| scaled(entries, &scales)));
+    let b = &Matrix::from_fn(b.rows(), b.columns(), |i, j| b[(i, j)] / scales[i]);
+    let c = &Matrix::from_fn(c.rows(), c.columns(), |i, j| c[(i, j)] * scales[j]);
+    let own = |entries: Option<&Matrix<f64>>, a: &Matrix<f64>| match entries {
+        _ if sampled => at_zero_within(a, Rounding::OfOne),
+        Some(entries) => at_zero_within(a, Rounding::OfEach(entries)),
+        None => at_zero(a),
     };
-    Response::state_space([&rest, &b, &c, d], period)
+    let split = own(entries.as_ref(), &a)?;
+    let (v, count) = (&split.motions, split.motions.columns());
+    let mut out = [split.rest.clone(), split.left.multiply(b), c.multiply(&split.right)];
+    if count == 0 {
+        return Some(out);
+    }
+    let n = a.rows();
+    let (right, rest) = (&split.right, &split.rest);
+    let whole = Matrix::from_fn(n, n, |i, j| if j < count { v[(i, j)] } else { right[(i, j - count)] });
+    let dual = whole.solve(&Matrix::identity(n))?;
+    let dual = Matrix::from_fn(count, n, |i, j| dual[(i, j)]);
+    let (chain, across) = (dual.multiply(&a).multiply(v), dual.multiply(&a).multiply(right));
+    let mut x = Matrix::zeros(count, n - count);
+    for _ in 0..=count {
+        let right = chain.multiply(&x).plus(&across.scale(&-1.0));
+        x = rest.transpose().solve(&right.transpose())?.transpose();
+    }
+    let w = dual.plus(&x.multiply(&split.left));
+    out[2] = c.multiply(&right.plus(&v.multiply(&x).scale(&-1.0)));
+    // Each product with the size that it may have: lengths of rows and columns, to the rounding of which it is known.
+    let length = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let product = |rows: &Matrix<f64>, columns: &Matrix<f64>| {
+        let columns = columns.transpose();
+        let sized = |i: usize, j: usize| length(rows.row(i)) * length(columns.row(j));
+        (rows.multiply(&columns.transpose()), Matrix::from_fn(rows.rows(), columns.rows(), sized))
+    };
+    let ((seen, seen_sizes), (mut driven, mut driven_sizes)) = (product(c, v), product(&w, b));
+    let chain_sizes = product(&w, v).1.scale(&length(a.as_slice()));
+    let mut shares = Vec::new();
+    for _ in 0..count {
+        let (found, sized) = (seen.multiply(&driven), seen_sizes.multiply(&driven_sizes));
+        shares.push(Matrix::from_fn(c.rows(), b.columns(), |i, j| {
+            if found[(i, j)].abs() > NOT_SEEN * sized[(i, j)] { found[(i, j)] } else { 0.0 }
+        }));
+        (driven, driven_sizes) = (chain.multiply(&driven), chain_sizes.multiply(&driven_sizes));
+    }
+    add_integrators(&shares, &mut out);
+    Some(out)
+}
+
+/// Adds `Σ_k shares[k]/s^(k+1)` to a system: for each input that moves something a chain of integrators.
+fn add_integrators(shares: &[Matrix<f64>], [a, b, c]: &mut [Matrix<f64>; 3]) {
+    for input in 0..b.columns() {
+        let column = |share: &Matrix<f64>| (0..c.rows()).map(|i| share[(i, input)]).collect::<Vec<f64>>();
+        let columns: Vec<Vec<f64>> = shares.iter().map(column).collect();
+        let length = columns.iter().rposition(|column| column.iter().any(|x| *x != 0.0)).map_or(0, |last| last + 1);
+        let (n, total) = (a.rows(), a.rows() + length);
+        let inside = |i: usize, j: usize| i < n && j < n;
+        // ẋ₀ = w, ẋ_k = x_{k−1}
+        *a = Matrix::from_fn(total, total, |i, j| match inside(i, j) {
+            true => a[(i, j)],
+            false => f64::from(u8::from(j >= n && i == j + 1)),
+        });
+        *b = Matrix::from_fn(total, b.columns(), |i, j| {
+            if i < n { b[(i, j)] } else { f64::from(u8::from(i == n && j == input)) }
+        });
+        *c = Matrix::from_fn(c.rows(), total, |i, j| if j < n { c[(i, j)] } else { columns[j - n][i] });
+    }
 }
 
 /// The states that what enters by B reaches, and that the rows of C are reached from: the others have no part in what goes from one to the other.
@@ -205,7 +296,7 @@ mod tests {
                 let states = between(&a, &b, &c);
                 left_out += n - states.len();
                 let whole = Response::state_space([&a, &b, &c, &d], period).expect("finite");
-                let found = held(&a, [&b, &c, &d], period).expect("finite");
+                let found = held(&a, None, [&b, &c, &d], period).expect("finite");
                 for frequency in [0.0, 0.7, 3.0, 20.0] {
                     let (whole, found) = (whole.at_frequency(frequency), found.at_frequency(frequency));
                     let error = (&whole - &found).norm_l2();
