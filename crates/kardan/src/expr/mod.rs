@@ -14,6 +14,7 @@ mod lookup;
 mod lower;
 mod of_time;
 mod print;
+mod surds;
 mod traced;
 mod written;
 
@@ -26,5 +27,6 @@ pub use lower::lower;
 pub use of_time::{OfTime, Part, Pieces, polynomial};
 pub use print::{Style, parenthesised, printed};
 pub(crate) use print::{bare, raised};
+pub use surds::{Surd, Surds};
 pub use traced::Traced;
 pub use written::Named;

@@ -3,8 +3,8 @@
 use super::{Kinematics, Motion, Reduced, Step, kinematics, pressed_cushions};
 use crate::assemble::Equations;
 use crate::equations::Hold;
-use crate::expr::{Expr, Floating, Interval, Intervals, Rationals, Style, Symbol, lower, printed};
-use crate::num::{Rational, SparseRow, rational_from_f64, rational_to_f64};
+use crate::expr::{Expr, Floating, Interval, Intervals, Rationals, Style, Surd, Surds, Symbol, lower, printed};
+use crate::num::{LastDigits, Rational, SparseRow, rational_from_f64, rational_to_f64};
 
 /// A torque that an expression gives, or the multiplier of a row that turns, around a position at rest and at time zero:
 /// `τ = τ₀ + gᵀ Δq + hᵀ q̇` over all coordinates.
@@ -22,9 +22,22 @@ pub struct LawSlopes {
     pub on_rates: SparseRow,
     /// Whether an entry is no fraction, as far as is known, and was rounded once.
     pub rounded: bool,
+    /// By how much rounding may move each entry of g, and of h.
+    pub off: [Vec<f64>; 2],
     /// Why it has no derivative here, in words: what vanishes where the expression bends or jumps (the entries are then those of one side), or
     /// that it or its slope is no number.
     pub kinks: Vec<String>,
+}
+
+impl LawSlopes {
+    /// Moves rounded entries within what rounding leaves open.
+    pub fn move_within(&mut self, digits: &mut LastDigits) {
+        for (row, off) in [&mut self.on_positions, &mut self.on_rates].into_iter().zip(&self.off) {
+            for ((_, slope), off) in row.iter_mut().zip(off) {
+                *slope = if *off > 0.0 { digits.within(slope, *off) } else { digits.near(slope) };
+            }
+        }
+    }
 }
 
 /// What a transmission under load adds to the stiffness: a row over the coordinates, and the stiffness along it (N m/rad).
@@ -237,6 +250,7 @@ pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes
         on_positions: along.value.on_positions.clone(),
         on_rates: SparseRow::new(),
         rounded: false,
+        off: [vec![0.0; along.value.on_positions.len()], Vec::new()],
         kinks: Vec::new(),
     });
     if equations.laws.is_empty() {
@@ -252,11 +266,12 @@ pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes
         let of = |symbol| match place(motion, symbol) {
             k if k < n => exact[k].clone(),
             k if k < 2 * n && numeric.speeds[k - n] != 0.0 => None,
-            _ => Some(Rational::ZERO),
+            _ => Some(Surd::rational(Rational::ZERO)),
         };
         let rounded = |symbol| value_at(&numeric, place(motion, symbol));
+        let known = lower(&motion.graph, exprs, &mut Surds, of);
         (
-            lower(&motion.graph, exprs, &mut Rationals, of),
+            known.into_iter().map(|value| value?.to_rational()).collect(),
             lower(&motion.graph, exprs, &mut Floating::<f64>::default(), rounded),
         )
     };
@@ -278,26 +293,33 @@ pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes
         let mut kinks = kinks_at(&mut motion, torque, &used, &between);
         let slopes: Vec<Expr> = used.iter().map(|symbol| motion.graph.derivative(torque, *symbol)).collect();
         let (known, near) = at(&motion, &slopes);
+        let within = between(&motion, &slopes).1;
         let (mut on_positions, mut on_rates, mut rounded) = (SparseRow::new(), SparseRow::new(), false);
-        let mut entries: Vec<(usize, (Option<Rational>, f64))> =
-            used.iter().map(|symbol| place(&motion, *symbol)).zip(known.into_iter().zip(near)).collect();
+        let mut off = [Vec::new(), Vec::new()];
+        let values = known.into_iter().zip(near).zip(within).map(|((known, near), within)| {
+            let width = if known.is_none() { within.high - within.low } else { 0.0 };
+            (known, near, if width.is_finite() { width } else { 0.0 })
+        });
+        let mut entries: Vec<(usize, (Option<Rational>, f64, f64))> =
+            used.iter().map(|symbol| place(&motion, *symbol)).zip(values).collect();
         entries.sort_by_key(|(place, _)| *place);
         if !value[0].is_finite() {
             kinks.push("its value is no number".into());
-        } else if entries.iter().any(|(_, (known, near))| known.is_none() && !near.is_finite()) {
+        } else if entries.iter().any(|(_, (known, near, _))| known.is_none() && !near.is_finite()) {
             kinks.push("its slope has no end".into());
         }
-        for (place, (known, near)) in entries {
+        for (place, (known, near, width)) in entries {
             rounded |= known.is_none();
             let slope = known.or_else(|| rational_from_f64(near)).unwrap_or(Rational::ZERO);
-            match place {
-                _ if slope.is_zero() => {}
-                k if k < n => on_positions.push((k, slope)),
-                k => on_rates.push((k - n, slope)),
+            if slope.is_zero() {
+                continue;
             }
+            let (row, number) = if place < n { (&mut on_positions, place) } else { (&mut on_rates, place - n) };
+            row.push((number, slope));
+            off[usize::from(place >= n)].push(width);
         }
         let (element, row, value) = (term.element.clone(), term.row.clone(), value[0]);
-        out.push(LawSlopes { element, row, value, on_positions, on_rates, rounded, kinks });
+        out.push(LawSlopes { element, row, value, on_positions, on_rates, rounded, off, kinks });
     }
     out.extend(carried);
     out

@@ -12,6 +12,7 @@ use super::placement::Places;
 use super::prepare::is_error;
 use super::redundant::split_multipliers;
 use super::sensitivity::sensitivity;
+use super::stability_here::judge_stability;
 use super::signals::{WorkingPoint, named};
 use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project};
 use crate::analysis::{
@@ -114,7 +115,8 @@ pub(super) fn analyze_variant(
 ) -> Result<Analysis, Vec<Diagnostic>> {
     let reduced = &variant.reduced;
     let mut notes = Vec::new();
-    let WorkingPoint { position, stuck, outputs, system, .. } = &WorkingPoint::of(variant, settings, &mut notes)?;
+    let point = &WorkingPoint::of(variant, settings, &mut notes)?;
+    let WorkingPoint { position, stuck, outputs, system, .. } = point;
     let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
     if coordinates.is_empty() {
         return Err(vec![
@@ -164,6 +166,7 @@ pub(super) fn analyze_variant(
     let mechanics = massless.is_none().then_some(Mechanics { system, basis: &basis });
     failing_modes(&mut analysis.structure, &mut analysis.modes, &linear, mechanics);
     refine(&mut analysis, &linear);
+    judge_stability(variant, point, &linear.states, &mut analysis);
     // A copy of a large analysis takes longer than what is left where no places are asked for.
     let asks_for_places = !(variant.analysis.actuators.is_empty() && variant.analysis.sensors.is_empty());
     if asks_for_places || linear.states.len() <= MOST_CONSTRUCTED {

@@ -2,19 +2,21 @@
 
 use std::sync::Arc;
 
-use crate::analysis::{LinearSystem, exact_modes_of_pencil, mode_of_motion, structure};
+use crate::analysis::{
+    LinearSystem, Plane, exact_modes_of_pencil, mode_of_motion, stability_of, stability_of_roots, structure,
+};
 use crate::num::{Matrix, Polynomial, Rational, Scalar, rational_from_f64};
 use crate::reduce::over_states;
 use crate::results::{
     Canonical, ChannelResult, Complex, Decouplability, Design, ElementShare, Feedback, Flatness, Integrators, Mode,
-    Pole, ReadSignal, StoredShare, TransferEntry, ZeroDynamics, ZeroMode,
+    Pole, ReadSignal, StabilityVerdict, StoredShare, TransferEntry, ZeroDynamics, ZeroMode,
 };
 use crate::synthesis::decoupling::{
     RationalFunction, canonical_form, characteristic_polynomial, coupled_entries, integrator_decoupled,
     relative_degrees, transfer_matrix, zero_dynamics,
 };
 use crate::synthesis::inversion::{dynamic_extension, finest_blocks, flat_parametrisation, structure_algorithm};
-use crate::synthesis::{ExactLoop, Law, Plant, Stability, named, roots, stability};
+use crate::synthesis::{ExactLoop, Law, Plant, named, roots};
 
 /// Damping ratio below which a cancelled pole deserves a warning; less what its proven digits may be off, so that a pole that is
 /// called lightly damped is.
@@ -180,14 +182,16 @@ fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
     let k = found.matrix.rows();
     let polynomial = found.polynomial.primitive().to_string();
     if k == 0 {
-        return ZeroDynamics { polynomial, modes: Vec::new(), stable: true };
+        let stability = StabilityVerdict::exact(false, Vec::new());
+        return ZeroDynamics { polynomial, modes: Vec::new(), stability };
     }
+    let stability = stability_of(&found.matrix, Plane::Continuous);
     let alone = LinearSystem::state_space(found.matrix, Matrix::zeros(k, 0), Matrix::zeros(0, k));
     let known = structure(&alone).expect("there are states and E is the identity");
     let modes = exact_modes_of_pencil(&alone, &known.factors).unwrap_or_default();
     let basis = found.basis.to_f64();
     let modes = modes.iter().map(|mode| zero_mode(system, plant, &basis, mode.eigenvalue, mode)).collect();
-    ZeroDynamics { polynomial, modes, stable: stability(&found.polynomial) == Stability::Stable }
+    ZeroDynamics { polynomial, modes, stability }
 }
 
 /// Zero dynamics of a known polynomial; nothing is said about their motions.
@@ -195,7 +199,7 @@ fn zeros_alone(polynomial: &Polynomial) -> ZeroDynamics {
     ZeroDynamics {
         polynomial: polynomial.primitive().to_string(),
         modes: roots(polynomial).iter().filter(|pole| pole.im >= 0.0).map(zero_mode_alone).collect(),
-        stable: stability(polynomial) == Stability::Stable,
+        stability: stability_of_roots(polynomial, Plane::Continuous),
     }
 }
 

@@ -14,7 +14,7 @@ use crate::assemble::TransmissionRow;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
 use crate::names::{Quantity, SignalName};
-use crate::num::rational_to_f64;
+use crate::num::{LastDigits, rational_to_f64};
 use crate::reduce::{Reduced, Slope, law_slopes, laws_are_linear, slopes};
 use crate::simulate::signal_names;
 
@@ -55,6 +55,8 @@ impl Default for ParitySettings {
 pub(super) struct WorkingPoint {
     /// The reduced position, rad.
     pub position: Vec<f64>,
+    /// How far it may be from the equilibrium that it stands for, relative to its size or to one.
+    pub off: f64,
     /// Elements whose friction holds.
     pub stuck: BTreeSet<String>,
     pub inputs: Vec<String>,
@@ -75,7 +77,7 @@ impl WorkingPoint {
         }
         let (inputs, outputs) = signals(variant, settings, notes)?;
         let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
-        let position = working_position(variant, position, notes)?;
+        let (position, off) = working_position(variant, position, notes)?;
         notes.extend(beyond_in_words(reduced, &position));
         let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
         notes.extend(contacts_in_words(reduced, &position, &stuck));
@@ -85,7 +87,7 @@ impl WorkingPoint {
         };
         notes.extend(ratios(reduced, &position));
         notes.extend(variant.model.rounded_in_words());
-        Ok(Self { position, stuck, inputs, outputs, system })
+        Ok(Self { position, off, stuck, inputs, outputs, system })
     }
 }
 
@@ -94,7 +96,7 @@ fn working_position(
     variant: &PreparedVariant,
     position: Vec<f64>,
     notes: &mut Vec<String>,
-) -> Result<Vec<f64>, Vec<Diagnostic>> {
+) -> Result<(Vec<f64>, f64), Vec<Diagnostic>> {
     let reduced = &variant.reduced;
     notes.extend(variant.unfrozen.iter().flat_map(|_| variant.start_notes.iter().cloned()));
     if !reduced.equations.moving.is_empty() {
@@ -103,22 +105,22 @@ fn working_position(
     }
     let laws = &reduced.equations.laws;
     if laws.is_empty() || (reduced.equations.transmissions.is_empty() && laws_are_linear(reduced)) {
-        return Ok(position);
+        return Ok((position, 0.0));
     }
     let of_time: Vec<&str> = laws.iter().filter(|law| law.value.is_of_time()).map(|law| law.element.as_str()).collect();
     if !of_time.is_empty() {
         notes.push(format!("{}: a torque that depends on the time is taken as at time zero", quoted(of_time)));
     }
-    let position = if variant.analysis.at.is_empty() && variant.unfrozen.is_none() {
+    let (position, off) = if variant.analysis.at.is_empty() && variant.unfrozen.is_none() {
         let rest = Rest::near(reduced, &position).map_err(|message| {
             let help = "name the operating point by `at` of `[analysis]`, or give the model what holds it: a spring, or a friction, stop, clutch or lock in `stuck`";
             vec![Diagnostic::error("analysis::equilibrium", message).help(help)]
         })?;
         notes.push(format!("operating point: {}", rest.found));
         notes.extend(rest.more.into_iter().map(|more| more.replace("CHOICE", "`at` of `[analysis]`")));
-        rest.position
+        (rest.position, rest.off)
     } else {
-        position
+        (position, 0.0)
     };
     for slopes in law_slopes(reduced, &position) {
         let name = &slopes.element;
@@ -138,17 +140,19 @@ fn working_position(
             notes.push(format!("slopes of `{name}` here are rounded to 16 digits, from there on all is exact"));
         }
     }
-    Ok(position)
+    Ok((position, off))
 }
 
 /// Where ratios that depend on the position come from, and how exact they are there.
 fn ratios(reduced: &Reduced, position: &[f64]) -> Vec<String> {
     let told = |(t, slope): (&TransmissionRow, Slope)| {
-        let rounded = if slope.rounded { " and of the position are" } else { " are" };
         let (joint, ratio) = (&t.element, rational_to_f64(&slope.value));
-        format!(
-            "ratio of {joint} here: {ratio:.6}; cosines of its angles{rounded} rounded to 16 digits, from there on all is exact"
-        )
+        let how = match (slope.rounded, LastDigits::is_rounded(&slope.value)) {
+            (true, _) => "cosines of its angles and of the position are rounded to 16 digits, from there on all is exact",
+            (false, true) => "cosines of its angles are rounded to 16 digits, from there on all is exact",
+            (false, false) => "exactly",
+        };
+        format!("ratio of {joint} here: {ratio:.6}; {how}")
     };
     reduced.equations.transmissions.iter().zip(slopes(reduced, position)).map(told).collect()
 }

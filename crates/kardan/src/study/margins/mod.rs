@@ -4,6 +4,7 @@ mod channels;
 mod check;
 mod clocks;
 mod responses;
+mod stability;
 mod survey;
 mod verdict;
 mod warnings;

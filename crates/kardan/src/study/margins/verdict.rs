@@ -1,6 +1,7 @@
 //! Margins in sentences.
 
-use crate::results::{FreeKnown, Margins, RateLimit, TogetherMargin};
+use crate::synthesis::LIMIT_STEP;
+use crate::results::{FreeKnown, Margins, RateLimit, Stability, TogetherMargin};
 
 /// The paragraph: what sampling leaves of this design.
 pub(in crate::study) fn verdict(margins: &Margins) -> String {
@@ -26,34 +27,26 @@ pub(in crate::study) fn verdict(margins: &Margins) -> String {
 
 /// Whether the loop is stable as it is.
 fn stability(margins: &Margins) -> String {
-    match (margins.sample_time, margins.stable) {
-        (Some(period), stable) => format!(
-            "Sampled every {} with a delay of {} the loop is {}{}.",
-            time(period),
-            time(margins.delay),
-            match stable {
-                Some(true) => "stable",
-                Some(false) => "UNSTABLE",
-                None =>
-                    "not judged: the sample times of all controllers and sensors have no short common period, \
-                         simulate it",
-            },
-            margins.spectral_radius.map_or(String::new(), |rho| format!(" (spectral radius {rho:.5})"))
+    let (when, failed) = match margins.sample_time {
+        Some(period) => (
+            format!("Sampled every {} with a delay of {}", time(period), time(margins.delay)),
+            "not judged: the sample times of all controllers and sensors have no short common period, simulate it",
         ),
-        (None, stable) => format!(
-            "In continuous time the loop is {}{}.",
-            match stable {
-                Some(true) => "stable",
-                Some(false) => "UNSTABLE",
-                None => "not judged: its eigenvalues could not be computed, simulate it",
-            },
-            match stable {
-                None => "",
-                _ if margins.proven => " (decided exactly)",
-                _ => " (eigenvalues in floating point, their rounding bounded)",
-            }
+        None => (
+            "In continuous time".to_string(),
+            "not judged: its eigenvalues could not be computed, simulate it",
         ),
-    }
+    };
+    let verdict = &margins.stability;
+    let told = match verdict.word {
+        Stability::Undecided if verdict.why.is_empty() => failed.to_string(),
+        _ => verdict.to_string(),
+    };
+    let radius = match margins.sample_time.and(margins.spectral_radius) {
+        Some(radius) => format!(" (spectral radius {radius:.5})"),
+        None => String::new(),
+    };
+    format!("{when} the loop is {told}{radius}.")
 }
 
 /// Motions that nobody holds, and those that only look so.
@@ -101,7 +94,9 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
             None => "more than 1 MHz".into(),
         };
         out.push(format!(
-            "It needs {} without delay (or with a predictor for it) and {} with one sample of delay{}.",
+            "From fast to slow rates, searched in steps of {:.0} % and not proven between them, the loop is stable down to {} without \
+             delay (or with a predictor for it) and down to {} with one sample of delay{}; below that it may be stable again at some rates.",
+            100.0 * (LIMIT_STEP - 1.0),
             said(without),
             said(with),
             because(&with.motion)

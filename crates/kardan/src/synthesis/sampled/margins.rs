@@ -10,7 +10,7 @@ use crate::synthesis::margins::Response;
 use crate::synthesis::{Clock, Law};
 
 /// Steps of the searches, as a factor.
-const STEP: f64 = 1.04;
+pub const LIMIT_STEP: f64 = 1.04;
 /// Shortest and longest sample time and lag that are looked at, s.
 const RANGE: [f64; 2] = [1e-6, 1.0];
 /// Largest factor of the loop gain that is looked at, either way.
@@ -259,6 +259,6 @@ impl Survey<'_> {
 
 /// From one value to another in steps of a factor.
 fn path(from: f64, to: f64) -> impl Iterator<Item = f64> {
-    let steps = (ln(to / from) / ln(STEP)).ceil() as i32;
-    (0..=steps).map(move |k| (from * powi(STEP, k)).min(to))
+    let steps = (ln(to / from) / ln(LIMIT_STEP)).ceil() as i32;
+    (0..=steps).map(move |k| (from * powi(LIMIT_STEP, k)).min(to))
 }
