@@ -167,7 +167,7 @@ fn properties(analysis: &Analysis) -> Body {
         .table(
             &["", ""],
             [
-                row!["stability", Cell::Mark(found.stability.is_stable() == Some(true), found.stability.to_string())],
+                row!["stability", found.stability.to_string()],
                 judged("stabilisable", found.stabilisable),
                 judged("detectable", found.detectable),
             ],

@@ -237,7 +237,7 @@ mod tests {
     /// fractions (Niven: 0, ±1/2 and ±1 alone).
     #[test]
     fn sines_of_multiples_of_fifteen_degrees() {
-        for k in -50..50 {
+        for k in -50i32..50 {
             let angle = f64::from(k) * PI / 12.0;
             let exact = Surd::meant_by_double(angle).unwrap();
             let [s, c] = Surds.sine_cosine(&Some(exact)).map(Option::unwrap);

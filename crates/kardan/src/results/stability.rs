@@ -215,7 +215,7 @@ impl fmt::Display for StabilityVerdict {
         }
         f.write_str(match self.known {
             StabilityKnown::Exactly => " (decided exactly)",
-            StabilityKnown::DespiteRounding => " (decided exactly, and rounded numbers change nothing within their last digits)",
+            StabilityKnown::DespiteRounding => " (decided exactly, whatever the last digits of rounded numbers)",
             StabilityKnown::Certified => " (certified: poles bounded away from the border)",
             StabilityKnown::Bounded => " (eigenvalues in floating point, their rounding bounded)",
             StabilityKnown::Unknown => "",

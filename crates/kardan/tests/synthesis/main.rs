@@ -14,4 +14,5 @@ mod observers;
 mod operating_point;
 mod regulator;
 mod responses;
+mod stability;
 mod written;

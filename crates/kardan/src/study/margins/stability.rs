@@ -134,7 +134,7 @@ impl Asked<'_> {
             true => None,
             false => ExactMap::new(&model, &self.variant.lags(), self.parts),
         };
-        let verdict = map.map(|map| map.stability(at_one));
+        let verdict = map.map(|map| self.sampled_within_rounding(map.stability(at_one), &model, at_one, found));
         let Some(verdict) = verdict.filter(|verdict| verdict.word != Stability::Undecided) else {
             let decided = rounded(found);
             let how = match exact {
@@ -157,6 +157,36 @@ impl Asked<'_> {
             poles: None,
             verdict,
         }
+    }
+}
+
+impl Asked<'_> {
+    /// The same of a sampled loop.
+    fn sampled_within_rounding(
+        &self,
+        verdict: StabilityVerdict,
+        model: &LinearModel,
+        at_one: usize,
+        found: &Slowest,
+    ) -> StabilityVerdict {
+        let is_rounded = has_rounded(model);
+        let agrees = found.left_out == at_one && found.word == verdict.without_free().word;
+        let all_exact = !is_rounded && self.parts.iter().all(|part| !part.linear.is_rounded());
+        if agrees || all_exact || verdict.word == Stability::Undecided {
+            return verdict;
+        }
+        let lags = self.variant.lags();
+        let other = |seed: u64| {
+            let mut digits = LastDigits::new(seed);
+            let model = match is_rounded {
+                true => linearise_near(&self.variant.reduced, &self.variant.point, &mut digits),
+                false => model.clone(),
+            };
+            let near = |part: &SampledPart| SampledPart { linear: part.linear.near(&mut digits), ..part.clone() };
+            let parts: Vec<SampledPart> = self.parts.iter().map(near).collect();
+            Some(ExactMap::new(&model, &lags, &parts)?.stability(at_one))
+        };
+        despite_rounding(verdict, (1..=OTHERS).filter_map(other))
     }
 }
 

@@ -68,6 +68,7 @@ pub(in crate::study) fn survey(
     let for_one_time = laws.iter().any(|law| law.clock().is_some());
     let radius = |growth: f64| own.map_or(growth, |own| powf(growth, own.period / shortest(&clocks)));
     let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
+    let continuous = clocks.iter().all(Option::is_none);
     let asked = Asked { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
     let exact = asked.exact();
     let known = as_it_is.as_ref().map(|found| asked.decide(found, exact.as_ref()));
@@ -96,7 +97,7 @@ pub(in crate::study) fn survey(
         stability: known.as_ref().map(|known| known.verdict.clone()).unwrap_or_default(),
         proven: known.as_ref().is_some_and(|known| known.verdict.is_proven()),
         poles: known.as_ref().and_then(|known| known.poles.clone()),
-        rates: if for_one_time { Vec::new() } else { [0.0, 0.5, 1.0].map(rates).to_vec() },
+        rates: if for_one_time || (continuous && stable == Some(false)) { Vec::new() } else { [0.0, 0.5, 1.0].map(rates).to_vec() },
         longest_delay: within.longest_delay().filter(|_| tolerated).map(limit),
         longest_lag: within.longest_lag().filter(|_| tolerated).map(limit),
         gain_margin: gain_margin.map(|both| both.map(limit)),

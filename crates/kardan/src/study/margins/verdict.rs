@@ -94,12 +94,12 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
             None => "more than 1 MHz".into(),
         };
         out.push(format!(
-            "From fast to slow rates, searched in steps of {:.0} % and not proven between them, the loop is stable down to {} without \
-             delay (or with a predictor for it) and down to {} with one sample of delay{}; below that it may be stable again at some rates.",
-            100.0 * (LIMIT_STEP - 1.0),
+            "It needs {} without delay (or with a predictor for it) and {} with one sample of delay{}: searched from fast to slow rates in \
+             steps of {:.0} %, and where the loop comes closest to growing between them, not proven; slower rates may be stable again.",
             said(without),
             said(with),
-            because(&with.motion)
+            because(&with.motion),
+            100.0 * (LIMIT_STEP - 1.0)
         ));
     }
     if let Some(delay) = &margins.longest_delay {
@@ -122,6 +122,13 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
         let up_to = if up.value.is_finite() { format!("{:.3}", up.value) } else { "100 and more".into() };
         let motion = if up.motion.is_empty() { &down.motion } else { &up.motion };
         out.push(format!("Its torques may be wrong by factors from {:.3} to {up_to}{}.", down.value, because(motion)));
+    }
+    if margins.longest_delay.is_some() || margins.longest_lag.is_some() || margins.gain_margin.is_some() {
+        out.push(format!(
+            "Delays, lags and factors are searched in steps (a twentieth of a sample, {:.0} %) and between steps where the loop comes closest \
+             to growing: what lies between is not proven.",
+            100.0 * (LIMIT_STEP - 1.0)
+        ));
     }
 }
 
