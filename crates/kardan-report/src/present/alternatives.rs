@@ -122,7 +122,7 @@ fn stability(found: &Robustness) -> Vec<String> {
             if found.worst_stable {
                 "so is the worst corner that a search found"
             } else {
-                "a corner of the box is not"
+                "a corner of the box is not, or not known to be"
             }
         ),
     ];

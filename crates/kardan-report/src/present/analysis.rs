@@ -167,7 +167,7 @@ fn properties(analysis: &Analysis) -> Body {
         .table(
             &["", ""],
             [
-                judged("stable", found.stable),
+                row!["stability", found.stability.to_string()],
                 judged("stabilisable", found.stabilisable),
                 judged("detectable", found.detectable),
             ],

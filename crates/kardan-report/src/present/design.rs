@@ -7,7 +7,8 @@ use crate::text::number;
 use crate::words::{self, design as said, list, pairs};
 use kardan::results::{
     Canonical, ChannelResult, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability, Design, Feedback,
-    Flatness, HiddenMotion, Integrators, Motion, NO_RESPONSES, ObserverResult, Passage, Pole, ZeroDynamics, ZeroMode,
+    Flatness, HiddenMotion, Integrators, Motion, NO_RESPONSES, ObserverResult, Passage, Pole, Stability, ZeroDynamics,
+    ZeroMode,
 };
 
 /// More poles are counted where there is little room.
@@ -273,12 +274,12 @@ fn hidden_motions(found: &ZeroDynamics) -> Vec<String> {
         HiddenMotion::Some => {
             let of =
                 if found.polynomial.is_empty() { String::new() } else { format!(": roots of {}", found.polynomial) };
-            let verdict = if found.stable {
-                "They are stable, decided exactly: what excites them dies out."
-            } else {
-                "They are NOT stable, decided exactly: what excites them does not die out."
+            let verdict = match found.stability.word {
+                Stability::Stable => "They are stable, decided exactly: what excites them dies out.".to_string(),
+                Stability::Undecided => format!("Whether they are stable is {}.", found.stability),
+                _ => format!("They are NOT stable: {}. What excites them does not die out.", found.stability),
             };
-            vec![format!("Motions that go on while the outputs are held still{of}."), verdict.into()]
+            vec![format!("Motions that go on while the outputs are held still{of}."), verdict]
         }
     }
 }
@@ -415,6 +416,9 @@ fn passage(found: &Passage) -> Vec<String> {
             .into(),
     ];
     out.push(match (found.stable, found.growth < -1e30) {
+        (true, _) if found.stability == Stability::Undecided => {
+            "Not decided: somewhere a motion is as near to the border of stability as floating point may be off.".into()
+        }
         (true, true) => "Nothing grows.".into(),
         (true, false) => {
             format!(

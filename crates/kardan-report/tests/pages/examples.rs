@@ -553,7 +553,7 @@ pub fn decoupled_steering() -> Design {
                 ],
                 warning: Some("lightly damped: 0.098 of critical; what excites it rings for 0.04 s".into()),
             }],
-            stable: true,
+            stability: StabilityVerdict::plain(Stability::Stable, StabilityKnown::Exactly),
         },
         observer: None,
         transfer: vec![
@@ -712,7 +712,7 @@ pub fn observed_train() -> Design {
                     warning: Some("unstable: the motion grows while the outputs rest".into()),
                 },
             ],
-            stable: false,
+            stability: StabilityVerdict::plain(Stability::Unstable, StabilityKnown::Exactly),
         },
         observer: Some(ObserverResult {
             sensors: texts(&["rack.phi", "wheel.phi"]),

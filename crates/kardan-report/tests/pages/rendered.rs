@@ -650,7 +650,7 @@ fn the_verdict_says_how_it_was_decoupled_and_what_is_wrong() {
     design.feedback = None;
     design.warnings.clear();
     assert_eq!(design.verdict(), verdict(true, "Decoupled, proven exactly; the zero dynamics are stable."));
-    design.zero_dynamics.stable = false;
+    design.zero_dynamics.stability = StabilityVerdict::plain(Stability::Unstable, StabilityKnown::Exactly);
     assert!(!design.verdict().sound && said(&design).contains("NOT stable"));
     design.zero_dynamics = ZeroDynamics { polynomial: "1".into(), ..ZeroDynamics::default() };
     design.feedback = Some(Feedback::Block);

@@ -3,22 +3,25 @@
 use super::LinearSystem;
 use super::images::{Image, Images};
 use super::realisation::MOST_TRANSFORMED;
+use super::stability::{Plane, stability_of, stability_of_roots};
 use super::structure::structure;
 use crate::num::{Matrix, ModularMatrix, Polynomial, Rational};
 use crate::results::{
-    Complex, Minor, PolynomialRoots, Realisations, Structure, SystemProperties, TransformedSystem, Zeros,
+    BorderMotion, Complex, Factor, Minor, PolynomialRoots, Realisations, Stability, StabilityVerdict, Structure,
+    SystemProperties, TransformedSystem, Zeros,
 };
 
 /// Largest order of the matrices of Markov parameters whose rank is taken.
 const MOST_ROWS: usize = 400;
+/// States up to which ranks tell how long the chains of modes on the border are.
+const MOST_RANKED: usize = 24;
 /// Primes for one characteristic polynomial.
 const MOST_PRIMES: usize = 400;
 
 /// What follows from the structure of a system; `realisations` are its own, `None` where they are not known. In discrete time
 /// stable means inside the unit circle.
 ///
-/// Stability is decided by the signs of proven roots of exact characteristic polynomials, in discrete time after
-/// `z = (1 + w) / (1 − w)`. Polynomials are brought back from several primes and confirmed modulo one more; zeros at infinity
+/// Polynomials are brought back from several primes and confirmed modulo one more; zeros at infinity
 /// are counted by ranks of block Toeplitz matrices of the Markov parameters modulo a prime.
 pub fn properties(
     system: &LinearSystem,
@@ -39,12 +42,13 @@ pub fn properties(
         let blocks = blocks.as_ref()?;
         Some(chosen.iter().fold(Polynomial::constant(Rational::ONE), |all, &k| all.times(&blocks[k])))
     };
-    let stable = |chosen: &[usize]| decided_stable(&roots_of(chosen)?, discrete);
+    let plane = if discrete { Plane::Discrete } else { Plane::Continuous };
+    let stable = |chosen: &[usize]| Some(decided_stable(&roots_of(chosen)?, plane));
     let zeros = |chosen: &[usize]| roots_of(chosen).map(|polynomial| described(&polynomial));
     let certificate = &structure.certificate;
     let indices = |minor: &Option<Minor>, count: usize| minor.as_ref().map(|minor| indices(minor, count));
     SystemProperties {
-        stable: stable(&[0, 1, 2, 3]),
+        stability: system_stability(system, structure, plane),
         stabilisable: stable(&[2, 3]),
         detectable: stable(&[0, 2]),
         minimal_order: order,
@@ -75,30 +79,36 @@ fn characteristic(a: &Matrix<Rational>) -> Option<Polynomial> {
     Some(Polynomial::new(coefficients))
 }
 
-/// Whether all roots are stable, by proven signs.
-fn decided_stable(polynomial: &Polynomial, discrete: bool) -> Option<bool> {
-    if polynomial.degree() == 0 {
-        return Some(true);
-    }
-    let turned = if discrete { of_circle(polynomial) } else { polynomial.clone() };
-    if turned.degree() < polynomial.degree() {
-        // A root at z = −1 has gone to infinity.
-        return Some(false);
-    }
-    Some(turned.proven_roots()?.iter().all(|root| root.0 < 0.0))
+/// Whether all roots are inside the border of stability.
+fn decided_stable(polynomial: &Polynomial, plane: Plane) -> bool {
+    polynomial.degree() == 0 || stability_of_roots(polynomial, plane).word == Stability::Stable
 }
 
-/// `(1 − w)ⁿ p((1 + w) / (1 − w))`: the inside of the unit circle becomes the left half-plane.
-fn of_circle(polynomial: &Polynomial) -> Polynomial {
-    let n = polynomial.degree();
-    let linear = |slope: Rational| Polynomial::new(vec![Rational::ONE, slope]);
-    let power =
-        |base: &Polynomial, k: usize| (0..k).fold(Polynomial::constant(Rational::ONE), |all, _| all.times(base));
-    let (up, down) = (linear(Rational::ONE), linear(Rational::NEG_ONE));
-    (0..=n).fold(Polynomial::new(Vec::new()), |sum, k| {
-        let term = power(&up, k).times(&power(&down, n - k));
-        sum.plus(&term.scale(&polynomial.coefficient(k)))
-    })
+/// Whether a system is stable: by the proven roots of its exact factors where these are written out, else by ranks of its exact matrix.
+pub fn system_stability(system: &LinearSystem, structure: &Structure, plane: Plane) -> StabilityVerdict {
+    let factors = &structure.factors;
+    if plane == Plane::Continuous && factors.iter().all(|factor| !factor.roots.is_empty()) {
+        return stability_of_factors(factors);
+    }
+    match system.explicit().filter(|_| system.states.len() <= MOST_RANKED) {
+        Some(explicit) => stability_of(&explicit.a, plane),
+        None => StabilityVerdict::undecided("the system has many states"),
+    }
+}
+
+/// Of the factors of a characteristic polynomial with proven roots, whose parts are zero if and only if they are exactly.
+fn stability_of_factors(factors: &[Factor]) -> StabilityVerdict {
+    let all = factors.iter().flat_map(|factor| factor.roots.iter().map(move |root| (factor, root)));
+    let outside = all.clone().any(|(_, root)| root.re > 0.0);
+    let on_border = all.filter(|(_, root)| root.re == 0.0 && root.im >= 0.0);
+    let border = on_border.map(|(factor, root)| BorderMotion {
+        frequency: root.im,
+        poles: factor.algebraic * if root.im > 0.0 { 2 } else { 1 },
+        // Of g chains of m poles together one has at least ⌈m/g⌉.
+        growth: factor.algebraic.div_ceil(factor.geometric.max(1)) - 1,
+        free: false,
+    });
+    StabilityVerdict::exact(outside, border.collect())
 }
 
 fn described(polynomial: &Polynomial) -> PolynomialRoots {

@@ -2,7 +2,7 @@ use std::collections::BTreeSet;
 
 use crate::assemble::Along;
 use crate::equations::Hold;
-use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, sparse_echelon, sum_of_outer};
+use crate::num::{LastDigits, Matrix, Rational, Scalar, SparseRow, echelon, sparse_echelon, sum_of_outer};
 use crate::reduce::{
     GeometricStiffness, LawSlopes, OperatingPoint, Reduced, geometric_stiffness, law_slopes_at, pressed_cushions,
     slopes,
@@ -125,6 +125,35 @@ impl ConstrainedSystem {
         out.press(reduced, position, stuck);
         out.drop_dependent_constraints();
         out
+    }
+
+    /// The same with other numbers in place of rounded ones, within their last digits.
+    ///
+    /// # Panics
+    /// As [`Self::at`].
+    pub fn near(
+        reduced: &Reduced,
+        point: &OperatingPoint,
+        stuck: &BTreeSet<String>,
+        inputs: &[String],
+        digits: &mut LastDigits,
+    ) -> Self {
+        let mut out = Self::held(reduced, point, stuck, inputs);
+        let mut slopes = law_slopes_at(reduced, point);
+        slopes.iter_mut().for_each(|one| one.move_within(digits));
+        out.loads = loads(slopes);
+        let values = [&mut out.inertias, &mut out.dampers, &mut out.springs].into_iter().flatten();
+        values.for_each(|term| term.value = digits.near(&term.value));
+        out.constraints.iter_mut().flat_map(|along| &mut along.row).for_each(|(_, x)| *x = digits.near(x));
+        out
+    }
+
+    /// Whether a number of it is rounded.
+    pub fn is_rounded(&self) -> bool {
+        let values = [&self.inertias, &self.dampers, &self.springs].into_iter().flatten().map(|term| &term.value);
+        let constraints = self.constraints.iter().flat_map(|along| &along.row);
+        let loads = self.loads.iter().flat_map(|load| load.value.on_positions.iter().chain(&load.value.on_rates));
+        values.chain(constraints.chain(loads).map(|(_, x)| x)).any(LastDigits::is_rounded)
     }
 
     /// The inertia of a shaft itself, without what moves with it, kg m².

@@ -7,8 +7,8 @@ use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
 use super::shared::straight::check_moves;
 use super::{Element, Mistake, Values, gear};
 use crate::equations::{Curve, CurveFormulas, Direction, Term};
-use crate::expr::{Expr, Function, Graph};
-use crate::num::{Rational, rational_from_f64};
+use crate::expr::{Expr, Function, Graph, Surd};
+use crate::num::{Rational, rational_from_f64, rational_to_f64};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
@@ -88,8 +88,14 @@ fn check(values: &Values) -> Vec<Mistake> {
     out
 }
 
+/// The cosine of an angle, if it is a fraction.
+fn exact_cosine(angle: f64) -> Option<f64> {
+    Some(rational_to_f64(&Surd::meant_by_double(angle)?.cosine()?.to_rational()?))
+}
+
 fn terms(name: &str, values: &Values) -> Vec<Term> {
-    let cosine = |key: &str| values.number(key).map(cos);
+    // The cosine of 60° is a half, not the double next to it.
+    let cosine = |key: &str| values.number(key).map(|angle| exact_cosine(angle).unwrap_or_else(|| cos(angle)));
     let ratio = match (cosine("angle"), cosine("angle_1"), cosine("angle_2")) {
         (Some(c), _, _) => c,
         (None, Some(c1), Some(c2)) => c1 / c2,

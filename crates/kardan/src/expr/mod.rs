@@ -16,6 +16,7 @@ mod of_time;
 mod one_sided;
 mod print;
 mod sides;
+mod surds;
 mod traced;
 mod written;
 
@@ -30,5 +31,6 @@ pub use one_sided::{Linear, Number, bending, linear_sides};
 pub use print::{Style, parenthesised, printed};
 pub(crate) use print::{bare, raised};
 pub use sides::{Place, Side, Sided};
+pub use surds::{Surd, Surds};
 pub use traced::Traced;
 pub use written::Named;

@@ -1,6 +1,6 @@
 //! Expressions to first order on the sides of a place at which they bend or jump.
 
-use super::{Expr, Floating, Graph, Interval, Intervals, Place, Rationals, Side, Sided, Symbol, lower};
+use super::{Expr, Floating, Graph, Interval, Intervals, Place, Side, Sided, Symbol, lower, sides};
 use crate::num::{Rational, Scalar};
 
 /// A number at a place.
@@ -17,6 +17,12 @@ impl Number {
     /// Whether it is a number at all.
     pub fn is_number(&self) -> bool {
         self.exact.is_some() || self.value.is_finite()
+    }
+
+    /// By how much rounding may move it.
+    pub fn rounding(&self) -> f64 {
+        let width = if self.exact.is_none() { self.around.high - self.around.low } else { 0.0 };
+        if width.is_finite() { width } else { 0.0 }
     }
 
     /// Whether two are the same, as far as rounding tells.
@@ -84,12 +90,12 @@ impl Linear {
 
 /// Expressions on the sides of a place, to first order; `None`: these are too many.
 pub fn linear_sides(graph: &mut Graph, exprs: &[Expr], place: &dyn Place) -> Option<Vec<Linear>> {
-    let sides = graph.sides(exprs, place)?;
-    let guards: Vec<Expr> = sides.iter().flat_map(|side| side.guards.iter().map(|(guard, _)| *guard)).collect();
-    let exactly = lower(graph, &guards, &mut Rationals, |symbol| place.exact(symbol));
+    let own = graph.sides(exprs, place)?;
+    let guards: Vec<Expr> = own.iter().flat_map(|side| side.guards.iter().map(|(guard, _)| *guard)).collect();
+    let exactly = sides::exactly(graph, &guards, place);
     let exactly = exactly.iter().all(|guard| guard.as_ref().is_some_and(Scalar::is_zero));
     let numbers = |graph: &Graph, exprs: &[Expr]| -> Vec<Number> {
-        let exact = lower(graph, exprs, &mut Rationals, |symbol| place.exact(symbol));
+        let exact = sides::exactly(graph, exprs, place);
         let around = lower(graph, exprs, &mut Intervals, |symbol| place.around(symbol));
         let value = lower(graph, exprs, &mut Floating::<f64>::default(), |symbol| place.value(symbol));
         let of = |((exact, around), value)| Number { exact, value, around };
@@ -112,7 +118,7 @@ pub fn linear_sides(graph: &mut Graph, exprs: &[Expr], place: &dyn Place) -> Opt
             slopes: side.exprs.iter().map(|expr| of(graph, *expr)).collect(),
         }
     };
-    Some(sides.into_iter().map(linear).collect())
+    Some(own.into_iter().map(linear).collect())
 }
 
 /// The guards whose sides differ, each by itself; where none does by itself, all.

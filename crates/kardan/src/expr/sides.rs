@@ -7,7 +7,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::graph::{Node, PiecewisePolynomial};
-use super::{Expr, Floating, Function, Graph, Interval, Intervals, Rationals, Style, Symbol, lower, printed};
+use super::{Expr, Floating, Function, Graph, Interval, Intervals, Style, Surd, Surds, Symbol, lower, printed};
 use crate::num::{Rational, Scalar, SparseRow, rational_from_f64};
 
 /// A place at which expressions are looked at, and how it may be left.
@@ -15,7 +15,7 @@ pub trait Place {
     /// The number by which derivatives by a symbol are listed; `None`: there are none of it.
     fn place(&self, symbol: Symbol) -> Option<usize>;
     /// The exact value of a symbol, where it is known.
-    fn exact(&self, symbol: Symbol) -> Option<Rational>;
+    fn exact(&self, symbol: Symbol) -> Option<Surd>;
     /// Its value.
     fn value(&self, symbol: Symbol) -> f64;
     /// Between which numbers it is.
@@ -51,6 +51,12 @@ impl Sided {
     pub fn is_on(&self, graph: &Graph, side: &Side) -> bool {
         self.named(graph).iter().all(|(guard, above)| *above != side.below.contains(guard))
     }
+}
+
+/// The values of expressions at a place, where these are fractions.
+pub(super) fn exactly(graph: &Graph, exprs: &[Expr], place: &dyn Place) -> Vec<Option<Rational>> {
+    let values = lower(graph, exprs, &mut Surds, |symbol| place.exact(symbol));
+    values.into_iter().map(|value| value?.to_rational()).collect()
 }
 
 /// Sides of one place that are looked at.
@@ -297,7 +303,7 @@ impl Graph {
 
     /// Whether expressions vanish at a place, or are so near to it that it is rounded by as much.
     fn vanish(&self, exprs: &[Expr], place: &dyn Place) -> Vec<bool> {
-        let exact = lower(self, exprs, &mut Rationals, |symbol| place.exact(symbol));
+        let exact = exactly(self, exprs, place);
         let around = lower(self, exprs, &mut Intervals, |symbol| place.around(symbol));
         let zero = |(exact, around): (Option<Rational>, Interval)| {
             exact.is_some_and(|exact| exact.is_zero()) || around.contains(0.0)
@@ -343,7 +349,7 @@ impl Graph {
                 continue;
             }
             let slope = [self.derivative(expr, symbol)];
-            let exact = lower(self, &slope, &mut Rationals, |symbol| place.exact(symbol)).swap_remove(0);
+            let exact = exactly(self, &slope, place).swap_remove(0);
             let value = || lower(self, &slope, &mut Floating::<f64>::default(), |symbol| place.value(symbol))[0];
             let slope = exact.or_else(|| rational_from_f64(value()))?;
             moves.into_iter().for_each(|(k, x)| *out.entry(k).or_default() += x * &slope);

@@ -3,6 +3,8 @@
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
 
+use kardan_rt::functions::log2;
+
 use super::{Matrix, Polynomial, Rational, Scalar};
 
 /// Binary digits that are kept, beyond those that halving and squaring cost.
@@ -11,8 +13,10 @@ const DIGITS: isize = 320;
 const LARGEST: isize = 4096;
 /// Beyond this ‖A T‖ too many digits are lost.
 const FASTEST: isize = 128;
-/// Terms of the series: ‖A t‖ is at most 1/2, so the rest is below 2⁻⁴⁰⁰.
-const TERMS: i64 = 80;
+/// Terms of the series: ‖A t‖ is at most 1/2, so the rest is below 2⁻¹⁴⁰⁰.
+const TERMS: i64 = 200;
+/// Terms that are always added up: the rest is below 2⁻⁴⁰⁰.
+const FEWEST: i64 = 79;
 
 /// How many binary digits a number has before the point, negative behind it.
 fn size(x: &Rational) -> isize {
@@ -21,18 +25,18 @@ fn size(x: &Rational) -> isize {
 }
 
 /// The number with its leading digits; itself if it has no more.
-fn leading(x: &Rational) -> Rational {
-    if x.is_zero() || x.numerator().bit_len().max(x.denominator().bit_len()) <= DIGITS.unsigned_abs() {
+fn leading(x: &Rational, digits: isize) -> Rational {
+    if x.is_zero() || x.numerator().bit_len().max(x.denominator().bit_len()) <= digits.unsigned_abs() {
         return x.clone();
     }
-    let shift = DIGITS - size(x);
+    let shift = digits - size(x);
     let (up, down) = (UBig::ONE << shift.max(0).unsigned_abs(), UBig::ONE << (-shift).max(0).unsigned_abs());
     let whole = x.numerator() * IBig::from(up.clone()) / IBig::from(x.denominator() * &down);
     Rational::from_parts(whole * IBig::from(down), up)
 }
 
-fn shortened(matrix: &Matrix<Rational>) -> Matrix<Rational> {
-    Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| leading(&matrix[(i, j)]))
+fn shortened(matrix: &Matrix<Rational>, digits: isize) -> Matrix<Rational> {
+    Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| leading(&matrix[(i, j)], digits))
 }
 
 /// `[e^{AT}, ∫₀ᵀ e^{At} dt]` of an exact square matrix, to far more digits than those of a double; exact where the series ends and its
@@ -52,37 +56,86 @@ fn shortened(matrix: &Matrix<Rational>) -> Matrix<Rational> {
 /// # Panics
 /// If the matrix is not square.
 pub fn held(a: &Matrix<Rational>, time: &Rational) -> Option<[Matrix<Rational>; 2]> {
-    let n = a.rows();
-    assert_eq!(n, a.columns(), "sampling of a matrix that is not square");
-    let one = Matrix::<Rational>::identity(n);
-    let all = a.scale(time);
-    // The largest sum of sizes in a row is below 2^norm.
-    let bits = all.as_slice().iter().filter(|x| !x.is_zero()).map(size).max().unwrap_or(-1) + 2;
-    let norm = bits + isize::try_from(n.max(1).ilog2()).unwrap_or(0) + 1;
-    let halvings = (norm + 1).max(0).unsigned_abs();
-    if norm > FASTEST {
-        return None;
-    }
-    let step = time / Rational::from(UBig::ONE << halvings);
-    let small = a.scale(&step);
-    let mut term = one.scale(&step);
-    let mut integral = term.clone();
-    for k in 2..TERMS {
-        term = shortened(&small.multiply(&term).scale(&Rational::from_parts(IBig::ONE, UBig::from(k.unsigned_abs()))));
-        integral = integral.plus(&term);
-        if term.as_slice().iter().all(Scalar::is_zero) {
-            break;
-        }
-    }
-    let transition = |integral: &Matrix<Rational>| one.plus(&a.multiply(integral));
-    for _ in 0..halvings {
-        // ∫ over twice the time: what comes first goes on for the time.
-        integral = shortened(&transition(&integral).plus(&one).multiply(&integral));
-        if integral.as_slice().iter().any(|x| !x.is_zero() && size(x) > LARGEST) {
+    let HeldTo { transition, integral, .. } = HeldTo::new(a, time, DIGITS)?;
+    Some([transition, integral])
+}
+
+/// The result of [`held`], and how far it may be off.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeldTo {
+    /// `e^{AT}`
+    pub transition: Matrix<Rational>,
+    /// `∫₀ᵀ e^{At} dt`
+    pub integral: Matrix<Rational>,
+    /// log₂ of a bound on the error of the integral, in the largest sum of sizes in a row; −∞ where it is exact. That of the transition is ‖A‖
+    /// times as large.
+    pub off: f64,
+}
+
+impl HeldTo {
+    /// To so many binary digits in each step; `None` if the result is beyond all numbers.
+    ///
+    /// # Panics
+    /// If the matrix is not square.
+    pub fn new(a: &Matrix<Rational>, time: &Rational, digits: isize) -> Option<Self> {
+        let n = a.rows();
+        assert_eq!(n, a.columns(), "sampling of a matrix that is not square");
+        let one = Matrix::<Rational>::identity(n);
+        let all = a.scale(time);
+        // The largest sum of sizes in a row is below 2^norm.
+        let bits = all.as_slice().iter().filter(|x| !x.is_zero()).map(size).max().unwrap_or(-1) + 2;
+        let norm = bits + isize::try_from(n.max(1).ilog2()).unwrap_or(0) + 1;
+        let halvings = (norm + 1).max(0).unsigned_abs();
+        if norm > FASTEST {
             return None;
         }
+        let step = time / Rational::from(UBig::ONE << halvings);
+        let small = a.scale(&step);
+        let mut term = one.scale(&step);
+        let (mut integral, mut exact) = (term.clone(), false);
+        let mut whole = true;
+        for k in 2..TERMS {
+            let next = small.multiply(&term).scale(&Rational::from_parts(IBig::ONE, UBig::from(k.unsigned_abs())));
+            term = shortened(&next, digits);
+            whole &= term == next;
+            integral = integral.plus(&term);
+            if term.as_slice().iter().all(Scalar::is_zero) {
+                exact = whole;
+                break;
+            }
+            let is_small = |x: &Rational| x.is_zero() || size(x) < size(&step) - digits - 8;
+            if k >= FEWEST && term.as_slice().iter().all(is_small) {
+                break;
+            }
+        }
+        let digit = |digits: isize| 2.0 - digits as f64;
+        let mut off = if exact { f64::NEG_INFINITY } else { size(&step) as f64 + 8.0 + digit(digits) };
+        let size_of_a = log_norm(a)?;
+        let transition = |integral: &Matrix<Rational>| one.plus(&a.multiply(integral));
+        for _ in 0..halvings {
+            // ∫ over twice the time: what comes first goes on for the time.
+            let longer = transition(&integral).plus(&one);
+            let next = longer.multiply(&integral);
+            let (before, over) = (log_norm(&integral)?, log_norm(&longer)?);
+            integral = shortened(&next, digits);
+            if integral.as_slice().iter().any(|x| !x.is_zero() && size(x) > LARGEST) {
+                return None;
+            }
+            // (‖T + 1‖ + ‖A‖ off) off + ‖A‖ off ‖∫‖, each below the largest, and the digits that are cut.
+            off = over.max(size_of_a + off).max(size_of_a + before) + off + 2.0;
+            if integral != next {
+                off = off.max(log_norm(&next)? + digit(digits)) + 1.0;
+            }
+        }
+        Some(Self { transition: transition(&integral), integral, off })
     }
-    Some([transition(&integral), integral])
+}
+
+/// log₂ of the largest sum of sizes in a row, rounded up; `None` if that is beyond doubles.
+fn log_norm(matrix: &Matrix<Rational>) -> Option<f64> {
+    let row = |i: usize| matrix.row(i).iter().map(|x| super::rational_to_f64(x).abs()).sum::<f64>();
+    let largest = (0..matrix.rows()).map(row).fold(0.0, f64::max);
+    largest.is_finite().then(|| log2(largest * (1.0 + 1e-9)))
 }
 
 /// The characteristic polynomial `det(s − A)`, exact.

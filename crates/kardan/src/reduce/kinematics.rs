@@ -3,7 +3,7 @@ use std::sync::Arc;
 use super::{Affine, Reduced, Step};
 use crate::assemble::TransmissionRow;
 use crate::equations::Curve;
-use crate::expr::{Graph, Rationals, lower};
+use crate::expr::{Graph, Surd, Surds, lower};
 use crate::num::{self, Matrix, Rational, Scalar, dot, rational_from_f64, rational_to_f64};
 use crate::units::Dimension;
 
@@ -204,12 +204,12 @@ impl Kinematics {
     }
 }
 
-/// The slope of a curve at x: the derivative of its expression over the rationals where it is one there, else rounded once. Tells which.
-fn exact_slope(curve: &dyn Curve, x: Option<&Rational>, rounded: f64) -> Slope {
+/// The slope of a curve at x: the derivative of its expression where it is a fraction there, else rounded once. Tells which.
+fn exact_slope(curve: &dyn Curve, x: Option<&Surd>, rounded: f64) -> Slope {
     let mut graph = Graph::default();
     let symbol = graph.symbol("x", Dimension::ANGLE);
     let [_, slope, _] = curve.expressions(&mut graph, symbol);
-    match lower(&graph, &[slope], &mut Rationals, |_| x.cloned()).pop().flatten() {
+    match lower(&graph, &[slope], &mut Surds, |_| x.cloned()).pop().flatten().and_then(|slope| slope.to_rational()) {
         Some(value) => Slope { value, rounded: false },
         None => {
             let value = rational_from_f64(curve.derivatives(rounded).0).expect("the slope of a transmission is finite");
@@ -227,11 +227,11 @@ pub struct Slope {
     pub rounded: bool,
 }
 
-/// Angles of all shafts at a position, where they are fractions.
-pub(super) fn exact_angles(reduced: &Reduced, position: &[f64]) -> Vec<Option<Rational>> {
+/// Angles of all shafts at a position, where they are known exactly: doubles next to a multiple of 15° are that multiple.
+pub(super) fn exact_angles(reduced: &Reduced, position: &[f64]) -> Vec<Option<Surd>> {
     let mut angles = vec![None; reduced.equations.coordinates.len()];
     for (&shaft, position) in reduced.coordinates.iter().zip(position) {
-        angles[shaft] = rational_from_f64(*position);
+        angles[shaft] = Surd::meant_by_double(*position);
     }
     for step in &reduced.steps {
         let (Step::Linear { value: affine, .. } | Step::Curve { argument: affine, .. }) = step;
@@ -242,16 +242,16 @@ pub(super) fn exact_angles(reduced: &Reduced, position: &[f64]) -> Vec<Option<Ra
                 let mut graph = Graph::default();
                 let symbol = graph.symbol("x", Dimension::ANGLE);
                 let [value, ..] = curve.expressions(&mut graph, symbol);
-                lower(&graph, &[value], &mut Rationals, |_| argument.clone()).pop().flatten()
+                lower(&graph, &[value], &mut Surds, |_| argument.clone()).pop().flatten()
             }
         };
     }
     angles
 }
 
-fn exact_argument(affine: &Affine, angles: &[Option<Rational>]) -> Option<Rational> {
-    let term = |(shaft, c): &(usize, Rational)| Some(c.times(angles[*shaft].as_ref()?));
-    let constant = rational_from_f64(affine.constant)?;
+fn exact_argument(affine: &Affine, angles: &[Option<Surd>]) -> Option<Surd> {
+    let term = |(shaft, c): &(usize, Rational)| Some(angles[*shaft].as_ref()?.scale(c));
+    let constant = Surd::meant_by_double(affine.constant)?;
     affine.terms.iter().try_fold(constant, |sum, entry| Some(sum.plus(&term(entry)?)))
 }
 

@@ -3,8 +3,8 @@
 use super::{Kinematics, Motion, Reduced, Step, kinematics, pressed_cushions};
 use crate::assemble::Equations;
 use crate::equations::Hold;
-use crate::expr::{Interval, Linear, Place, Rationals, Side, Symbol, bending, linear_sides, lower};
-use crate::num::{Rational, SparseRow, rational_from_f64, rational_to_f64};
+use crate::expr::{Interval, Linear, Place, Rationals, Side, Surd, Symbol, bending, linear_sides, lower};
+use crate::num::{LastDigits, Rational, SparseRow, rational_from_f64, rational_to_f64};
 
 /// A torque that an expression gives, or the multiplier of a row that turns, around a position at rest and at time zero:
 /// `τ = τ₀ + gᵀ Δq + hᵀ q̇` over all coordinates.
@@ -22,9 +22,22 @@ pub struct LawSlopes {
     pub on_rates: SparseRow,
     /// Whether an entry is no fraction, as far as is known, and was rounded once.
     pub rounded: bool,
+    /// By how much rounding may move each entry of g, and of h.
+    pub off: [Vec<f64>; 2],
     /// Why it has no derivative here, in words: what vanishes where the expression bends or jumps (the entries are then those of one side), or
     /// that it or its slope is no number.
     pub kinks: Vec<String>,
+}
+
+impl LawSlopes {
+    /// Moves rounded entries within what rounding leaves open.
+    pub fn move_within(&mut self, digits: &mut LastDigits) {
+        for (row, off) in [&mut self.on_positions, &mut self.on_rates].into_iter().zip(&self.off) {
+            for ((_, slope), off) in row.iter_mut().zip(off) {
+                *slope = if *off > 0.0 { digits.within(slope, *off) } else { digits.near(slope) };
+            }
+        }
+    }
 }
 
 /// What a transmission under load adds to the stiffness: a row over the coordinates, and the stiffness along it (N m/rad).
@@ -160,7 +173,7 @@ const ROUNDED: f64 = 4.0 * f64::EPSILON;
 struct Standing {
     /// Angles, behind all of them speeds.
     symbols: Vec<Symbol>,
-    exact: Vec<Option<Rational>>,
+    exact: Vec<Option<Surd>>,
     numeric: Kinematics,
     basis: Vec<SparseRow>,
 }
@@ -188,11 +201,11 @@ impl Place for Standing {
         self.symbols.iter().position(|own| *own == symbol).filter(|place| *place < 2 * self.basis.len())
     }
 
-    fn exact(&self, symbol: Symbol) -> Option<Rational> {
+    fn exact(&self, symbol: Symbol) -> Option<Surd> {
         match self.place(symbol) {
             Some(k) if k < self.exact.len() => self.exact[k].clone(),
             Some(_) if self.value(symbol) != 0.0 => None,
-            _ => Some(Rational::ZERO),
+            _ => Some(Surd::rational(Rational::ZERO)),
         }
     }
 
@@ -237,6 +250,7 @@ pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes
         on_positions: along.value.on_positions.clone(),
         on_rates: SparseRow::new(),
         rounded: false,
+        off: [vec![0.0; along.value.on_positions.len()], Vec::new()],
         kinks: Vec::new(),
     });
     if equations.laws.is_empty() {
@@ -270,6 +284,7 @@ fn slopes_of(
         on_positions: SparseRow::new(),
         on_rates: SparseRow::new(),
         rounded: false,
+        off: Default::default(),
         kinks: Vec::new(),
     };
     let Some(sides) = sides else {
@@ -285,14 +300,17 @@ fn slopes_of(
         kinks.push("its slope has no end".into());
     }
     let (mut on_positions, mut on_rates, mut rounded) = (SparseRow::new(), SparseRow::new(), false);
-    for (place, slope) in &own.slopes[0] {
-        rounded |= slope.exact.is_none();
-        let slope = slope.exact.clone().or_else(|| rational_from_f64(slope.value)).unwrap_or(Rational::ZERO);
-        match *place {
-            _ if slope.is_zero() => {}
-            k if k < coordinates => on_positions.push((k, slope)),
-            k => on_rates.push((k - coordinates, slope)),
+    let mut off = [Vec::new(), Vec::new()];
+    for (place, number) in &own.slopes[0] {
+        rounded |= number.exact.is_none();
+        let slope = number.exact.clone().or_else(|| rational_from_f64(number.value)).unwrap_or(Rational::ZERO);
+        if slope.is_zero() {
+            continue;
         }
+        let behind = place.checked_sub(coordinates);
+        let row = if behind.is_some() { &mut on_rates } else { &mut on_positions };
+        row.push((behind.unwrap_or(*place), slope));
+        off[usize::from(behind.is_some())].push(number.rounding());
     }
-    LawSlopes { value: value.value, on_positions, on_rates, rounded, kinks, ..nothing }
+    LawSlopes { value: value.value, on_positions, on_rates, rounded, off, kinks, ..nothing }
 }

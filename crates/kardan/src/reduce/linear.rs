@@ -8,7 +8,7 @@ use super::{
 };
 use crate::assemble::Along;
 use crate::equations::Hold;
-use crate::num::{Matrix, Rational, SparseRow, dense_rows, project, sparse_sum_of_outer};
+use crate::num::{LastDigits, Matrix, Rational, SparseRow, dense_rows, project, sparse_sum_of_outer};
 
 /// The reduced matrices of a linear(ised) model \[diss. Theorem 4.1\], exact for the stored numbers.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,7 +89,7 @@ impl LinearModel {
 /// # Panics
 /// If `position` has not one entry per coordinate or gives a slope that is not finite.
 pub fn linearise(reduced: &Reduced, position: &[f64]) -> LinearModel {
-    linear_model(reduced, &OperatingPoint::relaxed(position), &[])
+    linear_model(reduced, &OperatingPoint::relaxed(position), &[], None)
 }
 
 /// [`linearise`] at an operating point, under the torques that hold it there, with the cushions that are pressed there.
@@ -97,11 +97,24 @@ pub fn linearise(reduced: &Reduced, position: &[f64]) -> LinearModel {
 /// # Panics
 /// As [`linearise`].
 pub fn linearise_at(reduced: &Reduced, point: &OperatingPoint) -> LinearModel {
-    linear_model(reduced, point, &pressed_cushions(reduced, &point.position))
+    linear_model(reduced, point, &pressed_cushions(reduced, &point.position), None)
 }
 
-fn linear_model(reduced: &Reduced, point: &OperatingPoint, pressed: &[Contact]) -> LinearModel {
-    let SparseModel { inertia, damping, stiffness, input, basis } = sparse_model_at(reduced, point, pressed);
+/// The same with other numbers in place of rounded ones, within their last digits.
+///
+/// # Panics
+/// As [`linearise`].
+pub fn linearise_near(reduced: &Reduced, point: &OperatingPoint, digits: &mut LastDigits) -> LinearModel {
+    linear_model(reduced, point, &pressed_cushions(reduced, &point.position), Some(digits))
+}
+
+fn linear_model(
+    reduced: &Reduced,
+    point: &OperatingPoint,
+    pressed: &[Contact],
+    digits: Option<&mut LastDigits>,
+) -> LinearModel {
+    let SparseModel { inertia, damping, stiffness, input, basis } = sparse_model_near(reduced, point, pressed, digits);
     let (r, inputs) = (reduced.degrees_of_freedom(), &reduced.equations.inputs);
     LinearModel {
         coordinates: reduced.coordinate_names(),
@@ -134,16 +147,27 @@ pub struct SparseModel {
 /// # Panics
 /// If `position` has not one entry per coordinate or gives a slope that is not finite.
 pub fn sparse_model(reduced: &Reduced, position: &[f64]) -> SparseModel {
-    sparse_model_at(reduced, &OperatingPoint::relaxed(position), &[])
+    sparse_model_near(reduced, &OperatingPoint::relaxed(position), &[], None)
 }
 
-fn sparse_model_at(reduced: &Reduced, point: &OperatingPoint, pressed: &[Contact]) -> SparseModel {
+fn sparse_model_near(
+    reduced: &Reduced,
+    point: &OperatingPoint,
+    pressed: &[Contact],
+    mut digits: Option<&mut LastDigits>,
+) -> SparseModel {
     let position = point.position.as_slice();
-    let basis = kinematics::exact_basis(reduced, position);
+    let mut basis = kinematics::exact_basis(reduced, position);
+    if let Some(digits) = digits.as_deref_mut() {
+        basis.iter_mut().flatten().for_each(|(_, x)| *x = digits.near(x));
+    }
     let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
     let along = |row: &SparseRow| project(row, &basis);
     let (inertias, dampers, springs) = (&equations.inertias, &equations.dampers, &equations.springs);
-    let slopes = law_slopes_at(reduced, point);
+    let mut slopes = law_slopes_at(reduced, point);
+    if let Some(digits) = digits.as_deref_mut() {
+        slopes.iter_mut().for_each(|one| one.move_within(digits));
+    }
     let laws: Vec<_> = slopes
         .iter()
         .map(|slopes| {
@@ -173,7 +197,10 @@ fn sparse_model_at(reduced: &Reduced, point: &OperatingPoint, pressed: &[Contact
     let of_contacts = |which: usize| contacts.iter().map(move |(row, values)| (row.clone(), values[which].clone()));
     let damped = dampers.iter().map(|d| (along(&d.row), d.value.to_rational()));
     let mut damping = sparse_sum_of_outer(damped.chain(of_contacts(1)), r);
-    let geometric = geometric_stiffness(reduced, point, &slopes);
+    let mut geometric = geometric_stiffness(reduced, point, &slopes);
+    if let Some(digits) = digits {
+        geometric.iter_mut().for_each(|one| one.stiffness = digits.near(&one.stiffness));
+    }
     let bent = geometric.iter().map(|one| (along(&one.row), one.stiffness.clone()));
     let stretched = springs.iter().map(|s| (along(&s.row), s.value.stiffness.to_rational()));
     let mut stiffness = sparse_sum_of_outer(stretched.chain(bent).chain(of_contacts(0)), r);

@@ -48,7 +48,7 @@ pub use law_slopes::{
     laws_are_linear,
 };
 pub use law_torques::{LawTorques, NotLinear, Wave, law_waves};
-pub use linear::{LinearModel, SparseModel, linearise, linearise_at, sparse_model};
+pub use linear::{LinearModel, SparseModel, linearise, linearise_at, linearise_near, sparse_model};
 pub use mechanism::{MechanismData, MechanismError};
 pub use motion::{Forces, KeptRate, Motion, SparseRow, Timed};
 pub use multipliers::Multipliers;

@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 use super::serial::{self, by_name};
 use super::{
     Complex, Definition, ElementShare, Exploration, LawSummary, LoopResponses, Margins, Mechanism, NamedMatrix,
-    OppositeSide, Passage, Pole, Robustness, ScenarioStrain, ShapePart, StrainView,
+    OppositeSide, Passage, Pole, Robustness, ScenarioStrain, ShapePart, StabilityVerdict, StrainView,
 };
 use crate::names::Quantity;
 
@@ -249,8 +249,8 @@ pub struct ZeroDynamics {
     pub polynomial: String,
     /// Its modes, by size.
     pub modes: Vec<ZeroMode>,
-    /// Whether all poles are in the open left half plane (decided exactly).
-    pub stable: bool,
+    /// Whether they die away (decided exactly).
+    pub stability: StabilityVerdict,
 }
 
 /// A pole of the zero dynamics: an invariant zero of the plant, which the law cancels.
@@ -481,8 +481,9 @@ struct ZerosView<'a> {
     polynomial: &'a str,
     /// Its roots, both of a conjugate pair, 1/s.
     poles: Vec<Complex>,
-    /// Whether all of them are in the open left half-plane, decided exactly; `null` if it was not asked.
-    stable: Option<bool>,
+    /// Whether they die away, decided exactly; not decided if it was not asked.
+    #[serde(flatten)]
+    stability: StabilityVerdict,
     /// Its modes, by size; of a pair the upper one.
     modes: &'a [ZeroMode],
 }
@@ -496,7 +497,7 @@ fn zero_dynamics<S: Serializer>(found: &ZeroDynamics, to: S) -> Result<S::Ok, S:
     let view = ZerosView {
         polynomial: &found.polynomial,
         poles: found.modes.iter().flat_map(both).collect(),
-        stable: asked.then_some(found.stable),
+        stability: if asked { found.stability.clone() } else { StabilityVerdict::undecided("it was not asked") },
         modes: &found.modes,
     };
     view.serialize(to)

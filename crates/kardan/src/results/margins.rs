@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::{Pole, StabilityVerdict};
+
 /// How far a controller's loop is from instability, and what it asks of the motors.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Margins {
@@ -18,8 +20,12 @@ pub struct Margins {
     /// none); `None` in continuous time, or if there is no
     /// such map.
     pub spectral_radius: Option<f64>,
-    /// Whether the loop as it is, with its sample time, delay and lags, is stable; `None` if its sample times have no short
-    /// common period, or the eigenvalue iteration failed.
+    /// Whether the loop as it is, with its sample time, delay and lags, is stable.
+    #[serde(flatten)]
+    pub stability: StabilityVerdict,
+    /// The same of all motions but those that nobody holds (`free`), which are left out of all limits; `None` if it is not decided, or its
+    /// sample times have no short common period, or the eigenvalue iteration failed.
+    #[serde(rename = "held_motions_stable")]
     pub stable: Option<bool>,
     /// Slowest stable rates, for delays of no, half a and one sample; empty for a law that is designed for one sample time.
     pub rates: Vec<RateLimit>,
@@ -43,9 +49,11 @@ pub struct Margins {
     /// 1/s, as far as rounding shows them. They are left out of all limits.
     #[serde(rename = "next_to_zero_1_s")]
     pub next_to_zero: Vec<f64>,
-    /// Whether it was decided over the rationals that a loop in continuous time is stable or not; otherwise from eigenvalues,
-    /// whose rounding is bounded.
+    /// Whether its stability was decided over the rationals, or by certified bounds; otherwise from eigenvalues, whose rounding is bounded.
     pub proven: bool,
+    /// All poles of the loop, where its stability in continuous time was decided over the rationals.
+    #[serde(skip)]
+    pub poles: Option<Vec<Pole>>,
     /// How fast they grow at the sample time, 1/s; 0 if they stay.
     #[serde(rename = "drift_per_s")]
     pub drift: f64,

@@ -21,6 +21,7 @@ mod robustness;
 mod safety;
 pub(crate) mod serial;
 mod signal_graph;
+mod stability;
 mod sweep;
 mod verdict;
 
@@ -51,6 +52,7 @@ pub use responses::*;
 pub use robustness::*;
 pub use safety::*;
 pub use signal_graph::*;
+pub use stability::*;
 pub use sweep::*;
 pub use verdict::*;
 

@@ -1,7 +1,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::Span;
+use super::{Span, Stability};
 
 /// The loop of a controller with the parameters of its variant, linear at positions that its joints pass: in floating point,
 /// without Coulomb friction and limits.
@@ -14,8 +14,10 @@ pub struct Passage {
     /// The angles of what turns, from and to, rad.
     #[serde(rename = "range_rad")]
     pub range: Span,
-    /// Whether nothing grows at any of them.
+    /// Whether nothing grows at any of them, as far as floating point tells.
     pub stable: bool,
+    /// Whether it is stable at all of them, but for what nobody holds.
+    pub stability: Stability,
     /// Growth of the motion that grows most, or decays least, 1/s; negative if it decays.
     #[serde(rename = "growth_per_s")]
     pub growth: f64,

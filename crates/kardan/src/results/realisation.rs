@@ -3,14 +3,15 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::Pole;
+use super::{Pole, StabilityVerdict};
 use crate::num::{Matrix, Rational};
 
 /// What follows from the structure; `null` where it is not decided (many states with long fractions, or no proof of what is not reached).
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SystemProperties {
-    /// Whether all motions die away, decided exactly.
-    pub stable: Option<bool>,
+    /// Whether all motions die away.
+    #[serde(flatten)]
+    pub stability: StabilityVerdict,
     /// Whether all that no input reaches dies away, decided exactly.
     pub stabilisable: Option<bool>,
     /// Whether all that no output shows dies away, decided exactly.

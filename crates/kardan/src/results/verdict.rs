@@ -1,6 +1,6 @@
 //! What is said of a result in one sentence.
 
-use super::{Design, Feedback, Margins, Passage, Pole, ZeroDynamics};
+use super::{Design, Feedback, Motion, Passage, Pole, Stability, ZeroDynamics};
 
 /// What came of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -36,28 +36,17 @@ impl Design {
             _ if !self.cancels_zeros => "",
             HiddenMotion::Unknown => "",
             HiddenMotion::None => "; no zero dynamics",
-            HiddenMotion::Some if self.zero_dynamics.stable => "; the zero dynamics are stable",
-            HiddenMotion::Some => "; the zero dynamics are not stable",
+            HiddenMotion::Some => match self.zero_dynamics.stability.word {
+                Stability::Stable => "; the zero dynamics are stable",
+                Stability::Marginal => "; the zero dynamics are marginal",
+                Stability::Unstable => "; the zero dynamics are not stable",
+                Stability::Undecided => "; whether the zero dynamics are stable is not decided",
+            },
         };
         // A law that does not invert the plant leaves its zeros alone.
         let stable =
-            !self.cancels_zeros || self.zero_dynamics.stable || self.zero_dynamics.kind() != HiddenMotion::Some;
-        let sampled = self.margins.as_ref().filter(|margins| margins.sample_time.is_some());
-        let loop_ = match sampled {
-            Some(margins) if margins.stable == Some(false) => "; at its sample time the loop is unstable",
-            _ if grows && self.exact_poles => "; the closed loop is unstable",
-            _ if grows => "; the closed loop is unstable, as floating point tells",
-            Some(Margins { stable: None, .. }) => "; whether it is stable at its sample times is not known",
-            Some(Margins { hardly: true, .. }) => "; stable at its sample time, but hardly",
-            Some(_) => "; stable at its sample time",
-            None => match &self.margins {
-                Some(Margins { stable: Some(false), .. }) => "; in continuous time the loop is unstable",
-                Some(Margins { stable: None, .. }) => "; whether it is stable in continuous time is not known",
-                Some(Margins { hardly: true, .. }) => "; stable in continuous time, but hardly",
-                Some(_) => "; stable in continuous time",
-                None => "",
-            },
-        };
+            !self.cancels_zeros || self.zero_dynamics.is_stable() || self.zero_dynamics.kind() != HiddenMotion::Some;
+        let loop_ = self.loop_in_words(grows);
         let grows = grows || self.margins.as_ref().is_some_and(|margins| margins.stable == Some(false));
         let opposite = match &self.opposite_side {
             Some(found) if found.margins.stable == Some(false) && !grows => {
@@ -77,21 +66,54 @@ impl Design {
         Verdict { sound: good, text: format!("{early}{first}{own}{loop_}{opposite}{hidden}{strained}{warnings}.") }
     }
 
-    /// The motion of a pole of the closed loop: exact for exact poles. Eigenvalues in floating point decide nothing within a
-    /// millionth of the fastest one around the axis, where rounding puts multiple poles at zero.
+    /// Whether the loop is stable, as a part of a sentence; `grows`: a pole says that it is not.
+    fn loop_in_words(&self, grows: bool) -> String {
+        let Some(margins) = &self.margins else {
+            return match (grows, self.exact_poles) {
+                (false, _) => String::new(),
+                (true, true) => "; the closed loop is unstable".into(),
+                (true, false) => "; the closed loop is unstable, as floating point tells".into(),
+            };
+        };
+        let (at, all) = match margins.sample_time {
+            Some(_) => ("at its sample time", "at its sample times"),
+            None => ("in continuous time", "in continuous time"),
+        };
+        let free = match margins.free_poles {
+            0 => String::new(),
+            1 => " but for a pole at zero that nobody holds".into(),
+            poles => format!(" but for {poles} poles at zero that nobody holds"),
+        };
+        match (margins.stable, margins.stability.word) {
+            (_, Stability::Unstable) => format!("; {at} the loop is unstable"),
+            (Some(false), _) => format!("; {at} the loop is marginal"),
+            (None, _) => format!("; whether it is stable {all} is not known"),
+            (Some(true), _) if margins.hardly => format!("; stable {at}{free}, but hardly"),
+            (Some(true), _) => format!("; stable {at}{free}"),
+        }
+    }
+
+    /// The motion of a pole of the closed loop: exact for exact poles. Others decide nothing within a millionth of the fastest one around the
+    /// axis, where rounding puts multiple poles at zero; there the verdict on the loop tells.
     pub fn motion(&self, pole: Pole) -> Motion {
+        let verdict = self.margins.as_ref().map(|margins| margins.stability.clone()).unwrap_or_default();
         let fastest = self.closed_loop_poles.iter().map(|pole| pole.abs()).fold(0.0, f64::max);
-        let unsure = if self.exact_poles { 0.0 } else { 1e-6 * fastest };
         match pole.re {
-            re if re < -unsure => Motion::Decays,
-            re if re > unsure => Motion::Grows,
-            _ if self.exact_poles => Motion::Stays,
-            _ => Motion::Unknown,
+            _ if !self.exact_poles => verdict.motion(pole, fastest),
+            re if re < 0.0 => Motion::Decays,
+            re if re > 0.0 => Motion::Grows,
+            _ if verdict.border.iter().any(|motion| motion.grows() && motion.is_of(pole)) => Motion::Grows,
+            _ => Motion::Stays,
         }
     }
 }
 
 impl ZeroDynamics {
+    /// Whether all that goes on behind the outputs dies away.
+    pub fn is_stable(&self) -> bool {
+        self.stability.is_stable() == Some(true)
+    }
+
     /// Whether there are motions behind the outputs.
     pub fn kind(&self) -> HiddenMotion {
         match self.polynomial.as_str() {
@@ -111,19 +133,6 @@ pub enum HiddenMotion {
     None,
     /// There are some.
     Some,
-}
-
-/// What becomes of a motion of the closed loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Motion {
-    /// It dies out.
-    Decays,
-    /// It stays: exactly on the imaginary axis.
-    Stays,
-    /// It grows.
-    Grows,
-    /// Not decided: as near to the axis as floating point may be off.
-    Unknown,
 }
 
 /// `; 2 warnings`

@@ -13,6 +13,7 @@ use super::prepare::is_error;
 use super::redundant::split_multipliers;
 use super::sensitivity::sensitivity;
 use super::signals::{WorkingPoint, named};
+use super::stability_here::judge_stability;
 use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project};
 use crate::analysis::{
     BasisError, ConstrainedSystem, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side, StructureError,
@@ -180,6 +181,7 @@ pub(super) fn analyze_variant(
     let mechanics = massless.is_none().then_some(Mechanics { system, basis: &basis });
     failing_modes(&mut analysis.structure, &mut analysis.modes, &linear, mechanics);
     refine(&mut analysis, &linear);
+    judge_stability(variant, point, &linear.states, &mut analysis);
     // A copy of a large analysis takes longer than what is left where no places are asked for.
     let asks_for_places = !(variant.analysis.actuators.is_empty() && variant.analysis.sensors.is_empty());
     if asks_for_places || linear.states.len() <= MOST_CONSTRUCTED {

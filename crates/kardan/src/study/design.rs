@@ -28,7 +28,7 @@ use crate::expr::Side;
 use crate::model::ControlSpec;
 use crate::names::{SignalName, carrier, unknown_name};
 use crate::num::{Matrix, discretise};
-use crate::results::{ControllerData, DataMatrix, Design, LoopResponses, NO_RESPONSES, OppositeSide};
+use crate::results::{ControllerData, DataMatrix, Design, LoopResponses, NO_RESPONSES, OppositeSide, Pole, Stability};
 use crate::schema::{Field, Kind};
 use crate::synthesis::{REGISTRY, closed_loop_poles, counting_charges, poles_without};
 
@@ -495,9 +495,20 @@ fn add_margins(
         margins.verdict += " ";
         margins.verdict += &told;
     }
-    if margins.stable == Some(false) {
-        let when = if margins.sample_time.is_some() { "at its sample time" } else { "in continuous time" };
-        design.warnings.push(format!("{when} the loop is unstable: this is not a design"));
+    let when = if margins.sample_time.is_some() { "at its sample time" } else { "in continuous time" };
+    match (margins.stable, margins.stability.word) {
+        (_, Stability::Unstable) => design.warnings.push(format!("{when} the loop is unstable: this is not a design")),
+        (Some(false), _) => {
+            design.warnings.push(format!("{when} the loop is marginal: this is not a design; {}", margins.stability));
+        }
+        (None, _) if !margins.stability.why.is_empty() => {
+            design.warnings.push(format!("{when} the stability of the loop is {}", margins.stability));
+        }
+        _ => {}
+    }
+    if let Some(poles) = margins.poles.take().filter(|_| !design.exact_poles) {
+        design.closed_loop_poles = without_counters(poles, design.counters.len());
+        design.exact_poles = true;
     }
     design.warnings.extend(margin_warnings(&margins));
     design.warnings.extend(contact_warnings(&margins));
@@ -523,6 +534,15 @@ fn add_opposite_side(variant: &PreparedVariant, number: usize, kinks: &LoopKinks
     design.warnings.extend(margin_warnings(&margins).into_iter().map(|told| format!("where {side}: {told}")));
     design.notes.push(words);
     design.opposite_side = Some(OppositeSide { own, side, margins });
+}
+
+/// Poles without so many at zero, which are those of charges that only count.
+fn without_counters(mut poles: Vec<Pole>, counters: usize) -> Vec<Pole> {
+    for _ in 0..counters {
+        let at_zero = poles.iter().position(|pole| *pole == Pole::default());
+        at_zero.map(|place| poles.remove(place));
+    }
+    poles
 }
 
 /// A block with states for firmware that runs it at a sample time, its signals held in between: `ξ⁺ = e^{AT} ξ + ∫ e^{At} B dt s`.

@@ -11,6 +11,9 @@ const MOST_OTHERS: usize = 6;
 const NOT_PROVEN: &str =
     "that there is exactly one nearby is not proven, as the derivative of the torques is singular there, or nearly";
 
+/// How far a position that is found to rounding may be off where the derivative of the torques is singular: half of the digits are lost, and more.
+const SINGULAR: f64 = 1e-7;
+
 /// A position at rest without inputs and friction.
 pub(super) struct Rest {
     /// The reduced position, rad or m.
@@ -19,6 +22,8 @@ pub(super) struct Rest {
     pub rates: Vec<f64>,
     /// The multiplier of each kept row, N m.
     pub multipliers: Vec<f64>,
+    /// How far it may be from there, relative to its size or to one.
+    pub off: f64,
     /// Where it is, and what of it is proven.
     pub found: String,
     /// What else there is to tell: sentences in which `CHOICE` stands for the key that chooses another one.
@@ -127,7 +132,9 @@ impl Rest {
         if !currents.is_empty() {
             more.push(format!("currents flow there: {}", currents.join(", ")));
         }
-        let Equilibrium { position, rates, multipliers, .. } = first.clone();
-        Ok(Self { position, rates, multipliers, found, more })
+        let Equilibrium { position, rates, multipliers, radius, .. } = first.clone();
+        // Newton's method halves the digits where the derivative is singular.
+        let off = if all.free.len() == names.len() { 0.0 } else { radius.unwrap_or(SINGULAR) };
+        Ok(Self { position, rates, multipliers, off, found, more })
     }
 }

@@ -7,7 +7,7 @@ use super::{PreparedVariant, Progress};
 use crate::element::{Resolved, Values};
 use crate::equations::Measured;
 use crate::num::{Rational, rational_from_f64};
-use crate::results::{Alternative, Exploration, WithSensor};
+use crate::results::{Alternative, Exploration, Stability, WithSensor};
 use crate::synthesis::{Clock, Plant, VariedPlant, clock, design_law, reading_variance, running};
 use crate::units::Exact;
 
@@ -293,7 +293,7 @@ fn attempt(variant: &PreparedVariant, number: usize, change: &Change, base: Cloc
     let (mut subject, variances, sensors) = found;
     let nominal = vec![1.0; subject.plant.names().len()];
     let first = subject.look(&nominal).map_err(|_| Failure::NotJudged)?;
-    if !first.stable {
+    if first.word != Stability::Stable {
         return Err(Failure::NotStable);
     }
     subject.window = window(&first, variant.scenario.duration);

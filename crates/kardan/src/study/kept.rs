@@ -312,7 +312,7 @@ impl Standing {
             return Ok(Self { point: OperatingPoint::relaxed(&start), multipliers: vec![0.0; count], told });
         }
         if spec.at.is_empty() {
-            let Rest { position, rates, multipliers, found, more } = Rest::near(own, &start)?;
+            let Rest { position, rates, multipliers, found, more, .. } = Rest::near(own, &start)?;
             told = vec![format!("operating point: {found}")];
             told.extend(more.into_iter().map(|more| more.replace("CHOICE", "`at` of `[analysis]`")));
             return Ok(Self {

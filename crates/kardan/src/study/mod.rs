@@ -59,6 +59,7 @@ mod sensitivity;
 mod signals;
 mod source_signals;
 mod spectrum;
+mod stability_here;
 mod stepped_loop;
 mod stops;
 mod strain;

@@ -11,7 +11,7 @@ use crate::diagnostics::Diagnostic;
 use crate::model::ControlSpec;
 use crate::num::{Matrix, Rational, echelon};
 use crate::reduce::{Kinematics, LinearModel, Reduced, Step, linearise};
-use crate::results::{Passage, PassedInteraction, Span};
+use crate::results::{Passage, PassedInteraction, Span, Stability};
 use crate::synthesis::{Law, SampledPart};
 
 /// Positions in half a turn of a joint, after which its transmission repeats.
@@ -134,6 +134,10 @@ fn along(
         positions: points.len(),
         range: Span { from: angles().fold(f64::INFINITY, f64::min), until: angles().fold(f64::NEG_INFINITY, f64::max) },
         stable: shown.iter().all(|shown| shown.stable),
+        stability: [Stability::Unstable, Stability::Undecided]
+            .into_iter()
+            .find(|word| shown.iter().any(|shown| shown.word == *word))
+            .unwrap_or(Stability::Stable),
         growth: growth(&shown[most]),
         growth_at: points[most].0,
         interactions,

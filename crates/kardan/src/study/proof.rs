@@ -2,19 +2,22 @@
 
 use std::sync::Arc;
 
-use crate::analysis::{LinearSystem, exact_modes_of_pencil, mode_of_motion, structure};
+use crate::analysis::{
+    LinearSystem, Plane, exact_modes_of_pencil, mode_of_motion, stability_of, stability_of_roots, structure,
+};
 use crate::num::{Matrix, Polynomial, Rational, Scalar, rational_from_f64};
 use crate::reduce::over_states;
 use crate::results::{
-    Canonical, ChannelResult, Complex, Decouplability, Design, ElementShare, Feedback, Flatness, Integrators, Mode,
-    Pole, ReadSignal, StoredShare, TransferEntry, ZeroDynamics, ZeroMode,
+    BorderMotion, Canonical, ChannelResult, Complex, Decouplability, Design, ElementShare, Feedback, Flatness,
+    Integrators, Mode, Pole, ReadSignal, Stability, StabilityVerdict, StoredShare, TransferEntry, ZeroDynamics,
+    ZeroMode,
 };
 use crate::synthesis::decoupling::{
     RationalFunction, canonical_form, characteristic_polynomial, coupled_entries, integrator_decoupled,
     relative_degrees, transfer_matrix, zero_dynamics,
 };
 use crate::synthesis::inversion::{dynamic_extension, finest_blocks, flat_parametrisation, structure_algorithm};
-use crate::synthesis::{ExactLoop, Law, Plant, Stability, named, roots, stability};
+use crate::synthesis::{ExactLoop, Law, Plant, named, roots};
 
 /// Damping ratio below which a cancelled pole deserves a warning; less what its proven digits may be off, so that a pole that is
 /// called lightly damped is.
@@ -51,6 +54,7 @@ pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
     if in_blocks && blocks.len() < 2 && design.outputs.len() > 1 {
         design.warnings.push("all outputs are in one block: nothing is decoupled from anything".into());
     }
+    design.zero_dynamics.stability = with_hidden(&design.zero_dynamics.stability, &not_counting(design));
     design.cancels_zeros = exact.inverts;
     design.transfer = entries(closed, &transfer);
     design.channels = channels(exact, &transfer);
@@ -121,16 +125,37 @@ pub(super) fn check_rounding(floating: &[Pole], design: &mut Design) {
 /// of the observer, whose poles no gain moves; without those of charges that only count.
 pub(super) fn exact_poles(exact: &ExactLoop, design: &Design) -> Vec<Pole> {
     let mut poles = roots(&characteristic_polynomial(&exact.closed.a));
-    // No output shows such a charge.
+    poles.extend(not_counting(design));
+    poles.extend(design.observer.iter().flat_map(|observer| &observer.poles));
+    poles.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(a.re.total_cmp(&b.re)).then(b.im.total_cmp(&a.im)));
+    poles
+}
+
+/// What the outputs do not show, without charges that only count, which no output shows.
+fn not_counting(design: &Design) -> Vec<Pole> {
     let mut hidden = design.hidden.clone();
     for _ in &design.counters {
         let at_zero = hidden.iter().position(|pole| *pole == Pole::default());
         at_zero.map(|place| hidden.remove(place));
     }
-    poles.extend(hidden);
-    poles.extend(design.observer.iter().flat_map(|observer| &observer.poles));
-    poles.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(a.re.total_cmp(&b.re)).then(b.im.total_cmp(&a.im)));
-    poles
+    hidden
+}
+
+/// Whether all that goes on behind the outputs is stable, with motions of the plant that they do not show at all.
+fn with_hidden(known: &StabilityVerdict, hidden: &[Pole]) -> StabilityVerdict {
+    if known.word == Stability::Undecided || hidden.iter().all(|pole| pole.re < 0.0) {
+        return known.clone();
+    }
+    let outside = known.word == Stability::Unstable && known.border.is_empty();
+    let mut border = known.border.clone();
+    for pole in hidden.iter().filter(|pole| pole.re == 0.0 && pole.im >= 0.0) {
+        let poles = if pole.im > 0.0 { 2 } else { 1 };
+        match border.iter_mut().find(|motion| motion.is_of(*pole)) {
+            Some(motion) => motion.poles += poles,
+            None => border.push(BorderMotion { frequency: pole.im, poles, growth: 0, free: false }),
+        }
+    }
+    StabilityVerdict::exact(outside || hidden.iter().any(|pole| pole.re > 0.0), border)
 }
 
 fn decouplability(system: &LinearSystem, names: &[String]) -> Decouplability {
@@ -180,14 +205,16 @@ fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
     let k = found.matrix.rows();
     let polynomial = found.polynomial.primitive().to_string();
     if k == 0 {
-        return ZeroDynamics { polynomial, modes: Vec::new(), stable: true };
+        let stability = StabilityVerdict::exact(false, Vec::new());
+        return ZeroDynamics { polynomial, modes: Vec::new(), stability };
     }
+    let stability = stability_of(&found.matrix, Plane::Continuous);
     let alone = LinearSystem::state_space(found.matrix, Matrix::zeros(k, 0), Matrix::zeros(0, k));
     let known = structure(&alone).expect("there are states and E is the identity");
     let modes = exact_modes_of_pencil(&alone, &known.factors).unwrap_or_default();
     let basis = found.basis.to_f64();
     let modes = modes.iter().map(|mode| zero_mode(system, plant, &basis, mode.eigenvalue, mode)).collect();
-    ZeroDynamics { polynomial, modes, stable: stability(&found.polynomial) == Stability::Stable }
+    ZeroDynamics { polynomial, modes, stability }
 }
 
 /// Zero dynamics of a known polynomial; nothing is said about their motions.
@@ -195,7 +222,7 @@ fn zeros_alone(polynomial: &Polynomial) -> ZeroDynamics {
     ZeroDynamics {
         polynomial: polynomial.primitive().to_string(),
         modes: roots(polynomial).iter().filter(|pole| pole.im >= 0.0).map(zero_mode_alone).collect(),
-        stable: stability(polynomial) == Stability::Stable,
+        stability: stability_of_roots(polynomial, Plane::Continuous),
     }
 }
 

@@ -8,7 +8,7 @@ use super::margins_over::margins_over_box;
 use super::stepped_loop::{Shown, Subject, WITHOUT_MAP, subject, window};
 use super::{PreparedVariant, Progress};
 use crate::num::Random;
-use crate::results::{Interaction, Interval, Robustness, Spread, VariedParameter};
+use crate::results::{Interaction, Interval, Robustness, Spread, Stability, VariedParameter};
 use crate::synthesis::Law;
 use crate::units::Exact;
 
@@ -58,9 +58,10 @@ pub(super) fn robustness(
     // Of unstable loops the radius counts too.
     let spectral_radius = plants.spread(&|shown| shown.map_or(f64::INFINITY, |shown| shown.radius));
     let worst = &spectral_radius;
-    let worst_stable = worst.worst.is_finite() && subject.look(&worst.at).is_ok_and(|shown| shown.stable);
+    let worst_stable =
+        worst.worst.is_finite() && subject.look(&worst.at).is_ok_and(|shown| shown.word == Stability::Stable);
     let (interactions, peaks) = plants.sizes();
-    let stable = plants.shown.iter().flatten().filter(|shown| shown.stable).count();
+    let stable = plants.shown.iter().flatten().filter(|shown| shown.word == Stability::Stable).count();
     let worst = interactions.iter().chain(&peaks).map(|one| one.size.at.clone());
     let corners: Vec<Vec<f64>> = worst.chain([spectral_radius.at.clone()]).collect();
     let margins = margins_over_box(&subject, laws[number].inputs(), &plants.points, &corners);
@@ -175,14 +176,14 @@ pub(super) fn warnings(found: &Robustness) -> Vec<String> {
     let mut out = Vec::new();
     if found.stable < found.samples {
         out.push(format!(
-            "{} of {} plants within {} are unstable",
+            "{} of {} plants within {} are unstable, or not known to be stable",
             found.samples - found.stable,
             found.samples,
             found.range
         ));
     } else if !found.worst_stable {
         out.push(format!(
-            "a corner of the box ({}) is unstable, though all {} sampled plants are stable",
+            "a corner of the box ({}) is unstable, or not known to be stable, though all {} sampled plants are stable",
             found.range, found.samples
         ));
     }

@@ -15,7 +15,7 @@ use crate::assemble::TransmissionRow;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
 use crate::names::{Quantity, SignalName};
-use crate::num::rational_to_f64;
+use crate::num::{LastDigits, rational_to_f64};
 use crate::reduce::{LawSlopes, Reduced, Slope, law_slopes, law_slopes_at, laws_are_linear, slopes};
 use crate::results::OperatingSignal;
 use crate::simulate::signal_names;
@@ -65,6 +65,8 @@ pub(super) struct WorkingPoint {
     pub torques: Vec<(String, f64)>,
     /// Whether it is one in motion, or balanced by torques, whose model is not that of the variant with other values.
     pub moves: bool,
+    /// How far it may be from the equilibrium that it stands for, relative to its size or to one.
+    pub off: f64,
     /// Elements whose friction holds.
     pub stuck: BTreeSet<String>,
     pub inputs: Vec<String>,
@@ -97,8 +99,8 @@ impl WorkingPoint {
             return Self::in_motion(variant, &asked, (inputs, outputs), notes);
         }
         let mut own = notes.clone();
-        let position = match working_position(variant, position.clone(), &mut own) {
-            Ok(position) => position,
+        let (position, off) = match working_position(variant, position.clone(), &mut own) {
+            Ok(found) => found,
             Err(mistakes) if mistakes.iter().all(|one| one.code == "analysis::equilibrium") => {
                 return at_initial_speeds(variant, &asked, (inputs, outputs), notes).unwrap_or(Err(mistakes));
             }
@@ -115,7 +117,7 @@ impl WorkingPoint {
         notes.extend(ratios(reduced, &position));
         notes.extend(variant.model.rounded_in_words());
         let speeds = vec![0.0; position.len()];
-        Ok(Self { position, speeds, torques: Vec::new(), moves: false, stuck, inputs, outputs, system })
+        Ok(Self { position, speeds, torques: Vec::new(), moves: false, off, stuck, inputs, outputs, system })
     }
 
     /// Speeds of the coordinates, and torques of inputs, in words of the file.
@@ -167,6 +169,7 @@ impl WorkingPoint {
             speeds,
             torques: torques.collect(),
             moves: true,
+            off: 0.0,
             stuck: found.closed,
             system: ConstrainedSystem::held(&found.model, &found.point, &BTreeSet::new(), &inputs),
             inputs,
@@ -202,7 +205,7 @@ fn working_position(
     variant: &PreparedVariant,
     position: Vec<f64>,
     notes: &mut Vec<String>,
-) -> Result<Vec<f64>, Vec<Diagnostic>> {
+) -> Result<(Vec<f64>, f64), Vec<Diagnostic>> {
     let reduced = &variant.reduced;
     notes.extend(variant.unfrozen.iter().flat_map(|_| variant.start_notes.iter().cloned()));
     if !reduced.equations.moving.is_empty() {
@@ -211,25 +214,25 @@ fn working_position(
     }
     let laws = &reduced.equations.laws;
     if laws.is_empty() || (reduced.equations.transmissions.is_empty() && laws_are_linear(reduced)) {
-        return Ok(position);
+        return Ok((position, 0.0));
     }
     let of_time: Vec<&str> = laws.iter().filter(|law| law.value.is_of_time()).map(|law| law.element.as_str()).collect();
     if !of_time.is_empty() {
         notes.push(format!("{}: a torque that depends on the time is taken as at time zero", quoted(of_time)));
     }
-    let position = if variant.analysis.at.is_empty() && variant.unfrozen.is_none() {
+    let (position, off) = if variant.analysis.at.is_empty() && variant.unfrozen.is_none() {
         let rest = Rest::near(reduced, &position).map_err(|message| {
             let help = "name the operating point by `at` of `[analysis]`, or give the model what holds it: a spring, or a friction, stop, clutch or lock in `stuck`";
             vec![Diagnostic::error("analysis::equilibrium", message).help(help)]
         })?;
         notes.push(format!("operating point: {}", rest.found));
         notes.extend(rest.more.into_iter().map(|more| more.replace("CHOICE", "`at` of `[analysis]`")));
-        rest.position
+        (rest.position, rest.off)
     } else {
-        position
+        (position, 0.0)
     };
     check_slopes(variant, law_slopes(reduced, &position), notes)?;
-    Ok(position)
+    Ok((position, off))
 }
 
 /// Laws of torque must have a derivative where a model is looked at; says which were rounded.
@@ -262,11 +265,15 @@ fn check_slopes(
 /// Where ratios that depend on the position come from, and how exact they are there.
 fn ratios(reduced: &Reduced, position: &[f64]) -> Vec<String> {
     let told = |(t, slope): (&TransmissionRow, Slope)| {
-        let rounded = if slope.rounded { " and of the position are" } else { " are" };
         let (joint, ratio) = (&t.element, rational_to_f64(&slope.value));
-        format!(
-            "ratio of {joint} here: {ratio:.6}; cosines of its angles{rounded} rounded to 16 digits, from there on all is exact"
-        )
+        let how = match (slope.rounded, LastDigits::is_rounded(&slope.value)) {
+            (true, _) => {
+                "cosines of its angles and of the position are rounded to 16 digits, from there on all is exact"
+            }
+            (false, true) => "cosines of its angles are rounded to 16 digits, from there on all is exact",
+            (false, false) => "exactly",
+        };
+        format!("ratio of {joint} here: {ratio:.6}; {how}")
     };
     reduced.equations.transmissions.iter().zip(slopes(reduced, position)).map(told).collect()
 }

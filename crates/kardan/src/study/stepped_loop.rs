@@ -14,7 +14,7 @@ use crate::model::ControlSpec;
 use crate::names::Quantity;
 use crate::num::{multiply, rational_to_f64};
 use crate::reduce::motions_over_states;
-use crate::results::ChannelMargin;
+use crate::results::{ChannelMargin, Stability};
 use crate::schema::Keys;
 use crate::synthesis::{
     ControlLoop, Law, LoopPlant, SampledLoop, SampledNoninteractingChannel, SampledPart, VariedPlant, effective_inertia,
@@ -78,7 +78,10 @@ pub(super) struct Shown {
     pub sample_time: f64,
     /// Of such a sample.
     pub radius: f64,
+    /// Whether nothing grows, to rounding.
     pub stable: bool,
+    /// Whether it is stable but for what nobody holds; not decided where that is less than rounding.
+    pub word: Stability,
     /// By step and then by what is watched.
     pub sizes: Vec<Vec<f64>>,
     /// By step and then by input.
@@ -269,7 +272,7 @@ impl Subject {
         }
         let sample_time = self.parts[self.number].clock.map_or(found.sample_time, |clock| clock.period);
         let radius = powf(slowest.growth, sample_time / found.sample_time);
-        Ok(Shown { sample_time, radius, stable, sizes, peaks })
+        Ok(Shown { sample_time, radius, stable, word: slowest.word, sizes, peaks })
     }
 
     /// How wrong the torque of each of the law's motors may be alone with these factors of the coefficients; `None` of a loop that is

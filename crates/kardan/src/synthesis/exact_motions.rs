@@ -1,12 +1,13 @@
 use std::sync::Arc;
 
-use super::decoupling::characteristic_polynomial;
-use super::{ExactLaw, Law, Stability, stability};
-use crate::num::{Matrix, Polynomial, Rational, Scalar, echelon, exact_rank, rational_from_f64};
+use super::{ExactLaw, Law};
+use crate::analysis::{Plane, stability_of};
+use crate::num::{LastDigits, Matrix, Rational, Scalar, echelon, exact_rank, rational_from_f64};
 use crate::reduce::{LinearModel, over_states};
+use crate::results::StabilityVerdict;
 
-/// States up to which the polynomial of a loop is computed.
-const MOST: usize = 32;
+/// States up to which the stability of a loop is decided exactly.
+pub(super) const MOST: usize = 32;
 
 /// The loop of laws in continuous time over the rationals, and what of it is exactly at zero.
 ///
@@ -24,6 +25,8 @@ pub struct ExactMotions {
     pub sampled: usize,
     /// Whether all gains are those before rounding; if not, some are the fractions that their doubles are.
     pub designed: bool,
+    /// Whether no law commands anything along these motions: parts move on that nobody holds.
+    pub free: bool,
 }
 
 impl ExactMotions {
@@ -32,14 +35,20 @@ impl ExactMotions {
         self.motions.columns()
     }
 
-    /// Where all other eigenvalues are, decided exactly; `None` above 32 states. A pair exactly on the axis counts as marginal.
-    pub fn rest(&self) -> Option<Stability> {
+    /// Whether the loop is stable, decided exactly for these gains; `None` above 32 states. What is at zero is free where no law commands
+    /// anything along it and at most an angle grows, at constant speed.
+    pub fn stability(&self) -> Option<StabilityVerdict> {
         if self.matrix.rows() > MOST {
             return None;
         }
-        let all = characteristic_polynomial(&self.matrix);
-        let rest = Polynomial::new(all.coefficients()[self.zeros()..].to_vec());
-        Some(if rest.degree() == 0 { Stability::Stable } else { stability(&rest) })
+        let mut found = stability_of(&self.matrix, Plane::Continuous);
+        if found.border.is_empty() {
+            return Some(found);
+        }
+        for motion in found.border.iter_mut().filter(|motion| motion.frequency == 0.0) {
+            motion.free = self.free && motion.growth <= 1;
+        }
+        Some(StabilityVerdict::exact(false, found.border))
     }
 }
 
@@ -63,11 +72,25 @@ impl ExactMotions {
 /// # Panics
 /// If the inertia matrix is singular, there is not one lag for each input, or a law names an input that is not there.
 pub fn exact_motions(model: &LinearModel, lags: &[f64], laws: &[Arc<dyn Law>]) -> Option<ExactMotions> {
+    exact_motions_near(model, lags, laws, None)
+}
+
+/// The same with other gains in place of rounded ones, within their last digits.
+///
+/// # Panics
+/// As [`exact_motions`].
+pub fn exact_motions_near(
+    model: &LinearModel,
+    lags: &[f64],
+    laws: &[Arc<dyn Law>],
+    mut digits: Option<&mut LastDigits>,
+) -> Option<ExactMotions> {
     assert_eq!(lags.len(), model.inputs.len(), "one lag for each input");
-    let known: Vec<(Part, bool)> = laws.iter().map(|law| Part::of(&**law, model)).collect::<Option<_>>()?;
+    let mut part = |law: &Arc<dyn Law>| Part::of(&**law, model, digits.as_deref_mut());
+    let known: Vec<(Part, bool)> = laws.iter().map(&mut part).collect::<Option<_>>()?;
     let designed = known.iter().all(|(_, designed)| *designed);
     let parts: Vec<Part> = known.into_iter().map(|(part, _)| part).collect();
-    let (matrix, signals) = whole(model, lags, &parts)?;
+    let Whole { matrix, signals, commands } = whole(model, lags, &parts)?;
     let n = matrix.rows();
     let motions = if exact_rank(&matrix) == n { Matrix::zeros(n, 0) } else { sent_to_zero(&matrix) };
     // What a law reads and commands, and its states, must not change along the motion: S Fᵏ z = 0, k ≥ 1.
@@ -80,7 +103,8 @@ pub fn exact_motions(model: &LinearModel, lags: &[f64], laws: &[Arc<dyn Law>]) -
     }
     let seen = Matrix::from_fn(rows.len(), motions.columns(), |i, j| rows[i][j].clone());
     let sampled = motions.columns() - if rows.is_empty() { 0 } else { exact_rank(&seen) };
-    Some(ExactMotions { matrix, motions, sampled, designed })
+    let free = commands.multiply(&motions).as_slice().iter().all(Scalar::is_zero);
+    Some(ExactMotions { matrix, motions, sampled, designed, free })
 }
 
 /// A basis of the generalised null space.
@@ -111,7 +135,7 @@ struct Part {
 
 impl Part {
     /// And whether its gains are those before rounding.
-    fn of(law: &dyn Law, model: &LinearModel) -> Option<(Self, bool)> {
+    fn of(law: &dyn Law, model: &LinearModel, mut digits: Option<&mut LastDigits>) -> Option<(Self, bool)> {
         if law.clock().is_some() {
             return None;
         }
@@ -129,21 +153,23 @@ impl Part {
             return Some((Self { torques: Matrix::zeros(states, inputs.len()), law: exact, inputs }, true));
         }
         let linear = law.linear();
-        let over = |angles: &Matrix<f64>, speeds: &Matrix<f64>| {
-            Some(over_states([&fractions(angles)?, &fractions(speeds)?], &model.basis, &moving))
+        let mut gains = |of: &Matrix<f64>| {
+            let exact = fractions(of)?;
+            let Some(digits) = digits.as_deref_mut() else { return Some(exact) };
+            let near = exact.as_slice().iter().map(|x| digits.near(x)).collect::<Vec<_>>();
+            Some(Matrix::from_fn(of.rows(), of.columns(), |i, j| near[i * of.columns() + j].clone()))
         };
-        let law = ExactLaw {
-            a: fractions(&linear.states)?,
-            b: over(&linear.angles, &linear.speeds)?,
-            c: fractions(&linear.on_states)?,
-            d: over(&linear.on_angles, &linear.on_speeds)?,
+        let [a, c, torques] = [gains(&linear.states)?, gains(&linear.on_states)?, gains(&linear.torques)?];
+        let mut over = |angles: &Matrix<f64>, speeds: &Matrix<f64>| {
+            Some(over_states([&gains(angles)?, &gains(speeds)?], &model.basis, &moving))
         };
-        Some((Self { torques: fractions(&linear.torques)?, law, inputs }, false))
+        let (b, d) = (over(&linear.angles, &linear.speeds)?, over(&linear.on_angles, &linear.on_speeds)?);
+        Some((Self { torques, law: ExactLaw { a, b, c, d }, inputs }, false))
     }
 }
 
 /// The decimal with the fewest digits that reads back as this double; `None` if it is not finite.
-fn shortest_decimal(value: f64) -> Option<Rational> {
+pub(super) fn shortest_decimal(value: f64) -> Option<Rational> {
     if !value.is_finite() {
         return None;
     }
@@ -162,8 +188,17 @@ fn fractions(matrix: &Matrix<f64>) -> Option<Matrix<Rational>> {
     Some(Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| all[i * matrix.columns() + j].clone()))
 }
 
-/// F, and over z what the laws command and how their states change.
-fn whole(model: &LinearModel, lags: &[f64], parts: &[Part]) -> Option<(Matrix<Rational>, Matrix<Rational>)> {
+/// A loop over z.
+struct Whole {
+    /// F.
+    matrix: Matrix<Rational>,
+    /// What the laws command and how their states change.
+    signals: Matrix<Rational>,
+    /// What inputs are told.
+    commands: Matrix<Rational>,
+}
+
+fn whole(model: &LinearModel, lags: &[f64], parts: &[Part]) -> Option<Whole> {
     let plant = model.first_order().expect("reduced inertia is positive definite");
     let whole = plant.a.rows();
     let mut n = whole;
@@ -227,5 +262,5 @@ fn whole(model: &LinearModel, lags: &[f64], parts: &[Part]) -> Option<(Matrix<Ra
         }
     }
     let signals = Matrix::from_fn(signals.len(), n, |i, j| signals[i][j].clone());
-    Some((flow, signals))
+    Some(Whole { matrix: flow, signals, commands })
 }

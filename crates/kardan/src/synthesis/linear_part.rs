@@ -1,6 +1,6 @@
 //! The linear part of a law.
 
-use crate::num::{Matrix, discretise};
+use crate::num::{LastDigits, Matrix, discretise, rational_from_f64};
 
 /// The linear part of a law, `ξ̇ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ + Bρ ρ`, `u = C ξ + Dφ φ + Dω ω + Dδ δ + Dρ ρ`, over the
 /// angles φ and speeds ω of all shafts, the disturbance torques δ, the torques τ of its own inputs and its references ρ.
@@ -58,6 +58,34 @@ impl LinearLaw {
             on_errors: Matrix::zeros(inputs, 0),
             flowing: false,
         }
+    }
+
+    /// All its matrices.
+    fn matrices(&mut self) -> [&mut Matrix<f64>; 13] {
+        let of_states =
+            [&mut self.states, &mut self.angles, &mut self.speeds, &mut self.disturbances, &mut self.torques];
+        let [a, b, c, d, e] = of_states;
+        let on = [&mut self.on_states, &mut self.on_angles, &mut self.on_speeds, &mut self.on_disturbances];
+        let [f, g, h, i] = on;
+        let [j, k, l, m] = [&mut self.references, &mut self.on_references, &mut self.errors, &mut self.on_errors];
+        [a, b, c, d, e, f, g, h, i, j, k, l, m]
+    }
+
+    /// Whether a number of it is rounded.
+    pub fn is_rounded(&self) -> bool {
+        let rounded = |x: &f64| rational_from_f64(*x).is_some_and(|exact| LastDigits::is_rounded(&exact));
+        self.clone().matrices().into_iter().any(|matrix| matrix.as_slice().iter().any(rounded))
+    }
+
+    /// The same with other numbers in place of rounded ones, within their last digits.
+    #[must_use]
+    pub fn near(&self, digits: &mut LastDigits) -> Self {
+        let mut out = self.clone();
+        for matrix in out.matrices() {
+            let near: Vec<f64> = matrix.as_slice().iter().map(|x| digits.near_double(*x)).collect();
+            *matrix = Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| near[i * matrix.columns() + j]);
+        }
+        out
     }
 
     /// Whether all entries are finite in single precision, in which firmware runs.

@@ -7,7 +7,7 @@ use kardan_rt::Health;
 use super::{Block, Clock, Kept, Kinks, Law, LinearLaw, LinearTask, Plant, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
-use crate::expr::{Interval, Linear, Place, Side, Symbol, bending, linear_sides};
+use crate::expr::{Interval, Linear, Place, Side, Surd, Symbol, bending, linear_sides};
 use crate::num::{Float, Keeper, Matrix, Rational, SparseRow, rational_from_f64, rational_to_f64};
 use crate::plan::Plan;
 use crate::program::{Read, Task};
@@ -110,8 +110,8 @@ impl Place for Inputs<'_> {
         self.symbols.iter().position(|own| *own == symbol)
     }
 
-    fn exact(&self, symbol: Symbol) -> Option<Rational> {
-        rational_from_f64(self.value(symbol))
+    fn exact(&self, symbol: Symbol) -> Option<Surd> {
+        Some(Surd::rational(rational_from_f64(self.value(symbol))?))
     }
 
     fn value(&self, symbol: Symbol) -> f64 {

@@ -104,7 +104,10 @@ fn decoupling_zeros_stand_beside_transmission_zeros() {
     assert_eq!(roots(&found.input_decoupling_zeros), "s^2 - s - 12");
     assert_eq!(roots(&found.output_decoupling_zeros), "s^2 - 2 s - 8");
     assert_eq!(roots(&found.input_output_decoupling_zeros), "s - 4");
-    assert_eq!((found.stable, found.stabilisable, found.detectable), (Some(false), Some(false), Some(false)));
+    assert_eq!(
+        (found.stability.is_stable(), found.stabilisable, found.detectable),
+        (Some(false), Some(false), Some(false))
+    );
     assert_eq!((found.controllability_indices, found.observability_indices), (Some(vec![3]), Some(vec![3])));
     assert_eq!(found.infinite_zeros, Some(vec![1]));
 }
@@ -115,7 +118,7 @@ fn what_is_not_reached_must_die_away() {
         let mut system = json!({"A": [[1, 0], [0, lost]], "B": [1, 0], "C": [1, 1]});
         system.as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());
         let found = analysis(&system).properties.unwrap();
-        (found.stable, found.stabilisable, found.detectable)
+        (found.stability.is_stable(), found.stabilisable, found.detectable)
     };
     assert_eq!(of(json!(-2), json!({})), (Some(false), Some(true), Some(true)));
     assert_eq!(of(json!(0), json!({})).1, Some(false), "on the axis nothing dies away");
@@ -127,7 +130,7 @@ fn what_is_not_reached_must_die_away() {
         assert_eq!(found, (Some(false), Some(dies), Some(true)), "{lost}");
     }
     let stable = analysis(&json!({"A": [[0, 1], ["-1/2", 0]], "B": [0, 1], "C": [1, 0], "dt": 1}));
-    assert_eq!(stable.properties.unwrap().stable, Some(true));
+    assert_eq!(stable.properties.unwrap().stability.is_stable(), Some(true));
     assert_eq!(stable.discrete.unwrap().sample_time, Some(1.0));
 }
 

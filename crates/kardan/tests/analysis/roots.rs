@@ -431,7 +431,7 @@ fn nearly_critical_damping_is_minimum_phase_everywhere() {
         let mut upper = sorted.clone();
         upper.retain(|root| root.1 >= 0.0);
         assert_eq!(modes, upper);
-        assert!(design.zero_dynamics.stable && design.exact_poles);
+        assert!(design.zero_dynamics.is_stable() && design.exact_poles);
         assert!(design.zero_dynamics.modes.iter().all(|mode| mode.warning.is_none()), "{:?}", design.zero_dynamics);
         assert!(design.warnings.iter().all(|text| !text.contains("unstable")), "{:?}", design.warnings);
         assert!(design.closed_loop_poles.iter().all(|pole| pole.re < 0.0), "{:?}", design.closed_loop_poles);

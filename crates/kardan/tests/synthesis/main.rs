@@ -16,4 +16,5 @@ mod operating_point;
 mod random_loops;
 mod regulator;
 mod responses;
+mod stability;
 mod written;

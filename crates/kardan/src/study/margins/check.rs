@@ -4,14 +4,17 @@ use std::sync::Arc;
 
 use super::channels::of_motors;
 use super::clocks::clocks;
-use super::survey::{Known, left_out, searches};
+use super::stability::Asked;
+use super::survey::{left_out, searches};
 use super::warnings::{CLOSE, close, hardly};
 use crate::diagnostics::{Diagnostic, Severity, quoted};
+use crate::model::ControlSpec;
 use crate::num::multiply;
+use crate::results::{Stability, StabilityVerdict};
 use crate::simulate::Profile;
 use crate::study::PreparedVariant;
 use crate::study::loop_blocks::{blocks, loop_blocks};
-use crate::synthesis::{Law, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Survey, exact_motions};
+use crate::synthesis::{Law, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Survey};
 
 /// Codes of mistakes that `--force` overrules.
 const FORCED: [&str; 2] = [UNSTABLE, LIMIT];
@@ -81,7 +84,19 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
             return;
         }
     };
-    if slowest.stable {
+    let asked = Asked {
+        variant,
+        laws: &variant.designed,
+        plant: &plant,
+        parts: &parts,
+        has_blocks: !between.of_loop.is_empty(),
+    };
+    let decided = asked.decide(&slowest, asked.exact().as_ref());
+    if decided.held != Stability::Unstable {
+        if decided.held != Stability::Stable {
+            let at = (control.place.clone(), "this controller");
+            out.push(on_the_border(&control.name, &decided.verdict).at(at.0, at.1));
+        }
         check_limits(variant, &plant, &parts, laws, out);
         return;
     }
@@ -89,13 +104,16 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         [_] => format!("control `{}`: at this sample time the loop is unstable", control.name),
         all => format!("at these sample times the loop is unstable: {} together", all.join(", ")),
     };
-    let message = format!(
-        "{who}: a motion at {:.4} rad/s grows by the factor {:.6} in each of the {:.0} samples a second (exact map of the linear \
-         loop, delay and lag included)",
-        slowest.frequency,
-        slowest.growth,
-        1.0 / sample_time
-    );
+    let how = match decided.verdict.border.iter().find(|motion| motion.grows()) {
+        Some(motion) => motion.to_string(),
+        None => format!(
+            "a motion at {:.4} rad/s grows by the factor {:.6} in each of the {:.0} samples a second",
+            slowest.frequency,
+            slowest.growth,
+            1.0 / sample_time
+        ),
+    };
+    let message = format!("{who}: {how} (exact map of the linear loop, delay and lag included)");
     let help = match all.as_slice() {
         [_] if control.law.samples => {
             "choose a shorter `sample_time` or `delay`, or less `effort`; `--force` runs it as it is"
@@ -187,6 +205,30 @@ fn check_limits(
     }
 }
 
+/// The warning that a loop in continuous time is not stable, or not known to be.
+fn not_stable(control: &ControlSpec, verdict: &StabilityVerdict, frequency: f64) -> Diagnostic {
+    let warning = match verdict.word {
+        Stability::Unstable => {
+            let how = match verdict.border.iter().find(|motion| motion.grows()) {
+                Some(motion) => motion.to_string(),
+                None => format!("a motion at {frequency:.4} rad/s grows"),
+            };
+            let message =
+                format!("in continuous time the loop is unstable: {how} (linear loop, lag of the motors included)");
+            Diagnostic::warning("control::grows", message)
+        }
+        _ => on_the_border(&control.name, verdict),
+    };
+    let warning = warning.at(control.place.clone(), "in this loop");
+    warning.help("`kardan design` lists the poles and what the loop tolerates")
+}
+
+/// The warning that a loop is marginal, or not known to be stable.
+fn on_the_border(control: &str, verdict: &StabilityVerdict) -> Diagnostic {
+    let message = format!("control `{control}`: stability of the loop: {verdict}");
+    Diagnostic::warning("control::border", message)
+}
+
 /// Warnings of `check` and of every run: loops that a small error of one motor makes unstable, and loops in continuous time that
 /// are not stable.
 pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
@@ -199,23 +241,15 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
     for (number, control) in variant.model.controls.iter().enumerate() {
         let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
         let Some(found) = survey.slowest(survey.unchanged()) else { continue };
-        let stable = if continuous {
-            // Only what floating point takes for zero needs more.
-            let exact = (found.left_out > 0 && blocks.is_empty())
-                .then(|| exact_motions(&variant.linear_model(), &variant.lags(), laws))
-                .flatten();
-            Known::of(&found, exact.as_ref(), &plant, laws, true).stable
-        } else {
-            found.stable
-        };
-        if !stable {
-            if continuous && number == 0 {
-                let message = format!(
-                    "in continuous time the loop is unstable: a motion at {:.4} rad/s grows (linear loop, lag of the motors included)",
-                    found.frequency
-                );
-                let warning = Diagnostic::warning("control::grows", message).at(control.place.clone(), "in this loop");
-                out.push(warning.help("`kardan design` lists the poles and what the loop tolerates"));
+        let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
+        let asked = Asked { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
+        // Of sampled loops `check_sampled` tells; only what floating point is not sure of needs more.
+        let is_sure = found.left_out == 0 && found.word == Stability::Stable;
+        let decided = if is_sure { None } else { Some(asked.decide(&found, asked.exact().as_ref())) };
+        let held = decided.as_ref().map_or(Stability::Stable, |decided| decided.held);
+        if held != Stability::Stable {
+            if let (true, Some(decided)) = (continuous && number == 0, decided) {
+                out.push(not_stable(control, &decided.verdict, found.frequency));
             }
             continue;
         }

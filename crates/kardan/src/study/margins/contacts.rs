@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use super::channels::errors;
 use super::clocks::clocks;
-use super::survey::{Known, searches};
+use super::stability::{Asked, LoopStability};
+use super::survey::searches;
 use super::warnings::close;
 use crate::diagnostics::quoted;
 use crate::equations::Measured;
@@ -13,7 +14,7 @@ use crate::reduce::{Contact, Kinematics, OperatingPoint, Reduced, closed_contact
 use crate::results::{ContactMargins, Margins};
 use crate::study::PreparedVariant;
 use crate::study::loop_blocks::loop_blocks;
-use crate::synthesis::{LoopBlocks, Plant, Survey, exact_motions};
+use crate::synthesis::{LoopBlocks, Plant, Survey};
 
 /// Elements with backlash of which all choices of open and closed ones are looked at; of more all closed alone.
 const FEW: usize = 3;
@@ -156,9 +157,11 @@ fn of_loop(variant: &PreparedVariant, number: usize) -> ContactMargins {
     let given = LoopBlocks::default();
     let within = Survey { blocks: if searches(&blocks, clocks[number]) { &blocks } else { &given }, ..survey };
     let found = survey.slowest(survey.unchanged());
-    let exact = blocks.is_empty().then(|| exact_motions(&variant.linear_model(), &variant.lags(), laws)).flatten();
-    let continuous = clocks.iter().all(Option::is_none) && !laws.iter().any(|law| law.clock().is_some());
-    let stable = found.as_ref().map(|found| Known::of(found, exact.as_ref(), &plant, laws, continuous).stable);
+    let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
+    let asked = Asked { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
+    let exact = asked.exact();
+    let known = found.as_ref().map(|found| asked.decide(found, exact.as_ref()));
+    let stable = known.as_ref().and_then(LoopStability::held_is_stable);
     let (channels, together) = if stable == Some(true) { errors(variant, number, &within) } else { Default::default() };
     ContactMargins { stable, channels, together, ..ContactMargins::default() }
 }

@@ -6,6 +6,7 @@ mod clocks;
 mod contacts;
 mod responses;
 mod sides;
+mod stability;
 mod survey;
 mod verdict;
 mod warnings;

@@ -6,16 +6,14 @@ use kardan_rt::functions::{ln, powf};
 
 use super::channels::errors;
 use super::clocks::{clocks, shortest};
+use super::stability::{Asked, LoopStability};
 use super::warnings::{HARDLY, hardly};
-use crate::num::{Matrix, Rational, eigenvalues, split_off};
+use crate::num::{Matrix, Rational};
 use crate::reduce::{LinearModel, motions_over_states};
-use crate::results::{Design, FreeKnown, LoopLimit, Margins, RateLimit};
+use crate::results::{Design, LoopLimit, Margins, RateLimit};
 use crate::study::PreparedVariant;
 use crate::study::loop_blocks::loop_blocks;
-use crate::synthesis::{
-    Clock, ExactMotions, Law, Limit, LoopBlocks, LoopPlant, Plant, SampledLoop, SampledPart, Slowest, Stability,
-    Survey, counting_charges, exact_motions,
-};
+use crate::synthesis::{Clock, ExactMotions, Law, Limit, LoopBlocks, LoopPlant, Plant, Survey, counting_charges};
 
 /// Relative distance of two frequencies that belong to one motion.
 const SAME_MOTION: f64 = 0.3;
@@ -67,11 +65,11 @@ pub(in crate::study) fn survey(
     // Beside a law that is designed for its sample time, hardly any other one has a common period with it.
     let for_one_time = laws.iter().any(|law| law.clock().is_some());
     let radius = |growth: f64| own.map_or(growth, |own| powf(growth, own.period / shortest(&clocks)));
-    // What is exact knows laws alone.
-    let exact = blocks.is_empty().then(|| exact_motions(&variant.linear_model(), &variant.lags(), laws)).flatten();
-    let continuous = clocks.iter().all(Option::is_none) && !for_one_time;
-    let known = as_it_is.as_ref().map(|found| Known::of(found, exact.as_ref(), &plant, laws, continuous));
-    let stable = known.as_ref().map(|known| known.stable);
+    let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
+    let asked = Asked { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
+    let exact = asked.exact();
+    let known = as_it_is.as_ref().map(|found| asked.decide(found, exact.as_ref()));
+    let stable = known.as_ref().and_then(LoopStability::held_is_stable);
     // A loop that is unstable as it is has no rate and tolerates nothing.
     let tolerated = stable != Some(false);
     let gain_margin = within.gain_margin().filter(|_| tolerated);
@@ -94,7 +92,9 @@ pub(in crate::study) fn survey(
             .filter(|_| clocks.iter().any(Option::is_some))
             .map(|found| radius(found.growth)),
         stable,
-        proven: known.as_ref().is_some_and(|known| known.proven),
+        stability: known.as_ref().map(|known| known.verdict.clone()).unwrap_or_default(),
+        proven: known.as_ref().is_some_and(|known| known.verdict.is_proven()),
+        poles: known.as_ref().and_then(|known| known.poles.clone()),
         rates: if for_one_time || !tolerated { Vec::new() } else { [0.0, 0.5, 1.0].map(rates).to_vec() },
         longest_delay: within.longest_delay().filter(|_| tolerated).map(limit),
         longest_lag: within.longest_lag().filter(|_| tolerated).map(limit),
@@ -118,65 +118,6 @@ pub(in crate::study) fn survey(
 /// they are taken as given.
 pub(in crate::study) fn searches(blocks: &LoopBlocks, own: Option<Clock>) -> bool {
     own.map_or_else(|| blocks.is_continuous(), |own| blocks.keep_step(own.period) || blocks.size() <= FEW)
-}
-
-/// What is decided about the loop as it is, exactly where it can be.
-pub(super) struct Known {
-    pub(super) stable: bool,
-    proven: bool,
-    zeros: usize,
-    how: FreeKnown,
-    next_to_zero: Vec<f64>,
-}
-
-impl Known {
-    pub(super) fn of(
-        found: &Slowest,
-        exact: Option<&ExactMotions>,
-        plant: &LoopPlant,
-        laws: &[Arc<dyn Law>],
-        continuous: bool,
-    ) -> Self {
-        let rounded = Self {
-            stable: found.stable,
-            proven: false,
-            zeros: found.left_out,
-            how: FreeKnown::Within(found.rounding),
-            next_to_zero: Vec::new(),
-        };
-        let Some(exact) = exact else { return rounded };
-        let how = if exact.designed { FreeKnown::Design } else { FreeKnown::Rounded };
-        if !continuous {
-            // Of a map only what goes on whatever the clocks is known exactly.
-            return if exact.sampled == found.left_out { Self { how, ..rounded } } else { rounded };
-        }
-        if exact.zeros() != found.left_out && !exact.designed {
-            // Rounding of the gains moves what the design leaves at zero.
-            return rounded;
-        }
-        let rest = exact.rest();
-        let held = matches!(rest, Some(Stability::Stable | Stability::Marginal));
-        let next_to_zero = match found.left_out.checked_sub(exact.zeros()) {
-            Some(more) if more > 0 => beside_zero(exact, plant, laws, more),
-            _ => Vec::new(),
-        };
-        let decided = rest.is_some() && (held || exact.designed);
-        Self {
-            stable: if decided { held } else { found.stable },
-            proven: decided,
-            zeros: exact.zeros(),
-            how,
-            next_to_zero,
-        }
-    }
-}
-
-/// Real parts of the eigenvalues closest to zero, so many, without those that are exactly there.
-fn beside_zero(exact: &ExactMotions, plant: &LoopPlant, laws: &[Arc<dyn Law>], count: usize) -> Vec<f64> {
-    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, plant)).collect();
-    let split = split_off(&SampledLoop::flow_of(plant, &parts), &exact.motions.to_f64());
-    let poles = split.and_then(|split| eigenvalues(&split.rest)).unwrap_or_default();
-    poles.iter().take(count).map(|(re, _)| *re).collect()
 }
 
 /// Whether all that is at zero are charges that only count.

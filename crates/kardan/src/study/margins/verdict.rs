@@ -1,6 +1,7 @@
 //! Margins in sentences.
 
-use crate::results::{FreeKnown, Margins, RateLimit, TogetherMargin};
+use crate::results::{FreeKnown, Margins, RateLimit, Stability, TogetherMargin};
+use crate::synthesis::LIMIT_STEP;
 
 /// The paragraph: what sampling leaves of this design.
 pub(in crate::study) fn verdict(margins: &Margins) -> String {
@@ -26,34 +27,23 @@ pub(in crate::study) fn verdict(margins: &Margins) -> String {
 
 /// Whether the loop is stable as it is.
 fn stability(margins: &Margins) -> String {
-    match (margins.sample_time, margins.stable) {
-        (Some(period), stable) => format!(
-            "Sampled every {} with a delay of {} the loop is {}{}.",
-            time(period),
-            time(margins.delay),
-            match stable {
-                Some(true) => "stable",
-                Some(false) => "UNSTABLE",
-                None =>
-                    "not judged: the sample times of all controllers and sensors have no short common period, \
-                         simulate it",
-            },
-            margins.spectral_radius.map_or(String::new(), |rho| format!(" (spectral radius {rho:.5})"))
+    let (when, failed) = match margins.sample_time {
+        Some(period) => (
+            format!("Sampled every {} with a delay of {}", time(period), time(margins.delay)),
+            "not judged: the sample times of all controllers and sensors have no short common period, simulate it",
         ),
-        (None, stable) => format!(
-            "In continuous time the loop is {}{}.",
-            match stable {
-                Some(true) => "stable",
-                Some(false) => "UNSTABLE",
-                None => "not judged: its eigenvalues could not be computed, simulate it",
-            },
-            match stable {
-                None => "",
-                _ if margins.proven => " (decided exactly)",
-                _ => " (eigenvalues in floating point, their rounding bounded)",
-            }
-        ),
-    }
+        None => ("In continuous time".to_string(), "not judged: its eigenvalues could not be computed, simulate it"),
+    };
+    let verdict = &margins.stability;
+    let told = match verdict.word {
+        Stability::Undecided if verdict.why.is_empty() => failed.to_string(),
+        _ => verdict.to_string(),
+    };
+    let radius = match margins.sample_time.and(margins.spectral_radius) {
+        Some(radius) => format!(" (spectral radius {radius:.5})"),
+        None => String::new(),
+    };
+    format!("{when} the loop is {told}{radius}.")
 }
 
 /// Motions that nobody holds, and those that only look so.
@@ -101,10 +91,12 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
             None => "more than 1 MHz".into(),
         };
         out.push(format!(
-            "It needs {} without delay (or with a predictor for it) and {} with one sample of delay{}.",
+            "It needs {} without delay (or with a predictor for it) and {} with one sample of delay{}: searched from fast to slow rates in \
+             steps of {:.0} %, and where the loop comes closest to growing between them, not proven; slower rates may be stable again.",
             said(without),
             said(with),
-            because(&with.motion)
+            because(&with.motion),
+            100.0 * (LIMIT_STEP - 1.0)
         ));
     }
     if let Some(delay) = &margins.longest_delay {
@@ -127,6 +119,13 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
         let up_to = if up.value.is_finite() { format!("{:.3}", up.value) } else { "100 and more".into() };
         let motion = if up.motion.is_empty() { &down.motion } else { &up.motion };
         out.push(format!("Its torques may be wrong by factors from {:.3} to {up_to}{}.", down.value, because(motion)));
+    }
+    if margins.longest_delay.is_some() || margins.longest_lag.is_some() || margins.gain_margin.is_some() {
+        out.push(format!(
+            "Delays, lags and factors are searched in steps (a twentieth of a sample, {:.0} %) and between steps where the loop comes closest \
+             to growing: what lies between is not proven.",
+            100.0 * (LIMIT_STEP - 1.0)
+        ));
     }
 }
 

@@ -9,7 +9,6 @@
 //! they do not look at E.
 
 mod blocks;
-mod characteristic;
 mod extension;
 mod flatness;
 mod obstruction;
@@ -22,7 +21,6 @@ mod silverman;
 mod words;
 
 pub use blocks::{BlockDecoupling, BlockError, decouple_blocks};
-pub(in crate::synthesis) use characteristic::is_hurwitz;
 pub use extension::{Extension, Integrator, dynamic_extension};
 pub use flatness::{FlatParametrisation, FlatnessError, flat_parametrisation};
 pub use obstruction::{Obstruction, obstruction};

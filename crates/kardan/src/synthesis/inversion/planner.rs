@@ -1,8 +1,7 @@
 use super::FlatParametrisation;
-use super::characteristic::is_hurwitz;
 use super::polynomial_matrix::is_zero;
 use crate::analysis::LinearSystem;
-use crate::num::{Matrix, Polynomial, Rational, Scalar};
+use crate::num::{Matrix, Polynomial, Rational, Scalar, is_hurwitz};
 
 /// Why there is no feed-forward from these references.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

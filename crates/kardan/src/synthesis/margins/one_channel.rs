@@ -2,9 +2,8 @@
 
 use faer::c64;
 
-use crate::num::{Polynomial, Rational, Scalar, rational_from_f64, rational_to_f64};
+use crate::num::{Polynomial, Rational, Scalar, is_hurwitz, rational_from_f64, rational_to_f64};
 use crate::synthesis::decoupling::common_denominator;
-use crate::synthesis::inversion::is_hurwitz;
 
 /// Part of a peak by which a level is above it.
 pub(super) const LEVEL: f64 = 1e-9;

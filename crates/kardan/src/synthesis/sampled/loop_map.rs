@@ -5,37 +5,21 @@ use std::f64::consts::TAU;
 use faer::c64;
 use kardan_rt::functions::{atan2, cos, exp, hypot, ln_1p, powf, sin};
 
+use super::course::{Course, Happening, Periods, SAME, SampledLoopError};
 use super::jump::Jump;
 use super::places::Places;
 use super::{LoopPlant, SampledPart};
 use crate::num::{AtZero, Matrix, Rounding, alone, at_zero_within, balance, discretise, eigenvalues, square};
-use crate::synthesis::Clock;
+use crate::results::Stability;
 
-/// Parts of the shortest sample time within which two instants are one.
-const SAME: f64 = 1e-9;
 /// Doublings of the time over which errors of readings add up: 4096 periods.
 const DOUBLINGS: usize = 12;
-/// Samples, of controllers and slow sensors, within the period after which all clocks begin anew.
-const MOST_SAMPLES: usize = 1000;
 /// Relative distance to an eigenvalue at which its vector is looked for.
 const BESIDE: f64 = 1e-9;
 /// Distances to the limit of stability below which the error of an eigenvalue is bounded by its condition.
 const CLOSE: f64 = 1e-4;
 /// Of how many roundings, times its size, the largest entries of a loop are known.
 const ROUNDINGS: f64 = 8.0;
-
-/// What happens in a period, one after the other.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Happening {
-    /// The end of an interval: somebody computes next.
-    Look,
-    /// The error at a place of z is another one from here on.
-    Fresh(usize),
-    /// z changes.
-    Jump(usize),
-    /// A command has been put on a wire, at this place of z.
-    Launch(usize),
-}
 
 /// The exact map of a linear loop over the period after which all clocks begin anew, without limits, friction and rounding:
 /// `z(t + T) = Φ z(t)`.
@@ -69,7 +53,7 @@ pub struct SampledLoop {
     degrees_of_freedom: usize,
     /// Where constants begin in z: references and errors.
     constants: usize,
-    jumps: Vec<Jump>,
+    jumps: Vec<Jump<f64>>,
     course: Vec<Happening>,
 }
 
@@ -80,8 +64,10 @@ pub struct Slowest {
     pub growth: f64,
     /// rad/s
     pub frequency: f64,
-    /// Whether nothing grows, to the rounding of the loop.
+    /// Whether nothing grows, to the rounding of the loop: what searches for a limit go by.
     pub stable: bool,
+    /// Whether it is stable but for what is left out; not decided where a motion is as near to the border as rounding may be off.
+    pub word: Stability,
     /// How many motions nobody holds, exactly at zero (at one of a map) to the rounding of the loop, which are left out: angles that stay, and speeds
     /// that stay.
     pub free: usize,
@@ -105,9 +91,10 @@ impl Slowest {
         let (re, im) =
             found.held.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
         let stable = re < 0.0 || re <= found.error((re, im), 0.0);
+        let word = found.word(0.0, |(re, _)| re);
         let drift = found.dropped.iter().map(|(re, _)| *re).fold(0.0, f64::max);
         let (free, left_out, rounding) = (found.zeros, found.left_out(), found.rounding);
-        Some(Self { growth: exp(re), frequency: im.abs(), stable, free, left_out, drift, rounding })
+        Some(Self { growth: exp(re), frequency: im.abs(), stable, word, free, left_out, drift, rounding })
     }
 }
 
@@ -157,6 +144,19 @@ impl Held {
         self.zeros + self.dropped.len()
     }
 
+    /// Whether all that is held is inside the border, told from how far beyond it each eigenvalue is.
+    fn word(&self, added: f64, beyond: impl Fn((f64, f64)) -> f64) -> Stability {
+        let size = self.rest.as_slice().iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        let near = |value: &&(f64, f64)| beyond(**value) > -CLOSE * size.max(1.0);
+        let signs = self.held.iter().filter(near).map(|value| {
+            let (beyond, error) = (beyond(*value), self.error(*value, added));
+            if beyond.abs() <= error { Stability::Undecided } else { outside(beyond > 0.0) }
+        });
+        let signs: Vec<Stability> = signs.collect();
+        let found = [Stability::Unstable, Stability::Undecided].into_iter().find(|word| signs.contains(word));
+        found.unwrap_or(Stability::Stable)
+    }
+
     /// How far rounding may move one of the eigenvalues of the matrix, plus one that is added to it for the diagonal.
     fn error(&self, value: (f64, f64), added: f64) -> f64 {
         if value.1 == 0.0 && self.alone.contains(&value.0) {
@@ -167,6 +167,10 @@ impl Held {
         let shifted = Matrix::from_fn(n, n, |i, j| self.rest[(i, j)] + if i == j { added } else { 0.0 });
         error(&shifted, (value.0 + added, value.1))
     }
+}
+
+fn outside(is_outside: bool) -> Stability {
+    if is_outside { Stability::Unstable } else { Stability::Stable }
 }
 
 /// How far the rounding of a matrix may move an eigenvalue, to first order: its condition times that of the largest entries.
@@ -209,94 +213,6 @@ fn error(matrix: &Matrix<f64>, value: (f64, f64)) -> f64 {
     ROUNDINGS * n as f64 * f64::EPSILON * own * condition
 }
 
-/// Why there is no map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum SampledLoopError {
-    /// No law has a clock.
-    #[error("no controller is sampled")]
-    Continuous,
-    /// The sample times have no short common period.
-    #[error("the sample times of controllers and sensors have no common period within {MOST_SAMPLES} samples")]
-    NoCommonPeriod,
-    /// A number overflows.
-    #[error("a number of the sampled loop is not finite")]
-    NotFinite,
-}
-
-/// What is due at an instant, in the order in which it happens there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Due {
-    Arrive(usize),
-    Apply(usize),
-    Read(usize, usize),
-    /// A task of blocks computes, before the laws that read its answers.
-    Answer(usize),
-    Compute(usize),
-}
-
-/// What happens over a period, as it is put together.
-struct Course {
-    happenings: Vec<Happening>,
-    jumps: Vec<Jump>,
-    /// Jumps of waiting so long.
-    intervals: Vec<(f64, usize)>,
-    /// Jumps of what is due.
-    dues: Vec<(Due, usize)>,
-    /// Behind which happenings each law has its torques applied.
-    applied: Vec<Vec<usize>>,
-}
-
-impl Course {
-    fn new(laws: usize) -> Self {
-        let (happenings, jumps, intervals, dues) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { happenings, jumps, intervals, dues, applied: vec![Vec::new(); laws] }
-    }
-
-    fn wait(
-        &mut self,
-        length: f64,
-        shortest: f64,
-        moving: &Moving,
-        flow: &Matrix<f64>,
-    ) -> Result<(), SampledLoopError> {
-        let jump = interval(length, shortest, moving, flow, &mut self.intervals, &mut self.jumps)?;
-        self.happenings.push(Happening::Jump(jump));
-        Ok(())
-    }
-
-    fn do_what_is_due(&mut self, what: Due, places: &Places<'_>, parts: &[SampledPart]) {
-        match what {
-            Due::Answer(law) | Due::Compute(law) => {
-                self.happenings.extend(places.laws[law].fresh().map(Happening::Fresh));
-            }
-            Due::Read(law, slow) => self.happenings.extend(places.laws[law].fresh_of(slow).map(Happening::Fresh)),
-            Due::Apply(_) | Due::Arrive(_) => {}
-        }
-        let known = self.dues.iter().find(|(other, _)| *other == what).map(|(_, jump)| *jump);
-        let jump = known.unwrap_or_else(|| {
-            self.jumps.push(match what {
-                Due::Answer(law) | Due::Compute(law) => places.compute(law),
-                Due::Read(law, slow) => places.read(law, slow),
-                Due::Apply(law) => places.apply(law),
-                Due::Arrive(law) => places.arrive(law),
-            });
-            self.dues.push((what, self.jumps.len() - 1));
-            self.jumps.len() - 1
-        });
-        self.happenings.push(Happening::Jump(jump));
-        let late = |law: usize| parts[law].clock.is_some_and(|clock| clock.delay > 0.0);
-        let launching = match what {
-            Due::Apply(law) => Some(law),
-            Due::Compute(law) if !late(law) => Some(law),
-            _ => None,
-        };
-        if let Some(law) = launching {
-            self.happenings.extend(places.launched(law).map(Happening::Launch));
-            self.applied[law].push(self.happenings.len());
-        }
-    }
-}
-
 impl SampledLoop {
     /// The map of a loop.
     ///
@@ -326,16 +242,8 @@ impl SampledLoop {
     }
 
     fn with(plant: &LoopPlant, parts: &[SampledPart], driven: Option<f64>) -> Result<Self, SampledLoopError> {
-        let clocks: Vec<Clock> = parts.iter().filter_map(|part| part.clock).collect();
-        let slow = parts.iter().flat_map(|part| &part.slow).map(|(_, sensor)| sensor.period);
-        let periods: Vec<f64> = clocks.iter().map(|clock| clock.period).chain(slow).collect();
-        let (shortest, period) = if clocks.is_empty() {
-            let looked = driven.ok_or(SampledLoopError::Continuous)?;
-            (looked, looked)
-        } else {
-            let shortest = clocks.iter().map(|clock| clock.period).fold(f64::INFINITY, f64::min);
-            (shortest, common_period(&periods, shortest).ok_or(SampledLoopError::NoCommonPeriod)?)
-        };
+        let periods = Periods::of(parts, driven)?;
+        let Periods { period, shortest } = periods;
         // Growth is told for each sample of the laws, however often blocks compute.
         let of_laws = parts.iter().filter(|part| !part.is_task()).filter_map(|part| part.clock);
         let of_laws = of_laws.map(|clock| clock.period).fold(f64::INFINITY, f64::min);
@@ -343,29 +251,9 @@ impl SampledLoop {
         let places = Places::new(plant, parts, driven.is_some());
         let (flow, commands) = places.flow();
         let moving = Moving::of(&flow);
-        let mut course = Course::new(parts.len());
-        let mut time = 0.0;
-        for (at, together) in due(parts, period, shortest) {
-            if at - time > SAME * shortest {
-                course.wait(at - time, shortest, &moving, &flow)?;
-                time = at;
-                if together.iter().any(|what| matches!(what, Due::Answer(_) | Due::Compute(_))) {
-                    course.happenings.push(Happening::Look);
-                }
-            }
-            together.into_iter().for_each(|what| course.do_what_is_due(what, &places, parts));
-        }
-        if period - time > SAME * shortest {
-            course.wait(period - time, shortest, &moving, &flow)?;
-        }
-        course.happenings.push(Happening::Look);
-        let Course { jumps, happenings: course, applied, .. } = course;
-        let mut map = Matrix::identity(places.size);
-        for happening in &course {
-            if let Happening::Jump(jump) = happening {
-                jumps[*jump].change_rows(&mut map);
-            }
-        }
+        let found = Course::over(parts, &periods, &places, |time| moving.exponential(&flow, time))?;
+        let map = found.map(places.size);
+        let Course { jumps, happenings: course, applied, .. } = found;
         if !map.as_slice().iter().all(|x| x.is_finite()) {
             return Err(SampledLoopError::NotFinite);
         }
@@ -496,7 +384,8 @@ impl SampledLoop {
         let drift = found.dropped.iter().map(|change| per_second(*change)).fold(0.0, f64::max);
         let (free, left_out, rounding) = (found.zeros, found.left_out(), found.rounding / self.period);
         let Some(change) = found.held.iter().copied().max_by(|a, b| grows(*a).total_cmp(&grows(*b))) else {
-            return Some(Slowest { growth: 0.0, frequency: 0.0, stable: true, free, left_out, drift, rounding });
+            let (stable, word) = (true, Stability::Stable);
+            return Some(Slowest { growth: 0.0, frequency: 0.0, stable, word, free, left_out, drift, rounding });
         };
         let own = (1.0 + change.0, change.1);
         let beyond = 0.5 * grows(change);
@@ -507,7 +396,8 @@ impl SampledLoop {
         };
         let growth = powf((1.0 + grows(change)).max(0.0), 0.5 * self.sample_time / self.period);
         let frequency = self.turn(own).abs() / self.period;
-        Some(Slowest { growth, frequency, stable, free, left_out, drift, rounding })
+        let word = found.word(1.0, |change| 0.5 * grows(change));
+        Some(Slowest { growth, frequency, stable, word, free, left_out, drift, rounding })
     }
 
     /// The map from just after new commands of a law are in force to the same instant a period later; `None` if that is more
@@ -649,58 +539,6 @@ fn power((re, im): (f64, f64), exponent: f64) -> (f64, f64) {
     (size * cos(angle), size * sin(angle))
 }
 
-/// What happens within a period, instant by instant, in the steady state: commands of the period before are on their way.
-fn due(parts: &[SampledPart], period: f64, shortest: f64) -> Vec<(f64, Vec<Due>)> {
-    let mut all: Vec<(f64, Due)> = Vec::new();
-    for (number, part) in parts.iter().enumerate() {
-        let Some(clock) = part.clock else { continue };
-        let samples = |time: f64| (0..(period / time).round() as usize).map(move |k| k as f64 * time);
-        for at in samples(clock.period) {
-            all.push((at, if part.is_task() { Due::Answer(number) } else { Due::Compute(number) }));
-            if clock.delay > 0.0 {
-                let applied = (at + clock.delay) % period;
-                let same = (period - applied).min(applied) < SAME * shortest;
-                all.push((if same { 0.0 } else { applied }, Due::Apply(number)));
-            }
-            if let Some(wire) = part.wire.filter(|wire| wire.delay > 0.0) {
-                let arrived = (at + clock.delay + wire.delay) % period;
-                let same = (period - arrived).min(arrived) < SAME * shortest;
-                all.push((if same { 0.0 } else { arrived }, Due::Arrive(number)));
-            }
-        }
-        for (slow, (_, sensor)) in part.slow.iter().enumerate() {
-            all.extend(samples(sensor.period).map(|at| (at, Due::Read(number, slow))));
-        }
-    }
-    all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut out: Vec<(f64, Vec<Due>)> = Vec::new();
-    for (at, what) in all {
-        match out.last_mut() {
-            Some((time, together)) if at - *time < SAME * shortest => together.push(what),
-            _ => out.push((at, vec![what])),
-        }
-    }
-    out.iter_mut().for_each(|(_, together)| together.sort_unstable());
-    out
-}
-
-/// The jump over an interval in which nothing happens.
-fn interval(
-    length: f64,
-    shortest: f64,
-    moving: &Moving,
-    flow: &Matrix<f64>,
-    known: &mut Vec<(f64, usize)>,
-    jumps: &mut Vec<Jump>,
-) -> Result<usize, SampledLoopError> {
-    if let Some((_, jump)) = known.iter().find(|(other, _)| (other - length).abs() < SAME * shortest) {
-        return Ok(*jump);
-    }
-    jumps.push(moving.exponential(flow, length).ok_or(SampledLoopError::NotFinite)?);
-    known.push((length, jumps.len() - 1));
-    Ok(jumps.len() - 1)
-}
-
 /// Which entries of z move between two instants, and which constant ones drive them.
 struct Moving {
     moving: Vec<usize>,
@@ -716,12 +554,12 @@ impl Moving {
     }
 
     /// `e^{Ft}`; `None` if it overflows.
-    fn exponential(&self, flow: &Matrix<f64>, time: f64) -> Option<Jump> {
+    fn exponential(&self, flow: &Matrix<f64>, time: f64) -> Option<Jump<f64>> {
         let Self { moving, driving } = self;
         let part =
             |columns: &[usize]| Matrix::from_fn(moving.len(), columns.len(), |i, j| flow[(moving[i], columns[j])]);
         let found = discretise(&part(moving), &part(driving), time)?;
-        let mut out = Jump::default();
+        let mut out = Jump::new();
         for (i, &row) in moving.iter().enumerate() {
             let own = moving.iter().copied().zip(found.a.row(i).iter().copied());
             let driven = driving.iter().copied().zip(found.b.row(i).iter().copied());
@@ -729,18 +567,4 @@ impl Moving {
         }
         Some(out)
     }
-}
-
-/// The period after which all clocks begin anew, s.
-fn common_period(periods: &[f64], shortest: f64) -> Option<f64> {
-    let longest = periods.iter().copied().fold(0.0, f64::max);
-    let fits = |period: &f64| {
-        periods.iter().all(|time| {
-            let samples = period / time;
-            (samples - samples.round()).abs() * time < SAME * shortest
-        })
-    };
-    let samples = |period: &f64| periods.iter().map(|time| period / time).sum::<f64>();
-    let all = (1..=MOST_SAMPLES).map(|k| k as f64 * longest);
-    all.take_while(|period| samples(period) <= MOST_SAMPLES as f64 * 1.001).find(fits)
 }

@@ -10,7 +10,10 @@ use crate::synthesis::margins::Response;
 use crate::synthesis::{Clock, Law};
 
 /// Steps of the searches, as a factor.
-const STEP: f64 = 1.04;
+pub const LIMIT_STEP: f64 = 1.04;
+/// The golden section, and how often it is taken.
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
+const SECTIONS: usize = 16;
 /// Shortest and longest sample time and lag that are looked at, s.
 const RANGE: [f64; 2] = [1e-6, 1.0];
 /// Largest factor of the loop gain that is looked at, either way.
@@ -173,18 +176,31 @@ impl Survey<'_> {
             Some(found) => ln(found.growth).abs().max(f64::MIN_POSITIVE),
             None => f64::INFINITY,
         };
-        let mut before: Option<(f64, f64)> = None;
+        let limit = |[before, beyond]: [(f64, f64); 2]| {
+            let [low, high] = bracket([before, beyond], 1e-13 * beyond.0.abs(), grows);
+            let frequency = self.slowest_without(change(high), left_out).map_or(0.0, |found| found.frequency);
+            Limit { value: low, frequency }
+        };
+        // The last two that are stable.
+        let mut before: [Option<(f64, f64)>; 2] = [None; 2];
         for value in values {
             let found = (value, grows(value));
+            // Where it comes closest to growing between steps it may grow.
+            if let [Some(first), Some(middle)] = before
+                && middle.1 > first.1
+                && middle.1 > found.1
+                && let Some(peak) = growing_between([first.0, value], grows)
+            {
+                let inside = (middle.0 - first.0).abs() < (peak.0 - first.0).abs();
+                return Some(limit([if inside { middle } else { first }, peak]));
+            }
             if found.1 < 0.0 {
-                before = Some(found);
+                before = [before[1], Some(found)];
                 continue;
             }
-            let [low, high] = bracket([before?, found], 1e-13 * value.abs(), grows);
-            let frequency = self.slowest_without(change(high), left_out).map_or(0.0, |found| found.frequency);
-            return Some(Limit { value: low, frequency });
+            return Some(limit([before[1]?, found]));
         }
-        before.map(|_| Limit { value: f64::INFINITY, frequency: 0.0 })
+        before[1].map(|_| Limit { value: f64::INFINITY, frequency: 0.0 })
     }
 
     /// The longest sample time, s, that the loop tolerates with a delay that is this part of it. All shorter ones are
@@ -257,8 +273,28 @@ impl Survey<'_> {
     }
 }
 
+/// Where between two values a function that has one peak there is above zero, if it is found: the golden section of what is left.
+fn growing_between([mut from, mut to]: [f64; 2], grows: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
+    let at = |value: f64| (value, grows(value));
+    let section = |from: f64, to: f64| to - GOLDEN * (to - from);
+    let mut inner = [at(section(from, to)), at(section(to, from))];
+    for _ in 0..SECTIONS {
+        if let Some(found) = inner.into_iter().find(|found| found.1 >= 0.0) {
+            return Some(found);
+        }
+        if inner[0].1 > inner[1].1 {
+            to = inner[1].0;
+            inner = [at(section(from, to)), inner[0]];
+        } else {
+            from = inner[0].0;
+            inner = [inner[1], at(section(to, from))];
+        }
+    }
+    None
+}
+
 /// From one value to another in steps of a factor.
 fn path(from: f64, to: f64) -> impl Iterator<Item = f64> {
-    let steps = (ln(to / from) / ln(STEP)).ceil() as i32;
-    (0..=steps).map(move |k| (from * powi(STEP, k)).min(to))
+    let steps = (ln(to / from) / ln(LIMIT_STEP)).ceil() as i32;
+    (0..=steps).map(move |k| (from * powi(LIMIT_STEP, k)).min(to))
 }

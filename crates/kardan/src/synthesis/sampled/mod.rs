@@ -2,6 +2,8 @@
 //! laws that know the sample time, the delay and the lag of the motors.
 
 mod blocks;
+mod course;
+mod exact_map;
 mod filter;
 mod firmware;
 mod hold;
@@ -22,13 +24,15 @@ mod scheduled;
 mod turned;
 
 pub use blocks::{BesideBlocks, LinearTask, LoopBlocks};
+pub use course::SampledLoopError;
+pub use exact_map::ExactMap;
 pub(super) use filter::filter;
 pub use firmware::sampled;
 pub(super) use hold::{hold_plant, on_their_way};
 pub(super) use interaction::{Problem, Solution, Target};
 pub use lifted::Lifted;
-pub use loop_map::{SampledLoop, SampledLoopError, Slowest};
-pub use margins::{Change, Limit, Survey};
+pub use loop_map::{SampledLoop, Slowest};
+pub use margins::{Change, LIMIT_STEP, Limit, Survey};
 pub(super) use memory::{entries, keep_health};
 pub use noise::reading_variance;
 pub use part::{SampledPart, Teller, Wire};

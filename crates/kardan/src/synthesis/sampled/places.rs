@@ -1,12 +1,86 @@
-use super::jump::Jump;
+use super::jump::{Jump, nonzero};
 use super::{LoopPlant, Reads, SampledPart, Teller, on_their_way};
-use crate::num::Matrix;
-use crate::reduce::FirstOrder;
+use crate::num::{Matrix, Rational, Scalar, rational_from_f64};
+use crate::reduce::{FirstOrder, LinearModel, over_states};
+use crate::synthesis::exact_motions::shortest_decimal;
 use crate::synthesis::{Clock, LinearLaw, Told, sizes};
 
+/// Numbers over which a loop is put together.
+pub(super) trait Number: Scalar {
+    /// A gain of a law, which is the double that runs.
+    fn gain(value: f64) -> Self;
+    /// A time, s, as it is written.
+    fn time(value: f64) -> Self;
+}
+
+impl Number for f64 {
+    fn gain(value: f64) -> Self {
+        value
+    }
+    fn time(value: f64) -> Self {
+        value
+    }
+}
+
+impl Number for Rational {
+    fn gain(value: f64) -> Self {
+        rational_from_f64(value).unwrap_or(Rational::ZERO)
+    }
+    fn time(value: f64) -> Self {
+        written_time(value).unwrap_or(Rational::ZERO)
+    }
+}
+
+/// A time that follows from others by differences, s, without what rounding left of them; `None` if it is not finite.
+pub(super) fn written_time(value: f64) -> Option<Rational> {
+    shortest_decimal(format!("{value:.13e}").parse().ok()?)
+}
+
+/// The plant of a loop as equations of first order.
+pub(super) struct FirstOrderPlant<S> {
+    equations: FirstOrder<S>,
+    basis: Matrix<S>,
+    lags: Vec<f64>,
+}
+
+impl FirstOrderPlant<f64> {
+    fn new(plant: &LoopPlant) -> Self {
+        assert_eq!(plant.lags.len(), plant.inputs.len(), "one lag for each input");
+        Self { equations: plant.first_order(), basis: plant.basis.clone(), lags: plant.lags.clone() }
+    }
+}
+
+impl FirstOrderPlant<Rational> {
+    /// `None` where something else than dampers holds a coordinate without inertia.
+    pub fn exact(model: &LinearModel, lags: &[f64]) -> Option<Self> {
+        assert_eq!(lags.len(), model.inputs.len(), "one lag for each input");
+        Some(Self { equations: model.first_order()?, basis: model.basis.clone(), lags: lags.to_vec() })
+    }
+}
+
+impl<S: Number> FirstOrderPlant<S> {
+    fn over_states(&self, rows: [&Matrix<S>; 2]) -> Matrix<S> {
+        over_states(rows, &self.basis, &self.equations.moving)
+    }
+}
+
+/// Gains of a law.
+fn gains<S: Number>(of: &Matrix<f64>) -> Matrix<S> {
+    Matrix::from_fn(of.rows(), of.columns(), |i, j| S::gain(of[(i, j)]))
+}
+
+fn unit<S: Scalar>(here: bool) -> S {
+    if here { S::one() } else { S::zero() }
+}
+
+/// `matrix[place] += value`
+fn add<S: Scalar>(matrix: &mut Matrix<S>, place: (usize, usize), value: &S) {
+    matrix[place] = matrix[place].plus(value);
+}
+
 /// Where the parts of z are in a [`SampledLoop`](super::SampledLoop), and what changes them.
-pub(super) struct Places<'a> {
-    plant: &'a LoopPlant,
+pub(super) struct Places<'a, S> {
+    plant: FirstOrderPlant<S>,
     /// Torque of each motor with a lag.
     lagged: Vec<Option<usize>>,
     pub laws: Vec<LawPlaces<'a>>,
@@ -51,10 +125,37 @@ impl LawPlaces<'_> {
     }
 }
 
-impl<'a> Places<'a> {
-    pub fn new(plant: &'a LoopPlant, parts: &'a [SampledPart], driven: bool) -> Self {
-        assert_eq!(plant.lags.len(), plant.inputs.len(), "one lag for each input");
-        let mut size = plant.states();
+impl<'a> Places<'a, f64> {
+    pub fn new(plant: &LoopPlant, parts: &'a [SampledPart], driven: bool) -> Self {
+        Self::of(FirstOrderPlant::new(plant), parts, driven)
+    }
+
+    /// The sizes of all that adds up to each entry of the matrix of a loop in continuous time, before anything cancels: to the rounding of these it is
+    /// known. `None` of a plant with coordinates without inertia.
+    pub fn sizes(plant: &LoopPlant, parts: &[SampledPart]) -> Option<Matrix<f64>> {
+        let FirstOrder { a, b, moving } = plant.first_order();
+        let r = plant.inertia.rows();
+        if moving.len() < r {
+            return None;
+        }
+        let inverse = sizes(&plant.inertia.solve(&Matrix::identity(r))?);
+        let [springs, dampers] = [&plant.stiffness, &plant.damping].map(|of| inverse.multiply(&sizes(of)));
+        let a = Matrix::from_fn(2 * r, 2 * r, |i, j| match (i.checked_sub(r), j.checked_sub(r)) {
+            (Some(i), Some(j)) => dampers[(i, j)],
+            (Some(i), None) => springs[(i, j)],
+            _ => a[(i, j)],
+        });
+        let equations = FirstOrder { a, b: sizes(&b), moving };
+        let sized = |part: &SampledPart| SampledPart { linear: part.linear.sizes(), ..part.clone() };
+        let parts: Vec<SampledPart> = parts.iter().map(sized).collect();
+        let plant = FirstOrderPlant { equations, basis: sizes(&plant.basis), lags: plant.lags.clone() };
+        Some(sizes(&Places::of(plant, &parts, false).flow().0))
+    }
+}
+
+impl<'a, S: Number> Places<'a, S> {
+    pub fn of(plant: FirstOrderPlant<S>, parts: &'a [SampledPart], driven: bool) -> Self {
+        let mut size = plant.equations.a.rows();
         let mut take = |count: usize| {
             size += count;
             size - count
@@ -106,182 +207,169 @@ impl<'a> Places<'a> {
 
     /// What a law makes of places beside those of plant and states: with `on_references` (or `references`) and `on_errors` (or
     /// `errors`) it multiplies its references and readings' errors, the readings that slow sensors hold, and what other parts tell it.
-    fn enter_references(&self, law: &LawPlaces<'_>, [references, errors]: [&Matrix<f64>; 2], out: &mut Matrix<f64>) {
-        let told: Vec<(usize, Vec<(usize, f64)>)> =
+    fn enter_references(&self, law: &LawPlaces<'_>, [references, errors]: [&Matrix<f64>; 2], out: &mut Matrix<S>) {
+        let told: Vec<(usize, Vec<(usize, S)>)> =
             law.part.reads.iter().map(|(reference, teller)| (*reference, self.told(*teller))).collect();
         for i in 0..out.rows() {
             if let Some(first) = law.references {
-                (0..references.columns()).for_each(|k| out[(i, first + k)] += references[(i, k)]);
+                (0..references.columns()).for_each(|k| add(out, (i, first + k), &S::gain(references[(i, k)])));
             }
             if let Some(first) = law.errors {
                 let direct = (0..errors.columns()).filter(|k| !law.is_slow(*k));
-                direct.for_each(|k| out[(i, first + k)] += errors[(i, k)]);
+                direct.for_each(|k| add(out, (i, first + k), &S::gain(errors[(i, k)])));
             }
             for ((reading, _), (held, _)) in law.part.slow.iter().zip(&law.slow) {
-                out[(i, *held)] += errors[(i, *reading)];
+                add(out, (i, *held), &S::gain(errors[(i, *reading)]));
             }
             for (reference, row) in &told {
-                row.iter().for_each(|(place, x)| out[(i, *place)] += references[(i, *reference)] * x);
+                let gain = S::gain(references[(i, *reference)]);
+                row.iter().for_each(|(place, x)| add(out, (i, *place), &gain.times(x)));
             }
         }
     }
 
     /// What a part tells, over z: at a sample the tasks have computed before, and a law tells what it found at its last one.
-    fn told(&self, Teller { part, told }: Teller) -> Vec<(usize, f64)> {
+    fn told(&self, Teller { part, told }: Teller) -> Vec<(usize, S)> {
         let law = &self.laws[part];
         match told {
-            Told::State(k) => vec![(law.states + k, 1.0)],
+            Told::State(k) => vec![(law.states + k, S::one())],
             Told::Command(k) if law.part.clock.is_some() => {
-                vec![(law.queue.last().copied().unwrap_or(law.held) + k, 1.0)]
+                vec![(law.queue.last().copied().unwrap_or(law.held) + k, S::one())]
             }
             // At every instant it follows from what it reads there.
-            Told::Command(k) => {
-                let command = self.command(part);
-                command.row(k).iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect()
-            }
+            Told::Command(k) => nonzero(self.command(part).row(k)),
         }
     }
 
     /// The command of a law over z: what it says now, whether sampled or not.
-    fn command(&self, number: usize) -> Matrix<f64> {
+    fn command(&self, number: usize) -> Matrix<S> {
         let law = &self.laws[number];
-        let on_plant = self.plant.over_states([&law.direct.on_angles, &law.direct.on_speeds]);
+        let on_plant = self.plant.over_states([&gains(&law.direct.on_angles), &gains(&law.direct.on_speeds)]);
         let states = law.states..law.states + law.direct.states.rows();
         let mut out = Matrix::from_fn(law.part.outputs(), self.size, |i, j| match j {
-            j if j < on_plant.columns() => on_plant[(i, j)],
-            j if states.contains(&j) => law.direct.on_states[(i, j - states.start)],
-            _ => 0.0,
+            j if j < on_plant.columns() => on_plant[(i, j)].clone(),
+            j if states.contains(&j) => S::gain(law.direct.on_states[(i, j - states.start)]),
+            _ => S::zero(),
         });
         self.enter_references(law, [&law.direct.on_references, &law.direct.on_errors], &mut out);
         out
     }
 
     /// What goes into the rates (or the next values) of a law's states, over z, with these torques of its inputs.
-    fn rates(&self, number: usize, torques: &Matrix<f64>) -> Matrix<f64> {
+    fn rates(&self, number: usize, torques: &Matrix<S>) -> Matrix<S> {
         let law = &self.laws[number];
-        let from_plant = self.plant.over_states([&law.direct.angles, &law.direct.speeds]);
-        let mut out = law.direct.torques.multiply(torques);
+        let from_plant = self.plant.over_states([&gains(&law.direct.angles), &gains(&law.direct.speeds)]);
+        let mut out = gains(&law.direct.torques).multiply(torques);
         for i in 0..out.rows() {
             for j in 0..from_plant.columns() {
-                out[(i, j)] += from_plant[(i, j)];
+                add(&mut out, (i, j), &from_plant[(i, j)]);
             }
             for j in 0..law.direct.states.rows() {
-                out[(i, law.states + j)] += law.direct.states[(i, j)];
+                add(&mut out, (i, law.states + j), &S::gain(law.direct.states[(i, j)]));
             }
         }
         self.enter_references(law, [&law.direct.references, &law.direct.errors], &mut out);
         out
     }
 
-    /// The matrix of the loop between two instants, ż = F z, and what each input is told. A motor gives what it is told, and what
-    /// it gives beyond that, times the gain of its law, of which the law knows nothing.
-    pub fn flow(&self) -> (Matrix<f64>, Matrix<f64>) {
-        self.put_together(&self.plant.first_order())
-    }
-
-    /// The sizes of all that adds up to each entry of the matrix of a loop in continuous time, before anything cancels: to the rounding of these it is
-    /// known. `None` of a plant with coordinates without inertia.
-    pub fn sizes(plant: &LoopPlant, parts: &[SampledPart]) -> Option<Matrix<f64>> {
-        let FirstOrder { a, b, moving } = plant.first_order();
-        let r = plant.inertia.rows();
-        if moving.len() < r {
-            return None;
-        }
-        let inverse = sizes(&plant.inertia.solve(&Matrix::identity(r))?);
-        let [springs, dampers] = [&plant.stiffness, &plant.damping].map(|of| inverse.multiply(&sizes(of)));
-        let a = Matrix::from_fn(2 * r, 2 * r, |i, j| match (i.checked_sub(r), j.checked_sub(r)) {
-            (Some(i), Some(j)) => dampers[(i, j)],
-            (Some(i), None) => springs[(i, j)],
-            _ => a[(i, j)],
-        });
-        let plant = LoopPlant { basis: sizes(&plant.basis), ..plant.clone() };
-        let sized = |part: &SampledPart| SampledPart { linear: part.linear.sizes(), ..part.clone() };
-        let parts: Vec<SampledPart> = parts.iter().map(sized).collect();
-        let first_order = FirstOrder { a, b: sizes(&b), moving };
-        Some(sizes(&Places::new(&plant, &parts, false).put_together(&first_order).0))
-    }
-
-    fn put_together(&self, FirstOrder { a, b, .. }: &FirstOrder<f64>) -> (Matrix<f64>, Matrix<f64>) {
-        let plant = self.plant;
-        let own = a.rows();
-        let mut flow = Matrix::zeros(self.size, self.size);
-        for i in 0..own {
-            (0..own).for_each(|j| flow[(i, j)] = a[(i, j)]);
-        }
-        // Commands of all inputs over z.
-        let mut commands = Matrix::zeros(plant.inputs.len(), self.size);
+    /// Commands of all inputs over z.
+    fn commands(&self) -> Matrix<S> {
+        let mut commands = Matrix::zeros(self.plant.lags.len(), self.size);
         for (number, law) in self.laws.iter().enumerate() {
             if law.part.clock.is_some() {
                 for (i, &input) in law.part.inputs.iter().enumerate() {
                     let received = law.wire.as_ref().filter(|(wired, ..)| *wired == i).map(|(_, place, _)| *place);
-                    commands[(input, received.unwrap_or(law.held + i))] += 1.0;
+                    add(&mut commands, (input, received.unwrap_or(law.held + i)), &S::one());
                 }
                 continue;
             }
             let own = self.command(number);
             for (i, &input) in law.part.inputs.iter().enumerate() {
-                (0..self.size).for_each(|j| commands[(input, j)] += own[(i, j)]);
+                (0..self.size).for_each(|j| add(&mut commands, (input, j), &own[(i, j)]));
             }
         }
-        let mut gains = vec![1.0; plant.inputs.len()];
-        let mut excess = vec![None; plant.inputs.len()];
+        commands
+    }
+
+    /// The matrix of the loop between two instants, ż = F z, and what each input is told. A motor gives what it is told, and what
+    /// it gives beyond that, times the gain of its law, of which the law knows nothing.
+    pub fn flow(&self) -> (Matrix<S>, Matrix<S>) {
+        let FirstOrder { a, b, .. } = &self.plant.equations;
+        let own = a.rows();
+        let mut flow = Matrix::zeros(self.size, self.size);
+        for i in 0..own {
+            (0..own).for_each(|j| flow[(i, j)] = a[(i, j)].clone());
+        }
+        let commands = self.commands();
+        let inputs = self.plant.lags.len();
+        let (mut gains, mut excess) = (vec![S::one(); inputs], vec![None; inputs]);
         for law in &self.laws {
             for (i, &input) in law.part.inputs.iter().enumerate() {
-                gains[input] = law.part.gains[i];
+                gains[input] = S::gain(law.part.gains[i]);
                 excess[input] = law.excess.map(|first| first + i);
             }
         }
         for (input, place) in self.lagged.iter().enumerate() {
-            let more = |j: usize| f64::from(u8::from(excess[input] == Some(j)));
+            let told = |j: usize| commands[(input, j)].plus(&unit(excess[input] == Some(j)));
             for j in 0..self.size {
-                match place {
+                let torque = match place {
                     Some(place) => {
-                        let torque = f64::from(u8::from(j == *place));
-                        flow[(*place, j)] += (commands[(input, j)] + more(j) - torque) / plant.lags[input];
-                        (0..own).for_each(|i| flow[(i, j)] += gains[input] * b[(i, input)] * torque);
+                        let torque = unit::<S>(j == *place);
+                        let rate = told(j).minus(&torque).over(&S::time(self.plant.lags[input]));
+                        add(&mut flow, (*place, j), &rate);
+                        torque
                     }
-                    None => {
-                        let torque = gains[input] * (commands[(input, j)] + more(j));
-                        (0..own).for_each(|i| flow[(i, j)] += b[(i, input)] * torque);
-                    }
+                    None => told(j),
+                };
+                if place.is_some() {
+                    (0..own).for_each(|i| add(&mut flow, (i, j), &gains[input].times(&b[(i, input)]).times(&torque)));
+                } else {
+                    let torque = gains[input].times(&torque);
+                    (0..own).for_each(|i| add(&mut flow, (i, j), &b[(i, input)].times(&torque)));
                 }
             }
         }
+        self.add_rates(&commands, &mut flow);
+        (flow, commands)
+    }
+
+    /// The rates of the states of laws in continuous time, and of those with a clock whose states go on between samples.
+    fn add_rates(&self, commands: &Matrix<S>, flow: &mut Matrix<S>) {
         let flows = |law: &LawPlaces<'_>| law.part.clock.is_none() || law.direct.flowing;
         for (number, law) in self.laws.iter().enumerate().filter(|(_, law)| flows(law)) {
             let torque = |i: usize, j: usize| match law.part.inputs.get(i).map(|input| (*input, self.lagged[*input])) {
-                Some((_, Some(place))) => f64::from(u8::from(j == place)),
-                Some((input, None)) => commands[(input, j)],
-                None => 0.0,
+                Some((_, Some(place))) => unit(j == place),
+                Some((input, None)) => commands[(input, j)].clone(),
+                None => S::zero(),
             };
             let rates = self.rates(number, &Matrix::from_fn(law.part.outputs(), self.size, torque));
             for i in 0..rates.rows() {
                 for j in 0..self.size {
-                    flow[(law.states + i, j)] += rates[(i, j)];
+                    add(flow, (law.states + i, j), &rates[(i, j)]);
                 }
             }
         }
-        (flow, commands)
     }
 
     /// A law computes: its commands go on their way, its states become those of the next sample.
-    pub fn compute(&self, number: usize) -> Jump {
+    pub fn compute(&self, number: usize) -> Jump<S> {
         let law = &self.laws[number];
         let Some(clock) = law.part.clock else { unreachable!("only sampled laws compute at an instant") };
         let m = law.part.outputs();
         let command = self.command(number);
         // The torques until the next sample: in force now, then those on their way, one after the other.
-        let row = |place: usize| Matrix::from_fn(m, self.size, |i, j| f64::from(u8::from(j == place + i)));
+        let row = |place: usize| Matrix::from_fn(m, self.size, |i, j| unit(j == place + i));
         let torques = match law.queue.len() {
             0 => command.clone(),
             waiting => {
                 // Part of the sample time after which the next command on its way takes effect.
-                let before = clock.delay / clock.period - (waiting as f64 - 1.0);
+                let whole = (1..waiting).fold(S::zero(), |sum, _| sum.plus(&S::one()));
+                let before = S::time(clock.delay).over(&S::time(clock.period)).minus(&whole);
                 let after = if waiting == 1 { command.clone() } else { row(law.queue[0]) };
-                row(law.held).scale(&before).plus(&after.scale(&(1.0 - before)))
+                row(law.held).scale(&before).plus(&after.scale(&S::one().minus(&before)))
             }
         };
-        let mut out = Jump::default();
+        let mut out = Jump::new();
         if !law.direct.flowing {
             out.set(law.states, &self.rates(number, &torques));
         }
@@ -289,7 +377,7 @@ impl<'a> Places<'a> {
         out.set(law.queue.last().copied().unwrap_or(law.held), &command);
         if let Some(place) = self.launched(number).filter(|_| law.queue.is_empty()) {
             let input = law.wire.as_ref().map_or(0, |wire| wire.0);
-            out.push(place, command.row(input).iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect());
+            out.push(place, nonzero(command.row(input)));
         }
         out
     }
@@ -301,48 +389,47 @@ impl<'a> Places<'a> {
     }
 
     /// The next command on the wire of a law reaches its motor, those behind it move up.
-    pub fn arrive(&self, number: usize) -> Jump {
-        let mut out = Jump::default();
+    pub fn arrive(&self, number: usize) -> Jump<S> {
+        let mut out = Jump::new();
         let Some((_, received, waiting)) = &self.laws[number].wire else { return out };
         let chain: Vec<usize> = std::iter::once(*received).chain(waiting.iter().copied()).collect();
-        chain.windows(2).for_each(|pair| out.push(pair[0], vec![(pair[1], 1.0)]));
+        chain.windows(2).for_each(|pair| out.push(pair[0], vec![(pair[1], S::one())]));
         out
     }
 
     /// The next command of a law that is on its way takes effect, those behind it move up.
-    pub fn apply(&self, number: usize) -> Jump {
+    pub fn apply(&self, number: usize) -> Jump<S> {
         let LawPlaces { held, queue, part, wire, .. } = &self.laws[number];
-        let mut out = Jump::default();
+        let mut out = Jump::new();
         let chain: Vec<usize> = std::iter::once(*held).chain(queue.iter().copied()).collect();
         for pair in chain.windows(2) {
-            (0..part.outputs()).for_each(|i| out.push(pair[0] + i, vec![(pair[1] + i, 1.0)]));
+            (0..part.outputs()).for_each(|i| out.push(pair[0] + i, vec![(pair[1] + i, S::one())]));
         }
         if let (Some(place), Some((input, ..)), Some(next)) = (self.launched(number), wire, queue.first()) {
-            out.push(place, vec![(next + input, 1.0)]);
+            out.push(place, vec![(next + input, S::one())]);
         }
         out
     }
 
     /// A slow sensor of a law reads.
-    pub fn read(&self, number: usize, slow: usize) -> Jump {
+    pub fn read(&self, number: usize, slow: usize) -> Jump<S> {
         let law = &self.laws[number];
         let (held, last) = law.slow[slow];
         let sensor = &law.part.slow[slow].1;
-        let row = Matrix::from_fn(1, self.plant.basis.rows(), |_, k| {
+        let row: Matrix<f64> = Matrix::from_fn(1, self.plant.basis.rows(), |_, k| {
             sensor.row.iter().filter(|(shaft, _)| *shaft == k).map(|(_, x)| x).sum::<f64>()
         });
-        let none = Matrix::zeros(1, row.columns());
+        let (row, none) = (gains::<S>(&row), Matrix::zeros(1, self.plant.basis.rows()));
         let [angles, speeds] = if sensor.reads == Reads::Speeds { [&none, &row] } else { [&row, &none] };
-        let seen = self.plant.over_states([angles, speeds]);
-        let seen: Vec<(usize, f64)> = seen.row(0).iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect();
-        let mut out = Jump::default();
+        let seen = nonzero(self.plant.over_states([angles, speeds]).row(0));
+        let mut out = Jump::new();
         let mut reading = seen.clone();
         if let Some(last) = last {
-            reading.push((last, -1.0));
-            reading.iter_mut().for_each(|(_, x)| *x /= sensor.period);
+            reading.push((last, S::zero().minus(&S::one())));
+            reading.iter_mut().for_each(|(_, x)| *x = x.over(&S::time(sensor.period)));
             out.push(last, seen);
         }
-        reading.extend(law.fresh_of(slow).map(|place| (place, 1.0)));
+        reading.extend(law.fresh_of(slow).map(|place| (place, S::one())));
         out.push(held, reading);
         out
     }

@@ -1,7 +1,7 @@
 use crate::assemble::{CoefficientKind as Kind, TermCoefficient};
 use crate::equations::{Measured, Sensor};
 use crate::num::{Matrix, Rational, rational_to_f64};
-use crate::reduce::{FirstOrder, LinearModel, Reduced, is_answered, over_states};
+use crate::reduce::{FirstOrder, LinearModel, Reduced, is_answered};
 
 /// A linear plant with its motors, in floating point: `H q̈ + D q̇ + S q = F τ`. Coordinates without inertia have a damping, and no rate as a state.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,11 +113,6 @@ impl LoopPlant {
     /// How many states it has.
     pub fn states(&self) -> usize {
         self.inertia.rows() + self.moving.len()
-    }
-
-    /// Rows over angles and speeds of all shafts as rows over its states.
-    pub(super) fn over_states(&self, rows: [&Matrix<f64>; 2]) -> Matrix<f64> {
-        over_states(rows, &self.basis, &self.moving)
     }
 
     /// The same with an input along each torque that follows from what blocks answer, behind those of the motors, by the name of its element.

@@ -1,14 +1,14 @@
 use dashu_int::ops::{BitTest, Gcd, UnsignedAbs};
 use dashu_int::{IBig, UBig};
 
-use crate::num::{Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Scalar, prime_below};
+use super::{Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Scalar, prime_below};
 
 /// det(sI − M), exact.
 ///
 /// Method: with the common denominator d, dM is whole and so is its characteristic polynomial. Its coefficients are at most
 /// `(1 + r)ⁿ` with the largest sum r of sizes in a row of dM (Hadamard); modulo primes whose product exceeds twice that they
 /// are known. Cost: O(n³) for each of about `n log₂(r)/60` primes.
-pub(super) fn characteristic_polynomial(matrix: &Matrix<Rational>) -> Polynomial {
+pub fn characteristic_polynomial(matrix: &Matrix<Rational>) -> Polynomial {
     let n = matrix.rows();
     let d = matrix.as_slice().iter().fold(UBig::ONE, |all, x| {
         let shared = (&all).gcd(x.denominator());
@@ -41,7 +41,7 @@ pub(super) fn characteristic_polynomial(matrix: &Matrix<Rational>) -> Polynomial
 }
 
 /// Whether all roots are in the open left half plane, decided exactly (Routh). Constants other than zero are.
-pub(in crate::synthesis) fn is_hurwitz(polynomial: &Polynomial) -> bool {
+pub fn is_hurwitz(polynomial: &Polynomial) -> bool {
     let coefficients = polynomial.monic().coefficients().to_vec();
     if coefficients.is_empty() {
         return false;

@@ -1,0 +1,230 @@
+//! Whether the loop of a variant is stable: one verdict for all that tells it.
+
+use std::sync::Arc;
+
+use crate::analysis::despite_rounding;
+use crate::num::{LastDigits, Matrix, Rational, eigenvalues, split_off};
+use crate::reduce::{LinearModel, laws_are_linear, linearise_near};
+use crate::results::{FreeKnown, Pole, Stability, StabilityKnown, StabilityVerdict};
+use crate::study::PreparedVariant;
+use crate::synthesis::{
+    ExactMap, ExactMotions, Law, LoopPlant, SampledLoop, SampledPart, Slowest, exact_motions, exact_motions_near, roots,
+};
+
+/// Other numbers within the last digits of rounded ones that are tried.
+const OTHERS: u64 = 8;
+
+/// What is decided about a loop as it is, exactly where it can be.
+pub(in crate::study) struct LoopStability {
+    /// Of all motions, those that nobody holds among them.
+    pub verdict: StabilityVerdict,
+    /// Of all others.
+    pub held: Stability,
+    /// How many motions nobody holds.
+    pub zeros: usize,
+    /// How it is known that these are at zero.
+    pub how: FreeKnown,
+    /// Real parts of poles that are not at zero, and that floating point would take for it.
+    pub next_to_zero: Vec<f64>,
+    /// All poles, where the verdict on a loop in continuous time is exact.
+    pub poles: Option<Vec<Pole>>,
+}
+
+impl LoopStability {
+    /// Whether all motions but free ones die away; `None` if that is not decided.
+    pub fn held_is_stable(&self) -> Option<bool> {
+        (self.held != Stability::Undecided).then_some(self.held == Stability::Stable)
+    }
+}
+
+/// A loop whose stability is asked for.
+pub(in crate::study) struct Asked<'a> {
+    pub variant: &'a PreparedVariant,
+    /// Its laws as designed.
+    pub laws: &'a [Arc<dyn Law>],
+    pub plant: &'a LoopPlant,
+    /// Its parts as they run, with blocks.
+    pub parts: &'a [SampledPart],
+    /// Whether blocks are among these.
+    pub has_blocks: bool,
+}
+
+impl Asked<'_> {
+    /// The exact loop in continuous time; `None` where a law is made for a sample time, and with blocks.
+    pub fn exact(&self) -> Option<ExactMotions> {
+        if self.has_blocks {
+            return None;
+        }
+        exact_motions(&self.variant.linear_model(), &self.variant.lags(), self.laws)
+    }
+
+    /// The verdict, beside what floating point found of the loop.
+    pub fn decide(&self, found: &Slowest, exact: Option<&ExactMotions>) -> LoopStability {
+        let mut decided = match self.parts.iter().all(|part| part.clock.is_none()) {
+            true => self.continuous(found, exact),
+            false => self.sampled(found, exact),
+        };
+        // Of motions that do not grow in the linear model the nonlinear one decides.
+        let is_bent = !laws_are_linear(&self.variant.reduced) || self.laws.iter().any(|law| law.bends());
+        if is_bent && decided.held == Stability::Marginal {
+            decided.verdict = decided.verdict.of_linearisation();
+            decided.held = Stability::Undecided;
+        }
+        decided
+    }
+
+    fn continuous(&self, found: &Slowest, exact: Option<&ExactMotions>) -> LoopStability {
+        let Some((exact, verdict)) = exact.and_then(|exact| Some((exact, exact.stability()?))) else {
+            return rounded(found);
+        };
+        let verdict = self.within_rounding(verdict, exact, found);
+        if verdict.word == Stability::Undecided {
+            let because = verdict.why;
+            let decided = rounded(found);
+            // What floating point is sure of rounding does not change.
+            return match decided.verdict.word {
+                Stability::Undecided => LoopStability { verdict: StabilityVerdict::undecided(because), ..decided },
+                _ => decided,
+            };
+        }
+        let free = verdict.border.iter().any(|motion| motion.free);
+        let zeros = if free { exact.zeros() } else { 0 };
+        let next_to_zero = match found.left_out.checked_sub(zeros) {
+            Some(more) if more > 0 => beside_zero(exact, self.plant, self.parts, more),
+            _ => Vec::new(),
+        };
+        LoopStability {
+            held: verdict.without_free().word,
+            zeros,
+            how: if exact.designed { FreeKnown::Design } else { FreeKnown::Rounded },
+            next_to_zero,
+            poles: Some(roots(&crate::num::characteristic_polynomial(&exact.matrix))),
+            verdict,
+        }
+    }
+
+    /// The verdict on the loop with its numbers as they are, if it is the same within the last digits of rounded ones.
+    fn within_rounding(&self, verdict: StabilityVerdict, exact: &ExactMotions, found: &Slowest) -> StabilityVerdict {
+        let model = self.variant.linear_model();
+        let is_rounded = has_rounded(&model);
+        if exact.designed && !is_rounded {
+            return verdict;
+        }
+        // Rounding that is bounded changes nothing where floating point agrees.
+        if found.left_out == 0 && found.word == verdict.word {
+            return StabilityVerdict { known: StabilityKnown::DespiteRounding, ..verdict };
+        }
+        let lags = self.variant.lags();
+        let other = |seed: u64| {
+            let mut digits = LastDigits::new(seed);
+            let model = match is_rounded {
+                true => linearise_near(&self.variant.reduced, &self.variant.point, &mut digits),
+                false => model.clone(),
+            };
+            exact_motions_near(&model, &lags, self.laws, Some(&mut digits))?.stability()
+        };
+        despite_rounding(verdict, (1..=OTHERS).filter_map(other))
+    }
+
+    fn sampled(&self, found: &Slowest, exact: Option<&ExactMotions>) -> LoopStability {
+        let at_one = exact.map_or(0, |exact| exact.sampled);
+        let model = self.variant.linear_model();
+        // A part of a block, or a torque that follows from blocks, is no part of the linear model.
+        let map = match self.has_blocks || model.inputs.len() != self.plant.inputs.len() {
+            true => None,
+            false => ExactMap::new(&model, &self.variant.lags(), self.parts),
+        };
+        let verdict = map.map(|map| self.sampled_within_rounding(map.stability(at_one), &model, at_one, found));
+        let Some(verdict) = verdict.filter(|verdict| verdict.word != Stability::Undecided) else {
+            let decided = rounded(found);
+            let how = match exact {
+                Some(exact) if exact.sampled == found.left_out => known(exact),
+                _ => return decided,
+            };
+            let verdict = match (found.word, found.left_out) {
+                (Stability::Stable, 1..) => {
+                    StabilityVerdict { known: StabilityKnown::Bounded, ..StabilityVerdict::free(found.left_out) }
+                }
+                _ => decided.verdict,
+            };
+            return LoopStability { verdict, how, ..decided };
+        };
+        LoopStability {
+            held: verdict.without_free().word,
+            zeros: at_one,
+            how: exact.map_or(FreeKnown::Rounded, known),
+            next_to_zero: Vec::new(),
+            poles: None,
+            verdict,
+        }
+    }
+}
+
+impl Asked<'_> {
+    /// The same of a sampled loop.
+    fn sampled_within_rounding(
+        &self,
+        verdict: StabilityVerdict,
+        model: &LinearModel,
+        at_one: usize,
+        found: &Slowest,
+    ) -> StabilityVerdict {
+        let is_rounded = has_rounded(model);
+        let agrees = found.left_out == at_one && found.word == verdict.without_free().word;
+        let all_exact = !is_rounded && self.parts.iter().all(|part| !part.linear.is_rounded());
+        if agrees || all_exact || verdict.word == Stability::Undecided {
+            return verdict;
+        }
+        let lags = self.variant.lags();
+        let other = |seed: u64| {
+            let mut digits = LastDigits::new(seed);
+            let model = match is_rounded {
+                true => linearise_near(&self.variant.reduced, &self.variant.point, &mut digits),
+                false => model.clone(),
+            };
+            let near = |part: &SampledPart| SampledPart { linear: part.linear.near(&mut digits), ..part.clone() };
+            let parts: Vec<SampledPart> = self.parts.iter().map(near).collect();
+            Some(ExactMap::new(&model, &lags, &parts)?.stability(at_one))
+        };
+        despite_rounding(verdict, (1..=OTHERS).filter_map(other))
+    }
+}
+
+fn known(exact: &ExactMotions) -> FreeKnown {
+    if exact.designed { FreeKnown::Design } else { FreeKnown::Rounded }
+}
+
+/// What eigenvalues in floating point tell, with a bound on their rounding.
+fn rounded(found: &Slowest) -> LoopStability {
+    let verdict = match (found.word, found.left_out) {
+        (Stability::Undecided, _) => {
+            StabilityVerdict::undecided("a pole is as near to the border as eigenvalues in floating point may be off")
+        }
+        (Stability::Stable, zeros @ 1..) => StabilityVerdict::undecided(format!(
+            "{zeros} {} at zero to rounding only; all else is stable (eigenvalues in floating point, their rounding bounded)",
+            if zeros == 1 { "pole is" } else { "poles are" }
+        )),
+        (word, _) => StabilityVerdict::plain(word, StabilityKnown::Bounded),
+    };
+    LoopStability {
+        verdict,
+        held: found.word,
+        zeros: found.left_out,
+        how: FreeKnown::Within(found.rounding),
+        next_to_zero: Vec::new(),
+        poles: None,
+    }
+}
+
+/// Whether a number of a model is rounded.
+fn has_rounded(model: &LinearModel) -> bool {
+    let all = [&model.inertia, &model.damping, &model.stiffness, &model.input, &model.basis];
+    all.into_iter().flat_map(Matrix::<Rational>::as_slice).any(LastDigits::is_rounded)
+}
+
+/// Real parts of the eigenvalues closest to zero, so many, without those that are exactly there.
+fn beside_zero(exact: &ExactMotions, plant: &LoopPlant, parts: &[SampledPart], count: usize) -> Vec<f64> {
+    let split = split_off(&SampledLoop::flow_of(plant, parts), &exact.motions.to_f64());
+    let poles = split.and_then(|split| eigenvalues(&split.rest)).unwrap_or_default();
+    poles.iter().take(count).map(|(re, _)| *re).collect()
+}

@@ -1,0 +1,171 @@
+//! The map of a sampled loop with the exact numbers of its plant, to so many digits that its stability can be certified.
+
+use std::cell::Cell;
+
+use kardan_rt::functions::{exp2, log2};
+
+use super::SampledPart;
+use super::course::{Course, Periods};
+use super::jump::Jump;
+use super::places::{FirstOrderPlant, Places};
+use crate::analysis::{Plane, stability_of};
+use crate::num::{HeldTo, Matrix, Polynomial, Rational, Scalar, cayley, characteristic_polynomial, root_sides};
+use crate::reduce::LinearModel;
+use crate::results::{Stability, StabilityKnown, StabilityVerdict};
+
+/// Binary digits to which exponentials are computed.
+const DIGITS: isize = 1024;
+/// States up to which a map is looked at.
+const MOST: usize = 32;
+/// Distances to the unit circle that are tried, as powers of two.
+const DISTANCES: [i32; 6] = [4, 8, 16, 32, 64, 128];
+
+/// The map over one period of a loop, `z(t + T) = Φ z(t)`: its plant is exact, its laws have the gains that run, times are as they are written.
+#[derive(Debug, Clone)]
+pub struct ExactMap {
+    /// Φ, off by less than 2^off in the largest sum of sizes in a row.
+    map: Matrix<Rational>,
+    /// log₂; −∞ where the map is exact, as all exponentials end.
+    off: f64,
+    /// T, s.
+    period: f64,
+}
+
+impl ExactMap {
+    /// Of a linear model with motors of these lags, s; `None` above 32 states, where clocks have no short common period, or a number is too large.
+    ///
+    /// # Panics
+    /// If there is not one lag for each input.
+    pub fn new(model: &LinearModel, lags: &[f64], parts: &[SampledPart]) -> Option<Self> {
+        let periods = Periods::of(parts, None).ok()?;
+        let places = Places::of(FirstOrderPlant::exact(model, lags)?, parts, false);
+        if places.size > MOST {
+            return None;
+        }
+        let (flow, _) = places.flow();
+        let worst = Cell::new(f64::NEG_INFINITY);
+        let exponential = |time: f64| {
+            let (jump, off) = exponential(&flow, time)?;
+            worst.set(worst.get().max(off));
+            Some(jump)
+        };
+        let course = Course::over(parts, &periods, &places, exponential).ok()?;
+        let map = course.map(places.size);
+        let off = course.off(worst.get());
+        (off < 0.0).then_some(Self { map, off, period: periods.period })
+    }
+
+    /// Whether the loop is stable but for this many motions, which are known to stay whatever the clocks: exactly at one.
+    ///
+    /// Method: where the map is exact, as where all exponentials end, [`stability_of`]. Else its characteristic polynomial p̃ is that of a
+    /// map next to the true one. Circles on either side of the border hold equally many roots of p̃, counted exactly, so that on the border, of
+    /// radius c, |p̃| is at least (half their distance)ⁿ. That is more than p̃ is off there, so the true polynomial has as many roots inside
+    /// (Rouché).
+    pub fn stability(&self, at_one: usize) -> StabilityVerdict {
+        if self.off == f64::NEG_INFINITY {
+            let mut found = stability_of(&self.map, Plane::Discrete);
+            for motion in &mut found.border {
+                motion.free = motion.frequency == 0.0 && motion.poles == at_one && motion.growth <= 1;
+                motion.frequency /= self.period;
+            }
+            return match found.border.is_empty() {
+                true => found,
+                false => StabilityVerdict::exact(false, found.border),
+            };
+        }
+        let n = self.map.rows();
+        let whole = characteristic_polynomial(&self.map);
+        // On circles of radius below 1.5: n ‖E‖ (‖z − Φ‖ + ‖E‖)ⁿ⁻¹.
+        let size = log_norm(&self.map).max(0.0) + 2.0;
+        let off = log2(n as f64) + self.off + (n as f64 - 1.0) * size;
+        let mut tried = 0;
+        for distance in DISTANCES {
+            // Half the width of the ring that is free of roots, to the power n, less what cutting digits adds.
+            let least = -(n as f64) * f64::from(distance + 2);
+            if least < off + 1.0 {
+                break;
+            }
+            tried = distance;
+            let digits = (2.0 - least) as usize + n + 8;
+            let polynomial = cut(&whole, digits);
+            let ring = |centre: i32| {
+                // Radii 1 + (centre ± 1/2) 2^−distance.
+                [2 * centre - 1, 2 * centre + 1].map(|twice| {
+                    let step = Rational::ONE / power_of_two(distance + 1);
+                    inside(&polynomial, &(Rational::ONE + Rational::from(twice) * step))
+                })
+            };
+            let word = |word| StabilityVerdict::plain(word, StabilityKnown::Certified);
+            match at_one {
+                0 => match ring(0) {
+                    [Some(low), Some(high)] if low == high && low == n => return word(Stability::Stable),
+                    [Some(low), Some(high)] if low == high => return word(Stability::Unstable),
+                    _ => {}
+                },
+                _ => match (ring(-1), ring(1)) {
+                    ([Some(low), Some(high)], _) if low == high && low == n - at_one => {
+                        return StabilityVerdict { known: StabilityKnown::Certified, ..StabilityVerdict::free(at_one) };
+                    }
+                    (_, [Some(low), Some(high)]) if low == high && low < n => return word(Stability::Unstable),
+                    _ => {}
+                },
+            }
+        }
+        StabilityVerdict::undecided(format!(
+            "a pole is within {:.0e} of the unit circle, or on it, and the exponentials of the map are no fractions",
+            exp2(-f64::from(tried))
+        ))
+    }
+}
+
+/// How many roots lie inside a circle; `None` if some are on it.
+fn inside(polynomial: &Polynomial, radius: &Rational) -> Option<usize> {
+    let mut power = Rational::ONE;
+    let scaled = polynomial.coefficients().iter().map(|c| {
+        let scaled = c * &power;
+        power = &power * radius;
+        scaled
+    });
+    let scaled = Polynomial::new(scaled.collect());
+    let turned = cayley(&scaled);
+    let sides = root_sides(&turned);
+    (turned.degree() == scaled.degree() && sides.border == 0).then_some(sides.left)
+}
+
+/// The polynomial with so many binary digits behind the point.
+fn cut(polynomial: &Polynomial, digits: usize) -> Polynomial {
+    let scale = power_of_two(digits as i32);
+    let whole = |c: &Rational| (c * &scale).round();
+    Polynomial::new(polynomial.coefficients().iter().map(|c| Rational::from(whole(c)) / &scale).collect())
+}
+
+fn power_of_two(exponent: i32) -> Rational {
+    Rational::from(dashu_int::UBig::ONE << exponent.unsigned_abs() as usize)
+}
+
+/// log₂ of the largest sum of sizes in a row, rounded up.
+fn log_norm(matrix: &Matrix<Rational>) -> f64 {
+    let row = |i: usize| matrix.row(i).iter().map(|x| Scalar::to_f64(x).abs()).sum::<f64>();
+    log2((0..matrix.rows()).map(row).fold(0.0, f64::max) * (1.0 + 1e-9))
+}
+
+/// The jump over a time in which nothing happens, and log₂ of how far it may be off.
+fn exponential(flow: &Matrix<Rational>, time: f64) -> Option<(Jump<Rational>, f64)> {
+    let n = flow.rows();
+    let (moving, still): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| flow.row(i).iter().any(|x| !x.is_zero()));
+    let part =
+        |columns: &[usize]| Matrix::from_fn(moving.len(), columns.len(), |i, j| flow[(moving[i], columns[j])].clone());
+    // Times are differences of doubles: as many digits as those have that somebody wrote.
+    let time = super::places::written_time(time)?;
+    let HeldTo { transition, integral, off } = HeldTo::new(&part(&moving), &time, DIGITS)?;
+    let driving = part(&still);
+    let driven = integral.multiply(&driving);
+    let mut jump = Jump::new();
+    for (i, &row) in moving.iter().enumerate() {
+        let own = moving.iter().copied().zip(transition.row(i).iter().cloned());
+        let driven = still.iter().copied().zip(driven.row(i).iter().cloned());
+        jump.push(row, own.chain(driven).filter(|(_, x)| !x.is_zero()).collect());
+    }
+    let size = log_norm(&part(&moving)).max(log_norm(&driving)).max(0.0);
+    Some((jump, off + size + 1.0))
+}
