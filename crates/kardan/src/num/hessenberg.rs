@@ -1,5 +1,5 @@
 use faer::c64;
-use kardan_rt::functions::powi;
+use kardan_rt::functions::{log2, powi};
 
 use super::Matrix;
 
@@ -42,11 +42,14 @@ impl Transfer {
         let mut v = vec![0.0; n];
         for k in 0..n.saturating_sub(2) {
             // v reflects column k below the diagonal onto its first entry.
-            let length = (k + 1..n).map(|i| powi(a[i * n + k], 2)).sum::<f64>().sqrt();
             if (k + 2..n).all(|i| a[i * n + k] == 0.0) {
                 continue;
             }
-            (k + 1..n).for_each(|i| v[i] = a[i * n + k]);
+            // By a power of two near one, so that no square vanishes or overflows; the reflection is the same.
+            let largest = (k + 1..n).fold(0.0f64, |largest, i| largest.max(a[i * n + k].abs()));
+            let scale = powi(2.0, -(log2(largest).floor() as i32).clamp(-1000, 1000));
+            (k + 1..n).for_each(|i| v[i] = a[i * n + k] * scale);
+            let length = v[k + 1..].iter().map(|x| powi(*x, 2)).sum::<f64>().sqrt();
             v[k + 1] += length.copysign(v[k + 1]);
             let factor = 2.0 / v[k + 1..].iter().map(|x| x * x).sum::<f64>();
             for j in k..n {

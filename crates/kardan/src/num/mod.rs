@@ -28,7 +28,9 @@ mod prime_field;
 mod reachable;
 mod reconstruct;
 mod roots;
+mod routh;
 mod scalar;
+mod size;
 mod sparse;
 mod sparse_lu;
 mod steffen;
@@ -59,7 +61,9 @@ pub use polynomial::{Polynomial, multiply_whole};
 pub use prime_field::{PrimeField, Primes, Random, Residue, is_prime, prime_below, random_prime};
 pub use reachable::{Reachable, Span, quotient_action, reachable};
 pub use reconstruct::{Reconstruction, nearby_fraction};
+pub use routh::routh_column;
 pub use scalar::{Rational, Scalar, rational_from_f64, rational_to_f64};
+pub use size::{above, below, exponent, length, power_of_two, root_above};
 pub use sparse::{
     SparseEchelon, SparseRow, dense_rows, project, sparse_echelon, sparse_rows, sparse_sum_of_outer, sum_of_outer,
 };
