@@ -113,6 +113,7 @@ def check(found):
     turn = lambda x, width: [[row[j] for row in x] for j in range(width)]
     g, at_b = side(found, e, a, b, ["controllable", "controllable_rank", "min_inputs", "inputs", "reached", "unreached"])
     h, at_c = side(found, turn(e, n), turn(a, n), turn(c, n), ["observable", "observable_rank", "min_outputs", "outputs", "seen", "unseen"])
+    need(not found["certificate"]["proven"] or found["certificate"]["failure_probability"] == 0, "proven with a probability of failure")
     told = ["ranks", "least numbers"]
     # Relative degrees: D, CB, CGB, … vanish before, and not then.
     table, v, open = found["relative_degrees"]["table"], at_b, d
@@ -149,7 +150,28 @@ def check(found):
         prime = next(q for q in iter(lambda: secrets.randbits(60) | 1 << 60 | 1, 0) if all(pow(k, q - 1, q) == 1 for k in (2, 3, 5, 7)))
         need(z[-1] == 1 and common_minor(x, y, rank, n, prime) == residues([z], prime)[0], "zeros")
         told.append("zeros")
+    properties, proofs = found.get("properties"), found["certificate"]["stability"]
+    if properties:
+        action = lambda key: [[F(x) for x in row] for row in (found["certificate"][key] or {"action": []})["action"]]
+        blocks = {"stable": g, "stabilisable": action("unreached"), "detectable": action("unseen")}
+        for key, zeros in [("stable", None), ("stabilisable", "input_decoupling_zeros"), ("detectable", "output_decoupling_zeros")]:
+            if proofs[key] or properties[key] is not None:
+                stability(properties[key], proofs[key], blocks[key], found["discrete"] is not None)
+                need(not zeros or proofs[key]["polynomial"] == properties[zeros]["polynomial"], zeros)
+                told.append(key)
+        reached, ci = nested(g, at_b)
+        seen, oi = nested(turn(g, n), turn(c, n))
+        need(ci == properties["controllability_indices"] and oi == properties["observability_indices"], "indices")
+        told.append("indices")
+        if properties["minimal_order"] is not None:
+            need(properties["minimal_order"] == echelon(times(seen, turn(reached, n)) if seen and reached else [])[0], "minimal order")
+            told.append("minimal order")
+        if properties["infinite_zeros"] is not None and (n + 1) * max(p, m) <= 60:
+            need(properties["infinite_zeros"] == infinite(g, at_b, c, d), "zeros at infinity")
+            told.append("zeros at infinity")
     if found.get("descriptor"):
+        at_infinity(found["descriptor"])
+        told.append("verdicts at infinity")
         separated(found["descriptor"], (a, b, c, d))
         told.append("separation of the singular E")
     for key, g1, b1 in [("controllability", g, at_b), ("observability", turn(g, n), turn(c, n))]:
@@ -158,6 +180,106 @@ def check(found):
             nearest(near, g1, b1)
             told.append("distance, " + key)
     return told
+
+
+def stability(verdict, proof, action, discrete):
+    """p = det(s - M), and the first column of Routh's table: n + 1 numbers above zero if and only if all roots are in the left half-plane."""
+    p, n = polynomial(proof["polynomial"]), len(action)
+    need(p[-1] == 1 and len(p) == n + 1, "degree")
+    for s in range(n):
+        need(value(p, F(s)) == echelon([[s * F(i == j) - x for j, x in enumerate(row)] for i, row in enumerate(action)])[1] if n else 1, "polynomial")
+    if discrete:
+        # (1 - w)^n p((1 + w) / (1 - w)): the inside of the unit circle is the left half-plane.
+        q = [F(0)] * (n + 1)
+        for k, x in enumerate(p):
+            term = [x]
+            for sign in [1] * k + [-1] * (n - k):
+                term = [a + sign * b for a, b in zip(term + [F(0)], [F(0)] + term)]
+            q = [a + b for a, b in zip(q, term)]
+        p = q
+    column = [F(0)] if not p[-1] else routh([-x for x in p] if p[-1] < 0 else p)
+    need(column == [F(x) for x in proof["routh"]], "Routh's table")
+    need(verdict == (len(column) == n + 1 and all(x > 0 for x in column)), "stability")
+
+
+def routh(p):
+    """The first column of Routh's table, down to the first number that is not above zero."""
+    upper, lower = p[::-1][::2], p[::-1][1::2]
+    column = [upper[0]]
+    for _ in range(len(p) - 1):
+        lead = lower[0] if lower else F(0)
+        column.append(lead)
+        if lead <= 0:
+            break
+        lower = lower + [F(0)] * (len(upper) - len(lower))
+        upper, lower = lower, [x - upper[0] / lead * y for x, y in zip(upper[1:], lower[1:])]
+    return column
+
+
+def nested(g, b):
+    """A basis of what b, Gb, ... span, and how many columns of each input are independent of those before, power by power."""
+    basis, counts, inputs = [], [0] * (len(b[0]) if b else 0), range(len(b[0]) if b else 0)
+    open = [(j, [row[j] for row in b]) for j in inputs]
+    while open:
+        after = []
+        for j, v in open:
+            for at, row in basis:
+                v = [x - v[at] * y for x, y in zip(v, row)] if v[at] else v
+            at = next((i for i, x in enumerate(v) if x), None)
+            if at is not None:
+                basis.append((at, [x / v[at] for x in v]))
+                counts[j] += 1
+                after.append((j, [sum((x * y for x, y in zip(row, basis[-1][1]) if x), F(0)) for row in g]))
+        open = after
+    return [row for _, row in basis], counts
+
+
+def infinite(g, b, c, d):
+    """Orders of the zeros at infinity: k of the ranks of the block Toeplitz matrices of D, Cb, CGb, ... tell how many are of order k at most."""
+    n, markov, v = len(g), [d], b
+    for _ in range(n):
+        markov.append(times(c, v) if n and c else d)
+        v = times(g, v)
+    orders, before, known = [], 0, 0
+    for k in range(n + 1):
+        blocks = [[markov[i - j] if i >= j else None for j in range(k + 1)] for i in range(k + 1)]
+        rows = [[x for block in line for x in (block[i] if block else [F(0)] * (len(d[0]) if d else 0))] for line in blocks for i in range(len(d))]
+        rank = echelon(rows)[0]
+        orders += [k] * (rank - before - known)
+        before, known = rank, rank - before
+    return [k for k in orders if k]
+
+
+def at_infinity(found):
+    """Ranks of [E, A K, B] with K a basis of the kernel of E, and of [E, B]; for outputs those of the transposed pencil."""
+    n, given = found["variables"], found["proof"]["pencil"]
+    full = lambda key, i, j: next((F(x) for k, l, x in given[key] if (k, l) == (i, j)), F(0))
+    widths = {key: 1 + max([l for _, l, _ in given[key]], default=-1) for key in "BC"}
+    outputs = 1 + max([k for k, _, _ in given["C"]], default=-1)
+    e, a = ([[full(key, i, j) for j in range(n)] for i in range(n)] for key in "EA")
+    b, c = [[full("B", i, j) for j in range(widths["B"])] for i in range(n)], [[full("C", i, j) for j in range(n)] for i in range(outputs)]
+    turn = lambda x, width: [[row[j] for row in x] for j in range(width)]
+    for key, e, a, b in [("controllability", e, a, b), ("observability", turn(e, n), turn(a, n), turn(c, n))]:
+        # Columns of A K by the echelon of [E^T, 1]: rows whose left part vanishes are the kernel.
+        rows = [[e[i][j] for i in range(n)] + [F(j == k) for k in range(n)] for j in range(n)]
+        kernel, left = [], []
+        for row in rows:
+            for at, other in left:
+                row = [x - row[at] * y for x, y in zip(row, other)] if row[at] else row
+            at = next((i for i in range(n) if row[i]), None)
+            if at is None:
+                kernel.append(row[n:])
+            else:
+                left.append((at, [x / row[at] for x in row]))
+        moved = [[sum((x * v[j] for j, x in enumerate(row)), F(0)) for v in kernel] for row in a]
+        stated = found[key]
+        impulses = n - echelon([x + y + z for x, y, z in zip(e, moved, b)])[0]
+        need(impulses == stated["missed_impulses"] and stated["impulse"] == (impulses == 0), "impulses")
+        missed = n - echelon([x + z for x, z in zip(e, b)])[0]
+        complete = None if stated["finite"] is None else stated["finite"] and missed == 0
+        need(stated["complete"] == complete and (stated["missed_at_infinity"] == 0) == (missed == 0), "completeness")
+    need(found["rank_of_e"] == echelon([[full("E", i, j) for j in range(n)] for i in range(n)])[0], "rank of E")
+    need(found["index"] == max(found["infinite_blocks"], default=0) and found["impulse_free"] == (found["index"] <= 1), "index")
 
 
 def separated(found, explicit):

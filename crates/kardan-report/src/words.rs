@@ -126,13 +126,15 @@ pub fn breaches(assumption: &Assumption) -> Vec<(Vec<&str>, &str)> {
 
 /// What kind of constraint: `holonomic, scleronomic, linear`.
 pub fn constraint_kind(constraint: &kardan::results::ConstraintClass) -> String {
-    let words = [
-        (constraint.equality, "equality", "inequality"),
-        (constraint.holonomic, "holonomic", "nonholonomic"),
-        (constraint.scleronomic, "scleronomic", "rheonomic"),
-        (constraint.linear, "linear", "nonlinear"),
-    ];
-    words.map(|(holds, yes, no)| if holds { yes } else { no }).join(", ")
+    let chosen = |holds: bool, yes: &'static str, no: &'static str| if holds { yes } else { no };
+    let holonomic = constraint.holonomic.map(|holds| chosen(holds, "holonomic", "nonholonomic"));
+    [
+        chosen(constraint.equality, "equality", "inequality"),
+        holonomic.unwrap_or("whether holonomic not decided"),
+        chosen(constraint.scleronomic, "scleronomic", "rheonomic"),
+        chosen(constraint.linear, "linear", "nonlinear"),
+    ]
+    .join(", ")
 }
 
 /// What was eliminated because it has no inertia, and what stands for it: one sentence each.

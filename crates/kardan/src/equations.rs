@@ -292,6 +292,15 @@ impl Formula {
         graph.written(&self.expression, &mut named).ok().map(|(value, _)| value)
     }
 
+    /// Whether a number in it, or in a formula that it shares, is no fraction times a power of π.
+    pub fn is_rounded(&self) -> bool {
+        let constant = |name: &str| match self.names.iter().find(|(other, _)| other == name)? {
+            (_, Meaning::Constant(value, dimension)) => Some((value.clone(), *dimension)),
+            _ => None,
+        };
+        self.expression.rounds(&constant) || self.shared().into_iter().any(|(_, formula)| formula.is_rounded())
+    }
+
     /// Whether it is another one at another time, whatever moves.
     pub fn is_of_time(&self) -> bool {
         let varies = |meaning: &Meaning| matches!(meaning, Meaning::Time | Meaning::Signal(_) | Meaning::Block(..));
@@ -488,6 +497,15 @@ impl<Row> Kept<Row> {
             Self::Surface(formula) => vec![formula],
             Self::Position(..) | Self::Speed(..) | Self::Acceleration(..) => Vec::new(),
         }
+    }
+
+    /// Whether a number in it is rounded.
+    pub fn is_rounded(&self) -> bool {
+        let numbers = match self {
+            Self::Rates(_) | Self::Surface(_) => &[][..],
+            Self::Position(row, _) | Self::Speed(row, _) | Self::Acceleration(row, _) => row,
+        };
+        numbers.iter().any(|(_, x)| x.is_rounded()) || self.formulas().into_iter().any(|formula| formula.is_rounded())
     }
 
     /// Whether it prescribes a function of time.

@@ -94,7 +94,7 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
         element: c.element.clone(),
         equation: format!("{} = {}", row_in_words(&c.row, shafts, ""), equations.offset_in_words(c)),
         equality: true,
-        holonomic: true,
+        holonomic: Some(true),
         scleronomic: !equations.moving.contains_key(&c.element),
         linear: true,
         reason: equations.moving.contains_key(&c.element).then(|| {
@@ -107,7 +107,7 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
         element: t.element.clone(),
         equation: format!("{} = γ({})", shafts[t.driven], shafts[t.driving]),
         equality: true,
-        holonomic: true,
+        holonomic: Some(true),
         scleronomic: true,
         linear: false,
         reason: None,
@@ -120,7 +120,7 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
             element: c.element.clone(),
             equation,
             equality: true,
-            holonomic: true,
+            holonomic: Some(true),
             scleronomic: true,
             linear: true,
             reason: None,
@@ -130,7 +130,7 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
         element: f.element.clone(),
         equation: format!("{} = 0 while it sticks", row_in_words(&f.row, shafts, "'")),
         equality: true,
-        holonomic: true,
+        holonomic: Some(true),
         scleronomic: true,
         linear: true,
         reason: None,
@@ -169,7 +169,7 @@ fn held_class(hold: &Along<Hold>, shafts: &[String], stuck: bool) -> Option<Cons
         element: hold.element.clone(),
         equation,
         equality,
-        holonomic,
+        holonomic: Some(holonomic),
         scleronomic,
         linear: true,
         reason,
@@ -226,7 +226,7 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
             let row: Vec<(usize, Rational)> = row.iter().map(|(shaft, x)| (*shaft, x.to_rational())).collect();
             row_in_words(&row, shafts, mark)
         };
-        let found = |equation: String, [holonomic, scleronomic]: [bool; 2], reason: String| {
+        let found = |equation: String, holonomic: Option<bool>, scleronomic: bool, reason: String| {
             let (element, reason) = (kept.element.clone(), Some(reason));
             let class = ConstraintClass { element, equation, equality: true, holonomic, scleronomic, linear, reason };
             let origin = begin.kept[k].position.and_then(|position| {
@@ -237,7 +237,7 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
         };
         let multiplier = "no theorem of the source solves it; a run keeps it with its multiplier (source, eq. 4.18)";
         let prescribed = |row: String, function: String, why: &str| {
-            (format!("{row} = {function}"), true, false, format!("constant coefficients: {why}; {multiplier}"))
+            (format!("{row} = {function}"), Some(true), false, format!("constant coefficients: {why}; {multiplier}"))
         };
         let (equation, holonomic, scleronomic, reason) = match &kept.law {
             Kept::Surface(formula) => {
@@ -246,7 +246,7 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
                     "it has no speeds, so it is holonomic; its exact derivatives {slopes}; of the form (4.5), with the row of (4.6), but not solved for a \
                      coordinate: a run keeps it with its multiplier (source, eq. 4.18)"
                 );
-                (format!("{} = 0", formula.expression.text()), true, !of_time, reason)
+                (format!("{} = 0", formula.expression.text()), Some(true), !of_time, reason)
             }
             Kept::Rates(row) => {
                 let term = |(shaft, a): &(usize, _)| -> String {
@@ -256,7 +256,7 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
                 let equation = format!("{} = 0", row.iter().map(term).collect::<Vec<_>>().join(" + "));
                 let (holonomic, why) = judged(&tests.rows[k], linear, &together);
                 if linear {
-                    return found(equation, [holonomic, !of_time], why);
+                    return found(equation, holonomic, !of_time, why);
                 }
                 let moves =
                     if of_time { "; its coefficients depend on the time, by what is prescribed beside it" } else { "" };
@@ -276,7 +276,7 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
                 prescribed(numbers(row, "''"), function.text(), why)
             }
         };
-        found(equation, [holonomic, scleronomic], reason)
+        found(equation, holonomic, scleronomic, reason)
     };
     equations.kept.iter().enumerate().map(one).collect()
 }
@@ -284,30 +284,36 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
 /// Of a longer law the beginning is told.
 const MOST_OF_LAW: usize = 160;
 
-/// Whether a row of speeds is a relation of positions, and how that was decided.
-fn judged(test: &Integrable, linear: bool, together: &str) -> (bool, String) {
+/// Whether a row of speeds is a relation of positions, if that is decided, and how.
+fn judged(test: &Integrable, linear: bool, together: &str) -> (Option<bool>, String) {
     match test {
         Integrable::No(point) => {
             let why = format!(
                 "Frobenius' test is not zero, exactly, at the generic point {point}: no relation of positions says the same"
             );
-            (false, why + together)
+            (Some(false), why + together)
         }
         _ if linear => {
             let why = "its coefficients are constant, beside the other constraints: it is the rate of a linear relation of positions; \
                        the matrices are those of Theorem 4.1; a run keeps it with its multiplier (source, eq. 4.18)";
-            (true, why.into())
+            (Some(true), why.into())
         }
-        Integrable::AtAllPoints(points) => {
+        Integrable::Closed => {
+            let why = "the derivatives of its coefficients are equal crosswise, exactly: it is the rate of a relation of positions";
+            (Some(true), why.to_string() + together)
+        }
+        Integrable::AtAllPoints(points, accident) => {
             let why = format!(
-                "Frobenius' test is zero, exactly, at {points} generic points: it is a relation of positions, as far as these tell"
+                "Frobenius' test is zero at {points} points drawn modulo primes that were drawn: it is a relation of positions; wrong with a \
+                 probability below {accident:.0e}"
             );
-            (true, why + together)
+            (Some(true), why + together)
         }
-        Integrable::NotDecided => (
-            false,
-            "taken as nonholonomic: Frobenius' test is not decided, a function in it has no values at rational points"
-                .into(),
+        Integrable::NotDecided(why) => (
+            None,
+            format!(
+                "it is not decided whether a relation of positions says the same: no integrating factor was found, and {why}"
+            ),
         ),
     }
 }

@@ -1,22 +1,23 @@
 //! Numbers along a generic motion: power series of its time at a generic point, modulo a prime.
 //!
-//! A coordinate, its sine and its cosine are three numbers there, of which the two last are (1 − u²)/(1 + u²) and 2u/(1 + u²) with a rational
-//! u at the point, and go on by their differential equations. As the functions q, sin q and cos q satisfy no other algebraic relation, what
+//! A coordinate, its sine and its cosine are three numbers there, of which the two last are (1 − u²)/(1 + u²) and 2u/(1 + u²) with a
+//! u of the point, and go on by their differential equations. As the functions q, sin q and cos q satisfy no other algebraic relation, what
 //! does not vanish at one such point, modulo one prime, does not vanish identically. The same holds of sin αq beside sin q with an α that is
-//! no fraction, and of functions of time, taken as any.
+//! no fraction. Of other functions (`generic_functions`) any solution of their differential equation is taken: what vanishes for any vanishes for
+//! them, what does not says nothing.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use kardan_rt::Operator;
 
 use crate::expr::{Domain, PiecewisePolynomial};
-use crate::num::{PrimeField, Rational, Residue, rational_to_f64};
+use crate::num::{PrimeField, Random, Rational, Residue, rational_to_f64};
 
 /// Coefficients of 1, t, t², …; as many as are known.
 pub(super) type Series = Vec<Residue>;
 
 /// Above this no multiple of an angle is expanded.
-const MOST_MULTIPLES: i64 = 64;
+pub(super) const MOST_MULTIPLES: i64 = 64;
 
 /// The numbers of series.
 #[derive(Debug, Clone, Copy)]
@@ -70,16 +71,39 @@ struct Base {
     unit: Rational,
 }
 
+/// Where a motion begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Point {
+    /// At small fractions, which can be told.
+    Told(i64),
+    /// At numbers drawn with this seed.
+    Drawn(u64),
+}
+
+impl Point {
+    /// What else is drawn there.
+    pub fn random(self, what: &str) -> Random {
+        match self {
+            Self::Told(number) => Random::named(number.cast_unsigned(), what),
+            Self::Drawn(seed) => Random::named(seed, what),
+        }
+    }
+}
+
 /// A generic motion, as far as it is known: its coordinates, the time last.
 pub(super) struct Along {
     pub field: SeriesField,
-    pub point: i64,
+    pub point: Point,
     pub motion: Vec<Series>,
     bases: Vec<Base>,
     /// Bases of which a sine or a cosine was taken.
     pub turned: BTreeSet<usize>,
     /// Whether an angle was met that needs smaller parts.
     pub parted: bool,
+    /// Whether a function was met of which any solution of its differential equation was taken, or one of several sides.
+    pub loose: bool,
+    /// Between how many sides was chosen, by where.
+    pub sides: BTreeMap<u64, usize>,
 }
 
 /// A series; as an angle a sum of multiples of coordinates, where it is one; and the fraction that it is.
@@ -87,7 +111,7 @@ pub(super) struct Along {
 pub(super) struct Value {
     pub series: Series,
     angle: Option<BTreeMap<usize, Rational>>,
-    fraction: Option<Rational>,
+    pub fraction: Option<Rational>,
 }
 
 impl Value {
@@ -96,21 +120,25 @@ impl Value {
     }
 }
 
-/// The tangent of half of an angle at a point: no two are the same.
-pub(super) fn half_tangent(point: i64, base: usize) -> Rational {
+/// The tangent of half of an angle at a point that can be told: no two are the same.
+fn half_tangent(point: i64, base: usize) -> Rational {
     let k = base as i64;
     Rational::from(2 + 3 * k + 7 * point) / Rational::from(3 + 5 * k + 4 * point)
 }
 
-/// A coordinate itself at a point, a number of its own beside its sine and cosine.
+/// A coordinate itself at a point that can be told, a number of its own beside its sine and cosine.
 pub(super) fn value_there(point: i64, coordinate: usize) -> Rational {
     Rational::from(5 + 4 * coordinate as i64 + 3 * point) / Rational::from(7 + 2 * coordinate as i64)
 }
 
 impl Along {
     /// A point with this many coordinates, the time behind them.
-    pub fn new(field: PrimeField, point: i64, coordinates: usize) -> Self {
-        let start = |k: usize| vec![field.rational(&value_there(point, k)).unwrap_or_default()];
+    pub fn new(field: PrimeField, point: Point, coordinates: usize) -> Self {
+        let value = |k: usize| match point {
+            Point::Told(number) => field.rational(&value_there(number, k)).unwrap_or_default(),
+            Point::Drawn(_) => field.element(point.random(&format!("value {k}")).next_u64()),
+        };
+        let start = |k: usize| vec![value(k)];
         let bases = (0..=coordinates).map(|coordinate| Base { coordinate, unit: Rational::ONE }).collect();
         Self {
             field: SeriesField(field),
@@ -119,6 +147,8 @@ impl Along {
             bases,
             turned: BTreeSet::new(),
             parted: false,
+            loose: false,
+            sides: BTreeMap::new(),
         }
     }
 
@@ -135,6 +165,7 @@ impl Along {
 
     /// The tangents that stand for the sines and cosines taken of a coordinate.
     pub fn tangents(&self, coordinate: usize, name: &str) -> Vec<String> {
+        let Point::Told(point) = self.point else { return Vec::new() };
         let own =
             self.bases.iter().enumerate().filter(|(k, base)| base.coordinate == coordinate && self.turned.contains(k));
         own.map(|(k, base)| {
@@ -142,7 +173,7 @@ impl Along {
                 true => name.to_string(),
                 false => format!("{:.6} {name}", rational_to_f64(&base.unit)),
             };
-            format!("tan(({unit})/2) = {}", half_tangent(self.point, k)).replace(&format!("({name})"), name)
+            format!("tan(({unit})/2) = {}", half_tangent(point, k)).replace(&format!("({name})"), name)
         })
         .collect()
     }
@@ -176,11 +207,21 @@ impl Along {
     fn turn(&self, base: usize) -> Option<[Series; 2]> {
         let (field, own) = (&self.field.0, &self.bases[base]);
         let rate = self.field.scaled(field.rational(&own.unit)?, &self.field.derivative(&self.motion[own.coordinate]));
-        let u = half_tangent(self.point, base);
-        let square = &u * &u;
-        let below = Rational::ONE + &square;
-        let mut sine = vec![field.rational(&(Rational::from(2) * u / &below))?];
-        let mut cosine = vec![field.rational(&((Rational::ONE - square) / below))?];
+        let u = match self.point {
+            Point::Told(point) => field.rational(&half_tangent(point, base))?,
+            Point::Drawn(_) => field.element(self.point.random(&format!("tangent {base}")).next_u64()),
+        };
+        self.turned_by(u, &rate)
+    }
+
+    /// Sine and cosine of an angle, half of which has this tangent at the point, from its rate.
+    pub fn turned_by(&self, u: Residue, rate: &[Residue]) -> Option<[Series; 2]> {
+        let field = &self.field.0;
+        let square = field.times(u, u);
+        let below = field.plus(field.one(), square);
+        let over = (below != 0).then(|| field.inverse(below))?;
+        let mut sine = vec![field.times(field.plus(u, u), over)];
+        let mut cosine = vec![field.times(field.minus(field.one(), square), over)];
         for n in 0..rate.len() {
             let step = |of: &[Residue]| {
                 let sum = (0..=n).fold(0, |sum, i| field.plus(sum, field.times(of[i], rate[n - i])));
@@ -193,7 +234,7 @@ impl Along {
         Some([sine, cosine])
     }
 
-    fn sum(&self, a: &Value, b: &Value, sign: i64) -> Value {
+    pub fn sum(&self, a: &Value, b: &Value, sign: i64) -> Value {
         let angle = a.angle.clone().zip(b.angle.as_ref()).map(|(mut sum, other)| {
             other.iter().for_each(|(k, n)| *sum.entry(*k).or_insert(Rational::ZERO) += Rational::from(sign) * n);
             sum.retain(|_, n| !n.is_zero());
@@ -242,12 +283,17 @@ impl Domain for Along {
                 let fraction = x[1].fraction.as_ref().and_then(turned);
                 Some(self.product(x[0], &Value { series, angle: None, fraction }))
             }
-            _ => None,
+            Operator::Tangent if x[0].angle.is_some() => {
+                let [sine, cosine] = self.sine_cosine(&operands[0]);
+                self.operation(Operator::Divide, &[sine, cosine])
+            }
+            _ => self.function(operator, &x),
         }
     }
 
     fn sine_cosine(&mut self, angle: &Option<Value>) -> [Option<Value>; 2] {
-        let Some(angle) = angle.as_ref().and_then(|value| value.angle.as_ref()) else { return [None, None] };
+        let Some(value) = angle else { return [None, None] };
+        let Some(angle) = &value.angle else { return self.any_turn(&value.series) };
         let (field, terms) = (self.field, self.terms());
         let mut both = [field.number(0, terms), field.number(field.0.one(), terms)];
         for (k, factor) in angle {
@@ -268,7 +314,7 @@ impl Domain for Along {
         both.map(|series| Some(Value::of(series)))
     }
 
-    fn table(&mut self, _: &PiecewisePolynomial, _: &Option<Value>) -> Option<Value> {
-        None
+    fn table(&mut self, table: &PiecewisePolynomial, x: &Option<Value>) -> Option<Value> {
+        self.piece(table, x.as_ref()?)
     }
 }

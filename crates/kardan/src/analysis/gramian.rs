@@ -1,7 +1,7 @@
 use faer::{Mat, MatRef};
-use kardan_rt::functions::{exp2, log2};
+use kardan_rt::functions::{exp2, log2, powi};
 
-use crate::num::balance;
+use crate::num::{balance, length};
 
 /// A finite-horizon Gramian `W(T) = ∫₀ᵀ e^{At} B Bᵀ e^{Aᵀt} dt`, kept as a factor.
 #[derive(Debug, Clone)]
@@ -79,7 +79,9 @@ pub fn gramian(a: &Mat<f64>, b: &Mat<f64>, horizon: f64) -> Option<Gramian> {
     }
     let scales = balance(a);
     let a = Mat::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
-    let b = Mat::from_fn(n, b.ncols(), |i, j| b[(i, j)] / scales[i]);
+    // Of inputs near one, so that no product of two vanishes or overflows: W is quadratic in them.
+    let power = power_near(&b);
+    let b = Mat::from_fn(n, b.ncols(), |i, j| b[(i, j)] * powi(2.0, -power) / scales[i]);
     let doublings = log2(2.0 * norm_1(&a) * horizon).ceil().max(0.0);
     let step = horizon / exp2(doublings);
     let mut factor = quadrature(&a, &b, step);
@@ -94,7 +96,7 @@ pub fn gramian(a: &Mat<f64>, b: &Mat<f64>, horizon: f64) -> Option<Gramian> {
     }
     let transition = change + Mat::<f64>::identity(n, n);
     let residual = lyapunov_residual(&a, &b, &factor, &transition);
-    let factor = Mat::from_fn(n, factor.ncols(), |i, j| factor[(i, j)] * scales[i]);
+    let factor = Mat::from_fn(n, factor.ncols(), |i, j| factor[(i, j)] * scales[i] * powi(2.0, power));
     Some(Gramian { factor, horizon, residual })
 }
 
@@ -116,8 +118,13 @@ pub fn smallest_eigenvalue(gramian: &Gramian, scaling: &[f64]) -> Option<f64> {
     if columns < n {
         return Some(0.0);
     }
+    let power = power_near(&scaled);
+    let scaled = faer::Scale(powi(2.0, -power)) * scaled;
     let smallest = scaled.singular_values().ok()?.last().copied().unwrap_or(f64::INFINITY);
-    Some(smallest * smallest)
+    // Zero and infinity are kept for what is none.
+    let smallest = smallest * powi(2.0, power);
+    let square = smallest * smallest;
+    Some(if smallest > 0.0 { square.clamp(f64::MIN_POSITIVE, f64::MAX) } else { square })
 }
 
 /// Least `∫ uᵀu dt` that brings the state from rest to `target` within the horizon: `xᵀW⁻¹x`.
@@ -132,7 +139,7 @@ pub fn transfer_energy(gramian: &Gramian, target: &[f64]) -> f64 {
     let g = &gramian.factor;
     let (n, columns) = (g.nrows(), g.ncols());
     assert_eq!(n, target.len(), "one entry per state");
-    let sizes: Vec<f64> = (0..n).map(|i| g.row(i).norm_l2()).collect();
+    let sizes: Vec<f64> = (0..n).map(|i| length(&g.row(i).iter().copied().collect::<Vec<_>>())).collect();
     if (0..n).any(|i| sizes[i] == 0.0 && target[i] != 0.0) {
         return f64::INFINITY;
     }
@@ -155,7 +162,15 @@ pub fn transfer_energy(gramian: &Gramian, target: &[f64]) -> f64 {
             return f64::INFINITY;
         }
     }
-    y.iter().map(|y| y * y).sum()
+    // Infinity is kept for what cannot be reached.
+    y.iter().map(|y| y * y).sum::<f64>().min(f64::MAX)
+}
+
+/// log₂ of the largest size of an entry, rounded down, as far as a power of two of it is a number; 0 where all are zero.
+fn power_near(a: &Mat<f64>) -> i32 {
+    let entries = (0..a.ncols()).flat_map(|j| (0..a.nrows()).map(move |i| (i, j)));
+    let largest = entries.fold(0.0f64, |largest, at| largest.max(a[at].abs()));
+    if largest > 0.0 { (log2(largest).floor() as i32).clamp(-1000, 1000) } else { 0 }
 }
 
 fn norm_1(a: &Mat<f64>) -> f64 {

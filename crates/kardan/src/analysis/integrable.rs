@@ -4,15 +4,22 @@
 //! falls away (Frobenius, J. reine angew. Math. 82, 1877; Cartan). A row lies in it if and only if it belongs to relations of positions. Its
 //! covectors Σ λ_k ω_k are those that go on along a generic motion on the rows by `λ̇_k ω_k + λ_k dω_k(q̇, ·) = 0`: of these equations those
 //! across the pivots give λ̇, the others, `λᵀC = 0`, and their derivatives `λᵀ(Ċ − MC) = 0`, … say which λ go on. One derivative for each row
-//! is enough: as long as anything falls away, each takes one more. All of it is tried at generic points, along generic motions
-//! (`generic_motion`): what falls away there falls away.
+//! is enough: as long as anything falls away, each takes one more. All of it is tried along generic motions (`generic_motion`) from points that are
+//! drawn, each modulo a prime that is drawn: nobody can write a model that vanishes there and not elsewhere.
+//!
+//! **What falls away there falls away**, where all functions are algebraic in coordinates, sines and cosines, and all numbers exact. **What stays
+//! there stays**, but for an accident whose probability is bounded. A row with exact derivatives `∂g_i/∂q_j = ∂g_j/∂q_i` is that of a relation
+//! whatever its functions are. Else it is not decided.
 
 use std::collections::BTreeSet;
 
-use super::generic_motion::{Along, Series, SeriesField, Value, value_there};
+use kardan_rt::functions::powi;
+
+use super::generic_motion::{Along, Point, Series, SeriesField, Value, value_there};
+use super::generic_sizes::{Size, Sizes};
 use crate::equations::Kept;
 use crate::expr::{Expr, Symbol, lower};
-use crate::num::{ModularMatrix, PrimeField, Random, Rational, Reconstruction, Residue, prime_below};
+use crate::num::{ModularMatrix, PrimeField, Random, Rational, Reconstruction, Residue, random_prime};
 use crate::reduce::{Motion, Reduced};
 
 /// What the test found of a row.
@@ -20,10 +27,12 @@ use crate::reduce::{Motion, Reduced};
 pub(super) enum Integrable {
     /// It does not vanish at a point: no relation of positions has it as its derivative. The point, in words.
     No(String),
-    /// It vanishes at all points tried, exactly; so many.
-    AtAllPoints(usize),
-    /// Some function in it is not known at rational points.
-    NotDecided,
+    /// Its derivatives are equal crosswise, exactly: it is the derivative of a function of positions.
+    Closed,
+    /// It vanishes at all points drawn; how many, and a bound of the probability that it does not vanish everywhere.
+    AtAllPoints(usize, f64),
+    /// Why it is not decided.
+    NotDecided(&'static str),
 }
 
 /// What was found of all rows together.
@@ -37,10 +46,19 @@ pub(super) struct Integrals {
     pub sums: Vec<Sum>,
 }
 
-/// Generic points that are tried.
-const POINTS: i64 = 3;
+/// Points that are drawn, at least.
+const POINTS: usize = 3;
+/// Points that are drawn for each of several sides of functions, and for all at most.
+const POINTS_OF_SIDES: usize = 40;
+const MOST_POINTS: usize = 640;
+/// Points that can be told, of which one is looked for at which a row does not vanish.
+const TOLD: i64 = 3;
 /// How often the angles of sines may turn out to need smaller parts.
 const MOST_PARTED: usize = 8;
+/// How often a point without a root may be drawn.
+const MOST_DRAWN: u64 = 80;
+/// A probability of an accident above this is none to rely on.
+const MOST_ACCIDENTAL: f64 = 1e-9;
 
 /// The rows of a model as a system of Pfaff.
 struct Rows {
@@ -52,6 +70,8 @@ struct Rows {
     /// ∂/∂q_i of `Σ g_kj q̇_j + h_k`, row by row.
     slopes: Vec<Expr>,
     timed: Vec<Symbol>,
+    /// Whether a number in it is rounded.
+    rounded: bool,
 }
 
 impl Rows {
@@ -82,29 +102,60 @@ impl Rows {
             }
         }
         let timed = motion.timed.symbols(&motion.graph);
-        Self { motion, count, r, entries, slopes, timed }
+        let rounded = reduced.equations.kept.iter().any(|kept| kept.law.is_rounded());
+        Self { motion, count, r, entries, slopes, timed, rounded }
+    }
+
+    /// Whether `∂g_i/∂q_j = ∂g_j/∂q_i` of a row, the time among the coordinates, as the expressions stand.
+    fn is_closed(&mut self, row: usize) -> bool {
+        let entries = self.entries[row * (self.r + 1)..(row + 1) * (self.r + 1)].to_vec();
+        let graph = &mut self.motion.graph;
+        let time = self.motion.timed.time.and_then(|time| graph.symbol_of(time));
+        if graph.symbols(&entries).iter().any(|symbol| self.timed.contains(symbol) && Some(*symbol) != time) {
+            return false;
+        }
+        let zero = graph.integer(0);
+        let mut slope = |of: usize, by: usize| match if by < self.r { Some(self.motion.symbols[by]) } else { time } {
+            Some(symbol) => graph.derivative(entries[of], symbol),
+            None => zero,
+        };
+        let pairs = (0..=self.r).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let crosswise: Vec<[Expr; 2]> = pairs.map(|(i, j)| [slope(i, j), slope(j, i)]).collect();
+        crosswise.into_iter().all(|[one, other]| {
+            let difference = graph.subtract(one, other);
+            graph.is_zero(difference)
+        })
+    }
+
+    /// A bound of the probability that what is tested vanishes at so many points though it does not vanish.
+    ///
+    /// c rows times their common denominators are polynomials of degree d at most, with sums of sizes below 2^h; a derivative adds e at most to
+    /// a degree. Pivots are minors of degree c d, so the speeds along the motion have degree c d + 1, what falls away at once
+    /// (2c + 1) d + e + 1, after k derivatives no more than (k + 1)(3c + 2)(d + e + 2), and minors of c of them c times that, all over powers of
+    /// the pivots, which are not zero there. A polynomial of degree N vanishes at a point drawn modulo p with a probability of N / p (Schwartz,
+    /// J. ACM 27, 1980); modulo a prime all its coefficients vanish only if the prime divides one of them, which is so of few.
+    fn accident(&self, points: usize, sides: f64) -> f64 {
+        let mut sizes = Sizes { coordinates: self.r + 1, ..Sizes::default() };
+        let all: Vec<Expr> = self.entries.iter().chain(&self.slopes).copied().collect();
+        let found = lower(&self.motion.graph, &all, &mut sizes, |_| Size::DRAWN);
+        let of_rows = found.chunks(self.r.max(1));
+        let degree = of_rows.clone().map(|row| row.iter().map(|size| size.degree()).sum::<f64>()).fold(1.0, f64::max);
+        let bits = of_rows.map(|row| row.iter().map(|size| size.bits).sum::<f64>()).fold(1.0, f64::max);
+        let c = self.count as f64;
+        let grows = 2.0 + sizes.grows;
+        let steps = c * (c + 1.0) * (3.0 * c + 2.0);
+        let doubled = powi(2.0, sizes.roots);
+        let degree = doubled * steps * (degree + grows + 2.0);
+        let bits = doubled * steps * (bits + 64.0) + 64.0 * degree;
+        let each = degree / powi(2.0, 60) + bits / 60.0 / PrimeField::CHOICES;
+        // Each point has a prime of its own; each side of a function is met but for an accident.
+        let missed = if sides > 1.0 { sides * powi(1.0 - 1.0 / sides, points as i32) } else { 0.0 };
+        (powi(each.min(1.0), points as i32) + missed).min(1.0)
     }
 
     /// Expressions along a motion; none where a function is not known there.
     fn at(&self, along: &mut Along, exprs: &[Expr]) -> Option<Vec<Series>> {
-        let (graph, time) = (&self.motion.graph, self.motion.timed.time);
-        let time = time.and_then(|time| graph.symbol_of(time));
-        let known: Vec<Value> = (0..=self.r).map(|k| along.coordinate(k)).collect();
-        let (field, terms, point) = (along.field, along.terms(), along.point);
-        let symbol = |symbol: Symbol| {
-            if let Some(k) = self.motion.symbols.iter().position(|own| *own == symbol) {
-                let rate = || field.derivative(&known[k - self.r].series);
-                return Some(if k < self.r { known[k].clone() } else { Value::of(rate()) });
-            }
-            if Some(symbol) == time {
-                return Some(known[self.r].clone());
-            }
-            // A function of time, or what a block answers: any.
-            let number = self.timed.iter().position(|own| *own == symbol)? as u64;
-            let mut random = Random::named(point as u64, &format!("function {number}"));
-            Some(Value::of((0..terms).map(|_| field.0.element(random.next_u64())).collect()))
-        };
-        lower(graph, exprs, along, symbol).into_iter().map(|value| Some(value?.series)).collect()
+        values(&self.motion, along, exprs)
     }
 
     /// Numbers of rows that are independent at a point, and the coordinates that they determine.
@@ -120,7 +171,7 @@ impl Rows {
     /// A generic motion on these rows, for as many coefficients.
     fn follow(&self, along: &mut Along, own: &[usize], pivots: &[usize], terms: usize) -> Option<()> {
         let field = along.field;
-        let mut random = Random::named(along.point as u64, "motion");
+        let mut random = along.point.random("motion");
         for n in 1..terms {
             let values = self.at(along, &self.entries)?;
             let solved = self.solved(field, &values, own, pivots)?;
@@ -206,6 +257,33 @@ impl Rows {
     }
 }
 
+/// Expressions of a model along a motion; none where a function is not known there.
+fn values(motion: &Motion, along: &mut Along, exprs: &[Expr]) -> Option<Vec<Series>> {
+    let (graph, r) = (&motion.graph, along.motion.len() - 1);
+    let time = motion.timed.time.and_then(|time| graph.symbol_of(time));
+    let timed = motion.timed.symbols(graph);
+    let known: Vec<Value> = (0..=r).map(|k| along.coordinate(k)).collect();
+    let (field, terms, point) = (along.field, along.terms(), along.point);
+    let given = std::cell::Cell::new(false);
+    let symbol = |symbol: Symbol| {
+        if let Some(k) = motion.symbols.iter().position(|own| *own == symbol) {
+            let rate = || field.derivative(&known[k - r].series);
+            return Some(if k < r { known[k].clone() } else { Value::of(rate()) });
+        }
+        if Some(symbol) == time {
+            return Some(known[r].clone());
+        }
+        // A function of time, or what a block answers: any.
+        let number = timed.iter().position(|own| *own == symbol)? as u64;
+        let mut random = point.random(&format!("function {number}"));
+        given.set(true);
+        Some(Value::of((0..terms).map(|_| field.0.element(random.next_u64())).collect()))
+    };
+    let found = lower(graph, exprs, along, symbol);
+    along.loose |= given.get();
+    found.into_iter().map(|value| Some(value?.series)).collect()
+}
+
 /// What [`Rows::solved`] gives.
 struct Solved {
     form: Vec<Vec<Series>>,
@@ -232,6 +310,8 @@ struct Found {
     factors: Vec<Vec<Residue>>,
     /// Whether each row is among what it spans.
     holds: Vec<bool>,
+    /// How many rows are independent there.
+    rank: usize,
 }
 
 impl Found {
@@ -243,8 +323,8 @@ impl Found {
         kernel: &ModularMatrix,
         entries: &[Series],
     ) -> Self {
-        let rank = kernel.rows;
-        let mut factors = vec![vec![0; count]; rank];
+        let spanned = kernel.rows;
+        let mut factors = vec![vec![0; count]; spanned];
         for (k, factors) in factors.iter_mut().enumerate() {
             own.iter().zip(kernel.row(k)).for_each(|(row, factor)| factors[*row] = *factor);
         }
@@ -259,45 +339,129 @@ impl Found {
         }
         let holds = |k: usize| {
             let last = row(k);
-            let all = ModularMatrix::from_fn(rank + 1, width, |i, j| if i < rank { covectors[i][j] } else { last[j] });
-            all.echelon(field).1.len() == rank
+            let all =
+                ModularMatrix::from_fn(spanned + 1, width, |i, j| if i < spanned { covectors[i][j] } else { last[j] });
+            all.echelon(field).1.len() == spanned
         };
-        Self { holds: (0..count).map(holds).collect(), factors }
+        Self { holds: (0..count).map(holds).collect(), factors, rank: own.len() }
     }
+
+    /// The factors that are small fractions.
+    fn fractions(&self, field: &PrimeField) -> Vec<Vec<Rational>> {
+        let of = |factors: &Vec<Residue>| {
+            let mut known = Reconstruction::new();
+            known.add(field.prime(), &factors.iter().map(|x| field.value(*x)).collect::<Vec<_>>());
+            known.fractions()
+        };
+        self.factors.iter().filter_map(of).collect()
+    }
+}
+
+/// A field of a prime that is drawn, with roots by a power.
+pub(super) fn drawn_field(random: &mut Random) -> PrimeField {
+    let mut primes = std::iter::repeat_with(|| random_prime(random));
+    PrimeField::new(primes.find(|prime| prime % 4 == 3).unwrap_or(3))
 }
 
 /// The test of the kept rows of a model, all together; the time is one of the variables.
 pub(super) fn integrable(reduced: &Reduced) -> Integrals {
-    let rows = Rows::of(reduced);
-    let prime = prime_below(1 << 61);
-    let field = PrimeField::new(prime);
-    let mut found = vec![Integrable::AtAllPoints(POINTS as usize); rows.count];
+    let mut rows = Rows::of(reduced);
     if rows.count == 0 {
-        return Integrals { rows: found, relations: Some(0), sums: Vec::new() };
+        return Integrals { rows: Vec::new(), relations: Some(0), sums: Vec::new() };
     }
-    let mut bases: Vec<Vec<Vec<Residue>>> = Vec::new();
-    for point in 0..POINTS {
-        let Some((mut along, there)) = at_point(&rows, field, point) else {
-            let rows = vec![Integrable::NotDecided; rows.count];
-            return Integrals { rows, relations: None, sums: Vec::new() };
-        };
-        for (found, _) in found.iter_mut().zip(&there.holds).filter(|(_, holds)| !**holds) {
-            if *found == Integrable::AtAllPoints(POINTS as usize) {
-                *found = Integrable::No(in_words(&rows, &mut along));
-            }
+    let closed: Vec<bool> = (0..rows.count).map(|row| rows.is_closed(row)).collect();
+    let mut random = Random::unforeseen(rows.entries.len() as u64);
+    let (mut points, mut wanted, mut sides) = (Vec::new(), POINTS, 1);
+    while points.len() < wanted {
+        let Some((along, there)) = drawn_point(&rows, &mut random) else { break };
+        sides = sides.max(along.sides.values().product());
+        wanted = wanted.max(if sides > 1 { sides.saturating_mul(POINTS_OF_SIDES) } else { POINTS });
+        points.push((along, there));
+        if wanted > MOST_POINTS {
+            break;
         }
-        bases.push(there.factors);
     }
-    let relations = bases.iter().map(Vec::len).min();
-    let first = bases.first().map_or(&[][..], Vec::as_slice);
-    let same = first.iter().filter(|factors| bases.iter().all(|basis| basis.contains(factors)));
-    let several = same.filter(|factors| factors.iter().filter(|factor| **factor != 0).count() > 1);
-    let sums = several.filter_map(|factors| sum_of_rows(&rows, &field, factors)).collect();
+    let complete = points.len() >= wanted;
+    // Where fewer rows are independent than elsewhere nothing is decided.
+    let rank = points.iter().map(|(_, there)| there.rank).max().unwrap_or(0);
+    points.retain(|(_, there)| there.rank == rank);
+    let accident = if complete { rows.accident(points.len(), sides as f64) } else { 1.0 };
+    let mut told = ToldPoints { field: drawn_field(&mut random), rank, points: None };
+    let mut of_row = |row: usize| -> Integrable {
+        if closed[row] {
+            return Integrable::Closed;
+        }
+        match points.iter().find(|(_, there)| !there.holds[row]) {
+            None if accident < MOST_ACCIDENTAL => Integrable::AtAllPoints(points.len(), accident),
+            None => Integrable::NotDecided("a function in it has no value at the points drawn, or too many sides"),
+            Some((along, _)) if along.loose => {
+                Integrable::NotDecided("a function in it is no algebraic one of coordinates, sines and cosines")
+            }
+            Some(_) if rows.rounded => Integrable::NotDecided("a number in it is rounded to 16 digits"),
+            Some(_) => Integrable::No(told.in_words(&rows, row)),
+        }
+    };
+    let found: Vec<Integrable> = (0..rows.count).map(&mut of_row).collect();
+    let is_decided = accident < MOST_ACCIDENTAL && !found.iter().any(|one| matches!(one, Integrable::NotDecided(_)));
+    let relations = points.iter().map(|(_, there)| there.factors.len()).min().filter(|_| is_decided);
+    let mut bases = points.iter().map(|(along, there)| there.fractions(&along.field.0));
+    let first = bases.next().unwrap_or_default();
+    let others: Vec<Vec<Vec<Rational>>> = bases.collect();
+    let same = first.iter().filter(|factors| others.iter().all(|basis| basis.contains(factors)));
+    let several = same.filter(|factors| factors.iter().filter(|factor| !factor.is_zero()).count() > 1);
+    let sums = several.filter_map(|factors| sum_of_rows(&rows, factors)).collect();
     Integrals { rows: found, relations, sums }
 }
 
+/// Expressions of a model at a point that is drawn.
+pub(super) fn drawn_values(
+    motion: &Motion,
+    r: usize,
+    field: PrimeField,
+    random: &mut Random,
+    exprs: &[Expr],
+) -> Option<Vec<Residue>> {
+    let mut at_one = |_| {
+        let mut along = Along::new(field, Point::Drawn(random.next_u64()), r);
+        for _ in 0..MOST_PARTED {
+            if let Some(found) = values(motion, &mut along, exprs) {
+                return found.into_iter().map(|series| series.first().copied()).collect();
+            }
+            if !along.parted {
+                return None;
+            }
+            along.begin_again();
+        }
+        None
+    };
+    (0..MOST_DRAWN).find_map(&mut at_one)
+}
+
+/// The test at a point that is drawn, with the motion that it took.
+fn drawn_point(rows: &Rows, random: &mut Random) -> Option<(Along, Found)> {
+    let field = drawn_field(random);
+    (0..MOST_DRAWN).find_map(|_| at_point(rows, field, Point::Drawn(random.next_u64())))
+}
+
+/// Points that can be told, once one is asked for.
+struct ToldPoints {
+    field: PrimeField,
+    rank: usize,
+    points: Option<Vec<(Along, Found)>>,
+}
+
+impl ToldPoints {
+    /// Where a row does not vanish, in words.
+    fn in_words(&mut self, rows: &Rows, row: usize) -> String {
+        let at = |number| at_point(rows, self.field, Point::Told(number));
+        let points = self.points.get_or_insert_with(|| (0..TOLD).filter_map(at).collect());
+        let found = points.iter_mut().find(|(_, there)| there.rank == self.rank && !there.holds[row]);
+        found.map_or_else(|| "drawn modulo a prime".into(), |(along, _)| in_words(rows, along))
+    }
+}
+
 /// The test at one point, with the motion that it took.
-fn at_point(rows: &Rows, field: PrimeField, point: i64) -> Option<(Along, Found)> {
+fn at_point(rows: &Rows, field: PrimeField, point: Point) -> Option<(Along, Found)> {
     let mut along = Along::new(field, point, rows.r);
     for _ in 0..MOST_PARTED {
         let found = rows.last_derived(&mut along);
@@ -313,10 +477,7 @@ fn at_point(rows: &Rows, field: PrimeField, point: i64) -> Option<(Along, Found)
 }
 
 /// A sum of rows, if its coefficients are numbers.
-fn sum_of_rows(rows: &Rows, field: &PrimeField, factors: &[Residue]) -> Option<Sum> {
-    let mut known = Reconstruction::new();
-    known.add(field.prime(), &factors.iter().map(|x| field.value(*x)).collect::<Vec<_>>());
-    let factors = known.fractions()?;
+fn sum_of_rows(rows: &Rows, factors: &[Rational]) -> Option<Sum> {
     let mut graph = rows.motion.graph.clone();
     let mut out = Vec::new();
     for i in 0..=rows.r {
@@ -333,7 +494,7 @@ fn sum_of_rows(rows: &Rows, field: &PrimeField, factors: &[Residue]) -> Option<S
             _ => {}
         }
     }
-    Some((factors, out))
+    Some((factors.to_vec(), out))
 }
 
 /// Factors of the rows, and what they are together: a row over the coordinates.
@@ -358,7 +519,8 @@ fn in_words(rows: &Rows, along: &mut Along) -> String {
         along.motion[i][0] = along.field.0.plus(before[0], along.field.0.one());
         let by_itself = rows.at(along, &rows.entries) != values;
         along.motion[i] = before;
-        let own = format!("{name} = {}", value_there(point, i));
+        let Point::Told(number) = point else { continue };
+        let own = format!("{name} = {}", value_there(number, i));
         let tangents = along.tangents(i, &name).join(", ");
         words.push(match (by_itself, tangents.is_empty()) {
             (false, _) => tangents,

@@ -1,42 +1,45 @@
 //! What follows from the structure: stability, decoupling and transmission zeros, indices, zeros at infinity.
 
 use super::LinearSystem;
-use super::images::{Image, Images};
+use super::certified::{norm_bits, whole};
+use super::images::{Image, Images, fingerprint};
+use super::indices::{indices, is_exact};
 use super::realisation::MOST_TRANSFORMED;
 use super::stability::{Plane, stability_of, stability_of_roots};
 use super::structure::structure;
-use crate::num::{Matrix, ModularMatrix, Polynomial, Rational};
+use crate::num::{
+    Matrix, ModularMatrix, Polynomial, Primes, Rational, Reconstruction, Residue, cayley, exact_rank, routh_column,
+};
 use crate::results::{
-    BorderMotion, Complex, Factor, Minor, PolynomialRoots, Realisations, Stability, StabilityVerdict, Structure,
-    SystemProperties, TransformedSystem, Zeros,
+    BorderMotion, Complex, Factor, PolynomialRoots, Realisations, Stability, StabilityProof, StabilityProofs,
+    StabilityVerdict, Structure, SystemProperties, TransformedSystem, Zeros,
 };
 
 /// Largest order of the matrices of Markov parameters whose rank is taken.
 const MOST_ROWS: usize = 400;
 /// States up to which ranks tell how long the chains of modes on the border are.
 const MOST_RANKED: usize = 24;
+/// Of these, the largest one over the rationals.
+const MOST_EXACT_ROWS: usize = 96;
 /// Primes for one characteristic polynomial.
 const MOST_PRIMES: usize = 400;
 
 /// What follows from the structure of a system; `realisations` are its own, `None` where they are not known. In discrete time
 /// stable means inside the unit circle.
 ///
-/// Polynomials are brought back from several primes and confirmed modulo one more; zeros at infinity
-/// are counted by ranks of block Toeplitz matrices of the Markov parameters modulo a prime.
+/// Stability is decided by the signs of proven roots of exact characteristic polynomials, in discrete time after
+/// `z = (1 + w) / (1 − w)`. Polynomials are known from primes with a product above a bound of their coefficients. Indices and zeros at infinity
+/// follow from ranks (of leading columns of the controllability matrix, of block Toeplitz matrices of Markov parameters), which are the largest
+/// modulo a few primes that are drawn.
 pub fn properties(
     system: &LinearSystem,
     structure: &Structure,
     realisations: Option<&Realisations>,
     discrete: bool,
 ) -> SystemProperties {
-    let one = || Polynomial::constant(Rational::ONE);
-    let whole = || Some(vec![one(), characteristic(&system.explicit()?.a)?, one(), one()]);
-    // Of a minimal system the one block is known without its coordinates.
-    let alone = structure.minimality() == Some(true) && system.states.len() <= MOST_TRANSFORMED;
-    let blocks: Option<Vec<Polynomial>> = match realisations {
-        Some(found) => (0..4).map(|block| characteristic(&found.kalman.diagonal(block))).collect(),
-        None => alone.then(whole).flatten(),
-    };
+    let certified = structure.certificate.proven;
+    let alone = is_alone(system, structure);
+    let blocks = blocks(system, structure, realisations);
     let order = realisations.map(|found| found.minimal.a.rows()).or(alone.then_some(system.states.len()));
     let roots_of = |chosen: &[usize]| {
         let blocks = blocks.as_ref()?;
@@ -45,8 +48,6 @@ pub fn properties(
     let plane = if discrete { Plane::Discrete } else { Plane::Continuous };
     let stable = |chosen: &[usize]| Some(decided_stable(&roots_of(chosen)?, plane));
     let zeros = |chosen: &[usize]| roots_of(chosen).map(|polynomial| described(&polynomial));
-    let certificate = &structure.certificate;
-    let indices = |minor: &Option<Minor>, count: usize| minor.as_ref().map(|minor| indices(minor, count));
     SystemProperties {
         stability: system_stability(system, structure, plane),
         stabilisable: stable(&[2, 3]),
@@ -59,24 +60,84 @@ pub fn properties(
             Some(found) => transmission_zeros(structure, &found.minimal),
             None => alone.then(|| described_zeros(&structure.zeros)),
         },
-        controllability_indices: indices(&certificate.reached, structure.inputs.len()),
-        observability_indices: indices(&certificate.seen, structure.outputs.len()),
-        infinite_zeros: infinite_zeros(system, structure.zeros.normal_rank),
+        controllability_indices: indices(system, certified),
+        observability_indices: indices(&system.transpose(), certified),
+        infinite_zeros: infinite_zeros(system, structure.zeros.normal_rank, certified),
     }
 }
 
-/// det(sI − A), exact.
+/// Proofs of what [`properties`] calls stable, stabilisable and detectable, or not.
+pub fn stability_proofs(
+    system: &LinearSystem,
+    structure: &Structure,
+    realisations: Option<&Realisations>,
+    discrete: bool,
+) -> StabilityProofs {
+    let blocks = blocks(system, structure, realisations);
+    let proof = |chosen: &[usize]| {
+        let blocks = blocks.as_ref()?;
+        let polynomial = chosen.iter().fold(Polynomial::constant(Rational::ONE), |all, &k| all.times(&blocks[k]));
+        let turned = if discrete { cayley(&polynomial) } else { polynomial.clone() };
+        // Where the degree falls a root at z = −1 has gone to infinity.
+        let column = if turned.degree() < polynomial.degree() { vec![Rational::ZERO] } else { routh_column(&turned) };
+        Some(StabilityProof {
+            polynomial: polynomial.to_string(),
+            routh: column.iter().map(ToString::to_string).collect(),
+        })
+    };
+    StabilityProofs { stable: proof(&[0, 1, 2, 3]), stabilisable: proof(&[2, 3]), detectable: proof(&[0, 2]) }
+}
+
+/// What of [`properties`] holds modulo primes that were drawn only: names.
+pub fn modular_properties(system: &LinearSystem, found: &SystemProperties) -> Vec<&'static str> {
+    let is_modular = is_exact(system.states.len(), false) == Some(false);
+    let rows = system.outputs.len().max(system.inputs.len());
+    let last = found.infinite_zeros.as_ref().map_or(0, |orders| orders.iter().max().map_or(1, |order| order + 1));
+    let mut out = Vec::new();
+    if is_modular {
+        out.push("controllability and observability indices");
+    }
+    if found.infinite_zeros.is_some() && (is_modular || last * rows > MOST_EXACT_ROWS) {
+        out.push("zeros at infinity");
+    }
+    out
+}
+
+/// Whether a system of few states is minimal: its one block is known without its coordinates.
+fn is_alone(system: &LinearSystem, structure: &Structure) -> bool {
+    structure.minimality() == Some(true) && system.states.len() <= MOST_TRANSFORMED
+}
+
+/// Characteristic polynomials of the blocks of Kalman's decomposition.
+fn blocks(
+    system: &LinearSystem,
+    structure: &Structure,
+    realisations: Option<&Realisations>,
+) -> Option<Vec<Polynomial>> {
+    let one = || Polynomial::constant(Rational::ONE);
+    let whole = || Some(vec![one(), characteristic(&system.explicit()?.a)?, one(), one()]);
+    match realisations {
+        Some(found) => (0..4).map(|block| characteristic(&found.kalman.diagonal(block))).collect(),
+        None => is_alone(system, structure).then(whole).flatten(),
+    }
+}
+
+/// det(sI − A), exact: with whole rows its coefficients are below a bound (`certified`), and known modulo primes with a product above twice that.
 fn characteristic(a: &Matrix<Rational>) -> Option<Polynomial> {
     let n = a.rows();
     if n == 0 {
         return Some(Polynomial::constant(Rational::ONE));
     }
-    let alone = LinearSystem::state_space(a.clone(), Matrix::zeros(n, 0), Matrix::zeros(0, n));
-    let coefficients = Images::unforeseen(&alone).reconstruct(MOST_PRIMES, |image| {
-        let all = image.g.characteristic_polynomial(&image.field);
-        Some(all.into_iter().map(|x| image.field.value(x)).collect())
-    })?;
-    Some(Polynomial::new(coefficients))
+    let alone = whole(&LinearSystem::state_space(a.clone(), Matrix::zeros(n, 0), Matrix::zeros(0, n)));
+    let needed = (norm_bits(&alone) + 2).div_ceil(60) as usize;
+    let mut known = Reconstruction::new();
+    let images = (needed <= MOST_PRIMES).then(|| Primes::new(fingerprint(&alone)))?;
+    for image in images.filter_map(|prime| Image::new(&alone, prime)).take(needed) {
+        let monic = image.g.characteristic_polynomial(&image.field);
+        let scaled = |x: &Residue| image.field.value(image.field.times(*x, image.determinant));
+        known.add(image.field.prime(), &monic.iter().map(scaled).collect::<Vec<_>>());
+    }
+    Some(Polynomial::new(known.integers().into_iter().map(Rational::from).collect()).monic())
 }
 
 /// Whether all roots are inside the border of stability.
@@ -135,28 +196,25 @@ fn transmission_zeros(whole: &Structure, minimal: &TransformedSystem) -> Option<
     structure(&system).ok().map(|found| described_zeros(&found.zeros))
 }
 
-/// How many columns `Aᵏ b` of each input are independent of those before, power by power.
-fn indices(minor: &Minor, inputs: usize) -> Vec<usize> {
-    (0..inputs).map(|input| minor.columns.iter().filter(|column| column.input == input).count()).collect()
-}
-
 /// Orders of the zeros at infinity of the transfer matrix of this rank.
-fn infinite_zeros(system: &LinearSystem, normal_rank: usize) -> Option<Vec<usize>> {
+fn infinite_zeros(system: &LinearSystem, normal_rank: usize, certified: bool) -> Option<Vec<usize>> {
     if normal_rank > 0 && system.outputs.len().max(system.inputs.len()) > MOST_ROWS {
         return None;
     }
-    let mut orders = orders_at_infinity(system)?;
+    let mut orders = orders_at_infinity(system, certified)?;
     orders.retain(|order| *order > 0);
     Some(orders)
 }
 
 /// Orders of the Smith form at infinity of the transfer matrix, ascending: of `ranks(k) − ranks(k − 1)` increments the k-th tells how many are
 /// of order at most k.
-pub(super) fn orders_at_infinity(system: &LinearSystem) -> Option<Vec<usize>> {
+pub(super) fn orders_at_infinity(system: &LinearSystem, certified: bool) -> Option<Vec<usize>> {
     let image = Images::unforeseen(system).get(0)?;
     let (n, p, m) = (system.states.len(), system.outputs.len(), system.inputs.len());
     let full = super::zeros::ZeroStructure::of(&image).rank - n;
     let (mut orders, mut before, mut known) = (Vec::new(), 0, 0);
+    let exact = is_exact(n, certified)?.then(|| system.explicit()).flatten();
+    let mut exact = exact.map(|explicit| (vec![explicit.d], explicit.a, explicit.b, explicit.c));
     let mut markov = vec![image.d.clone()];
     let mut reached = image.b.clone();
     for order in 0..=n {
@@ -166,11 +224,19 @@ pub(super) fn orders_at_infinity(system: &LinearSystem) -> Option<Vec<usize>> {
         if order > 0 {
             markov.push(image.c.multiply(&image.field, &reached));
             reached = image.g.multiply(&image.field, &reached);
+            if let Some((markov, a, reached, c)) = &mut exact {
+                markov.push(c.multiply(reached));
+                *reached = a.multiply(reached);
+            }
         }
         if (order + 1) * p.max(m) > MOST_ROWS {
             return None;
         }
-        let rank = toeplitz_rank(&image, &markov, [p, m]);
+        let rank = match &exact {
+            Some((markov, ..)) if (order + 1) * p.max(m) <= MOST_EXACT_ROWS => exact_toeplitz_rank(markov, [p, m]),
+            Some(_) if certified => return None,
+            _ => toeplitz_rank(&image, &markov, [p, m]),
+        };
         let at_most = rank - before;
         orders.extend(std::iter::repeat_n(order, at_most - known));
         (before, known) = (rank, at_most);
@@ -178,7 +244,17 @@ pub(super) fn orders_at_infinity(system: &LinearSystem) -> Option<Vec<usize>> {
     Some(orders)
 }
 
-/// The rank of the lower block triangular Toeplitz matrix of these blocks.
+/// The rank of the lower block triangular Toeplitz matrix of these blocks, over the rationals.
+fn exact_toeplitz_rank(markov: &[Matrix<Rational>], [p, m]: [usize; 2]) -> usize {
+    let count = markov.len();
+    let entry = |i: usize, j: usize| match (i / p).checked_sub(j / m) {
+        Some(k) => markov[k][(i % p, j % m)].clone(),
+        None => Rational::ZERO,
+    };
+    exact_rank(&Matrix::from_fn(count * p, count * m, entry))
+}
+
+/// The same modulo a prime.
 fn toeplitz_rank(image: &Image, markov: &[ModularMatrix], [p, m]: [usize; 2]) -> usize {
     let count = markov.len();
     let entry = |i: usize, j: usize| match (i / p).checked_sub(j / m) {

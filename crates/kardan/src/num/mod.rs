@@ -30,7 +30,9 @@ mod reachable;
 mod reconstruct;
 mod root_sides;
 mod roots;
+mod routh;
 mod scalar;
+mod size;
 mod sparse;
 mod sparse_lu;
 mod steffen;
@@ -63,7 +65,9 @@ pub use prime_field::{PrimeField, Primes, Random, Residue, is_prime, prime_below
 pub use reachable::{Reachable, Span, quotient_action, reachable};
 pub use reconstruct::{Reconstruction, nearby_fraction};
 pub use root_sides::{RootSides, cayley, from_cayley, root_sides};
+pub use routh::routh_column;
 pub use scalar::{Rational, Scalar, rational_from_f64, rational_to_f64};
+pub use size::{above, below, exponent, length, power_of_two, root_above};
 pub use sparse::{
     SparseEchelon, SparseRow, dense_rows, project, sparse_echelon, sparse_rows, sparse_sum_of_outer, sum_of_outer,
 };

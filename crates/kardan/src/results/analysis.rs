@@ -125,8 +125,8 @@ pub struct ConstraintClass {
     pub equation: String,
     /// An equality (Table 4.1), or an inequality (Table 4.2).
     pub equality: bool,
-    /// On positions alone.
-    pub holonomic: bool,
+    /// On positions alone; `None`: not decided.
+    pub holonomic: Option<bool>,
     /// Without time.
     pub scleronomic: bool,
     /// With constant coefficients.
@@ -525,6 +525,29 @@ pub struct Certificate {
     pub reached: Option<Minor>,
     /// The same for the transposed pencil.
     pub seen: Option<Minor>,
+    /// Proofs of what is called stable, stabilisable and detectable, or not; left out where that is not decided.
+    pub stability: StabilityProofs,
+}
+
+/// Proofs of the verdicts of these names.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct StabilityProofs {
+    /// Of all motions: the polynomial is det(sE - A) over det E.
+    pub stable: Option<StabilityProof>,
+    /// Of what no input reaches: that of the action of `unreached`, 1 where all is reached.
+    pub stabilisable: Option<StabilityProof>,
+    /// Of what no output shows: that of the action of `unseen`.
+    pub detectable: Option<StabilityProof>,
+}
+
+/// Whether all roots of a polynomial are stable, by Routh's table.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct StabilityProof {
+    /// Monic, exact.
+    pub polynomial: String,
+    /// The first column of Routh's table of the polynomial, in discrete time of `(1 - w)^n p((1 + w)/(1 - w))`, both with a leading coefficient above
+    /// zero, down to the first number that is not above zero: stable if and only if all n + 1 of them are there and above zero.
+    pub routh: Vec<String>,
 }
 
 /// Proof of a least number of inputs.

@@ -18,14 +18,14 @@ use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project}
 use crate::analysis::{
     BasisError, ConstrainedSystem, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side, StructureError,
     TakenApart, bases, certified_structure, class, constraint_forces, construction, distance_of_matrices,
-    exact_modes_beside, exact_modes_of_pencil, failing_modes, kept_constraints, linear_system, modes, needs_modes,
-    properties, realisations, reduction, structure,
+    exact_modes_beside, exact_modes_of_pencil, failing_modes, kept_constraints, linear_system, modes,
+    modular_properties, needs_modes, properties, realisations, reduction, stability_proofs, state_modular, structure,
 };
 use crate::diagnostics::Diagnostic;
 use crate::equations::Domain;
 use crate::model::{DataDigits, StateSpace, read_state_space};
 use crate::names::{Quantity, SignalName, carrier};
-use crate::num::{Definiteness, Matrix, Rational, definiteness, exact_rank, rational_to_f64};
+use crate::num::{Definiteness, Matrix, Rational, definiteness, exact_rank, length, rational_to_f64};
 use crate::reduce::Reduced;
 use crate::results::{
     Analysis, Basis, Breach, Class, ConstraintForces, Counting, DiscreteTime, MatrixDistance, MatrixDistances, Mode,
@@ -346,7 +346,18 @@ pub fn analyze_state_space(
 fn refine(analysis: &mut Analysis, system: &LinearSystem) {
     analysis.realisations = realisations(system, &analysis.structure.certificate);
     let (found, discrete) = (analysis.realisations.as_ref(), analysis.discrete.is_some());
-    analysis.properties = Some(properties(system, &analysis.structure, found, discrete));
+    let known = properties(system, &analysis.structure, found, discrete);
+    let proofs = stability_proofs(system, &analysis.structure, found, discrete);
+    let certificate = &mut analysis.structure.certificate;
+    if proofs.stable.is_some() {
+        let text = "stable, stabilisable, detectable: Routh's table of exact characteristic polynomials; proven";
+        certificate.statements.push(text.into());
+    }
+    certificate.stability = proofs;
+    if !certificate.proven {
+        state_modular(system, certificate, &modular_properties(system, &known));
+    }
+    analysis.properties = Some(known);
 }
 
 /// Frequency and damping of modes in discrete time: those of `ln z` over the sample time, per sample where it is not known.
@@ -396,7 +407,7 @@ fn matrix_distances(analysis: &Analysis, system: &LinearSystem, digits: &DataDig
 }
 
 fn frobenius(matrix: &Matrix<Rational>) -> f64 {
-    matrix.to_f64().as_slice().iter().map(|x| x * x).sum::<f64>().sqrt()
+    length(matrix.to_f64().as_slice())
 }
 
 /// The exact structure; with `certify` every answer proven, which may take long and reports how far it is: what random primes tell

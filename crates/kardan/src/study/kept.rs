@@ -8,6 +8,7 @@ use super::equilibrium::{Rest, in_words};
 use super::initial::Entry;
 use super::places::{at_each, place_of};
 use super::{Prepared, PreparedVariant};
+use crate::analysis::{Dependent, dependent_row};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::entries::Place;
 use crate::equations::{InputKind, Kept};
@@ -42,7 +43,9 @@ pub(super) fn check_kept(document: &Document, reduced: &Reduced, out: &mut Vec<D
     let (free, kept) = (reduced.degrees_of_freedom(), equations.kept.len());
     let no_motion = kept > free || kept == free && !equations.prescribes();
     let follows = || no_motion.then(|| follows_everywhere(reduced, &generic_positions(free))).flatten();
-    if let Some(row) = superfluous(reduced).or_else(follows) {
+    if let Some(dependent) = dependent_row(reduced) {
+        out.push(told_of(document, reduced, &dependent));
+    } else if let Some(row) = superfluous(reduced).or_else(follows) {
         let name = &equations.kept[row].element;
         let message = format!("`{name}` holds no motion that the other constraints leave, at no position");
         let help = "remove it, or those that say the same: of kept rows only a sum of rows of speeds in the same unit is kept once";
@@ -60,6 +63,26 @@ pub(super) fn check_kept(document: &Document, reduced: &Reduced, out: &mut Vec<D
         out.push(at_each(document, elements, "a constraint", mistake));
     }
     out.len() == before
+}
+
+/// What is told of a kept row that other constraints say too.
+fn told_of(document: &Document, reduced: &Reduced, dependent: &Dependent) -> Diagnostic {
+    let name = &reduced.equations.kept[dependent.row].element;
+    let message = match dependent.elements.as_slice() {
+        [] => format!("at every position `{name}` follows from the other constraints: it constrains nothing more"),
+        [one] => format!(
+            "at every position `{name}` is a multiple of `{one}`, with a factor that may depend on the position: it constrains nothing more"
+        ),
+        several => format!(
+            "at every position `{name}` is a sum of multiples of {}: it constrains nothing more",
+            quoted(several.iter().map(String::as_str))
+        ),
+    };
+    let others = dependent.elements.iter().map(String::as_str);
+    let mistake = Diagnostic::error("constraint::dependent", message)
+        .at(place_of(document, name), "this constraint")
+        .help("remove it, or correct what should be another constraint");
+    at_each(document, others, "it follows from this one", mistake)
 }
 
 /// A kept row that follows from those before it, where all their coefficients are numbers.

@@ -30,6 +30,8 @@ pub struct Exact {
     pub pi: i32,
     /// How it follows from numbers with names, where equations in symbols are asked for; no part of the number.
     written: Option<Arc<InNames>>,
+    /// Whether it stands for a number that is no such one, or follows from one that does; no part of the number.
+    rounded: bool,
 }
 
 /// How a number follows from numbers with names.
@@ -73,7 +75,7 @@ impl Exact {
     /// ```
     pub fn new(rational: RBig, pi: i32) -> Self {
         let pi = if rational.is_zero() { 0 } else { pi };
-        Self { rational, pi, written: None }
+        Self { rational, pi, written: None, rounded: false }
     }
 
     /// Zero.
@@ -190,7 +192,7 @@ impl Exact {
         let sum = match (self, other) {
             (zero, sum) | (sum, zero) if zero.is_zero() => sum.clone(),
             (a, b) if a.pi == b.pi => Self::new(&a.rational + &b.rational, a.pi),
-            (a, b) => Self::new(a.to_rational() + b.to_rational(), 0),
+            (a, b) => Self::new(a.to_rational() + b.to_rational(), 0).rounded(),
         };
         sum.following([self, other], |[a, b]| InNames::Sum(a.clone(), b.clone()))
     }
@@ -213,8 +215,32 @@ impl Exact {
         self.written.as_deref()
     }
 
-    /// The same number as what follows from others, if one of these has a name.
+    /// The same number in place of one that is no fraction times a power of π.
+    #[must_use]
+    pub(crate) fn rounded(self) -> Self {
+        Self { rounded: true, ..self }
+    }
+
+    /// Whether it stands for a number that is no fraction times a power of π (`sqrt(2)`), or follows from one that does.
+    ///
+    /// ```
+    /// use kardan::units::parse_quantity;
+    /// assert!(!parse_quantity("2 m")?.0.is_rounded());
+    /// # Ok::<(), kardan::units::UnitError>(())
+    /// ```
+    pub fn is_rounded(&self) -> bool {
+        self.rounded
+    }
+
+    /// The same number as what follows from others.
     fn following<const N: usize>(self, from: [&Self; N], how: impl FnOnce([&Self; N]) -> InNames) -> Self {
+        let rounded = self.rounded || from.iter().any(|one| one.rounded);
+        let out = Self { rounded, ..self };
+        out.in_names_of(from, how)
+    }
+
+    /// If one of these has a name.
+    fn in_names_of<const N: usize>(self, from: [&Self; N], how: impl FnOnce([&Self; N]) -> InNames) -> Self {
         match from.iter().any(|one| one.written.is_some()) {
             true => Self { written: Some(Arc::new(how(from))), ..self },
             false => self,
@@ -239,7 +265,10 @@ impl Exact {
         if bits.saturating_mul(power.unsigned_abs() as usize) > FACTOR_BITS_LIMIT {
             return None;
         }
-        Some(Self::new(self.rational.pow(power as isize), self.pi.checked_mul(power)?))
+        Some(Self {
+            rounded: self.rounded,
+            ..Self::new(self.rational.pow(power as isize), self.pi.checked_mul(power)?)
+        })
     }
 }
 

@@ -8,6 +8,8 @@ use super::Exact;
 
 /// Binary digits that are kept.
 const DIGITS: isize = 256;
+/// Of these, those that a calculation of some steps may lose.
+const LOST: isize = 24;
 
 /// The number with the leading binary digits.
 pub(super) fn short(x: &RBig) -> RBig {
@@ -21,6 +23,12 @@ pub(super) fn short(x: &RBig) -> RBig {
     }
     let scaled = x.numerator() << shift as usize;
     RBig::from_parts(scaled / IBig::from(x.denominator().clone()), UBig::ONE << shift as usize)
+}
+
+/// Whether a number is not above what rounding makes of another one.
+pub(super) fn is_noise_of(x: &RBig, of: &RBig) -> bool {
+    let bound = of.clone().abs() / RBig::from(UBig::ONE << (DIGITS - LOST) as usize);
+    x.clone().abs() < bound
 }
 
 fn whole(n: i64) -> RBig {

@@ -271,7 +271,7 @@ fn damaged_certificates_are_refused() {
         let mut paths = Vec::new();
         parts.iter().for_each(|part| places(all.pointer(part).unwrap(), part, &mut paths));
         // Not needed for the ranks and least numbers; where one input is enough, no common factor is needed.
-        let rests = ["/proven", "/failure_probability", "/primes", "/statements", "/pencil/D"];
+        let rests = ["/proven", "/failure_probability", "/primes", "/statements", "/pencil/D", "/stability"];
         let side = |path: &str| path.starts_with("/certificate/inputs/") || path.starts_with("/certificate/outputs/");
         paths.retain(|path| {
             let unread = rests.iter().any(|rest| path.starts_with(&format!("/certificate{rest}")))
@@ -470,4 +470,88 @@ fn the_documented_checker_follows_a_singular_e_and_distances() {
             assert!(!agrees && said.starts_with("refused"), "{path}: {said}");
         }
     }
+}
+
+/// What is called stable, stabilisable or detectable, indices, the minimal order and zeros at infinity are confirmed; every one of these words and numbers,
+/// changed alone, is refused. Continuous and discrete, stable, marginal (also with a Jordan block) and unstable, with parts that are not reached or seen.
+#[test]
+fn the_documented_checker_decides_stability_and_indices() {
+    let systems = [
+        json!({"A": [[0, 1], [-2, -3]], "B": [0, 1], "C": [1, 0]}),
+        json!({"A": [[0, 1], [-1, 0]], "B": [0, 1], "C": [1, 0]}),
+        // (s^2 + 1)^2 with a Jordan block, beside what is stable.
+        json!({"A": [[0, 1, 1, 0], [-1, 0, 0, 1], [0, 0, 0, 1], [0, 0, -1, 0]], "B": [[0, 0], [0, 0], [0, 1], [1, 0]], "C": [[1, 0, 0, 0]]}),
+        json!({"A": [["1/2", 1], [0, -1]], "B": [[1], [0]], "C": [[1, 1]]}),
+        json!({"A": [[-1, 0, 0], [0, 2, 0], [0, 0, -3]], "B": [1, 1, 0], "C": [0, 1, 1]}),
+        json!({"A": [[0, 1], [-1, "199/100"]], "B": [0, 1], "C": [1, 0], "Ts": 0.1}),
+        json!({"A": [["1/2", 1, 0], [0, "-1/3", 0], [0, 0, -1]], "B": [1, 1, 0], "C": [0, 1, 1], "Ts": 1}),
+        json!({"A": [["999/1000", 1], [0, "1/5"]], "B": [0, 1], "C": [1, 0], "dt": 1}),
+        json!({"A": [[1, 0], [0, -1]], "B": [1, 1], "C": [0, 1]}),
+        json!({"A": [[0.0005, 10], [-10, 0.0005]], "B": [0, 1], "C": [1, 0]}),
+        json!({"A": [[0, 0, 0], [1, 0, 0], [0, 0, 0]], "B": [[1, 0], [0, 0], [0, 1]], "C": [[0, 1, 0], [0, 0, 1]], "D": [[0, 0], [0, 1]]}),
+    ];
+    let mut verdicts = std::collections::BTreeSet::new();
+    for system in systems {
+        let text = state_space(system);
+        let Some((agrees, said)) = python(&text) else { return };
+        let all = "stable, stabilisable, detectable, indices, minimal order, zeros at infinity";
+        assert!(agrees && said.contains(all), "{said}");
+        let whole: Value = serde_json::from_str(&text).unwrap();
+        let refused = |path: &str, value: Value| {
+            let mut other = whole.clone();
+            *other.pointer_mut(path).unwrap_or_else(|| panic!("{path}")) = value;
+            let (agrees, said) = python(&other.to_string()).unwrap();
+            assert!(!agrees && said.starts_with("refused"), "{path}: {said}");
+        };
+        for name in ["stable", "stabilisable", "detectable"] {
+            let verdict = whole["properties"][name].as_bool().unwrap();
+            verdicts.insert((name, verdict));
+            refused(&format!("/properties/{name}"), json!(!verdict));
+            let proof = format!("/certificate/stability/{name}");
+            refused(&format!("{proof}/routh/0"), json!("7/3"));
+            refused(&format!("{proof}/routh"), json!([]));
+            refused(&format!("{proof}/polynomial"), json!("s^9 + 1"));
+        }
+        let counted = &whole["properties"]["controllability_indices"];
+        assert!(!counted.as_array().unwrap().is_empty());
+        refused("/properties/controllability_indices/0", json!(counted[0].as_u64().unwrap() + 1));
+        refused("/properties/observability_indices/0", json!(7));
+        refused("/properties/minimal_order", json!(9));
+        refused("/properties/infinite_zeros", json!([8]));
+        refused("/properties/input_decoupling_zeros/polynomial", json!("s + 77"));
+    }
+    assert_eq!(verdicts.len(), 6, "each is true once and false once: {verdicts:?}");
+}
+
+/// What is said of impulses and infinity is confirmed, and refused where it is changed.
+#[test]
+fn the_documented_checker_decides_at_infinity() {
+    let systems = [
+        json!({"E": [[1, 0, 0], [0, 0, 1], [0, 0, 0]], "A": [[-1, 0, 0], [0, 1, 0], [0, 0, 1]], "B": [[1], [0], [1]], "C": [[1, 1, 0]]}),
+        json!({"E": [[1, 0], [0, 0]], "A": [[-1, 1], [0, 1]], "B": [[0], [1]], "C": [[1, 0]]}),
+        json!({"E": [[1, 0, 0], [0, 0, 1], [0, 0, 0]], "A": [[2, 0, 0], [0, 1, 0], [0, 0, 1]], "B": [[1], [1], [0]], "C": [[1, 0, 0]]}),
+    ];
+    let mut seen = std::collections::BTreeSet::new();
+    for system in systems {
+        let text = state_space(system);
+        let Some((agrees, said)) = python(&text) else { return };
+        assert!(agrees && said.contains("verdicts at infinity"), "{said}");
+        let whole: Value = serde_json::from_str(&text).unwrap();
+        for path in [
+            "/descriptor/controllability/impulse",
+            "/descriptor/observability/impulse",
+            "/descriptor/controllability/complete",
+            "/descriptor/observability/complete",
+            "/descriptor/impulse_free",
+        ] {
+            let mut other = whole.clone();
+            let place = other.pointer_mut(path).unwrap();
+            let verdict = place.as_bool().unwrap();
+            seen.insert((path, verdict));
+            *place = json!(!verdict);
+            let (agrees, said) = python(&other.to_string()).unwrap();
+            assert!(!agrees && said.starts_with("refused"), "{path}: {said}");
+        }
+    }
+    assert!(seen.len() >= 8, "{seen:?}");
 }

@@ -194,3 +194,79 @@ fn many_states_are_bounded_from_above() {
     let sine = (std::f64::consts::PI / (n as f64 + 1.0)).sin();
     assert!(found.upper >= sine && found.upper <= 10.0 * sine, "{} {sine}", found.upper);
 }
+
+/// Systems times powers of two: both bounds, the change and the eigenvalue are those powers times what they were, exactly, down to 2^-1000 and up to
+/// 2^1000, where no square is a number of floating point.
+#[test]
+fn distances_scale_exactly() {
+    let systems = [
+        (floats(&[vec![1.0, 0.0], vec![0.0, 2.0]]), floats(&[vec![1.0], vec![1.0]])),
+        (
+            floats(&[vec![0.1, 1.3, 0.0], vec![0.25, -1.0, 0.5], vec![-1.0, 0.0, 0.75]]),
+            floats(&[vec![1.0], vec![0.2], vec![0.0]]),
+        ),
+        (floats(&[vec![0.0, 1.0], vec![-1.0, 0.0]]), floats(&[vec![0.0, 0.3], vec![1.0, 0.1]])),
+        // What is lost is far below the rest: its square is beyond floating point at any scale.
+        (floats(&[vec![1.0, 0.0], vec![0.0, 2.0]]), floats(&[vec![1.0], vec![1e-200]])),
+    ];
+    for (a, b) in systems {
+        let n = a.rows();
+        let at = |power: i64| {
+            let factor = kardan::num::power_of_two(power);
+            let system = LinearSystem::state_space(a.scale(&factor), b.scale(&factor), Matrix::zeros(0, n));
+            distance_of_matrices(&system, Side::Inputs).unwrap()
+        };
+        let one = at(0);
+        assert!(one.upper > 0.0 && one.lower <= one.upper);
+        for power in [-1000, -548, -300, 1, 300, 548, 1000] {
+            let found = at(power);
+            let factor = 2f64.powi(power as i32);
+            let tiny = one.upper < 1e-100 && power < -300;
+            if tiny {
+                // Beyond the smallest number: not below the true one, and not zero.
+                assert!(found.upper > 0.0 && found.lower <= found.upper, "{power}: {found:?}");
+                continue;
+            }
+            assert_eq!((found.upper, found.lower), (one.upper * factor, one.lower * factor), "{power}");
+            assert_eq!(found.eigenvalue.re, one.eigenvalue.re * factor, "{power}");
+            assert_eq!(found.proof.rows, one.proof.rows);
+            for (row, before) in found.change_of_b.iter().zip(&one.change_of_b) {
+                assert!(row.iter().zip(before).all(|(x, y)| *x == y * factor), "{power}");
+            }
+        }
+    }
+    // The matrices of which the change was said to be of size zero.
+    let small = analysis(&json!({"A": [["1e-165", 0], [0, "2e-165"]], "B": [["1e-165"], ["1e-165"]]}));
+    let near = small.matrix_distance.unwrap().controllability.unwrap();
+    assert!(near.lower > 1e-166 && near.upper < 1e-165 && !near.below_last_digit, "{near:?}");
+    let large =
+        analysis(&json!({"A": [["1e165", 0], [0, "2e165"]], "B": [["1e165"], ["1e165"]], "C": [["1e165", "3e165"]]}));
+    let near = large.matrix_distance.unwrap();
+    assert!(
+        [near.controllability, near.observability]
+            .into_iter()
+            .flatten()
+            .all(|one| one.lower > 1e164 && one.upper < 1e166)
+    );
+}
+
+/// A Gramian is quadratic in its inputs: scaled by a power of two its factor is, exactly, and its residual stays.
+#[test]
+fn gramians_scale_exactly() {
+    let a = faer::Mat::from_fn(2, 2, |i, j| [[-1.0, 0.5], [0.25, -3.0]][i][j]);
+    let at = |power: i32| {
+        kardan::analysis::gramian(&a, &faer::Mat::from_fn(2, 1, |i, _| [1.0, 0.7][i] * 2f64.powi(power)), 2.0).unwrap()
+    };
+    let one = at(0);
+    assert!(one.residual > 0.0 && one.residual < 1e-13);
+    for power in [-1000, -548, 548, 1000] {
+        let found = at(power);
+        assert_eq!(found.residual, one.residual, "{power}");
+        let factor = 2f64.powi(power);
+        assert!((0..2).all(|i| (0..2).all(|j| found.factor[(i, j)] == one.factor[(i, j)] * factor)), "{power}");
+        // What is reached is not called unreachable, however large or small the numbers are.
+        let energy = kardan::analysis::transfer_energy(&found, &[1.0, 0.0]);
+        assert!(energy.is_finite(), "{power}: {energy}");
+        assert!(kardan::analysis::smallest_eigenvalue(&found, &[1.0; 2]).unwrap() > 0.0, "{power}");
+    }
+}

@@ -3,7 +3,7 @@
 use kardan::analysis::LinearSystem;
 use kardan::export::{realisations_json, realisations_mat};
 use kardan::model::read_state_space;
-use kardan::num::{Matrix, Rational};
+use kardan::num::{Matrix, Polynomial, Rational};
 use kardan::results::{Analysis, PolynomialRoots, TransformedSystem};
 use kardan::study;
 use serde_json::{Value, json};
@@ -149,4 +149,21 @@ fn forms_are_written_exactly() {
     }
     assert_eq!(found.minimal.a.rows(), 2);
     assert!(realisations_mat(&found).unwrap().starts_with(b"MATLAB 5.0"));
+}
+
+/// Of one input and one output in companion form the zeros are the roots of the polynomial in C: as many as chosen lie in the right half-plane, those on
+/// the axis do not.
+#[test]
+fn zeros_in_the_right_half_plane_are_counted() {
+    for roots in [vec![-1, -2], vec![1, -2, 3], vec![0, 0, 4], vec![5, 5, 5, -1], vec![]] {
+        let zeros = Polynomial::from_roots(&roots.iter().map(|x| Rational::from(*x)).collect::<Vec<_>>());
+        let n = roots.len() + 2;
+        let row: Vec<String> = (0..n).map(|k| zeros.coefficient(k).to_string()).collect();
+        let unit = |i: usize| (0..n).map(|j| if j == i { 1 } else { 0 }).collect::<Vec<i64>>();
+        let a: Vec<Vec<i64>> = (1..n).map(unit).chain([vec![-1; n]]).collect();
+        let b: Vec<i64> = unit(n - 1);
+        let found = analysis(&json!({"A": a, "B": b, "C": [row]})).structure.zeros;
+        assert_eq!(found.growing, Some(roots.iter().filter(|x| **x > 0).count()), "{roots:?}");
+        assert_eq!(found.values.len(), roots.len());
+    }
 }

@@ -38,6 +38,41 @@ pub fn code(source: &str) -> String {
     out + rest
 }
 
+/// The text literals of a file, without those of its module of tests; lines that go on are joined as the compiler does.
+pub fn texts(source: &str) -> Vec<String> {
+    let source = source.split("#[cfg(test)]\nmod ").next().unwrap_or_default();
+    let bytes: Vec<char> = source.chars().collect();
+    let (mut out, mut at) = (Vec::new(), 0);
+    while at < bytes.len() {
+        let rest = &bytes[at..];
+        let length = token(&bytes, at);
+        if matches!(rest[0], '"' | 'r') && length > 1 {
+            let text: String = rest[..length].iter().collect();
+            let mut joined = String::new();
+            for (k, part) in text.split("\\\n").enumerate() {
+                joined += if k == 0 { part } else { part.trim_start() };
+            }
+            out.push(joined.trim_start_matches(['r', '#']).trim_end_matches('#').trim_matches('"').to_string());
+        }
+        at += length.max(1);
+    }
+    out
+}
+
+/// The length of the comment or of the literal that begins at a place, or 0.
+fn token(bytes: &[char], at: usize) -> usize {
+    let rest = &bytes[at..];
+    match rest {
+        ['/', '/', ..] => rest.iter().position(|c| *c == '\n').unwrap_or(rest.len()),
+        ['/', '*', ..] => block_comment(rest),
+        ['"', ..] => quoted(rest),
+        ['r', '"' | '#', ..] if at == 0 || !(bytes[at - 1].is_alphanumeric() || bytes[at - 1] == '_') => raw(rest),
+        ['\'', '\\', ..] => 3 + rest[3..].iter().position(|c| *c == '\'').unwrap_or(0),
+        ['\'', _, '\'', ..] => 3,
+        _ => 0,
+    }
+}
+
 /// What follows an item: after its closing brace, or after its semicolon if that comes first.
 fn after_item(item: &str) -> &str {
     let mut depth = 0;
@@ -63,15 +98,7 @@ fn blank(source: &str) -> String {
     let newlines = |text: &[char]| text.iter().filter(|c| **c == '\n').collect::<String>();
     while at < bytes.len() {
         let rest = &bytes[at..];
-        let length = match rest {
-            ['/', '/', ..] => rest.iter().position(|c| *c == '\n').unwrap_or(rest.len()),
-            ['/', '*', ..] => block_comment(rest),
-            ['"', ..] => quoted(rest),
-            ['r', '"' | '#', ..] if at == 0 || !(bytes[at - 1].is_alphanumeric() || bytes[at - 1] == '_') => raw(rest),
-            ['\'', '\\', ..] => 3 + rest[3..].iter().position(|c| *c == '\'').unwrap_or(0),
-            ['\'', _, '\'', ..] => 3,
-            _ => 0,
-        };
+        let length = token(&bytes, at);
         if length == 0 {
             out.push(rest[0]);
             at += 1;

@@ -205,7 +205,7 @@ fn at_infinity(slow: &LinearSystem, derivatives: &[Matrix<Rational>]) -> Option<
         }
     }
     let chain = LinearSystem { d: power(k).clone(), ..LinearSystem::state_space(a, b, c) };
-    let orders = orders_at_infinity(&chain)?;
+    let orders = orders_at_infinity(&chain, true)?;
     let shifted = orders.into_iter().map(|order| i64::try_from(order).unwrap_or(i64::MAX) - k as i64);
     Some(shifted.filter(|order| *order != 0).collect())
 }

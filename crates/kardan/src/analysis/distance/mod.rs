@@ -9,6 +9,10 @@
 //! least value known, then for nine tenths; `lower.rs` has the inequality and counts the rounding. That works up to about 50
 //! full states; beyond, the work that is spent may end with a tenth or nothing, and above [`MOST_FROM_BELOW`] it is not tried.
 
+//!
+//! Both are found for the matrices times a power of two that brings their largest entry near one: `σ_min` and the changes scale with them, and
+//! no square is beyond floating point.
+
 mod lower;
 mod smallest;
 
@@ -17,7 +21,9 @@ use kardan_rt::functions::powi;
 
 use super::LinearSystem;
 use super::system::Side;
-use crate::num::{Matrix, Rational, Scalar, eigenvalues, rational_from_f64, rational_to_f64};
+use crate::num::{
+    Matrix, Rational, Scalar, above, below, eigenvalues, power_of_two, rational_from_f64, rational_to_f64, root_above,
+};
 use crate::results::{Complex, Invariant, MatrixDistance, NamedShare};
 pub use smallest::MOST_FROM_BELOW;
 use smallest::{Given, Smallest, left_eigenvectors, smallest};
@@ -35,7 +41,7 @@ const STEPS_OF_MANY: usize = 3;
 /// The distance of a system from the nearest one that is not controllable, or with [`Side::Outputs`] not observable.
 ///
 /// With an E other than the identity it is that of `E⁻¹A` and `E⁻¹B`. `None` without inputs (outputs), for more than
-/// [`MOST_STATES`] states, a singular E, or numbers beyond floating point.
+/// [`MOST_STATES`] states, a singular E, or a distance beyond floating point. Both bounds scale exactly with powers of two of the matrices.
 ///
 /// ```
 /// use kardan::analysis::{LinearSystem, Side, distance_of_matrices};
@@ -59,16 +65,14 @@ pub fn distance_of_matrices(system: &LinearSystem, side: Side) -> Option<MatrixD
     if explicit.inputs.is_empty() {
         return None;
     }
-    let (a, b) = (explicit.a.to_f64(), explicit.b.to_f64());
-    let finite = a.as_slice().iter().chain(b.as_slice()).all(|x| x.is_finite());
-    let given = Given { exact: [explicit.a, explicit.b], a, b };
-    let starts = starts(&given).filter(|_| finite)?;
-    let minima = minima(&given, starts)?;
+    let (given, power) = Given::scaled([explicit.a, explicit.b]);
+    let minima = minima(&given, starts(&given)?)?;
     let least = minima.iter().map(|one| one.value).fold(f64::INFINITY, f64::min);
     let changes = minima.iter().filter_map(|one| Change::of(&given, one));
-    let best = changes.min_by(|one, other| one.size.total_cmp(&other.size))?;
-    let lower = if n > MOST_FROM_BELOW { 0.0 } else { lower::proven(&given, least).min(best.size) };
-    Some(best.described(&given, &explicit.states, lower))
+    let best = changes.min_by(|one, other| one.size.cmp(&other.size))?;
+    let lower = if n > MOST_FROM_BELOW { 0.0 } else { lower::proven(&given, least) };
+    let lower = rational_from_f64(lower)?.min(best.size.clone());
+    Some(best.described(&given, &explicit.states, lower, power)).filter(|found| found.upper.is_finite())
 }
 
 /// Where the search begins: at the eigenvalues, and at the real parts of pairs.
@@ -131,7 +135,7 @@ struct Change {
     /// `(YᵀY)⁻¹`.
     gram: Matrix<Rational>,
     /// Frobenius norm of the change, rounded up.
-    size: f64,
+    size: Rational,
 }
 
 impl Change {
@@ -156,13 +160,15 @@ impl Change {
         let scaled = gram.multiply(&miss);
         let products = scaled.as_slice().iter().zip(miss.as_slice()).map(|(x, y)| x.times(y));
         let square = products.fold(Rational::ZERO, |sum, x| sum.plus(&x));
-        let size = rational_to_f64(&square).sqrt() * (1.0 + 4.0 * f64::EPSILON);
-        Some(Self { rows, action, miss, gram, size })
+        Some(Self { rows, action, miss, gram, size: root_above(&square) })
     }
 
-    fn described(self, given: &Given, states: &[String], lower: f64) -> MatrixDistance {
+    /// Of the matrices as they were before they were scaled by a power of two.
+    fn described(self, given: &Given, states: &[String], lower: Rational, power: i64) -> MatrixDistance {
         let n = given.a.rows();
-        let both = self.rows.transpose().multiply(&self.gram.multiply(&self.miss)).to_f64();
+        let back = power_of_two(power);
+        let action = self.action.scale(&back);
+        let both = self.rows.transpose().multiply(&self.gram.multiply(&self.miss)).scale(&back).to_f64();
         let change = |from: usize, to: usize| -> Vec<Vec<f64>> {
             (0..n).map(|i| (from..to).map(|j| 0.0 - both[(i, j)]).collect()).collect()
         };
@@ -179,28 +185,30 @@ impl Change {
         let texts =
             |m: &Matrix<Rational>| (0..m.rows()).map(|i| m.row(i).iter().map(ToString::to_string).collect()).collect();
         MatrixDistance {
-            lower,
-            upper: self.size,
-            eigenvalue: eigenvalue(&self.action.to_f64()),
+            lower: below(&(lower * &back)),
+            upper: above(&(self.size * &back)),
+            eigenvalue: eigenvalue(&self.action, &back),
             states: shares,
             change_of_a: change(0, n),
             change_of_b: change(n, n + given.b.columns()),
-            proof: Invariant { rows: texts(&self.rows), action: texts(&self.action) },
+            proof: Invariant { rows: texts(&self.rows), action: texts(&action) },
             last_digit: 0.0,
             below_last_digit: false,
         }
     }
 }
 
-/// The eigenvalue, with imaginary part ≥ 0, of a matrix of order one or two.
-fn eigenvalue(m: &Matrix<f64>) -> Complex {
+/// The eigenvalue, with imaginary part ≥ 0, of a matrix of order one or two, times a power of two.
+fn eigenvalue(m: &Matrix<Rational>, back: &Rational) -> Complex {
+    let m = m.to_f64();
+    let times = |x: f64| rational_from_f64(x).map_or(x, |x| rational_to_f64(&(x * back)));
     if m.rows() == 1 {
-        return Complex::new(m[(0, 0)], 0.0);
+        return Complex::new(times(m[(0, 0)]), 0.0);
     }
     let (half, apart) = ((m[(0, 0)] + m[(1, 1)]) / 2.0, (m[(0, 0)] - m[(1, 1)]) / 2.0);
     let square = apart * apart + m[(0, 1)] * m[(1, 0)];
     match square < 0.0 {
-        true => Complex::new(half, (0.0 - square).sqrt()),
-        false => Complex::new(half + square.sqrt().copysign(half), 0.0),
+        true => Complex::new(times(half), times((0.0 - square).sqrt())),
+        false => Complex::new(times(half + square.sqrt().copysign(half)), 0.0),
     }
 }

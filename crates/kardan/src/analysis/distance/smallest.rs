@@ -3,13 +3,24 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side, c64};
 
-use crate::num::{Matrix, Rational};
+use crate::num::{Matrix, Rational, exponent, power_of_two};
 
 /// The matrices in floating point, and exact.
 pub(super) struct Given {
     pub exact: [Matrix<Rational>; 2],
     pub a: Matrix<f64>,
     pub b: Matrix<f64>,
+}
+
+impl Given {
+    /// Matrices divided by the power of two that brings the largest entry near one, and that power.
+    pub fn scaled(exact: [Matrix<Rational>; 2]) -> (Self, i64) {
+        let entries = exact.iter().flat_map(|matrix| matrix.as_slice()).filter(|x| !x.is_zero());
+        let power = entries.map(exponent).max().unwrap_or(0);
+        let exact = if power == 0 { exact } else { exact.map(|matrix| matrix.scale(&power_of_two(-power))) };
+        let [a, b] = [exact[0].to_f64(), exact[1].to_f64()];
+        (Self { exact, a, b }, power)
+    }
 }
 
 /// The smallest singular value at λ with its left vector.

@@ -19,7 +19,7 @@ use super::images::{Images, fingerprint};
 use super::spectrum::MOST_EXPANDED;
 use super::{LinearSystem, certified};
 use crate::num::{Primes, reachable};
-use crate::results::{Certificate, Count, Entry, SparseMatrix, Structure, Undecided};
+use crate::results::{Certificate, Count, Entry, SparseMatrix, StabilityProofs, Structure, Undecided};
 use least_number::count;
 use left_vectors::Left;
 use limits::{LOOKS, Limits};
@@ -220,6 +220,14 @@ fn prove_all(
     facts.map_err(|why| statements.list.push(format!("no proof of the rest: {why}"))).ok()
 }
 
+/// Adds to a certificate what else is only so modulo primes that were drawn, with its probability.
+pub fn state_modular(system: &LinearSystem, certificate: &mut Certificate, whats: &[&str]) {
+    let mut statements = Statements::new(system);
+    whats.iter().for_each(|what| statements.modular(what));
+    certificate.failure_probability = (certificate.failure_probability + statements.failure_probability()).min(1.0);
+    certificate.statements.extend(statements.list);
+}
+
 /// What is proven and by what; `primes` are those of the proofs of [`certified`].
 fn certificate(
     system: &LinearSystem,
@@ -246,6 +254,7 @@ fn certificate(
         unseen: ranks.unseen.map(Left::into_fractions),
         reached: Some(reached),
         seen: Some(seen),
+        stability: StabilityProofs::default(),
     }
 }
 

@@ -70,7 +70,7 @@ impl Number {
                 let nearest = precise::nearest(&value);
                 let exact = RBig::try_from(nearest).ok();
                 let zero = nearest == 0.0 && !value.is_zero();
-                exact.filter(|_| !zero).map(|exact| (Exact::new(exact, 0), false))
+                exact.filter(|_| !zero).map(|exact| (Exact::new(exact, 0).rounded(), false))
             }
         }
     }
@@ -88,11 +88,23 @@ impl Number {
 
     fn plus(&self, other: &Self) -> Self {
         match (self, other) {
-            (Self::Exact(a), Self::Exact(b)) if a.is_zero() || b.is_zero() || a.pi == b.pi => {
-                let pi = if a.is_zero() { b.pi } else { a.pi };
-                Self::Exact(Exact::new(&a.rational + &b.rational, pi))
-            }
-            _ => Self::rounded(&(self.digits() + other.digits())),
+            (Self::Exact(a), Self::Exact(b)) if a.is_zero() || b.is_zero() || a.pi == b.pi => Self::Exact(a.plus(b)),
+            _ => Self::difference(&self.digits(), &-other.digits()),
+        }
+    }
+
+    /// Of two numbers of 256 digits that are the same to all but the last of these nothing is left: `sqrt(2)^2 - 2` is zero.
+    fn difference(a: &RBig, b: &RBig) -> Self {
+        let left = a - b;
+        let is_noise = !left.is_zero() && precise::is_noise_of(&left, a);
+        if is_noise { Self::Rounded(RBig::ZERO) } else { Self::rounded(&left) }
+    }
+
+    /// Whether it is no fraction times a power of π, or follows from a number that stands for one.
+    fn is_rounded(&self) -> bool {
+        match self {
+            Self::Exact(value) => value.is_rounded(),
+            Self::Rounded(_) => true,
         }
     }
 
@@ -212,6 +224,14 @@ impl Node {
             }
         }
         self.parts().iter().for_each(|part| part.divisors(out));
+    }
+
+    /// Whether a part of it that does not vary is rounded.
+    pub(super) fn rounds(&self, lookup: Lookup<'_>) -> bool {
+        match self.value(lookup) {
+            Ok(value) => value.number.is_rounded(),
+            Err(_) => self.parts().iter().any(|part| part.rounds(lookup)),
+        }
     }
 
     pub(crate) fn value(&self, lookup: Lookup<'_>) -> Result<Value, UnitError> {

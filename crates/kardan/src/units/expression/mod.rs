@@ -185,6 +185,11 @@ impl Expression {
         Self { text: self.text.clone(), root: root.clone() }
     }
 
+    /// Whether a part of it that does not vary, with the names that are numbers, is no fraction times a power of π: `sqrt(2)`.
+    pub(crate) fn rounds(&self, lookup: &dyn Fn(&str) -> Option<(Exact, Dimension)>) -> bool {
+        self.root.rounds(lookup)
+    }
+
     /// Whether it may jump where its names move steadily.
     pub(crate) fn jumps(&self) -> bool {
         let jumps =

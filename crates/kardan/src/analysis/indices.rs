@@ -1,0 +1,113 @@
+//! Controllability and observability indices over the rationals.
+
+use super::LinearSystem;
+use super::images::Images;
+use crate::num::{Rational, Scalar, reachable};
+use crate::results::MinorColumn;
+
+/// More states are looked at modulo primes, ...
+const MOST_EXACT: usize = 32;
+/// ... or where everything is to be proven: more than these are not.
+const MOST_PROVEN: usize = 64;
+
+/// Whether ranks of powers are taken over the rationals (`true`) or modulo primes; `None`: not at all, as a proof is asked for and takes too long.
+pub(super) fn is_exact(states: usize, certified: bool) -> Option<bool> {
+    match (states <= MOST_EXACT, certified) {
+        (true, _) => Some(true),
+        (false, true) => (states <= MOST_PROVEN).then_some(true),
+        (false, false) => Some(false),
+    }
+}
+
+/// Primes that are drawn for more states.
+const PRIMES: usize = 3;
+
+/// How many columns `Gᵏ b` of each input, `G = E⁻¹A`, `b = E⁻¹B`, are independent of those before, power by power; of outputs those of the transposed
+/// system.
+///
+/// Where [`is_exact`] says so over the rationals: each column is reduced by those before and G times what is left of it is its next one, which
+/// changes no dependence. Else modulo primes that are drawn, of which the one with the earliest independent columns is taken: modulo a prime no
+/// column is independent earlier than over the rationals.
+pub(super) fn indices(system: &LinearSystem, certified: bool) -> Option<Vec<usize>> {
+    if is_exact(system.states.len(), certified)? { exact(system) } else { modular(system) }
+}
+
+fn exact(system: &LinearSystem) -> Option<Vec<usize>> {
+    let explicit = system.explicit()?;
+    let (n, inputs) = (explicit.states.len(), explicit.inputs.len());
+    let mut basis: Vec<(usize, Vec<Rational>)> = Vec::new();
+    let mut open: Vec<(usize, Vec<Rational>)> =
+        (0..inputs).map(|input| (input, (0..n).map(|i| explicit.b[(i, input)].clone()).collect())).collect();
+    let mut out = vec![0; inputs];
+    while !open.is_empty() && basis.len() < n {
+        let mut next = Vec::new();
+        for (input, mut column) in open {
+            for (pivot, row) in &basis {
+                let factor = column[*pivot].clone();
+                if !Scalar::is_zero(&factor) {
+                    column.iter_mut().zip(row).for_each(|(x, y)| *x = x.minus(&factor.times(y)));
+                }
+            }
+            let Some(pivot) = column.iter().position(|x| !Scalar::is_zero(x)) else { continue };
+            let size = column[pivot].clone();
+            column.iter_mut().for_each(|x| *x = x.over(&size));
+            let moved = (0..n).map(|i| {
+                let entries = explicit.a.row(i).iter().zip(&column).filter(|(a, _)| !Scalar::is_zero(*a));
+                entries.fold(Rational::ZERO, |sum, (a, x)| sum.plus(&a.times(x)))
+            });
+            next.push((input, moved.collect()));
+            basis.push((pivot, column));
+            out[input] += 1;
+        }
+        open = next;
+    }
+    Some(out)
+}
+
+fn modular(system: &LinearSystem) -> Option<Vec<usize>> {
+    let mut images = Images::unforeseen(system);
+    let columns = |number| {
+        let image = images.get(number)?;
+        Some(reachable(&image.field, &image.g, &image.b).columns)
+    };
+    let found: Vec<Vec<(usize, usize)>> = (0..PRIMES).filter_map(columns).collect();
+    // Most columns, and of as many the earliest ones.
+    let best = found.into_iter().max_by_key(|columns| {
+        let order = |(input, power): &(usize, usize)| std::cmp::Reverse((*power, *input));
+        (columns.len(), columns.iter().map(order).collect::<Vec<_>>())
+    })?;
+    let columns: Vec<MinorColumn> = best.into_iter().map(|(input, power)| MinorColumn { input, power }).collect();
+    let count = |input: usize| columns.iter().filter(|column| column.input == input).count();
+    Some((0..system.inputs.len()).map(count).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::{Matrix, Random};
+
+    /// Systems put together from chains of known lengths, turned by a matrix of whole numbers: the indices are the lengths, exact and modulo primes.
+    #[test]
+    fn the_lengths_of_chains_come_out() {
+        let mut random = Random::new(4);
+        for lengths in [vec![3, 1, 2], vec![1, 1], vec![4], vec![2, 2, 2]] {
+            let n: usize = lengths.iter().sum();
+            let starts: Vec<usize> = lengths.iter().scan(0, |at, l| Some(std::mem::replace(at, *at + l))).collect();
+            let mut a = Matrix::<Rational>::zeros(n, n);
+            let mut b = Matrix::<Rational>::zeros(n, lengths.len());
+            for (input, (start, length)) in starts.iter().zip(&lengths).enumerate() {
+                (0..length - 1).for_each(|k| a[(start + k + 1, start + k)] = Rational::ONE);
+                b[(*start, input)] = Rational::ONE;
+            }
+            let turn = Matrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+                std::cmp::Ordering::Equal => Rational::ONE,
+                std::cmp::Ordering::Less => Rational::from(random.small(5)),
+                std::cmp::Ordering::Greater => Rational::ZERO,
+            });
+            let a = turn.multiply(&a).multiply(&turn.solve(&Matrix::identity(n)).unwrap());
+            let system = LinearSystem::state_space(a, turn.multiply(&b), Matrix::zeros(0, n));
+            assert_eq!(exact(&system).unwrap(), lengths);
+            assert_eq!(modular(&system).unwrap(), lengths);
+        }
+    }
+}

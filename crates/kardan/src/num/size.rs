@@ -1,0 +1,106 @@
+//! Lengths whose squares are beyond floating point, and roundings to one side.
+
+use dashu_int::UBig;
+use dashu_int::ops::BitTest;
+use kardan_rt::functions::{log2, powi};
+
+use super::{Rational, Scalar, rational_from_f64, rational_to_f64};
+
+/// The square root of the sum of squares: no square of it overflows or vanishes.
+///
+/// ```
+/// use kardan::num::length;
+/// assert_eq!(length(&[3e-200, 4e-200]), 5e-200);
+/// assert_eq!(length(&[3e200, 4e200]), 5e200);
+/// assert_eq!((length(&[]), length(&[f64::INFINITY, 1.0])), (0.0, f64::INFINITY));
+/// ```
+pub fn length(values: &[f64]) -> f64 {
+    let largest = values.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
+    if largest == 0.0 || !values.iter().all(|x| x.is_finite()) {
+        return values.iter().fold(largest, |sum, x| sum + x.abs());
+    }
+    // A power of two near it, which may itself not leave the numbers.
+    let power = (log2(largest).floor() as i32).clamp(-1000, 1000);
+    let (down, up) = (powi(2.0, -power), powi(2.0, power));
+    values.iter().map(|x| powi(x * down, 2)).sum::<f64>().sqrt() * up
+}
+
+/// `2^power`, exact.
+pub fn power_of_two(power: i64) -> Rational {
+    let whole = Rational::from(UBig::ONE << power.unsigned_abs() as usize);
+    if power < 0 { Rational::ONE / whole } else { whole }
+}
+
+/// log₂ of the size of a number other than zero, to about one.
+pub fn exponent(x: &Rational) -> i64 {
+    x.numerator().bit_len() as i64 - x.denominator().bit_len() as i64
+}
+
+/// The least number of floating point not below an exact one; infinite if there is none.
+///
+/// ```
+/// use kardan::num::{Rational, above, below};
+/// let third = Rational::from_parts(1.into(), 3u8.into());
+/// assert!(below(&third) < above(&third) && below(&third).next_up() == above(&third));
+/// ```
+pub fn above(x: &Rational) -> f64 {
+    let near = rational_to_f64(x);
+    match rational_from_f64(near) {
+        Some(exact) if exact < *x => near.next_up(),
+        Some(_) => near,
+        None if near > 0.0 => near,
+        None => f64::MIN,
+    }
+}
+
+/// The largest number of floating point not above an exact one; minus infinity if there is none.
+pub fn below(x: &Rational) -> f64 {
+    -above(&-x.clone())
+}
+
+/// The square root of a number that is not negative, to a relative error of 4 · 2⁻⁵², not below it: not zero where the number is not, however
+/// small it is.
+///
+/// ```
+/// use kardan::num::{power_of_two, rational_to_f64, root_above};
+/// assert_eq!(rational_to_f64(&(root_above(&power_of_two(-4000)) / power_of_two(-2000))).round(), 1.0);
+/// ```
+pub fn root_above(square: &Rational) -> Rational {
+    if Scalar::is_zero(square) {
+        return Rational::ZERO;
+    }
+    let half = exponent(square).div_euclid(2);
+    let root = rational_to_f64(&(square * power_of_two(-2 * half))).sqrt() * (1.0 + 4.0 * f64::EPSILON);
+    rational_from_f64(root).unwrap_or(Rational::ONE) * power_of_two(half)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_scale_exactly() {
+        let values = [0.1, -0.7, 3.0, 1e-3];
+        let size = length(&values);
+        assert!((size - values.iter().map(|x| x * x).sum::<f64>().sqrt()).abs() <= 2.0 * f64::EPSILON * size);
+        for power in [-990, -540, 540, 990] {
+            let factor = powi(2.0, power);
+            assert_eq!(length(&values.map(|x| x * factor)), size * factor, "{power}");
+        }
+    }
+
+    #[test]
+    fn roots_are_above() {
+        for x in ["2", "1/3", "7e-700", "5e900", "1"] {
+            let x = crate::units::parse_number(x.split('/').next().unwrap()).unwrap().rational / Rational::from(3);
+            let root = root_above(&x);
+            let square = &root * &root;
+            assert!(square >= x && square <= &x * (Rational::ONE + power_of_two(-48)), "{x}");
+        }
+        let tiny = power_of_two(-1200);
+        assert_eq!((above(&tiny), below(&tiny)), (f64::from_bits(1), 0.0));
+        assert_eq!((above(&-tiny.clone()), below(&-tiny)), (-0.0, -f64::from_bits(1)));
+        let huge = power_of_two(1100);
+        assert_eq!((above(&huge), below(&huge)), (f64::INFINITY, f64::MAX));
+    }
+}
