@@ -45,7 +45,7 @@ pub(crate) use dense::{LANES, Panels, product};
 pub use eigen::eigenvalues;
 pub use elimination::{Definiteness, Echelon, definiteness, definiteness_of_rows, echelon};
 pub use exponential::{Discretised, discretise, exponential};
-pub use float::Float;
+pub use float::{Float, max_or_nan};
 pub use fourier::fourier;
 pub use held::{characteristic, held};
 pub use hessenberg::Transfer;

@@ -114,6 +114,9 @@ impl Project {
         let compared = study.runs.par_iter_mut().zip(&met).zip(&seconds).zip(&chosen);
         compared.for_each(|(((run, met), second), variant)| {
             run.accuracy = accuracy_of(run, met, second, variant, (prepared, settings), progress);
+            if progress.stop().is_none() {
+                run.warnings.extend(accuracy::doubts(run, second));
+            }
         });
         Ok(study)
     }
@@ -403,7 +406,7 @@ fn run_noted(
 /// What a run comes to, with what is computed from its signals, its figures, and what is required of it.
 pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result: RunResult) -> Run {
     result.series.signals.extend(variant.computed.signals(&result.series));
-    let completed = result.outcome == Outcome::Completed;
+    let completed = !matches!(result.outcome, Outcome::Failed { .. });
     let ran = Ran { strains: &result.strains, events: &result.events, completed };
     let told = (variant.name.as_str(), &result.series, &ran);
     let (figures, of_figures) = figures_of(&prepared.figures, &variant.computed, told);
@@ -423,6 +426,11 @@ pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result:
     for Judged { result, note } in judged {
         requirements.push(result);
         notes.extend(note);
+    }
+    if matches!(result.outcome, Outcome::Unbalanced { .. }) && !requirements.is_empty() {
+        // Nobody knows from when on its numbers are wrong.
+        requirements.iter_mut().for_each(|judged| judged.passed = false);
+        notes.push("All requirements count as not met: the energy balance of this run does not close, so that its numbers are wrong from some time on.".into());
     }
     let mut run = Run {
         name: variant.name.clone(),
