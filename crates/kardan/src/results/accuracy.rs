@@ -23,7 +23,7 @@ pub struct Accuracy {
     pub undecided: Option<UndecidedCount>,
     /// Of each unit the signal with the largest error, and that error.
     pub errors: Vec<SignalError>,
-    /// The signal whose error is largest beside its own size, where that is a tenth of it or more.
+    /// Of angles, speeds, charges and currents the one whose error is largest beside its own size, where that is a tenth of it or more.
     pub unreliable: Option<UnreliableSignal>,
 }
 
@@ -34,7 +34,7 @@ pub struct UnreliableSignal {
     pub signal: String,
     /// Its unit.
     pub unit: Physical,
-    /// The largest estimated error, in that unit.
+    /// The largest estimated error, in that unit; never more than the difference to the second run.
     pub error: f64,
     /// The largest amount of the signal, in that unit.
     pub size: f64,

@@ -751,6 +751,8 @@ pub struct Study {
     pub model: ModelSummary,
     /// One run for each variant, in the order of the file.
     pub runs: Vec<Run>,
+    /// Whether variants differ in more than their parameters, in their controllers or faults: then only their names tell them apart.
+    pub named: bool,
     /// The plots to draw.
     pub plots: Vec<Plot>,
     /// What plots of spectra show.

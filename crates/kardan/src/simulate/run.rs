@@ -1659,7 +1659,8 @@ impl RunningLoop {
     fn unbalanced(&self, energy: &Energy, steps: usize) -> Option<String> {
         let Energy { residual, exchanged, .. } = *energy;
         let allowed = self.least_energy * steps as f64;
-        (residual.abs() > SHOWS * exchanged + allowed).then(|| {
+        // What is no number does not close.
+        (!(residual.abs() <= SHOWS * exchanged + allowed)).then(|| {
             format!(
                 "the energy balance does not close: {residual:.3e} J are not accounted for, of {exchanged:.3e} J that were exchanged. What is shown is \
                  wrong from some time on, though every step met its tolerance: look for a speed that jumps or a torque that has a peak, where the \

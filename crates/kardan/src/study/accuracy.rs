@@ -78,7 +78,18 @@ pub(super) fn estimate(run: &Run, others: Others<'_>, tolerance: Tolerance, read
         let unit = signal.physical;
         let own = || SignalError { signal: signal.name.clone(), unit, error };
         let size = signal.values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        sized.push(UnreliableSignal { signal: signal.name.clone(), unit, error, size });
+        if matches!(
+            unit,
+            Physical::Angle
+                | Physical::Speed
+                | Physical::Position
+                | Physical::Velocity
+                | Physical::Charge
+                | Physical::Current
+        ) {
+            // Torques and what controllers decide jump, a moment earlier or later; and what counts may add says how far ways lie apart, not how wrong one is.
+            sized.push(UnreliableSignal { signal: signal.name.clone(), unit, error: part.min(1.0) * difference, size });
+        }
         match errors.iter_mut().find(|known| known.unit == unit) {
             Some(known) if known.error >= error => {}
             Some(known) => *known = own(),

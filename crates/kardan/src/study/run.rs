@@ -26,7 +26,7 @@ use crate::diagnostics::{Diagnostic, nearest};
 use crate::equations::Domain;
 use crate::names::Quantity;
 use crate::results::{Accuracy, Analysis, Design, Outcome, Plot, PlottedReference, Run, Study, SweepRow};
-use crate::simulate::{Met, Method, Ready, RunResult, Scenario, Setup, Tolerance, Turned, signal_names};
+use crate::simulate::{Faults, Met, Method, Ready, RunResult, Scenario, Setup, Tolerance, Turned, signal_names};
 
 /// Told of a study that ends with its runs.
 const MISSING: &str = "structure and designs of the report are missing";
@@ -156,6 +156,7 @@ fn run_all(
     let study = Arc::new(Study {
         model: prepared.variants.first().map(|variant| summarise(prepared, variant)).unwrap_or_default(),
         runs,
+        named: chosen.windows(2).any(|pair| acting(pair[0]) != acting(pair[1])),
         plots,
         spectra,
         warnings: if settings.runs_only { warnings.to_vec() } else { [warnings, &[MISSING.into()]].concat() },
@@ -163,6 +164,11 @@ fn run_all(
     });
     progress.keep(&|| Part::Study(Arc::clone(&study)));
     (study, met)
+}
+
+/// What acts in a variant besides its parameters: its controllers, and what fails.
+fn acting(variant: &PreparedVariant) -> (Vec<&str>, &Faults) {
+    (variant.model.controls.iter().map(|control| control.name.as_str()).collect(), &variant.scenario.faults)
 }
 
 /// The runs at a looser tolerance, which tell how accurate the others are.
