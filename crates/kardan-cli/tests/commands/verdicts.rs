@@ -41,7 +41,7 @@ signal = \"a.phi\"
 measure = \"max_abs\"
 below = \"1e9 rad\"
 ";
-const COARSE: [&str; 4] = ["--method", "dop853", "--tolerance", "1e-3"];
+const COARSE: [&str; 4] = ["--method", "dop853", "--tolerance", "1e-4"];
 
 /// A run whose energy balance does not close is not completed, and its requirements are not met.
 #[test]

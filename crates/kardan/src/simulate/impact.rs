@@ -34,7 +34,7 @@ pub(super) struct Impact {
     /// Those of the last round, and the restitution in it.
     pub last: Vec<f64>,
     pub rebounds: Vec<f64>,
-    /// Contacts that shared an impulse of which a part came back.
+    /// Contacts that shared an impulse of which a part came back; of an impact that was cut short those that would go on.
     pub shared: Vec<usize>,
     /// Whether it went on for so many rounds that its end was taken without restitution.
     pub cut_short: bool,
@@ -173,6 +173,7 @@ impl Contacts<'_> {
         let mut last = vec![0.0; m];
         problem.solve(self.w, &speeds, self.bounds, &mut last);
         add(&mut impulses, &last);
+        let shared = (0..m).filter(|a| impulses[*a] != 0.0 && self.restitution[*a] > 0.0).collect();
         Impact { impulses, last, rebounds: vec![0.0; m], shared, cut_short: true }
     }
 }

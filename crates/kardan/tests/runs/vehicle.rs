@@ -411,8 +411,11 @@ fn a_car_whose_inner_wheels_lift_is_told_to_roll_over() {
                 "{}\nheight = \"{height} m\"\ntrack = \"{track} m\"\nrelaxation_length = \"0.5 m\"\n",
                 plain(&format!("{u} m/s"))
             );
-            let angle = format!("{} rad * min(t / (4 s), 1)", side * most);
-            let run = by(&car(&angle, &keys, "[scenario]\nduration = \"6 s\"\noutput_step = \"1 ms\"\n"), 1e-9);
+            let turns = format!(
+                "[signal.turns]\nkind = \"smooth_step\"\nto = \"{} rad\"\nover = \"4 s\"\n[scenario]\nduration = \"6 s\"\noutput_step = \"1 ms\"\n",
+                side * most
+            );
+            let run = by(&car("turns", &keys, &turns), 1e-9);
             let limit = g * track / (2.0 * height) / u;
             let first = signal(&run, "car.yaw_rate").iter().position(|rate| rate.abs() >= limit);
             assert_eq!(first.is_some(), tips);
