@@ -14,8 +14,8 @@ use kardan::study::Shard;
     arg_required_else_help = true,
     after_help = "Examples:\n  kardan run                        run the built-in study, report in kardan-out/report.html\n  \
                   kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n  kardan analyze my.toml\n  kardan design my.toml\n  kardan identify my.toml bench.csv\n  kardan schema run                 the keys of what `kardan run --json` prints\n\n\
-                  Exit codes: 0 done, 1 a requirement of the study failed (or, with `identify --strict`, something stands against the result), \
-                  2 error, or ended early by a limit or a signal (what was computed until then is written)."
+                  Exit codes: 0 done, 1 a requirement of the study failed (or, with `--strict` of `run` and `identify`, something stands against the result), \
+                  2 error, a run whose energy balance does not close, or ended early by a limit or a signal (what was computed until then is written)."
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -115,6 +115,10 @@ pub struct RunArgs {
     /// Only the runs: neither the structure of the model, nor the designs of its controllers, nor an estimate of errors. Faster.
     #[arg(long)]
     pub runs_only: bool,
+    /// End with exit code 1 where something speaks against the numbers of a run: an estimated error as large as a signal, or a second run with other
+    /// events.
+    #[arg(long, conflicts_with = "runs_only")]
+    pub strict: bool,
     /// How the runs are integrated.
     #[arg(long, value_enum, default_value = "automatic")]
     pub method: RunMethod,

@@ -8,9 +8,9 @@ use crate::stop;
 
 /// Exit code: done.
 pub const DONE: u8 = 0;
-/// Exit code: a requirement of the study failed, or with `--strict` something stands against an identification.
+/// Exit code: a requirement of the study failed, or with `--strict` something stands against an identification or the numbers of a run.
 pub const REQUIREMENT_FAILED: u8 = 1;
-/// Exit code: bad input, a file that cannot be read or written, a run that failed, or what a limit or a signal ended early.
+/// Exit code: bad input, a file that cannot be read or written, a run that failed or whose energy balance does not close, or what a limit or a signal ended early.
 pub const ERROR: u8 = 2;
 
 /// The exit code; what went wrong is said, and why if the command was to end early.

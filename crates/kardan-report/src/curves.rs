@@ -413,7 +413,11 @@ pub(super) fn variant_label(study: &Study, run: &Run) -> String {
     let told: Vec<Vec<String>> = study.runs.iter().map(describe).collect();
     let briefly = |one: &Vec<String>| (1..=3).contains(&one.len()) && one.join(", ").chars().count() <= BRIEF;
     let unique = |one: &Vec<String>| told.iter().filter(|other| *other == one).count() == 1;
-    if told.iter().all(|one| briefly(one) && unique(one)) { describe(run).join(", ") } else { run.name.clone() }
+    if !study.named && told.iter().all(|one| briefly(one) && unique(one)) {
+        describe(run).join(", ")
+    } else {
+        run.name.clone()
+    }
 }
 
 fn text_of<'a>(run: &'a Run, parameter: &str) -> Option<&'a str> {

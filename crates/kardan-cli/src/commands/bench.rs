@@ -185,8 +185,9 @@ impl Output {
             for log in bench.logs(next..until, &bars) {
                 let paths =
                     formats.iter().filter_map(|format| self.table(bench.name(), &log, &log.name, *format)).collect();
-                if let Outcome::Failed { cause, .. } = &log.outcome {
-                    let message = format!("the log `{}` ends early, {cause}", log.name);
+                if let Some(cause) = log.outcome.cause() {
+                    let early = if matches!(log.outcome, Outcome::Failed { .. }) { " ends early," } else { ":" };
+                    let message = format!("the log `{}`{early} {cause}", log.name);
                     self.problems.push(Diagnostic::error("bench::run", message));
                 }
                 logs.push(WrittenLog { name: log.name, outcome: log.outcome, files: paths });

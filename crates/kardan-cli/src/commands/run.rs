@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, Files};
 use kardan::project::Project;
-use kardan::results::{Outcome, Run, Study};
+use kardan::results::{Outcome, Run, RunVerdict, Study};
 use kardan::simulate::Method;
 use kardan::study;
 use kardan::study::{Part, Settings};
@@ -124,7 +124,7 @@ fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str, qui
     let early = |warning: &&String| stop::reason().is_some_and(|why| warning.starts_with(&why));
     let missing: Vec<&String> = study.warnings.iter().filter(early).collect();
     missing.iter().for_each(|warning| render::note(warning));
-    Ok(if problems.is_empty() && missing.is_empty() { verdict(&study.runs) } else { ERROR })
+    Ok(if problems.is_empty() && missing.is_empty() { verdict(&study.runs, args.strict) } else { ERROR })
 }
 
 /// Writes everything that can be written, tables first; gives what could not.
@@ -180,10 +180,11 @@ pub(super) fn table(model: &str, run: &Run, format: Format) -> Result<(&'static 
     }
 }
 
-fn verdict(runs: &[Run]) -> u8 {
+fn verdict(runs: &[Run], strict: bool) -> u8 {
+    let doubted = strict && runs.iter().any(|run| run.verdict() == RunVerdict::Doubtful);
     if runs.iter().any(|run| run.outcome != Outcome::Completed) {
         ERROR
-    } else if runs.iter().flat_map(|run| &run.requirements).any(|requirement| !requirement.passed) {
+    } else if doubted || runs.iter().flat_map(|run| &run.requirements).any(|requirement| !requirement.passed) {
         REQUIREMENT_FAILED
     } else {
         DONE

@@ -16,3 +16,4 @@ mod readme;
 mod safety;
 mod schemas;
 mod sweep;
+mod verdicts;

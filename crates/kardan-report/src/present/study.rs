@@ -8,8 +8,8 @@ use crate::text::number;
 use crate::text::{Clock, figure};
 use crate::words;
 use kardan::results::{
-    self, Accuracy, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorStrain, Outcome, Plot, Run, Signal,
-    Structure, Study, Verdict,
+    self, Accuracy, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorStrain, Outcome, Plot, Run, RunVerdict,
+    Signal, Structure, Study, Verdict,
 };
 
 use super::{analysis, design};
@@ -96,15 +96,8 @@ fn verdict(study: &Study) -> Verdict {
     if study.runs.is_empty() {
         return Verdict { sound: true, text: "No runs.".into() };
     }
-    let completed = study.runs.iter().filter(|run| run.outcome == Outcome::Completed).count();
     let judged: Vec<bool> = study.runs.iter().flat_map(|run| &run.requirements).map(|judged| judged.passed).collect();
     let passed = judged.iter().filter(|&&passed| passed).count();
-    let runs = match (completed, study.runs.len()) {
-        (1, 1) => "The run completed".into(),
-        (0, 1) => "The run did not complete".into(),
-        (completed, all) if completed == all => format!("All {all} variants completed"),
-        (completed, all) => format!("{completed} of {all} variants completed, {} failed", all - completed),
-    };
     let requirements = match (passed, judged.len()) {
         (_, 0) => "no requirements are stated".into(),
         (1, 1) => "the requirement is met".into(),
@@ -122,36 +115,71 @@ fn verdict(study: &Study) -> Verdict {
         some if some == study.runs.len() => "; a motor is at its limit for some time".into(),
         some => format!("; in {some} of {} variants a motor is at its limit for some time", study.runs.len()),
     };
-    let warned = study.runs.iter().filter(|run| !run.warnings.is_empty()).count();
-    let doubt = match (warned, study.runs.len()) {
-        (0, _) => String::new(),
-        (_, 1) => "; its numbers are in doubt".into(),
-        (some, all) => format!("; the numbers of {some} of {all} variants are in doubt"),
-    };
-    let sound = completed == study.runs.len() && passed == judged.len() && warned == 0;
-    Verdict { sound, text: format!("{runs}; {requirements}{strained}{doubt}.") }
+    let completed = study.runs.iter().all(|run| run.verdict() == RunVerdict::Completed);
+    let sound = completed && passed == judged.len();
+    Verdict { sound, text: format!("{}; {requirements}{strained}.", ended(study)) }
 }
 
-/// An alert for each failed run.
+/// How all runs ended, and whether their numbers may be used.
+fn ended(study: &Study) -> String {
+    if let [run] = &study.runs[..] {
+        let text = match run.verdict() {
+            RunVerdict::Completed => "The run completed",
+            RunVerdict::Doubtful => "The run reached its end, but its numbers are in doubt",
+            RunVerdict::Unbalanced => {
+                "The run reached its end, but its energy balance does not close, so that its numbers are wrong"
+            }
+            RunVerdict::Failed => "The run did not complete",
+        };
+        return text.into();
+    }
+    let all = study.runs.len();
+    let count = |verdict| study.runs.iter().filter(|run| run.verdict() == verdict).count();
+    let completed = count(RunVerdict::Completed);
+    if completed == all {
+        return format!("All {all} variants completed");
+    }
+    let parts = [
+        (count(RunVerdict::Failed), format!("{} failed", count(RunVerdict::Failed))),
+        (
+            count(RunVerdict::Unbalanced),
+            format!(
+                "the energy balance of {} of {all} variants does not close, so that their numbers are wrong",
+                count(RunVerdict::Unbalanced)
+            ),
+        ),
+        (
+            count(RunVerdict::Doubtful),
+            format!("the numbers of {} of {all} variants are in doubt", count(RunVerdict::Doubtful)),
+        ),
+    ];
+    let parts = parts.into_iter().filter(|(count, _)| *count > 0);
+    parts.fold(format!("{completed} of {all} variants completed"), |text, (_, part)| format!("{text}, {part}"))
+}
+
+/// An alert for each run whose numbers are not those of a whole run, and for each warning.
 fn alerts(study: &Study) -> Vec<Alert> {
-    let failed = study.runs.iter().filter_map(|run| match &run.outcome {
-        Outcome::Failed { time, cause } => Some((run, time, cause)),
-        Outcome::Completed => None,
-    });
-    let alert = |(run, time, cause): (&Run, &f64, &String)| {
+    let name = |run: &Run| {
         let label = variant_label(study, run);
-        let name = if label == run.name { label } else { format!("{} ({label})", run.name) };
-        let at = clock(study).time(*time);
-        let cause = cause.trim_end_matches('.');
-        let text = format!("{name} stopped at {at}: {cause}. Everything up to that time is shown.");
-        Alert { kind: "Ended early".into(), text }
+        if label == run.name { label } else { format!("{} ({label})", run.name) }
+    };
+    let alert = |run: &Run| match &run.outcome {
+        Outcome::Completed => None,
+        Outcome::Unbalanced { cause } => {
+            Some(Alert { kind: "Wrong numbers".into(), text: format!("{}: {cause}.", name(run)) })
+        }
+        Outcome::Failed { time, cause } => {
+            let (at, cause) = (clock(study).time(*time), cause.trim_end_matches('.'));
+            let text = format!("{} stopped at {at}: {cause}. Everything up to that time is shown.", name(run));
+            Some(Alert { kind: "Ended early".into(), text })
+        }
     };
     let warned = study.runs.iter().flat_map(|run| run.warnings.iter().map(move |text| (run, text)));
     let warning = |(run, text): (&Run, &String)| Alert {
         kind: "Warning".into(),
         text: format!("{}: {text}.", variant_label(study, run)),
     };
-    failed.map(alert).chain(warned.map(warning)).collect()
+    study.runs.iter().filter_map(alert).chain(warned.map(warning)).collect()
 }
 
 /// What says that there is nothing.
@@ -173,9 +201,11 @@ fn variants(study: &Study) -> Body {
     let rows = study.runs.iter().map(|run| {
         let parameters: Vec<String> =
             run.parameters.iter().map(|value| format!("{} = {}", value.name, value.text)).collect();
-        let outcome = match &run.outcome {
-            Outcome::Completed => Cell::Mark(true, "completed".into()),
-            Outcome::Failed { time, .. } => Cell::Mark(false, format!("stopped at {}", clock(study).time(*time))),
+        let outcome = match (run.verdict(), &run.outcome) {
+            (_, Outcome::Failed { time, .. }) => Cell::Mark(false, format!("stopped at {}", clock(study).time(*time))),
+            (_, Outcome::Unbalanced { .. }) => Cell::Mark(false, "energy balance does not close".into()),
+            (RunVerdict::Doubtful, _) => Cell::Mark(false, "completed, in doubt".into()),
+            _ => Cell::Mark(true, "completed".into()),
         };
         let effort = run.effort;
         row![

@@ -110,7 +110,7 @@ pub fn page(found: &Sweep) -> Page {
             ("measured", "What requirements measure", measured(found)),
             ("indices", "Indices of Sobol", indices(found)),
             ("effects", "Elementary effects", effects(found)),
-            ("failures", "Runs that did not come to their end", failures(found)),
+            ("failures", "Runs without valid results", failures(found)),
             ("varied", "What varied", varied(found)),
             ("notes", "Notes", Body::default().list(found.notes.iter().cloned())),
         ]),

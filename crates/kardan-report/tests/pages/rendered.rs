@@ -100,6 +100,7 @@ fn hostile() -> Study {
             closed_loop_poles: vec![Complex::new(-3.0, 4.0), Complex::new(-3.0, -4.0), Complex::default()],
         },
         runs: vec![run("beta-0deg", "0 deg", 9.0), run(HOSTILE, "10 deg", 9.0), failed],
+        named: false,
         plots: vec![
             plot("rack-angle", &["rk.phi"]),
             plot("mixed", &["rk.phi", "m.tau"]),

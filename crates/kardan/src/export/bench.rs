@@ -124,6 +124,11 @@ impl Serialize for ByName<'_> {
 enum OutcomeView<'a> {
     /// At its end.
     Completed(Completed),
+    /// At its end, with an energy balance that does not close.
+    Unbalanced {
+        /// How much energy is not accounted for, and what to try.
+        unbalanced: &'a str,
+    },
     /// Before.
     Failed {
         /// Time reached, s.
@@ -211,6 +216,7 @@ fn experiment(one: &Experiment) -> ExperimentView<'_> {
 fn outcome(outcome: &Outcome) -> OutcomeView<'_> {
     match outcome {
         Outcome::Completed => OutcomeView::Completed(Completed::Yes),
+        Outcome::Unbalanced { cause } => OutcomeView::Unbalanced { unbalanced: cause },
         Outcome::Failed { time, cause } => OutcomeView::Failed { failed_at: *time, cause },
     }
 }

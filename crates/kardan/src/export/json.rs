@@ -11,7 +11,7 @@ use crate::diagnostics::{Diagnostic, Lines, Severity};
 use crate::results::serial::by_name;
 use crate::results::{
     Accuracy, Effort, Energy, Event, FigureResult, Mechanism, Outcome, ParameterValue, Physical, RequirementResult,
-    Run, Signal, StrainView, Study, extremes,
+    Run, RunVerdict, Signal, StrainView, Study, extremes,
 };
 
 /// The files that were written for a study.
@@ -60,7 +60,7 @@ pub(super) struct StudyView<'a> {
 struct RunView<'a> {
     /// The model's name if there are no variants.
     name: &'a str,
-    /// Whether it reached its end.
+    /// Whether it reached its end, with numbers that may be used.
     outcome: OutcomeView<'a>,
     /// The values that make this variant by name, SI.
     #[serde(serialize_with = "values")]
@@ -92,12 +92,14 @@ struct RunView<'a> {
     files: &'a [String],
 }
 
-/// Whether a run reached its end.
+/// Whether a run reached its end, with numbers that may be used.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Outcome")]
 struct OutcomeView<'a> {
     /// Whether it did.
     completed: bool,
+    /// What the run comes to, what speaks against its numbers included.
+    verdict: RunVerdict,
     /// Time reached otherwise, s; everything up to it is kept.
     #[serde(skip_serializing_if = "Option::is_none")]
     time: Option<f64>,
@@ -224,9 +226,11 @@ pub(super) fn places<'a>(source: &str, diagnostics: &'a [Diagnostic]) -> Vec<Pla
 fn variant<'a>(run: &'a Run, files: &'a [String]) -> RunView<'a> {
     RunView {
         name: &run.name,
-        outcome: match &run.outcome {
-            Outcome::Completed => OutcomeView { completed: true, time: None, cause: None },
-            Outcome::Failed { time, cause } => OutcomeView { completed: false, time: Some(*time), cause: Some(cause) },
+        outcome: OutcomeView {
+            completed: run.outcome == Outcome::Completed,
+            verdict: run.verdict(),
+            time: (run.outcome != Outcome::Completed).then(|| run.length()),
+            cause: run.outcome.cause(),
         },
         parameters: &run.parameters,
         signals: run,

@@ -44,6 +44,10 @@ impl Graph {
                     if self.is_zero(of(factor)) {
                         continue;
                     }
+                    if let (true, Some(relative)) = (*power < 0, self.relative_slope(*factor, found)) {
+                        terms.push((self.multiply(expr, relative), Rational::from(*power)));
+                        continue;
+                    }
                     let mut others = factors.clone();
                     others[k].1 -= 1;
                     others.push((of(factor), 1));
@@ -70,6 +74,61 @@ impl Graph {
                 let outer = self.table_above(slope, x);
                 self.multiply(outer, of(&x))
             }
+        }
+    }
+
+    /// f′/f of a sum with exponentials, where f may overflow and this does not: `exp(u) u′/f = u′/(f exp(−u))`, of which each term is formed by itself.
+    fn relative_slope(&mut self, expr: Expr, found: &HashMap<Expr, Expr>) -> Option<Expr> {
+        let Node::Sum { constant, terms } = self.node(expr).clone() else { return None };
+        let exponents: Vec<Option<(Expr, Expr)>> =
+            terms.iter().map(|(term, _)| self.exponential(*term, found)).collect();
+        if exponents.iter().all(Option::is_none) {
+            return None;
+        }
+        let mut slopes = Vec::new();
+        for ((term, factor), exponent) in terms.iter().zip(&exponents) {
+            if self.is_zero(found[term]) {
+                continue;
+            }
+            let Some((rest, u)) = exponent else {
+                slopes.push((self.divide(found[term], expr), factor.clone()));
+                continue;
+            };
+            let negative = self.negate(*u);
+            let inverse = self.apply(Function::Exp, negative);
+            let mut parts = vec![(inverse, constant.clone())];
+            for ((other, factor), exponent) in terms.iter().zip(&exponents) {
+                let part = match exponent {
+                    None => self.multiply(*other, inverse),
+                    Some((rest, own)) => {
+                        let difference = self.subtract(*own, *u);
+                        let ratio = self.apply(Function::Exp, difference);
+                        self.multiply(*rest, ratio)
+                    }
+                };
+                parts.push((part, factor.clone()));
+            }
+            let all = self.sum(Rational::ZERO, &parts);
+            slopes.push((self.product(&[(*rest, 1), (found[u], 1), (all, -1)]), factor.clone()));
+        }
+        Some(self.sum(Rational::ZERO, &slopes))
+    }
+
+    /// A and u of a term `A exp(u)` whose A does not change.
+    fn exponential(&mut self, term: Expr, found: &HashMap<Expr, Expr>) -> Option<(Expr, Expr)> {
+        match self.node(term).clone() {
+            Node::Apply(Function::Exp, u) => Some((self.integer(1), u)),
+            Node::Product(mut factors) => {
+                let exponent = |(factor, power): &(Expr, i32)| match *self.node(*factor) {
+                    Node::Apply(Function::Exp, u) if *power == 1 => Some(u),
+                    _ => None,
+                };
+                let (at, u) = factors.iter().enumerate().find_map(|(at, factor)| Some((at, exponent(factor)?)))?;
+                factors.remove(at);
+                let constant = factors.iter().all(|(factor, _)| self.is_zero(found[factor]));
+                constant.then(|| (self.product(&factors), u))
+            }
+            _ => None,
         }
     }
 

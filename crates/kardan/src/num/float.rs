@@ -47,3 +47,15 @@ impl Float for f32 {
         f64::from(self)
     }
 }
+
+/// The larger of two numbers; what is no number counts as larger than any, so that a maximum over numbers with one of these is none.
+///
+/// ```
+/// use kardan::num::max_or_nan;
+/// let most = |numbers: [f64; 3]| numbers.into_iter().fold(0.0, max_or_nan);
+/// assert_eq!(most([1.0, 3.0, 2.0]), 3.0);
+/// assert!(most([1.0, f64::NAN, 2.0]).is_nan());
+/// ```
+pub fn max_or_nan(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b <= a { a } else { b }
+}

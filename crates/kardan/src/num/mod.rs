@@ -50,7 +50,7 @@ pub(crate) use dense::{LANES, Panels, product};
 pub use eigen::eigenvalues;
 pub use elimination::{Definiteness, Echelon, definiteness, definiteness_of_rows, echelon};
 pub use exponential::{Discretised, discretise, exponential};
-pub use float::Float;
+pub use float::{Float, max_or_nan};
 pub use fourier::fourier;
 pub use held::{HeldTo, characteristic, held};
 pub use invariant_factors::invariant_factors;

@@ -23,6 +23,21 @@ pub struct Accuracy {
     pub undecided: Option<UndecidedCount>,
     /// Of each unit the signal with the largest error, and that error.
     pub errors: Vec<SignalError>,
+    /// Of angles, speeds, charges and currents the one whose error is largest beside its own size, where that is a tenth of it or more.
+    pub unreliable: Option<UnreliableSignal>,
+}
+
+/// A signal of which not even the first digit is known.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct UnreliableSignal {
+    /// Name of the signal.
+    pub signal: String,
+    /// Its unit.
+    pub unit: Physical,
+    /// The largest estimated error, in that unit; never more than the difference to the second run.
+    pub error: f64,
+    /// The largest amount of the signal, in that unit.
+    pub size: f64,
 }
 
 /// A reading that may as well be one count more or less.

@@ -237,11 +237,16 @@ pub struct Event {
     pub what: String,
 }
 
-/// Whether a run reached its end.
+/// Whether a run reached its end with numbers that may be used.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// It did.
     Completed,
+    /// It reached its end, but its energy balance does not close: its numbers are wrong from some time on.
+    Unbalanced {
+        /// How much energy is not accounted for, and what to try.
+        cause: String,
+    },
     /// It stopped early; everything up to `time` is kept.
     Failed {
         /// Time reached, s.
@@ -249,6 +254,30 @@ pub enum Outcome {
         /// What went wrong, why, and what to try.
         cause: String,
     },
+}
+
+impl Outcome {
+    /// Why its numbers may not be used as those of a whole run; `None` where they may.
+    pub fn cause(&self) -> Option<&str> {
+        match self {
+            Self::Completed => None,
+            Self::Unbalanced { cause } | Self::Failed { cause, .. } => Some(cause),
+        }
+    }
+}
+
+/// What a run comes to, in one word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RunVerdict {
+    /// It reached its end, and nothing speaks against its numbers.
+    Completed,
+    /// It reached its end, and something speaks against its numbers: its warnings say what.
+    Doubtful,
+    /// It reached its end, but its energy balance does not close: its numbers are wrong from some time on.
+    Unbalanced,
+    /// It stopped early.
+    Failed,
 }
 
 /// A parameter value of a variant.
@@ -486,7 +515,7 @@ pub struct Run {
     pub figures: Vec<FigureResult>,
     /// What the reader must know, such as a split between parallel friction elements that is not unique.
     pub notes: Vec<String>,
-    /// What speaks against its numbers, such as an energy balance that does not close.
+    /// What speaks against its numbers, such as an estimated error that is as large as a signal.
     pub warnings: Vec<String>,
     /// What the run asked of each motor that has limits.
     pub strains: Vec<MotorStrain>,
@@ -501,7 +530,17 @@ impl Run {
     pub fn length(&self) -> f64 {
         match self.outcome {
             Outcome::Failed { time, .. } => time,
-            Outcome::Completed => self.series.time.last().copied().unwrap_or_default(),
+            Outcome::Completed | Outcome::Unbalanced { .. } => self.series.time.last().copied().unwrap_or_default(),
+        }
+    }
+
+    /// What it comes to.
+    pub fn verdict(&self) -> RunVerdict {
+        match self.outcome {
+            Outcome::Failed { .. } => RunVerdict::Failed,
+            Outcome::Unbalanced { .. } => RunVerdict::Unbalanced,
+            Outcome::Completed if self.warnings.is_empty() => RunVerdict::Completed,
+            Outcome::Completed => RunVerdict::Doubtful,
         }
     }
 }
@@ -714,6 +753,8 @@ pub struct Study {
     pub model: ModelSummary,
     /// One run for each variant, in the order of the file.
     pub runs: Vec<Run>,
+    /// Whether variants differ in more than their parameters, in their controllers or faults: then only their names tell them apart.
+    pub named: bool,
     /// The plots to draw.
     pub plots: Vec<Plot>,
     /// What plots of spectra show.

@@ -310,7 +310,7 @@ pub struct SweptShare {
     pub slope: f64,
 }
 
-/// Runs that did not come to their end.
+/// Runs without valid results: that stopped early, were refused, or whose energy balance does not close.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptFailure {
     /// Why, with `…` in place of numbers that differ among these runs.
@@ -332,7 +332,7 @@ pub struct SweepRow {
     pub sample: u64,
     /// Number of its variant.
     pub variant: usize,
-    /// Why it did not come to its end; empty if it did.
+    /// Why it has no valid results: it did not come to its end, or its energy balance does not close; empty if it has.
     pub reason: String,
     /// Values of what varies, SI.
     pub values: Vec<f64>,

@@ -8,6 +8,7 @@ mod ensemble;
 mod failing_sensor;
 mod faults;
 pub mod friction;
+mod impact;
 mod integrator;
 mod linear;
 mod machine;

@@ -417,9 +417,8 @@ impl RunningLoop {
         let least_energy = absolute[size - 2];
         let solver = solver_of(method, (tolerance.relative, &absolute), (&mut machine, reduced), &mut outputs);
         let reference = || Integrator::dop853(tolerance.relative, &absolute);
-        let series = matches!(solver, Some(Integrator::Taylor(_)));
         RunningLoop {
-            reference: (series || solver.is_some() && machine.bends() > 0).then(reference),
+            reference: solver.is_some().then(reference),
             referred: false,
             solver: solver.unwrap_or_else(reference),
             segment: None,
@@ -762,6 +761,7 @@ impl RunningLoop {
         if self.has_diverged() {
             return Err(self.diverged());
         }
+        self.look_at_meshes();
         let moved = self.put_on_rows()?;
         if (moved || cut.is_some()) && !self.due.boundary {
             self.observe_until(self.time, None);
@@ -770,7 +770,7 @@ impl RunningLoop {
             self.solver.set_step(next);
         }
         self.end_where_unfit()?;
-        self.mesh();
+        self.machine.forget_lost_mesh();
         self.tell(progress)
     }
 
@@ -900,20 +900,33 @@ impl RunningLoop {
         Some(direction)
     }
 
-    /// Tells where teeth could go on in two ways, at the point last evaluated.
-    fn mesh(&mut self) {
+    /// Tells from when on teeth could go on in two ways, if they can at the end of the last step and could not at that of the step before.
+    fn look_at_meshes(&mut self) {
         if !self.machine.has_meshes() {
             return;
         }
-        self.machine.forget_lost_mesh();
+        self.machine.evaluate(self.time, &self.state);
         let doubted = self.machine.doubtful_mesh();
         if let Some(direction) = doubted.filter(|_| doubted != self.doubted) {
+            let (mut low, mut time) = (self.solver.previous_time(), self.time);
+            let mut doubtful = |at: f64| {
+                self.solver.interpolate(at, &mut self.looked);
+                self.machine.evaluate(at, &self.looked);
+                self.machine.doubtful_mesh() == doubted
+            };
+            if doubtful(low) {
+                time = low;
+            }
+            while low < 0.5 * (low + time) && 0.5 * (low + time) < time {
+                let middle = 0.5 * (low + time);
+                if doubtful(middle) { time = middle } else { low = middle }
+            }
             let what = format!(
                 "{}: against the inertia of its load it locks itself, so that two motions go on from here (Painlevé): that in which the first shaft drives is \
                  taken, the other one jams",
                 self.names[direction]
             );
-            self.events.push(Event { time: self.time, what });
+            self.events.push(Event { time, what });
         }
         self.doubted = doubted;
     }
@@ -1115,8 +1128,30 @@ impl RunningLoop {
         Err(failed(self.time, cause))
     }
 
-    /// Says which teeth a blow has passed.
+    /// Says which teeth a blow has passed, which contacts shared one, and which did not rebound.
     fn note_blows(&mut self) {
+        let [shared, dulled] = self.machine.take_shared().map(|list| {
+            let mut names: Vec<&str> = list.iter().map(|k| self.names[*k].as_str()).collect();
+            names.dedup();
+            (list.len(), quoted(names))
+        });
+        let mut notes = Vec::new();
+        if shared.0 > 0 {
+            notes.push(format!(
+                "At an impact the rigid contacts {} act together: each gives back its `restitution` of the impulse that compresses it (Poisson's law). Rigid bodies do \
+                 not say how contacts share an impulse; where that matters, give them `stiffness`.",
+                shared.1
+            ));
+        }
+        if dulled.0 > 0 {
+            notes.push(format!(
+                "At an instant with impacts without an end the last ones of {} were taken without restitution: what was left of their energy is lost there. Give \
+                 one of the contacts `stiffness`, or part them by a gap.",
+                dulled.1
+            ));
+        }
+        notes.retain(|note| !self.notes.contains(note));
+        self.notes.extend(notes);
         for direction in self.machine.take_passed() {
             let note = format!(
                 "A rigid blow has passed the teeth of `{}` without their loss, as it does even where they lock themselves. Where that matters, let a spring take the \
@@ -1633,7 +1668,8 @@ impl RunningLoop {
     fn unbalanced(&self, energy: &Energy, steps: usize) -> Option<String> {
         let Energy { residual, exchanged, .. } = *energy;
         let allowed = self.least_energy * steps as f64;
-        (residual.abs() > SHOWS * exchanged + allowed).then(|| {
+        // What is no number does not close.
+        (!(residual.abs() <= SHOWS * exchanged + allowed)).then(|| {
             format!(
                 "the energy balance does not close: {residual:.3e} J are not accounted for, of {exchanged:.3e} J that were exchanged. What is shown is \
                  wrong from some time on, though every step met its tolerance: look for a speed that jumps or a torque that has a peak, where the \
@@ -1646,11 +1682,15 @@ impl RunningLoop {
         let energy = self.energy();
         let counts = self.solver.counts();
         let steps = counts.accepted as usize + self.segments.steps;
-        let warnings = self.unbalanced(&energy, steps).into_iter().collect();
+        let (outcome, warnings) = match (outcome, self.unbalanced(&energy, steps)) {
+            (Outcome::Completed, Some(cause)) => (Outcome::Unbalanced { cause }, Vec::new()),
+            // What stopped it was wrong before.
+            (outcome, open) => (outcome, open.into_iter().collect()),
+        };
         self.notes.extend(self.machine.notes_of_laws());
         let end = match outcome {
             Outcome::Failed { time, .. } => time,
-            Outcome::Completed => self.scenario.duration,
+            Outcome::Completed | Outcome::Unbalanced { .. } => self.scenario.duration,
         };
         let met = self.machine.met();
         let series =

@@ -277,6 +277,7 @@ impl Simulation {
         if let Err(outcome) = self.running.proceed(until, &mut |_| None) {
             let (time, cause) = match outcome {
                 Outcome::Failed { time, cause } => (time, cause),
+                Outcome::Unbalanced { cause } => (self.running.time, cause),
                 Outcome::Completed => (self.running.time, "the run ended".into()),
             };
             self.now = time.clamp(self.now, until);

@@ -1,7 +1,8 @@
 //! The error of a run, estimated by a second run, and by a third one where counts of sensors decide.
 
 use crate::results::{
-    Accuracy, Effort, Event, IntegrationMethod, Outcome, Run, Series, Signal, SignalError, UndecidedCount,
+    Accuracy, Effort, Event, IntegrationMethod, Outcome, Physical, Run, Series, Signal, SignalError, UndecidedCount,
+    UnreliableSignal,
 };
 use crate::simulate::{Method, RunResult, Tolerance};
 
@@ -16,6 +17,13 @@ const PART_OF_ROUNDING: f64 = 3.0;
 /// `steering-on-road`, at tolerances from 1e-6 to 1e-13 and by two methods, a third one was farther from the first than ten times the second in
 /// 1.5 of 100 cases, most of them where the first two parted late only; a third run is for these.
 const PART_OF_COUNTS: f64 = 10.0;
+/// An error that is this part of a signal shows in its first digit.
+const FIRST_DIGIT: f64 = 0.1;
+/// A signal that is a smaller part of the largest of its unit is judged as one of that size: it may be what rounding leaves of the large ones.
+const SMALL: f64 = 1e-3;
+/// Errors are told from rounding above this part of the looser tolerance, in SI units, and of charges and currents.
+const NOISE: f64 = 1e-2;
+const NOISE_OF_CHARGES: f64 = 1e-8;
 /// Steps of the second run beside those of the first, from which on samples make the steps and not the tolerance.
 const ALIKE: f64 = 0.9;
 
@@ -50,6 +58,7 @@ pub(super) fn estimate(run: &Run, others: Others<'_>, tolerance: Tolerance, read
     let rows = |other: &RunResult| common_rows(&run.series, &other.series, &gaps_to(other).unwrap_or_default());
     let compared: Vec<_> = all().map(|other| (&other.series.signals, rows(other))).collect();
     let mut errors: Vec<SignalError> = Vec::new();
+    let mut sized: Vec<UnreliableSignal> = Vec::new();
     // Steps by series do not look at it.
     let rounded = |effort: &Effort| effort.rounding > 1.0 && effort.method != IntegrationMethod::Taylor;
     let cut = second.sampled && second.effort.steps as f64 > ALIKE * run.effort.steps as f64;
@@ -68,6 +77,19 @@ pub(super) fn estimate(run: &Run, others: Others<'_>, tolerance: Tolerance, read
         let error = part * difference;
         let unit = signal.physical;
         let own = || SignalError { signal: signal.name.clone(), unit, error };
+        let size = signal.values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        if matches!(
+            unit,
+            Physical::Angle
+                | Physical::Speed
+                | Physical::Position
+                | Physical::Velocity
+                | Physical::Charge
+                | Physical::Current
+        ) {
+            // Torques and what controllers decide jump, a moment earlier or later; and what counts may add says how far ways lie apart, not how wrong one is.
+            sized.push(UnreliableSignal { signal: signal.name.clone(), unit, error: part.min(1.0) * difference, size });
+        }
         match errors.iter_mut().find(|known| known.unit == unit) {
             Some(known) if known.error >= error => {}
             Some(known) => *known = own(),
@@ -76,7 +98,48 @@ pub(super) fn estimate(run: &Run, others: Others<'_>, tolerance: Tolerance, read
     }
     let looser = LOOSER * tolerance.relative;
     let same_events = gaps_to(second).is_some();
-    Some(Accuracy { tolerance: tolerance.relative, looser, same_events, rounded, undecided, errors })
+    let unreliable = least_reliable(sized, looser);
+    Some(Accuracy { tolerance: tolerance.relative, looser, same_events, rounded, undecided, errors, unreliable })
+}
+
+/// The signal with the largest error beside its size, where that shows in its first digit.
+fn least_reliable(signals: Vec<UnreliableSignal>, looser: f64) -> Option<UnreliableSignal> {
+    let largest = |unit: Physical| {
+        let own = signals.iter().filter(|other| other.unit == unit).map(|other| other.size);
+        own.fold(0.0, f64::max)
+    };
+    let noise = |unit: Physical| match unit {
+        Physical::Charge | Physical::Current => NOISE_OF_CHARGES * looser,
+        _ => NOISE * looser,
+    };
+    let part = |one: &UnreliableSignal| one.error / one.size.max(SMALL * largest(one.unit));
+    let shows = |one: &&UnreliableSignal| one.error > noise(one.unit) && part(one) >= FIRST_DIGIT;
+    signals.iter().filter(shows).max_by(|a, b| part(a).total_cmp(&part(b))).cloned()
+}
+
+/// What the comparison with a second run speaks against the numbers of a run.
+pub(super) fn doubts(run: &Run, second: &RunResult) -> Vec<String> {
+    let Some(found) = &run.accuracy else {
+        return match (&run.outcome, &second.outcome) {
+            (Outcome::Completed, Outcome::Failed { cause, .. } | Outcome::Unbalanced { cause }) => vec![format!(
+                "its errors cannot be estimated: a second run, at a tolerance that is {LOOSER} times as large, does not reach its end with an energy balance \
+                 that closes ({cause})"
+            )],
+            _ => Vec::new(),
+        };
+    };
+    let unreliable = found.unreliable.iter().map(|UnreliableSignal { signal, unit, error, size }| {
+        let [error, size] = [error, size].map(|x| format!("{x:.2e} {}", unit.unit()).trim_end().to_string());
+        format!("the estimated error of {signal} is {error}, of a signal of at most {size}: not even its first digit is known")
+    });
+    // Where counts of sensors decide no tolerance tells which events are right, and the error says how far the ways are apart.
+    let others = (!found.same_events && found.undecided.is_none()).then(|| {
+        format!(
+            "a second run, at a tolerance that is {LOOSER} times as large, comes through other events, or in another order: a smaller `--tolerance` tells \
+             which are right"
+        )
+    });
+    unreliable.chain(others).collect()
 }
 
 /// The times between each event and its like, if both runs have the same ones.

@@ -1,4 +1,4 @@
-//! Cars that a run has driven backwards or sideways, or where nothing holds.
+//! Cars that a run has driven backwards or sideways, on roads without friction, or with wheels off the ground.
 
 use kardan_rt::functions::hypot;
 
@@ -9,7 +9,16 @@ use crate::results::Series;
 const FASTER: f64 = 1.1;
 const MORE: f64 = 0.5;
 
-/// Sentences about cars whose speed falls below zero, that go sideways with a speed that nothing gave them, or the friction of their road, where no tyre knows what happens. Looked at in the rows of the run.
+/// Sides and axles of a car with their wheels, and what it does that has both of them off the ground.
+const PAIRS: [(&str, [&str; 2], &str); 4] = [
+    ("on its left", ["load_fl", "load_rl"], "rolls over"),
+    ("on its right", ["load_fr", "load_rr"], "rolls over"),
+    ("at its front", ["load_fl", "load_fr"], "pitches over"),
+    ("at its rear", ["load_rl", "load_rr"], "pitches over"),
+];
+
+/// Sentences about cars whose speed falls below zero, that go sideways with a speed that nothing gave them, whose road has no friction, or that have both
+/// wheels of a side or an axle off the ground, where no tyre knows what happens. Looked at in the rows of the run.
 pub(super) fn backwards(model: &Model, series: &Series) -> Vec<String> {
     let cars = model.elements.iter().filter(|element| element.kind == "vehicle").map(|element| element.name.as_str());
     let sentence = |car: &str| {
@@ -48,5 +57,19 @@ pub(super) fn backwards(model: &Model, series: &Series) -> Vec<String> {
             series.time[row]
         ))
     };
-    cars.flat_map(|car| sentence(car).into_iter().chain(sideways(car)).chain(slips(car))).collect()
+    let lifts = |car: &str| {
+        let of = |(place, wheels, what): &(&str, [&str; 2], &str)| {
+            let names = wheels.map(|wheel| format!("{car}.{wheel}"));
+            let [one, two] = [&names[0], &names[1]].map(|name| series.signal(name));
+            let (row, _) =
+                one?.values.iter().zip(&two?.values).enumerate().find(|(_, (a, b))| **a <= 0.0 && **b <= 0.0)?;
+            Some(format!(
+                "Both wheels of `{car}` {place} are off the ground from {:.4} s on (`{}` and `{}` are zero): a car {what} there, and this one drives on upright, so \
+                 nothing of it is right from there on; drive slower, steer or brake less, or give it a lower `height`.",
+                series.time[row], names[0], names[1]
+            ))
+        };
+        PAIRS.iter().filter_map(of).collect::<Vec<String>>()
+    };
+    cars.flat_map(|car| sentence(car).into_iter().chain(sideways(car)).chain(slips(car)).chain(lifts(car))).collect()
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::progress::simulate_heard;
 use super::{PreparedVariant, Progress};
-use crate::results::{CrossCoupling, Design, Outcome, Physical, Series, TorquePeak};
+use crate::results::{CrossCoupling, Design, Physical, Series, TorquePeak};
 use crate::simulate::{Faults, RunResult, Scenario, Setup, SignalEvent, SourceTarget, Tolerance};
 use crate::synthesis::Reference;
 
@@ -97,10 +97,7 @@ impl Coupling {
     /// What one step shows.
     fn add(&mut self, variant: &PreparedVariant, design: &Design, stepped: &Stepped<'_>) {
         let Stepped { reference, own, run, still, window } = *stepped;
-        let failure = [&still.outcome, &run.outcome].into_iter().find_map(|outcome| match outcome {
-            Outcome::Completed => None,
-            Outcome::Failed { cause, .. } => Some(cause.clone()),
-        });
+        let failure = [&still.outcome, &run.outcome].into_iter().find_map(|outcome| outcome.cause().map(String::from));
         let (name, unit) = (&reference.name, reference.physical.unit());
         if let Some(cause) = &failure {
             self.warnings.push(format!("the simulated step of {name} fails: {cause}"));

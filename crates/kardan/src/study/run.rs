@@ -26,7 +26,7 @@ use crate::diagnostics::{Diagnostic, nearest};
 use crate::equations::Domain;
 use crate::names::Quantity;
 use crate::results::{Accuracy, Analysis, Design, Outcome, Plot, PlottedReference, Run, Study, SweepRow};
-use crate::simulate::{Met, Method, Ready, RunResult, Scenario, Setup, Tolerance, Turned, signal_names};
+use crate::simulate::{Faults, Met, Method, Ready, RunResult, Scenario, Setup, Tolerance, Turned, signal_names};
 
 /// Told of a study that ends with its runs.
 const MISSING: &str = "structure and designs of the report are missing";
@@ -114,6 +114,9 @@ impl Project {
         let compared = study.runs.par_iter_mut().zip(&met).zip(&seconds).zip(&chosen);
         compared.for_each(|(((run, met), second), variant)| {
             run.accuracy = accuracy_of(run, met, second, variant, (prepared, settings), progress);
+            if progress.stop().is_none() {
+                run.warnings.extend(accuracy::doubts(run, second));
+            }
         });
         Ok(study)
     }
@@ -153,6 +156,7 @@ fn run_all(
     let study = Arc::new(Study {
         model: prepared.variants.first().map(|variant| summarise(prepared, variant)).unwrap_or_default(),
         runs,
+        named: chosen.windows(2).any(|pair| acting(pair[0]) != acting(pair[1])),
         plots,
         spectra,
         warnings: if settings.runs_only { warnings.to_vec() } else { [warnings, &[MISSING.into()]].concat() },
@@ -160,6 +164,11 @@ fn run_all(
     });
     progress.keep(&|| Part::Study(Arc::clone(&study)));
     (study, met)
+}
+
+/// What acts in a variant besides its parameters: its controllers, and what fails.
+fn acting(variant: &PreparedVariant) -> (Vec<&str>, &Faults) {
+    (variant.model.controls.iter().map(|control| control.name.as_str()).collect(), &variant.scenario.faults)
 }
 
 /// The runs at a looser tolerance, which tell how accurate the others are.
@@ -403,7 +412,7 @@ fn run_noted(
 /// What a run comes to, with what is computed from its signals, its figures, and what is required of it.
 pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result: RunResult) -> Run {
     result.series.signals.extend(variant.computed.signals(&result.series));
-    let completed = result.outcome == Outcome::Completed;
+    let completed = !matches!(result.outcome, Outcome::Failed { .. });
     let ran = Ran { strains: &result.strains, events: &result.events, completed };
     let told = (variant.name.as_str(), &result.series, &ran);
     let (figures, of_figures) = figures_of(&prepared.figures, &variant.computed, told);
@@ -423,6 +432,11 @@ pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result:
     for Judged { result, note } in judged {
         requirements.push(result);
         notes.extend(note);
+    }
+    if matches!(result.outcome, Outcome::Unbalanced { .. }) && !requirements.is_empty() {
+        // Nobody knows from when on its numbers are wrong.
+        requirements.iter_mut().for_each(|judged| judged.passed = false);
+        notes.push("All requirements count as not met: the energy balance of this run does not close, so that its numbers are wrong from some time on.".into());
     }
     let mut run = Run {
         name: variant.name.clone(),

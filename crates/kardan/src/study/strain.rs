@@ -34,7 +34,7 @@ pub(super) fn scenario_strains(prepared: &Prepared, design: &mut Design, progres
     let runs: Vec<_> = chosen.par_iter().enumerate().map(run).collect();
     for (variant, run) in runs {
         let duration = match &run.outcome {
-            Outcome::Completed => run.series.time.last().copied().unwrap_or_default(),
+            Outcome::Completed | Outcome::Unbalanced { .. } => run.series.time.last().copied().unwrap_or_default(),
             Outcome::Failed { time, cause } => {
                 design
                     .warnings

@@ -232,6 +232,43 @@ fn derivatives_of_functions() {
     }
 }
 
+/// Where exponentials overflow and a quotient does not, neither does its derivative: those of `a/(c + d exp(k x))`, and of a sum of two exponentials, which
+/// is 1/(2 cosh x), are the closed forms for small x, and what these tend to for large ones.
+#[test]
+fn derivatives_of_quotients_do_not_overflow() {
+    let mut graph = Graph::default();
+    let x = graph.symbol("x", Dimension::NONE);
+    let by = graph.symbol_of(x).unwrap();
+    let mut exponential = |k: i64| {
+        let u = graph.scale(k.into(), x);
+        graph.apply(Function::Exp, u)
+    };
+    let (up, down, fast) = (exponential(1), exponential(-1), exponential(3));
+    let logistic = graph.sum(5.into(), &[(fast, 2.into())]);
+    let cosh = graph.add(up, down);
+    let scaled = graph.multiply(x, logistic);
+    let check = |graph: &mut Graph, value: Expr, slope: &dyn Fn(f64) -> f64, limits: [f64; 2]| {
+        let derivative = graph.derivative(value, by);
+        let at = |x: f64| lower(graph, &[derivative], &mut Floating::<f64>::default(), |_| x)[0];
+        for x in [-3.0, -0.5, 0.25, 1.0, 4.0] {
+            assert!((at(x) - slope(x)).abs() <= 1e-14 * slope(x).abs(), "{x}: {} {}", at(x), slope(x));
+        }
+        for (x, limit) in [-4000.0, 4000.0].into_iter().zip(limits) {
+            assert_eq!(at(x), limit, "{x}");
+        }
+    };
+    let inverse = graph.power(logistic, -1);
+    let slope = |x: f64| -6.0 * (3.0 * x).exp() / (5.0 + 2.0 * (3.0 * x).exp()).powi(2);
+    check(&mut graph, inverse, &slope, [0.0, 0.0]);
+    let square = graph.power(logistic, -2);
+    check(&mut graph, square, &|x| 2.0 * slope(x) / (5.0 + 2.0 * (3.0 * x).exp()), [0.0, 0.0]);
+    let inverse = graph.power(cosh, -1);
+    check(&mut graph, inverse, &|x| -x.sinh() / (2.0 * x.cosh().powi(2)), [0.0, 0.0]);
+    // Of x/(5 + 2 exp(3 x)) the value tends to x/5 on one side.
+    let over = graph.product(&[(x, 2), (scaled, -1)]);
+    check(&mut graph, over, &|x| 1.0 / (5.0 + 2.0 * (3.0 * x).exp()) + x * slope(x), [0.2, 0.0]);
+}
+
 #[test]
 fn kinks_are_named() {
     let mut graph = Graph::default();

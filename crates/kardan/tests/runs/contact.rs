@@ -635,3 +635,104 @@ fn equilibria_rest_on_contacts() {
         }
     }
 }
+
+/// A mass strikes another one with restitution 0.8 while a freewheel pushes it from behind: over all speeds of what pushes the final speeds follow
+/// Poisson's law, which bends where the freewheel closes during the compression (at 0.5/1.3 m/s) and jumps nowhere; no energy is gained.
+#[test]
+fn a_contact_that_closes_at_an_impact_leaves_its_restitution() {
+    let [m, n, c, e] = [0.5, 0.8, 1.0, 0.8];
+    for step in 0..=60 {
+        let pushes = 0.01 * f64::from(step);
+        let source = format!(
+            "[mass.a]\nmass = \"{m} kg\"\n[mass.b]\nmass = \"{n} kg\"\n[mass.c]\nmass = \"{c} kg\"\n[end_stop.e]\nmass_1 = \"a\"\nmass_2 = \"b\"\n\
+             upper = \"0.2 m\"\nrestitution = {e}\n[one_way_clutch.o]\ndriving = \"c\"\ndriven = \"a\"\n[scenario]\nduration = \"0.25 s\"\n\
+             initial = {{ \"a.v\" = \"1 m/s\", \"c.v\" = \"{pushes} m/s\" }}\n"
+        );
+        let run = by(&source, Method::Automatic);
+        // Compression: a and b with one speed, and c too if that is faster.
+        let pair = m / (m + n);
+        let together = if pushes > pair { (m + c * pushes) / (m + n + c) } else { pair };
+        let back = e * n * together;
+        let b = together + back / n;
+        let a = (m + c * pushes - n * b) / (m + c);
+        let what = format!("{pushes} m/s");
+        near(last(&run, "b.v"), b, 1e-12, &what);
+        near(last(&run, "a.v"), a, 1e-12, &what);
+        near(last(&run, "c.v"), a, 1e-12, &what);
+        let [before, after] = [m + c * pushes * pushes, (m + c) * a * a + n * b * b].map(|twice| 0.5 * twice);
+        assert!(after <= before, "{what}: {after} J of {before} J");
+        near(run.energy.dissipated, before - after, 1e-12, &what);
+        let shared = run.notes.iter().any(|note| note.contains("`e`, `o` act together"));
+        assert_eq!(shared, pushes > pair, "{what}: {:?}", run.notes);
+    }
+}
+
+/// Balls in a row with stops between them, some of which touch: with restitution 1 everywhere all energy stays, whichever contacts meet at one instant; three
+/// equal balls of which two touch part the impulse as their compression does.
+#[test]
+fn chains_without_loss_keep_their_energy() {
+    let mut dice = Dice(54);
+    for case in 0..60 {
+        let count = 3 + dice.below(3);
+        let mut source = String::new();
+        let (mut places, mut energy, mut momentum) = (vec![0.0], 0.0, 0.0);
+        let mut initial = Vec::new();
+        for k in 0..count {
+            let (mass, speed) = (dice.between(1, 9) as f64, dice.between(-9, 9) as f64);
+            source += &format!("[mass.m{k}]\nmass = \"{mass} kg\"\n");
+            if k > 0 {
+                source += &format!(
+                    "[end_stop.s{k}]\nmass_1 = \"m{k}\"\nmass_2 = \"m{}\"\nlower = \"0 m\"\nrestitution = 1\n",
+                    k - 1
+                );
+                // Contacts that meet at one instant, and some that touch from the begin.
+                places.push(places[k - 1] + [0.0, 0.5, 1.0][dice.below(3)]);
+            }
+            initial.push(format!("\"m{k}.v\" = \"{speed} m/s\", \"m{k}.s\" = \"{} m\"", places[k]));
+            energy += 0.5 * mass * speed * speed;
+            momentum += mass * speed;
+        }
+        source += &format!("[scenario]\nduration = \"3 s\"\ninitial = {{ {} }}\n", initial.join(", "));
+        let run = by(&source, Method::Automatic);
+        let of = |k: usize| {
+            let mass: f64 = source
+                .split(&format!("[mass.m{k}]\nmass = \""))
+                .nth(1)
+                .unwrap()
+                .split(' ')
+                .next()
+                .unwrap()
+                .parse()
+                .unwrap();
+            (mass, last(&run, &format!("m{k}.v")))
+        };
+        let all: Vec<(f64, f64)> = (0..count).map(of).collect();
+        near(all.iter().map(|(m, v)| m * v).sum(), momentum, 1e-9, &source);
+        near(
+            all.iter().map(|(m, v)| 0.5 * m * v * v).sum(),
+            energy,
+            1e-9 * energy,
+            &format!("{case}: {:?}\n{source}", run.notes),
+        );
+    }
+    let cradle = "[mass.a]\nmass = \"1 kg\"\n[mass.b]\nmass = \"1 kg\"\n[mass.c]\nmass = \"1 kg\"\n[end_stop.s]\nmass_1 = \"b\"\nmass_2 = \"a\"\nlower = \"0 m\"\n\
+                  restitution = 1\n[end_stop.t]\nmass_1 = \"c\"\nmass_2 = \"b\"\nlower = \"0 m\"\nrestitution = 1\n[scenario]\nduration = \"2 s\"\n\
+                  initial = { \"a.v\" = \"3 m/s\", \"b.s\" = \"1 m\", \"c.s\" = \"1 m\" }\n";
+    let run = by(cradle, Method::Automatic);
+    for (name, speed) in [("a.v", -1.0), ("b.v", 2.0), ("c.v", 2.0)] {
+        near(last(&run, name), speed, 1e-12, name);
+    }
+    assert!(run.notes.iter().any(|note| note.contains("`s`, `t` act together")), "{:?}", run.notes);
+}
+
+/// What is thrown between two walls that leave it no room knocks without an end: the run goes on without its restitution, and says so.
+#[test]
+fn knocking_without_an_end_is_told() {
+    let source = "[mass.a]\nmass = \"1 kg\"\n[end_stop.s]\nmass_1 = \"a\"\nlower = \"-1 m\"\nrestitution = 1\n[mass.w]\nmass = \"1e9 kg\"\n\
+                  [end_stop.t]\nmass_1 = \"w\"\nmass_2 = \"a\"\nlower = \"0 m\"\nrestitution = 1\n[constraint.held]\ncoefficients = { w = 1 }\noffset = \"-1 m\"\n\
+                  [scenario]\nduration = \"1 s\"\ninitial = { \"a.s\" = \"-1 m\", \"a.v\" = \"1 m/s\", \"w.s\" = \"-1 m\" }\n";
+    let run = by(source, Method::Automatic);
+    near(last(&run, "a.v"), 0.0, 1e-12, "it rests");
+    near(run.energy.dissipated, 0.5, 1e-12, "its energy");
+    assert!(run.notes.iter().any(|note| note.contains("were taken without restitution")), "{:?}", run.notes);
+}

@@ -351,6 +351,23 @@ fn teeth_that_jam_are_told() {
     assert!((at(&run, "motor.w", 2.0) - 5.0 - 2.0 * a).abs() < 1e-9);
 }
 
+/// A loss that grows with the time: from `κ Λ = 1` on two motions go on, within a step.
+#[test]
+fn two_motions_are_told_from_when_on_they_are() {
+    let run = tried(
+        &drive("loss = \"1.6 * t / (1 s) * load\"", "8 N m", "0 N m", "initial = { \"motor.w\" = \"5 rad/s\" }")
+            .replace("\"0.5 kg m^2\"", "\"50 kg m^2\""),
+    );
+    let influence = (50.0 / 16.0) / (0.3 + 50.0 / 16.0);
+    let told: Vec<f64> = run
+        .events
+        .iter()
+        .filter(|event| event.what.contains("two motions go on from here"))
+        .map(|event| event.time)
+        .collect();
+    assert!(told.len() == 1 && (told[0] - 1.0 / (1.6 * influence)).abs() < 1e-12, "{:?}", run.events);
+}
+
 /// A flywheel of 1 kg m² at 2 rad/s beside teeth that jam, 0.5 and 0.2 kg m² at 1 and 2 rad/s: a clutch of 0.3 N m between them gives no impulse, whether it
 /// sticks or slips, and only brakes it then; a lock does.
 #[test]

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use kardan::results::{IntegrationMethod, Outcome, Physical, Run};
 use kardan::simulate::{Machine, Method, Setup};
 
-use super::common::{Dice, prepared};
+use super::common::{Dice, at, prepared, run_by, signal};
 use super::taylor::{builtin, difference, runs};
 
 /// A number of ten to a power between two.
@@ -270,4 +270,38 @@ fn stiff_runs_of_long_chains_are_those_of_the_reference() {
     assert!(20 * other.effort.steps < one.effort.steps, "{} {}", other.effort.steps, one.effort.steps);
     assert_eq!(method(&stiff, &[], Method::Automatic), [IntegrationMethod::Radau]);
     assert_eq!(method(&soft, &[], Method::Automatic), [IntegrationMethod::Taylor]);
+}
+
+/// Two wheels of 1 kg m² with 1e-6 kg m² between them are braked by `−10 tanh(w/0.05)` N m, which is written with an exponential whose derivative overflows at
+/// 100 rad/s, `exp(4000)`, where the torque does not: 10 N m take 100 of 200 N m s in 10 s, and all in 20 s, however the law is written.
+#[test]
+fn a_jacobian_that_is_not_finite_does_not_stand_still() {
+    let source = |law: &str| {
+        format!(
+            "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1e-6 kg m^2\"\n[shaft.c]\ninertia = \"1 kg m^2\"\n\
+             [spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"1e3 N m/rad\"\ndamping = \"100 N m s/rad\"\n\
+             [spring_damper.s2]\nshaft_1 = \"b\"\nshaft_2 = \"c\"\nstiffness = \"1e3 N m/rad\"\ndamping = \"100 N m s/rad\"\n\
+             [torque.ta]\nshaft = \"a\"\nlaw = \"{law}\"\n[scenario]\nduration = \"20 s\"\noutput_step = \"10 ms\"\n\
+             initial = {{ \"a.w\" = \"100 rad/s\", \"b.w\" = \"100 rad/s\", \"c.w\" = \"100 rad/s\" }}\n"
+        )
+    };
+    let laws = [
+        "-10 N m * (1 - 2/(exp(2 * a.w/(0.05 rad/s)) + 1))",
+        "-10 N m * (2/(exp(-2 * a.w/(0.05 rad/s)) + 1) - 1)",
+        "-10 N m * (1 - 2/(exp(min(2 * a.w/(0.05 rad/s), 600)) + 1))",
+    ];
+    let all = laws.map(|law| {
+        let run = run_by(&source(law), Method::Radau, Some(1e-10));
+        assert_eq!(run.outcome, Outcome::Completed, "{law}");
+        let momentum = 2.0 * (100.0 - 5.0 * 10.0);
+        let at = |name: &str| at(&run, name, 10.0);
+        assert!((at("a.w") + at("c.w") + 1e-6 * at("b.w") - momentum).abs() < 1e-3, "{law}: {}", at("a.w"));
+        assert!(signal(&run, "a.w").last().unwrap().abs() < 0.1, "{law}");
+        assert!(run.energy.residual.abs() < 1e-5, "{law}: {:?}", run.energy);
+        run
+    });
+    for run in &all {
+        let speed = |run: &Run| *signal(run, "a.w").last().unwrap();
+        assert!((speed(run) - speed(&all[2])).abs() < 1e-6, "{} {}", speed(run), speed(&all[2]));
+    }
 }

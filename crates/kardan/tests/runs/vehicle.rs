@@ -399,3 +399,36 @@ fn a_straight_curve_is_an_arm() {
         }
     }
 }
+
+/// Without roll the inner wheels of both axles leave the ground where `a_y = g T/(2 h)`: a car that goes on turning is told to roll over there, on the
+/// side that the bend is on; one that stays below is not.
+#[test]
+fn a_car_whose_inner_wheels_lift_is_told_to_roll_over() {
+    let (height, track, g, u) = (0.9, 1.2, 9.80665, 20.0);
+    for side in [1.0, -1.0] {
+        for (most, tips) in [(0.1, true), (0.01, false)] {
+            let keys = format!(
+                "{}\nheight = \"{height} m\"\ntrack = \"{track} m\"\nrelaxation_length = \"0.5 m\"\n",
+                plain(&format!("{u} m/s"))
+            );
+            let turns = format!(
+                "[signal.turns]\nkind = \"smooth_step\"\nto = \"{} rad\"\nover = \"4 s\"\n[scenario]\nduration = \"6 s\"\noutput_step = \"1 ms\"\n",
+                side * most
+            );
+            let run = by(&car("turns", &keys, &turns), 1e-9);
+            let limit = g * track / (2.0 * height) / u;
+            let first = signal(&run, "car.yaw_rate").iter().position(|rate| rate.abs() >= limit);
+            assert_eq!(first.is_some(), tips);
+            let place = if side > 0.0 { "left" } else { "right" };
+            let told: Vec<&String> = run.notes.iter().filter(|note| note.contains("rolls over")).collect();
+            assert_eq!(told.len(), usize::from(tips), "{:?}", run.notes);
+            if let (Some(row), [told]) = (first, &told[..]) {
+                let said = format!(
+                    "Both wheels of `car` on its {place} are off the ground from {:.4} s on",
+                    run.series.time[row]
+                );
+                assert!(told.starts_with(&said), "{said}: {told}");
+            }
+        }
+    }
+}

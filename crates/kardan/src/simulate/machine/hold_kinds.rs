@@ -52,6 +52,9 @@ pub(super) struct Holds {
     pub(super) struck: bool,
     /// Teeth whose speed the last blow has changed.
     pub(super) passed: Vec<usize>,
+    /// Contacts that shared an impulse of which a part came back, and those whose restitution was left out.
+    pub(super) shared: Vec<usize>,
+    pub(super) dulled: Vec<usize>,
     /// Whether what meets a stop comes back.
     pub(super) rebounds: bool,
 }
@@ -87,6 +90,8 @@ impl Holds {
             kinds,
             struck: false,
             passed: Vec::new(),
+            shared: Vec::new(),
+            dulled: Vec::new(),
             rebounds: true,
         }
     }

@@ -4,13 +4,13 @@
 //! oppose motion backward with any torque and motion forward with none, a lock opposes both with any. What only touches, a cushion, has a torque
 //! that follows from the state, and modes that switch it.
 //!
-//! Blow: speeds jump so that `v⁺ + e v⁻` along what rigid directions block vanishes or opens (Moreau's form of Newton's law), by the same
-//! convex problem over impulses. If that gained energy, as different e of coupled stops could, nothing rebounds: the projection with e = 0 never gains.
+//! Blow: speeds jump so that nothing goes on into what rigid directions block ([`impact`](crate::simulate::impact)), by the same convex problem over
+//! impulses.
 
 use super::Machine;
 use super::hold_kinds::{Kind, Met, Unfit};
-use crate::num::dot;
 use crate::simulate::friction::{Bounds, Mode, NOISE};
+use crate::simulate::impact::{Contacts, Impact};
 
 /// Rebounds slower than this end at rest, rad/s or m/s: what bounces ever lower comes to rest in a finite time. So do those that are lower than what
 /// rounding makes of the place.
@@ -354,7 +354,7 @@ impl Machine {
         }
         // Kept rows take part in it, though nothing meets there.
         let parts: Vec<usize> = self.kept.clone().chain(rigid.iter().copied()).collect();
-        let Blow { mut impulses, mut rebounds, lost, weighted } = self.blow(&parts);
+        let Blow { impulses, mut last, mut rebounds, lost, weighted } = self.blow(&parts);
         if !self.contradiction.is_empty() {
             return None;
         }
@@ -363,7 +363,7 @@ impl Machine {
         }
         let change: Vec<f64> = before.iter().zip(&state[r..2 * r]).map(|(before, after)| after - before).collect();
         state[self.size - 2] += self.prescribed_work(&change, parts.iter().copied().zip(impulses.iter().copied()));
-        impulses.drain(..self.kept.len());
+        last.drain(..self.kept.len());
         rebounds.drain(..self.kept.len());
         let one = |k: &usize| {
             let speed = self.dynamics.friction_speed(*k, &self.work).abs();
@@ -379,7 +379,7 @@ impl Machine {
         let passed = self.meshes.directions.iter().filter(|k| jammed.is_none() && along(k) > noise(self, **k, &sizes));
         self.holds.passed = passed.copied().collect();
         // What it has stopped rests; so does what has no speed but rounding, and what rested before and was not moved.
-        let stopped = rigid.iter().zip(&rebounds).zip(&impulses);
+        let stopped = rigid.iter().zip(&rebounds).zip(&last);
         let stopped: Vec<usize> =
             stopped.filter(|((_, e), impulse)| **e == 0.0 && **impulse != 0.0).map(|((k, _), _)| *k).collect();
         let sizes: Vec<f64> = sizes.iter().zip(&state[r..2 * r]).map(|(a, b)| a.max(b.abs())).collect();
@@ -427,38 +427,52 @@ impl Machine {
     fn blow(&mut self, rigid: &[usize]) -> Blow {
         let speed = |&k: &usize| if self.kept.contains(&k) { 0.0 } else { self.dynamics.friction_speed(k, &self.work) };
         let before: Vec<f64> = rigid.iter().map(speed).collect();
-        let (least, rebounds) = (self.least_rebounds(rigid), self.holds.rebounds);
-        let rebound = |((&k, &speed), &least): ((&usize, &f64), &f64)| match self.hold_of(k) {
-            Some(Kind::Stop { restitution, .. }) if rebounds && -restitution * speed > least => restitution,
-            _ => 0.0,
-        };
-        let mut rebounds: Vec<f64> = rigid.iter().zip(&before).zip(&least).map(rebound).collect();
+        let least = self.least_rebounds(rigid);
+        let mut restitution: Vec<f64> = rigid.iter().map(|&k| self.restitution(k)).collect();
+        let struck = |a: &usize| -restitution[*a] * before[*a] > least[*a];
+        let mut dulled: Vec<usize> = Vec::new();
+        if !self.holds.rebounds {
+            dulled.extend((0..rigid.len()).filter(struck).map(|a| rigid[a]));
+            restitution.fill(0.0);
+        }
         let (weighted, w) = self.compliance(rigid);
-        let m = rigid.len();
-        let mut impulses = vec![0.0; m];
         let [mut forward, backward]: [Vec<f64>; 2] =
             [0, 1].map(|sense| rigid.iter().map(|&k| self.impulse_bound(sense, k)).collect());
         loop {
-            let right: Vec<f64> = before.iter().zip(&rebounds).map(|(speed, e)| speed * (1.0 + e)).collect();
             let bounds = Bounds { forward: &forward, backward: &backward };
-            // What rebounds may be blocked the other way: then nothing does.
-            let solved = self.box_problem.solve(&w, &right, bounds, &mut impulses);
-            let after = |a: usize| before[a] - dot(&w[a * m..(a + 1) * m], &impulses);
-            let lost: f64 = (0..m).map(|a| 0.5 * impulses[a] * (before[a] + after(a))).sum();
-            let size: f64 = (0..m).map(|a| impulses[a].abs() * (before[a].abs() + after(a).abs())).sum();
-            if !(solved && lost >= -GAINED * size) && rebounds.iter().any(|e| *e != 0.0) {
-                rebounds.fill(0.0);
+            let contacts = Contacts { w: &w, restitution: &restitution, least: &least, bounds };
+            let impact = contacts.collide(&mut self.box_problem, &before);
+            let after = |a: usize| contacts.after(&before, &impact.impulses, a).0;
+            let (lost, size) = contacts.lost(&before, &impact.impulses);
+            // The projection never gains.
+            if !(lost >= -GAINED * size) && restitution.iter().any(|e| *e != 0.0) {
+                dulled.extend(
+                    (0..rigid.len()).filter(|a| impact.impulses[*a] != 0.0 && restitution[*a] > 0.0).map(|a| rigid[a]),
+                );
+                restitution.fill(0.0);
                 continue;
             }
             // A stop that is left by no more than rounding, by the blow at another one, would knock back, and so on.
             let stays = |a: &usize| forward[*a] == 0.0 && least[*a] > 0.0 && after(*a) > 0.0 && after(*a) <= least[*a];
-            let Some(a) = (0..m).find(stays) else {
+            let Some(a) = (0..rigid.len()).find(stays) else {
                 self.contradiction.extend(self.box_problem.unbounded().iter().map(|&a| rigid[a]));
-                return Blow { impulses, rebounds, lost: lost.max(0.0), weighted };
+                if impact.cut_short {
+                    dulled.extend(impact.shared.iter().map(|a| rigid[*a]));
+                } else {
+                    self.holds.shared.extend(impact.shared.iter().map(|a| rigid[*a]));
+                }
+                self.holds.dulled.extend(dulled);
+                let Impact { impulses, last, rebounds, .. } = impact;
+                return Blow { impulses, last, rebounds, lost: lost.max(0.0), weighted };
             };
             forward[a] = f64::INFINITY;
-            rebounds[a] = 0.0;
+            restitution[a] = 0.0;
         }
+    }
+
+    /// The part of its speed that what meets a direction goes back with.
+    fn restitution(&self, direction: usize) -> f64 {
+        if let Some(Kind::Stop { restitution, .. }) = self.hold_of(direction) { restitution } else { 0.0 }
     }
 
     /// Stops that no longer rest are left.
@@ -519,16 +533,27 @@ impl Machine {
         std::mem::take(&mut self.holds.passed)
     }
 
+    /// Contacts that shared an impulse of a blow of which a part came back, and those whose restitution was left out, since that was asked last.
+    pub(in crate::simulate) fn take_shared(&mut self) -> [Vec<usize>; 2] {
+        [&mut self.holds.shared, &mut self.holds.dulled].map(|list| {
+            let mut list = std::mem::take(list);
+            list.sort_unstable();
+            list.dedup();
+            list
+        })
+    }
+
     /// Whether speeds have jumped at the last event.
     pub(in crate::simulate) fn was_struck(&self) -> bool {
         self.holds.struck
     }
 }
 
-/// A blow: impulses along rigid directions against their motion, the part of the speed that each goes back with, the energy lost (J), and H⁻¹ of
-/// each direction.
+/// A blow: impulses along rigid directions against their motion, those of its last round with the part of the speed that each goes back with in it,
+/// the energy lost (J), and H⁻¹ of each direction.
 struct Blow {
     impulses: Vec<f64>,
+    last: Vec<f64>,
     rebounds: Vec<f64>,
     lost: f64,
     weighted: Vec<f64>,

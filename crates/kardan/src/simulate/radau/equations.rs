@@ -12,6 +12,9 @@ pub(in crate::simulate) trait Equations {
     fn linearise(&mut self, time: f64, state: &[f64], out: &mut Descriptor);
 }
 
+/// Part of its size by which a state is changed where derivatives are differences: half of their digits are right.
+const CHANGE: f64 = 1e-8;
+
 /// `E ẋ = A x`, linear equations of the motion near a state. Behind the states stand what they do not keep, such as torques that hold.
 #[derive(Debug, Clone, Default)]
 pub(in crate::simulate) struct Descriptor {
@@ -55,6 +58,43 @@ impl Descriptor {
 }
 
 impl Descriptor {
+    /// Whether all entries are finite numbers.
+    pub(super) fn is_finite(&self) -> bool {
+        self.values.iter().all(|value| value.is_finite())
+    }
+
+    /// Becomes `ẋ = A x` for the first states, one for each size: A from differences of the rates, on the other side where the one has none. What
+    /// does not move goes on doing so. Gives how many evaluations that took.
+    pub(super) fn differ(
+        &mut self,
+        (time, state, slope): (f64, &[f64], &[f64]),
+        sizes: impl Iterator<Item = f64>,
+        equations: &mut impl Equations,
+    ) -> u64 {
+        let (sizes, still): (Vec<f64>, _) = (sizes.collect(), std::mem::take(&mut self.still));
+        let n = sizes.len();
+        self.clear(n);
+        self.still = still;
+        (0..n).for_each(|i| self.mass(i, i, 1.0));
+        let (mut there, mut rates, mut evaluations) = (state.to_vec(), slope.to_vec(), 0);
+        for (column, size) in sizes.into_iter().enumerate() {
+            for change in [CHANGE * size, -CHANGE * size] {
+                there[column] = state[column] + change;
+                equations.rates(time, &there, &mut rates);
+                evaluations += 1;
+                if rates[..n].iter().all(|rate| rate.is_finite()) {
+                    break;
+                }
+            }
+            let change = there[column] - state[column];
+            for row in 0..n {
+                self.rate(row, column, (rates[row] - slope[row]) / change);
+            }
+            there[column] = state[column];
+        }
+        evaluations
+    }
+
     pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) -> bool {
         let [mut rows, mut columns]: [Vec<usize>; 2] =
             [self.places.iter().map(|(i, _)| *i).collect(), self.places.iter().map(|(_, j)| *j).collect()];

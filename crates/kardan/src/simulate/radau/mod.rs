@@ -16,7 +16,7 @@ use kardan_rt::functions::{exp, ln, powi};
 
 use super::dop853::{Counts, StepError};
 use super::rounding::Rounding;
-use crate::num::Keeper;
+use crate::num::{Keeper, max_or_nan};
 pub(super) use equations::{Descriptor, Equations};
 use newton::Systems;
 use tableau::{Tableau, tableau};
@@ -174,8 +174,9 @@ impl Radau {
             if self.factored != h {
                 self.factor(h);
             }
-            let convergence = self.iterate(h, equations);
-            finite = !not_finite(&self.trial);
+            // Without factors nothing is solved.
+            let convergence = if self.factored == h { self.iterate(h, equations) } else { None };
+            finite = self.systems.is_finite() && !not_finite(&self.trial);
             let Some((iterations, rate)) = convergence else {
                 if !self.fresh {
                     self.take_jacobian(equations);
@@ -245,13 +246,15 @@ impl Radau {
     }
 
     fn take_jacobian(&mut self, equations: &mut impl Equations) {
-        self.systems.linearise(self.time, &self.state, equations);
-        self.counts.evaluations += 1;
+        let Self { systems, time, state, slope, absolute, relative, .. } = self;
+        let sizes = absolute.iter().zip(&*state).map(|(absolute, x)| x.abs().max(absolute / *relative));
+        let evaluations = systems.linearise((*time, state, slope), sizes, equations);
+        self.counts.evaluations += evaluations;
         (self.fresh, self.known, self.factored) = (true, true, 0.0);
     }
 
     fn factor(&mut self, h: f64) {
-        // A singular matrix makes steps that do not converge.
+        // A singular matrix, or one with a number that is none, makes a step that fails.
         self.factored = if self.systems.factor(h, self.tableau) { h } else { f64::NAN };
     }
 
@@ -365,8 +368,7 @@ impl Radau {
                 let next: f64 = row.iter().zip(split).map(|(m, w)| m * w).sum();
                 let change = (next - *z).abs() / size;
                 *z = next;
-                // What is no number counts.
-                largest = if change <= largest { largest } else { change };
+                largest = max_or_nan(largest, change);
             }
         }
         largest
@@ -427,9 +429,7 @@ impl Radau {
         let ends = trial.iter().skip(tableau.stages - 1).step_by(tableau.stages);
         error.iter().zip(ends).enumerate().fold(0.0, |largest, (k, (error, end))| {
             let size = state[k].abs().max((state[k] + end).abs());
-            let part = error.abs() / (absolute[k] + relative * size + rounding * noise[k]);
-            // What is no number counts.
-            if part <= largest { largest } else { part }
+            max_or_nan(largest, error.abs() / (absolute[k] + relative * size + rounding * noise[k]))
         })
     }
 

@@ -39,9 +39,24 @@ impl Systems {
         }
     }
 
-    /// Takes the derivatives at a state.
-    pub(super) fn linearise(&mut self, time: f64, state: &[f64], equations: &mut impl Equations) {
+    /// Takes the derivatives at a time and a state with the rates there; gives how many evaluations that took. Where a derivative is no finite
+    /// number, as that of `1/(exp(x) + 1)` where `exp(x)` overflows, all are differences, of changes in proportion to `sizes`.
+    pub(super) fn linearise(
+        &mut self,
+        (time, state, slope): (f64, &[f64], &[f64]),
+        sizes: impl Iterator<Item = f64>,
+        equations: &mut impl Equations,
+    ) -> u64 {
         equations.linearise(time, state, &mut self.descriptor);
+        if self.is_finite() {
+            return 1;
+        }
+        1 + self.descriptor.differ((time, state, slope), sizes.take(self.n), equations)
+    }
+
+    /// Whether all derivatives are finite numbers.
+    pub(super) fn is_finite(&self) -> bool {
+        self.descriptor.is_finite()
     }
 
     /// Keeps the derivatives; false if what was put back does not fit.
@@ -49,7 +64,7 @@ impl Systems {
         self.descriptor.keep(keeper)
     }
 
-    /// Factors all systems for steps of one length; false if one is singular.
+    /// Factors all systems for steps of one length; false if one is singular or not finite.
     pub(super) fn factor(&mut self, h: f64, tableau: &Tableau) -> bool {
         let Self { descriptor, order, ordered, real, pairs, numbers, shifted, .. } = self;
         if order.is_none() || *ordered != descriptor.places {

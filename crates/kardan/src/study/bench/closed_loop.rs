@@ -110,6 +110,7 @@ pub fn closed_loop(
     let notes = failed
         .filter_map(|(run, of)| match &run.outcome {
             Outcome::Completed => None,
+            Outcome::Unbalanced { cause } => Some(format!("`{}`, {of}: {cause}", run.name)),
             Outcome::Failed { time, cause } => {
                 Some(format!("`{}`, {of}: it ends after {time:.3} s, {cause}", run.name))
             }

@@ -18,6 +18,7 @@ impl Traces {
     pub(super) fn of(run: Run, spec: &SafetySpec) -> Self {
         let failed = match &run.outcome {
             Outcome::Completed => None,
+            Outcome::Unbalanced { cause } => Some(cause.clone()),
             Outcome::Failed { time, cause } => Some(format!("the run ended at {time:.6} s: {cause}")),
         };
         let values = |name: &str| run.series.signal(name).map(|signal| signal.values.clone()).unwrap_or_default();

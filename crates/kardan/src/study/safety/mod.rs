@@ -265,7 +265,7 @@ impl Table<'_> {
             let settings = Settings { faults: faults.to_vec(), runs_only: true, ..Settings::default() };
             let run = run_variant(0, variant, (prepared, &settings), heard);
             // What a command ends early says nothing of the model.
-            let whole = run.outcome == Outcome::Completed || heard.stop().is_none();
+            let whole = !matches!(run.outcome, Outcome::Failed { .. }) || heard.stop().is_none();
             heard.count(1);
             whole.then(|| Traces::of(run, spec))
         };

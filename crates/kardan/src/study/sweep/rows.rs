@@ -4,7 +4,7 @@ use super::varied::Varied;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::model::{Document, Setting, VariantSettings};
 use crate::num::{Random, rational_from_f64};
-use crate::results::{Outcome, Run, SweepRow};
+use crate::results::{Run, SweepRow};
 use crate::study::prepare::prepare_sample;
 use crate::study::{Prepared, PreparedVariant};
 use crate::units::{Exact, written_quantity};
@@ -77,8 +77,8 @@ pub(super) fn is_refusal(reason: &str) -> bool {
 
 /// What a run tells.
 pub(super) fn fill(row: &mut SweepRow, prepared: &Prepared, run: &Run) {
-    if let Outcome::Failed { cause, .. } = &run.outcome {
-        row.reason.clone_from(cause);
+    if let Some(cause) = run.outcome.cause() {
+        row.reason = cause.into();
     }
     let own = |names: &[String]| names.is_empty() || names.contains(&run.name);
     let requirements = prepared.requirements.iter().enumerate().filter(|(_, one)| own(&one.variants));

@@ -1,0 +1,133 @@
+//! What `kardan run` and `kardan sweep` say of runs that reach their end with numbers that are wrong or in doubt: first line, exit code, JSON, reports.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use super::schemas::printed;
+
+fn folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("verdicts_{name}"));
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    path
+}
+
+fn kardan(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));
+    command.current_dir(folder).args(arguments).stdin(Stdio::null()).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap().split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A universal joint near 90° between two free shafts keeps its energy, whatever it does; at this tolerance its peaks are lost.
+const PEAKS: &str = "\
+[shaft.a]
+inertia = \"1 kg m^2 ± 1 %\"
+[shaft.b]
+inertia = \"1 kg m^2\"
+[universal_joint.j]
+shaft_1 = \"a\"
+shaft_2 = \"b\"
+angle = \"89 deg\"
+[scenario]
+duration = \"20 s\"
+output_step = \"0.1 s\"
+initial = { \"a.w\" = \"5 rad/s\" }
+[[requirement]]
+signal = \"a.phi\"
+measure = \"max_abs\"
+below = \"1e9 rad\"
+";
+const COARSE: [&str; 4] = ["--method", "dop853", "--tolerance", "1e-4"];
+
+/// A run whose energy balance does not close is not completed, and its requirements are not met.
+#[test]
+fn an_energy_balance_that_does_not_close_is_no_completed_run() {
+    let at = folder("energy");
+    fs::write(at.join("m.toml"), PEAKS).unwrap();
+    let with = |more: &[&str]| kardan(&at, &[&["run", "m.toml", "--out", "o"], &COARSE[..], more].concat());
+    let got = with(&["--json"]);
+    assert_eq!(got.status.code(), Some(2));
+    let run = &printed(&got.stdout)["variants"][0];
+    assert_eq!(run["outcome"]["completed"], false);
+    assert_eq!(run["outcome"]["verdict"], "unbalanced");
+    assert_eq!(run["outcome"]["time"], 20.0);
+    assert!(run["outcome"]["cause"].as_str().unwrap().starts_with("the energy balance does not close"));
+    assert_eq!(run["requirements"][0]["passed"], false);
+    assert!(run["notes"].to_string().contains("All requirements count as not met"), "{}", run["notes"]);
+    let said = "The run reached its end, but its energy balance does not close, so that its numbers are wrong; the requirement is not met.";
+    let got = with(&["--markdown"]);
+    assert_eq!(got.status.code(), Some(2));
+    assert!(text(&got.stdout).contains(said), "{}", text(&got.stdout));
+    assert!(text(&fs::read(at.join("o/report.md")).unwrap()).contains(said));
+    assert_eq!(with(&[]).status.code(), Some(2));
+    assert!(text(&fs::read(at.join("o/report.html")).unwrap()).contains(said));
+    // With a tolerance at which nothing is lost it is a run like others.
+    let got = kardan(&at, &["run", "m.toml", "--out", "o", "--json"]);
+    assert_eq!(
+        (got.status.code(), &printed(&got.stdout)["variants"][0]["outcome"]["verdict"]),
+        (Some(0), &"completed".into())
+    );
+}
+
+/// A sweep counts them among the runs that failed, and takes no number from them.
+#[test]
+fn a_sweep_counts_runs_whose_energy_balance_does_not_close() {
+    let at = folder("sweep");
+    fs::write(at.join("m.toml"), PEAKS).unwrap();
+    let got = kardan(&at, &[&["sweep", "m.toml", "--samples", "4", "--out", "o", "--json"], &COARSE[..]].concat());
+    assert_eq!(got.status.code(), Some(1), "{}", String::from_utf8_lossy(&got.stderr));
+    let found = printed(&got.stdout);
+    let failure = &found["failures"][0];
+    assert!(failure["reason"].as_str().unwrap().contains("the energy balance does not close"), "{failure}");
+    assert_eq!((&failure["count"], &found["requirements"][0]["failed"]), (&4.into(), &4.into()));
+    assert_eq!(found["requirements"][0]["measured"]["count"], 0);
+}
+
+/// The pendulum of Baker and Gollub (Chaotic Dynamics, 1990, q = 2, g = 1.2), whose motion no tolerance tells after a hundred periods.
+const CHAOS: &str = "\
+[shaft.a]
+inertia = \"1 kg m^2\"
+damping = \"0.5 N m s/rad\"
+[torque.weight]
+shaft = \"a\"
+law = \"-1 N m * sin(a.phi)\"
+[torque.drive]
+shaft = \"a\"
+law = \"1.2 N m * cos(2/3 rad/s * t)\"
+[scenario]
+duration = \"DURATION s\"
+output_step = \"0.1 s\"
+initial = { \"a.phi\" = \"0.2 rad\" }
+";
+
+/// A run whose errors are as large as its signals says so in its first line, and ends with another exit code if asked.
+#[test]
+fn errors_as_large_as_signals_are_told_first() {
+    let at = folder("errors");
+    fs::write(at.join("long.toml"), CHAOS.replace("DURATION", "400")).unwrap();
+    fs::write(at.join("short.toml"), CHAOS.replace("DURATION", "10")).unwrap();
+    let with = |more: &[&str]| kardan(&at, &[&["run", "--out", "o"], more].concat());
+    let got = with(&["long.toml", "--json"]);
+    assert_eq!(got.status.code(), Some(0));
+    let run = &printed(&got.stdout)["variants"][0];
+    assert_eq!((&run["outcome"]["completed"], &run["outcome"]["verdict"]), (&true.into(), &"doubtful".into()));
+    let unreliable = &run["accuracy"]["unreliable"];
+    assert!(unreliable["error"].as_f64().unwrap() >= 0.1 * unreliable["size"].as_f64().unwrap(), "{unreliable}");
+    assert!(run["warnings"][0].as_str().unwrap().contains("the estimated error of"), "{}", run["warnings"]);
+    assert_eq!(with(&["long.toml", "--json", "--strict"]).status.code(), Some(1));
+    let said = "The run reached its end, but its numbers are in doubt; no requirements are stated.";
+    let got = with(&["long.toml", "--markdown"]);
+    assert!(text(&got.stdout).contains(said), "{}", text(&got.stdout));
+    assert!(text(&fs::read(at.join("o/report.md")).unwrap()).contains(said));
+    let got = with(&["short.toml", "--json", "--strict"]);
+    assert_eq!(
+        (got.status.code(), &printed(&got.stdout)["variants"][0]["outcome"]["verdict"]),
+        (Some(0), &"completed".into())
+    );
+    // Without a second run there is no estimate to be strict about.
+    assert_eq!(with(&["short.toml", "--strict", "--runs-only"]).status.code(), Some(2));
+}

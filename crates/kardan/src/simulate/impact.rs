@@ -1,0 +1,179 @@
+//! Impacts: the impulses of rigid contacts that meet at one instant.
+//!
+//! With `W = G H⁻¹ Gᵀ` the speeds along contacts change from u to `u − W Λ`. Where one contact strikes, `u⁺ = −e u⁻` (Newton). Where contacts with
+//! different e share an impulse, or one closes that was opening, that gains energy. Poisson's law does not (Glocker, Set-Valued Force Laws, 2001, 11):
+//! impulses C of *compression* bring everything to rest that goes on into a contact (the law with e = 0), then each contact gives back `e C`, while
+//! contacts without restitution, and what holds both ways, go on holding. What then still goes into a contact strikes anew, until nothing does.
+//! Each round is a continuous map of the speeds, so that the result is; with e = 1 everywhere it keeps the energy.
+//!
+//! Where all contacts that take an impulse have one e, Newton's law is Poisson's, in one round.
+
+use super::friction::{Bounds, BoxProblem};
+
+/// Rounds after which an impact ends without restitution: of a light body between a wall and one that is m times as heavy a bounce takes about `π √m`.
+const MOST_ROUNDS: usize = 2000;
+/// Part of what cancels in it that rounding makes of a speed, or of an energy that is neither lost nor gained.
+const ROUNDING: f64 = 1e-12;
+
+/// Contacts that meet, and what holds beside them.
+pub(super) struct Contacts<'a> {
+    /// W, row by row.
+    pub w: &'a [f64],
+    /// The part of its impulse that each gives back.
+    pub restitution: &'a [f64],
+    /// Rebounds that are no faster than these end at rest.
+    pub least: &'a [f64],
+    /// What opposes motion forward and backward: nothing, or any impulse.
+    pub bounds: Bounds<'a>,
+}
+
+/// What an impact comes to.
+pub(super) struct Impact {
+    /// All impulses against the motion along each contact.
+    pub impulses: Vec<f64>,
+    /// Those of the last round, and the restitution in it.
+    pub last: Vec<f64>,
+    pub rebounds: Vec<f64>,
+    /// Contacts that shared an impulse of which a part came back; of an impact that was cut short those that would go on.
+    pub shared: Vec<usize>,
+    /// Whether it went on for so many rounds that its end was taken without restitution.
+    pub cut_short: bool,
+}
+
+impl Contacts<'_> {
+    fn count(&self) -> usize {
+        self.restitution.len()
+    }
+
+    /// `u − W Λ` of a contact, and the size of what cancels in it.
+    pub(super) fn after(&self, speeds: &[f64], impulses: &[f64], a: usize) -> (f64, f64) {
+        let m = self.count();
+        let row = self.w[a * m..(a + 1) * m].iter().zip(impulses);
+        let (sum, size) = row.fold((0.0, 0.0), |(sum, size), (w, x)| (sum + w * x, size + (w * x).abs()));
+        (speeds[a] - sum, size + speeds[a].abs())
+    }
+
+    fn all_after(&self, speeds: &[f64], impulses: &[f64]) -> Vec<f64> {
+        (0..self.count()).map(|a| self.after(speeds, impulses, a).0).collect()
+    }
+
+    /// Whether a contact holds both ways.
+    fn holds(&self, a: usize) -> bool {
+        self.bounds.forward[a] > 0.0 && self.bounds.backward[a] > 0.0
+    }
+
+    /// The restitution of each contact that is struck.
+    fn rebounds(&self, speeds: &[f64]) -> Vec<f64> {
+        let rebound =
+            |a: usize| if -self.restitution[a] * speeds[a] > self.least[a] { self.restitution[a] } else { 0.0 };
+        (0..self.count()).map(rebound).collect()
+    }
+
+    /// The energy that impulses take.
+    pub(super) fn lost(&self, speeds: &[f64], impulses: &[f64]) -> (f64, f64) {
+        let part = |a: usize| {
+            let after = self.after(speeds, impulses, a).0;
+            (0.5 * impulses[a] * (speeds[a] + after), impulses[a].abs() * (speeds[a].abs() + after.abs()))
+        };
+        (0..self.count()).map(part).fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1))
+    }
+
+    /// The impulses of Newton's law, where they are those of Poisson's too: all contacts that take one have the same restitution e, or were at rest.
+    /// Then the part `1/(1 + e)` of them is the compression.
+    fn newton(&self, problem: &mut BoxProblem, speeds: &[f64], rebounds: &[f64]) -> Option<Vec<f64>> {
+        let m = self.count();
+        let right: Vec<f64> = speeds.iter().zip(rebounds).map(|(speed, e)| speed * (1.0 + e)).collect();
+        let mut impulses = vec![0.0; m];
+        if !problem.solve(self.w, &right, self.bounds, &mut impulses) {
+            return None;
+        }
+        let noise = |a: usize| self.least[a].max(ROUNDING * self.after(speeds, &impulses, a).1);
+        let struck = |a: &usize| impulses[*a] != 0.0 && speeds[*a].abs() > noise(*a);
+        let e = (0..m).find(struck).map_or(0.0, |a| rebounds[a]);
+        let part: Vec<f64> = impulses.iter().map(|x| x / (1.0 + e)).collect();
+        let fits = |a: usize| match (impulses[a] != 0.0, self.holds(a)) {
+            _ if e == 0.0 && impulses[a] != 0.0 && speeds[a] > noise(a) => self.holds(a) || self.restitution[a] == 0.0,
+            (true, _) => rebounds[a] == e || speeds[a].abs() <= noise(a),
+            (false, true) => true,
+            (false, false) => self.after(speeds, &part, a).0 >= -noise(a),
+        };
+        (0..m).all(fits).then_some(impulses)
+    }
+
+    /// What contacts give back of the impulses of a compression that has left these speeds, with what holds meanwhile; nothing where none does.
+    fn expansion(
+        &self,
+        problem: &mut BoxProblem,
+        compressed: &[f64],
+        compression: &[f64],
+        most: f64,
+    ) -> Option<Vec<f64>> {
+        let m = self.count();
+        let given = |a: usize| {
+            let back = self.restitution[a] * compression[a];
+            if self.holds(a) || back.abs() * self.w[a * m + a] <= self.least[a] { 0.0 } else { back }
+        };
+        let back: Vec<f64> = (0..m).map(given).collect();
+        if back.iter().all(|x| *x == 0.0) {
+            return None;
+        }
+        let closed = |bounds: &[f64]| -> Vec<f64> {
+            let without = |a: usize| self.holds(a) || self.restitution[a] == 0.0;
+            bounds.iter().enumerate().map(|(a, bound)| if without(a) { *bound } else { 0.0 }).collect()
+        };
+        let [forward, backward] = [self.bounds.forward, self.bounds.backward].map(closed);
+        let bounds = Bounds { forward: &forward, backward: &backward };
+        let mut with = |part: f64| -> Vec<f64> {
+            let back: Vec<f64> = back.iter().map(|x| part * x).collect();
+            let mut held = vec![0.0; m];
+            problem.solve(self.w, &self.all_after(compressed, &back), bounds, &mut held);
+            back.iter().zip(held).map(|(back, held)| back + held).collect()
+        };
+        let whole = with(1.0);
+        // The energy gained is a convex function of the part that is given back.
+        let gained = -self.lost(compressed, &whole).0;
+        Some(if gained > most * (1.0 + ROUNDING) { with(most / gained) } else { whole })
+    }
+
+    /// The impulses of contacts with these speeds along them, so that nothing goes on into them and no energy is gained. Where nothing bounds what holds
+    /// against each other, `problem` tells what.
+    pub(super) fn collide(&self, problem: &mut BoxProblem, before: &[f64]) -> Impact {
+        let m = self.count();
+        let (mut speeds, mut impulses) = (before.to_vec(), vec![0.0; m]);
+        let mut shared: Vec<usize> = Vec::new();
+        let add = |impulses: &mut Vec<f64>, more: &[f64]| impulses.iter_mut().zip(more).for_each(|(sum, x)| *sum += x);
+        let mut share = |taken: &[f64]| {
+            let own: Vec<usize> = (0..m).filter(|a| taken[*a] != 0.0 && !self.holds(*a)).collect();
+            if own.len() > 1 {
+                shared.extend(own);
+            }
+        };
+        for _ in 0..MOST_ROUNDS {
+            let rebounds = self.rebounds(&speeds);
+            if let Some(last) = self.newton(problem, &speeds, &rebounds) {
+                if rebounds.iter().zip(&last).any(|(e, x)| *e * *x != 0.0) {
+                    share(&last);
+                }
+                add(&mut impulses, &last);
+                return Impact { impulses, last, rebounds, shared, cut_short: false };
+            }
+            let mut compression = vec![0.0; m];
+            let solved = problem.solve(self.w, &speeds, self.bounds, &mut compression);
+            let compressed = self.all_after(&speeds, &compression);
+            let lost = self.lost(&speeds, &compression).0;
+            let expansion = if solved { self.expansion(problem, &compressed, &compression, lost) } else { None };
+            add(&mut impulses, &compression);
+            let Some(expansion) = expansion else {
+                return Impact { impulses, last: compression, rebounds: vec![0.0; m], shared, cut_short: false };
+            };
+            share(&compression);
+            add(&mut impulses, &expansion);
+            speeds = self.all_after(before, &impulses);
+        }
+        let mut last = vec![0.0; m];
+        problem.solve(self.w, &speeds, self.bounds, &mut last);
+        add(&mut impulses, &last);
+        let shared = (0..m).filter(|a| impulses[*a] != 0.0 && self.restitution[*a] > 0.0).collect();
+        Impact { impulses, last, rebounds: vec![0.0; m], shared, cut_short: true }
+    }
+}
