@@ -156,13 +156,13 @@ impl Loop {
         };
         format!(
             "[model]\nname = \"random\"\n[shaft.a]\ninertia = \"{} kg m^2\"\ndamping = \"{} N m s/rad\"\n{spring}[motor.m]\nshaft = \"a\"\n\
-             [block.c]\nkind = \"transfer_function\"\ninput = \"{input} / (1 {unit})\"\n{}poles = [{}]\nzeros = [{}]\n\
+             [block.c]\nkind = \"transfer_function\"\ninput = \"{input} / (1 {unit})\"\n{}poles = [{}]\n{}\
              [control.u]\nlaw = \"program\"\n{}commands = {{ m = \"{} N m * c{factor}\" }}\n[scenario]\nduration = \"1 s\"\n",
             self.inertia,
             self.damping,
             clock(false),
             list(&self.poles),
-            list(&self.zeros),
+            if self.zeros.is_empty() { String::new() } else { format!("zeros = [{}]\n", list(&self.zeros)) },
             clock(true),
             Decimal(-self.gain.0, self.gain.1),
         )

@@ -7,7 +7,6 @@ use super::{LoopPlant, SampledLoop, SampledPart};
 use crate::num::{Matrix, Rounding, at_zero, at_zero_within, balance, scaled};
 use crate::reduce::motions_over_states;
 use crate::synthesis::margins::Response;
-use crate::synthesis::sizes;
 
 /// A controller in the loop of a plant, with all controllers as they run.
 #[derive(Debug, Clone, Copy)]
