@@ -106,7 +106,8 @@ impl Loop {
             }
         }
         let clock = sampled.then(|| {
-            let period = TAU / omega / powers(random, 0.8, 3.5);
+            // The longest sample time that the file may have is 1 s.
+            let period = (TAU / omega / powers(random, 0.8, 3.5)).min(0.9);
             (Decimal::new(period), [0, 0, 30, 100, 150, 250][(random.unit() * 6.0) as usize])
         });
         Self {
@@ -446,6 +447,12 @@ fn margins_are_those_of_the_transfer_function() {
     let (mut agree, mut unstable, mut undecided) = (0, 0, 0);
     let mut wrong = Vec::new();
     for seed in loops(60) {
+        if seed % 100 == 99 {
+            println!(
+                "{seed}: {agree} agree, {unstable} unstable, {undecided} next to the limit, {} wrong",
+                wrong.len()
+            );
+        }
         let of = Loop::drawn(seed);
         let Some(expected) = of.stable() else {
             undecided += 1;
