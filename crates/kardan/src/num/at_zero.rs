@@ -93,9 +93,9 @@ pub fn at_zero_within(matrix: &Matrix<f64>, rounding: Rounding<'_>) -> Option<At
     while rest.nrows() > 0 {
         // The smallest singular value is no less than one over the norm of the inverse, which is a tenth of the work.
         let inverse = rest.partial_piv_lu().inverse();
-        if 1.0 / inverse.norm_l2() > CLEAR * least
-            || sizes.as_ref().is_some_and(|sizes| regular(sizes, &others, &inverse))
-        {
+        // Vectors that were split off are known less well than entries: only the matrix as it is can be told regular by these.
+        let whole = sizes.as_ref().filter(|_| motions.ncols() == 0);
+        if 1.0 / inverse.norm_l2() > CLEAR * least || whole.is_some_and(|sizes| regular(sizes, &inverse)) {
             break;
         }
         let svd = rest.svd().ok()?;
@@ -122,15 +122,12 @@ pub fn at_zero_within(matrix: &Matrix<f64>, rounding: Rounding<'_>) -> Option<At
     })
 }
 
-/// Whether `Oᵀ A O`, whose inverse is given, is regular for all errors of A of some roundings of these sizes: det changes by no more than the part
+/// Whether a matrix, whose inverse is given, is regular for all errors of some roundings of these sizes: det changes by no more than the part
 /// `ε Σ |δA_ij| |A⁻¹_ji|` of itself.
-fn regular(sizes: &Mat<f64>, others: &Mat<f64>, inverse: &Mat<f64>) -> bool {
-    let p = inverse.nrows();
-    let o = Mat::from_fn(others.nrows(), p, |i, j| others[(i, j)].abs());
-    let errors = o.transpose() * sizes * &o;
-    let sum: f64 =
-        (0..p).flat_map(|i| (0..p).map(move |j| (i, j))).map(|(i, j)| errors[(i, j)] * inverse[(j, i)].abs()).sum();
-    ROUNDINGS * p as f64 * f64::EPSILON * sum < 1.0 / CLEAR
+fn regular(sizes: &Mat<f64>, inverse: &Mat<f64>) -> bool {
+    let n = inverse.nrows();
+    let row = |i: usize| (0..n).map(|j| sizes[(i, j)] * inverse[(j, i)].abs()).sum::<f64>();
+    ROUNDINGS * n as f64 * f64::EPSILON * (0..n).map(row).sum::<f64>() < 1.0 / CLEAR
 }
 
 /// Splits motions off a square matrix that it is known to send to zero, or to others of them: columns, independent.
