@@ -80,8 +80,7 @@ pub fn gramian(a: &Mat<f64>, b: &Mat<f64>, horizon: f64) -> Option<Gramian> {
     let scales = balance(a);
     let a = Mat::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
     // Of inputs near one, so that no product of two vanishes or overflows: W is quadratic in them.
-    let largest = (0..b.ncols()).flat_map(|j| (0..n).map(move |i| (i, j))).fold(0.0f64, |max, at| max.max(b[at].abs()));
-    let power = if largest > 0.0 { (log2(largest).floor() as i32).clamp(-1000, 1000) } else { 0 };
+    let power = power_near(b);
     let b = Mat::from_fn(n, b.ncols(), |i, j| b[(i, j)] * powi(2.0, -power) / scales[i]);
     let doublings = log2(2.0 * norm_1(&a) * horizon).ceil().max(0.0);
     let step = horizon / exp2(doublings);
@@ -119,8 +118,11 @@ pub fn smallest_eigenvalue(gramian: &Gramian, scaling: &[f64]) -> Option<f64> {
     if columns < n {
         return Some(0.0);
     }
+    let power = power_near(&scaled);
+    let scaled = faer::Scale(powi(2.0, -power)) * scaled;
     let smallest = scaled.singular_values().ok()?.last().copied().unwrap_or(f64::INFINITY);
     // Zero and infinity are kept for what is none.
+    let smallest = smallest * powi(2.0, power);
     let square = smallest * smallest;
     Some(if smallest > 0.0 { square.clamp(f64::MIN_POSITIVE, f64::MAX) } else { square })
 }
@@ -162,6 +164,13 @@ pub fn transfer_energy(gramian: &Gramian, target: &[f64]) -> f64 {
     }
     // Infinity is kept for what cannot be reached.
     y.iter().map(|y| y * y).sum::<f64>().min(f64::MAX)
+}
+
+/// log₂ of the largest size of an entry, rounded down, as far as a power of two of it is a number; 0 where all are zero.
+fn power_near(a: &Mat<f64>) -> i32 {
+    let entries = (0..a.ncols()).flat_map(|j| (0..a.nrows()).map(move |i| (i, j)));
+    let largest = entries.fold(0.0f64, |largest, at| largest.max(a[at].abs()));
+    if largest > 0.0 { (log2(largest).floor() as i32).clamp(-1000, 1000) } else { 0 }
 }
 
 fn norm_1(a: &Mat<f64>) -> f64 {
