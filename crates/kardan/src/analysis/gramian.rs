@@ -80,7 +80,7 @@ pub fn gramian(a: &Mat<f64>, b: &Mat<f64>, horizon: f64) -> Option<Gramian> {
     let scales = balance(a);
     let a = Mat::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
     // Of inputs near one, so that no product of two vanishes or overflows: W is quadratic in them.
-    let power = power_near(&b);
+    let power = power_near(b);
     let b = Mat::from_fn(n, b.ncols(), |i, j| b[(i, j)] * powi(2.0, -power) / scales[i]);
     let doublings = log2(2.0 * norm_1(&a) * horizon).ceil().max(0.0);
     let step = horizon / exp2(doublings);
