@@ -28,7 +28,7 @@ pub use lower::lower;
 pub use of_time::{OfTime, Part, Pieces, polynomial};
 pub use one_sided::{Linear, Number, bending, linear_sides};
 pub use print::{Style, parenthesised, printed};
-pub use sides::{Place, Side, Sided};
 pub(crate) use print::{bare, raised};
+pub use sides::{Place, Side, Sided};
 pub use traced::Traced;
 pub use written::Named;

@@ -96,7 +96,11 @@ impl Graph {
 
     /// `select` that is on the upper side of its guard where this vanishes.
     pub(super) fn select_above(&mut self, a: Expr, b: Expr, then: Expr, otherwise: Expr) -> Expr {
-        if self.difference_guard(a, b).1 { self.select(b, a, otherwise, then) } else { self.select(a, b, then, otherwise) }
+        if self.difference_guard(a, b).1 {
+            self.select(b, a, otherwise, then)
+        } else {
+            self.select(a, b, then, otherwise)
+        }
     }
 
     /// `table` that is on the upper side of a point of its argument.
@@ -185,9 +189,7 @@ impl Graph {
 
     /// What expressions are on all sides of guards that vanish by this: sides that do not exist may be among them. `None`: too many.
     pub fn all_sides(&mut self, exprs: &[Expr], vanishes: &dyn Fn(Expr) -> bool) -> Option<Vec<Sided>> {
-        let (guards, bends) = self.bends(exprs, &mut |_, guards| {
-            guards.iter().map(|guard| vanishes(*guard)).collect()
-        });
+        let (guards, bends) = self.bends(exprs, &mut |_, guards| guards.iter().map(|guard| vanishes(*guard)).collect());
         // Guards of what jumps are not known to vanish as well.
         self.on_all_sides(exprs, (&guards, &bends), &mut |_, guards| {
             [guards.last().is_some_and(|(guard, _)| vanishes(*guard)); 2]
@@ -202,11 +204,7 @@ impl Graph {
     }
 
     /// Guards that may vanish, inner ones first, each once, and what has them.
-    fn bends(
-        &mut self,
-        exprs: &[Expr],
-        vanish: &mut dyn FnMut(&mut Self, &[Expr]) -> Vec<bool>,
-    ) -> (Vec<Expr>, Bends) {
+    fn bends(&mut self, exprs: &[Expr], vanish: &mut dyn FnMut(&mut Self, &[Expr]) -> Vec<bool>) -> (Vec<Expr>, Bends) {
         let parts = self.needed(exprs);
         let all: Vec<_> = parts.iter().map(|part| (*part, self.guards_of(*part))).collect();
         let mut guards: Vec<Expr> = all.iter().flat_map(|(_, own)| own.iter().map(|(guard, ..)| *guard)).collect();
@@ -363,9 +361,8 @@ impl Graph {
                 factors.iter().all(|(factor, power)| power % 2 == 0 || self.is_never_negative(*factor))
             }
             Node::Sum { constant, terms } => {
-                let positive = |(term, factor): &(Expr, Rational)| {
-                    *factor > Rational::ZERO && self.is_never_negative(*term)
-                };
+                let positive =
+                    |(term, factor): &(Expr, Rational)| *factor > Rational::ZERO && self.is_never_negative(*term);
                 *constant >= Rational::ZERO && terms.iter().all(positive)
             }
             _ => false,

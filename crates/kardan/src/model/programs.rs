@@ -1246,9 +1246,11 @@ impl<'a> Blocks<'a, '_, '_> {
         }
         let graph = self.graph.borrow();
         let is_own = |expr: &Expr| graph.symbol_of(*expr) == Some(symbol);
-        let outside = self.outside.iter().find(|outside| self.read.get(&outside.name).is_some_and(|(expr, _)| is_own(expr)));
+        let outside =
+            self.outside.iter().find(|outside| self.read.get(&outside.name).is_some_and(|(expr, _)| is_own(expr)));
         if let Some(outside) = outside {
-            let of_law = |name: &str| self.document.controls.iter().any(|law| law.name == SignalName::new(name).element);
+            let of_law =
+                |name: &str| self.document.controls.iter().any(|law| law.name == SignalName::new(name).element);
             return match &outside.read {
                 Read::Time => false,
                 Read::Source(name) => of_law(name),

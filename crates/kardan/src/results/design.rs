@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 use super::serial::{self, by_name};
 use super::{
     Complex, Definition, ElementShare, Exploration, LawSummary, LoopResponses, Margins, Mechanism, NamedMatrix,
-    Passage, Pole, Robustness, ScenarioStrain, ShapePart, StrainView, OppositeSide,
+    OppositeSide, Passage, Pole, Robustness, ScenarioStrain, ShapePart, StrainView,
 };
 use crate::names::Quantity;
 

@@ -315,7 +315,11 @@ impl Standing {
             let Rest { position, rates, multipliers, found, more } = Rest::near(own, &start)?;
             told = vec![format!("operating point: {found}")];
             told.extend(more.into_iter().map(|more| more.replace("CHOICE", "`at` of `[analysis]`")));
-            return Ok(Self { point: OperatingPoint { position, rates, torques: None, side: Side::default() }, multipliers, told });
+            return Ok(Self {
+                point: OperatingPoint { position, rates, torques: None, side: Side::default() },
+                multipliers,
+                told,
+            });
         }
         let all: Vec<usize> = (0..names.len()).collect();
         let equations = &own.equations;
@@ -333,7 +337,8 @@ impl Standing {
             if !holding.is_empty() {
                 told.push(format!("the operating point is held by constant torques: {} (SI)", holding.join(", ")));
             }
-            let point = OperatingPoint { position: start, rates: found.rates, torques: Some(torques), side: Side::default() };
+            let point =
+                OperatingPoint { position: start, rates: found.rates, torques: Some(torques), side: Side::default() };
             return Ok(Self { point, multipliers: found.multipliers, told });
         }
         Err(format!("{} is no position at rest: neither constraints nor motors hold it", in_words(own, &start)))

@@ -143,7 +143,12 @@ impl Asked {
         }
         let mut torques = vec![0.0; reduced.equations.inputs.len()];
         self.inputs.iter().zip(&found.torques).for_each(|(input, torque)| torques[*input] = *torque);
-        let point = OperatingPoint { position: found.position, rates: found.rates, torques: Some(torques), side: Side::default() };
+        let point = OperatingPoint {
+            position: found.position,
+            rates: found.rates,
+            torques: Some(torques),
+            side: Side::default(),
+        };
         Ok(Found { point, multipliers: found.multipliers, told, not_held: None })
     }
 

@@ -126,8 +126,10 @@ fn pieces() -> impl Strategy<Value = (String, String)> {
         .prop_map(|(pieces, smooth)| (format!("({pieces})"), format!("({smooth})")));
     one.prop_recursive(3, 8, 2, |inner| {
         prop_oneof![
-            (inner.clone(), inner.clone()).prop_map(|(a, b)| (format!("({} + 3 * {})", a.0, b.0), format!("({} + 3 * {})", a.1, b.1))),
-            (inner.clone(), inner.clone()).prop_map(|(a, b)| (format!("{} * {}", a.0, b.0), format!("{} * {}", a.1, b.1))),
+            (inner.clone(), inner.clone())
+                .prop_map(|(a, b)| (format!("({} + 3 * {})", a.0, b.0), format!("({} + 3 * {})", a.1, b.1))),
+            (inner.clone(), inner.clone())
+                .prop_map(|(a, b)| (format!("{} * {}", a.0, b.0), format!("{} * {}", a.1, b.1))),
             inner.prop_map(|(a, b)| (format!("(sign({a}) * abs({a}))"), b)),
         ]
     })
