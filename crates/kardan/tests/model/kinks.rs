@@ -1,6 +1,6 @@
 //! Derivatives where expressions bend: one-sided ones of the whole expression.
 
-use kardan::expr::{Expr, Floating, Graph, Interval, Named, Place, Rationals, Symbol, linear_sides, lower};
+use kardan::expr::{Expr, Floating, Graph, Interval, Named, Place, Rationals, Surd, Symbol, linear_sides, lower};
 use kardan::num::{Rational, rational_from_f64};
 use kardan::units::{Dimension, Expression};
 use proptest::prelude::*;
@@ -13,8 +13,8 @@ impl Place for AtZero {
         self.0.iter().position(|own| *own == symbol)
     }
 
-    fn exact(&self, _: Symbol) -> Option<Rational> {
-        Some(Rational::ZERO)
+    fn exact(&self, _: Symbol) -> Option<Surd> {
+        Some(Surd::rational(Rational::ZERO))
     }
 
     fn value(&self, _: Symbol) -> f64 {
@@ -108,21 +108,21 @@ fn all_parts_are_on_the_same_side() {
 /// A smooth function written in pieces, and what it is: x times a power of its size that an even factor makes.
 fn pieces() -> impl Strategy<Value = (String, String)> {
     let leaf = prop_oneof![
-        Just(("sign(g) * abs(g)", "g")),
-        Just(("if(g > 0, 1, -1) * abs(g)", "g")),
-        Just(("if(g <= 0, -1, 1) * abs(-2 * g) / 2", "g")),
-        Just(("max(g, 0) + min(g, 0)", "g")),
-        Just(("max(abs(g), -g) * sign(g)", "g")),
-        Just(("if(g < 0, if(g < 0, g, 7), if(g > 0, g, 0))", "g")),
-        Just(("abs(g) * abs(g)", "g^2")),
-        Just(("sign(g) * sin(abs(g))", "sin(g)")),
-        Just(("cos(abs(g))", "cos(g)")),
-        Just(("sign(g) * (exp(abs(g)) - exp(-abs(g)))", "exp(g) - exp(-g)")),
-        Just(("max(g, -g) * g * sign(g)", "g^2")),
+        Just(("sign(#) * abs(#)", "#")),
+        Just(("if(# > 0, 1, -1) * abs(#)", "#")),
+        Just(("if(# <= 0, -1, 1) * abs(-2 * #) / 2", "#")),
+        Just(("max(#, 0) + min(#, 0)", "#")),
+        Just(("max(abs(#), -#) * sign(#)", "#")),
+        Just(("if(# < 0, if(# < 0, #, 7), if(# > 0, #, 0))", "#")),
+        Just(("abs(#) * abs(#)", "#^2")),
+        Just(("sign(#) * sin(abs(#))", "sin(#)")),
+        Just(("cos(abs(#))", "cos(#)")),
+        Just(("sign(#) * (exp(abs(#)) - exp(-abs(#)))", "exp(#) - exp(-#)")),
+        Just(("max(#, -#) * # * sign(#)", "#^2")),
     ];
     let guard = prop_oneof![Just("x"), Just("y"), Just("(x - y)"), Just("(2 * x + 3 * y)"), Just("(x - x^2)")];
     let one = (leaf, guard)
-        .prop_map(|((pieces, smooth), guard)| (pieces.replace('g', guard), smooth.replace('g', guard)))
+        .prop_map(|((pieces, smooth), guard)| (pieces.replace('#', guard), smooth.replace('#', guard)))
         .prop_map(|(pieces, smooth)| (format!("({pieces})"), format!("({smooth})")));
     one.prop_recursive(3, 8, 2, |inner| {
         prop_oneof![
