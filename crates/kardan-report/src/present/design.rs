@@ -5,7 +5,11 @@ use crate::design_pictures as pictures;
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::text::number;
 use crate::words::{self, design as said, list, pairs};
-use kardan::results::{Canonical, ChannelResult, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability, Design, Feedback, Flatness, HiddenMotion, Integrators, Motion, NO_RESPONSES, ObserverResult, Passage, Pole, Stability, ZeroDynamics, ZeroMode};
+use kardan::results::{
+    Canonical, ChannelResult, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability, Design, Feedback,
+    Flatness, HiddenMotion, Integrators, Motion, NO_RESPONSES, ObserverResult, Passage, Pole, Stability, ZeroDynamics,
+    ZeroMode,
+};
 
 /// More poles are counted where there is little room.
 const POLES: usize = 40;

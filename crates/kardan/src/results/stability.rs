@@ -141,7 +141,10 @@ impl StabilityVerdict {
             return self;
         }
         let motions: Vec<String> = held.border.iter().map(BorderMotion::to_string).collect();
-        let why = format!("the linearisation has {} on the border, and decides nothing about the nonlinear model", motions.join(", "));
+        let why = format!(
+            "the linearisation has {} on the border, and decides nothing about the nonlinear model",
+            motions.join(", ")
+        );
         Self { border: self.border, ..Self::undecided(why) }
     }
 

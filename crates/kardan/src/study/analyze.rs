@@ -12,8 +12,8 @@ use super::placement::Places;
 use super::prepare::is_error;
 use super::redundant::split_multipliers;
 use super::sensitivity::sensitivity;
-use super::stability_here::judge_stability;
 use super::signals::{WorkingPoint, named};
+use super::stability_here::judge_stability;
 use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project};
 use crate::analysis::{
     BasisError, ConstrainedSystem, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side, StructureError,

@@ -8,8 +8,9 @@ use crate::analysis::{
 use crate::num::{Matrix, Polynomial, Rational, Scalar, rational_from_f64};
 use crate::reduce::over_states;
 use crate::results::{
-    BorderMotion, Canonical, ChannelResult, Complex, Decouplability, Design, ElementShare, Feedback, Flatness, Integrators, Mode,
-    Pole, ReadSignal, Stability, StabilityVerdict, StoredShare, TransferEntry, ZeroDynamics, ZeroMode,
+    BorderMotion, Canonical, ChannelResult, Complex, Decouplability, Design, ElementShare, Feedback, Flatness,
+    Integrators, Mode, Pole, ReadSignal, Stability, StabilityVerdict, StoredShare, TransferEntry, ZeroDynamics,
+    ZeroMode,
 };
 use crate::synthesis::decoupling::{
     RationalFunction, canonical_form, characteristic_polynomial, coupled_entries, integrator_decoupled,

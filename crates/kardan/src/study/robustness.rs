@@ -58,7 +58,8 @@ pub(super) fn robustness(
     // Of unstable loops the radius counts too.
     let spectral_radius = plants.spread(&|shown| shown.map_or(f64::INFINITY, |shown| shown.radius));
     let worst = &spectral_radius;
-    let worst_stable = worst.worst.is_finite() && subject.look(&worst.at).is_ok_and(|shown| shown.word == Stability::Stable);
+    let worst_stable =
+        worst.worst.is_finite() && subject.look(&worst.at).is_ok_and(|shown| shown.word == Stability::Stable);
     let (interactions, peaks) = plants.sizes();
     let stable = plants.shown.iter().flatten().filter(|shown| shown.word == Stability::Stable).count();
     let worst = interactions.iter().chain(&peaks).map(|one| one.size.at.clone());

@@ -148,7 +148,9 @@ fn ratios(reduced: &Reduced, position: &[f64]) -> Vec<String> {
     let told = |(t, slope): (&TransmissionRow, Slope)| {
         let (joint, ratio) = (&t.element, rational_to_f64(&slope.value));
         let how = match (slope.rounded, LastDigits::is_rounded(&slope.value)) {
-            (true, _) => "cosines of its angles and of the position are rounded to 16 digits, from there on all is exact",
+            (true, _) => {
+                "cosines of its angles and of the position are rounded to 16 digits, from there on all is exact"
+            }
             (false, true) => "cosines of its angles are rounded to 16 digits, from there on all is exact",
             (false, false) => "exactly",
         };

@@ -40,6 +40,7 @@ mod within;
 mod words;
 mod zeros;
 
+pub use crate::results::Stability;
 pub use clock::Clock;
 use clock::is_single;
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles, poles_without};
@@ -62,10 +63,10 @@ use plant::{angle_output, output_shaft};
 pub use running::{Block, Running, Seen};
 pub use sample_time::{LONGEST_DELAY, LONGEST_SAMPLE_TIME, SHORTEST_SAMPLE_TIME, clock, running};
 pub use sampled::{
-    BesideBlocks, Change, ControlLoop, ExactMap, LIMIT_STEP, Lifted, Limit, LinearTask, LoopBlocks, LoopPlant, Readings, Reads, SampledLoop,
-    SampledLoopError, SampledPart, SlowSensor, Slowest, Survey, Teller, VariedPlant, Wire, reading_variance, sampled,
+    BesideBlocks, Change, ControlLoop, ExactMap, LIMIT_STEP, Lifted, Limit, LinearTask, LoopBlocks, LoopPlant,
+    Readings, Reads, SampledLoop, SampledLoopError, SampledPart, SlowSensor, Slowest, Survey, Teller, VariedPlant,
+    Wire, reading_variance, sampled,
 };
-pub use crate::results::Stability;
 pub use stability::stability;
 pub use task_law::TaskLaw;
 pub use within::within;

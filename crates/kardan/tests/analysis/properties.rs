@@ -104,7 +104,10 @@ fn decoupling_zeros_stand_beside_transmission_zeros() {
     assert_eq!(roots(&found.input_decoupling_zeros), "s^2 - s - 12");
     assert_eq!(roots(&found.output_decoupling_zeros), "s^2 - 2 s - 8");
     assert_eq!(roots(&found.input_output_decoupling_zeros), "s - 4");
-    assert_eq!((found.stability.is_stable(), found.stabilisable, found.detectable), (Some(false), Some(false), Some(false)));
+    assert_eq!(
+        (found.stability.is_stable(), found.stabilisable, found.detectable),
+        (Some(false), Some(false), Some(false))
+    );
     assert_eq!((found.controllability_indices, found.observability_indices), (Some(vec![3]), Some(vec![3])));
     assert_eq!(found.infinite_zeros, Some(vec![1]));
 }

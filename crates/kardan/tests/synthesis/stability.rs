@@ -37,7 +37,11 @@ const RESONATORS: &str = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia 
 fn equal_resonances_in_a_row_grow_and_beside_each_other_do_not() {
     let found = margins(&program(RESONATORS, "0.1 N m/rad*a.phi", ""));
     assert_eq!((found.stability.word, found.proven, found.stable), (Stability::Unstable, true, Some(false)));
-    assert!(found.verdict.contains("UNSTABLE (decided exactly") && found.verdict.contains("grows like t"), "{}", found.verdict);
+    assert!(
+        found.verdict.contains("UNSTABLE (decided exactly") && found.verdict.contains("grows like t"),
+        "{}",
+        found.verdict
+    );
     assert!(found.rates.is_empty() && found.gain_margin.is_none() && found.channels.is_empty());
     let found = margins(&program(RESONATORS, "0 N m/rad*a.phi", ""));
     let border: Vec<(f64, usize, usize)> =
@@ -74,11 +78,7 @@ fn a_slow_instability_beside_a_stiff_spring() {
 fn a_sampled_body_on_the_unit_circle() {
     let shafts = "[shaft.a]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"";
     let of = |damping: &str| {
-        margins(&program(
-            shafts,
-            &format!("-100 N m/rad*a.phi - {damping} N m s/rad*a.w"),
-            "sample_time = \"10 ms\"",
-        ))
+        margins(&program(shafts, &format!("-100 N m/rad*a.phi - {damping} N m s/rad*a.w"), "sample_time = \"10 ms\""))
     };
     let found = of("0.5");
     assert_eq!((found.stability.word, found.stability.known), (Stability::Marginal, StabilityKnown::Exactly));

@@ -10,10 +10,10 @@ use super::warnings::{CLOSE, close, hardly};
 use crate::diagnostics::{Diagnostic, Severity, quoted};
 use crate::model::ControlSpec;
 use crate::num::multiply;
+use crate::results::{Stability, StabilityVerdict};
 use crate::simulate::Profile;
 use crate::study::PreparedVariant;
 use crate::study::loop_blocks::{blocks, loop_blocks};
-use crate::results::{Stability, StabilityVerdict};
 use crate::synthesis::{Law, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Survey};
 
 /// Codes of mistakes that `--force` overrules.
@@ -84,7 +84,13 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
             return;
         }
     };
-    let asked = Asked { variant, laws: &variant.designed, plant: &plant, parts: &parts, has_blocks: !between.of_loop.is_empty() };
+    let asked = Asked {
+        variant,
+        laws: &variant.designed,
+        plant: &plant,
+        parts: &parts,
+        has_blocks: !between.of_loop.is_empty(),
+    };
     let decided = asked.decide(&slowest, asked.exact().as_ref());
     if decided.held != Stability::Unstable {
         if decided.held != Stability::Stable {
@@ -207,9 +213,8 @@ fn not_stable(control: &ControlSpec, verdict: &StabilityVerdict, frequency: f64)
                 Some(motion) => motion.to_string(),
                 None => format!("a motion at {frequency:.4} rad/s grows"),
             };
-            let message = format!(
-                "in continuous time the loop is unstable: {how} (linear loop, lag of the motors included)"
-            );
+            let message =
+                format!("in continuous time the loop is unstable: {how} (linear loop, lag of the motors included)");
             Diagnostic::warning("control::grows", message)
         }
         _ => on_the_border(&control.name, verdict),

@@ -6,16 +6,14 @@ use kardan_rt::functions::{ln, powf};
 
 use super::channels::errors;
 use super::clocks::{clocks, shortest};
-use super::warnings::{HARDLY, hardly};
 use super::stability::{Asked, LoopStability};
+use super::warnings::{HARDLY, hardly};
 use crate::num::{Matrix, Rational};
 use crate::reduce::{LinearModel, motions_over_states};
 use crate::results::{Design, LoopLimit, Margins, RateLimit};
 use crate::study::PreparedVariant;
 use crate::study::loop_blocks::loop_blocks;
-use crate::synthesis::{
-    Clock, ExactMotions, Law, Limit, LoopBlocks, LoopPlant, Plant, Survey, counting_charges,
-};
+use crate::synthesis::{Clock, ExactMotions, Law, Limit, LoopBlocks, LoopPlant, Plant, Survey, counting_charges};
 
 /// Relative distance of two frequencies that belong to one motion.
 const SAME_MOTION: f64 = 0.3;
@@ -97,7 +95,11 @@ pub(in crate::study) fn survey(
         stability: known.as_ref().map(|known| known.verdict.clone()).unwrap_or_default(),
         proven: known.as_ref().is_some_and(|known| known.verdict.is_proven()),
         poles: known.as_ref().and_then(|known| known.poles.clone()),
-        rates: if for_one_time || (continuous && stable == Some(false)) { Vec::new() } else { [0.0, 0.5, 1.0].map(rates).to_vec() },
+        rates: if for_one_time || (continuous && stable == Some(false)) {
+            Vec::new()
+        } else {
+            [0.0, 0.5, 1.0].map(rates).to_vec()
+        },
         longest_delay: within.longest_delay().filter(|_| tolerated).map(limit),
         longest_lag: within.longest_lag().filter(|_| tolerated).map(limit),
         gain_margin: gain_margin.map(|both| both.map(limit)),

@@ -1,7 +1,7 @@
 //! Margins in sentences.
 
-use crate::synthesis::LIMIT_STEP;
 use crate::results::{FreeKnown, Margins, RateLimit, Stability, TogetherMargin};
+use crate::synthesis::LIMIT_STEP;
 
 /// The paragraph: what sampling leaves of this design.
 pub(in crate::study) fn verdict(margins: &Margins) -> String {
@@ -32,10 +32,7 @@ fn stability(margins: &Margins) -> String {
             format!("Sampled every {} with a delay of {}", time(period), time(margins.delay)),
             "not judged: the sample times of all controllers and sensors have no short common period, simulate it",
         ),
-        None => (
-            "In continuous time".to_string(),
-            "not judged: its eigenvalues could not be computed, simulate it",
-        ),
+        None => ("In continuous time".to_string(), "not judged: its eigenvalues could not be computed, simulate it"),
     };
     let verdict = &margins.stability;
     let told = match verdict.word {

@@ -3,7 +3,7 @@ use super::polynomial_matrix::{constant, plus, scaled, times};
 use super::row_span::add;
 use super::silverman::{StructureAlgorithm, structure_of_rows};
 use crate::analysis::LinearSystem;
-use crate::num::{Matrix, Polynomial, Rational, echelon, characteristic_polynomial};
+use crate::num::{Matrix, Polynomial, Rational, characteristic_polynomial, echelon};
 
 /// Static feedback `u = −K x + L r` after which every block of outputs answers to its own references only.
 #[derive(Debug, Clone, PartialEq)]

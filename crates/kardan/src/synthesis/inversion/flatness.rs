@@ -1,7 +1,9 @@
 use super::row_span::RowSpan;
 use super::{Obstruction, PolynomialMatrix, obstruction, structure_algorithm};
 use crate::analysis::LinearSystem;
-use crate::num::{Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Residue, Scalar, echelon, characteristic_polynomial};
+use crate::num::{
+    Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Residue, Scalar, characteristic_polynomial, echelon,
+};
 
 /// States and inputs as functions of the outputs and their derivatives: `x = X(s)/z(s) y`, `u = U(s)/z(s) y`.
 #[derive(Debug, Clone, PartialEq)]

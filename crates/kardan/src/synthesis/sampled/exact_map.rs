@@ -104,10 +104,7 @@ impl ExactMap {
                 },
                 _ => match (ring(-1), ring(1)) {
                     ([Some(low), Some(high)], _) if low == high && low == n - at_one => {
-                        return StabilityVerdict {
-                            known: StabilityKnown::Certified,
-                            ..StabilityVerdict::free(at_one)
-                        };
+                        return StabilityVerdict { known: StabilityKnown::Certified, ..StabilityVerdict::free(at_one) };
                     }
                     (_, [Some(low), Some(high)]) if low == high && low < n => return word(Stability::Unstable),
                     _ => {}
@@ -156,9 +153,8 @@ fn log_norm(matrix: &Matrix<Rational>) -> f64 {
 fn exponential(flow: &Matrix<Rational>, time: f64) -> Option<(Jump<Rational>, f64)> {
     let n = flow.rows();
     let (moving, still): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| flow.row(i).iter().any(|x| !x.is_zero()));
-    let part = |columns: &[usize]| {
-        Matrix::from_fn(moving.len(), columns.len(), |i, j| flow[(moving[i], columns[j])].clone())
-    };
+    let part =
+        |columns: &[usize]| Matrix::from_fn(moving.len(), columns.len(), |i, j| flow[(moving[i], columns[j])].clone());
     // Times are differences of doubles: as many digits as those have that somebody wrote.
     let time = super::places::written_time(time)?;
     let HeldTo { transition, integral, off } = HeldTo::new(&part(&moving), &time, DIGITS)?;

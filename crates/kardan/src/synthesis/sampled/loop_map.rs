@@ -9,8 +9,8 @@ use super::course::{Course, Happening, Periods, SAME, SampledLoopError};
 use super::jump::Jump;
 use super::places::Places;
 use super::{LoopPlant, SampledPart};
-use crate::results::Stability;
 use crate::num::{Matrix, alone, at_zero, balance, discretise, eigenvalues, square};
+use crate::results::Stability;
 
 /// Doublings of the time over which errors of readings add up: 4096 periods.
 const DOUBLINGS: usize = 12;

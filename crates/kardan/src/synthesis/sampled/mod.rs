@@ -24,13 +24,13 @@ mod scheduled;
 mod turned;
 
 pub use blocks::{BesideBlocks, LinearTask, LoopBlocks};
+pub use course::SampledLoopError;
+pub use exact_map::ExactMap;
 pub(super) use filter::filter;
 pub use firmware::sampled;
 pub(super) use hold::{hold_plant, on_their_way};
 pub(super) use interaction::{Problem, Solution, Target};
 pub use lifted::Lifted;
-pub use course::SampledLoopError;
-pub use exact_map::ExactMap;
 pub use loop_map::{SampledLoop, Slowest};
 pub use margins::{Change, LIMIT_STEP, Limit, Survey};
 pub(super) use memory::{entries, keep_health};
