@@ -481,6 +481,7 @@ pub fn decoupled_steering() -> Design {
     };
     let zero = Pole::new(-93.636_363_636_363_6, 948.853_587_154);
     Design {
+        opposite_side: None,
         rounded: Vec::new(),
         mechanism: Default::default(),
         unfinished: None,

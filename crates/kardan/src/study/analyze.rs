@@ -121,6 +121,9 @@ fn class_of(variant: &PreparedVariant, position: &[f64], stuck: &BTreeSet<String
     found
 }
 
+/// What is left once the structure is decided.
+const REST: &str = "modes, the construction of inputs, bases and places";
+
 /// Analyses one variant of a file without mistakes.
 pub(super) fn analyze_variant(
     prepared: &Prepared,
@@ -161,9 +164,8 @@ pub(super) fn analyze_variant(
         notes,
         ..Analysis::default()
     };
-    let rest = "modes, the construction of inputs, bases and places";
     let (decided, beside) = rayon::join(
-        || decide(&mut analysis, &linear, settings.certify, (progress, &variant.name), rest),
+        || decide(&mut analysis, &linear, settings.certify, (progress, &variant.name), REST),
         || Beside::of(system, reduced, massless.is_none()),
     );
     decided?;

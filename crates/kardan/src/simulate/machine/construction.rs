@@ -255,15 +255,14 @@ impl Machine {
     pub(in crate::simulate) fn finding(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.set_valued().count());
-        // Kept rows hold like frictions that never give way.
         let kept = m..m + reduced.equations.kept.len();
         let (inputs, mut size) = (reduced.equations.inputs.len(), 2 * r);
         let drives = drives(&reduced.equations, scenario, &mut size);
         let laws = all_wired(&setup, &drives, &mut size);
         let flow = Flow::new(scenario, &mut size);
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
-        let (signals, blocks) = (&scenario.signals[..], flow.as_ref());
-        let parts = Parts { drives: &drives, laws: &laws, targets: &targets, signals, flow: blocks };
+        let parts =
+            Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals, flow: flow.as_ref() };
         let Compiled { dynamics, work, places, timed, bends, meshes, moving } =
             Compiled::new(reduced, scenario, (parts, 2 * r..size), also);
         let (sliders, holds) = (Sliders::new(reduced), Holds::new(&reduced.equations));

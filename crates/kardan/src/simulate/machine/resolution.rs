@@ -2,6 +2,7 @@
 
 use super::Machine;
 use super::bends::along;
+use super::resolved::Resolved;
 use crate::expr::Interval;
 use crate::plan::Resolution;
 use crate::reduce::MotionPlan;
@@ -10,22 +11,6 @@ use crate::reduce::MotionPlan;
 const PART: f64 = 0.1;
 /// How often a step is halved to find what it may not pass.
 const HALVINGS: u32 = 20;
-
-/// What a step is judged by.
-pub(super) struct Resolved {
-    resolution: Resolution,
-    /// Forces, rates of the states behind the speeds with the powers, and what else is read of the plan.
-    forces: Vec<usize>,
-    rates: Vec<usize>,
-    others: Vec<usize>,
-    /// The places of arguments, and of each place the range of its values in the evaluations of a step.
-    arguments: Vec<usize>,
-    noted: Vec<(f64, f64)>,
-    /// Memory.
-    inputs: Vec<Interval>,
-    column: Vec<f64>,
-    accelerations: Vec<f64>,
-}
 
 /// What happens in a span of time that its evaluations do not show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -94,8 +94,7 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
     let decided = asked.decide(&slowest, asked.exact().as_ref());
     if decided.held != Stability::Unstable {
         if decided.held != Stability::Stable {
-            let at = (control.place.clone(), "this controller");
-            out.push(on_the_border(&control.name, &decided.verdict).at(at.0, at.1));
+            out.push(on_the_border(&control.name, &decided.verdict).at(control.place.clone(), "this controller"));
         }
         check_limits(variant, &plant, &parts, laws, out);
         return;
