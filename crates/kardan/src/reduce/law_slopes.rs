@@ -1,7 +1,7 @@
 //! Torques that expressions give, around a position at rest.
 
 use super::{Kinematics, Motion, Reduced, Step, kinematics, pressed_cushions};
-use crate::assemble::Equations;
+use crate::assemble::{Along, Equations, RestTorque};
 use crate::equations::Hold;
 use crate::expr::{Expr, Floating, Interval, Intervals, Rationals, Style, Surd, Surds, Symbol, lower, printed};
 use crate::num::{LastDigits, Rational, SparseRow, rational_from_f64, rational_to_f64};
@@ -228,6 +228,20 @@ fn value_at(numeric: &Kinematics, place: usize) -> f64 {
     numeric.angles.iter().chain(&numeric.speeds).nth(place).copied().unwrap_or(0.0)
 }
 
+/// What a multiplier carries, whose row turns.
+fn carried_slopes(along: &Along<RestTorque>) -> LawSlopes {
+    LawSlopes {
+        element: along.element.clone(),
+        row: along.row.clone(),
+        value: along.value.value,
+        on_positions: along.value.on_positions.clone(),
+        on_rates: SparseRow::new(),
+        rounded: false,
+        off: [vec![0.0; along.value.on_positions.len()], Vec::new()],
+        kinks: Vec::new(),
+    }
+}
+
 /// The torques of all laws around a reduced position (rad), and behind them what multipliers carry there.
 ///
 /// # Panics
@@ -243,16 +257,7 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
 pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes> {
     let position = point.position.as_slice();
     let equations = &reduced.equations;
-    let carried = equations.carried.iter().map(|along| LawSlopes {
-        element: along.element.clone(),
-        row: along.row.clone(),
-        value: along.value.value,
-        on_positions: along.value.on_positions.clone(),
-        on_rates: SparseRow::new(),
-        rounded: false,
-        off: [vec![0.0; along.value.on_positions.len()], Vec::new()],
-        kinks: Vec::new(),
-    });
+    let carried = equations.carried.iter().map(carried_slopes);
     if equations.laws.is_empty() {
         return carried.collect();
     }

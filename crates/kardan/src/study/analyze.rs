@@ -33,6 +33,9 @@ use crate::results::{
 };
 use crate::synthesis::without_counting;
 
+/// What comes behind the structure of a model.
+const REST: &str = "modes, the construction of inputs, bases and places";
+
 /// Analyses a model file.
 ///
 /// ```
@@ -146,9 +149,8 @@ pub(super) fn analyze_variant(
         notes,
         ..Analysis::default()
     };
-    let rest = "modes, the construction of inputs, bases and places";
     let (decided, beside) = rayon::join(
-        || decide(&mut analysis, &linear, settings.certify, (progress, &variant.name), rest),
+        || decide(&mut analysis, &linear, settings.certify, (progress, &variant.name), REST),
         || Beside::of(system, reduced, massless.is_none()),
     );
     decided?;
