@@ -1,7 +1,7 @@
 //! Torques that expressions give, around a position at rest.
 
 use super::{Kinematics, Motion, Reduced, Step, kinematics, pressed_cushions};
-use crate::assemble::Equations;
+use crate::assemble::{Along, Equations, RestTorque};
 use crate::equations::Hold;
 use crate::expr::{Interval, Linear, Place, Rationals, Side, Surd, Symbol, bending, linear_sides, lower};
 use crate::num::{LastDigits, Rational, SparseRow, rational_from_f64, rational_to_f64};
@@ -229,6 +229,20 @@ impl Place for Standing {
     }
 }
 
+/// What a multiplier carries, whose row turns.
+fn carried_slopes(along: &Along<RestTorque>) -> LawSlopes {
+    LawSlopes {
+        element: along.element.clone(),
+        row: along.row.clone(),
+        value: along.value.value,
+        on_positions: along.value.on_positions.clone(),
+        on_rates: SparseRow::new(),
+        rounded: false,
+        off: [vec![0.0; along.value.on_positions.len()], Vec::new()],
+        kinks: Vec::new(),
+    }
+}
+
 /// The torques of all laws around a reduced position (rad), and behind them what multipliers carry there.
 ///
 /// # Panics
@@ -243,16 +257,7 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
 /// As [`law_slopes`].
 pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes> {
     let equations = &reduced.equations;
-    let carried = equations.carried.iter().map(|along| LawSlopes {
-        element: along.element.clone(),
-        row: along.row.clone(),
-        value: along.value.value,
-        on_positions: along.value.on_positions.clone(),
-        on_rates: SparseRow::new(),
-        rounded: false,
-        off: [vec![0.0; along.value.on_positions.len()], Vec::new()],
-        kinks: Vec::new(),
-    });
+    let carried = equations.carried.iter().map(carried_slopes);
     if equations.laws.is_empty() {
         return carried.collect();
     }

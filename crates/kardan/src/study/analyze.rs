@@ -33,6 +33,9 @@ use crate::results::{
 };
 use crate::synthesis::without_counting;
 
+/// What comes behind the structure of a model.
+const REST: &str = "modes, the construction of inputs, bases and places";
+
 /// Analyses a model file.
 ///
 /// ```

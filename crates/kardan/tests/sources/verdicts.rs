@@ -120,13 +120,6 @@ const LISTED: &[(Evidence, &[&str])] = &[
         ],
     ),
     (
-        Test(
-            "kardan/tests/synthesis/margins_golden.rs",
-            "the_disk_margin_of_two_loops_at_once_is_that_of_python_control",
-        ),
-        &["the disk margin is between {} (proven) and"],
-    ),
-    (
         Test("kardan/tests/synthesis/stability.rs", "what_hangs_on_rounded_slopes_is_not_decided"),
         &["exactly, and rounding changes nothing", "(decided exactly, whatever the last digits of rounded numbers)"],
     ),

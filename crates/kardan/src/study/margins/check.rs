@@ -14,7 +14,7 @@ use crate::results::{Stability, StabilityVerdict};
 use crate::simulate::Profile;
 use crate::study::PreparedVariant;
 use crate::study::loop_blocks::{blocks, loop_blocks};
-use crate::synthesis::{Law, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Survey};
+use crate::synthesis::{Law, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Slowest, Survey};
 
 /// Codes of mistakes that `--force` overrules.
 const FORCED: [&str; 2] = [UNSTABLE, LIMIT];
@@ -103,15 +103,7 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         [_] => format!("control `{}`: at this sample time the loop is unstable", control.name),
         all => format!("at these sample times the loop is unstable: {} together", all.join(", ")),
     };
-    let how = match decided.verdict.border.iter().find(|motion| motion.grows()) {
-        Some(motion) => motion.to_string(),
-        None => format!(
-            "a motion at {:.4} rad/s grows by the factor {:.6} in each of the {:.0} samples a second",
-            slowest.frequency,
-            slowest.growth,
-            1.0 / sample_time
-        ),
-    };
+    let how = grows_in_words(&decided.verdict, &slowest, sample_time);
     let message = format!("{who}: {how} (exact map of the linear loop, delay and lag included)");
     let help = match all.as_slice() {
         [_] if control.law.samples => {
@@ -135,6 +127,19 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         return;
     }
     out.push(at(Diagnostic::error(UNSTABLE, message)).help(help));
+}
+
+/// Which motion of a sampled loop grows, and how.
+fn grows_in_words(verdict: &StabilityVerdict, slowest: &Slowest, sample_time: f64) -> String {
+    match verdict.border.iter().find(|motion| motion.grows()) {
+        Some(motion) => motion.to_string(),
+        None => format!(
+            "a motion at {:.4} rad/s grows by the factor {:.6} in each of the {:.0} samples a second",
+            slowest.frequency,
+            slowest.growth,
+            1.0 / sample_time
+        ),
+    }
 }
 
 /// The mistakes of references that ask for more torque than a motor has: at their values at the end of the run, once the linear

@@ -1,16 +1,20 @@
 //! How far a loop is from instability: rate, delay, lag and gain, each searched on the exact linear loop.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use kardan_rt::functions::{ln, powi};
 
 use super::{ControlLoop, Lifted, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Slowest, Wire};
-use crate::num::{Matrix, bracket};
+use crate::num::{Matrix, at_zero, bracket, eigenvalues};
 use crate::synthesis::margins::Response;
 use crate::synthesis::{Clock, Law};
 
 /// Steps of the searches, as a factor.
 pub const LIMIT_STEP: f64 = 1.04;
+/// Half turns of a motion of the plant in one sample that are looked at closely, and how closely.
+const HALF_TURNS: u32 = 4;
+const BESIDE: [f64; 9] = [0.99, 0.995, 0.998, 0.999, 1.0, 1.001, 1.002, 1.005, 1.01];
 /// The golden section, and how often it is taken.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 const SECTIONS: usize = 16;
@@ -203,11 +207,25 @@ impl Survey<'_> {
         before[1].map(|_| Limit { value: f64::INFINITY, frequency: 0.0 })
     }
 
-    /// The longest sample time, s, that the loop tolerates with a delay that is this part of it. All shorter ones are
+    /// Sample times that are looked at: in steps, and closely where half turns of a motion of the plant fill one, in which the motion is not seen
+    /// to turn and may grow within a narrow band.
+    fn periods(&self) -> Vec<f64> {
+        let mut all: Vec<f64> = path(RANGE[0], RANGE[1]).collect();
+        let poles = eigenvalues(&self.plant.first_order().a).unwrap_or_default();
+        for (_, frequency) in poles.into_iter().filter(|pole| pole.1 > 0.0) {
+            let half_turns = (1..=HALF_TURNS).map(|k| PI * f64::from(k) / frequency);
+            all.extend(half_turns.flat_map(|period| BESIDE.map(|beside| period * beside)));
+        }
+        all.retain(|period| (RANGE[0]..=RANGE[1]).contains(period));
+        all.sort_by(f64::total_cmp);
+        all
+    }
+
+    /// The longest sample time, s, that the loop tolerates with a delay that is this part of it: of those that are looked at, all shorter ones are
     /// tolerated too. `None` if none is, or the law is made for one sample time.
     pub fn longest_period(&self, delay: f64) -> Option<Limit> {
         let single = self.clocks[self.number].is_some_and(|clock| clock.single);
-        self.first(path(RANGE[0], RANGE[1]), 0, |period| Change {
+        self.first(self.periods().into_iter(), 0, |period| Change {
             clock: Some(Clock { period, delay: delay * period, single }),
             ..self.unchanged()
         })
