@@ -53,8 +53,10 @@ impl Contacts<'_> {
         (speeds[a] - sum, size + speeds[a].abs())
     }
 
+    /// The same of all: zero where rounding alone is left, which contacts that depend on each other would contradict.
     fn all_after(&self, speeds: &[f64], impulses: &[f64]) -> Vec<f64> {
-        (0..self.count()).map(|a| self.after(speeds, impulses, a).0).collect()
+        let clear = |(speed, size): (f64, f64)| if speed.abs() <= ROUNDING * size { 0.0 } else { speed };
+        (0..self.count()).map(|a| clear(self.after(speeds, impulses, a))).collect()
     }
 
     /// Whether a contact holds both ways.
