@@ -124,9 +124,6 @@ fn class_of(variant: &PreparedVariant, position: &[f64], stuck: &BTreeSet<String
     found
 }
 
-/// What is left once the structure is decided.
-const REST: &str = "modes, the construction of inputs, bases and places";
-
 /// Analyses one variant of a file without mistakes.
 pub(super) fn analyze_variant(
     prepared: &Prepared,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use kardan_rt::functions::{ln, powi};
 
 use super::{ControlLoop, Lifted, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Slowest, Wire};
-use crate::num::{Matrix, at_zero, bracket, eigenvalues};
+use crate::num::{Matrix, bracket, eigenvalues};
 use crate::synthesis::margins::Response;
 use crate::synthesis::{Clock, Law};
 
