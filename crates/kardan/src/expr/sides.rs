@@ -70,6 +70,12 @@ enum Pieces {
     Table([(Rational, Vec<Rational>); 2], Expr),
 }
 
+/// Guards, and whether they are above zero.
+type Chosen = Vec<(Expr, bool)>;
+
+/// Which sides of the last of some guards, below and above, can be reached beside the others.
+type Reachable<'a> = dyn FnMut(&mut Graph, &[(Expr, bool)]) -> [bool; 2] + 'a;
+
 /// Of each node that may bend at a place its guards, whether each was turned, and the pieces.
 type Bends = HashMap<Expr, Vec<(Expr, bool, Pieces)>>;
 
@@ -245,10 +251,10 @@ impl Graph {
         &mut self,
         exprs: &[Expr],
         (guards, bends): (&[Expr], &Bends),
-        reachable: &mut dyn FnMut(&mut Self, &[(Expr, bool)]) -> [bool; 2],
+        reachable: &mut Reachable<'_>,
     ) -> Option<Vec<Sided>> {
         // Chosen so far, with what each guard is on the side that was chosen before.
-        let mut open: Vec<(usize, Vec<(Expr, bool)>, Vec<(Expr, bool)>)> = vec![Default::default()];
+        let mut open: Vec<(usize, Chosen, Chosen)> = vec![Default::default()];
         let mut out = Vec::new();
         while let Some((first, chosen, here)) = open.pop() {
             let next = (first..guards.len()).find_map(|k| {

@@ -58,7 +58,7 @@ impl Operation {
             Operator::ArcSine | Operator::ArcCosine => of(0).1,
             Operator::SquareRoot | Operator::Logarithm => part(of(0).0, of(0).1),
             Operator::Divide => part(of(1).0, of(1).1),
-            Operator::ArcTangent2 => part(of(0).0.hypot(of(1).0), of(0).1 + of(1).1),
+            Operator::ArcTangent2 => part(of(0).0.max(of(1).0), of(0).1 + of(1).1),
             _ => 0.0,
         }
     }
