@@ -31,8 +31,8 @@ pub enum StabilityKnown {
     /// Over the rationals.
     #[serde(rename = "exactly")]
     Exactly,
-    /// Over the rationals, and the same wherever rounded numbers may be within their last digits.
-    #[serde(rename = "exactly, and rounding changes nothing")]
+    /// Over the rationals, and the same for some other last digits of rounded numbers, drawn at random: a sample, no proof.
+    #[serde(rename = "exactly, and the same for other last digits of rounded numbers that were tried")]
     DespiteRounding,
     /// From a bound on how far the poles are from the border: exponentials to hundreds of digits.
     #[serde(rename = "by certified bounds")]
@@ -218,7 +218,7 @@ impl fmt::Display for StabilityVerdict {
         }
         f.write_str(match self.known {
             StabilityKnown::Exactly => " (decided exactly)",
-            StabilityKnown::DespiteRounding => " (decided exactly, whatever the last digits of rounded numbers)",
+            StabilityKnown::DespiteRounding => " (decided exactly for the numbers as they are rounded, and the same for other last digits that were tried)",
             StabilityKnown::Certified => " (certified: poles bounded away from the border)",
             StabilityKnown::Bounded => " (eigenvalues in floating point, their rounding bounded)",
             StabilityKnown::Unknown => "",

@@ -658,7 +658,8 @@ fn body(damping: &str, block: &str, command: &str) -> String {
 #[test]
 fn the_slowest_rate_of_a_law_with_blocks_is_that_of_the_exact_map() {
     // Rates of [φ; ω; ξ …] under u, and u over the same.
-    let cases: [(&str, &str, &str, Vec<Vec<f64>>, Vec<f64>); 4] = [
+    type Case<'a> = (&'a str, &'a str, &'a str, Vec<Vec<f64>>, Vec<f64>);
+    let cases: [Case<'_>; 4] = [
         (
             "0.5",
             "kind = \"low_pass\"\ninput = \"a.w\"\ntime_constant = \"20 ms\"",
