@@ -574,7 +574,7 @@ fn the_text_cuts_long_lists_and_says_what_went_wrong() {
         "wheel.w NEVER",
         "with 2 integrators before motor - 2 wheel_motor",
         "DOES NOT DECAY",
-        "NOT stable, decided exactly",
+        "NOT stable: UNSTABLE (decided exactly)",
         "WARNING: 420 1/s: unstable",
         "0 (exact)",
         "(-3/2 s)/(s^4 + 21 s^3",

@@ -36,7 +36,7 @@ impl ExactMotions {
     }
 
     /// Whether the loop is stable, decided exactly for these gains; `None` above 32 states. What is at zero is free where no law commands
-    /// anything along it and at most an angle grows, at constant speed.
+    /// anything along it, or a design leaves it there, and at most an angle grows, at constant speed.
     pub fn stability(&self) -> Option<StabilityVerdict> {
         if self.matrix.rows() > MOST {
             return None;
@@ -46,7 +46,7 @@ impl ExactMotions {
             return Some(found);
         }
         for motion in found.border.iter_mut().filter(|motion| motion.frequency == 0.0) {
-            motion.free = self.free && motion.growth <= 1;
+            motion.free = (self.free || self.designed) && motion.growth <= 1;
         }
         Some(StabilityVerdict::exact(false, found.border))
     }

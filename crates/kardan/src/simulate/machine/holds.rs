@@ -108,7 +108,8 @@ impl Machine {
 
     /// Whether a formula gives the largest torque of a friction.
     fn has_moving_bounds(&self, direction: usize) -> bool {
-        direction >= self.holds.first && matches!(self.holds.kind(direction), Kind::Friction { .. })
+        let hold = direction.checked_sub(self.holds.first).and_then(|hold| self.holds.kinds.get(hold));
+        matches!(hold, Some(Kind::Friction { .. }))
     }
 
     /// What rounding may make of the room of a direction at the point last evaluated: where that is a torque itself, the difference of those of all.

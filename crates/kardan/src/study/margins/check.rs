@@ -92,7 +92,8 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         has_blocks: !between.of_loop.is_empty(),
     };
     let decided = asked.decide(&slowest, asked.exact().as_ref());
-    if decided.held != Stability::Unstable {
+    // What grows by a power of the time alone is no exponential: a run shows it.
+    if decided.held != Stability::Unstable || decided.verdict.border.iter().any(|motion| motion.grows()) {
         if decided.held != Stability::Stable {
             out.push(on_the_border(&control.name, &decided.verdict).at(control.place.clone(), "this controller"));
         }

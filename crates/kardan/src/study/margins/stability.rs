@@ -77,6 +77,10 @@ impl Asked<'_> {
         let Some((exact, verdict)) = exact.and_then(|exact| Some((exact, exact.stability()?))) else {
             return rounded(found);
         };
+        // Rounding of the gains moves what a design leaves at zero.
+        if exact.zeros() != found.left_out && !exact.designed && found.word == Stability::Stable {
+            return rounded(found);
+        }
         let verdict = self.within_rounding(verdict, exact, found);
         if verdict.word == Stability::Undecided {
             let because = verdict.why;
