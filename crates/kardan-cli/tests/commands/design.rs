@@ -56,8 +56,8 @@ fn text_tells_the_verdict_the_gains_and_the_warnings() {
     for part in [
         "Decoupled by static state feedback, proven exactly",
         "; stable in continuous time",
-        "In continuous time the loop is stable (decided exactly).",
-        "zero dynamics are not stable",
+        "In continuous time the loop is marginal (decided exactly): a free motion at constant speed",
+        "the zero dynamics are marginal",
         "WARNING: the zero at 0 1/s is at zero",
         "-2601/250",
         "400/(s^2 + 28 s + 400)",
@@ -155,7 +155,9 @@ fn controller_and_report_are_written() {
         assert!(!page.contains("http://") || !page.contains("<script src="), "the page loads something");
     }
     let quiet = design(&at, &[&arguments[..], &["--quiet"]].concat());
-    assert_eq!((quiet.status.code(), words(&quiet.stderr).as_str()), (Some(0), ""));
+    // What the model is warned of is said all the same.
+    let said = words(&quiet.stderr);
+    assert!(quiet.status.code() == Some(0) && !said.contains("wrote") && said.contains("control::hardly"), "{said}");
 }
 
 #[test]
