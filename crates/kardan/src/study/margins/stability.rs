@@ -155,7 +155,7 @@ impl Asked<'_> {
         };
         LoopStability {
             held: verdict.without_free().word,
-            zeros: at_one,
+            zeros: exact.map_or(found.left_out, |exact| exact.sampled),
             how: exact.map_or(FreeKnown::Rounded, known),
             next_to_zero: Vec::new(),
             poles: None,
