@@ -31,9 +31,9 @@ inertia = \"1 kg m^2\"
 [universal_joint.j]
 shaft_1 = \"a\"
 shaft_2 = \"b\"
-angle = \"89 deg\"
+angle = \"89.9 deg\"
 [scenario]
-duration = \"20 s\"
+duration = \"1.5 s\"
 output_step = \"0.1 s\"
 initial = { \"a.w\" = \"5 rad/s\" }
 [[requirement]]
@@ -41,7 +41,7 @@ signal = \"a.phi\"
 measure = \"max_abs\"
 below = \"1e9 rad\"
 ";
-const COARSE: [&str; 4] = ["--method", "dop853", "--tolerance", "1e-4"];
+const COARSE: [&str; 4] = ["--method", "dop853", "--tolerance", "1e-3"];
 
 /// A run whose energy balance does not close is not completed, and its requirements are not met.
 #[test]
@@ -54,7 +54,7 @@ fn an_energy_balance_that_does_not_close_is_no_completed_run() {
     let run = &printed(&got.stdout)["variants"][0];
     assert_eq!(run["outcome"]["completed"], false);
     assert_eq!(run["outcome"]["verdict"], "unbalanced");
-    assert_eq!(run["outcome"]["time"], 20.0);
+    assert_eq!(run["outcome"]["time"], 1.5);
     assert!(run["outcome"]["cause"].as_str().unwrap().starts_with("the energy balance does not close"));
     assert_eq!(run["requirements"][0]["passed"], false);
     assert!(run["notes"].to_string().contains("All requirements count as not met"), "{}", run["notes"]);
@@ -65,7 +65,8 @@ fn an_energy_balance_that_does_not_close_is_no_completed_run() {
     assert!(text(&fs::read(at.join("o/report.md")).unwrap()).contains(said));
     assert_eq!(with(&[]).status.code(), Some(2));
     assert!(text(&fs::read(at.join("o/report.html")).unwrap()).contains(said));
-    // With a tolerance at which nothing is lost it is a run like others.
+    // Where nothing is lost it is a run like others.
+    fs::write(at.join("m.toml"), PEAKS.replace("89.9 deg", "80 deg")).unwrap();
     let got = kardan(&at, &["run", "m.toml", "--out", "o", "--json"]);
     assert_eq!(
         (got.status.code(), &printed(&got.stdout)["variants"][0]["outcome"]["verdict"]),

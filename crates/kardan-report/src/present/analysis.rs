@@ -10,8 +10,8 @@ use crate::text::number;
 use crate::words;
 use kardan::results::{
     Analysis, Basis, Class, ConstraintForces, DistanceToUncontrollability, EigenvalueBounds, Factor, FailingMode,
-    FrictionState, MatrixDistance, MatrixDistances, Mechanism, Mode, ParameterRange, PlacementSearch, PolynomialRoots,
-    Sensitivity, Structure, UncontrollablePoint, Undecided, Verdict,
+    FrictionState, MatrixDistance, MatrixDistances, Mechanism, Mode, OppositeModel, ParameterRange, PlacementSearch,
+    PolynomialRoots, Sensitivity, Structure, UncontrollablePoint, Undecided, Verdict,
 };
 
 /// More modes are counted where there is little room.
@@ -50,6 +50,7 @@ fn page_with(analysis: &Analysis, drawn: bool) -> Page {
             ("modes", "Modes", modes(analysis, drawn)),
             ("structure", "Controllability and observability", ranks(structure)),
             ("properties", "Stability and indices", properties(analysis)),
+            ("opposite-side", "The other side of the kink", opposite_side(analysis)),
             ("transfer", "Relative degrees and zeros", transfer(structure, analysis.discrete.is_some())),
             ("least", "Least numbers of inputs and outputs", least(structure)),
             ("placement", "Placement", placement(analysis)),
@@ -246,16 +247,50 @@ fn decision(decided: Option<bool>, holds: bool) -> Cell {
     }
 }
 
+/// What the model is on the other side of the kinks at its operating point.
+fn opposite_side(analysis: &Analysis) -> Body {
+    let Some(there) = &analysis.opposite_side else { return Body::default() };
+    let OppositeModel { own, side, controllable, observable, .. } = there;
+    let judged = |what: &str, decided: Option<bool>| row![what, decision(decided, decided == Some(true))];
+    Body::default()
+        .say(&format!(
+            "A torque has a kink at the operating point. All else on this page is about the side where {own}; this is the side where {side}. A motion \
+             passes through both sides, and that each is stable does not prove that it is."
+        ))
+        .table(
+            &["", ""],
+            [
+                judged("controllable", *controllable),
+                judged("observable", *observable),
+                row!["stability", there.stability.to_string()],
+            ],
+        )
+        .part("Modes there", modes_table(&there.modes, (*controllable, *observable), "#eigenvalue [1/s]"))
+}
+
 fn modes(analysis: &Analysis, drawn: bool) -> Body {
-    let energy = analysis.modes.iter().any(|mode| !mode.stored.is_empty());
+    let decided = (analysis.structure.controllability(), analysis.structure.observability());
+    let eigenvalue = if analysis.discrete.is_some() { "#eigenvalue" } else { "#eigenvalue [1/s]" };
+    let body = modes_table(&analysis.modes, decided, eigenvalue);
+    if !drawn || analysis.modes.is_empty() {
+        return body;
+    }
+    body.pictures(pictures::plane(&analysis.modes, &analysis.structure.zeros))
+        .pictures(crate::mode_shapes::shapes(&analysis.modes))
+        .pictures(pictures::energies(&analysis.modes))
+}
+
+/// The modes, and whether each is reached and seen where that is decided.
+fn modes_table(modes: &[Mode], (reached, seen): (Option<bool>, Option<bool>), eigenvalue: &str) -> Body {
+    let energy = modes.iter().any(|mode| !mode.stored.is_empty());
     let row = |(k, mode): (usize, &Mode)| {
         let mut row = row![
             k + 1,
             mode.natural_frequency / std::f64::consts::TAU,
             mode.damping_ratio,
             words::pair(mode.eigenvalue),
-            decision(analysis.structure.controllability(), mode.controllable),
-            decision(analysis.structure.observability(), mode.observable),
+            decision(reached, mode.controllable),
+            decision(seen, mode.observable),
             words::together(&words::motion(&mode.shape)),
         ];
         if energy {
@@ -266,19 +301,12 @@ fn modes(analysis: &Analysis, drawn: bool) -> Body {
         }
         row
     };
-    let eigenvalue = if analysis.discrete.is_some() { "#eigenvalue" } else { "#eigenvalue [1/s]" };
     let mut headers = vec!["##", "#frequency [Hz]", "#damping", eigenvalue, "reached", "seen", "largest motions"];
     headers.extend(["stored in", "lost in"].iter().filter(|_| energy));
-    if analysis.modes.is_empty() {
-        return Body::default();
+    match modes.is_empty() {
+        true => Body::default(),
+        false => Body::default().table_of(MODES, &headers, modes.iter().enumerate().map(row)),
     }
-    let body = Body::default().table_of(MODES, &headers, analysis.modes.iter().enumerate().map(row));
-    if !drawn {
-        return body;
-    }
-    body.pictures(pictures::plane(&analysis.modes, &analysis.structure.zeros))
-        .pictures(crate::mode_shapes::shapes(&analysis.modes))
-        .pictures(pictures::energies(&analysis.modes))
 }
 
 fn ranks(structure: &Structure) -> Body {

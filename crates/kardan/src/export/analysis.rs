@@ -7,8 +7,8 @@ use super::printed::printed;
 use crate::results::serial::Ending;
 use crate::results::{
     Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, Counting, DescriptorSystem,
-    DiscreteTime, Elimination, Factor, FailingMode, MatrixDistances, Mechanism, Mode, Parity, Placement, Sensitivity,
-    SystemProperties, Zeros,
+    DiscreteTime, Elimination, Factor, FailingMode, MatrixDistances, Mechanism, Mode, OppositeModel, Parity, Placement,
+    Sensitivity, SystemProperties, Zeros,
 };
 
 /// The structure of a model: modes, controllability, observability, zeros, least numbers and places of motors and sensors.
@@ -77,6 +77,8 @@ pub(super) struct AnalysisView<'a> {
     sensitivity: Option<&'a Sensitivity>,
     /// Stability, decoupling and transmission zeros, indices.
     properties: Option<&'a SystemProperties>,
+    /// The model on the opposite side of the kinks at its operating point; `null` where it has none.
+    opposite_side: Option<&'a OppositeModel>,
     /// `null` in continuous time.
     discrete: Option<&'a DiscreteTime>,
     /// Of plain matrices with a singular E: what that means; the rest is about the equivalent state space. `null` where E is regular.
@@ -242,6 +244,7 @@ impl<'a> AnalysisView<'a> {
             placement_search: &analysis.placement,
             sensitivity: analysis.sensitivity.as_ref(),
             properties: analysis.properties.as_ref(),
+            opposite_side: analysis.opposite_side.as_ref(),
             discrete: analysis.discrete.as_ref(),
             descriptor: analysis.descriptor.as_ref(),
             matrix_distance: analysis.matrix_distance.as_ref(),

@@ -36,6 +36,10 @@ pub(super) struct LinearView<'a> {
     operating_point: Vec<PointView<'a>>,
     /// The matrices rounded to floating point.
     decimal: Matrices<f64>,
+    /// Where a torque has a kink at the operating point: the side that this is about; else `null`.
+    side: Option<&'a str>,
+    /// The same on the opposite side of the kink; `null` where there is none.
+    opposite_side: Option<Box<LinearView<'a>>>,
     /// What the reader must know.
     notes: &'a [String],
 }
@@ -101,29 +105,35 @@ impl<T> Matrices<T> {
 /// As a JSON object that `kardan analyze --state-space` reads: the matrices exact (whole numbers, fractions as texts), in
 /// `decimal` rounded to floating point, names, units and the operating point.
 pub fn linear_json(model: &Linearised) -> String {
-    printed(LinearView {
-        name: &model.name,
-        description: title(model),
-        exact: Matrices::of(model, exact),
-        names: Signals::of(model, |one| &one.name),
-        units: Signals::of(model, |one| &one.unit),
-        operating_point: model
-            .operating_point
-            .iter()
-            .map(|(signal, value)| PointView { name: &signal.name, unit: &signal.unit, value: *value })
-            .collect(),
-        decimal: Matrices::of(model, rational_to_f64),
-        notes: &model.notes,
-    })
+    printed(LinearView::of(model))
+}
+
+impl<'a> LinearView<'a> {
+    fn of(model: &'a Linearised) -> Self {
+        let point =
+            |(signal, value): &'a (NamedUnit, f64)| PointView { name: &signal.name, unit: &signal.unit, value: *value };
+        Self {
+            name: &model.name,
+            description: title(model),
+            exact: Matrices::of(model, exact),
+            names: Signals::of(model, |one| &one.name),
+            units: Signals::of(model, |one| &one.unit),
+            operating_point: model.operating_point.iter().map(point).collect(),
+            decimal: Matrices::of(model, rational_to_f64),
+            side: model.side.as_deref(),
+            opposite_side: model.opposite_side.as_ref().map(|model| Box::new(Self::of(model))),
+            notes: &model.notes,
+        }
+    }
 }
 
 /// As a MAT file of version 5: A, B, C, D (and E) in floating point, `states`, `inputs`, `outputs` and their units as texts,
 /// and `operating_point`. `None` if it were larger than the format allows.
 pub fn linear_mat(model: &Linearised) -> Option<Vec<u8>> {
     let columns = |matrix: &Matrix<Rational>| matrix.transpose().to_f64().as_slice().to_vec();
-    let mut values: Vec<Values<'_>> = model
-        .matrices()
-        .into_iter()
+    let all = all_matrices(model);
+    let mut values: Vec<Values<'_>> = all
+        .iter()
         .map(|(name, matrix)| Values { name, rows: matrix.rows(), columns: matrix.columns(), values: columns(matrix) })
         .collect();
     let point: Vec<f64> = model.operating_point.iter().map(|(_, value)| *value).collect();
@@ -140,7 +150,7 @@ pub fn linear_mat(model: &Linearised) -> Option<Vec<u8>> {
 /// python-control is installed (`control.dss` does not exist: with an E the program solves for it).
 pub fn linear_python(model: &Linearised) -> String {
     let mut out = format!("\"\"\"{}\"\"\"\n\nimport numpy as np\n\n", quoted(&title(model)));
-    for (name, matrix) in model.matrices() {
+    for (name, matrix) in all_matrices(model) {
         let row = |i: usize| {
             let entries: Vec<String> = matrix.row(i).iter().map(|x| format!("{:?}", rational_to_f64(x))).collect();
             format!("    [{}],\n", entries.join(", "))
@@ -273,6 +283,13 @@ fn parts(system: &TransformedSystem) -> [(&'static str, &Matrix<Rational>); 5] {
 fn title(model: &Linearised) -> String {
     let variant = if model.variant.is_empty() { String::new() } else { format!(", variant {}", model.variant) };
     format!("{}{variant}: deviations from the operating point, SI units", model.name)
+}
+
+/// The matrices by name, those of the opposite side of a kink with `_opposite` behind their names.
+fn all_matrices(model: &Linearised) -> Vec<(String, &Matrix<Rational>)> {
+    let opposite = model.opposite_side.iter().flat_map(|model| model.matrices());
+    let own = model.matrices().into_iter().map(|(name, matrix)| (name.to_string(), matrix));
+    own.chain(opposite.map(|(name, matrix)| (format!("{name}_opposite"), matrix))).collect()
 }
 
 fn kinds(model: &Linearised) -> [(&'static str, &Vec<NamedUnit>); 3] {

@@ -1,12 +1,13 @@
 //! Torques and locks that follow from what blocks answer, around a position at rest.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use super::law_slopes::unconstrained;
-use super::{Kinematics, Motion, OperatingPoint, Reduced};
-use crate::assemble::Along;
+use super::{Kinematics, Motion, OperatingPoint, Reduced, law_slopes_at, law_slopes_with};
 use crate::equations::{Formula, Hold, Meaning};
 use crate::expr::{Expr, Floating, Symbol, lower};
-use crate::num::rational_to_f64;
-use std::sync::Arc;
+use crate::num::{Rational, SparseRow, rational_to_f64};
 
 /// A torque that follows from what blocks answer: what it has more than where they answer zero, to first order.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +22,8 @@ pub struct AnsweredTorque {
     pub on_positions: Vec<(usize, f64)>,
     /// The same by speeds, N m s/rad.
     pub on_rates: Vec<(usize, f64)>,
+    /// What vanishes where it has a kink, and where it jumps, with these answers.
+    pub kinks: [Vec<String>; 2],
 }
 
 /// A formula in a motion whose blocks are symbols.
@@ -71,31 +74,22 @@ pub fn answered_torques(
     point: &OperatingPoint,
     answer: &dyn Fn(&str) -> f64,
 ) -> Vec<AnsweredTorque> {
-    let (n, free) = (reduced.equations.coordinates.len(), unconstrained(reduced));
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(&point.position, &point.rates);
-    let of = |law: &Along<Arc<Formula>>| {
-        let mut around = Around::new(&free, &law.value, &numeric);
-        let (graph, value) = (&mut around.motion.graph, around.value);
-        let used = graph.symbols(&[value]);
-        let slopes: Vec<Expr> = used.iter().map(|symbol| graph.derivative(value, *symbol)).collect();
-        let [there, without] = [answer, &|_: &str| 0.0].map(|answer| around.at(&slopes, answer));
-        let Motion { graph, symbols, timed, .. } = &around.motion;
-        let row = law.row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x))).collect();
-        let (mut on_answers, mut on_positions, mut on_rates) = (Vec::new(), Vec::new(), Vec::new());
-        for (k, symbol) in used.iter().enumerate() {
-            let block = timed.blocks.iter().find(|(_, own)| graph.symbol_of(*own) == Some(*symbol));
-            if let Some((name, _)) = block {
-                on_answers.push((name.clone(), there[k]));
-            } else if let Some(place) = symbols.iter().position(|own| own == symbol).filter(|_| there[k] != without[k])
-            {
-                let of = if place < n { &mut on_positions } else { &mut on_rates };
-                of.push((place % n, there[k] - without[k]));
-            }
-        }
-        AnsweredTorque { element: law.element.clone(), row, on_answers, on_positions, on_rates }
+    let slopes = law_slopes_with(reduced, point, Some(answer)).into_iter().zip(law_slopes_at(reduced, point));
+    let more = |with: &SparseRow, without: &SparseRow| -> Vec<(usize, f64)> {
+        let mut sum: BTreeMap<usize, Rational> = with.iter().cloned().collect();
+        without.iter().for_each(|(place, x)| *sum.entry(*place).or_default() -= x);
+        sum.into_iter().filter(|(_, x)| !x.is_zero()).map(|(place, x)| (place, rational_to_f64(&x))).collect()
     };
-    reduced.equations.laws.iter().filter(|law| is_answered(&law.value)).map(of).collect()
+    let laws = reduced.equations.laws.iter().zip(slopes).filter(|(law, _)| is_answered(&law.value));
+    laws.map(|(_, (with, without))| AnsweredTorque {
+        element: with.element,
+        row: with.row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x))).collect(),
+        on_answers: with.on_answers,
+        on_positions: more(&with.on_positions, &without.on_positions),
+        on_rates: more(&with.on_rates, &without.on_rates),
+        kinks: [with.kinks, with.jumps],
+    })
+    .collect()
 }
 
 /// The locks that follow from blocks and are engaged with what these answer at rest at an operating point.

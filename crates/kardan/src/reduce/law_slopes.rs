@@ -3,7 +3,7 @@
 use super::{Kinematics, Motion, Reduced, Step, kinematics, pressed_cushions};
 use crate::assemble::{Along, Equations, RestTorque};
 use crate::equations::Hold;
-use crate::expr::{Interval, Linear, Place, Rationals, Side, Surd, Symbol, bending, linear_sides, lower};
+use crate::expr::{Expr, Interval, Linear, Place, Rationals, Side, Surd, Symbol, bending, linear_sides, lower};
 use crate::num::{LastDigits, Rational, SparseRow, rational_from_f64, rational_to_f64};
 
 /// A torque that an expression gives, or the multiplier of a row that turns, around a position at rest and at time zero:
@@ -20,12 +20,17 @@ pub struct LawSlopes {
     pub on_positions: SparseRow,
     /// h, N m s/rad.
     pub on_rates: SparseRow,
+    /// Slopes by what blocks answer, N m for each unit, where these are given.
+    pub on_answers: Vec<(String, f64)>,
     /// Whether an entry is no fraction, as far as is known, and was rounded once.
     pub rounded: bool,
     /// By how much rounding may move each entry of g, and of h.
     pub off: [Vec<f64>; 2],
-    /// Why it has no derivative here, in words: what vanishes where the expression bends or jumps (the entries are then those of one side), or
-    /// that it or its slope is no number.
+    /// Why it has no slope here, in words: that it jumps, or that it or its slope is no number.
+    pub undefined: Vec<String>,
+    /// What vanishes where the expression jumps.
+    pub jumps: Vec<String>,
+    /// What vanishes where the expression has a kink here: its slopes differ on the two sides, and the entries are those of one of them.
     pub kinks: Vec<String>,
 }
 
@@ -176,6 +181,8 @@ struct Standing {
     exact: Vec<Option<Surd>>,
     numeric: Kinematics,
     basis: Vec<SparseRow>,
+    /// What blocks answer.
+    answers: Vec<(Symbol, f64)>,
 }
 
 impl Standing {
@@ -187,6 +194,7 @@ impl Standing {
             exact: kinematics::exact_angles(reduced, &point.position),
             numeric,
             basis: kinematics::exact_basis(reduced, &point.position),
+            answers: Vec::new(),
         }
     }
 
@@ -198,7 +206,9 @@ impl Standing {
 
 impl Place for Standing {
     fn place(&self, symbol: Symbol) -> Option<usize> {
-        self.symbols.iter().position(|own| *own == symbol).filter(|place| *place < 2 * self.basis.len())
+        let moving = self.symbols.iter().position(|own| *own == symbol).filter(|place| *place < 2 * self.basis.len());
+        let answer = || self.answers.iter().position(|(own, _)| *own == symbol);
+        moving.or_else(|| Some(2 * self.basis.len() + answer()?))
     }
 
     fn exact(&self, symbol: Symbol) -> Option<Surd> {
@@ -210,8 +220,9 @@ impl Place for Standing {
     }
 
     fn value(&self, symbol: Symbol) -> f64 {
-        let moving = || self.numeric.angles.iter().chain(&self.numeric.speeds);
-        self.place(symbol).and_then(|place| moving().nth(place).copied()).unwrap_or(0.0)
+        let answers = self.answers.iter().map(|(_, value)| value);
+        let mut all = self.numeric.angles.iter().chain(&self.numeric.speeds).chain(answers);
+        self.place(symbol).and_then(|place| all.nth(place).copied()).unwrap_or(0.0)
     }
 
     fn around(&self, symbol: Symbol) -> Interval {
@@ -224,6 +235,9 @@ impl Place for Standing {
     fn moves(&self, symbol: Symbol) -> SparseRow {
         let n = self.basis.len();
         let Some(place) = self.place(symbol) else { return SparseRow::new() };
+        if place >= 2 * n {
+            return vec![(place, Rational::ONE)];
+        }
         // Speeds are directions behind those of angles.
         self.basis[place % n].iter().map(|(k, x)| (k + place / n * n, x.clone())).collect()
     }
@@ -237,8 +251,11 @@ fn carried_slopes(along: &Along<RestTorque>) -> LawSlopes {
         value: along.value.value,
         on_positions: along.value.on_positions.clone(),
         on_rates: SparseRow::new(),
+        on_answers: Vec::new(),
         rounded: false,
         off: [vec![0.0; along.value.on_positions.len()], Vec::new()],
+        undefined: Vec::new(),
+        jumps: Vec::new(),
         kinks: Vec::new(),
     }
 }
@@ -256,6 +273,18 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
 /// # Panics
 /// As [`law_slopes`].
 pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes> {
+    law_slopes_with(reduced, point, None)
+}
+
+/// The same with what blocks answer there, by which torques have slopes too; without, blocks answer zero and stand still.
+///
+/// # Panics
+/// As [`law_slopes`].
+pub fn law_slopes_with(
+    reduced: &Reduced,
+    point: &OperatingPoint,
+    answer: Option<&dyn Fn(&str) -> f64>,
+) -> Vec<LawSlopes> {
     let equations = &reduced.equations;
     let carried = equations.carried.iter().map(carried_slopes);
     if equations.laws.is_empty() {
@@ -263,13 +292,17 @@ pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes
     }
     let free = unconstrained(reduced);
     let mut motion = Motion::free(&free);
-    let standing = Standing::new(reduced, point, &motion);
+    let mut standing = Standing::new(reduced, point, &motion);
     let mut out = Vec::new();
     for term in &equations.laws {
         let torque = motion.formula(&free, &term.value);
+        let blocks = || motion.timed.blocks.iter();
+        let symbol = |(name, own): &(String, Expr)| Some((motion.graph.symbol_of(*own)?, answer?(name)));
+        standing.answers = blocks().filter_map(symbol).collect();
+        let names: Vec<String> = blocks().map(|(name, _)| name.clone()).collect();
         let sides = linear_sides(&mut motion.graph, &[torque], &standing);
         let (element, row) = (term.element.clone(), term.row.clone());
-        out.push(slopes_of(sides, standing.coordinates(), &point.side, (element, row)));
+        out.push(slopes_of(sides, (standing.coordinates(), &names), &point.side, (element, row)));
     }
     out.extend(carried);
     out
@@ -278,7 +311,7 @@ pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes
 /// What a law is on a side of the place, with what is said of the others.
 fn slopes_of(
     sides: Option<Vec<Linear>>,
-    coordinates: usize,
+    (coordinates, blocks): (usize, &[String]),
     side: &Side,
     (element, row): (String, SparseRow),
 ) -> LawSlopes {
@@ -288,25 +321,34 @@ fn slopes_of(
         value: f64::NAN,
         on_positions: SparseRow::new(),
         on_rates: SparseRow::new(),
+        on_answers: Vec::new(),
         rounded: false,
         off: Default::default(),
+        undefined: Vec::new(),
+        jumps: Vec::new(),
         kinks: Vec::new(),
     };
     let Some(sides) = sides else {
-        return LawSlopes { kinks: vec!["it has too many sides to look at".into()], ..nothing };
+        return LawSlopes { undefined: vec!["it has too many sides to look at".into()], ..nothing };
     };
     let own = sides.iter().find(|one| one.is_on(side)).unwrap_or(&sides[0]);
     let value = &own.values[0];
-    let kinks = bending(&sides, &|one, other| one.same_values(other) && one.same_slopes(other));
-    let mut kinks: Vec<String> = kinks.iter().map(|guard| format!("`{guard}` = 0")).collect();
-    if kinks.is_empty() && !value.value.is_finite() {
-        kinks.push("its value is no number".into());
-    } else if kinks.is_empty() && own.slopes[0].iter().any(|(_, slope)| !slope.is_number()) {
-        kinks.push("its slope has no end".into());
+    let jumps = bending(&sides, &|one, other| one.same_values(other));
+    let kinks = bending(&sides, &|one, other| one.same_slopes(other));
+    let mut undefined: Vec<String> = jumps.iter().map(|guard| format!("it jumps where `{guard}` = 0")).collect();
+    if undefined.is_empty() && !value.value.is_finite() {
+        undefined.push("its value is no number".into());
+    } else if undefined.is_empty() && own.slopes[0].iter().any(|(_, slope)| !slope.is_number()) {
+        undefined.push("its slope is infinite".into());
     }
     let (mut on_positions, mut on_rates, mut rounded) = (SparseRow::new(), SparseRow::new(), false);
+    let mut on_answers = Vec::new();
     let mut off = [Vec::new(), Vec::new()];
     for (place, number) in &own.slopes[0] {
+        if let Some(block) = place.checked_sub(2 * coordinates) {
+            on_answers.push((blocks[block].clone(), number.exact.as_ref().map_or(number.value, rational_to_f64)));
+            continue;
+        }
         rounded |= number.exact.is_none();
         let slope = number.exact.clone().or_else(|| rational_from_f64(number.value)).unwrap_or(Rational::ZERO);
         if slope.is_zero() {
@@ -317,5 +359,16 @@ fn slopes_of(
         row.push((behind.unwrap_or(*place), slope));
         off[usize::from(behind.is_some())].push(number.rounding());
     }
-    LawSlopes { value: value.value, on_positions, on_rates, rounded, off, kinks, ..nothing }
+    LawSlopes {
+        value: value.value,
+        on_positions,
+        on_rates,
+        on_answers,
+        rounded,
+        off,
+        undefined,
+        jumps,
+        kinks,
+        ..nothing
+    }
 }

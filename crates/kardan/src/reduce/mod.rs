@@ -45,7 +45,7 @@ pub use kept::{GivenRows, NoStart, StartOnRows, follows_everywhere, frozen, iner
 pub use kinematics::{Kinematics, Slope, slopes};
 pub use law_slopes::{
     GeometricStiffness, LawSlopes, OperatingPoint, geometric_stiffness, is_linear_law, law_slopes, law_slopes_at,
-    laws_are_linear,
+    law_slopes_with, laws_are_linear,
 };
 pub use law_torques::{LawTorques, NotLinear, Wave, law_waves};
 pub use linear::{LinearModel, SparseModel, linearise, linearise_at, linearise_near, sparse_model};

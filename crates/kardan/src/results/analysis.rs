@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 
 use super::{
     Complex, Definition, DescriptorSystem, DiscreteTime, Entry, Interval, Mechanism, NamedMatrix, Parity, Pole,
-    Realisations, SparseMatrix, SystemProperties,
+    Realisations, SparseMatrix, StabilityVerdict, SystemProperties,
 };
 
 /// Everything that `kardan analyze` finds. Parts that do not apply (a plain state-space input has no elements) are empty
@@ -43,6 +43,8 @@ pub struct Analysis {
     pub sensitivity: Option<Sensitivity>,
     /// Stability, decoupling and transmission zeros, indices.
     pub properties: Option<SystemProperties>,
+    /// Where a torque has a kink at the operating point: the model on the opposite side of it.
+    pub opposite_side: Option<OppositeModel>,
     /// Kalman's decomposition, the minimal realisation and the staircase form.
     pub realisations: Option<Realisations>,
     /// In discrete time: how long a sample takes.
@@ -57,6 +59,23 @@ pub struct Analysis {
     pub notes: Vec<String>,
     /// Of an analysis that ended early: why, and which parts are missing. They are empty then, which says nothing of the model.
     pub unfinished: Option<String>,
+}
+
+/// The linear model on the opposite side of the kinks at its operating point.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct OppositeModel {
+    /// The side that everything else is about: ``a.phi` > 0`.
+    pub own: String,
+    /// This side.
+    pub side: String,
+    /// Whether every state can be reached here; `None` where that is not decided.
+    pub controllable: Option<bool>,
+    /// Whether every state can be told from the outputs here; `None` where that is not decided.
+    pub observable: Option<bool>,
+    /// Whether it is stable here.
+    pub stability: StabilityVerdict,
+    /// The modes here, by size of their eigenvalue.
+    pub modes: Vec<Mode>,
 }
 
 /// Motions without inertia, eliminated: the states that remain are those of [`Structure::states`].

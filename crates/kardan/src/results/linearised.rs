@@ -28,6 +28,10 @@ pub struct Linearised {
     /// Where the coordinates are: angles in rad, charges in C. Of one in motion behind these their speeds, and the torques of inputs that balance it;
     /// else nothing moves.
     pub operating_point: Vec<(NamedUnit, f64)>,
+    /// Where a torque has a kink at the operating point: the side that this is about, ``a.phi` > 0`.
+    pub side: Option<String>,
+    /// The same on the opposite side of the kink.
+    pub opposite_side: Option<Box<Linearised>>,
     /// What the reader must know.
     pub notes: Vec<String>,
 }

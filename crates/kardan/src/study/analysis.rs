@@ -156,7 +156,7 @@ pub(super) fn analysis_spec(
     let targets = coordinates.as_deref();
     let own = (table, what);
     (spec.at, spec.given) = operating_point(own, (known.document, equations), targets, &reader, out);
-    spec.motion = targets_of((what, "motion", 2), entries_of(table, "motion"), (known.document, targets), &reader, out);
+    spec.motion = targets_of((what, "motion"), entries_of(table, "motion"), (known.document, targets), &reader, out);
     let moves = spec.motion.iter().any(|(_, value)| *value != 0.0);
     if matches!(table.values.get("motion"), Some(given) if matches!(&given.value, Value::Map(entries)
         if entries.len() == spec.motion.len()))
@@ -357,7 +357,7 @@ pub(super) fn operating_point(
             .help("the run begins at `t` = 0 s"),
         );
     }
-    let found = targets_of((what, "at", 2), &rest, (document, coordinates), reader, out);
+    let found = targets_of((what, "at"), &rest, (document, coordinates), reader, out);
     let (speeds, positions): (Vec<_>, Vec<_>) =
         found.into_iter().partition(|(signal, _)| SignalName::new(signal).is_rate());
     let by_body = |list: Vec<(String, f64)>| {
@@ -374,7 +374,7 @@ const TIME: &str = "t";
 
 /// Angles (and speeds, if `rates` is 2) of coordinates by name, among the entries of a table.
 pub(super) fn targets_of(
-    (what, key, rates): (&str, &str, usize),
+    (what, key): (&str, &str),
     entries: &[Target],
     (document, coordinates): (&Document, Option<&[String]>),
     reader: &TableReader<'_>,
@@ -385,7 +385,7 @@ pub(super) fn targets_of(
         let signal = SignalName::new(&name.value);
         let shaft = signal.alone().unwrap_or(&name.value);
         let body = |name: &str| document.elements.iter().filter(|e| e.name == name).find_map(Instance::body);
-        let quantities = |name: &str| body(name).unwrap_or_default().motion().into_iter().take(rates);
+        let quantities = |name: &str| body(name).unwrap_or_default().motion().into_iter();
         let is_shaft = body(shaft).is_some();
         let fits = coordinates.map_or(is_shaft, |names| names.iter().any(|n| n == shaft));
         let asked = quantities(shaft).position(|quantity| signal.is(quantity));
@@ -405,18 +405,12 @@ pub(super) fn targets_of(
             usable.iter().flat_map(|name| quantities(name).map(move |quantity| quantity.of(name))).collect();
         let names = || names.iter().map(String::as_str);
         let shown = shortened(&name.value);
-        let (message, help) = if fits && signal.is_rate() {
-            (
-                format!("`{shown}` is a speed, and an operating point is at rest"),
-                format!("give angles: {}", quoted(names())),
-            )
-        } else if is_shaft && asked.is_some() {
+        let (message, help) = if is_shaft && asked.is_some() {
             let help = format!("the coordinates give {}; `coordinates` of `[model]` chooses others", quoted(names()));
             (format!("`{shaft}` is not a coordinate, its motion follows from them"), help)
         } else {
-            let kind = if rates > 1 { "angle or speed" } else { "angle" };
             let help = unknown_name(&name.value, names());
-            (format!("`{shown}` is not the {kind} of a coordinate"), help)
+            (format!("`{shown}` is not the angle or speed of a coordinate"), help)
         };
         out.push(
             Diagnostic::error("name::unknown", format!("`{key}` of {what}: {message}"))

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use kardan_rt::functions::{atan2, hypot, ln};
 
 use super::descriptor::taken_apart;
+use super::kinks::Kinks;
 use super::massless::{Mechanical, not_eliminated};
 use super::others::{Others, others, state_name};
 use super::parity::parity;
@@ -14,7 +15,7 @@ use super::redundant::split_multipliers;
 use super::sensitivity::sensitivity;
 use super::signals::{WorkingPoint, named};
 use super::stability_here::judge_stability;
-use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project};
+use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent};
 use crate::analysis::{
     BasisError, ConstrainedSystem, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side, StructureError,
     TakenApart, bases, certified_structure, class, constraint_forces, construction, distance_of_matrices,
@@ -29,7 +30,7 @@ use crate::num::{Definiteness, Matrix, Rational, definiteness, exact_rank, lengt
 use crate::reduce::Reduced;
 use crate::results::{
     Analysis, Basis, Breach, Class, ConstraintForces, Counting, DiscreteTime, MatrixDistance, MatrixDistances, Mode,
-    Structure,
+    OppositeModel, Structure,
 };
 use crate::synthesis::without_counting;
 
@@ -134,7 +135,7 @@ pub(super) fn analyze_variant(
     let reduced = &variant.reduced;
     let mut notes = Vec::new();
     let point = &WorkingPoint::of(variant, settings, &mut notes)?;
-    let WorkingPoint { outputs, system, .. } = point;
+    let WorkingPoint { outputs, system, kinks, .. } = point;
     let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
     if coordinates.is_empty() {
         return Err(vec![
@@ -185,7 +186,8 @@ pub(super) fn analyze_variant(
     refine(&mut analysis, &linear);
     judge_stability(variant, point, &linear.states, &mut analysis);
     // A copy of a large analysis takes longer than what is left where no places are asked for.
-    let asks_for_places = !(variant.analysis.actuators.is_empty() && variant.analysis.sensors.is_empty());
+    let spec = &variant.analysis;
+    let asks_for_places = !(spec.actuators.is_empty() && spec.sensors.is_empty());
     if asks_for_places || linear.states.len() <= MOST_CONSTRUCTED {
         keep(progress, &analysis, "the construction of inputs, bases and places");
     }
@@ -194,16 +196,31 @@ pub(super) fn analyze_variant(
     if asks_for_places {
         keep(progress, &analysis, "places");
     }
-    let places = Places {
-        spec: &variant.analysis,
-        system,
-        basis: &basis,
-        linear: &linear,
-        massless: massless.as_ref(),
-        structure: &analysis.structure,
-    };
+    let (massless, structure) = (massless.as_ref(), &analysis.structure);
+    let places = Places { spec, system, basis: &basis, linear: &linear, massless, structure };
     analysis.placement = places.placement(&mut analysis.notes);
+    analysis.opposite_side = opposite_model(prepared, variant, settings, kinks)?;
     Ok(analysis)
+}
+
+/// The model on the opposite side of its kinks, where it has some.
+fn opposite_model(
+    prepared: &Prepared,
+    variant: &PreparedVariant,
+    settings: &AnalyzeSettings,
+    kinks: &Kinks,
+) -> Result<Option<OppositeModel>, Vec<Diagnostic>> {
+    let Some(side) = kinks.opposite().filter(|_| variant.point.side.below.is_empty()) else { return Ok(None) };
+    let there = analyze_variant(prepared, &variant.on_side(&side), settings, &Silent)?;
+    let [own, side] = kinks.sides_in_words();
+    Ok(Some(OppositeModel {
+        own,
+        side,
+        controllable: there.structure.controllability(),
+        observable: there.structure.observability(),
+        stability: there.properties.map(|found| found.stability).unwrap_or_default(),
+        modes: there.modes,
+    }))
 }
 
 /// Charges that only count, where it is they alone that are not reached or not seen.

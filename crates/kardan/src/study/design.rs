@@ -521,9 +521,9 @@ fn add_margins(
     add_opposite_side(variant, number, &kinks, design);
 }
 
-/// The margins on the opposite side of where the loop bends.
+/// The margins on the opposite side of the kinks of the loop.
 fn add_opposite_side(variant: &PreparedVariant, number: usize, kinks: &LoopKinks, design: &mut Design) {
-    let (Some(side), Some(words)) = (kinks.opposite(), kinks.bends_in_words()) else { return };
+    let (Some(side), Some(words)) = (kinks.opposite(), kinks.in_words()) else { return };
     let opposite = variant.on_side(&side);
     let mut margins = survey(&opposite, number, &opposite.designed, design);
     margins.verdict = verdict(&margins);

@@ -4,7 +4,7 @@ use super::massless::{Mechanical, not_eliminated};
 use super::others::{Others, others, state_name};
 use super::prepare::is_error;
 use super::signals::{AnalyzeSettings, WorkingPoint};
-use super::{PreparedVariant, Project};
+use super::{Prepared, PreparedVariant, Project};
 use crate::analysis::{LinearSystem, linear_system};
 use crate::diagnostics::Diagnostic;
 use crate::equations::Domain;
@@ -51,47 +51,60 @@ impl Project {
             return Err(diagnostics.to_vec());
         }
         let variant = prepared.variant(settings.variant.as_deref())?;
-        let mut notes = Vec::new();
-        let point = WorkingPoint::of(variant, settings, &mut notes)?;
-        let others = others(&variant.reduced);
-        let mut system = system_at(variant, &point, &others, &mut notes)?;
-        if !descriptor {
-            system = system.explicit().ok_or_else(|| {
-                let message = "the inertia matrix is singular: there is no ẋ = A x + B u";
-                vec![Diagnostic::error("analysis::singular", message).help("write the matrices with E: `--descriptor`")]
-            })?;
-        }
-        let unit = |name: &String| NamedUnit { name: name.clone(), unit: SignalName::new(name).unit().into() };
-        let outputs = system.outputs.iter().zip(&point.outputs).map(|(name, output)| {
-            let quantity = variant.reduced.equations.reading(&output.measured);
-            NamedUnit { name: name.clone(), unit: quantity.unit().into() }
-        });
-        let inputs = system.inputs.iter().zip(&point.system.inputs).map(|(name, input)| {
-            let first = input.row.first().and_then(|(k, _)| others.get(&point.system.coordinates[*k]));
-            let quantity = first.map_or(Domain::Rotation, |domain| *domain).effort();
-            NamedUnit { name: name.clone(), unit: quantity.unit().into() }
-        });
-        let coordinates = variant.reduced.coordinate_names();
-        let places = coordinates.iter().zip(&point.position);
-        let angle = |name: &String| unit(&state_name(&Quantity::Angle.of(name), &others));
-        let motion = if point.moves { point.signals(variant) } else { Vec::new() };
-        let motion = motion.into_iter().map(|one| (NamedUnit { name: one.name, unit: one.unit }, one.value));
-        let found = Linearised {
-            name: prepared.name.clone(),
-            variant: variant.name.clone(),
-            states: system.states.iter().map(unit).collect(),
-            inputs: inputs.collect(),
-            outputs: outputs.collect(),
-            operating_point: places.map(|(name, position)| (angle(name), *position)).chain(motion).collect(),
-            e: (system.e != Matrix::identity(system.states.len())).then_some(system.e),
-            a: system.a,
-            b: system.b,
-            c: system.c,
-            d: system.d,
-            notes,
-        };
-        Ok((found, diagnostics.to_vec()))
+        Ok((linear_model(prepared, variant, settings, descriptor)?, diagnostics.to_vec()))
     }
+}
+
+/// A variant at its operating point; where a torque has a kink there, with the opposite side beside it.
+fn linear_model(
+    prepared: &Prepared,
+    variant: &PreparedVariant,
+    settings: &AnalyzeSettings,
+    descriptor: bool,
+) -> Result<Linearised, Vec<Diagnostic>> {
+    let mut notes = Vec::new();
+    let point = WorkingPoint::of(variant, settings, &mut notes)?;
+    let others = others(&variant.reduced);
+    let mut system = system_at(variant, &point, &others, &mut notes)?;
+    if !descriptor {
+        system = system.explicit().ok_or_else(|| {
+            let message = "the inertia matrix is singular: there is no ẋ = A x + B u";
+            vec![Diagnostic::error("analysis::singular", message).help("write the matrices with E: `--descriptor`")]
+        })?;
+    }
+    let unit = |name: &String| NamedUnit { name: name.clone(), unit: SignalName::new(name).unit().into() };
+    let outputs = system.outputs.iter().zip(&point.outputs).map(|(name, output)| {
+        let quantity = variant.reduced.equations.reading(&output.measured);
+        NamedUnit { name: name.clone(), unit: quantity.unit().into() }
+    });
+    let inputs = system.inputs.iter().zip(&point.system.inputs).map(|(name, input)| {
+        let first = input.row.first().and_then(|(k, _)| others.get(&point.system.coordinates[*k]));
+        let quantity = first.map_or(Domain::Rotation, |domain| *domain).effort();
+        NamedUnit { name: name.clone(), unit: quantity.unit().into() }
+    });
+    let coordinates = variant.reduced.coordinate_names();
+    let places = coordinates.iter().zip(&point.position);
+    let angle = |name: &String| unit(&state_name(&Quantity::Angle.of(name), &others));
+    let motion = if point.moves { point.signals(variant) } else { Vec::new() };
+    let motion = motion.into_iter().map(|one| (NamedUnit { name: one.name, unit: one.unit }, one.value));
+    let opposite = || point.kinks.opposite().filter(|_| variant.point.side.below.is_empty());
+    let opposite_side = opposite().map(|side| linear_model(prepared, &variant.on_side(&side), settings, descriptor));
+    Ok(Linearised {
+        name: prepared.name.clone(),
+        variant: variant.name.clone(),
+        states: system.states.iter().map(unit).collect(),
+        inputs: inputs.collect(),
+        outputs: outputs.collect(),
+        operating_point: places.map(|(name, position)| (angle(name), *position)).chain(motion).collect(),
+        e: (system.e != Matrix::identity(system.states.len())).then_some(system.e),
+        a: system.a,
+        b: system.b,
+        c: system.c,
+        d: system.d,
+        side: point.kinks.opposite().map(|_| point.kinks.words(&variant.point.side)),
+        opposite_side: opposite_side.transpose()?.map(Box::new),
+        notes,
+    })
 }
 
 /// The system in its coordinates, motions without inertia eliminated where that is asked for.

@@ -1,6 +1,7 @@
 //! Where the loop of a variant stands: the operating point that its laws are designed at.
 
-use super::analysis::{entries_of, targets_of};
+use super::analysis::operating_point;
+use super::design_in_motion::AskedMotion;
 use super::equilibrium::{currents_in_words, in_words};
 use super::places::place_of_value;
 use crate::diagnostics::{Diagnostic, quoted};
@@ -8,10 +9,11 @@ use crate::entries::Place;
 use crate::equations::InputKind;
 use crate::expr::Side;
 use crate::model::{ControlSpec, Document, Setting, TableReader};
-use crate::names::SignalName;
 use crate::reduce::{
     GivenRows, Held, OperatingPoint, Reduced, held, is_linear_law, law_slopes_at, laws_are_linear, start_on_rows,
 };
+use crate::schema::LawKeys;
+use crate::synthesis::Program;
 
 /// The operating point that the controllers of a variant name together.
 pub(super) struct Asked {
@@ -21,6 +23,8 @@ pub(super) struct Asked {
     inputs: Vec<usize>,
     /// Where coordinates are that are not named: zero, or on the kept rows, where the run begins.
     start: Vec<f64>,
+    /// The motion that is named in place of a position at rest.
+    pub motion: Option<AskedMotion>,
 }
 
 /// An operating point, and what there is to tell of it.
@@ -45,13 +49,18 @@ impl Asked {
     ) -> Option<Self> {
         let (reader, names) = (TableReader::new(document, settings), reduced.coordinate_names());
         let (before, mut named) = (out.len(), Vec::<(usize, f64, Place)>::new());
+        let mut motion = None;
         for control in controls {
             let Some(own) = document.controls.iter().find(|own| own.place == control.place) else { continue };
             let what = format!("control `{}`", control.name);
             let place = TableReader::place(&own.table, "at");
-            let entries = entries_of(&own.table, "at");
-            for (signal, angle) in targets_of((&what, "at", 1), entries, (document, Some(&names)), &reader, out) {
-                let shaft = SignalName::new(&signal).element.to_string();
+            let (at, given) =
+                operating_point((&own.table, &what), (document, &reduced.equations), Some(&names), &reader, out);
+            if given.moves() {
+                add_motion(control, AskedMotion { at, given, place }, &mut motion, out);
+                continue;
+            }
+            for (shaft, angle) in at {
                 let Some(k) = names.iter().position(|name| *name == shaft) else { continue };
                 match named.iter().find(|(other, _, _)| *other == k) {
                     Some((_, other, first)) if *other != angle => out.push(
@@ -74,7 +83,7 @@ impl Asked {
             true => vec![0.0; start.len()],
             false => start.to_vec(),
         };
-        let asked = Self { named, inputs: inputs.filter_map(number).collect(), start };
+        let asked = Self { named, inputs: inputs.filter_map(number).collect(), start, motion };
         (out.len() == before).then_some(asked)
     }
 
@@ -83,7 +92,7 @@ impl Asked {
         let inputs = (control.law.inputs)(&control.values).into_iter();
         let number = |name: String| reduced.equations.inputs.iter().position(|input| input.element == name);
         let start = vec![0.0; reduced.degrees_of_freedom()];
-        Self { named: Vec::new(), inputs: inputs.filter_map(number).collect(), start }
+        Self { named: Vec::new(), inputs: inputs.filter_map(number).collect(), start, motion: None }
     }
 
     /// Whether a controller names a point.
@@ -130,6 +139,9 @@ impl Asked {
             false => self.named.iter().map(|(k, _, _)| *k).collect(),
         };
         let found = held(reduced, &start, &fixed, &self.inputs);
+        if !found.at_rest && self.motion.is_some() {
+            return Ok(nothing(None, None));
+        }
         if !found.at_rest {
             let why = left_in_words(reduced, &found);
             return if self.named.is_empty() { Ok(nothing(None, Some(why))) } else { Err(why) };
@@ -225,7 +237,36 @@ fn left_in_words(reduced: &Reduced, found: &Held) -> String {
     )
 }
 
-/// Mistakes of laws of torque that have no derivative at the operating point of a controller.
+/// A motion that a controller names as its operating point, beside those of others.
+fn add_motion(control: &ControlSpec, asked: AskedMotion, motion: &mut Option<AskedMotion>, out: &mut Vec<Diagnostic>) {
+    let name = &control.name;
+    if control.law.keyword != Program::KEYWORD {
+        out.push(
+            Diagnostic::error(
+                "control::point",
+                format!("`at` of control `{name}`: a law of this kind is designed where the model is at rest"),
+            )
+            .at(asked.place, "a speed, a torque or a time")
+            .help("give angles and positions alone; speeds, torques and `t` are for `law = \"program\"`"),
+        );
+        return;
+    }
+    match motion {
+        Some(first) if (&first.at, &first.given) != (&asked.at, &asked.given) => out.push(
+            Diagnostic::error(
+                "control::point",
+                format!("`at` of control `{name}`: another controller names another motion"),
+            )
+            .at(asked.place, "here it is another one")
+            .at(first.place.clone(), "here first")
+            .help("the loop of a variant has one operating point: name the same one, or name it once"),
+        ),
+        Some(_) => {}
+        None => *motion = Some(asked),
+    }
+}
+
+/// Mistakes of laws of torque that have no slope at the operating point of a controller.
 pub(super) fn check_smooth(
     document: &Document,
     control: &ControlSpec,
@@ -233,15 +274,15 @@ pub(super) fn check_smooth(
     out: &mut Vec<Diagnostic>,
 ) -> bool {
     let before = out.len();
-    for slopes in law_slopes_at(reduced, point).iter().filter(|slopes| !slopes.kinks.is_empty()) {
+    for slopes in law_slopes_at(reduced, point).iter().filter(|slopes| !slopes.undefined.is_empty()) {
         let element = &slopes.element;
         let message = format!(
-            "control `{}`: `{element}` bends or jumps at the operating point, where {}, so the model has no linear one there",
+            "control `{}`: `{element}` has no slope at the operating point, so the model has no linear one there: {}",
             control.name,
-            slopes.kinks.join(" and ")
+            slopes.undefined.join(" and ")
         );
         out.push(
-            Diagnostic::error("control::kink", message)
+            Diagnostic::error("control::slope", message)
                 .at(place_of_value(document, element, "law"), "it has no derivative there")
                 .at(control.place.clone(), "this controller")
                 .help(format!(

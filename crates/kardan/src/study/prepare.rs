@@ -10,6 +10,7 @@ use super::checks::{
 use super::circuit::check_circuit;
 use super::computed::Computed;
 use super::debounce::late_monitors;
+use super::design_in_motion::with_motion;
 use super::effort::check_effort;
 use super::equilibrium::{Rest, in_words};
 use super::faults::NamedFault;
@@ -361,7 +362,7 @@ fn prepare_variant(
     if purpose == Purpose::Sample {
         return complete.then_some(variant);
     }
-    let variant = with_loop(variant, &multipliers);
+    let variant = with_motion(with_loop(variant, &multipliers), asked.and_then(|asked| asked.motion), out);
     check_blocks(document, &variant, out);
     if complete && purpose == Purpose::Run {
         check_loop(document, &variant, heard, out);

@@ -174,10 +174,11 @@ impl PreparedVariant {
         self.looped.as_deref().unwrap_or(self)
     }
 
-    /// The same with its laws and blocks linearised on a side of where they bend.
+    /// The same with its torques, laws and blocks linearised on a side of their kinks.
     pub(super) fn on_side(&self, side: &Side) -> Self {
         let on = |law: &Arc<dyn Law>| law.on_side(side).unwrap_or_else(|| Arc::clone(law));
         Self {
+            design_models: self.design_models.iter().map(|plant| plant.on_side(side)).collect(),
             designed: self.designed.iter().map(on).collect(),
             running: self.running.iter().map(on).collect(),
             point: OperatingPoint { side: side.clone(), ..self.point.clone() },
@@ -185,6 +186,11 @@ impl PreparedVariant {
             settled: OnceLock::new(),
             ..self.clone()
         }
+    }
+
+    /// A position with relaxed springs, on the side of its kinks that the variant is looked at on.
+    pub(super) fn relaxed_at(&self, position: &[f64]) -> OperatingPoint {
+        OperatingPoint { side: self.point.side.clone(), ..OperatingPoint::relaxed(position) }
     }
 
     /// The linear model at the operating point.

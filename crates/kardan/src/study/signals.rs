@@ -7,6 +7,7 @@ use super::analysis::{GivenAt, output};
 use super::checks::signals_of;
 use super::equilibrium::Rest;
 use super::kept::nothing_free;
+use super::kinks::Kinks;
 use super::moving_point::{Asked, balancing, point_of_run, steady_point};
 use super::others::{others, state_name};
 use super::stops::{beyond_in_words, clutches_in_words, contacts_in_words};
@@ -16,7 +17,7 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
 use crate::names::{Quantity, SignalName};
 use crate::num::{LastDigits, rational_to_f64};
-use crate::reduce::{LawSlopes, Reduced, Slope, law_slopes, law_slopes_at, laws_are_linear, slopes};
+use crate::reduce::{LawSlopes, OperatingPoint, Reduced, Slope, law_slopes_at, laws_are_linear, slopes};
 use crate::results::OperatingSignal;
 use crate::simulate::signal_names;
 
@@ -69,6 +70,8 @@ pub(super) struct WorkingPoint {
     pub off: f64,
     /// Elements whose friction holds.
     pub stuck: BTreeSet<String>,
+    /// The kinks of its laws of torque there; the equations are those of the side that the variant is looked at on.
+    pub kinks: Kinks,
     pub inputs: Vec<String>,
     pub outputs: Vec<OutputSignal>,
     pub system: ConstrainedSystem,
@@ -99,7 +102,7 @@ impl WorkingPoint {
             return Self::in_motion(variant, &asked, (inputs, outputs), notes);
         }
         let mut own = notes.clone();
-        let (position, off) = match working_position(variant, position.clone(), &mut own) {
+        let (position, off, kinks) = match working_position(variant, position.clone(), &mut own) {
             Ok(found) => found,
             Err(mistakes) if mistakes.iter().all(|one| one.code == "analysis::equilibrium") => {
                 return at_initial_speeds(variant, &asked, (inputs, outputs), notes).unwrap_or(Err(mistakes));
@@ -112,12 +115,12 @@ impl WorkingPoint {
         notes.extend(clutches_in_words(reduced, &stuck));
         let system = match variant.unfrozen {
             Some(_) => ConstrainedSystem::held(reduced, &variant.point, &stuck, &inputs),
-            None => ConstrainedSystem::at(reduced, &position, &stuck, &inputs),
+            None => ConstrainedSystem::held(reduced, &variant.relaxed_at(&position), &stuck, &inputs),
         };
         notes.extend(ratios(reduced, &position));
         notes.extend(variant.model.rounded_in_words());
         let speeds = vec![0.0; position.len()];
-        Ok(Self { position, speeds, torques: Vec::new(), moves: false, off, stuck, inputs, outputs, system })
+        Ok(Self { position, speeds, torques: Vec::new(), moves: false, off, stuck, kinks, inputs, outputs, system })
     }
 
     /// Speeds of the coordinates, and torques of inputs, in words of the file.
@@ -156,7 +159,8 @@ impl WorkingPoint {
             .map_err(|mistake| vec![at().into_iter().fold(mistake, |one, (place, label)| one.at(place, label))])?;
         let [position, speeds] = found.motion.clone();
         notes.extend(found.notes.iter().cloned());
-        check_slopes(variant, law_slopes_at(&found.model, &found.point), notes)?;
+        let point = OperatingPoint { side: variant.point.side.clone(), ..found.point.clone() };
+        let kinks = check_slopes(variant, law_slopes_at(&found.model, &point), notes)?;
         notes.extend(beyond_in_words(reduced, &position));
         notes.extend(contacts_in_words(&found.model, &found.point.position, asked.stuck));
         notes.extend(ratios(reduced, &position));
@@ -171,7 +175,8 @@ impl WorkingPoint {
             moves: true,
             off: 0.0,
             stuck: found.closed,
-            system: ConstrainedSystem::held(&found.model, &found.point, &BTreeSet::new(), &inputs),
+            kinks,
+            system: ConstrainedSystem::held(&found.model, &point, &BTreeSet::new(), &inputs),
             inputs,
             outputs,
         })
@@ -205,7 +210,7 @@ fn working_position(
     variant: &PreparedVariant,
     position: Vec<f64>,
     notes: &mut Vec<String>,
-) -> Result<(Vec<f64>, f64), Vec<Diagnostic>> {
+) -> Result<(Vec<f64>, f64, Kinks), Vec<Diagnostic>> {
     let reduced = &variant.reduced;
     notes.extend(variant.unfrozen.iter().flat_map(|_| variant.start_notes.iter().cloned()));
     if !reduced.equations.moving.is_empty() {
@@ -214,7 +219,7 @@ fn working_position(
     }
     let laws = &reduced.equations.laws;
     if laws.is_empty() || (reduced.equations.transmissions.is_empty() && laws_are_linear(reduced)) {
-        return Ok((position, 0.0));
+        return Ok((position, 0.0, Kinks::default()));
     }
     let of_time: Vec<&str> = laws.iter().filter(|law| law.value.is_of_time()).map(|law| law.element.as_str()).collect();
     if !of_time.is_empty() {
@@ -231,24 +236,25 @@ fn working_position(
     } else {
         (position, 0.0)
     };
-    check_slopes(variant, law_slopes(reduced, &position), notes)?;
-    Ok((position, off))
+    let kinks = check_slopes(variant, law_slopes_at(reduced, &variant.relaxed_at(&position)), notes)?;
+    Ok((position, off, kinks))
 }
 
-/// Laws of torque must have a derivative where a model is looked at; says which were rounded.
+/// Laws of torque must have a slope where a model is looked at; notes which were rounded. Where slopes differ on two sides: the kinks.
 fn check_slopes(
     variant: &PreparedVariant,
     all: Vec<LawSlopes>,
     notes: &mut Vec<String>,
-) -> Result<(), Vec<Diagnostic>> {
+) -> Result<Kinks, Vec<Diagnostic>> {
+    let kinks = Kinks::of_laws(&all);
     for slopes in all {
         let name = &slopes.element;
-        if !slopes.kinks.is_empty() {
+        if !slopes.undefined.is_empty() {
             let message = format!(
-                "`{name}` bends or jumps at the operating point, where {}, so the model has no linear one there",
-                slopes.kinks.join(" and ")
+                "`{name}` has no slope at the operating point, so the model has no linear one there: {}",
+                slopes.undefined.join(" and ")
             );
-            let mistake = Diagnostic::error("analysis::kink", message)
+            let mistake = Diagnostic::error("analysis::slope", message)
                 .help("name another operating point by `at` of `[analysis]`, or make the expression smooth there");
             let spec = &variant.analysis;
             let law = spec.laws.get(name).into_iter().map(|law| (law, "it has no derivative there"));
@@ -259,7 +265,8 @@ fn check_slopes(
             notes.push(format!("slopes of `{name}` here are rounded to 16 digits, from there on all is exact"));
         }
     }
-    Ok(())
+    notes.extend(kinks.opposite().map(|_| kinks.explained("the model", "all results")));
+    Ok(kinks)
 }
 
 /// Where ratios that depend on the position come from, and how exact they are there.

@@ -5,7 +5,7 @@ use super::massless::Mechanical;
 use super::signals::WorkingPoint;
 use crate::analysis::{ConstrainedSystem, LinearSystem, Plane, despite_rounding, linear_system, stability_of};
 use crate::num::LastDigits;
-use crate::reduce::{OperatingPoint, laws_are_linear};
+use crate::reduce::laws_are_linear;
 use crate::results::{Analysis, StabilityVerdict};
 
 /// Other numbers within the last digits of rounded ones that are tried.
@@ -43,9 +43,12 @@ fn near(variant: &PreparedVariant, at: &WorkingPoint, mut digits: LastDigits) ->
     let reduced = &variant.reduced;
     let mut point = match variant.unfrozen {
         Some(_) => variant.point.clone(),
-        None => OperatingPoint::relaxed(&at.position),
+        None => variant.relaxed_at(&at.position),
     };
-    point.position.iter_mut().for_each(|x| *x += digits.part() * at.off * x.abs().max(1.0));
+    // Beside a kink the slopes of its side are meant, wherever exactly it is.
+    if at.kinks.count() == 0 {
+        point.position.iter_mut().for_each(|x| *x += digits.part() * at.off * x.abs().max(1.0));
+    }
     let system = ConstrainedSystem::near(reduced, &point, &at.stuck, &at.inputs, &mut digits);
     let linear = linear_at(&system, &reduced.coordinates, at)?;
     Some(stability_of(&linear.explicit()?.a, Plane::Continuous))

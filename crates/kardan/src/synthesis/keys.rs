@@ -35,7 +35,8 @@ macro_rules! law_keys {
                         "Operating point, angles of reduced coordinates: { \"arm.phi\" = \"60 deg\" }: the law is designed on the linear \
                          model there, measures from there, and gives the constant torques that hold it there. Coordinates that are left \
                          out stand where the motors can hold it. It is one for all controllers of a variant. A `program` reads what is true there: its \
-                         margins are those of its slopes around that, with signals as they begin. Left out: zero angles.";
+                         margins are those of its slopes around that, with signals as they begin; it takes all that `at` of `[analysis]` takes: \
+                         { \"car.v\" = \"20 km/h\" } in steady motion, \"t = 3.2 s\" of the run. Left out: zero angles.";
                 }
             }
         }

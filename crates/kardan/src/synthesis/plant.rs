@@ -7,9 +7,12 @@ use super::sampled::Turned;
 use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use crate::assemble::{Along, SpringLaw};
 use crate::equations::{InputKind, Measured};
+use crate::expr::Side;
 use crate::names::{Quantity, SignalName, carrier};
 use crate::num::{Matrix, Rational, Scalar};
-use crate::reduce::{Dynamics, Kinematics, LinearModel, OperatingPoint, Reduced, laws_are_linear, linearise_at};
+use crate::reduce::{
+    Dynamics, Kinematics, LinearModel, OperatingPoint, Reduced, law_slopes_at, laws_are_linear, linearise_at,
+};
 use crate::results::ReadSignal;
 
 /// The model that a law is designed on: the file's, with the design values of the controller, without Coulomb friction.
@@ -61,6 +64,16 @@ impl Plant {
             signals: BTreeMap::new(),
             turned: Turned::default(),
         }
+    }
+
+    /// The same, linear on a side of the kinks of its torques.
+    #[must_use]
+    pub fn on_side(&self, side: &Side) -> Self {
+        if law_slopes_at(&self.reduced, &self.point).iter().all(|slopes| slopes.kinks.is_empty()) {
+            return self.clone();
+        }
+        let point = OperatingPoint { side: side.clone(), ..self.point.clone() };
+        Self { linear: linearise_at(&self.reduced, &point), point, ..self.clone() }
     }
 
     /// Whether its law is one around an operating point other than zero, or with torques that hold it there.

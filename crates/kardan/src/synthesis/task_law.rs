@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use kardan_rt::Health;
 
-use super::{Block, Clock, Kept, Kinks, Law, LinearLaw, LinearTask, Plant, Reference, Seen};
+use super::{Block, Clock, Kept, Kinks, Law, LinearLaw, LinearTask, MANY_SIDES, Plant, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
 use crate::expr::{Interval, Linear, Place, Side, Surd, Symbol, bending, linear_sides};
@@ -222,26 +222,26 @@ impl TaskLaw {
         Self { side: side.clone(), at_design_point: OnceLock::new(), ..self }
     }
 
-    /// What it is on the sides of a place, to first order: nothing where no guard vanishes there, or where there are too many sides.
-    fn sides_at(&self, inputs: &[f64]) -> Vec<Linear> {
+    /// What it is on the sides of a place, to first order: none where no guard vanishes there; `None` where there are too many.
+    fn sides_at(&self, inputs: &[f64]) -> Option<Vec<Linear>> {
         let (guards, count) = &**self.task.guards();
         let mut memory = guards.memory();
         memory[..inputs.len()].copy_from_slice(inputs);
         let _ = guards.block().evaluate(&mut memory);
         // What is no number is looked at as well.
         if (0..*count).all(|guard| memory[guards.place(guard)].abs() > NEAR) {
-            return Vec::new();
+            return Some(Vec::new());
         }
         let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
         let exprs: Vec<_> = self.task.outputs().into_iter().map(|(_, expr)| expr).collect();
         let place = Inputs { law: self, symbols: &symbols, values: inputs };
-        linear_sides(&mut graph, &exprs, &place).unwrap_or_default()
+        linear_sides(&mut graph, &exprs, &place)
     }
 
     /// Of each answer, then of each number that is remembered, where it bends and where it jumps at a place.
     fn kinks_at(&self, inputs: &[f64]) -> Kinks {
-        let sides = self.sides_at(inputs);
         let rows = self.answers.len() + self.task.memory.len();
+        let Some(sides) = self.sides_at(inputs) else { return vec![[Vec::new(), vec![MANY_SIDES.into()]]; rows] };
         let of = |row: usize| {
             let only: Vec<Linear> = sides.iter().map(|side| side.of(row)).collect();
             let jumps = bending(&only, &Linear::same_values);
@@ -317,7 +317,7 @@ impl TaskLaw {
     fn slopes_at(&self, inputs: &[f64]) -> LinearLaw {
         let task = &self.task;
         let mut slopes = vec![vec![0.0; self.answers.len() + task.memory.len()]; inputs.len()];
-        let sides = self.sides_at(inputs);
+        let sides = self.sides_at(inputs).unwrap_or_default();
         if let Some(side) = sides.iter().find(|side| side.is_on(&self.side)).or(sides.first()) {
             for (row, of) in side.slopes.iter().enumerate() {
                 for (column, slope) in of {

@@ -89,31 +89,42 @@ fn a_sign_that_makes_no_jump_is_no_friction() {
     }
 }
 
-/// At the operating point only what bends there is named, once, and the law is underlined.
+/// Of a law with a kink at the operating point both sides are analysed, and only what has it there is named; a jump is refused, and underlined.
 #[test]
-fn an_analysis_names_the_kink_of_a_law() {
-    let refused = |source: &str| {
-        let wrong = analyze(source, &AnalyzeSettings::default(), &Silent).expect_err(source);
-        assert_eq!(wrong.len(), 1, "{wrong:?}");
-        let [code, message, under, ..] = told(source, &wrong[0]);
-        assert_eq!(code, "analysis::kink");
-        (message, under)
+fn both_sides_of_a_kink_are_analysed() {
+    // The eigenvalue without oscillation, or the stiffness, on both sides; the inertia is one.
+    let sides = |source: &str| {
+        let found = analyze(source, &AnalyzeSettings::default(), &Silent).unwrap_or_else(|wrong| panic!("{wrong:?}"));
+        let squared = |modes: &[kardan::results::Mode]| {
+            let value = modes.last().expect("a mode").eigenvalue;
+            value.re * value.re + value.im * value.im
+        };
+        let there = found.opposite_side.expect("a kink");
+        ([there.own, there.side], [squared(&found.modes), squared(&there.modes)])
     };
-    let head = "`l` bends or jumps at the operating point, where";
-    let end = "so the model has no linear one there";
     // abs(w) sign(w) is smooth; -phi and phi are one place.
     let one =
         "if(a.phi > 0 rad, -3 N m/rad * a.phi, max(-1 N m, -2 N m/rad*a.phi)) - 0.1 N m s/rad * abs(a.w) * sign(a.w)";
-    assert_eq!(refused(&law(one)), (format!("{head} `a.phi` = 0, {end}"), format!("\"{one}\"")));
+    let (names, stiffness) = sides(&law(one));
+    assert_eq!(names, ["`a.phi` > 0", "`a.phi` < 0"]);
+    stiffness.into_iter().zip([3.0, 2.0]).for_each(|(found, expected)| close(found, expected, 1e-12, one));
     // What stands still has no place: the signal is zero at the beginning, on a point of the table.
     let map = "[table.map]\npoints = { x = [\"-1 rad/s\", \"0 rad/s\", \"1 rad/s\"], y = [0, 1], \
                value = [\"1 N m\", \"0 N m\", \"-2 N m\", \"1 N m\", \"0 N m\", \"-2 N m\"] }\n";
     let spring = "[spring_damper.k]\nshaft_1 = \"a\"\nstiffness = \"1 N m/rad\"\n";
-    let text = "map(a.w, 0 * sin(2 pi t / 1 s))";
     let source = format!("{}{map}{spring}", law("map(a.w, t / 1 s)"));
-    assert_eq!(refused(&source).0, format!("{head} `a.w` = 0, {end}"), "{text}");
+    assert_eq!(sides(&source).0, ["`a.w` > 0", "`a.w` < 0"]);
     let smooth = format!("{}{map}{spring}", law("map(0 rad/s, t / 1 s) - 1 N m/rad * a.phi"));
-    assert!(analyze(&smooth, &AnalyzeSettings::default(), &Silent).is_ok());
+    let smooth = analyze(&smooth, &AnalyzeSettings::default(), &Silent).expect("smooth");
+    assert_eq!(smooth.opposite_side, None);
+    let jump = "-1 N m * sign(a.phi) - 1 N m/rad * abs(a.phi)";
+    let source = law(jump);
+    let wrong = analyze(&source, &AnalyzeSettings::default(), &Silent).expect_err("a jump");
+    assert_eq!(wrong.len(), 1, "{wrong:?}");
+    let [code, message, under, ..] = told(&source, &wrong[0]);
+    let expected =
+        "`l` has no slope at the operating point, so the model has no linear one there: it jumps where `a.phi` = 0";
+    assert_eq!((code.as_str(), message.as_str(), under), ("analysis::slope", expected, format!("\"{jump}\"")));
 }
 
 /// A relation, and a row of speeds, may be of any unit; the terms of a row are one quantity all the same.

@@ -74,7 +74,10 @@ fn a_study_has_the_promised_shape() {
     let energy = object!({ "input": 3.0, "stored": 1.0, "dissipated": 2.0, "residual": 1e-12, "exchanged": 3.0 });
     assert_eq!(first["energy"], energy);
     assert_eq!(first["files"], object!(["out/beta-1.csv"]));
-    assert_eq!(first["outcome"], object!({ "completed": false, "verdict": "failed", "time": 2.0, "cause": "step too small" }));
+    assert_eq!(
+        first["outcome"],
+        object!({ "completed": false, "verdict": "failed", "time": 2.0, "cause": "step too small" })
+    );
     assert_eq!(first["requirements"][0]["measured"], Value::Null);
     let figure = object!({ "name": "peak", "text": "max rk.phi", "value": 0.25, "unit": "rad", "display": null });
     assert_eq!(first["figures"][0], figure);

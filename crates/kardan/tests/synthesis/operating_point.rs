@@ -1,7 +1,9 @@
 //! Designs at an operating point: against the closed form of a pendulum, whose stiffness at φ is m g l cos φ, and of a joint whose gear is a spring.
 
 use kardan::diagnostics::Diagnostic;
-use kardan::results::{Design, Outcome};
+use kardan::export::linear_python;
+use kardan::num::rational_to_f64;
+use kardan::results::{Design, Outcome, Stability};
 use kardan::study::{self, DesignSettings, Settings, Silent};
 
 /// Torque of gravity with the arm level, N m, inertia, and damping.
@@ -174,6 +176,74 @@ fn refused(source: &str, code: &str, words: &[&str]) {
     words.iter().for_each(|word| assert!(found.to_string().contains(word), "{found}"));
 }
 
+/// A program that pushes a car on, `f = 4 v`, against the drag `0.5 v |v|`: at 10 m/s this has the slope 10 N s/m, so that the loop is stable there up to
+/// a factor of 2.5; at rest it is not.
+#[test]
+fn a_program_is_looked_at_in_motion() {
+    let car = |keys: &str| {
+        format!(
+            "[model]\nname = \"car\"\n[mass.car]\nmass = \"2 kg\"\n[motor.m]\nmass = \"car\"\n\
+             [torque.drag]\nmass = \"car\"\nlaw = \"-0.5 kg/m * car.v * abs(car.v)\"\n\
+             [control.c]\nlaw = \"program\"\ncommands = {{ m = \"4 N s/m * car.v\" }}\n{keys}\
+             [scenario]\nduration = \"2 s\"\ninitial = {{ \"car.v\" = \"10 m/s\" }}\n"
+        )
+    };
+    let stable = |design: &Design| design.margins.as_ref().and_then(|found| found.stable);
+    assert_eq!(stable(&designed(&car("")).expect("a warning alone")), Some(false));
+    for at in ["at = { \"car.v\" = \"10 m/s\" }\n", "at = { \"car.v\" = \"36 km/h\" }\n", "at = \"t = 0 s\"\n"] {
+        let design = designed(&car(at)).unwrap_or_else(|wrong| panic!("{at}: {wrong:?}"));
+        assert_eq!(stable(&design), Some(true), "{at}");
+        close(design.margins.as_ref().expect("margins").gain_margin.as_ref().expect("stable")[1].value, 2.5, 1e-3);
+        assert!(told(&design.notes, "car.v = 10.000000 m/s"), "{:?}", design.notes);
+    }
+    let held = car("at = { \"car.v\" = \"10 m/s\", \"m.f\" = \"1 N\" }\n");
+    refused(&held, "control::point", &["no steady motion was found"]);
+    refused(&car("at = \"t = 3 s\"\n"), "control::point", &["`t` = 3 s lies behind the end of the run"]);
+    let mixed = pendulum(GRAVITY, "at = { \"arm.w\" = \"1 rad/s\" }\n");
+    refused(&mixed, "control::point", &["a law of this kind is designed where the model is at rest"]);
+}
+
+/// Where a torque has a kink at the operating point, everything is about one side of it, and the opposite one stands beside it: `τ = −40 |sin φ|` is a
+/// spring of 40 N m/rad where φ > 0, and one of −40 N m/rad where φ < 0.
+#[test]
+fn both_sides_of_a_kink_are_given() {
+    let source = pendulum("-40 N m * abs(sin(arm.phi))", "");
+    let design = designed(&source).expect("a design");
+    close(gain(&design)[0], 35.0 * INERTIA - 40.0, 1e-12);
+    assert_eq!(design.margins.as_ref().and_then(|found| found.stable), Some(true));
+    // J s² + 24 s + (30 − 40) on the other side: a root to the right.
+    let opposite = design.opposite_side.as_ref().expect("a kink");
+    assert_eq!([&opposite.own, &opposite.side], ["`sin(arm.phi)` > 0", "`sin(arm.phi)` < 0"]);
+    assert_eq!(opposite.margins.stable, Some(false));
+    let unstable = "on the side where `sin(arm.phi)` < 0 the loop is unstable";
+    assert!(told(&design.warnings, unstable), "{:?}", design.warnings);
+    // One that holds both: J s² + 24 s + 60 ∓ 10.
+    let weak = designed(&pendulum("-10 N m * abs(sin(arm.phi))", "")).expect("a design");
+    let there = weak.opposite_side.expect("a kink").margins;
+    assert_eq!(there.stable, Some(true));
+    // With the torque times g the loop on that side is J s² + … + 60 g − 10: stable above a sixth.
+    close(there.gain_margin.expect("stable")[0].value, 1.0 / 6.0, 1e-6);
+    let settings = study::AnalyzeSettings::default();
+    let analysis = study::analyze(&source, &settings, &Silent).expect("an analysis");
+    let unit = 40.0 / INERTIA;
+    let damped = DAMPING / INERTIA / 2.0;
+    close(analysis.modes[0].eigenvalue.im.abs(), (unit - damped * damped).sqrt(), 1e-12);
+    let there = analysis.opposite_side.expect("a kink");
+    assert_eq!(there.stability.word, Stability::Unstable, "{}", there.stability);
+    assert_eq!([there.controllable, there.observable], [Some(true); 2]);
+    let expected = [-damped - (unit + damped * damped).sqrt(), -damped + (unit + damped * damped).sqrt()];
+    let mut found: Vec<f64> = there.modes.iter().map(|mode| mode.eigenvalue.re).collect();
+    found.sort_by(f64::total_cmp);
+    found.iter().zip(expected).for_each(|(found, expected)| close(*found, expected, 1e-12));
+    let (linear, _) = study::linearise(&source, &settings, false).expect("a linear model");
+    assert_eq!(linear.side.as_deref(), Some("`sin(arm.phi)` > 0"));
+    assert_eq!(rational_to_f64(&linear.a[(1, 0)]), -unit);
+    let there = linear.opposite_side.as_ref().expect("a kink");
+    assert_eq!((there.side.as_deref(), rational_to_f64(&there.a[(1, 0)])), (Some("`sin(arm.phi)` < 0"), unit));
+    assert_eq!(there.opposite_side, None);
+    assert!(linear_python(&linear).contains("A_opposite = np.array"), "both sides");
+}
+
 #[test]
 fn points_that_nothing_holds_and_kinks_are_told() {
     // 40 N m sin 60° is within 60 N m, 100 N m sin 60° is not.
@@ -195,39 +265,36 @@ fn points_that_nothing_holds_and_kinks_are_told() {
         warning.to_string().contains("zero angles, where the model does not rest: along `free` 2.000000 N m"),
         "{warning}"
     );
-    // A kink at the point, at zero where nothing is named, and none where it is elsewhere or where both sides agree.
+    // No kink where it is elsewhere or where both sides agree.
     let kink = "-40 N m * abs(arm.phi - 1)";
-    refused(
-        &pendulum("-40 N m * abs(sin(arm.phi))", ""),
-        "control::kink",
-        &["`gravity` bends or jumps", "`sin(arm.phi)` = 0"],
-    );
-    refused(&pendulum(kink, "at = { \"arm.phi\" = \"1 rad\" }\n"), "control::kink", &["`-1 + arm.phi` = 0"]);
-    assert!(designed(&pendulum(kink, AT_60)).is_ok());
+    assert_eq!(designed(&pendulum(kink, AT_60)).expect("smooth there").opposite_side, None);
     let drag = designed(&pendulum("-1 N m s^2/rad^2 * arm.w * abs(arm.w)", "")).expect("both sides agree");
     close(gain(&drag)[0], 35.0 * INERTIA, 1e-12);
     // Where the angle of the kink is no number of the machine, rounding does not hide it, and both sides of `x |x|` agree all the same.
     for (kink, at) in [("60 deg", AT_60), ("0.1", "at = { \"arm.phi\" = \"0.1 rad\" }\n")] {
-        let bent = pendulum(&format!("-40 N m * abs(arm.phi - {kink})"), at);
-        refused(&bent, "control::kink", &["`gravity` bends or jumps", "arm.phi", "` = 0"]);
+        let bent = designed(&pendulum(&format!("-40 N m * abs(arm.phi - {kink})"), at)).expect("one side");
+        assert!(bent.opposite_side.is_some_and(|found| found.side.contains("arm.phi")), "{kink}");
         let smooth = format!("-40 N m * (arm.phi - {kink}) * abs(arm.phi - {kink})");
         close(gain(&designed(&pendulum(&smooth, at)).expect("both sides agree"))[0], 35.0 * INERTIA, 1e-12);
     }
     // Where a slope has no end, or the law no value.
     for (law, at) in [("sqrt(abs(arm.phi - 1))", "1 rad"), ("sqrt(1 - cos(arm.phi))", "0 rad")] {
         let at = format!("at = {{ \"arm.phi\" = \"{at}\" }}\n");
-        refused(&pendulum(&format!("-4 N m * {law}"), &at), "control::kink", &["`gravity` bends or jumps"]);
+        let slope = "`gravity` has no slope at the operating point";
+        refused(&pendulum(&format!("-4 N m * {law}"), &at), "control::slope", &[slope, "its slope is infinite"]);
     }
-    refused(&pendulum("-4 N m / (arm.phi)", ""), "control::kink", &["its value is no number"]);
+    refused(&pendulum("-4 N m / (arm.phi)", ""), "control::slope", &["its value is no number"]);
+    let jump = "-4 N m * sign(arm.phi)";
+    refused(&pendulum(jump, ""), "control::slope", &["it jumps where `arm.phi` = 0"]);
     // An analysis refuses it the same way.
     let settings = study::AnalyzeSettings::default();
     let analysed = |angle: &str| {
         let at = format!("[analysis]\nat = {{ \"arm.phi\" = \"{angle}\" }}\n");
-        study::analyze(&(pendulum(kink, AT_60) + &at), &settings, &Silent).map(|_| ())
+        study::analyze(&(pendulum(jump, AT_60) + &at), &settings, &Silent).map(|_| ())
     };
-    let mistakes = analysed("1 rad").expect_err("a kink");
+    let mistakes = analysed("0 rad").expect_err("a jump");
     assert!(
-        mistakes[0].code == "analysis::kink" && mistakes[0].to_string().contains("`gravity` bends"),
+        mistakes[0].code == "analysis::slope" && mistakes[0].to_string().contains("`gravity` has no slope"),
         "{mistakes:?}"
     );
     assert!(analysed("60 deg").is_ok());
@@ -236,11 +303,6 @@ fn points_that_nothing_holds_and_kinks_are_told() {
                 [motor.drive]\nshaft = \"arm\"\n[control.hold]\nlaw = \"computed_torque\"\nat = { \"arm.phi\" = \"60 deg\" }\n\
                 [[control.hold.channels]]\noutput = \"arm.phi\"\ninput = \"drive\"\nreference = \"ref\"\n";
     refused(full, "control::point", &["has no operating point"]);
-    refused(
-        &pendulum(GRAVITY, "at = { \"arm.w\" = \"1 rad/s\" }\n"),
-        "name::unknown",
-        &["an operating point is at rest"],
-    );
 }
 
 /// The built-in joint of a robot, designed at 60 deg: the poles asked for are the roots of its characteristic polynomial, written down by hand with

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 const KEYS: &str = "schema model description variant controller law other_controllers design_model rounded_constraints states inputs outputs \
                     definitions hidden_poles relative_degrees decoupling_matrix decouplability feedback gains canonical \
                     channels closed_loop_poles closed_loop_poles_exact counters zero_dynamics cancels_zeros observer transfer \
-                    decoupled blocks_decoupled cross_coupling margins responses strains passage exploration robustness flatness \
+                    decoupled blocks_decoupled cross_coupling margins opposite_side responses strains passage exploration robustness flatness \
                     controller_data observer_data warnings notes complete unfinished";
 
 fn steering() -> Design {

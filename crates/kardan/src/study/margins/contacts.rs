@@ -117,14 +117,27 @@ fn in_contact(variant: &PreparedVariant, closed: &BTreeSet<usize>) -> PreparedVa
         let [position, rates] = motion_of(model, reduced, &whole);
         OperatingPoint { position, rates, torques: point.torques.clone(), side: point.side.clone() }
     };
-    let mut design_models = variant.design_models.clone();
-    for (_, plant) in design_models.iter_mut().enumerate().filter(|(number, _)| !variant.leaves_out(*number)) {
-        let frozen = plant.frozen.take();
-        *plant = Plant::at(model.clone(), at(&model, &variant.point));
-        plant.frozen = frozen;
-    }
     let point = at(&model, &variant.point);
+    let mut design_models = replaced_plants(variant, &|| Plant::at(model.clone(), point.clone()));
+    for (plant, own) in design_models.iter_mut().zip(&variant.design_models) {
+        plant.frozen.clone_from(&own.frozen);
+    }
     PreparedVariant { design_models, ..variant.standing_in(model, point) }
+}
+
+/// The plants of the laws of a variant, but for those that leave elements out, with another model.
+pub(in crate::study) fn replaced_plants(variant: &PreparedVariant, plant: &dyn Fn() -> Plant) -> Vec<Plant> {
+    let own = variant.design_models.iter().enumerate();
+    own.map(|(number, own)| {
+        if variant.leaves_out(number) {
+            return own.clone();
+        }
+        let mut plant = plant();
+        plant.signals.clone_from(&own.signals);
+        plant.elements.clone_from(&own.elements);
+        plant
+    })
+    .collect()
 }
 
 /// The nearest position at which these contacts just touch.

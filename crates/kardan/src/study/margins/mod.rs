@@ -14,7 +14,7 @@ mod warnings;
 pub(super) use channels::motor_margins;
 pub use check::overrule;
 pub(super) use check::{UNSTABLE, check_margins, check_sampled};
-pub(super) use contacts::{contact_warnings, contacts_verdict, margins_in_contact};
+pub(super) use contacts::{contact_warnings, contacts_verdict, margins_in_contact, replaced_plants};
 pub(super) use responses::responses;
 pub(super) use sides::LoopKinks;
 pub(super) use survey::{decay, left_out, searches, survey};

@@ -1,45 +1,54 @@
-//! Where the laws and the blocks of a loop bend or jump at its operating point.
+//! Where the model, the laws and the blocks of a loop have a kink or jump at its operating point.
 
 use std::collections::BTreeSet;
 
 use crate::diagnostics::quoted;
 use crate::expr::Side;
+use crate::reduce::law_slopes_at;
 use crate::study::PreparedVariant;
+use crate::study::kinks::Kinks;
 use crate::study::loop_blocks::loop_blocks;
+use crate::synthesis::MANY_SIDES;
 
-/// What vanishes where a loop bends, and where it jumps, at its operating point.
+/// What vanishes where a loop has a kink, and where it jumps, at its operating point.
 pub(in crate::study) struct LoopKinks {
-    bends: Vec<String>,
+    kinks: Kinks,
     jumps: Vec<String>,
 }
 
 impl LoopKinks {
-    /// Those of the laws of a variant, and of the blocks that its loop closes through.
+    /// Those of the torques and the laws of a variant, and of the blocks that its loop closes through.
     pub(in crate::study) fn of(variant: &PreparedVariant) -> Self {
         let laws = variant.running.iter().flat_map(|law| law.kinks());
         let blocks = loop_blocks(variant, &variant.loop_plant());
-        let (mut bends, mut jumps) = (BTreeSet::new(), BTreeSet::new());
-        for [bent, jumping] in laws.chain(blocks.kinks().iter().cloned()) {
-            bends.extend(bent);
+        let slopes = law_slopes_at(&variant.reduced, &variant.point);
+        let mut guards: Vec<String> = slopes.into_iter().flat_map(|one| one.kinks).collect();
+        let mut jumps = BTreeSet::new();
+        for [kinks, jumping] in laws.chain(blocks.kinks().iter().cloned()) {
+            guards.extend(kinks);
             jumps.extend(jumping);
         }
-        Self { bends: bends.into_iter().collect(), jumps: jumps.into_iter().collect() }
+        Self { kinks: guards.into_iter().collect(), jumps: jumps.into_iter().collect() }
     }
 
-    /// The opposite side of all that bends; `None`: nothing does.
+    /// The opposite side of all kinks; `None`: there is none.
     pub(in crate::study) fn opposite(&self) -> Option<Side> {
-        (!self.bends.is_empty()).then(|| Side { below: self.bends.iter().cloned().collect() })
+        self.kinks.opposite()
     }
 
     /// A side in words.
     pub(in crate::study) fn words(&self, side: &Side) -> String {
-        let sign = |guard: &String| if side.below.contains(guard) { "<" } else { ">" };
-        let all: Vec<String> = self.bends.iter().map(|guard| format!("`{guard}` {} 0", sign(guard))).collect();
-        all.join(" and ")
+        self.kinks.words(side)
     }
 
     /// That the loop has no derivative where it jumps.
     pub(in crate::study) fn jumps_in_words(&self) -> Option<String> {
+        if self.jumps.iter().any(|guard| guard == MANY_SIDES) {
+            return Some(format!(
+                "The loop has {MANY_SIDES} at its operating point, so that its linear model there is not known: what is said of its stability and its \
+                 margins is not that of one side. Name another point with `at`; a run shows what the loop does"
+            ));
+        }
         (!self.jumps.is_empty()).then(|| {
             format!(
                 "The loop jumps at its operating point, where {} = 0: it has no linear model there. What is said of its stability and its margins \
@@ -49,19 +58,8 @@ impl LoopKinks {
         })
     }
 
-    /// What the verdict is about, where the loop bends.
-    pub(in crate::study) fn bends_in_words(&self) -> Option<String> {
-        (!self.bends.is_empty()).then(|| {
-            let others = match self.bends.len() {
-                1 => "",
-                _ => "; of sides on which only some of these change sign nothing is said",
-            };
-            format!(
-                "The loop bends at its operating point: the poles and margins are those of the side where {}; on the side where {} they are told beside \
-                 them. A motion goes through both sides, and that each is stable does not prove that it is{others}",
-                self.words(&Side::default()),
-                self.words(&self.opposite().unwrap_or_default())
-            )
-        })
+    /// What the verdict is about, where the loop has a kink.
+    pub(in crate::study) fn in_words(&self) -> Option<String> {
+        self.opposite().map(|_| self.kinks.explained("The loop", "poles and margins"))
     }
 }

@@ -196,6 +196,7 @@ impl LoopBlocks {
             Told::State(k) => tasks[task].answers.len() + k,
         };
         let kinks = closed.iter().filter_map(|(task, told)| tasks[*task].kinks.get(place(*task, told)).cloned());
+        let kinks = kinks.chain(torques.iter().map(|torque| torque.kinks.clone()));
         Self { parts, reads, names, kinks: kinks.collect() }
     }
 

@@ -1,0 +1,82 @@
+//! The loop of programs at an operating point in motion: speeds, torques or a time in `at` of a controller.
+
+use std::collections::BTreeSet;
+
+use super::PreparedVariant;
+use super::analysis::GivenAt;
+use super::margins::replaced_plants;
+use super::moving_point::{Asked, MovingPoint, balancing, point_of_run, steady_point};
+use crate::diagnostics::Diagnostic;
+use crate::entries::Place;
+use crate::schema::LawKeys;
+use crate::synthesis::{Plant, Program, design_law, running};
+
+/// What the controllers of a variant name together of an operating point in motion.
+#[derive(Debug, Clone)]
+pub(super) struct AskedMotion {
+    /// Positions of coordinates by name, rad.
+    pub at: Vec<(String, f64)>,
+    /// Speeds, torques, the time.
+    pub given: GivenAt,
+    /// Where it is named.
+    pub place: Place,
+}
+
+/// A variant whose loop is looked at in the motion that its controllers name, where they do.
+pub(super) fn with_motion(
+    mut variant: PreparedVariant,
+    asked: Option<AskedMotion>,
+    out: &mut Vec<Diagnostic>,
+) -> PreparedVariant {
+    let complete = variant.designed.len() == variant.model.controls.len();
+    match asked.filter(|_| complete).map(|asked| loop_in_motion(&variant, &asked)) {
+        Some(Ok(looped)) => variant.looped = Some(Box::new(looped)),
+        Some(Err(mistake)) => out.push(mistake),
+        None => {}
+    }
+    variant
+}
+
+/// The loop of a variant in a motion: programs are linearised there, other laws are as they are designed.
+///
+/// # Errors
+/// Why there is no such motion, or why a program has no linear model there.
+fn loop_in_motion(variant: &PreparedVariant, asked: &AskedMotion) -> Result<PreparedVariant, Diagnostic> {
+    let MovingPoint { model, point, notes, .. } = found(variant, asked).map_err(|why| {
+        let message = format!("`at` of a controller: {}", why.message);
+        Diagnostic { code: "control::point".into(), message, ..why }.at(asked.place.clone(), "at this point")
+    })?;
+    let mut design_models = replaced_plants(variant, &|| Plant::at(model.clone(), point.clone()));
+    design_models.iter_mut().for_each(|plant| plant.told = Some(notes.join("; ").replacen("operating point: ", "", 1)));
+    let mut out = PreparedVariant { design_models, ..variant.standing_in(model, point) };
+    for (number, control) in variant.model.controls.iter().enumerate() {
+        if control.law.keyword != Program::KEYWORD || variant.leaves_out(number) {
+            continue;
+        }
+        let law = design_law(control.law, &control.name, &control.values, &out.design_models[number]);
+        let both = law.and_then(|law| Ok((std::sync::Arc::clone(&law), running(law, &control.values)?)));
+        (out.designed[number], out.running[number]) = both.map_err(|why| {
+            let message = format!("`at` of control `{}`: {why}", control.name);
+            Diagnostic::error("control::point", message).at(asked.place.clone(), "at this point")
+        })?;
+    }
+    Ok(out)
+}
+
+fn found(variant: &PreparedVariant, asked: &AskedMotion) -> Result<MovingPoint, Diagnostic> {
+    let spec = &variant.analysis;
+    let alone = GivenAt { time: asked.given.time, ..GivenAt::default() };
+    if let Some(time) = asked.given.time.filter(|_| asked.at.is_empty() && asked.given == alone) {
+        return point_of_run(variant, time);
+    }
+    let commanded = variant.model.controls.iter().flat_map(|control| (control.law.inputs)(&control.values));
+    let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
+    let asked = Asked {
+        at: &asked.at,
+        given: &asked.given,
+        inputs: &balancing(variant, &commanded.collect::<Vec<_>>()),
+        stuck: &stuck,
+        start: &variant.scenario.position,
+    };
+    steady_point(variant, &asked)
+}

@@ -1,0 +1,60 @@
+//! Which side of the kinks of a model its linear one is that of, in words.
+
+use std::collections::BTreeSet;
+
+use crate::expr::Side;
+use crate::reduce::LawSlopes;
+
+/// The guards that vanish at an operating point and on whose sides slopes differ.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) struct Kinks {
+    guards: BTreeSet<String>,
+}
+
+impl FromIterator<String> for Kinks {
+    fn from_iter<T: IntoIterator<Item = String>>(guards: T) -> Self {
+        Self { guards: guards.into_iter().collect() }
+    }
+}
+
+impl Kinks {
+    /// Those of laws of torque.
+    pub(super) fn of_laws(slopes: &[LawSlopes]) -> Self {
+        slopes.iter().flat_map(|one| one.kinks.iter().cloned()).collect()
+    }
+
+    /// How many there are.
+    pub(super) fn count(&self) -> usize {
+        self.guards.len()
+    }
+
+    /// The side on which all guards have the opposite sign; `None`: there is no kink.
+    pub(super) fn opposite(&self) -> Option<Side> {
+        (!self.guards.is_empty()).then(|| Side { below: self.guards.clone() })
+    }
+
+    /// A side in words: ``a.phi` > 0`.
+    pub(super) fn words(&self, side: &Side) -> String {
+        let sign = |guard: &String| if side.below.contains(guard) { "<" } else { ">" };
+        let all: Vec<String> = self.guards.iter().map(|guard| format!("`{guard}` {} 0", sign(guard))).collect();
+        all.join(" and ")
+    }
+
+    /// The side that is looked at first, and the opposite one, in words.
+    pub(super) fn sides_in_words(&self) -> [String; 2] {
+        [Side::default(), self.opposite().unwrap_or_default()].map(|side| self.words(&side))
+    }
+
+    /// What is given for which side, of a model or a loop that has these kinks at its operating point.
+    pub(super) fn explained(&self, whose: &str, results: &str) -> String {
+        let others = match self.count() {
+            1 => "",
+            _ => "; sides on which only some of these change their sign are not looked at",
+        };
+        let [own, opposite] = self.sides_in_words();
+        format!(
+            "{whose} has a kink at its operating point: {results} are those of the side where {own}; those of the side where {opposite} stand beside them. \
+             A motion passes through both sides, and that each is stable does not prove that it is{others}"
+        )
+    }
+}
