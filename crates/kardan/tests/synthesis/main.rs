@@ -17,4 +17,5 @@ mod random_loops;
 mod regulator;
 mod responses;
 mod stability;
+mod trials;
 mod written;

@@ -1,0 +1,210 @@
+//! Small inputs that a tool answered wrongly without a word, with the right answers: closed forms, exact arithmetic, roots of polynomials in 60 digits,
+//! integrators of their own. The inputs are in `tests/trials`; those of geared drives and of cars with road load are in `contacts.rs` and in the
+//! analysis tests.
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use kardan::project::Project;
+use kardan::results::{Analysis, ChannelMargin, Design, Margins, Outcome, Run, Stability};
+use kardan::simulate::Method;
+use kardan::study::{self, AnalyzeSettings, DesignSettings, Settings, Silent, check};
+
+use crate::common::{close, signal};
+
+fn bytes(name: &str) -> Vec<u8> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/trials").join(name);
+    std::fs::read(&path).unwrap_or_else(|why| panic!("{}: {why}", path.display()))
+}
+
+fn source(name: &str) -> String {
+    String::from_utf8(bytes(&format!("{name}.toml"))).expect("a text")
+}
+
+fn run(source: &str, method: Method) -> Run {
+    let settings = Settings { method, runs_only: true, ..Settings::default() };
+    Project::open(source).run(&settings, &Silent).unwrap_or_else(|wrong| panic!("{wrong:?}")).runs.remove(0)
+}
+
+fn ends(run: &Run, name: &str) -> f64 {
+    *signal(run, name).last().expect("rows")
+}
+
+fn designed(source: &str, settings: DesignSettings) -> Design {
+    let settings = DesignSettings { force: true, ..settings };
+    study::design(source, &settings, &Silent).unwrap_or_else(|wrong| panic!("{wrong:?}"))
+}
+
+fn margins(name: &str) -> Margins {
+    designed(&source(name), DesignSettings::default()).margins.expect("margins")
+}
+
+fn analyzed(source: &str) -> Analysis {
+    study::analyze(source, &AnalyzeSettings::default(), &Silent).unwrap_or_else(|wrong| panic!("{wrong:?}"))
+}
+
+fn stability(analysis: &Analysis) -> Stability {
+    analysis.properties.as_ref().expect("properties").stability.word
+}
+
+const METHODS: [Method; 3] = [Method::Taylor, Method::Dop853, Method::Radau];
+
+#[test]
+fn nothing_is_passed_over_in_a_run() {
+    for method in METHODS {
+        let of = |name: &str| {
+            let run = run(&source(name), method);
+            assert_eq!(run.outcome, Outcome::Completed, "{name} {method:?}");
+            run
+        };
+        close(ends(&of("gust"), "a.w"), 0.5 * PI.sqrt(), 1e-9, "the impulse of the gust");
+        close(ends(&of("switch"), "a.w"), 5.0, 1e-8, "the impulse behind the switch");
+        let braked = of("braking");
+        close(ends(&braked, "i4.phi"), 50.000_003_289_868, 1e-9, "where the brake stops it");
+        assert!(signal(&braked, "i4.w").iter().all(|w| *w > -1e-9), "{method:?}");
+        // Integrated by steps of their own, once with the stiff pair beside it and once without.
+        for dips in ["dip-0.1", "dip-stiff"] {
+            close(ends(&of(dips), "a.phi"), 0.021_745_704_55, 1e-10, "slips at each dip");
+        }
+        close(ends(&of("dip-0.01"), "a.phi"), 2.447_135_29e-4, 1e-12, "slips at each dip");
+    }
+    // Two inertias of 1 kg m² at 100 rad/s under −10 tanh(w/0.05) N m: 200 N m s are used up after 20 s.
+    for method in [Method::Radau, Method::Automatic] {
+        let stopped = run(&source("radau"), method);
+        assert_eq!(stopped.outcome, Outcome::Completed);
+        assert!(signal(&stopped, "a.w").last().is_some_and(|w| (0.0..0.1).contains(w)), "{method:?}");
+    }
+}
+
+/// What one contact gives back does not depend on whether another one closes at the same instant with this speed or one a little larger.
+#[test]
+fn impacts_keep_their_restitution_and_cars_tip() {
+    let base = source("rebound-chain");
+    let after = |speed: &str| {
+        let run = run(&base.replace("vc = \"0.3 m/s\"", &format!("vc = \"{speed} m/s\"")), Method::Taylor);
+        let speeds = ["a.v", "b.v", "c.v"].map(|name| ends(&run, name));
+        let momentum = 0.5 * speeds[0] + 0.8 * speeds[1] + speeds[2];
+        close(momentum, 0.5 + speed.parse::<f64>().expect("a number"), 1e-12, "the momentum");
+        speeds
+    };
+    let (below, above) = (after("0.29"), after("0.31"));
+    below.iter().zip(above).for_each(|(one, other)| assert!((one - other).abs() < 0.03, "{below:?} {above:?}"));
+    assert!(below[1] - below[0] > 0.5 * 0.8, "given back: {below:?}");
+    let tips = run(&source("car-tips"), Method::Taylor);
+    assert!(tips.notes.iter().any(|note| note.contains("a car rolls over there")), "{:?}", tips.notes);
+}
+
+#[test]
+fn variants_keep_their_names() {
+    let study = Project::open(source("variant-names")).run(&Settings::default(), &Silent).expect("a study");
+    let names: Vec<&str> = study.runs.iter().map(|run| run.name.as_str()).collect();
+    assert_eq!(names, ["ECU-on-soft", "ECU-off", "ECU-on-hard"]);
+}
+
+#[test]
+fn all_factors_take_one_side_of_a_kink() {
+    let spring = source("signed-spring");
+    for law in ["sign(a.phi) * abs(a.phi)", "if(a.phi > 0 rad, 1, -1) * abs(a.phi)", "a.phi"] {
+        let found = analyzed(&spring.replace("sign(a.phi) * abs(a.phi)", law));
+        assert_eq!((stability(&found), found.modes.len()), (Stability::Stable, 1), "{law}");
+        close(found.modes[0].eigenvalue.re, -0.5, 1e-12, law);
+        close(found.modes[0].eigenvalue.im.abs(), 99.75f64.sqrt(), 1e-12, law);
+        assert_eq!(found.opposite_side, None);
+    }
+    let assist = source("assist-sampled");
+    let radius = |law: &str| {
+        let found = designed(&assist.replace("LAW", law), DesignSettings::default()).margins.expect("margins");
+        assert_eq!(found.stable, Some(false), "{law}");
+        found.spectral_radius.expect("a sampled loop")
+    };
+    let plain = radius("6 * felt");
+    for law in ["sign(felt) * 6 * abs(felt)", "if(felt > 0 N m, 1, -1) * 6 * abs(felt)"] {
+        close(radius(law), plain, 1e-12, law);
+    }
+    let table = source("dual-pinion-table");
+    let signed = table
+        .replace("input = \"assist_map(felt, car.v_x)\"", "input = \"sign(felt) * assist_map(abs(felt), car.v_x)\"");
+    assert_ne!(signed, table);
+    let [one, other] =
+        [table, signed].map(|source| designed(&source, DesignSettings::default()).margins.expect("margins"));
+    assert!(one.channels.len() == other.channels.len() && !one.channels.is_empty());
+    one.channels.iter().zip(&other.channels).for_each(|(one, other)| close(one.disk, other.disk, 1e-9, "disk margins"));
+}
+
+#[test]
+fn margins_and_rates_are_right() {
+    let rate = |name: &str, delay: f64| {
+        let found = margins(name).rates.into_iter().find(|one| one.delay == delay).expect("a rate");
+        found.rate.expect("a rate below 1 MHz")
+    };
+    assert!(rate("rate-low-pass", 0.0) < 14.0 && rate("rate-lead-lag", 0.0) < 10.0);
+    close(rate("rate-integrator", 0.0), 9.999, 1e-4, "rates of an integrator");
+    close(rate("rate-triple-integrator", 1.0), 1.421_64, 1e-4, "rates of three integrators");
+    // Unstable at 7.404 Hz: stable rates are islands.
+    assert!(rate("rate-island", 0.0) > 7.404);
+    let channel = |name: &str, reading: &str| -> ChannelMargin {
+        let found = margins(name).channels.into_iter().find(|one| one.name == reading);
+        found.unwrap_or_else(|| panic!("{name} has no {reading}"))
+    };
+    // det S = 1500 (g − 1).
+    close(channel("reading-free-motion", "a.phi").gain[0], 1.0, 1e-9, "factors below one");
+    for side in ["m", "a.phi"] {
+        let found = channel("reading-free-speed", side);
+        close(found.gain[1], 2.5, 1e-9, side);
+        close(found.disk, 6.0 / 7.0, 1e-9, side);
+        let found = channel("fast-pole", side);
+        close(found.disk, 1.858_52, 1e-5, side);
+        close(found.phase, 2.497_67, 1e-5, side);
+        close(channel("rigid-spring-margin", "m").disk, 1.146_92, 1e-5, "60 digits");
+    }
+    let slow = source("slow-filter-fast-clock");
+    let limit = designed(&slow, DesignSettings::default()).margins.and_then(|found| found.gain_margin).expect("stable");
+    close(limit[1].value, 23.87, 1e-4, "the limit of the factor");
+    let grows =
+        designed(&slow.replace("0.001 N m s", "0.1 N m s"), DesignSettings::default()).margins.expect("margins");
+    assert_eq!(grows.stable, Some(false));
+    close(grows.spectral_radius.expect("sampled") - 1.0, 9.85e-6, 1e-8, "60 digits");
+}
+
+#[test]
+fn words_of_certainty_are_earned() {
+    for (name, word) in [
+        ("double-resonance", Stability::Unstable),
+        ("stiff-unstable", Stability::Unstable),
+        ("sampled-on-the-circle", Stability::Marginal),
+        ("rate-island", Stability::Stable),
+        ("rigid-spring-margin", Stability::Stable),
+    ] {
+        assert_eq!(margins(name).stability.word, word, "{name}");
+    }
+    assert_eq!(stability(&analyzed(&source("arm-level"))), Stability::Undecided);
+    let quadratic = source("singular-equilibrium");
+    for start in ["0.3 rad", "-0.3 rad"] {
+        assert_eq!(stability(&analyzed(&quadratic.replace("0.3 rad", start))), Stability::Undecided, "from {start}");
+    }
+    let level = DesignSettings {
+        law: Some("decoupling".into()),
+        inputs: vec!["m".into()],
+        outputs: vec!["rot.phi".into()],
+        at: vec![("arm.phi".into(), "90 deg".into())],
+        ..DesignSettings::default()
+    };
+    let zeros = designed(&source("zero-dynamics-level"), level).zero_dynamics.stability;
+    assert_eq!(zeros.word, Stability::Marginal, "{zeros}");
+    let holonomic = |name: &str| {
+        let class = analyzed(&source(name)).class.expect("a class");
+        class.constraints.iter().find(|one| one.element == "c").and_then(|one| one.holonomic)
+    };
+    assert_eq!(
+        [holonomic("frobenius-prime"), holonomic("coefficient-two"), holonomic("holonomic-exp")],
+        [Some(false), Some(true), Some(true)]
+    );
+    let dependent = check(&source("dependent-rates"));
+    let found = dependent.iter().find(|one| one.code == "constraint::dependent").expect("a dependent row");
+    assert!(found.message.contains("at every position `c1` is a multiple of `c2`"), "{found}");
+    let tiny =
+        study::analyze_state_space(&bytes("underflow.json"), &AnalyzeSettings::default(), &Silent).expect("small");
+    assert!(tiny.structure.controllable());
+    let distance = tiny.matrix_distance.and_then(|found| found.controllability).expect("a distance");
+    assert!(distance.lower > 1e-166 && distance.upper <= 5.001e-166, "{distance:?}");
+}
