@@ -27,7 +27,7 @@ pub use interval::{Interval, Intervals};
 pub use lookup::{Beyond, Lookup};
 pub use lower::lower;
 pub use of_time::{OfTime, Part, Pieces, polynomial};
-pub use one_sided::{Linear, Number, bending, linear_sides};
+pub use one_sided::{Linear, Number, SidesOf, bending, kinked, linear_sides};
 pub use print::{Style, parenthesised, printed};
 pub(crate) use print::{bare, raised};
 pub use sides::{Place, Side, Sided};

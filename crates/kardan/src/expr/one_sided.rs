@@ -1,6 +1,8 @@
 //! Expressions to first order on the sides of a place at which they bend or jump.
 
-use super::{Expr, Floating, Graph, Interval, Intervals, Place, Side, Sided, Symbol, lower, sides};
+use std::collections::{BTreeMap, HashMap};
+
+use super::{Expr, Floating, Graph, Interval, Intervals, Place, Side, Sided, Style, Symbol, lower, printed, sides};
 use crate::num::{Rational, Scalar};
 
 /// A number at a place.
@@ -88,6 +90,43 @@ impl Linear {
     }
 }
 
+/// Expressions that have the same guards at a place, on its sides.
+#[derive(Debug, Clone)]
+pub struct SidesOf {
+    /// Which of the expressions these are.
+    pub exprs: Vec<usize>,
+    /// Some of their guards that vanish there, by name.
+    pub guards: Vec<String>,
+    /// Each side, to first order, the highest guards first; `None`: there are too many.
+    pub sides: Option<Vec<Linear>>,
+}
+
+/// Guards of one expression beyond which its sides are too many to be looked at one by one.
+const MOST_GUARDS: usize = 8;
+/// Guards that are named of more.
+const NAMED: usize = 3;
+
+/// Those of some expressions for which guards vanish at a place, on its sides: those with the same guards together, as guards of others do not matter
+/// to them.
+///
+/// A guard is named with its first term not subtracted, so that all that are linear can be above zero at once, and below: what is chosen so for one
+/// expression is the side of all.
+pub fn kinked(graph: &mut Graph, exprs: &[Expr], place: &dyn Place) -> Vec<SidesOf> {
+    let mut groups: BTreeMap<Vec<Expr>, Vec<usize>> = BTreeMap::new();
+    for (number, guards) in graph.guards_at(exprs, place).into_iter().enumerate() {
+        if !guards.is_empty() {
+            groups.entry(guards).or_default().push(number);
+        }
+    }
+    let mut of = |(guards, members): (Vec<Expr>, Vec<usize>)| {
+        let own: Vec<Expr> = members.iter().map(|number| exprs[*number]).collect();
+        let sides = if guards.len() <= MOST_GUARDS { linear_sides(graph, &own, place) } else { None };
+        let name = |guard: &Expr| printed(graph, *guard, Style::Text, &|name| name.into());
+        SidesOf { guards: guards.iter().take(NAMED).map(name).collect(), sides, exprs: members }
+    };
+    groups.into_iter().map(&mut of).collect()
+}
+
 /// Expressions on the sides of a place, to first order; `None`: these are too many.
 pub fn linear_sides(graph: &mut Graph, exprs: &[Expr], place: &dyn Place) -> Option<Vec<Linear>> {
     let own = graph.sides(exprs, place)?;
@@ -101,6 +140,7 @@ pub fn linear_sides(graph: &mut Graph, exprs: &[Expr], place: &dyn Place) -> Opt
         let of = |((exact, around), value)| Number { exact, value, around };
         exact.into_iter().zip(around).zip(value).map(of).collect()
     };
+    let mut names: HashMap<Expr, String> = HashMap::new();
     let linear = |side: Sided| {
         let of = |graph: &mut Graph, expr: Expr| {
             let used: Vec<(usize, Symbol)> =
@@ -112,7 +152,7 @@ pub fn linear_sides(graph: &mut Graph, exprs: &[Expr], place: &dyn Place) -> Opt
             slopes
         };
         Linear {
-            guards: side.named(graph),
+            guards: side.named(graph, &mut names),
             exactly,
             values: numbers(graph, &side.exprs),
             slopes: side.exprs.iter().map(|expr| of(graph, *expr)).collect(),

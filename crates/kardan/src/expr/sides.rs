@@ -42,14 +42,12 @@ pub struct Sided {
 
 impl Sided {
     /// The guards as they are written, and whether they are above zero.
-    pub fn named(&self, graph: &Graph) -> Vec<(String, bool)> {
-        let name = |guard: Expr| printed(graph, guard, Style::Text, &|name| name.into());
+    pub fn named(&self, graph: &Graph, names: &mut HashMap<Expr, String>) -> Vec<(String, bool)> {
+        let mut name = |guard: Expr| {
+            let name = names.entry(guard).or_insert_with(|| printed(graph, guard, Style::Text, &|name| name.into()));
+            name.clone()
+        };
         self.guards.iter().map(|(guard, above)| (name(*guard), *above)).collect()
-    }
-
-    /// Whether it is, of these, part of a side.
-    pub fn is_on(&self, graph: &Graph, side: &Side) -> bool {
-        self.named(graph).iter().all(|(guard, above)| *above != side.below.contains(guard))
     }
 }
 
@@ -295,6 +293,19 @@ impl Graph {
             }
         }
         seen.into_iter().filter_map(|part| self.symbol_of(part)).collect()
+    }
+
+    /// Of each expression the guards that vanish at a place.
+    pub(super) fn guards_at(&mut self, exprs: &[Expr], place: &dyn Place) -> Vec<Vec<Expr>> {
+        let guards = self.all_guards(exprs);
+        let vanish = self.vanish(&guards, place);
+        let vanishing: BTreeSet<Expr> =
+            guards.into_iter().zip(vanish).filter(|(_, yes)| *yes).map(|(guard, _)| guard).collect();
+        let mut own = |expr: Expr| {
+            let guards = self.all_guards(&[expr]);
+            guards.into_iter().filter(|guard| vanishing.contains(guard)).collect()
+        };
+        exprs.iter().map(|expr| own(*expr)).collect()
     }
 
     /// Guards at which expressions may bend or jump.

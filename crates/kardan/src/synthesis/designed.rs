@@ -11,9 +11,6 @@ use crate::results::{Design, Physical};
 /// Of each of some expressions the guards at which it bends, and those at which it jumps.
 pub type Kinks = Vec<[Vec<String>; 2]>;
 
-/// Stands where guards at which it jumps would, where a place has more sides than are looked at.
-pub const MANY_SIDES: &str = "more than 64 sides";
-
 /// How the names of states begin that are estimates.
 const ESTIMATE: &str = "estimate of ";
 

@@ -48,7 +48,7 @@ pub use counters::{Counters, counting_charges, without_counting};
 pub use design::design_law;
 #[cfg(test)]
 pub(crate) use design::designs_of;
-pub use designed::{Kept, Kinks, Law, MANY_SIDES, Reference, Told};
+pub use designed::{Kept, Kinks, Law, Reference, Told};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLaw, ExactLoop, named, rounded};
 pub use exact_motions::{ExactMotions, exact_motions, exact_motions_near};

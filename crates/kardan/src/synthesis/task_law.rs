@@ -4,10 +4,10 @@ use std::sync::{Arc, OnceLock};
 
 use kardan_rt::Health;
 
-use super::{Block, Clock, Kept, Kinks, Law, LinearLaw, LinearTask, MANY_SIDES, Plant, Reference, Seen};
+use super::{Block, Clock, Kept, Kinks, Law, LinearLaw, LinearTask, Plant, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
-use crate::expr::{Interval, Linear, Place, Side, Surd, Symbol, bending, linear_sides};
+use crate::expr::{Interval, Linear, Place, Side, SidesOf, Surd, Symbol, bending, kinked};
 use crate::num::{Float, Keeper, Matrix, Rational, SparseRow, rational_from_f64, rational_to_f64};
 use crate::plan::Plan;
 use crate::program::{Read, Task};
@@ -95,6 +95,12 @@ pub struct TaskLaw {
 
 /// Guards below this are looked at exactly.
 const NEAR: f64 = 1e-6;
+/// How far beside a place slopes are looked at that have many sides there, relative to its size or to one.
+const BESIDE: f64 = 1e-9;
+/// In how many directions.
+const DIRECTIONS: usize = 8;
+/// By how much values or slopes differ that are not the same, relative to their size or to one.
+const ROUGH: f64 = 1e-5;
 /// What values that a task reads may be rounded by, relative.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
@@ -222,33 +228,90 @@ impl TaskLaw {
         Self { side: side.clone(), at_design_point: OnceLock::new(), ..self }
     }
 
-    /// What it is on the sides of a place, to first order: none where no guard vanishes there; `None` where there are too many.
-    fn sides_at(&self, inputs: &[f64]) -> Option<Vec<Linear>> {
+    /// What it is on the sides of a place, to first order: nothing where no guard vanishes there.
+    fn sides_at(&self, inputs: &[f64]) -> Vec<SidesOf> {
         let (guards, count) = &**self.task.guards();
         let mut memory = guards.memory();
         memory[..inputs.len()].copy_from_slice(inputs);
         let _ = guards.block().evaluate(&mut memory);
         // What is no number is looked at as well.
         if (0..*count).all(|guard| memory[guards.place(guard)].abs() > NEAR) {
-            return Some(Vec::new());
+            return Vec::new();
         }
         let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
         let exprs: Vec<_> = self.task.outputs().into_iter().map(|(_, expr)| expr).collect();
         let place = Inputs { law: self, symbols: &symbols, values: inputs };
-        linear_sides(&mut graph, &exprs, &place)
+        kinked(&mut graph, &exprs, &place)
+    }
+
+    /// Derivatives where no guard vanishes: of each answer and each number that is remembered, by what is read or remembered.
+    fn plain_slopes(&self, inputs: &[f64], put: &mut dyn FnMut(usize, usize, f64)) {
+        let found = self.task.slopes();
+        let mut memory = found.plan.memory();
+        memory[..inputs.len()].copy_from_slice(inputs);
+        let _ = found.plan.block().evaluate(&mut memory);
+        found.places.iter().enumerate().for_each(|(k, (row, column))| put(*row, *column, memory[found.plan.place(k)]));
+    }
+
+    /// A place just beside another one, in a direction in which this may be left.
+    fn beside(&self, inputs: &[f64], direction: &dyn Fn(usize) -> f64) -> Vec<f64> {
+        let symbols = self.task.inputs();
+        let place = Inputs { law: self, symbols: &symbols, values: inputs };
+        let step =
+            |symbol: &Symbol| place.moves(*symbol).iter().map(|(k, x)| rational_to_f64(x) * direction(*k)).sum::<f64>();
+        inputs.iter().zip(&symbols).map(|(x, symbol)| x + BESIDE * x.abs().max(1.0) * step(symbol)).collect()
+    }
+
+    /// Which of some rows with many sides have other slopes beside a place, and which other values, in some directions.
+    fn rough_among(&self, rows: &[usize], inputs: &[f64]) -> [Vec<usize>; 2] {
+        let columns = inputs.len();
+        let beside: Vec<(Vec<f64>, Vec<f64>)> = (0..DIRECTIONS)
+            .map(|number| {
+                // The side that is looked at, the opposite one, and others with signs in the order of a binary number.
+                let sign = |k: usize| match number {
+                    0 => 1.0,
+                    1 => -1.0,
+                    _ => [1.0, -1.0][(number >> (k % 4)) & 1],
+                };
+                let at = self.beside(inputs, &|k| sign(k) / (k + 1) as f64);
+                let mut slopes = vec![0.0; columns * (self.answers.len() + self.task.memory.len())];
+                self.plain_slopes(&at, &mut |row, column, slope| slopes[row * columns + column] = slope);
+                let mut memory = self.plan.memory();
+                memory[..columns].copy_from_slice(&at);
+                let _ = self.plan.block().evaluate(&mut memory);
+                let values = (0..self.answers.len() + self.task.memory.len()).map(|row| memory[self.plan.place(row)]);
+                (slopes, values.collect())
+            })
+            .collect();
+        let differ = |one: f64, other: f64| (one - other).abs() > ROUGH * one.abs().max(other.abs()).max(1.0);
+        let (first_slopes, first) = &beside[0];
+        let jumps = |row: &usize| beside.iter().any(|(_, values)| differ(values[*row], first[*row]));
+        let bends = |row: &usize| {
+            let own = row * columns..(row + 1) * columns;
+            beside.iter().any(|(slopes, _)| own.clone().any(|k| differ(slopes[k], first_slopes[k])))
+        };
+        let (jumping, rest): (Vec<usize>, Vec<usize>) = rows.iter().copied().partition(|row| jumps(row));
+        [rest.into_iter().filter(|row| bends(row)).collect(), jumping]
     }
 
     /// Of each answer, then of each number that is remembered, where it bends and where it jumps at a place.
-    fn kinks_at(&self, inputs: &[f64]) -> Kinks {
-        let rows = self.answers.len() + self.task.memory.len();
-        let Some(sides) = self.sides_at(inputs) else { return vec![[Vec::new(), vec![MANY_SIDES.into()]]; rows] };
-        let of = |row: usize| {
-            let only: Vec<Linear> = sides.iter().map(|side| side.of(row)).collect();
-            let jumps = bending(&only, &Linear::same_values);
-            let bends = if jumps.is_empty() { bending(&only, &Linear::same_slopes) } else { Vec::new() };
-            [bends, jumps]
-        };
-        (0..rows).map(of).collect()
+    fn kinks_among(&self, inputs: &[f64], sides: &[SidesOf]) -> Kinks {
+        let mut out = vec![[Vec::new(), Vec::new()]; self.answers.len() + self.task.memory.len()];
+        for SidesOf { exprs, guards, sides } in sides {
+            let Some(sides) = sides else {
+                let [bends, jumps] = self.rough_among(exprs, inputs);
+                bends.into_iter().for_each(|row| out[row][0].clone_from(guards));
+                jumps.into_iter().for_each(|row| out[row][1].clone_from(guards));
+                continue;
+            };
+            for (place, &row) in exprs.iter().enumerate() {
+                let only: Vec<Linear> = sides.iter().map(|side| side.of(place)).collect();
+                let jumps = bending(&only, &Linear::same_values);
+                let bends = if jumps.is_empty() { bending(&only, &Linear::same_slopes) } else { Vec::new() };
+                out[row] = [bends, jumps];
+            }
+        }
+        out
     }
 
     /// The same with its linear part where a plant stands: it reads what is true there, and signals as they begin.
@@ -314,23 +377,26 @@ impl TaskLaw {
     }
 
     /// Slopes where what is read, then what is remembered, has these values.
-    fn slopes_at(&self, inputs: &[f64]) -> LinearLaw {
+    fn slopes_among(&self, inputs: &[f64], of_sides: &[SidesOf]) -> LinearLaw {
         let task = &self.task;
         let mut slopes = vec![vec![0.0; self.answers.len() + task.memory.len()]; inputs.len()];
-        let sides = self.sides_at(inputs).unwrap_or_default();
-        if let Some(side) = sides.iter().find(|side| side.is_on(&self.side)).or(sides.first()) {
-            for (row, of) in side.slopes.iter().enumerate() {
+        self.plain_slopes(inputs, &mut |row, column, slope| slopes[column][row] = slope);
+        for SidesOf { exprs, sides, .. } in of_sides {
+            let Some(sides) = sides else {
+                let sense = if self.side.below.is_empty() { 1.0 } else { -1.0 };
+                self.plain_slopes(&self.beside(inputs, &|k| sense / (k + 1) as f64), &mut |row, column, slope| {
+                    if exprs.contains(&row) {
+                        slopes[column][row] = slope;
+                    }
+                });
+                continue;
+            };
+            let Some(side) = sides.iter().find(|side| side.is_on(&self.side)).or(sides.first()) else { continue };
+            for (&row, of) in exprs.iter().zip(&side.slopes) {
+                slopes.iter_mut().for_each(|column| column[row] = 0.0);
                 for (column, slope) in of {
                     slopes[*column][row] = slope.exact.as_ref().map_or(slope.value, rational_to_f64);
                 }
-            }
-        } else {
-            let found = task.slopes();
-            let mut memory = found.plan.memory();
-            memory[..inputs.len()].copy_from_slice(inputs);
-            let _ = found.plan.block().evaluate(&mut memory);
-            for (output, (row, column)) in found.places.iter().enumerate() {
-                slopes[*column][*row] = memory[found.plan.place(output)];
             }
         }
         let (answers, states, reads) = (self.answers.len(), task.memory.len(), self.comes.len());
@@ -389,10 +455,10 @@ impl TaskLaw {
     pub fn around(&self, seen: &Seen<'_>) -> LinearTask {
         let inputs: Vec<f64> =
             (0..self.comes.len()).map(|k| self.value(k, seen)).chain(seen.states.iter().copied()).collect();
-        let linear = self.slopes_at(&inputs);
+        let sides = self.sides_at(&inputs);
         LinearTask {
-            kinks: self.kinks_at(&inputs),
-            linear,
+            kinks: self.kinks_among(&inputs, &sides),
+            linear: self.slopes_among(&inputs, &sides),
             clock: self.clock,
             answers: self.answers.clone(),
             references: self.references.iter().map(|reference| reference.name.clone()).collect(),
@@ -556,11 +622,16 @@ impl Law for TaskLaw {
 
     /// Slopes at its operating point; without one where everything that is read is zero, and all is remembered as behind the first samples there.
     fn linear(&self) -> LinearLaw {
-        self.at_design_point.get_or_init(|| self.slopes_at(&self.design_point())).clone()
+        let linear = || {
+            let inputs = self.design_point();
+            self.slopes_among(&inputs, &self.sides_at(&inputs))
+        };
+        self.at_design_point.get_or_init(linear).clone()
     }
 
     fn kinks(&self) -> Kinks {
-        self.kinks_at(&self.design_point())
+        let inputs = self.design_point();
+        self.kinks_among(&inputs, &self.sides_at(&inputs))
     }
 
     fn on_side(&self, side: &Side) -> Option<Arc<dyn Law>> {

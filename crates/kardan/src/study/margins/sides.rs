@@ -8,7 +8,6 @@ use crate::reduce::law_slopes_at;
 use crate::study::PreparedVariant;
 use crate::study::kinks::Kinks;
 use crate::study::loop_blocks::loop_blocks;
-use crate::synthesis::MANY_SIDES;
 
 /// What vanishes where a loop has a kink, and where it jumps, at its operating point.
 pub(in crate::study) struct LoopKinks {
@@ -43,12 +42,6 @@ impl LoopKinks {
 
     /// That the loop has no derivative where it jumps.
     pub(in crate::study) fn jumps_in_words(&self) -> Option<String> {
-        if self.jumps.iter().any(|guard| guard == MANY_SIDES) {
-            return Some(format!(
-                "The loop has {MANY_SIDES} at its operating point, so that its linear model there is not known: what is said of its stability and its \
-                 margins is not that of one side. Name another point with `at`; a run shows what the loop does"
-            ));
-        }
         (!self.jumps.is_empty()).then(|| {
             format!(
                 "The loop jumps at its operating point, where {} = 0: it has no linear model there. What is said of its stability and its margins \
