@@ -76,6 +76,7 @@ impl Rest {
         let all = equilibria(reduced, near);
         if let Some((k, torque)) = all.constant {
             let (name, unit) = (&names[k], domain(k).effort().unit());
+            let torque = if torque.abs() < 1e-4 { format!("{torque:.4e}") } else { torque.to_string() };
             return Err(format!("there is no equilibrium: along `{name}` {torque} {unit} act wherever it is"));
         }
         let Some(first) = all.found.first() else {

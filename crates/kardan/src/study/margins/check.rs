@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::channels::of_motors;
 use super::clocks::clocks;
 use super::stability::Asked;
-use super::survey::{left_out, searches};
+use super::survey::{left_out, motion_in_words, searches};
 use super::warnings::{CLOSE, close, hardly};
 use crate::diagnostics::{Diagnostic, Severity, quoted};
 use crate::model::ControlSpec;
@@ -135,8 +135,8 @@ fn grows_in_words(verdict: &StabilityVerdict, slowest: &Slowest, sample_time: f6
     match verdict.border.iter().find(|motion| motion.grows()) {
         Some(motion) => motion.to_string(),
         None => format!(
-            "a motion at {:.4} rad/s grows by the factor {:.6} in each of the {:.0} samples a second",
-            slowest.frequency,
+            "{} grows by the factor {:.6} in each of the {:.0} samples a second",
+            motion_in_words(slowest.frequency),
             slowest.growth,
             1.0 / sample_time
         ),
@@ -216,7 +216,7 @@ fn not_stable(control: &ControlSpec, verdict: &StabilityVerdict, frequency: f64)
         Stability::Unstable => {
             let how = match verdict.border.iter().find(|motion| motion.grows()) {
                 Some(motion) => motion.to_string(),
-                None => format!("a motion at {frequency:.4} rad/s grows"),
+                None => format!("{} grows", motion_in_words(frequency)),
             };
             let message =
                 format!("in continuous time the loop is unstable: {how} (linear loop, lag of the motors included)");

@@ -21,6 +21,8 @@ const SAME_MOTION: f64 = 0.3;
 const FEW: usize = 24;
 /// Part of the largest movement below which a shaft stands still.
 const STILL: f64 = 1e-9;
+/// Frequencies below this are written with an exponent, rad/s.
+const SLOW: f64 = 1e-2;
 
 /// How fast the slowest motion of a sampled loop decays, 1/s; `None` if it does not, or is not known.
 pub(in crate::study) fn decay(variant: &PreparedVariant, margins: &Margins) -> Option<f64> {
@@ -160,15 +162,21 @@ fn motion(limit: &Limit, design: &Design) -> String {
     if !limit.value.is_finite() || limit.value == 0.0 {
         return String::new();
     }
-    if limit.frequency == 0.0 {
-        return "a motion without oscillation".into();
-    }
     let near = |frequency: f64| ln(frequency / limit.frequency).abs() < SAME_MOTION;
     let zero = design.zero_dynamics.modes.iter().find(|mode| mode.pole.im != 0.0 && near(mode.natural_frequency));
     match zero {
         Some(mode) if design.cancels_zeros => {
             format!("the zero dynamics ({:.4} rad/s, damping ratio {:.3})", mode.natural_frequency, mode.damping_ratio)
         }
-        _ => format!("a motion at {:.4} rad/s", limit.frequency),
+        _ => motion_in_words(limit.frequency),
+    }
+}
+
+/// A motion of this frequency, rad/s.
+pub(super) fn motion_in_words(frequency: f64) -> String {
+    match frequency {
+        0.0 => "a motion without oscillation".into(),
+        _ if frequency < SLOW => format!("a motion at {frequency:.4e} rad/s"),
+        _ => format!("a motion at {frequency:.4} rad/s"),
     }
 }
