@@ -253,7 +253,7 @@ fn opposite_side(analysis: &Analysis) -> Body {
     let OppositeModel { own, side, controllable, observable, .. } = there;
     let judged = |what: &str, decided: Option<bool>| row![what, decision(decided, decided == Some(true))];
     Body::default()
-        .say(&format!(
+        .say(format!(
             "A torque has a kink at the operating point. All else on this page is about the side where {own}; this is the side where {side}. A motion \
              passes through both sides, and that each is stable does not prove that it is."
         ))

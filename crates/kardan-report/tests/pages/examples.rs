@@ -125,6 +125,7 @@ pub fn train() -> Analysis {
         efficient: cost < 3.0,
     };
     Analysis {
+        opposite_side: None,
         parity: None,
         unfinished: None,
         mechanism: Default::default(),

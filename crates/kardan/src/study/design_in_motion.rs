@@ -44,7 +44,7 @@ pub(super) fn with_motion(
 fn loop_in_motion(variant: &PreparedVariant, asked: &AskedMotion) -> Result<PreparedVariant, Diagnostic> {
     let MovingPoint { model, point, notes, .. } = found(variant, asked).map_err(|why| {
         let message = format!("`at` of a controller: {}", why.message);
-        Diagnostic { code: "control::point".into(), message, ..why }.at(asked.place.clone(), "at this point")
+        Diagnostic { code: "control::point", message, ..why }.at(asked.place.clone(), "at this point")
     })?;
     let mut design_models = replaced_plants(variant, &|| Plant::at(model.clone(), point.clone()));
     design_models.iter_mut().for_each(|plant| plant.told = Some(notes.join("; ").replacen("operating point: ", "", 1)));

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 const KEYS: &str = "schema name description mechanism class coordinates elimination counting modes controllable observable minimal \
                     uncontrollable unobservable controllable_rank observable_rank states state_names inputs outputs \
                     relative_degrees zeros kind min_inputs min_outputs factors invariant_factors construction placements \
-                    placement_search sensitivity properties discrete descriptor matrix_distance parity bases constraint_forces certificate notes complete unfinished";
+                    placement_search sensitivity properties opposite_side discrete descriptor matrix_distance parity bases constraint_forces certificate notes complete unfinished";
 
 fn written(analysis: &Analysis) -> Value {
     let text = analysis_json(analysis);

@@ -385,7 +385,7 @@ const RELATIVE: f64 = 1e-8;
 #[test]
 fn flat_laws_are_felt() {
     let mut wrong = Vec::new();
-    for model in models(40) {
+    for model in models(12) {
         let law = Law::drawn(&mut Dice(model));
         let (source, [angle, speed]) = (law.source(), law.reference());
         for method in METHODS {
@@ -403,7 +403,7 @@ fn flat_laws_are_felt() {
 /// The same laws in lanes: what a sweep finds is what each run finds.
 #[test]
 fn lanes_feel_flat_laws() {
-    for model in models(20) {
+    for model in models(8) {
         let law = Law { gain: 0.0, ..Law::drawn(&mut Dice(model)) };
         let source = law.source().replace("inertia = \"1 kg m^2\"", "inertia = \"1 kg m^2 ± 1e-9 %\"");
         let figure = "[[figure]]\nname = \"w\"\nsignal = \"a.w\"\nmeasure = \"final\"\n";
@@ -426,7 +426,7 @@ fn lanes_feel_flat_laws() {
 #[test]
 fn limits_that_dip_let_go() {
     let mut wrong = Vec::new();
-    for model in models(30) {
+    for model in models(12) {
         let mut dice = Dice(1000 + model);
         let mut pick = |list: &[f64]| list[dice.below(list.len())];
         let (size, deep) = (pick(&[1.0, 2.0, 5.0]), pick(&[0.999, 1.0, 1.0, 1.05]));
