@@ -16,7 +16,8 @@ use crate::num::{Matrix, Rational};
 use crate::units::parse_number;
 
 /// Keys that say something to the reader and nothing about the matrices; `kardan linearise` writes them.
-const TOLD: [&str; 7] = ["schema", "name", "description", "units", "operating_point", "decimal", "notes"];
+const TOLD: [&str; 9] =
+    ["schema", "name", "description", "units", "operating_point", "decimal", "side", "opposite_side", "notes"];
 
 /// Reads an object whose keys are the matrices.
 pub(super) fn read_json(text: &str) -> Result<StateSpace, Vec<Diagnostic>> {
