@@ -183,6 +183,8 @@ struct Standing {
     basis: Vec<SparseRow>,
     /// What blocks answer.
     answers: Vec<(Symbol, f64)>,
+    /// What stands still: functions of time as they begin.
+    fixed: Vec<(Symbol, f64)>,
 }
 
 impl Standing {
@@ -195,6 +197,7 @@ impl Standing {
             numeric,
             basis: kinematics::exact_basis(reduced, &point.position),
             answers: Vec::new(),
+            fixed: Vec::new(),
         }
     }
 
@@ -215,14 +218,15 @@ impl Place for Standing {
         match self.place(symbol) {
             Some(k) if k < self.exact.len() => self.exact[k].clone(),
             Some(_) if self.value(symbol) != 0.0 => None,
-            _ => Some(Surd::rational(Rational::ZERO)),
+            _ => Some(Surd::rational(rational_from_f64(self.value(symbol))?)),
         }
     }
 
     fn value(&self, symbol: Symbol) -> f64 {
         let answers = self.answers.iter().map(|(_, value)| value);
         let mut all = self.numeric.angles.iter().chain(&self.numeric.speeds).chain(answers);
-        self.place(symbol).and_then(|place| all.nth(place).copied()).unwrap_or(0.0)
+        let fixed = || self.fixed.iter().find(|(own, _)| *own == symbol).map_or(0.0, |(_, value)| *value);
+        self.place(symbol).and_then(|place| all.nth(place).copied()).unwrap_or_else(fixed)
     }
 
     fn around(&self, symbol: Symbol) -> Interval {
@@ -291,7 +295,8 @@ pub fn law_slopes_with(
         return carried.collect();
     }
     let free = unconstrained(reduced);
-    let mut motion = Motion::free(&free);
+    // Blocks are symbols where they answer, and functions of time with them.
+    let mut motion = if answer.is_some() { Motion::kinematics(&free, false) } else { Motion::free(&free) };
     let mut standing = Standing::new(reduced, point, &motion);
     let mut out = Vec::new();
     for term in &equations.laws {
@@ -299,6 +304,7 @@ pub fn law_slopes_with(
         let blocks = || motion.timed.blocks.iter();
         let symbol = |(name, own): &(String, Expr)| Some((motion.graph.symbol_of(*own)?, answer?(name)));
         standing.answers = blocks().filter_map(symbol).collect();
+        standing.fixed = motion.timed.symbols(&motion.graph).into_iter().zip(motion.timed.values(0.0)).collect();
         let names: Vec<String> = blocks().map(|(name, _)| name.clone()).collect();
         let sides = linear_sides(&mut motion.graph, &[torque], &standing);
         let (element, row) = (term.element.clone(), term.row.clone());
