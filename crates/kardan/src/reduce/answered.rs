@@ -74,6 +74,9 @@ pub fn answered_torques(
     point: &OperatingPoint,
     answer: &dyn Fn(&str) -> f64,
 ) -> Vec<AnsweredTorque> {
+    if !reduced.equations.laws.iter().any(|law| is_answered(&law.value)) {
+        return Vec::new();
+    }
     let slopes = law_slopes_with(reduced, point, Some(answer)).into_iter().zip(law_slopes_at(reduced, point));
     let more = |with: &SparseRow, without: &SparseRow| -> Vec<(usize, f64)> {
         let mut sum: BTreeMap<usize, Rational> = with.iter().cloned().collect();

@@ -335,7 +335,9 @@ fn slopes_of(
         kinks: Vec::new(),
     };
     let Some(sides) = sides else {
-        return LawSlopes { undefined: vec!["it has too many sides to look at".into()], ..nothing };
+        // A loop names it with what jumps, and leaves it out.
+        let many = "more than 64 sides";
+        return LawSlopes { undefined: vec![format!("it has {many}")], jumps: vec![many.into()], ..nothing };
     };
     let own = sides.iter().find(|one| one.is_on(side)).unwrap_or(&sides[0]);
     let value = &own.values[0];

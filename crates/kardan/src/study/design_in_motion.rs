@@ -13,7 +13,7 @@ use crate::synthesis::{Plant, Program, design_law, running};
 
 /// What the controllers of a variant name together of an operating point in motion.
 #[derive(Debug, Clone)]
-pub(super) struct AskedMotion {
+pub(super) struct MotionRequest {
     /// Positions of coordinates by name, rad.
     pub at: Vec<(String, f64)>,
     /// Speeds, torques, the time.
@@ -25,11 +25,11 @@ pub(super) struct AskedMotion {
 /// A variant whose loop is looked at in the motion that its controllers name, where they do.
 pub(super) fn with_motion(
     mut variant: PreparedVariant,
-    asked: Option<AskedMotion>,
+    request: Option<MotionRequest>,
     out: &mut Vec<Diagnostic>,
 ) -> PreparedVariant {
     let complete = variant.designed.len() == variant.model.controls.len();
-    match asked.filter(|_| complete).map(|asked| loop_in_motion(&variant, &asked)) {
+    match request.filter(|_| complete).map(|request| loop_in_motion(&variant, &request)) {
         Some(Ok(looped)) => variant.looped = Some(Box::new(looped)),
         Some(Err(mistake)) => out.push(mistake),
         None => {}
@@ -41,10 +41,10 @@ pub(super) fn with_motion(
 ///
 /// # Errors
 /// Why there is no such motion, or why a program has no linear model there.
-fn loop_in_motion(variant: &PreparedVariant, asked: &AskedMotion) -> Result<PreparedVariant, Diagnostic> {
-    let MovingPoint { model, point, notes, .. } = found(variant, asked).map_err(|why| {
+fn loop_in_motion(variant: &PreparedVariant, request: &MotionRequest) -> Result<PreparedVariant, Diagnostic> {
+    let MovingPoint { model, point, notes, .. } = found(variant, request).map_err(|why| {
         let message = format!("`at` of a controller: {}", why.message);
-        Diagnostic { code: "control::point", message, ..why }.at(asked.place.clone(), "at this point")
+        Diagnostic { code: "control::point", message, ..why }.at(request.place.clone(), "at this point")
     })?;
     let mut design_models = replaced_plants(variant, &|| Plant::at(model.clone(), point.clone()));
     design_models.iter_mut().for_each(|plant| plant.told = Some(notes.join("; ").replacen("operating point: ", "", 1)));
@@ -57,26 +57,26 @@ fn loop_in_motion(variant: &PreparedVariant, asked: &AskedMotion) -> Result<Prep
         let both = law.and_then(|law| Ok((std::sync::Arc::clone(&law), running(law, &control.values)?)));
         (out.designed[number], out.running[number]) = both.map_err(|why| {
             let message = format!("`at` of control `{}`: {why}", control.name);
-            Diagnostic::error("control::point", message).at(asked.place.clone(), "at this point")
+            Diagnostic::error("control::point", message).at(request.place.clone(), "at this point")
         })?;
     }
     Ok(out)
 }
 
-fn found(variant: &PreparedVariant, asked: &AskedMotion) -> Result<MovingPoint, Diagnostic> {
+fn found(variant: &PreparedVariant, request: &MotionRequest) -> Result<MovingPoint, Diagnostic> {
     let spec = &variant.analysis;
-    let alone = GivenAt { time: asked.given.time, ..GivenAt::default() };
-    if let Some(time) = asked.given.time.filter(|_| asked.at.is_empty() && asked.given == alone) {
+    let alone = GivenAt { time: request.given.time, ..GivenAt::default() };
+    if let Some(time) = request.given.time.filter(|_| request.at.is_empty() && request.given == alone) {
         return point_of_run(variant, time);
     }
     let commanded = variant.model.controls.iter().flat_map(|control| (control.law.inputs)(&control.values));
     let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
-    let asked = Asked {
-        at: &asked.at,
-        given: &asked.given,
+    let request = Asked {
+        at: &request.at,
+        given: &request.given,
         inputs: &balancing(variant, &commanded.collect::<Vec<_>>()),
         stuck: &stuck,
         start: &variant.scenario.position,
     };
-    steady_point(variant, &asked)
+    steady_point(variant, &request)
 }

@@ -1,7 +1,7 @@
 //! Where the loop of a variant stands: the operating point that its laws are designed at.
 
 use super::analysis::operating_point;
-use super::design_in_motion::AskedMotion;
+use super::design_in_motion::MotionRequest;
 use super::equilibrium::{currents_in_words, in_words};
 use super::places::place_of_value;
 use crate::diagnostics::{Diagnostic, quoted};
@@ -12,7 +12,7 @@ use crate::model::{ControlSpec, Document, Setting, TableReader};
 use crate::reduce::{
     GivenRows, Held, OperatingPoint, Reduced, held, is_linear_law, law_slopes_at, laws_are_linear, start_on_rows,
 };
-use crate::schema::LawKeys;
+use crate::schema::{LawKeys, Value};
 use crate::synthesis::Program;
 
 /// The operating point that the controllers of a variant name together.
@@ -24,7 +24,7 @@ pub(super) struct Asked {
     /// Where coordinates are that are not named: zero, or on the kept rows, where the run begins.
     start: Vec<f64>,
     /// The motion that is named in place of a position at rest.
-    pub motion: Option<AskedMotion>,
+    pub motion: Option<MotionRequest>,
 }
 
 /// An operating point, and what there is to tell of it.
@@ -57,7 +57,7 @@ impl Asked {
             let (at, given) =
                 operating_point((&own.table, &what), (document, &reduced.equations), Some(&names), &reader, out);
             if given.moves() {
-                add_motion(control, AskedMotion { at, given, place }, &mut motion, out);
+                add_motion(control, MotionRequest { at, given, place }, &mut motion, out);
                 continue;
             }
             for (shaft, angle) in at {
@@ -77,6 +77,7 @@ impl Asked {
                 }
             }
         }
+        check_start(document, motion.as_ref(), out);
         let inputs = controls.iter().flat_map(|control| (control.law.inputs)(&control.values));
         let number = |name: String| reduced.equations.inputs.iter().position(|input| input.element == name);
         let start = match reduced.equations.kept.is_empty() {
@@ -123,6 +124,9 @@ impl Asked {
             |told, not_held| Found { point: default.clone(), multipliers: vec![0.0; kept.len()], told, not_held };
         let laws = &reduced.equations.laws;
         let plain = reduced.equations.transmissions.is_empty() && laws_are_linear(reduced);
+        if self.motion.is_some() {
+            return Ok(nothing(None, None));
+        }
         if self.named.is_empty() && (laws.is_empty() || plain && kept.is_empty()) {
             let begins = || format!("where the run begins: {}", in_words(reduced, &self.start));
             return Ok(nothing((!kept.is_empty()).then(begins), None));
@@ -139,9 +143,6 @@ impl Asked {
             false => self.named.iter().map(|(k, _, _)| *k).collect(),
         };
         let found = held(reduced, &start, &fixed, &self.inputs);
-        if !found.at_rest && self.motion.is_some() {
-            return Ok(nothing(None, None));
-        }
         if !found.at_rest {
             let why = left_in_words(reduced, &found);
             return if self.named.is_empty() { Ok(nothing(None, Some(why))) } else { Err(why) };
@@ -237,8 +238,27 @@ fn left_in_words(reduced: &Reduced, found: &Held) -> String {
     )
 }
 
+/// Refuses a run that is to begin at an operating point that moves.
+fn check_start(document: &Document, motion: Option<&MotionRequest>, out: &mut Vec<Diagnostic>) {
+    let Some(motion) = motion else { return };
+    if document.scenario.values.get("start").is_some_and(|start| start.value == Value::Word("operating_point".into())) {
+        let message = "`start = \"operating_point\"` of `[scenario]`: a run begins there at rest, and a controller names a motion";
+        out.push(
+            Diagnostic::error("control::point", message)
+                .at(TableReader::place(&document.scenario, "start"), "at rest")
+                .at(motion.place.clone(), "this is in motion")
+                .help("leave out `start`, and give the speeds that the run begins with by `initial`"),
+        );
+    }
+}
+
 /// A motion that a controller names as its operating point, beside those of others.
-fn add_motion(control: &ControlSpec, asked: AskedMotion, motion: &mut Option<AskedMotion>, out: &mut Vec<Diagnostic>) {
+fn add_motion(
+    control: &ControlSpec,
+    request: MotionRequest,
+    motion: &mut Option<MotionRequest>,
+    out: &mut Vec<Diagnostic>,
+) {
     let name = &control.name;
     if control.law.keyword != Program::KEYWORD {
         out.push(
@@ -246,27 +266,27 @@ fn add_motion(control: &ControlSpec, asked: AskedMotion, motion: &mut Option<Ask
                 "control::point",
                 format!("`at` of control `{name}`: a law of this kind is designed where the model is at rest"),
             )
-            .at(asked.place, "a speed, a torque or a time")
+            .at(request.place, "a speed, a torque or a time")
             .help("give angles and positions alone; speeds, torques and `t` are for `law = \"program\"`"),
         );
         return;
     }
     match motion {
-        Some(first) if (&first.at, &first.given) != (&asked.at, &asked.given) => out.push(
+        Some(first) if (&first.at, &first.given) != (&request.at, &request.given) => out.push(
             Diagnostic::error(
                 "control::point",
                 format!("`at` of control `{name}`: another controller names another motion"),
             )
-            .at(asked.place, "here it is another one")
+            .at(request.place, "here it is another one")
             .at(first.place.clone(), "here first")
             .help("the loop of a variant has one operating point: name the same one, or name it once"),
         ),
         Some(_) => {}
-        None => *motion = Some(asked),
+        None => *motion = Some(request),
     }
 }
 
-/// Mistakes of laws of torque that have no slope at the operating point of a controller.
+/// Reports laws of torque that have no slope at the operating point of a controller.
 pub(super) fn check_smooth(
     document: &Document,
     control: &ControlSpec,

@@ -286,12 +286,12 @@ impl TaskLaw {
         let differ = |one: f64, other: f64| (one - other).abs() > ROUGH * one.abs().max(other.abs()).max(1.0);
         let (first_slopes, first) = &beside[0];
         let jumps = |row: &usize| beside.iter().any(|(_, values)| differ(values[*row], first[*row]));
-        let bends = |row: &usize| {
+        let has_kink = |row: &usize| {
             let own = row * columns..(row + 1) * columns;
             beside.iter().any(|(slopes, _)| own.clone().any(|k| differ(slopes[k], first_slopes[k])))
         };
         let (jumping, rest): (Vec<usize>, Vec<usize>) = rows.iter().copied().partition(|row| jumps(row));
-        [rest.into_iter().filter(|row| bends(row)).collect(), jumping]
+        [rest.into_iter().filter(|row| has_kink(row)).collect(), jumping]
     }
 
     /// Of each answer, then of each number that is remembered, where it bends and where it jumps at a place.
@@ -299,8 +299,8 @@ impl TaskLaw {
         let mut out = vec![[Vec::new(), Vec::new()]; self.answers.len() + self.task.memory.len()];
         for SidesOf { exprs, guards, sides } in sides {
             let Some(sides) = sides else {
-                let [bends, jumps] = self.rough_among(exprs, inputs);
-                bends.into_iter().for_each(|row| out[row][0].clone_from(guards));
+                let [kinks, jumps] = self.rough_among(exprs, inputs);
+                kinks.into_iter().for_each(|row| out[row][0].clone_from(guards));
                 jumps.into_iter().for_each(|row| out[row][1].clone_from(guards));
                 continue;
             };

@@ -198,6 +198,8 @@ fn a_program_is_looked_at_in_motion() {
     }
     let held = car("at = { \"car.v\" = \"10 m/s\", \"m.f\" = \"1 N\" }\n");
     refused(&held, "control::point", &["no steady motion was found"]);
+    let begins = car("at = { \"car.v\" = \"10 m/s\" }\n") + "start = \"operating_point\"\n";
+    refused(&begins, "control::point", &["a run begins there at rest"]);
     refused(&car("at = \"t = 3 s\"\n"), "control::point", &["`t` = 3 s lies behind the end of the run"]);
     let mixed = pendulum(GRAVITY, "at = { \"arm.w\" = \"1 rad/s\" }\n");
     refused(&mixed, "control::point", &["a law of this kind is designed where the model is at rest"]);
@@ -242,6 +244,37 @@ fn both_sides_of_a_kink_are_given() {
     assert_eq!((there.side.as_deref(), rational_to_f64(&there.a[(1, 0)])), (Some("`sin(arm.phi)` < 0"), unit));
     assert_eq!(there.opposite_side, None);
     assert!(linear_python(&linear).contains("A_opposite = np.array"), "both sides");
+}
+
+/// A law with ten conditions at zero: `Σ sign(g)·abs(g)` with `g = φ + k w` is `10 φ + 45 w`; with one more `abs` it has a kink.
+#[test]
+fn laws_with_many_conditions_have_their_slopes() {
+    let many = |law: &dyn Fn(&str) -> String| {
+        let term = |k: usize| law(&format!("(arm.phi + {k} s * arm.w)"));
+        let sum: Vec<String> = (0..10).map(term).collect();
+        format!("-1 N m/rad * ({})", sum.join(" + "))
+    };
+    let design = |law: &str| {
+        let source = format!(
+            "[model]\nname = \"many\"\n[shaft.arm]\ninertia = \"2 kg m^2\"\n[motor.drive]\nshaft = \"arm\"\n\
+             [control.c]\nlaw = \"program\"\ncommands = {{ drive = \"{law}\" }}\n[scenario]\nduration = \"1 s\"\n"
+        );
+        designed(&source).unwrap_or_else(|wrong| panic!("{wrong:?}"))
+    };
+    let disk = |design: &Design| design.margins.as_ref().expect("margins").channels[0].disk;
+    let plain = design(&many(&|g| g.to_string()));
+    let signed = design(&many(&|g| format!("sign{g} * abs{g}")));
+    assert_eq!((&plain.opposite_side, &signed.opposite_side), (&None, &None));
+    close(disk(&signed), disk(&plain), 1e-6);
+    let kinked = design(&(many(&|g| format!("sign{g} * abs{g}")) + " - 5 N m/rad * abs(arm.phi + 0.5 s * arm.w)"));
+    // 15 φ + 47.5 w on the side that is looked at, 5 φ + 42.5 w on the other.
+    let [own, other] = [15.0, 5.0].map(|stiffness| {
+        let rate = if stiffness > 10.0 { 47.5 } else { 42.5 };
+        design(&format!("-{stiffness} N m/rad * arm.phi - {rate} N m s/rad * arm.w"))
+    });
+    close(disk(&kinked), disk(&own), 1e-6);
+    let opposite = kinked.opposite_side.expect("a kink").margins;
+    close(opposite.channels[0].disk, disk(&other), 1e-6);
 }
 
 #[test]
