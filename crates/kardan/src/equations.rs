@@ -203,18 +203,29 @@ pub struct Formula {
 }
 
 impl Formula {
-    /// A law that an element brings, its names in order in place of each `@`: as a model file has them, within `'...'` where they need it.
+    /// A law that an element brings, its names in order in place of each `@`: as a model file has them, within `'...'` where they need it. What no
+    /// expression can name, as a model that is refused may, has another name.
     ///
     /// # Panics
-    /// If the text is no expression of these names.
+    /// If the text is no expression of so many names.
     pub fn of(text: &str, names: Vec<(String, Meaning)>, dimension: Dimension) -> Arc<Self> {
-        let written = |quote: &str| {
-            let name =
-                |text: String, (name, _): &(String, Meaning)| text.replacen('@', &format!("{quote}{name}{quote}"), 1);
-            let expression = Expression::parse_law(&names.iter().fold(text.to_string(), name)).ok()?;
+        let written = |names: &[(String, Meaning)], quote: &str| {
+            let mut parts = text.split('@');
+            let first = parts.next().unwrap_or_default().to_string();
+            let name = |text: String, ((name, _), rest): (&(String, Meaning), &str)| {
+                format!("{text}{quote}{name}{quote}{rest}")
+            };
+            let expression = Expression::parse_law(&names.iter().zip(parts).fold(first, name)).ok()?;
             names.iter().all(|(name, _)| expression.names().contains(&name.as_str())).then_some(expression)
         };
-        let expression = written("").or_else(|| written("'")).expect("an expression of its names");
+        let (expression, names) = match written(&names, "").or_else(|| written(&names, "'")) {
+            Some(expression) => (expression, names),
+            None => {
+                let other = |(k, (_, meaning)): (usize, (String, Meaning))| (format!("name_{k}"), meaning);
+                let names: Vec<(String, Meaning)> = names.into_iter().enumerate().map(other).collect();
+                (written(&names, "").expect("an expression of so many names"), names)
+            }
+        };
         Arc::new(Self { expression, names, dimension })
     }
 

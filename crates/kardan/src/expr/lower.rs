@@ -1,5 +1,6 @@
 //! Expressions as operations, one way for all numbers: so a plan and an evaluation agree to the last bit.
 
+use std::cell::OnceCell;
 use std::collections::{HashMap, HashSet};
 
 use kardan_rt::Operator;
@@ -33,7 +34,7 @@ pub fn lower<D: Domain>(
         domain,
         values: HashMap::new(),
         angles: HashMap::new(),
-        divisors: graph.shared_divisors(),
+        divisors: OnceCell::new(),
         reciprocals: HashMap::new(),
     };
     for expr in graph.needed(exprs) {
@@ -55,11 +56,15 @@ struct Lowering<'a, D: Domain> {
     /// Sine and cosine of an argument.
     angles: HashMap<Expr, [D::Value; 2]>,
     /// What several products are divided by, and one over it.
-    divisors: HashSet<Expr>,
+    divisors: OnceCell<HashSet<Expr>>,
     reciprocals: HashMap<Expr, D::Value>,
 }
 
 impl<D: Domain> Lowering<'_, D> {
+    fn is_shared_divisor(&self, expr: &Expr) -> bool {
+        self.divisors.get_or_init(|| self.graph.shared_divisors()).contains(expr)
+    }
+
     /// Whether it is a rational times a power of π.
     fn is_constant(&self, expr: Expr) -> bool {
         self.constant(expr).is_some()
@@ -203,7 +208,7 @@ impl<D: Domain> Lowering<'_, D> {
                 Some(value) => number *= raised(&value, *power),
                 None => {
                     let value = self.get(*factor);
-                    let turned = *power < 0 && self.divisors.contains(factor);
+                    let turned = *power < 0 && self.is_shared_divisor(factor);
                     let value = if turned { self.reciprocal(*factor, value) } else { value };
                     let side = if *power > 0 || turned { &mut above } else { &mut below };
                     let raised = self.raised(value, power.unsigned_abs());

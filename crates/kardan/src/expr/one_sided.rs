@@ -1,8 +1,9 @@
 //! Expressions to first order on the sides of a place at which they bend or jump.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
-use super::{Expr, Floating, Graph, Interval, Intervals, Place, Side, Sided, Style, Symbol, lower, printed, sides};
+use super::sides::GuardNames;
+use super::{Direction, Expr, Floating, Graph, Interval, Intervals, Place, Side, Sided, Symbol, lower, sides};
 use crate::num::{Rational, Scalar};
 
 /// A number at a place.
@@ -65,11 +66,15 @@ impl Linear {
         Side { below: below.map(|(guard, _)| guard.clone()).collect() }
     }
 
-    /// One of the expressions alone.
+    /// Some of the expressions alone.
     #[must_use]
-    pub fn of(&self, expr: usize) -> Self {
-        let (values, slopes) = (vec![self.values[expr].clone()], vec![self.slopes[expr].clone()]);
-        Self { guards: self.guards.clone(), exactly: self.exactly, values, slopes }
+    pub fn of(&self, exprs: &[usize]) -> Self {
+        Self {
+            guards: self.guards.clone(),
+            exactly: self.exactly,
+            values: exprs.iter().map(|expr| self.values[*expr].clone()).collect(),
+            slopes: exprs.iter().map(|expr| self.slopes[*expr].clone()).collect(),
+        }
     }
 
     /// Whether all expressions have the values of another side.
@@ -97,8 +102,10 @@ pub struct SidesOf {
     pub exprs: Vec<usize>,
     /// Some of their guards that vanish there, by name.
     pub guards: Vec<String>,
-    /// Each side, to first order, the highest guards first; `None`: there are too many.
-    pub sides: Option<Vec<Linear>>,
+    /// The sides, to first order: all, the highest guards first, or the one that a direction leads to.
+    pub sides: Vec<Linear>,
+    /// Whether these are all.
+    pub all: bool,
 }
 
 /// Guards of one expression beyond which its sides are too many to be looked at one by one.
@@ -107,29 +114,56 @@ const MOST_GUARDS: usize = 8;
 const NAMED: usize = 3;
 
 /// Those of some expressions for which guards vanish at a place, on its sides: those with the same guards together, as guards of others do not matter
-/// to them.
+/// to them. Where there are too many, on the side that the direction leads to.
 ///
 /// A guard is named with its first term not subtracted, so that all that are linear can be above zero at once, and below: what is chosen so for one
 /// expression is the side of all.
-pub fn kinked(graph: &mut Graph, exprs: &[Expr], place: &dyn Place) -> Vec<SidesOf> {
+pub fn kinked(graph: &mut Graph, exprs: &[Expr], place: &dyn Place, direction: Direction<'_>) -> Vec<SidesOf> {
     let mut groups: BTreeMap<Vec<Expr>, Vec<usize>> = BTreeMap::new();
     for (number, guards) in graph.guards_at(exprs, place).into_iter().enumerate() {
         if !guards.is_empty() {
             groups.entry(guards).or_default().push(number);
         }
     }
-    let mut of = |(guards, members): (Vec<Expr>, Vec<usize>)| {
-        let own: Vec<Expr> = members.iter().map(|number| exprs[*number]).collect();
-        let sides = if guards.len() <= MOST_GUARDS { linear_sides(graph, &own, place) } else { None };
-        let name = |guard: &Expr| printed(graph, *guard, Style::Text, &|name| name.into());
-        SidesOf { guards: guards.iter().take(NAMED).map(name).collect(), sides, exprs: members }
-    };
-    groups.into_iter().map(&mut of).collect()
+    let of = |members: &[usize]| -> Vec<Expr> { members.iter().map(|number| exprs[*number]).collect() };
+    let (mut out, mut rest, mut names) = (Vec::new(), Vec::new(), GuardNames::new());
+    for (mut guards, members) in groups {
+        let is_few = guards.len() <= MOST_GUARDS;
+        let all = if is_few { graph.sides(&of(&members), place) } else { None };
+        // The simplest are named.
+        guards.sort_by_key(|guard| graph.needed(&[*guard]).len());
+        let guards = guards.iter().take(NAMED).map(|guard| names.of(graph, *guard)).collect();
+        match all {
+            Some(sides) => {
+                let sides = linear(graph, sides, place, &mut names);
+                out.push(SidesOf { guards, sides, all: true, exprs: members });
+            }
+            None => rest.push((guards, members)),
+        }
+    }
+    // All of these at once, as they share most of their parts.
+    let members: Vec<usize> = rest.iter().flat_map(|(_, members)| members.clone()).collect();
+    if !members.is_empty() {
+        let exprs = graph.side_along(&of(&members), place, direction).exprs;
+        let side = Sided { guards: Vec::new(), exprs };
+        let side = linear(graph, vec![side], place, &mut names).swap_remove(0);
+        for (guards, exprs) in rest {
+            let place = |number: &usize| members.iter().position(|own| own == number).expect("one of all");
+            let own = side.of(&exprs.iter().map(place).collect::<Vec<_>>());
+            out.push(SidesOf { guards, sides: vec![own], all: false, exprs });
+        }
+    }
+    out
 }
 
 /// Expressions on the sides of a place, to first order; `None`: these are too many.
 pub fn linear_sides(graph: &mut Graph, exprs: &[Expr], place: &dyn Place) -> Option<Vec<Linear>> {
-    let own = graph.sides(exprs, place)?;
+    let sides = graph.sides(exprs, place)?;
+    Some(linear(graph, sides, place, &mut GuardNames::new()))
+}
+
+/// What expressions are on some sides, to first order.
+fn linear(graph: &mut Graph, own: Vec<Sided>, place: &dyn Place, names: &mut GuardNames) -> Vec<Linear> {
     let guards: Vec<Expr> = own.iter().flat_map(|side| side.guards.iter().map(|(guard, _)| *guard)).collect();
     let exactly = sides::exactly(graph, &guards, place);
     let exactly = exactly.iter().all(|guard| guard.as_ref().is_some_and(Scalar::is_zero));
@@ -140,25 +174,39 @@ pub fn linear_sides(graph: &mut Graph, exprs: &[Expr], place: &dyn Place) -> Opt
         let of = |((exact, around), value)| Number { exact, value, around };
         exact.into_iter().zip(around).zip(value).map(of).collect()
     };
-    let mut names: HashMap<Expr, String> = HashMap::new();
     let linear = |side: Sided| {
-        let of = |graph: &mut Graph, expr: Expr| {
-            let used: Vec<(usize, Symbol)> =
-                graph.symbols(&[expr]).into_iter().filter_map(|symbol| Some((place.place(symbol)?, symbol))).collect();
-            let slopes: Vec<Expr> = used.iter().map(|(_, symbol)| graph.derivative(expr, *symbol)).collect();
-            let mut slopes: Vec<(usize, Number)> =
-                used.iter().map(|(place, _)| *place).zip(numbers(graph, &slopes)).collect();
-            slopes.sort_by_key(|(place, _)| *place);
-            slopes
-        };
+        let slopes = slopes(graph, &side.exprs, place);
+        // All in one pass, as they share most of their parts.
+        let all: Vec<Expr> = slopes.iter().flatten().map(|(_, slope)| *slope).collect();
+        let mut found = numbers(graph, &all).into_iter();
+        let own = |own: Vec<(usize, Expr)>| own.into_iter().map(|(place, _)| place).zip(&mut found).collect();
         Linear {
-            guards: side.named(graph, &mut names),
+            guards: side.named(graph, names),
             exactly,
             values: numbers(graph, &side.exprs),
-            slopes: side.exprs.iter().map(|expr| of(graph, *expr)).collect(),
+            slopes: slopes.into_iter().map(own).collect(),
         }
     };
-    Some(own.into_iter().map(linear).collect())
+    own.into_iter().map(linear).collect()
+}
+
+/// Of each expression its derivatives, by the places of symbols.
+fn slopes(graph: &mut Graph, exprs: &[Expr], place: &dyn Place) -> Vec<Vec<(usize, Expr)>> {
+    let mut with: BTreeMap<usize, (Symbol, Vec<usize>)> = BTreeMap::new();
+    for (number, expr) in exprs.iter().enumerate() {
+        for symbol in graph.symbols(&[*expr]) {
+            if let Some(place) = place.place(symbol) {
+                with.entry(place).or_insert_with(|| (symbol, Vec::new())).1.push(number);
+            }
+        }
+    }
+    let mut out = vec![Vec::new(); exprs.len()];
+    for (place, (symbol, members)) in with {
+        let own: Vec<Expr> = members.iter().map(|number| exprs[*number]).collect();
+        let slopes = graph.derivatives(&own, symbol);
+        members.into_iter().zip(slopes).for_each(|(number, slope)| out[number].push((place, slope)));
+    }
+    out
 }
 
 /// The guards whose sides differ, each by itself; where none does by itself, all.

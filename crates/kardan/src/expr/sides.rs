@@ -8,7 +8,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use super::graph::{Node, PiecewisePolynomial};
 use super::{Expr, Floating, Function, Graph, Interval, Intervals, Style, Surd, Surds, Symbol, lower, printed};
-use crate::num::{Rational, Scalar, SparseRow, rational_from_f64};
+use crate::num::{Rational, Scalar, SparseRow, rational_from_f64, rational_to_f64};
 
 /// A place at which expressions are looked at, and how it may be left.
 pub trait Place {
@@ -22,7 +22,16 @@ pub trait Place {
     fn around(&self, symbol: Symbol) -> Interval;
     /// How it moves with each of the directions in which the place may be left; nothing where it stands still.
     fn moves(&self, symbol: Symbol) -> SparseRow;
+    /// Its value just beside the place.
+    fn beside(&self, symbol: Symbol, direction: Direction<'_>) -> f64 {
+        let (value, moves) = (self.value(symbol), self.moves(symbol));
+        let step: f64 = moves.iter().map(|(k, x)| rational_to_f64(x) * direction(*k)).sum();
+        value + BESIDE * value.abs().max(1.0) * step
+    }
 }
+
+/// How far beside a place it is, relative to its size or to one.
+const BESIDE: f64 = 1e-9;
 
 /// A side of a place, by the guards that are below zero there, as they are written; all others that vanish are above.
 #[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -42,12 +51,24 @@ pub struct Sided {
 
 impl Sided {
     /// The guards as they are written, and whether they are above zero.
-    pub fn named(&self, graph: &Graph, names: &mut HashMap<Expr, String>) -> Vec<(String, bool)> {
-        let mut name = |guard: Expr| {
-            let name = names.entry(guard).or_insert_with(|| printed(graph, guard, Style::Text, &|name| name.into()));
-            name.clone()
-        };
-        self.guards.iter().map(|(guard, above)| (name(*guard), *above)).collect()
+    pub fn named(&self, graph: &Graph, names: &mut GuardNames) -> Vec<(String, bool)> {
+        self.guards.iter().map(|(guard, above)| (names.of(graph, *guard), *above)).collect()
+    }
+}
+
+/// Guards of one graph as they are written, each written once.
+#[derive(Debug, Default)]
+pub struct GuardNames(HashMap<Expr, String>);
+
+impl GuardNames {
+    /// None so far.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// What a guard is called.
+    pub fn of(&mut self, graph: &Graph, guard: Expr) -> String {
+        self.0.entry(guard).or_insert_with(|| printed(graph, guard, Style::Text, &|name| name.into())).clone()
     }
 }
 
@@ -73,6 +94,12 @@ type Chosen = Vec<(Expr, bool)>;
 
 /// Which sides of the last of some guards, below and above, can be reached beside the others.
 type Reachable<'a> = dyn FnMut(&mut Graph, &[(Expr, bool)]) -> [bool; 2] + 'a;
+
+/// A direction in which a place is left: its part along each of those in which it may be.
+pub type Direction<'a> = &'a dyn Fn(usize) -> f64;
+
+/// Gradients of guards at a place, as far as they were asked for.
+type Gradients = HashMap<Expr, Option<SparseRow>>;
 
 /// Of each node that may bend at a place its guards, whether each was turned, and the pieces.
 type Bends = HashMap<Expr, Vec<(Expr, bool, Pieces)>>;
@@ -210,7 +237,19 @@ impl Graph {
     /// is that of the highest guards. `None`: too many.
     pub fn sides(&mut self, exprs: &[Expr], place: &dyn Place) -> Option<Vec<Sided>> {
         let (guards, bends) = self.bends(exprs, &mut |graph, guards| graph.vanish(guards, place));
-        self.on_all_sides(exprs, (&guards, &bends), &mut |graph, guards| graph.reachable(guards, place))
+        let mut gradients = Gradients::new();
+        let mut reachable = |graph: &mut Self, guards: &[(Expr, bool)]| graph.reachable(guards, place, &mut gradients);
+        self.on_all_sides(exprs, (&guards, &bends), &mut reachable)
+    }
+
+    /// What expressions are on the side of a place that a direction leads to.
+    pub fn side_along(&mut self, exprs: &[Expr], place: &dyn Place, direction: Direction<'_>) -> Sided {
+        let (guards, bends) = self.bends(exprs, &mut |graph, guards| graph.vanish(guards, place));
+        let values = lower(self, &guards, &mut Floating::<f64>::default(), |symbol| place.beside(symbol, direction));
+        let moves = |guard: Expr| self.symbols(&[guard]).into_iter().any(|symbol| !place.moves(symbol).is_empty());
+        let moving = guards.into_iter().zip(values).filter(|(guard, _)| moves(*guard));
+        let guards: Chosen = moving.map(|(guard, value)| (guard, value >= 0.0)).collect();
+        Sided { exprs: self.on_side(exprs, &bends, &guards), guards }
     }
 
     /// Guards that may vanish, inner ones first, each once, and what has them.
@@ -297,15 +336,25 @@ impl Graph {
 
     /// Of each expression the guards that vanish at a place.
     pub(super) fn guards_at(&mut self, exprs: &[Expr], place: &dyn Place) -> Vec<Vec<Expr>> {
-        let guards = self.all_guards(exprs);
+        let parts = self.needed(exprs);
+        let own: Vec<Vec<Expr>> =
+            parts.iter().map(|part| self.guards_of(*part).into_iter().map(|(guard, ..)| guard).collect()).collect();
+        let mut guards: Vec<Expr> = own.iter().flatten().copied().collect();
+        guards.sort();
+        guards.dedup();
         let vanish = self.vanish(&guards, place);
         let vanishing: BTreeSet<Expr> =
             guards.into_iter().zip(vanish).filter(|(_, yes)| *yes).map(|(guard, _)| guard).collect();
-        let mut own = |expr: Expr| {
-            let guards = self.all_guards(&[expr]);
-            guards.into_iter().filter(|guard| vanishing.contains(guard)).collect()
-        };
-        exprs.iter().map(|expr| own(*expr)).collect()
+        let mut all: HashMap<Expr, BTreeSet<Expr>> = HashMap::new();
+        for (part, own) in parts.into_iter().zip(own) {
+            let mut of: BTreeSet<Expr> = own.into_iter().filter(|guard| vanishing.contains(guard)).collect();
+            of.extend(self.parts(part).iter().filter_map(|part| all.get(part)).flatten().copied());
+            if !of.is_empty() {
+                all.insert(part, of);
+            }
+        }
+        let of = |expr: &Expr| all.get(expr).into_iter().flatten().copied().collect();
+        exprs.iter().map(of).collect()
     }
 
     /// Guards at which expressions may bend or jump.
@@ -320,23 +369,25 @@ impl Graph {
 
     /// Whether expressions vanish at a place, or are so near to it that it is rounded by as much.
     fn vanish(&self, exprs: &[Expr], place: &dyn Place) -> Vec<bool> {
-        let exact = exactly(self, exprs, place);
+        // An interval has the exact value in it.
         let around = lower(self, exprs, &mut Intervals, |symbol| place.around(symbol));
-        let zero = |(exact, around): (Option<Rational>, Interval)| {
-            exact.is_some_and(|exact| exact.is_zero()) || around.contains(0.0)
-        };
-        exact.into_iter().zip(around).map(zero).collect()
+        around.into_iter().map(|around| around.contains(0.0)).collect()
     }
 
     /// Whether a place can be left to below and to above zero of the last of some guards, with the others on their sides; neither where the last one does
     /// not vanish there, or stands still.
-    fn reachable(&mut self, guards: &[(Expr, bool)], place: &dyn Place) -> [bool; 2] {
+    fn reachable(&mut self, guards: &[(Expr, bool)], place: &dyn Place, known: &mut Gradients) -> [bool; 2] {
         let Some(((last, _), others)) = guards.split_last() else { return [false; 2] };
         let moving = self.symbols(&[*last]).into_iter().any(|symbol| !place.moves(symbol).is_empty());
         if !moving || !self.vanish(&[*last], place)[0] {
             return [false; 2];
         }
-        let Some(row) = self.gradient(*last, place) else { return [true; 2] };
+        for (guard, _) in guards {
+            if !known.contains_key(guard) {
+                known.insert(*guard, self.gradient(*guard, place));
+            }
+        }
+        let Some(row) = known[last].clone() else { return [true; 2] };
         if row.is_empty() {
             // To first order it stands still.
             let opposite = self.negate(*last);
@@ -347,7 +398,7 @@ impl Graph {
         };
         let others: Vec<SparseRow> = others
             .iter()
-            .filter_map(|(guard, above)| Some(signed(self.gradient(*guard, place)?, *above)))
+            .filter_map(|(guard, above)| Some(signed(known[guard].clone()?, *above)))
             .filter(|row| !row.is_empty())
             .collect();
         [false, true].map(|above| {

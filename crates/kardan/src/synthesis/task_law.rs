@@ -7,7 +7,7 @@ use kardan_rt::Health;
 use super::{Block, Clock, Kept, Kinks, Law, LinearLaw, LinearTask, Plant, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
-use crate::expr::{Interval, Linear, Place, Side, SidesOf, Surd, Symbol, bending, kinked};
+use crate::expr::{Direction, Interval, Linear, Place, Side, SidesOf, Surd, Symbol, bending, kinked};
 use crate::num::{Float, Keeper, Matrix, Rational, SparseRow, rational_from_f64, rational_to_f64};
 use crate::plan::Plan;
 use crate::program::{Read, Task};
@@ -95,11 +95,9 @@ pub struct TaskLaw {
 
 /// Guards below this are looked at exactly.
 const NEAR: f64 = 1e-6;
-/// How far beside a place slopes are looked at that have many sides there, relative to its size or to one.
-const BESIDE: f64 = 1e-9;
-/// In how many directions.
+/// In how many directions places are left at which too many guards vanish.
 const DIRECTIONS: usize = 8;
-/// By how much values or slopes differ that are not the same, relative to their size or to one.
+/// By how much values or slopes differ there that are not the same, relative to their size or to one.
 const ROUGH: f64 = 1e-5;
 /// What values that a task reads may be rounded by, relative.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
@@ -229,19 +227,46 @@ impl TaskLaw {
     }
 
     /// What it is on the sides of a place, to first order: nothing where no guard vanishes there.
-    fn sides_at(&self, inputs: &[f64]) -> Vec<SidesOf> {
+    fn sides_at(&self, inputs: &[f64]) -> Arc<Vec<SidesOf>> {
         let (guards, count) = &**self.task.guards();
         let mut memory = guards.memory();
         memory[..inputs.len()].copy_from_slice(inputs);
         let _ = guards.block().evaluate(&mut memory);
         // What is no number is looked at as well.
         if (0..*count).all(|guard| memory[guards.place(guard)].abs() > NEAR) {
-            return Vec::new();
+            return Arc::default();
         }
-        let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
-        let exprs: Vec<_> = self.task.outputs().into_iter().map(|(_, expr)| expr).collect();
-        let place = Inputs { law: self, symbols: &symbols, values: inputs };
-        kinked(&mut graph, &exprs, &place)
+        let compute = || {
+            let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
+            let exprs: Vec<_> = self.task.outputs().into_iter().map(|(_, expr)| expr).collect();
+            let sense = if self.is_opposite() { -1.0 } else { 1.0 };
+            let place = Inputs { law: self, symbols: &symbols, values: inputs };
+            kinked(&mut graph, &exprs, &place, &|k| sense / (k + 1) as f64)
+        };
+        self.task.sides_of(self.place_in_bits(inputs), compute)
+    }
+
+    fn is_opposite(&self) -> bool {
+        !self.side.below.is_empty()
+    }
+
+    /// What is read and remembered, how sensors move with shafts, and which side is looked at.
+    fn place_in_bits(&self, inputs: &[f64]) -> Vec<u64> {
+        let rows = self.ideal.iter().flat_map(|ideal| [&ideal.angles, &ideal.speeds]);
+        let entries = |row: &Vec<(usize, f64)>| {
+            let entries: Vec<u64> = row.iter().flat_map(|(shaft, x)| [*shaft as u64, x.to_bits()]).collect();
+            [vec![row.len() as u64], entries].concat()
+        };
+        let places = self.comes.iter().map(|comes| match comes {
+            Comes::Angle(shaft) | Comes::Speed(shaft) => *shaft as u64,
+            _ => 0,
+        });
+        let inputs = inputs.iter().map(|x| x.to_bits());
+        inputs
+            .chain([self.shafts as u64, u64::from(self.is_opposite())])
+            .chain(places)
+            .chain(rows.flat_map(entries))
+            .collect()
     }
 
     /// Derivatives where no guard vanishes: of each answer and each number that is remembered, by what is read or remembered.
@@ -254,12 +279,10 @@ impl TaskLaw {
     }
 
     /// A place just beside another one, in a direction in which this may be left.
-    fn beside(&self, inputs: &[f64], direction: &dyn Fn(usize) -> f64) -> Vec<f64> {
+    fn beside(&self, inputs: &[f64], direction: Direction<'_>) -> Vec<f64> {
         let symbols = self.task.inputs();
         let place = Inputs { law: self, symbols: &symbols, values: inputs };
-        let step =
-            |symbol: &Symbol| place.moves(*symbol).iter().map(|(k, x)| rational_to_f64(x) * direction(*k)).sum::<f64>();
-        inputs.iter().zip(&symbols).map(|(x, symbol)| x + BESIDE * x.abs().max(1.0) * step(symbol)).collect()
+        symbols.iter().map(|symbol| place.beside(*symbol, direction)).collect()
     }
 
     /// Which of some rows with many sides have other slopes beside a place, and which other values, in some directions.
@@ -297,15 +320,15 @@ impl TaskLaw {
     /// Of each answer, then of each number that is remembered, where it bends and where it jumps at a place.
     fn kinks_among(&self, inputs: &[f64], sides: &[SidesOf]) -> Kinks {
         let mut out = vec![[Vec::new(), Vec::new()]; self.answers.len() + self.task.memory.len()];
-        for SidesOf { exprs, guards, sides } in sides {
-            let Some(sides) = sides else {
+        for SidesOf { exprs, guards, sides, all } in sides {
+            if !all {
                 let [kinks, jumps] = self.rough_among(exprs, inputs);
                 kinks.into_iter().for_each(|row| out[row][0].clone_from(guards));
                 jumps.into_iter().for_each(|row| out[row][1].clone_from(guards));
                 continue;
-            };
+            }
             for (place, &row) in exprs.iter().enumerate() {
-                let only: Vec<Linear> = sides.iter().map(|side| side.of(place)).collect();
+                let only: Vec<Linear> = sides.iter().map(|side| side.of(&[place])).collect();
                 let jumps = bending(&only, &Linear::same_values);
                 let bends = if jumps.is_empty() { bending(&only, &Linear::same_slopes) } else { Vec::new() };
                 out[row] = [bends, jumps];
@@ -382,15 +405,6 @@ impl TaskLaw {
         let mut slopes = vec![vec![0.0; self.answers.len() + task.memory.len()]; inputs.len()];
         self.plain_slopes(inputs, &mut |row, column, slope| slopes[column][row] = slope);
         for SidesOf { exprs, sides, .. } in of_sides {
-            let Some(sides) = sides else {
-                let sense = if self.side.below.is_empty() { 1.0 } else { -1.0 };
-                self.plain_slopes(&self.beside(inputs, &|k| sense / (k + 1) as f64), &mut |row, column, slope| {
-                    if exprs.contains(&row) {
-                        slopes[column][row] = slope;
-                    }
-                });
-                continue;
-            };
             let Some(side) = sides.iter().find(|side| side.is_on(&self.side)).or(sides.first()) else { continue };
             for (&row, of) in exprs.iter().zip(&side.slopes) {
                 slopes.iter_mut().for_each(|column| column[row] = 0.0);

@@ -80,8 +80,12 @@ pub struct Slowest {
 }
 
 impl Slowest {
-    /// Of a loop in continuous time `ż = F z`; `left_out`: at least so many motions, those next to zero.
-    pub(super) fn continuous(plant: &LoopPlant, parts: &[SampledPart], left_out: usize) -> Option<Self> {
+    /// Of a loop in continuous time `ż = F z`; `left_out`: at least so many motions, those next to zero; `judged`: with its word, which takes time.
+    pub(super) fn continuous(
+        plant: &LoopPlant,
+        parts: &[SampledPart],
+        (left_out, judged): (usize, bool),
+    ) -> Option<Self> {
         let sizes = Places::sizes(plant, parts);
         let found = Held::of(
             &SampledLoop::flow_of(plant, parts),
@@ -91,7 +95,7 @@ impl Slowest {
         let (re, im) =
             found.held.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
         let stable = re < 0.0 || re <= found.error((re, im), 0.0);
-        let word = found.word(0.0, |(re, _)| re);
+        let word = if judged { found.word(0.0, |(re, _)| re) } else { Stability::Undecided };
         let drift = found.dropped.iter().map(|(re, _)| *re).fold(0.0, f64::max);
         let (free, left_out, rounding) = (found.zeros, found.left_out(), found.rounding);
         Some(Self { growth: exp(re), frequency: im.abs(), stable, word, free, left_out, drift, rounding })
@@ -377,6 +381,11 @@ impl SampledLoop {
 
     /// The same without at least so many motions, those that change least.
     pub fn slowest_without(&self, left_out: usize) -> Option<Slowest> {
+        self.slowest_of((left_out, true))
+    }
+
+    /// The same; the word takes time and is left out where nobody asks for it.
+    pub(super) fn slowest_of(&self, (left_out, judged): (usize, bool)) -> Option<Slowest> {
         let found = Held::of(&self.change(), Rounding::OfOne, left_out)?;
         // |1 + μ|² = 1 + 2 Re μ + |μ|²: the growth keeps its digits next to one.
         let grows = |(re, im): (f64, f64)| 2.0 * re + re * re + im * im;
@@ -396,7 +405,7 @@ impl SampledLoop {
         };
         let growth = powf((1.0 + grows(change)).max(0.0), 0.5 * self.sample_time / self.period);
         let frequency = self.turn(own).abs() / self.period;
-        let word = found.word(1.0, |change| 0.5 * grows(change));
+        let word = if judged { found.word(1.0, |change| 0.5 * grows(change)) } else { Stability::Undecided };
         Some(Slowest { growth, frequency, stable, word, free, left_out, drift, rounding })
     }
 

@@ -120,17 +120,18 @@ impl Survey<'_> {
 
     /// The motion of the changed loop that grows most, but for those that nobody holds; `None` if it cannot be computed.
     pub fn slowest(&self, change: Change) -> Option<Slowest> {
-        self.slowest_without(change, 0)
+        self.slowest_of(change, (0, true))
     }
 
-    fn slowest_without(&self, change: Change, left_out: usize) -> Option<Slowest> {
+    /// The same of at least so many motions less, and with a word of its own only if that is asked for.
+    fn slowest_of(&self, change: Change, (left_out, judged): (usize, bool)) -> Option<Slowest> {
         let (parts, plant) = self.changed(change)?;
         if parts.iter().all(|part| part.clock.is_none()) {
-            return Slowest::continuous(&plant, &parts, left_out);
+            return Slowest::continuous(&plant, &parts, (left_out, judged));
         }
         // What nobody holds in continuous time, sampling may move a little: that makes no held motion of it.
         let free = self.free_motions(change).map_or(0, |free| free.columns());
-        SampledLoop::new(&plant, &parts).ok()?.slowest_without(left_out.max(free))
+        SampledLoop::new(&plant, &parts).ok()?.slowest_of((left_out.max(free), judged))
     }
 
     /// The motions of the changed loop in continuous time that nobody holds, columns whose first entries are `[q_r; q̇_r]`; `None`
@@ -175,14 +176,14 @@ impl Survey<'_> {
         change: impl Fn(f64) -> Change,
     ) -> Option<Limit> {
         // Negative where the loop is stable; the size is how fast the motion grows or decays.
-        let grows = |value: f64| match self.slowest_without(change(value), left_out) {
+        let grows = |value: f64| match self.slowest_of(change(value), (left_out, false)) {
             Some(found) if found.stable => -ln(found.growth).abs().max(f64::MIN_POSITIVE),
             Some(found) => ln(found.growth).abs().max(f64::MIN_POSITIVE),
             None => f64::INFINITY,
         };
         let limit = |[before, beyond]: [(f64, f64); 2]| {
             let [low, high] = bracket([before, beyond], 1e-13 * beyond.0.abs(), grows);
-            let frequency = self.slowest_without(change(high), left_out).map_or(0.0, |found| found.frequency);
+            let frequency = self.slowest_of(change(high), (left_out, false)).map_or(0.0, |found| found.frequency);
             Limit { value: low, frequency }
         };
         // The last two that are stable.
