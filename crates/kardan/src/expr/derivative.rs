@@ -6,6 +6,18 @@ use super::graph::Node;
 use super::{Expr, Function, Graph, Symbol};
 use crate::num::Rational;
 
+/// Slopes of expressions, as far as they are not zero.
+struct Found {
+    zero: Expr,
+    slopes: HashMap<Expr, Expr>,
+}
+
+impl Found {
+    fn of(&self, expr: &Expr) -> Expr {
+        self.slopes.get(expr).copied().unwrap_or(self.zero)
+    }
+}
+
 impl Graph {
     /// The derivative of an expression by a symbol; at kinks ([`kinks`](Self::kinks)) that of one side, the same for all its parts: where every guard
     /// that the symbol moves, written such that its first term is not subtracted, is above zero.
@@ -15,23 +27,24 @@ impl Graph {
 
     /// The derivatives of several expressions by one symbol.
     pub fn derivatives(&mut self, exprs: &[Expr], by: Symbol) -> Vec<Expr> {
-        let zero = self.integer(0);
-        let mut found: HashMap<Expr, Expr> = HashMap::new();
+        let mut found = Found { zero: self.integer(0), slopes: HashMap::new() };
         let exprs = &self.above(exprs, by)[..];
-        for expr in self.needed(exprs) {
-            let slope = if self.parts(expr).iter().all(|part| found[part] == zero) {
-                if self.symbol_of(expr) == Some(by) { self.integer(1) } else { zero }
-            } else {
-                self.slope(expr, &found)
+        for expr in self.moved(exprs, by) {
+            let mut stands = true;
+            self.each_part(expr, |part| stands &= found.of(&part) == found.zero);
+            let slope = match self.symbol_of(expr) {
+                Some(_) => self.integer(1),
+                None if stands => continue,
+                None => self.slope(expr, &found),
             };
-            found.insert(expr, slope);
+            found.slopes.insert(expr, slope);
         }
-        exprs.iter().map(|expr| found[expr]).collect()
+        exprs.iter().map(|expr| found.of(expr)).collect()
     }
 
     /// The derivative of a node from those of its parts.
-    fn slope(&mut self, expr: Expr, found: &HashMap<Expr, Expr>) -> Expr {
-        let of = |part: &Expr| found[part];
+    fn slope(&mut self, expr: Expr, found: &Found) -> Expr {
+        let of = |part: &Expr| found.of(part);
         match self.node(expr).clone() {
             Node::Number(_) | Node::Pi | Node::Symbol(_) => self.integer(0),
             Node::Sum { terms, .. } => {
@@ -78,7 +91,7 @@ impl Graph {
     }
 
     /// f′/f of a sum with exponentials, where f may overflow and this does not: `exp(u) u′/f = u′/(f exp(−u))`, of which each term is formed by itself.
-    fn relative_slope(&mut self, expr: Expr, found: &HashMap<Expr, Expr>) -> Option<Expr> {
+    fn relative_slope(&mut self, expr: Expr, found: &Found) -> Option<Expr> {
         let Node::Sum { constant, terms } = self.node(expr).clone() else { return None };
         let exponents: Vec<Option<(Expr, Expr)>> =
             terms.iter().map(|(term, _)| self.exponential(*term, found)).collect();
@@ -87,11 +100,11 @@ impl Graph {
         }
         let mut slopes = Vec::new();
         for ((term, factor), exponent) in terms.iter().zip(&exponents) {
-            if self.is_zero(found[term]) {
+            if self.is_zero(found.of(term)) {
                 continue;
             }
             let Some((rest, u)) = exponent else {
-                slopes.push((self.divide(found[term], expr), factor.clone()));
+                slopes.push((self.divide(found.of(term), expr), factor.clone()));
                 continue;
             };
             let negative = self.negate(*u);
@@ -109,13 +122,13 @@ impl Graph {
                 parts.push((part, factor.clone()));
             }
             let all = self.sum(Rational::ZERO, &parts);
-            slopes.push((self.product(&[(*rest, 1), (found[u], 1), (all, -1)]), factor.clone()));
+            slopes.push((self.product(&[(*rest, 1), (found.of(u), 1), (all, -1)]), factor.clone()));
         }
         Some(self.sum(Rational::ZERO, &slopes))
     }
 
     /// A and u of a term `A exp(u)` whose A does not change.
-    fn exponential(&mut self, term: Expr, found: &HashMap<Expr, Expr>) -> Option<(Expr, Expr)> {
+    fn exponential(&mut self, term: Expr, found: &Found) -> Option<(Expr, Expr)> {
         match self.node(term).clone() {
             Node::Apply(Function::Exp, u) => Some((self.integer(1), u)),
             Node::Product(mut factors) => {
@@ -125,7 +138,7 @@ impl Graph {
                 };
                 let (at, u) = factors.iter().enumerate().find_map(|(at, factor)| Some((at, exponent(factor)?)))?;
                 factors.remove(at);
-                let constant = factors.iter().all(|(factor, _)| self.is_zero(found[factor]));
+                let constant = factors.iter().all(|(factor, _)| self.is_zero(found.of(factor)));
                 constant.then(|| (self.product(&factors), u))
             }
             _ => None,

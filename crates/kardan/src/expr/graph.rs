@@ -516,13 +516,20 @@ impl Graph {
 
     /// The nodes that an expression is made of directly.
     pub(super) fn parts(&self, expr: Expr) -> Vec<Expr> {
+        let mut out = Vec::new();
+        self.each_part(expr, |part| out.push(part));
+        out
+    }
+
+    /// The same one by one.
+    pub(super) fn each_part(&self, expr: Expr, mut look: impl FnMut(Expr)) {
         match self.node(expr) {
-            Node::Number(_) | Node::Pi | Node::Symbol(_) => Vec::new(),
-            Node::Sum { terms, .. } => terms.iter().map(|(term, _)| *term).collect(),
-            Node::Product(factors) => factors.iter().map(|(factor, _)| *factor).collect(),
-            Node::Apply(_, a) | Node::Table(_, a) | Node::Group(a) => vec![*a],
-            Node::Atan2(a, b) | Node::Min(a, b) | Node::Max(a, b) => vec![*a, *b],
-            Node::Select(parts) => parts.to_vec(),
+            Node::Number(_) | Node::Pi | Node::Symbol(_) => {}
+            Node::Sum { terms, .. } => terms.iter().for_each(|(term, _)| look(*term)),
+            Node::Product(factors) => factors.iter().for_each(|(factor, _)| look(*factor)),
+            Node::Apply(_, a) | Node::Table(_, a) | Node::Group(a) => look(*a),
+            Node::Atan2(a, b) | Node::Min(a, b) | Node::Max(a, b) => [a, b].into_iter().for_each(|part| look(*part)),
+            Node::Select(parts) => parts.iter().for_each(|part| look(*part)),
         }
     }
 
@@ -532,10 +539,23 @@ impl Graph {
         let mut open = exprs.to_vec();
         while let Some(expr) = open.pop() {
             if !std::mem::replace(&mut needed[expr.0 as usize], true) {
-                open.extend(self.parts(expr));
+                self.each_part(expr, |part| open.push(part));
             }
         }
         (0..self.nodes.len() as u32).map(Expr).filter(|expr| needed[expr.0 as usize]).collect()
+    }
+
+    /// Those of all that expressions are made of that move with a symbol, parts before the whole.
+    pub(super) fn moved(&self, exprs: &[Expr], by: Symbol) -> Vec<Expr> {
+        let mut moved = vec![false; self.nodes.len()];
+        let mut out = self.needed(exprs);
+        out.retain(|expr| {
+            let mut moves = self.symbol_of(*expr) == Some(by);
+            self.each_part(*expr, |part| moves |= moved[part.0 as usize]);
+            moved[expr.0 as usize] = moves;
+            moves
+        });
+        out
     }
 
     /// What more than one product of the graph is divided by.

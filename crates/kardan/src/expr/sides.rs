@@ -151,26 +151,27 @@ impl Graph {
 
     /// Expressions that are on the upper side of all guards that a symbol moves, where these vanish; elsewhere they are what they were.
     pub(super) fn above(&mut self, exprs: &[Expr], by: Symbol) -> Vec<Expr> {
-        let mut moved: HashMap<Expr, bool> = HashMap::new();
+        // Of what the symbol moves.
         let mut new: HashMap<Expr, Expr> = HashMap::new();
-        for part in self.needed(exprs) {
-            let parts = self.parts(part);
-            moved.insert(part, self.symbol_of(part) == Some(by) || parts.iter().any(|part| moved[part]));
-            let own = match self.node(part).clone() {
-                Node::Select([a, b, then, otherwise]) if moved[&a] || moved[&b] => {
-                    let [a, b, then, otherwise] = [a, b, then, otherwise].map(|part| new[&part]);
+        for part in self.moved(exprs, by) {
+            let of = |part: &Expr| new.get(part).copied().unwrap_or(*part);
+            let mut same = true;
+            self.each_part(part, |part| same &= of(&part) == part);
+            let own = match *self.node(part) {
+                Node::Select([a, b, then, otherwise]) if new.contains_key(&a) || new.contains_key(&b) => {
+                    let [a, b, then, otherwise] = [a, b, then, otherwise].map(|part| of(&part));
                     self.select_above(a, b, then, otherwise)
                 }
-                Node::Table(number, x) if moved[&x] => {
+                Node::Table(number, x) if new.contains_key(&x) => {
                     let table = self.tables[number as usize].clone();
-                    self.table_above(table, new[&x])
+                    self.table_above(table, of(&x))
                 }
-                _ if parts.iter().all(|part| new[part] == *part) => part,
-                _ => self.rebuilt(part, |part| new[&part]),
+                _ if same => part,
+                _ => self.rebuilt(part, |part| of(&part)),
             };
             new.insert(part, own);
         }
-        exprs.iter().map(|expr| new[expr]).collect()
+        exprs.iter().map(|expr| new.get(expr).copied().unwrap_or(*expr)).collect()
     }
 
     /// The guards of a node, with its pieces below and above.
