@@ -59,7 +59,16 @@ impl Polynomial {
 
     /// The value at a number (Horner).
     pub fn evaluate(&self, s: &Rational) -> Rational {
-        self.coefficients.iter().rev().fold(Rational::ZERO, |sum, c| sum.times(s).plus(c))
+        let (whole, scale) = self.in_whole_numbers();
+        let Some((last, rest)) = whole.split_last() else { return Rational::ZERO };
+        // Σ cₖ pᵏ qⁿ⁻ᵏ over qⁿ, reduced once in the end.
+        let (p, q) = (s.numerator(), IBig::from(s.denominator().clone()));
+        let mut power = IBig::ONE;
+        let sum = rest.iter().rev().fold(last.clone(), |sum, c| {
+            power *= &q;
+            sum * p + c * &power
+        });
+        Rational::from(sum).over(&Rational::from(power * IBig::from(scale)))
     }
 
     /// `factor · self`.
@@ -78,13 +87,12 @@ impl Polynomial {
         if self.is_zero() || other.is_zero() {
             return Self::default();
         }
-        let mut out = vec![Rational::ZERO; self.coefficients.len() + other.coefficients.len() - 1];
-        for (i, x) in self.coefficients.iter().enumerate() {
-            for (j, y) in other.coefficients.iter().enumerate() {
-                out[i + j] = out[i + j].plus(&x.times(y));
-            }
-        }
-        Self::new(out)
+        let ((one, first), (another, second)) = (self.in_whole_numbers(), other.in_whole_numbers());
+        let (out, scale) = (multiply_whole(&one, &another), first * second);
+        // Reduced once in the end.
+        let scale = Rational::from(scale);
+        let reduced = |c: IBig| if scale.is_one() { Rational::from(c) } else { Rational::from(c).over(&scale) };
+        Self::new(out.into_iter().map(reduced).collect())
     }
 
     /// The same up to a factor, with whole coefficients that have no common divisor, the leading one positive.
@@ -233,12 +241,17 @@ impl Polynomial {
 
     /// The coefficients times their common denominator.
     pub fn whole_coefficients(&self) -> Vec<IBig> {
-        let common = self.coefficients.iter().fold(UBig::ONE, |all, c| {
-            let d = c.denominator();
-            let shared = dashu_int::ops::Gcd::gcd(&all, d);
-            all / shared * d
+        self.in_whole_numbers().0
+    }
+
+    /// The same, and that denominator.
+    fn in_whole_numbers(&self) -> (Vec<IBig>, UBig) {
+        let scale = self.coefficients.iter().fold(UBig::ONE, |all, c| match c.denominator() {
+            one if *one == UBig::ONE => all,
+            other => &all / dashu_int::ops::Gcd::gcd(&all, other) * other,
         });
-        self.coefficients.iter().map(|c| c.numerator() * IBig::from(&common / c.denominator())).collect()
+        let whole = |c: &Rational| c.numerator() * IBig::from(&scale / c.denominator());
+        (self.coefficients.iter().map(whole).collect(), scale)
     }
 }
 

@@ -79,10 +79,12 @@ impl Design {
             Some(_) => ("at its sample time", "at its sample times"),
             None => ("in continuous time", "in continuous time"),
         };
+        // Whether they are exactly there is not decided then.
+        let rounded = if margins.stability.word == Stability::Undecided { ", to rounding," } else { "" };
         let free = match margins.free_poles {
             0 => String::new(),
-            1 => " but for a pole at zero that nobody holds".into(),
-            poles => format!(" but for {poles} poles at zero that nobody holds"),
+            1 => format!(" but for a pole at zero{rounded} that nobody holds"),
+            poles => format!(" but for {poles} poles at zero{rounded} that nobody holds"),
         };
         match (margins.stable, margins.stability.word) {
             (_, Stability::Unstable) => format!("; {at} the loop is unstable"),

@@ -444,7 +444,7 @@ fn differences(found: &ChannelMargin, expected: &Swept, tolerance: f64) -> Vec<S
 
 #[test]
 fn margins_are_those_of_the_transfer_function() {
-    let (mut agree, mut unstable, mut undecided, mut estimated) = (0, 0, 0, 0);
+    let (mut agree, mut unstable, mut undecided, mut not_decided) = (0, 0, 0, 0);
     let mut wrong = Vec::new();
     for seed in loops(60) {
         if seed % 100 == 99 {
@@ -459,14 +459,13 @@ fn margins_are_those_of_the_transfer_function() {
             continue;
         };
         let Some(margins) = designed(&of) else { continue };
-        if margins.stable != Some(expected) {
-            // Said to be of floating point: whether that is right is tested with the verdicts. Counted, so that it stays rare.
-            if !margins.proven && of.sampled.is_none() {
-                estimated += 1;
-            } else {
-                wrong
-                    .push(format!("{seed}: stable is {:?} and {expected}: {of:?} {}", margins.stable, margins.verdict));
-            }
+        let Some(stable) = margins.stable else {
+            // Floating point is not sure there, and that is said. Counted, so that it stays rare.
+            not_decided += 1;
+            continue;
+        };
+        if stable != expected {
+            wrong.push(format!("{seed}: stable is {stable} and {expected}: {of:?} {}", margins.verdict));
             continue;
         }
         if !expected {
@@ -482,10 +481,10 @@ fn margins_are_those_of_the_transfer_function() {
         if all.is_empty() { agree += 1 } else { wrong.push(format!("{seed}: {} {of:?}", all.join("; "))) }
     }
     println!(
-        "{agree} agree, {unstable} unstable as they should be, {undecided} next to the limit, {} wrong",
+        "{agree} agree, {unstable} unstable as they should be, {undecided} next to the limit, {not_decided} not decided, {} wrong",
         wrong.len()
     );
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    assert!(20 * estimated <= agree + unstable + 20, "{estimated}");
+    assert!(20 * not_decided <= agree + unstable + 20, "{not_decided}");
     assert!(loops(60).count() < 60 || agree > 10 && unstable > 5, "{agree} {unstable}");
 }

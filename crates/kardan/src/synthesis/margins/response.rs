@@ -6,7 +6,7 @@ use super::one_channel::{LEVEL, OneChannel};
 use crate::num::{
     Matrix, Polynomial, Rational, Rounding, at_zero, at_zero_within, balance, eigenvalues, rational_from_f64,
 };
-use crate::synthesis::decoupling::{characteristic_polynomial, resolvent};
+use crate::synthesis::decoupling::{characteristic_polynomial, common_denominator, resolvent};
 
 /// States up to which poles and single channels are computed from polynomials with exact coefficients.
 const MOST: usize = 32;
@@ -22,6 +22,8 @@ const PER_DECADE: f64 = 25.0;
 const BESIDE: [f64; 7] = [0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 /// Decades that are looked at beyond the slowest and the fastest pole.
 const BEYOND: f64 = 100.0;
+/// Widest range of places.
+const WIDEST: f64 = 1e300;
 /// Steps of a search between two places.
 const STEPS: usize = 60;
 
@@ -286,7 +288,8 @@ impl Response {
     pub(super) fn places(&self) -> Vec<f64> {
         let moving = self.poles.iter().map(|(re, im)| hypot(*re, *im)).filter(|size| *size > 0.0 && size.is_finite());
         let (low, high) = moving.fold((1.0f64, 1.0f64), |(low, high), size| (low.min(size), high.max(size)));
-        let (low, high) = (low / BEYOND, high * BEYOND);
+        let high = (high * BEYOND).min(f64::MAX);
+        let low = (low / BEYOND).max(high / WIDEST);
         let count = (kardan_rt::functions::log10(high / low) * PER_DECADE).ceil();
         let even = (0..=count as usize).map(|k| low * powf(high / low, k as f64 / count));
         let beside = self.poles.iter().flat_map(|(re, im)| {
@@ -424,10 +427,14 @@ fn on_the_axis(polynomial: &Polynomial, n: usize) -> Polynomial {
     let [up, down] = [Rational::ONE, Rational::NEG_ONE].map(|slope| Polynomial::new(vec![one.clone(), slope]));
     let mut powers = vec![Polynomial::constant(one.clone())];
     (0..n).for_each(|k| powers.push(powers[k].times(&down)));
+    // In whole numbers, of which sums and products cost least.
+    let scale = Rational::from(common_denominator(polynomial.coefficients()));
+    let whole = polynomial.scale(&scale);
     // Horner's rule, from the highest coefficient.
     (0..=n)
         .rev()
-        .fold(Polynomial::default(), |sum, k| sum.times(&up).plus(&powers[n - k].scale(&polynomial.coefficient(k))))
+        .fold(Polynomial::default(), |sum, k| sum.times(&up).plus(&powers[n - k].scale(&whole.coefficient(k))))
+        .scale(&(Rational::ONE / scale))
 }
 
 /// Φ − 1
