@@ -1,9 +1,8 @@
 //! Programs: what blocks compute at the samples of one clock, as expressions of what they read. Data only.
 
-use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
-use crate::expr::{Expr, Graph, Lookup, SidesOf, Symbol};
+use crate::expr::{Expr, Graph, Lookup, Symbol};
 use crate::plan::{Plan, compile};
 use crate::units::{Dimension, Exact};
 
@@ -175,19 +174,6 @@ impl Task {
         })
     }
 
-    /// What it is on the sides of a place, to first order, computed once for each key, which has all that this follows from.
-    pub(crate) fn sides_of(&self, key: Vec<u64>, compute: impl FnOnce() -> Vec<SidesOf>) -> Arc<Vec<SidesOf>> {
-        let is_it = |(known, _): &(Vec<u64>, _)| *known == key;
-        self.lists.sides.find_or_add(is_it, || (key.clone(), Arc::new(compute()))).1
-    }
-
-    /// Whether another one is the same, names and descriptions included.
-    fn is_identical(&self, other: &Self) -> bool {
-        self == other
-            && (&self.name, &self.moving, &self.names, &self.order)
-                == (&other.name, &other.moving, &other.names, &other.order)
-    }
-
     /// What an answer follows from: reads, by way of what is remembered.
     pub fn reads_of(&self, answer: &TaskAnswer) -> Vec<&Read> {
         let mut exprs = vec![answer.value];
@@ -238,54 +224,12 @@ pub struct Lists {
     values: OnceLock<Arc<Plan>>,
     slopes: OnceLock<Arc<Slopes>>,
     guards: OnceLock<Arc<(Plan, usize)>>,
-    sides: Recent<(Vec<u64>, Arc<Vec<SidesOf>>)>,
 }
 
 impl Clone for Lists {
     /// Those of a copy, which may become another task, are made anew.
     fn clone(&self) -> Self {
         Self::default()
-    }
-}
-
-/// How many of a kind are kept, at most.
-const RECENT: usize = 64;
-
-/// The last ones that were made of a kind, on whatever thread.
-#[derive(Debug)]
-struct Recent<T>(Mutex<VecDeque<T>>);
-
-impl<T> Default for Recent<T> {
-    fn default() -> Self {
-        Self(Mutex::default())
-    }
-}
-
-impl<T: Clone> Recent<T> {
-    /// The one of which this is true, or a new one; while this is made others wait for it.
-    fn find_or_add(&self, is_it: impl Fn(&T) -> bool, make: impl FnOnce() -> T) -> T {
-        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(one) = known.iter().find(|one| is_it(one)) {
-            return one.clone();
-        }
-        let one = make();
-        known.push_back(one.clone());
-        if known.len() > RECENT {
-            known.pop_front();
-        }
-        one
-    }
-}
-
-/// Tasks of the variants of one model: equal ones are one, so that what follows from them is computed once.
-#[derive(Debug, Clone, Default)]
-pub struct SharedTasks(Arc<Recent<Arc<Task>>>);
-
-impl SharedTasks {
-    /// The task, or an equal one that was made before.
-    pub(crate) fn share(&self, task: Task) -> Arc<Task> {
-        let task = Arc::new(task);
-        self.0.find_or_add(|known| known.is_identical(&task), || Arc::clone(&task))
     }
 }
 

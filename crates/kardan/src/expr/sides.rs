@@ -98,7 +98,7 @@ type Reachable<'a> = dyn FnMut(&mut Graph, &[(Expr, bool)]) -> [bool; 2] + 'a;
 /// A direction in which a place is left: its part along each of those in which it may be.
 pub type Direction<'a> = &'a dyn Fn(usize) -> f64;
 
-/// Gradients of guards at a place, as far as they were asked for.
+/// Gradients of guards at a place, as far as they are computed.
 type Gradients = HashMap<Expr, Option<SparseRow>>;
 
 /// Of each node that may bend at a place its guards, whether each was turned, and the pieces.

@@ -9,7 +9,6 @@ use crate::entries::Place;
 use crate::equations::Domain;
 use crate::manoeuvre::Cones;
 use crate::names::SignalName;
-use crate::program::SharedTasks;
 use crate::schema::{Field, Placed, Scalar, Table, Value};
 use crate::signal::SignalKind;
 use crate::synthesis::LawKind;
@@ -187,8 +186,6 @@ pub struct Document {
     pub tables: Vec<(String, Table)>,
     /// Files that the model names, by their names, as far as they were handed over.
     pub files: BTreeMap<String, FileBytes>,
-    /// What blocks and programs compute, of all its variants.
-    pub tasks: SharedTasks,
     /// `[analysis]`
     pub analysis: Table,
     /// `[bench]`

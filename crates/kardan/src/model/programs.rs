@@ -177,13 +177,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         for signal in &self.document.signals {
             self.column(signal, out);
         }
-        let shared = &self.document.tasks.clone();
-        let sensors: Vec<Arc<Task>> = self
-            .document
-            .signal_sensors()
-            .filter_map(|sensor| self.sensor(sensor, out))
-            .map(|task| shared.share(task))
-            .collect();
+        let sensors: Vec<Arc<Task>> =
+            self.document.signal_sensors().filter_map(|sensor| self.sensor(sensor, out)).map(Arc::new).collect();
         let commands: Vec<Vec<Command>> = laws.iter().map(|law| self.commands(law, out)).collect();
         let nothing = (Programs { broken: true, ..Programs::default() }, Vec::new());
         // What names something in doubt is left out without a word.
@@ -208,11 +203,10 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let mut periods: Vec<Option<Exact>> = self.made.values().flatten().map(|made| made.period.clone()).collect();
         periods.sort_by_key(|period| period.as_ref().map(Exact::to_rational));
         periods.dedup();
-        let share = |task| shared.share(task);
-        let tasks = periods.into_iter().map(|period| share(self.task(period, &order, |_| false))).collect();
+        let tasks = periods.into_iter().map(|period| Arc::new(self.task(period, &order, |_| false))).collect();
         let of_laws = laws.iter().zip(commands).map(|(law, commands)| {
             let task = self.command_task((&law.control, law.period.clone()), &order, commands);
-            (law.control.clone(), share(task))
+            (law.control.clone(), Arc::new(task))
         });
         let of_laws = of_laws.collect();
         let functions = std::mem::take(&mut self.used_functions);

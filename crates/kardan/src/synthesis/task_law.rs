@@ -227,46 +227,20 @@ impl TaskLaw {
     }
 
     /// What it is on the sides of a place, to first order: nothing where no guard vanishes there.
-    fn sides_at(&self, inputs: &[f64]) -> Arc<Vec<SidesOf>> {
+    fn sides_at(&self, inputs: &[f64]) -> Vec<SidesOf> {
         let (guards, count) = &**self.task.guards();
         let mut memory = guards.memory();
         memory[..inputs.len()].copy_from_slice(inputs);
         let _ = guards.block().evaluate(&mut memory);
         // What is no number is looked at as well.
         if (0..*count).all(|guard| memory[guards.place(guard)].abs() > NEAR) {
-            return Arc::default();
+            return Vec::new();
         }
-        let compute = || {
-            let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
-            let exprs: Vec<_> = self.task.outputs().into_iter().map(|(_, expr)| expr).collect();
-            let sense = if self.is_opposite() { -1.0 } else { 1.0 };
-            let place = Inputs { law: self, symbols: &symbols, values: inputs };
-            kinked(&mut graph, &exprs, &place, &|k| sense / (k + 1) as f64)
-        };
-        self.task.sides_of(self.place_in_bits(inputs), compute)
-    }
-
-    fn is_opposite(&self) -> bool {
-        !self.side.below.is_empty()
-    }
-
-    /// What is read and remembered, how sensors move with shafts, and which side is looked at.
-    fn place_in_bits(&self, inputs: &[f64]) -> Vec<u64> {
-        let rows = self.ideal.iter().flat_map(|ideal| [&ideal.angles, &ideal.speeds]);
-        let entries = |row: &Vec<(usize, f64)>| {
-            let entries: Vec<u64> = row.iter().flat_map(|(shaft, x)| [*shaft as u64, x.to_bits()]).collect();
-            [vec![row.len() as u64], entries].concat()
-        };
-        let places = self.comes.iter().map(|comes| match comes {
-            Comes::Angle(shaft) | Comes::Speed(shaft) => *shaft as u64,
-            _ => 0,
-        });
-        let inputs = inputs.iter().map(|x| x.to_bits());
-        inputs
-            .chain([self.shafts as u64, u64::from(self.is_opposite())])
-            .chain(places)
-            .chain(rows.flat_map(entries))
-            .collect()
+        let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
+        let exprs: Vec<_> = self.task.outputs().into_iter().map(|(_, expr)| expr).collect();
+        let place = Inputs { law: self, symbols: &symbols, values: inputs };
+        let sense = if self.side.below.is_empty() { 1.0 } else { -1.0 };
+        kinked(&mut graph, &exprs, &place, &|k| sense / (k + 1) as f64)
     }
 
     /// Derivatives where no guard vanishes: of each answer and each number that is remembered, by what is read or remembered.

@@ -277,6 +277,40 @@ fn laws_with_many_conditions_have_their_slopes() {
     close(opposite.channels[0].disk, disk(&other), 1e-6);
 }
 
+/// A product of two signals that are zero has no slope, also beside many conditions: its block, with another clock, is not in the loop.
+#[test]
+fn slopes_beside_many_conditions_are_exact() {
+    let terms = (0..10).map(|k| format!("sign(arm.phi + {k} s * arm.w) * abs(arm.phi + {k} s * arm.w)"));
+    let terms: Vec<String> = terms.collect();
+    let block = |name: &str, rest: &str| format!("[block.{name}]\nunit = \"rad\"\n{rest}\n");
+    let design = |last: &str| {
+        let reference = format!(
+            "kind = \"gain\"\ngain = 1\nsample_time = \"1 ms\"\ninput = \"0.001 * ({}) + {last}\"",
+            terms.join(" + ")
+        );
+        let source = format!(
+            "[model]\nname = \"many\"\n[shaft.arm]\ninertia = \"2 kg m^2\"\ndamping = \"1 N m s/rad\"\n\
+             [motor.drive]\nshaft = \"arm\"\n{}{}{}[control.c]\nlaw = \"position_loop\"\nsample_time = \"1 ms\"\n\
+             output = \"arm.phi\"\ninput = \"drive\"\nreference = \"ref\"\n[scenario]\nduration = \"1 s\"\n",
+            block(
+                "slow",
+                "kind = \"low_pass\"\ninput = \"arm.w * (1 s)\"\ntime_constant = \"50 ms\"\nsample_time = \"5 ms\""
+            ),
+            block("held", "kind = \"hold\"\ninput = \"slow\"\nsample_time = \"1 ms\""),
+            block("ref", &reference),
+        );
+        designed(&source).unwrap_or_else(|wrong| panic!("{wrong:?}"))
+    };
+    let blocks = |design: &Design| {
+        let note = design.notes.iter().find(|note| note.contains("closes through")).expect("a note on blocks");
+        note.rsplit_once(": ").expect("names").1.to_string()
+    };
+    let (product, sum) = (design("0.001 * held * arm.phi / (1 rad)"), design("0.001 * held"));
+    assert_eq!((blocks(&product).as_str(), blocks(&sum).as_str()), ("`ref`", "`ref`, `slow`"));
+    // With one clock there are margins of the reading, and frequency responses.
+    assert!(product.margins.expect("margins").channels.iter().any(|channel| channel.reading));
+}
+
 #[test]
 fn points_that_nothing_holds_and_kinks_are_told() {
     // 40 N m sin 60° is within 60 N m, 100 N m sin 60° is not.
