@@ -30,7 +30,7 @@ pub use of_time::{OfTime, Part, Pieces, polynomial};
 pub use one_sided::{Linear, Number, SidesOf, bending, kinked, linear_sides};
 pub use print::{Style, parenthesised, printed};
 pub(crate) use print::{bare, raised};
-pub use sides::{Direction, Place, Side, Sided};
+pub use sides::{Direction, Place, Side, Sided, exactly};
 pub use surds::{Surd, Surds};
 pub use traced::Traced;
 pub use written::Named;

@@ -73,7 +73,7 @@ impl GuardNames {
 }
 
 /// The values of expressions at a place, where these are fractions.
-pub(super) fn exactly(graph: &Graph, exprs: &[Expr], place: &dyn Place) -> Vec<Option<Rational>> {
+pub fn exactly(graph: &Graph, exprs: &[Expr], place: &dyn Place) -> Vec<Option<Rational>> {
     let values = lower(graph, exprs, &mut Surds, |symbol| place.exact(symbol));
     values.into_iter().map(|value| value?.to_rational()).collect()
 }

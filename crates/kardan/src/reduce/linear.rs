@@ -35,6 +35,12 @@ impl LinearModel {
         with_inertia(&self.inertia)
     }
 
+    /// Whether a number of it is rounded.
+    pub fn is_rounded(&self) -> bool {
+        let all = [&self.inertia, &self.damping, &self.stiffness, &self.input, &self.basis];
+        all.into_iter().flat_map(Matrix::<Rational>::as_slice).any(LastDigits::is_rounded)
+    }
+
     /// As equations of first order, with the states `[q_r; q̇_r]` without rates of coordinates that have no inertia; `None` where something else than
     /// dampers holds such a one.
     pub fn first_order(&self) -> Option<FirstOrder<Rational>> {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::{Block, Clock, ExactLoop, LinearLaw, Running};
 use crate::analysis::OutputSignal;
 use crate::expr::Side;
+use crate::num::Rational;
 use crate::program::Task;
 use crate::results::{Design, Physical};
 
@@ -68,6 +69,10 @@ pub trait Law: Send + Sync {
     /// the motors' torque limits, on average until the next sample; lag and rate limit are not in it. `None` if a number overflows
     /// there, or the law is for another sample time.
     fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw>;
+    /// The linear part at every instant before its numbers are rounded, where that is known.
+    fn linear_exact(&self) -> Option<Arc<LinearLaw<Rational>>> {
+        None
+    }
     /// Whether its linear part is another one at another position.
     fn bends(&self) -> bool {
         false

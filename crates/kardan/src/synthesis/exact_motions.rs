@@ -1,9 +1,10 @@
 use std::sync::Arc;
 
-use super::{ExactLaw, Law};
+use super::sampled::{FirstOrderPlant, Places};
+use super::{Law, LinearLaw, LoopPlant, SampledPart};
 use crate::analysis::{Plane, stability_of};
-use crate::num::{LastDigits, Matrix, Rational, Scalar, echelon, exact_rank, rational_from_f64};
-use crate::reduce::{LinearModel, over_states};
+use crate::num::{Matrix, Rational, Scalar, echelon, exact_rank};
+use crate::reduce::LinearModel;
 use crate::results::StabilityVerdict;
 
 /// States up to which the stability of a loop is decided exactly.
@@ -12,7 +13,7 @@ pub(super) const MOST: usize = 32;
 /// The loop of laws in continuous time over the rationals, and what of it is exactly at zero.
 ///
 /// `z = [q_r; q̇_r; torques of motors with a lag; states of the laws]`, of coordinates without inertia no rates. The plant is exact. So are the gains of a law that is
-/// designed exactly and has no observer; other gains are the fractions that their doubles are, and lags the shortest decimals
+/// designed exactly and has no observer, of programs and of blocks; other gains are the fractions that their doubles are, and lags the shortest decimals
 /// that read back as their doubles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactMotions {
@@ -24,6 +25,8 @@ pub struct ExactMotions {
     /// that changes.
     pub sampled: usize,
     /// Whether all gains are those before rounding; if not, some are the fractions that their doubles are.
+    pub before_rounding: bool,
+    /// Whether the laws are designed exactly, so that they leave at zero what is there.
     pub designed: bool,
     /// Whether no law commands anything along these motions: parts move on that nobody holds.
     pub free: bool,
@@ -54,8 +57,7 @@ impl ExactMotions {
 
 /// The loop of a linear model, motors with these lags in s, and laws in continuous time, exactly.
 ///
-/// Eigenvalues at zero are counted by ranks: a staircase of kernels over the rationals, after a rank modulo a prime has told
-/// that there are some. `None` if a law is made for a sample time, or a number is not finite.
+/// `None` as of [`exact_motions_of`].
 ///
 /// ```
 /// use kardan::num::rational_to_f64;
@@ -70,30 +72,40 @@ impl ExactMotions {
 /// ```
 ///
 /// # Panics
-/// If the inertia matrix is singular, there is not one lag for each input, or a law names an input that is not there.
+/// If there is not one lag for each input, or a law names an input that is not there.
 pub fn exact_motions(model: &LinearModel, lags: &[f64], laws: &[Arc<dyn Law>]) -> Option<ExactMotions> {
-    exact_motions_near(model, lags, laws, None)
+    let plant = LoopPlant::new(model, lags);
+    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+    exact_motions_of(&plant, &parts, laws)
 }
 
-/// The same with other gains in place of rounded ones, within their last digits.
+/// The same of a loop as it runs: the parts of its laws first, in their order.
+///
+/// Eigenvalues at zero are counted by ranks: a staircase of kernels over the rationals, after a rank modulo a prime has told
+/// that there are some. `None` if a part has a sample time, the plant is not known before rounding, something else than a damper holds a coordinate without
+/// inertia, or a number is not finite.
 ///
 /// # Panics
-/// As [`exact_motions`].
-pub fn exact_motions_near(
-    model: &LinearModel,
-    lags: &[f64],
-    laws: &[Arc<dyn Law>],
-    mut digits: Option<&mut LastDigits>,
-) -> Option<ExactMotions> {
-    assert_eq!(lags.len(), model.inputs.len(), "one lag for each input");
-    let mut part = |law: &Arc<dyn Law>| Part::of(&**law, model, digits.as_deref_mut());
-    let known: Vec<(Part, bool)> = laws.iter().map(&mut part).collect::<Option<_>>()?;
-    let designed = known.iter().all(|(_, designed)| *designed);
-    let parts: Vec<Part> = known.into_iter().map(|(part, _)| part).collect();
-    let Whole { matrix, signals, commands } = whole(model, lags, &parts)?;
+/// If there are less parts than laws.
+pub fn exact_motions_of(plant: &LoopPlant, parts: &[SampledPart], laws: &[Arc<dyn Law>]) -> Option<ExactMotions> {
+    let finite = |part: &SampledPart| part.linear.is_finite();
+    if parts.iter().any(|part| part.clock.is_some())
+        || !parts.iter().all(finite)
+        || !plant.lags.iter().all(|lag| lag.is_finite())
+    {
+        return None;
+    }
+    let own = |k: usize| laws.get(k).filter(|_| parts[k].reads.is_empty()).and_then(|law| designed(&**law, plant));
+    let known: Vec<Option<LinearLaw<Rational>>> = (0..parts.len()).map(own).collect();
+    let designed = known.iter().all(Option::is_some);
+    let before_rounding = known.iter().zip(parts).all(|(known, part)| known.is_some() || !part.is_rounded());
+    let exactly = known.into_iter().zip(parts).map(|(known, part)| known.unwrap_or_else(|| part.exactly())).collect();
+    let places = Places::with(FirstOrderPlant::exact(plant)?, parts, exactly, false);
+    let (matrix, commands) = places.flow();
     let n = matrix.rows();
     let motions = if exact_rank(&matrix) == n { Matrix::zeros(n, 0) } else { sent_to_zero(&matrix) };
     // What a law reads and commands, and its states, must not change along the motion: S Fᵏ z = 0, k ≥ 1.
+    let signals = places.signals(&matrix);
     let mut rows = Vec::new();
     let mut moved = motions.clone();
     for _ in 0..motions.columns() {
@@ -104,7 +116,42 @@ pub fn exact_motions_near(
     let seen = Matrix::from_fn(rows.len(), motions.columns(), |i, j| rows[i][j].clone());
     let sampled = motions.columns() - if rows.is_empty() { 0 } else { exact_rank(&seen) };
     let free = commands.multiply(&motions).as_slice().iter().all(Scalar::is_zero);
-    Some(ExactMotions { matrix, motions, sampled, designed, free })
+    Some(ExactMotions { matrix, motions, sampled, before_rounding, designed, free })
+}
+
+/// A law that is designed exactly and has no observer, before its gains are rounded, over all shafts.
+fn designed(law: &dyn Law, plant: &LoopPlant) -> Option<LinearLaw<Rational>> {
+    let exact = law.exact()?.law?;
+    let (shafts, moving) = (plant.basis.rows(), &plant.moving);
+    let count = plant.basis.columns();
+    if !law.sensors().is_empty() || exact.a.rows() != law.states().len() || exact.d.columns() != count + moving.len() {
+        return None;
+    }
+    // The shaft that is a reduced coordinate itself.
+    let is_unit = |shaft: usize, k: usize| (0..count).all(|j| plant.basis[(shaft, j)] == f64::from(u8::from(j == k)));
+    let shaft = |k: usize| (0..shafts).find(|shaft| is_unit(*shaft, k));
+    let places: Vec<usize> = (0..count).map(shaft).collect::<Option<_>>()?;
+    let over = |of: &Matrix<Rational>, first: usize, coordinates: &[usize]| {
+        let mut out = Matrix::zeros(of.rows(), shafts);
+        for (j, k) in coordinates.iter().enumerate() {
+            (0..of.rows()).for_each(|i| out[(i, places[*k])] = of[(i, first + j)].clone());
+        }
+        out
+    };
+    let all: Vec<usize> = (0..count).collect();
+    let states = exact.a.rows();
+    let commands = exact.d.rows();
+    Some(LinearLaw {
+        angles: over(&exact.b, 0, &all),
+        speeds: over(&exact.b, count, moving),
+        disturbances: Matrix::zeros(states, 0),
+        torques: Matrix::zeros(states, commands),
+        on_states: exact.c,
+        references: Matrix::zeros(states, 0),
+        errors: Matrix::zeros(states, 0),
+        states: exact.a,
+        ..LinearLaw::gains(over(&exact.d, 0, &all), over(&exact.d, count, moving), Matrix::zeros(commands, 0))
+    })
 }
 
 /// A basis of the generalised null space.
@@ -125,49 +172,6 @@ fn sent_to_zero(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     }
 }
 
-/// A law in the loop.
-struct Part {
-    law: ExactLaw,
-    /// Bτ, states × inputs.
-    torques: Matrix<Rational>,
-    inputs: Vec<usize>,
-}
-
-impl Part {
-    /// And whether its gains are those before rounding.
-    fn of(law: &dyn Law, model: &LinearModel, mut digits: Option<&mut LastDigits>) -> Option<(Self, bool)> {
-        if law.clock().is_some() {
-            return None;
-        }
-        let number =
-            |name: &String| model.inputs.iter().position(|input| input == name).expect("a law commands inputs");
-        let inputs: Vec<usize> = law.inputs().iter().map(number).collect();
-        let states = law.states().len();
-        let moving = model.moving();
-        let width = model.basis.columns() + moving.len();
-        let exact = law
-            .exact()
-            .and_then(|exact| exact.law)
-            .filter(|exact| law.sensors().is_empty() && exact.a.rows() == states && exact.d.columns() == width);
-        if let Some(exact) = exact {
-            return Some((Self { torques: Matrix::zeros(states, inputs.len()), law: exact, inputs }, true));
-        }
-        let linear = law.linear();
-        let mut gains = |of: &Matrix<f64>| {
-            let exact = fractions(of)?;
-            let Some(digits) = digits.as_deref_mut() else { return Some(exact) };
-            let near = exact.as_slice().iter().map(|x| digits.near(x)).collect::<Vec<_>>();
-            Some(Matrix::from_fn(of.rows(), of.columns(), |i, j| near[i * of.columns() + j].clone()))
-        };
-        let [a, c, torques] = [gains(&linear.states)?, gains(&linear.on_states)?, gains(&linear.torques)?];
-        let mut over = |angles: &Matrix<f64>, speeds: &Matrix<f64>| {
-            Some(over_states([&gains(angles)?, &gains(speeds)?], &model.basis, &moving))
-        };
-        let (b, d) = (over(&linear.angles, &linear.speeds)?, over(&linear.on_angles, &linear.on_speeds)?);
-        Some((Self { torques, law: ExactLaw { a, b, c, d }, inputs }, false))
-    }
-}
-
 /// The decimal with the fewest digits that reads back as this double; `None` if it is not finite.
 pub(super) fn shortest_decimal(value: f64) -> Option<Rational> {
     if !value.is_finite() {
@@ -181,86 +185,4 @@ pub(super) fn shortest_decimal(value: f64) -> Option<Rational> {
     let ten = (0..exponent.unsigned_abs()).fold(Rational::ONE, |power, _| power.times(&Rational::from(10)));
     let number = Rational::from(number);
     Some(if exponent < 0 { number.over(&ten) } else { number.times(&ten) })
-}
-
-fn fractions(matrix: &Matrix<f64>) -> Option<Matrix<Rational>> {
-    let all: Vec<Rational> = matrix.as_slice().iter().map(|x| rational_from_f64(*x)).collect::<Option<_>>()?;
-    Some(Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| all[i * matrix.columns() + j].clone()))
-}
-
-/// A loop over z.
-struct Whole {
-    /// F.
-    matrix: Matrix<Rational>,
-    /// What the laws command and how their states change.
-    signals: Matrix<Rational>,
-    /// What inputs are told.
-    commands: Matrix<Rational>,
-}
-
-fn whole(model: &LinearModel, lags: &[f64], parts: &[Part]) -> Option<Whole> {
-    let plant = model.first_order().expect("reduced inertia is positive definite");
-    let whole = plant.a.rows();
-    let mut n = whole;
-    let mut take = |count: usize| {
-        n += count;
-        n - count
-    };
-    let lagged: Vec<Option<usize>> = lags.iter().map(|lag| (*lag > 0.0).then(|| take(1))).collect();
-    let firsts: Vec<usize> = parts.iter().map(|part| take(part.law.a.rows())).collect();
-    let over = |first: usize, states: &Matrix<Rational>, plant: &Matrix<Rational>| {
-        Matrix::from_fn(plant.rows(), n, |i, j| match j {
-            j if j < whole => plant[(i, j)].clone(),
-            j if (first..first + states.columns()).contains(&j) => states[(i, j - first)].clone(),
-            _ => Rational::ZERO,
-        })
-    };
-    let own: Vec<Matrix<Rational>> =
-        parts.iter().zip(&firsts).map(|(part, &first)| over(first, &part.law.c, &part.law.d)).collect();
-    let mut commands = Matrix::<Rational>::zeros(model.inputs.len(), n);
-    for (part, own) in parts.iter().zip(&own) {
-        for (i, &input) in part.inputs.iter().enumerate() {
-            (0..n).for_each(|j| commands[(input, j)] = commands[(input, j)].plus(&own[(i, j)]));
-        }
-    }
-    let mut flow = Matrix::<Rational>::zeros(n, n);
-    for i in 0..whole {
-        (0..whole).for_each(|j| flow[(i, j)] = plant.a[(i, j)].clone());
-    }
-    let at = |place: usize, j: usize| if j == place { Rational::ONE } else { Rational::ZERO };
-    for (input, place) in lagged.iter().enumerate() {
-        let torque: Vec<Rational> = match place {
-            Some(place) => {
-                let rate = Rational::ONE.over(&shortest_decimal(lags[input])?);
-                for j in 0..n {
-                    flow[(*place, j)] = rate.times(&commands[(input, j)].minus(&at(*place, j)));
-                }
-                (0..n).map(|j| at(*place, j)).collect()
-            }
-            None => commands.row(input).to_vec(),
-        };
-        for i in (0..whole).filter(|i| !plant.b[(*i, input)].is_zero()) {
-            for (j, torque) in torque.iter().enumerate().filter(|(_, x)| !x.is_zero()) {
-                flow[(i, j)] = flow[(i, j)].plus(&plant.b[(i, input)].times(torque));
-            }
-        }
-    }
-    let mut signals: Vec<Vec<Rational>> =
-        own.iter().flat_map(|own| (0..own.rows()).map(|i| own.row(i).to_vec())).collect();
-    for (part, &first) in parts.iter().zip(&firsts) {
-        let commanded = |i: usize, j: usize| match lagged[part.inputs[i]] {
-            Some(place) => at(place, j),
-            None => commands[(part.inputs[i], j)].clone(),
-        };
-        let commanded = part.torques.multiply(&Matrix::from_fn(part.inputs.len(), n, commanded));
-        let plant = over(first, &part.law.a, &part.law.b);
-        for i in 0..part.law.a.rows() {
-            (0..n).for_each(|j| flow[(first + i, j)] = plant[(i, j)].plus(&commanded[(i, j)]));
-            // What drives the states, and the states themselves.
-            signals.push((0..n).map(|j| flow[(first + i, j)].clone()).collect());
-            signals.push((0..n).map(|j| at(first + i, j)).collect());
-        }
-    }
-    let signals = Matrix::from_fn(signals.len(), n, |i, j| signals[i][j].clone());
-    Some(Whole { matrix: flow, signals, commands })
 }

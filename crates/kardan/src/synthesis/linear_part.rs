@@ -1,46 +1,46 @@
 //! The linear part of a law.
 
-use crate::num::{LastDigits, Matrix, discretise, rational_from_f64};
+use crate::num::{LastDigits, Matrix, Rational, Scalar, discretise, rational_from_f64};
 
 /// The linear part of a law, `ξ̇ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ + Bρ ρ`, `u = C ξ + Dφ φ + Dω ω + Dδ δ + Dρ ρ`, over the
 /// angles φ and speeds ω of all shafts, the disturbance torques δ, the torques τ of its own inputs and its references ρ.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LinearLaw {
+pub struct LinearLaw<S = f64> {
     /// A, states × states.
-    pub states: Matrix<f64>,
+    pub states: Matrix<S>,
     /// Bφ, states × shafts.
-    pub angles: Matrix<f64>,
+    pub angles: Matrix<S>,
     /// Bω, states × shafts.
-    pub speeds: Matrix<f64>,
+    pub speeds: Matrix<S>,
     /// Bδ, states × disturbances.
-    pub disturbances: Matrix<f64>,
+    pub disturbances: Matrix<S>,
     /// Bτ, states × inputs.
-    pub torques: Matrix<f64>,
+    pub torques: Matrix<S>,
     /// C, inputs × states.
-    pub on_states: Matrix<f64>,
+    pub on_states: Matrix<S>,
     /// Dφ, inputs × shafts.
-    pub on_angles: Matrix<f64>,
+    pub on_angles: Matrix<S>,
     /// Dω, inputs × shafts.
-    pub on_speeds: Matrix<f64>,
+    pub on_speeds: Matrix<S>,
     /// Dδ, inputs × disturbances.
-    pub on_disturbances: Matrix<f64>,
+    pub on_disturbances: Matrix<S>,
     /// Bρ, states × references.
-    pub references: Matrix<f64>,
+    pub references: Matrix<S>,
     /// Dρ, inputs × references.
-    pub on_references: Matrix<f64>,
+    pub on_references: Matrix<S>,
     /// How errors of the readings of [`Law::sensors`](super::Law::sensors) act on the states beside what follows from true angles and speeds, states ×
     /// sensors.
-    pub errors: Matrix<f64>,
+    pub errors: Matrix<S>,
     /// How they act on the commands, inputs × sensors.
-    pub on_errors: Matrix<f64>,
+    pub on_errors: Matrix<S>,
     /// Whether the states of a sampled law follow their differential equations between its samples, as those of blocks without a sample time do; else
     /// they change at its samples. Without meaning for a law in continuous time.
     pub flowing: bool,
 }
 
-impl LinearLaw {
+impl<S: Scalar> LinearLaw<S> {
     /// A law without states that is told no disturbances.
-    pub fn gains(on_angles: Matrix<f64>, on_speeds: Matrix<f64>, on_references: Matrix<f64>) -> Self {
+    pub fn gains(on_angles: Matrix<S>, on_speeds: Matrix<S>, on_references: Matrix<S>) -> Self {
         let (inputs, shafts) = (on_angles.rows(), on_angles.columns());
         Self {
             states: Matrix::zeros(0, 0),
@@ -60,32 +60,88 @@ impl LinearLaw {
         }
     }
 
-    /// All its matrices.
-    fn matrices(&mut self) -> [&mut Matrix<f64>; 13] {
-        let of_states =
-            [&mut self.states, &mut self.angles, &mut self.speeds, &mut self.disturbances, &mut self.torques];
-        let [a, b, c, d, e] = of_states;
-        let on = [&mut self.on_states, &mut self.on_angles, &mut self.on_speeds, &mut self.on_disturbances];
-        let [f, g, h, i] = on;
-        let [j, k, l, m] = [&mut self.references, &mut self.on_references, &mut self.errors, &mut self.on_errors];
-        [a, b, c, d, e, f, g, h, i, j, k, l, m]
+    /// The same with other entries.
+    pub(super) fn map<T: Scalar>(&self, entry: &mut dyn FnMut(&S) -> T) -> LinearLaw<T> {
+        let mut of = |matrix: &Matrix<S>| {
+            let entries: Vec<T> = matrix.as_slice().iter().map(&mut *entry).collect();
+            Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| entries[i * matrix.columns() + j].clone())
+        };
+        LinearLaw {
+            states: of(&self.states),
+            angles: of(&self.angles),
+            speeds: of(&self.speeds),
+            disturbances: of(&self.disturbances),
+            torques: of(&self.torques),
+            on_states: of(&self.on_states),
+            on_angles: of(&self.on_angles),
+            on_speeds: of(&self.on_speeds),
+            on_disturbances: of(&self.on_disturbances),
+            references: of(&self.references),
+            on_references: of(&self.on_references),
+            errors: of(&self.errors),
+            on_errors: of(&self.on_errors),
+            flowing: self.flowing,
+        }
     }
 
+    /// Some of its commands and states, with some of its sensors.
+    pub(super) fn part(&self, [commands, states, sensors]: [&[usize]; 3]) -> Self {
+        let rows =
+            |of: &Matrix<S>, rows: &[usize]| Matrix::from_fn(rows.len(), of.columns(), |i, j| of[(rows[i], j)].clone());
+        let both = |of: &Matrix<S>, rows: &[usize], columns: &[usize]| {
+            Matrix::from_fn(rows.len(), columns.len(), |i, j| of[(rows[i], columns[j])].clone())
+        };
+        Self {
+            states: both(&self.states, states, states),
+            angles: rows(&self.angles, states),
+            speeds: rows(&self.speeds, states),
+            disturbances: rows(&self.disturbances, states),
+            torques: both(&self.torques, states, commands),
+            on_states: both(&self.on_states, commands, states),
+            on_angles: rows(&self.on_angles, commands),
+            on_speeds: rows(&self.on_speeds, commands),
+            on_disturbances: rows(&self.on_disturbances, commands),
+            references: rows(&self.references, states),
+            on_references: rows(&self.on_references, commands),
+            errors: both(&self.errors, states, sensors),
+            on_errors: both(&self.on_errors, commands, sensors),
+            flowing: self.flowing,
+        }
+    }
+}
+
+impl LinearLaw<Rational> {
     /// Whether a number of it is rounded.
     pub fn is_rounded(&self) -> bool {
-        let rounded = |x: &f64| rational_from_f64(*x).is_some_and(|exact| LastDigits::is_rounded(&exact));
-        self.clone().matrices().into_iter().any(|matrix| matrix.as_slice().iter().any(rounded))
+        let mut rounded = false;
+        self.map(&mut |x: &Rational| {
+            rounded |= LastDigits::is_rounded(x);
+            0.0
+        });
+        rounded
     }
 
     /// The same with other numbers in place of rounded ones, within their last digits.
     #[must_use]
     pub fn near(&self, digits: &mut LastDigits) -> Self {
-        let mut out = self.clone();
-        for matrix in out.matrices() {
-            let near: Vec<f64> = matrix.as_slice().iter().map(|x| digits.near_double(*x)).collect();
-            *matrix = Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| near[i * matrix.columns() + j]);
-        }
-        out
+        self.map(&mut |x| digits.near(x))
+    }
+}
+
+impl LinearLaw {
+    /// Whether all its numbers are finite.
+    pub fn is_finite(&self) -> bool {
+        let mut finite = true;
+        self.map(&mut |x: &f64| {
+            finite &= x.is_finite();
+            0.0
+        });
+        finite
+    }
+
+    /// The fractions that its numbers are.
+    pub fn exact(&self) -> LinearLaw<Rational> {
+        self.map(&mut |x| rational_from_f64(*x).unwrap_or_default())
     }
 
     /// Whether all entries are finite in single precision, in which firmware runs.
@@ -98,22 +154,7 @@ impl LinearLaw {
 
     /// The sizes of all its entries.
     pub(super) fn sizes(&self) -> Self {
-        Self {
-            states: sizes(&self.states),
-            angles: sizes(&self.angles),
-            speeds: sizes(&self.speeds),
-            disturbances: sizes(&self.disturbances),
-            torques: sizes(&self.torques),
-            on_states: sizes(&self.on_states),
-            on_angles: sizes(&self.on_angles),
-            on_speeds: sizes(&self.on_speeds),
-            on_disturbances: sizes(&self.on_disturbances),
-            references: sizes(&self.references),
-            on_references: sizes(&self.on_references),
-            errors: sizes(&self.errors),
-            on_errors: sizes(&self.on_errors),
-            flowing: self.flowing,
-        }
+        self.map(&mut |x| x.abs())
     }
 
     /// The law with its states at a sample time, its signals held in between; `None` if a number overflows.

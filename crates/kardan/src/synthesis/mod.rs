@@ -51,7 +51,7 @@ pub(crate) use design::designs_of;
 pub use designed::{Kept, Kinks, Law, Reference, Told};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLaw, ExactLoop, named, rounded};
-pub use exact_motions::{ExactMotions, exact_motions, exact_motions_near};
+pub use exact_motions::{ExactMotions, exact_motions, exact_motions_of};
 pub use faded::fade;
 pub use kind::{LawKind, Request};
 pub use law::*;

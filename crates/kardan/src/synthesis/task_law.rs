@@ -7,8 +7,8 @@ use kardan_rt::Health;
 use super::{Block, Clock, Kept, Kinks, Law, LinearLaw, LinearTask, Plant, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
-use crate::expr::{Direction, Interval, Linear, Place, Side, SidesOf, Surd, Symbol, bending, kinked};
-use crate::num::{Float, Keeper, Matrix, Rational, SparseRow, rational_from_f64, rational_to_f64};
+use crate::expr::{Direction, Interval, Linear, Place, Side, SidesOf, Surd, Symbol, bending, exactly, kinked};
+use crate::num::{Float, Keeper, Matrix, Rational, Scalar, SparseRow, rational_from_f64, rational_to_f64};
 use crate::plan::Plan;
 use crate::program::{Read, Task};
 use crate::reduce::Reduced;
@@ -35,6 +35,8 @@ const BLOCKS: &str = "blocks";
 struct Ideal {
     angles: Vec<(usize, f64)>,
     speeds: Vec<(usize, f64)>,
+    /// The same before rounding.
+    exact: [SparseRow; 2],
     offset: f64,
     reference: Option<usize>,
 }
@@ -43,16 +45,16 @@ impl Ideal {
     fn new(measured: &Measured, reduced: &Reduced) -> Self {
         let coordinate = |name: &String| reduced.coordinate(name).expect("a sensor names a coordinate");
         match measured {
-            Measured::Angle(name) => Self { angles: vec![(coordinate(name), 1.0)], ..Self::default() },
-            Measured::Speed(name) => Self { speeds: vec![(coordinate(name), 1.0)], ..Self::default() },
+            Measured::Angle(name) => Self::along([vec![(coordinate(name), Rational::ONE)], SparseRow::new()], 0.0),
+            Measured::Speed(name) => Self::along([SparseRow::new(), vec![(coordinate(name), Rational::ONE)]], 0.0),
             Measured::SpringTorque(element) => {
-                let mut out = Self::default();
+                let (mut row, mut offset) = (SparseRow::new(), 0.0);
                 for spring in reduced.equations.springs.iter().filter(|spring| spring.element == *element) {
-                    let stiffness = spring.value.stiffness.to_f64();
-                    out.angles.extend(spring.row_f64().into_iter().map(|(shaft, x)| (shaft, stiffness * x)));
-                    out.offset -= stiffness * spring.value.rest.to_f64();
+                    let stiffness = spring.value.stiffness.to_rational();
+                    row.extend(spring.row.iter().map(|(shaft, x)| (*shaft, &stiffness * x)));
+                    offset -= spring.value.stiffness.to_f64() * spring.value.rest.to_f64();
                 }
-                out
+                Self::along([row, SparseRow::new()], offset)
             }
             // Its spring and its damper read in a run; small motions see nothing of it. A signal is told.
             Measured::ComplianceTorque(..)
@@ -60,6 +62,12 @@ impl Ideal {
             | Measured::NetTorque(_)
             | Measured::Signal(_) => Self::default(),
         }
+    }
+
+    fn along(exact: [SparseRow; 2], offset: f64) -> Self {
+        let rounded = |row: &SparseRow| row.iter().map(|(k, x)| (*k, rational_to_f64(x))).collect();
+        let [angles, speeds] = exact.each_ref().map(rounded);
+        Self { angles, speeds, exact, offset, reference: None }
     }
 
     fn read(&self, seen: &Seen<'_>) -> f64 {
@@ -91,8 +99,11 @@ pub struct TaskLaw {
     side: Side,
     /// The linear part at the design point.
     at_design_point: OnceLock<LinearLaw>,
+    exact_at_design_point: OnceLock<Option<Arc<LinearLaw<Rational>>>>,
 }
 
+/// States of a task up to which its slopes are looked for before rounding.
+const MOST_EXACT: usize = 32;
 /// Guards below this are looked at exactly.
 const NEAR: f64 = 1e-6;
 /// In how many directions places are left at which too many guards vanish.
@@ -134,15 +145,12 @@ impl Place for Inputs<'_> {
         if !law.task.moving.contains(&symbol) {
             return SparseRow::new();
         }
-        let exact = |row: &[(usize, f64)], first: usize| -> SparseRow {
-            row.iter().filter_map(|(shaft, x)| Some((first + shaft, rational_from_f64(*x)?))).collect()
-        };
-        let row = match law.comes.get(place) {
-            Some(Comes::Angle(shaft)) => exact(&[(*shaft, 1.0)], 0),
-            Some(Comes::Speed(shaft)) => exact(&[(*shaft, 1.0)], law.shafts),
+        let row: SparseRow = match law.comes.get(place) {
+            Some(Comes::Angle(shaft)) => vec![(*shaft, Rational::ONE)],
+            Some(Comes::Speed(shaft)) => vec![(law.shafts + shaft, Rational::ONE)],
             Some(Comes::Reading(sensor) | Comes::AsRead(sensor)) => {
-                let ideal = &law.ideal[*sensor];
-                [exact(&ideal.angles, 0), exact(&ideal.speeds, law.shafts)].concat()
+                let [angles, speeds] = law.ideal[*sensor].exact.clone();
+                angles.into_iter().chain(speeds.into_iter().map(|(shaft, x)| (law.shafts + shaft, x))).collect()
             }
             _ => SparseRow::new(),
         };
@@ -217,13 +225,14 @@ impl TaskLaw {
             told: None,
             side: Side::default(),
             at_design_point: OnceLock::new(),
+            exact_at_design_point: OnceLock::new(),
         }
     }
 
     /// The same, linearised on a side of where it bends.
     #[must_use]
     pub fn on(self, side: &Side) -> Self {
-        Self { side: side.clone(), at_design_point: OnceLock::new(), ..self }
+        Self { side: side.clone(), at_design_point: OnceLock::new(), exact_at_design_point: OnceLock::new(), ..self }
     }
 
     /// What it is on the sides of a place, to first order: nothing where no guard vanishes there.
@@ -375,8 +384,7 @@ impl TaskLaw {
 
     /// Slopes where what is read, then what is remembered, has these values.
     fn slopes_among(&self, inputs: &[f64], of_sides: &[SidesOf]) -> LinearLaw {
-        let task = &self.task;
-        let mut slopes = vec![vec![0.0; self.answers.len() + task.memory.len()]; inputs.len()];
+        let mut slopes = vec![vec![0.0; self.answers.len() + self.task.memory.len()]; inputs.len()];
         self.plain_slopes(inputs, &mut |row, column, slope| slopes[column][row] = slope);
         for SidesOf { exprs, sides, .. } in of_sides {
             let Some(side) = sides.iter().find(|side| side.is_on(&self.side)).or(sides.first()) else { continue };
@@ -387,39 +395,80 @@ impl TaskLaw {
                 }
             }
         }
-        let (answers, states, reads) = (self.answers.len(), task.memory.len(), self.comes.len());
+        self.law_of(&slopes)
+    }
+
+    /// The same before rounding; `None` if a slope is not known to be a fraction.
+    fn exact_slopes_among(&self, inputs: &[f64], of_sides: &[SidesOf]) -> Option<LinearLaw<Rational>> {
+        let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
+        let place = Inputs { law: self, symbols: &symbols, values: inputs };
+        let rows = self.answers.len() + self.task.memory.len();
+        let mut slopes = vec![vec![Rational::ZERO; rows]; inputs.len()];
+        let plain: Vec<usize> =
+            (0..rows).filter(|row| !of_sides.iter().any(|sides| sides.exprs.contains(row))).collect();
+        let outputs = self.task.outputs();
+        let exprs: Vec<_> = plain.iter().map(|row| outputs[*row].1).collect();
+        for (slopes, symbol) in slopes.iter_mut().zip(&symbols) {
+            let derivatives = graph.derivatives(&exprs, *symbol);
+            for (row, slope) in plain.iter().zip(exactly(&graph, &derivatives, &place)) {
+                slopes[*row] = slope?;
+            }
+        }
+        for SidesOf { exprs, sides, .. } in of_sides {
+            let side = sides.iter().find(|side| side.is_on(&self.side)).or(sides.first())?;
+            for (&row, of) in exprs.iter().zip(&side.slopes) {
+                for (column, slope) in of {
+                    slopes[*column][row] = slope.exact.clone()?;
+                }
+            }
+        }
+        Some(self.law_of(&slopes))
+    }
+
+    /// The same of a task that computes at every instant, with few states: of others only rounded numbers are asked for.
+    fn exact_slopes_of(&self, inputs: &[f64], of_sides: &[SidesOf]) -> Option<Arc<LinearLaw<Rational>>> {
+        let asked = self.clock.is_none() && self.task.memory.len() <= MOST_EXACT;
+        Some(Arc::new(asked.then(|| self.exact_slopes_among(inputs, of_sides))??))
+    }
+
+    /// A law with these slopes, of each input over answers, then over what is remembered next.
+    fn law_of<S: Scalar>(&self, slopes: &[Vec<S>]) -> LinearLaw<S> {
+        let (answers, states, reads) = (self.answers.len(), self.task.memory.len(), self.comes.len());
         // Rows of answers and of states over what is read of a kind.
-        let over = |first: usize, rows: usize, columns: usize, of: &dyn Fn(usize) -> Vec<(usize, f64)>| {
-            let mut out = Matrix::zeros(rows, columns);
+        let over = |first: usize, rows: usize, columns: usize, of: &dyn Fn(usize) -> SparseRow| {
+            let mut out = Matrix::<S>::zeros(rows, columns);
             for (k, slopes) in slopes[..reads].iter().enumerate() {
                 for (column, share) in of(k) {
-                    (0..rows).for_each(|i| out[(i, column)] += share * slopes[first + i]);
+                    let share = S::from_rational(&share);
+                    (0..rows).for_each(|i| out[(i, column)] = out[(i, column)].plus(&share.times(&slopes[first + i])));
                 }
             }
             out
         };
+        let one = |k: usize| vec![(k, Rational::ONE)];
         let angles = |k: usize| match self.comes[k] {
-            Comes::Angle(shaft) => vec![(shaft, 1.0)],
-            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].angles.clone(),
-            _ => Vec::new(),
+            Comes::Angle(shaft) => one(shaft),
+            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].exact[0].clone(),
+            _ => SparseRow::new(),
         };
         let speeds = |k: usize| match self.comes[k] {
-            Comes::Speed(shaft) => vec![(shaft, 1.0)],
-            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].speeds.clone(),
-            _ => Vec::new(),
+            Comes::Speed(shaft) => one(shaft),
+            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].exact[1].clone(),
+            _ => SparseRow::new(),
         };
         let references = |k: usize| match self.comes[k] {
-            Comes::Reference(k) => vec![(k, 1.0)],
+            Comes::Reference(k) => one(k),
             Comes::Reading(sensor) | Comes::AsRead(sensor) => {
-                self.ideal[sensor].reference.into_iter().map(|k| (k, 1.0)).collect()
+                self.ideal[sensor].reference.map_or_else(SparseRow::new, one)
             }
-            _ => Vec::new(),
+            _ => SparseRow::new(),
         };
         let errors = |k: usize| match self.comes[k] {
-            Comes::Reading(k) | Comes::AsRead(k) => vec![(k, 1.0)],
-            _ => Vec::new(),
+            Comes::Reading(k) | Comes::AsRead(k) => one(k),
+            _ => SparseRow::new(),
         };
-        let remembered = |first: usize, rows: usize| Matrix::from_fn(rows, states, |i, j| slopes[reads + j][first + i]);
+        let remembered =
+            |first: usize, rows: usize| Matrix::from_fn(rows, states, |i, j| slopes[reads + j][first + i].clone());
         let (shafts, known, sensors) = (self.shafts, self.references.len(), self.sensors.len());
         LinearLaw {
             states: remembered(answers, states),
@@ -447,6 +496,7 @@ impl TaskLaw {
         LinearTask {
             kinks: self.kinks_among(&inputs, &sides),
             linear: self.slopes_among(&inputs, &sides),
+            exact: self.exact_slopes_of(&inputs, &sides),
             clock: self.clock,
             answers: self.answers.clone(),
             references: self.references.iter().map(|reference| reference.name.clone()).collect(),
@@ -617,6 +667,14 @@ impl Law for TaskLaw {
         self.at_design_point.get_or_init(linear).clone()
     }
 
+    fn linear_exact(&self) -> Option<Arc<LinearLaw<Rational>>> {
+        let exact = || {
+            let inputs = self.design_point();
+            self.exact_slopes_of(&inputs, &self.sides_at(&inputs))
+        };
+        self.exact_at_design_point.get_or_init(exact).clone()
+    }
+
     fn kinks(&self) -> Kinks {
         let inputs = self.design_point();
         self.kinks_among(&inputs, &self.sides_at(&inputs))
@@ -637,6 +695,7 @@ impl Law for TaskLaw {
             plan,
             task,
             at_design_point,
+            exact_at_design_point: OnceLock::new(),
             side,
             point,
             told,

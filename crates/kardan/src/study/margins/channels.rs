@@ -3,6 +3,7 @@
 use kardan_rt::functions::{atan2, hypot};
 
 use crate::analysis::OutputSignal;
+use crate::num::Rational;
 use crate::results::{ChannelMargin, TogetherMargin, WrongTorque};
 use crate::study::PreparedVariant;
 use crate::synthesis::margins::{ChannelMargins, Response, channel_margins, together as all_at_once};
@@ -81,14 +82,14 @@ fn searched(survey: &Survey<'_>, motor: usize, name: &str) -> Option<ChannelMarg
 }
 
 /// Each sensor of a law with its row over `[q_r; q̇_r]`.
-pub(super) fn sensor_rows(model: &Plant, law: &dyn Law) -> Vec<(String, Vec<f64>)> {
+pub(super) fn sensor_rows(model: &Plant, law: &dyn Law) -> Vec<(String, Vec<Rational>)> {
     law.sensors().iter().map(|signal| (signal.name.clone(), row_of(model, law, signal))).collect()
 }
 
 /// What a signal is over `[q_r; q̇_r]`.
-pub(super) fn row_of(model: &Plant, law: &dyn Law, signal: &OutputSignal) -> Vec<f64> {
+pub(super) fn row_of(model: &Plant, law: &dyn Law, signal: &OutputSignal) -> Vec<Rational> {
     let found = model.system(law.inputs(), std::slice::from_ref(signal));
-    found.c.to_f64().row(0).to_vec()
+    found.c.row(0).to_vec()
 }
 
 /// How wrong each channel may be alone, and all motors at once.

@@ -6,7 +6,7 @@ use kardan_rt::functions::ln;
 use super::channels::{named_together, row_of, sensor_rows};
 use super::survey::searches;
 use crate::names::SignalName;
-use crate::num::multiply;
+use crate::num::{multiply, rational_to_f64};
 use crate::results::{
     Design, LargestSingularValue, LoopFunction, LoopGain, LoopResponses, ReferenceResponse, SingularValues,
     StepResponse, StepSignal,
@@ -55,7 +55,12 @@ impl Outputs {
             shaft || model.reduced.equations.sensors.iter().any(|(sensor, _)| sensor == head)
         };
         let signals = design.outputs.iter().filter(|name| known(name)).filter_map(|name| model.output(name).ok());
-        let (names, rows) = signals.map(|signal| (signal.name.clone(), row_of(model, law, &signal))).unzip();
+        let (names, rows) = signals
+            .map(|signal| {
+                let row = row_of(model, law, &signal).iter().map(rational_to_f64).collect();
+                (signal.name.clone(), row)
+            })
+            .unzip();
         Self { names, rows }
     }
 }

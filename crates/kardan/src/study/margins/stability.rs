@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use crate::analysis::despite_rounding;
-use crate::num::{LastDigits, Matrix, Rational, eigenvalues, split_off};
+use crate::num::{LastDigits, eigenvalues, split_off};
 use crate::reduce::{LinearModel, laws_are_linear, linearise_near};
 use crate::results::{FreeKnown, Pole, Stability, StabilityKnown, StabilityVerdict};
 use crate::study::PreparedVariant;
 use crate::synthesis::{
-    ExactMap, ExactMotions, Law, LoopPlant, SampledLoop, SampledPart, Slowest, exact_motions, exact_motions_near, roots,
+    ExactMap, ExactMotions, Law, LoopPlant, SampledLoop, SampledPart, Slowest, exact_motions_of, roots,
 };
 
 /// Other numbers within the last digits of rounded ones that are tried.
@@ -50,12 +50,28 @@ pub(in crate::study) struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    /// The exact loop in continuous time; `None` where a law is made for a sample time, and with blocks.
+    /// The exact loop in continuous time; `None` where a law is made for a sample time, and of sampled laws with blocks.
     pub fn exact(&self) -> Option<ExactMotions> {
-        if self.has_blocks {
+        if self.parts.iter().all(|part| part.clock.is_none()) {
+            return exact_motions_of(self.plant, self.parts, self.laws);
+        }
+        if self.has_blocks || self.laws.iter().any(|law| law.clock().is_some()) {
             return None;
         }
-        exact_motions(&self.variant.linear_model(), &self.variant.lags(), self.laws)
+        let parts: Vec<SampledPart> = self.laws.iter().map(|law| SampledPart::of(&**law, self.plant)).collect();
+        exact_motions_of(self.plant, &parts, self.laws)
+    }
+
+    /// The loop with other numbers in place of rounded ones, within their last digits.
+    fn near(&self, is_rounded: bool, seed: u64) -> (LoopPlant, Vec<SampledPart>) {
+        let mut digits = LastDigits::new(seed);
+        let mut plant = self.plant.clone();
+        if is_rounded {
+            let model = linearise_near(&self.variant.reduced, &self.variant.point, &mut digits);
+            plant = LoopPlant { slow_sensors: plant.slow_sensors, ..LoopPlant::new(&model, &self.variant.lags()) };
+            plant = plant.with_answered(&self.variant.reduced);
+        }
+        (plant, self.parts.iter().map(|part| part.near(&mut digits)).collect())
     }
 
     /// The verdict, beside what floating point found of the loop.
@@ -78,7 +94,7 @@ impl Asked<'_> {
             return rounded(found);
         };
         // Rounding of the gains moves what a design leaves at zero.
-        if exact.zeros() != found.left_out && !exact.designed && found.word == Stability::Stable {
+        if exact.zeros() != found.left_out && !exact.before_rounding && found.word == Stability::Stable {
             return rounded(found);
         }
         let verdict = self.within_rounding(verdict, exact, found);
@@ -100,7 +116,7 @@ impl Asked<'_> {
         LoopStability {
             held: verdict.without_free().word,
             zeros,
-            how: if exact.designed { FreeKnown::Design } else { FreeKnown::Rounded },
+            how: if exact.before_rounding { FreeKnown::Design } else { FreeKnown::Rounded },
             next_to_zero,
             poles: Some(roots(&crate::num::characteristic_polynomial(&exact.matrix))),
             verdict,
@@ -110,22 +126,17 @@ impl Asked<'_> {
     /// The verdict on the loop with its numbers as they are, if it is the same within the last digits of rounded ones.
     fn within_rounding(&self, verdict: StabilityVerdict, exact: &ExactMotions, found: &Slowest) -> StabilityVerdict {
         let model = self.variant.linear_model();
-        let is_rounded = has_rounded(&model);
-        if exact.designed && !is_rounded {
+        let is_rounded = model.is_rounded();
+        if exact.before_rounding && !is_rounded {
             return verdict;
         }
         // Rounding that is bounded changes nothing where floating point agrees.
         if found.left_out == 0 && found.word == verdict.word {
             return StabilityVerdict { known: StabilityKnown::DespiteRounding, ..verdict };
         }
-        let lags = self.variant.lags();
         let other = |seed: u64| {
-            let mut digits = LastDigits::new(seed);
-            let model = match is_rounded {
-                true => linearise_near(&self.variant.reduced, &self.variant.point, &mut digits),
-                false => model.clone(),
-            };
-            exact_motions_near(&model, &lags, self.laws, Some(&mut digits))?.stability()
+            let (plant, parts) = self.near(is_rounded, seed);
+            exact_motions_of(&plant, &parts, self.laws)?.stability()
         };
         despite_rounding(verdict, (1..=OTHERS).filter_map(other))
     }
@@ -136,7 +147,7 @@ impl Asked<'_> {
         // A part of a block, or a torque that follows from blocks, is no part of the linear model.
         let map = match self.has_blocks || model.inputs.len() != self.plant.inputs.len() {
             true => None,
-            false => ExactMap::new(&model, &self.variant.lags(), self.parts),
+            false => ExactMap::new(self.plant, self.parts),
         };
         let verdict = map.map(|map| self.sampled_within_rounding(map.stability(at_one), &model, at_one, found));
         let Some(verdict) = verdict.filter(|verdict| verdict.word != Stability::Undecided) else {
@@ -173,29 +184,22 @@ impl Asked<'_> {
         at_one: usize,
         found: &Slowest,
     ) -> StabilityVerdict {
-        let is_rounded = has_rounded(model);
+        let is_rounded = model.is_rounded();
         let agrees = found.left_out == at_one && found.word == verdict.without_free().word;
-        let all_exact = !is_rounded && self.parts.iter().all(|part| !part.linear.is_rounded());
+        let all_exact = !is_rounded && self.parts.iter().all(|part| !part.is_rounded());
         if agrees || all_exact || verdict.word == Stability::Undecided {
             return verdict;
         }
-        let lags = self.variant.lags();
         let other = |seed: u64| {
-            let mut digits = LastDigits::new(seed);
-            let model = match is_rounded {
-                true => linearise_near(&self.variant.reduced, &self.variant.point, &mut digits),
-                false => model.clone(),
-            };
-            let near = |part: &SampledPart| SampledPart { linear: part.linear.near(&mut digits), ..part.clone() };
-            let parts: Vec<SampledPart> = self.parts.iter().map(near).collect();
-            Some(ExactMap::new(&model, &lags, &parts)?.stability(at_one))
+            let (plant, parts) = self.near(is_rounded, seed);
+            Some(ExactMap::new(&plant, &parts)?.stability(at_one))
         };
         despite_rounding(verdict, (1..=OTHERS).filter_map(other))
     }
 }
 
 fn known(exact: &ExactMotions) -> FreeKnown {
-    if exact.designed { FreeKnown::Design } else { FreeKnown::Rounded }
+    if exact.before_rounding { FreeKnown::Design } else { FreeKnown::Rounded }
 }
 
 /// What eigenvalues in floating point tell, with a bound on their rounding.
@@ -218,12 +222,6 @@ fn rounded(found: &Slowest) -> LoopStability {
         next_to_zero: Vec::new(),
         poles: None,
     }
-}
-
-/// Whether a number of a model is rounded.
-fn has_rounded(model: &LinearModel) -> bool {
-    let all = [&model.inertia, &model.damping, &model.stiffness, &model.input, &model.basis];
-    all.into_iter().flat_map(Matrix::<Rational>::as_slice).any(LastDigits::is_rounded)
 }
 
 /// Real parts of the eigenvalues closest to zero, so many, without those that are exactly there.

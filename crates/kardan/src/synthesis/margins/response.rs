@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, c64};
 use kardan_rt::functions::{atan, hypot, powf, tan};
@@ -70,6 +72,8 @@ pub struct Response {
     sample_time: Option<f64>,
     /// In the plane of places.
     poles: Vec<(f64, f64)>,
+    /// A, B, C, D before rounding, in other coordinates, where they are known.
+    exact: Option<Arc<[Matrix<Rational>; 4]>>,
 }
 
 impl Response {
@@ -114,9 +118,16 @@ impl Response {
             d,
             sample_time,
             poles,
+            exact: None,
         };
         let all = [&out.a, &out.b, &out.c, &out.d];
         all.iter().all(|m| m.as_slice().iter().all(|x| x.is_finite())).then_some(out)
+    }
+
+    /// The same, of which A, B, C and D are known before rounding: from them follows what is found of one channel alone.
+    #[must_use]
+    pub(in crate::synthesis) fn before_rounding(self, exact: [Matrix<Rational>; 4]) -> Self {
+        Self { exact: Some(Arc::new(exact)), ..self }
     }
 
     /// Number of channels.
@@ -130,6 +141,11 @@ impl Response {
             b: Matrix::from_fn(self.b.rows(), 1, |i, _| self.b[(i, k)]),
             c: Matrix::from_fn(1, self.c.columns(), |_, j| self.c[(k, j)]),
             d: Matrix::from_fn(1, 1, |_, _| self.d[(k, k)]),
+            exact: self.exact.as_deref().map(|[a, b, c, d]| {
+                let b = Matrix::from_fn(b.rows(), 1, |i, _| b[(i, k)].clone());
+                let c = Matrix::from_fn(1, c.columns(), |_, j| c[(k, j)].clone());
+                Arc::new([a.clone(), b, c, Matrix::from_fn(1, 1, |_, _| d[(k, k)].clone())])
+            }),
             ..self.clone()
         }
     }
@@ -204,12 +220,12 @@ impl Response {
     /// The sensitivity `S = I + M` of a loop as errors see it.
     pub fn sensitivity(&self) -> Self {
         let m = self.channels();
-        Self { d: self.d.plus(&Matrix::identity(m)), ..self.clone() }
+        Self { d: self.d.plus(&Matrix::identity(m)), exact: None, ..self.clone() }
     }
 
     /// The complementary sensitivity `T = −M` of a loop as errors see it.
     pub fn complementary(&self) -> Self {
-        Self { c: self.c.scale(&-1.0), d: self.d.scale(&-1.0), ..self.clone() }
+        Self { c: self.c.scale(&-1.0), d: self.d.scale(&-1.0), exact: None, ..self.clone() }
     }
 
     /// All singular values at an angular frequency, rad/s, the largest first; `None` at a pole on the axis.
@@ -275,7 +291,7 @@ impl Response {
     /// Half the difference of sensitivity and complementary sensitivity, M + ½: errors as disks around one.
     pub(super) fn balanced(&self) -> Self {
         let m = self.channels();
-        Self { d: self.d.plus(&Matrix::identity(m).scale(&0.5)), ..self.clone() }
+        Self { d: self.d.plus(&Matrix::identity(m).scale(&0.5)), exact: None, ..self.clone() }
     }
 
     /// The largest singular value at a place.
@@ -308,10 +324,11 @@ impl Response {
         if self.channels() != 1 || self.a.rows() > MOST {
             return None;
         }
-        let [a, b, c, d] = [&self.a, &self.b, &self.c, &self.d].map(exact);
+        let rounded = || [&self.a, &self.b, &self.c, &self.d].map(exact);
+        let [a, b, c, d] = self.exact.as_deref().cloned().unwrap_or_else(rounded);
         let found = resolvent(&a, &b, &c, &d);
         let [numerator, denominator] = [&found.numerators[0][0], &found.characteristic]
-            .map(|of| if self.is_sampled() { on_the_axis(of, self.a.rows()) } else { of.clone() });
+            .map(|of| if self.is_sampled() { on_the_axis(of, a.rows()) } else { of.clone() });
         Some(OneChannel::new(&numerator, &denominator))
     }
 

@@ -1,8 +1,10 @@
 //! Blocks between the laws of a loop: what of them the loop closes through.
 
+use std::sync::Arc;
+
 use super::{LoopPlant, SampledPart, Teller};
 use crate::analysis::OutputSignal;
-use crate::num::Matrix;
+use crate::num::{Matrix, Rational};
 use crate::reduce::AnsweredTorque;
 use crate::synthesis::{Clock, Kinks, LinearLaw, Told};
 
@@ -11,6 +13,8 @@ use crate::synthesis::{Clock, Kinks, LinearLaw, Told};
 pub struct LinearTask {
     /// Its slopes; its answers stand in the place of commands.
     pub linear: LinearLaw,
+    /// The same before rounding, where it computes at every instant and that is known.
+    pub exact: Option<Arc<LinearLaw<Rational>>>,
     /// Where each of its answers, then of its states, bends and jumps there.
     pub kinks: Kinks,
     /// When it computes; `None`: at every instant.
@@ -176,15 +180,16 @@ impl LoopBlocks {
             names.iter().enumerate().filter_map(|(k, name)| Some((k, teller(name)?))).collect()
         };
         let parts = (0..tasks.len()).filter(|task| numbers[*task].is_some()).map(|task| {
-            let LinearTask { linear, clock, references, sensors, .. } = &tasks[task];
+            let LinearTask { linear, exact, clock, references, sensors, .. } = &tasks[task];
             let used = |k: &usize| {
                 [&linear.errors, &linear.on_errors].iter().any(|of| (0..of.rows()).any(|i| of[(i, *k)] != 0.0))
             };
             let read: Vec<usize> = (0..sensors.len()).filter(used).collect();
             let sensors: Vec<OutputSignal> = read.iter().map(|k| sensors[*k].clone()).collect();
-            let linear = part_of(linear, [&kept[task][0], &kept[task][1], &read]);
-            let part = SampledPart::reading(&sensors, plant, *clock, (linear, Vec::new()));
-            SampledPart { reads: reads(references), ..part }
+            let own: [&[usize]; 3] = [&kept[task][0], &kept[task][1], &read];
+            let part = SampledPart::reading(&sensors, plant, *clock, (linear.part(own), Vec::new()));
+            let exact = exact.as_ref().map(|exact| Arc::new(exact.part(own)));
+            SampledPart { reads: reads(references), exact, ..part }
         });
         let mut parts: Vec<SampledPart> = parts.collect();
         parts.extend(torques.iter().filter_map(|torque| acting(torque, &teller, plant)));
@@ -260,28 +265,4 @@ fn acting(torque: &AnsweredTorque, teller: &dyn Fn(&str) -> Option<Teller>, plan
     let linear = LinearLaw::gains(over(&torque.on_positions), over(&torque.on_rates), on_references);
     let part = SampledPart::reading(&[], plant, None, (linear, vec![input]));
     Some(SampledPart { reads: told.into_iter().map(|(teller, _)| teller).enumerate().collect(), ..part })
-}
-
-/// Some answers and states of a task, with some of its sensors.
-fn part_of(law: &LinearLaw, [answers, states, sensors]: [&[usize]; 3]) -> LinearLaw {
-    let rows = |of: &Matrix<f64>, rows: &[usize]| Matrix::from_fn(rows.len(), of.columns(), |i, j| of[(rows[i], j)]);
-    let both = |of: &Matrix<f64>, rows: &[usize], columns: &[usize]| {
-        Matrix::from_fn(rows.len(), columns.len(), |i, j| of[(rows[i], columns[j])])
-    };
-    LinearLaw {
-        states: both(&law.states, states, states),
-        angles: rows(&law.angles, states),
-        speeds: rows(&law.speeds, states),
-        disturbances: rows(&law.disturbances, states),
-        torques: both(&law.torques, states, answers),
-        on_states: both(&law.on_states, answers, states),
-        on_angles: rows(&law.on_angles, answers),
-        on_speeds: rows(&law.on_speeds, answers),
-        on_disturbances: rows(&law.on_disturbances, answers),
-        references: rows(&law.references, states),
-        on_references: rows(&law.on_references, answers),
-        errors: both(&law.errors, states, sensors),
-        on_errors: both(&law.on_errors, answers, sensors),
-        flowing: law.flowing,
-    }
 }

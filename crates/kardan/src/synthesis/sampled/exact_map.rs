@@ -4,13 +4,12 @@ use std::cell::Cell;
 
 use kardan_rt::functions::{exp2, log2};
 
-use super::SampledPart;
 use super::course::{Course, Periods};
 use super::jump::Jump;
 use super::places::{FirstOrderPlant, Places};
+use super::{LoopPlant, SampledPart};
 use crate::analysis::{Plane, stability_of};
 use crate::num::{HeldTo, Matrix, Polynomial, Rational, Scalar, cayley, characteristic_polynomial, root_sides};
-use crate::reduce::LinearModel;
 use crate::results::{Stability, StabilityKnown, StabilityVerdict};
 
 /// Binary digits to which exponentials are computed.
@@ -20,7 +19,8 @@ const MOST: usize = 32;
 /// Distances to the unit circle that are tried, as powers of two.
 const DISTANCES: [i32; 6] = [4, 8, 16, 32, 64, 128];
 
-/// The map over one period of a loop, `z(t + T) = Φ z(t)`: its plant is exact, its laws have the gains that run, times are as they are written.
+/// The map over one period of a loop, `z(t + T) = Φ z(t)`: its plant is exact, its laws have the gains that run, those at every instant before rounding
+/// where that is known; times are as they are written.
 #[derive(Debug, Clone)]
 pub struct ExactMap {
     /// Φ, off by less than 2^off in the largest sum of sizes in a row.
@@ -32,13 +32,10 @@ pub struct ExactMap {
 }
 
 impl ExactMap {
-    /// Of a linear model with motors of these lags, s; `None` above 32 states, where clocks have no short common period, or a number is too large.
-    ///
-    /// # Panics
-    /// If there is not one lag for each input.
-    pub fn new(model: &LinearModel, lags: &[f64], parts: &[SampledPart]) -> Option<Self> {
+    /// Of a plant that is known before rounding; `None` of another one, above 32 states, where clocks have no short common period, or a number is too large.
+    pub fn new(plant: &LoopPlant, parts: &[SampledPart]) -> Option<Self> {
         let periods = Periods::of(parts, None).ok()?;
-        let places = Places::of(FirstOrderPlant::exact(model, lags)?, parts, false);
+        let places = Places::of(FirstOrderPlant::exact(plant)?, parts, false);
         if places.size > MOST {
             return None;
         }

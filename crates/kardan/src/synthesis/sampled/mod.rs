@@ -36,6 +36,7 @@ pub use margins::{Change, LIMIT_STEP, Limit, Survey};
 pub(super) use memory::{entries, keep_health};
 pub use noise::reading_variance;
 pub use part::{SampledPart, Teller, Wire};
+pub(super) use places::{FirstOrderPlant, Places};
 pub use plant::{LoopPlant, Reads, SlowSensor, VariedPlant};
 pub(super) use regulator_block::RegulatorBlock;
 pub(super) use regulator_data::{GovernorData, RegulatorData};

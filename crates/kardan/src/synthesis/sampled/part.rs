@@ -1,7 +1,9 @@
+use std::sync::Arc;
+
 use super::{LoopPlant, SlowSensor};
 use crate::analysis::OutputSignal;
 use crate::names::SignalName;
-use crate::num::Matrix;
+use crate::num::{LastDigits, Matrix, Rational, Scalar};
 use crate::synthesis::{Clock, Law, LinearLaw, Told};
 
 /// A wire on which the commands of a sampled law to one of its motors are late.
@@ -27,6 +29,8 @@ pub struct Teller {
 pub struct SampledPart {
     /// Its linear part: between samples if it has a clock.
     pub linear: LinearLaw,
+    /// The same before rounding, where that is known.
+    pub exact: Option<Arc<LinearLaw<Rational>>>,
     /// When it runs; `None`: in continuous time.
     pub clock: Option<Clock>,
     /// Numbers of the inputs that it commands, among those of the plant.
@@ -47,7 +51,8 @@ impl SampledPart {
     /// # Panics
     /// If it names an input that is not there.
     pub fn of(law: &dyn Law, plant: &LoopPlant) -> Self {
-        Self::with(law, plant, law.clock(), law.linear())
+        let exact = if law.clock().is_none() { law.linear_exact() } else { None };
+        Self { exact, ..Self::with(law, plant, law.clock(), law.linear()) }
     }
 
     /// The same with its linear part at rest at a reduced position, rad; `None` if a number overflows.
@@ -65,7 +70,7 @@ impl SampledPart {
     pub fn at(law: &dyn Law, plant: &LoopPlant, clock: Option<Clock>) -> Option<Self> {
         Some(match clock {
             Some(clock) => Self::with(law, plant, Some(clock), law.linear_sampled(clock)?),
-            None => Self::with(law, plant, None, law.linear()),
+            None => Self { exact: law.linear_exact(), ..Self::with(law, plant, None, law.linear()) },
         })
     }
 
@@ -94,7 +99,24 @@ impl SampledPart {
         let slow = slow.filter(|(k, _)| *k >= linear.on_errors.columns() || read(*k));
         // In continuous time sensors are ideal.
         let slow = if clock.is_some() { slow.collect() } else { Vec::new() };
-        Self { linear, clock, gains: vec![1.0; inputs.len()], inputs, wire: None, slow, reads: Vec::new() }
+        Self { linear, exact: None, clock, gains: vec![1.0; inputs.len()], inputs, wire: None, slow, reads: Vec::new() }
+    }
+
+    /// Its linear part before rounding, as far as that is known; else the fractions that its numbers are.
+    pub fn exactly(&self) -> LinearLaw<Rational> {
+        let known = self.exact.as_ref().filter(|exact| exact.states.rows() == self.linear.states.rows());
+        known.map_or_else(|| self.direct().exact(), |exact| (**exact).clone())
+    }
+
+    /// Whether a number of it is rounded.
+    pub fn is_rounded(&self) -> bool {
+        self.exactly().is_rounded()
+    }
+
+    /// The same with other numbers in place of rounded ones, within their last digits.
+    #[must_use]
+    pub fn near(&self, digits: &mut LastDigits) -> Self {
+        Self { exact: Some(Arc::new(self.exactly().near(digits))), ..self.clone() }
     }
 
     /// Whether it is a task of blocks.
@@ -136,8 +158,8 @@ fn is_off(law: &LinearLaw) -> bool {
 }
 
 /// A law whose states act on nothing, without them.
-fn without_states(law: &LinearLaw) -> LinearLaw {
-    let none = |of: &Matrix<f64>| Matrix::zeros(0, of.columns());
+fn without_states<S: Scalar>(law: &LinearLaw<S>) -> LinearLaw<S> {
+    let none = |of: &Matrix<S>| Matrix::zeros(0, of.columns());
     LinearLaw {
         states: Matrix::zeros(0, 0),
         angles: none(&law.angles),

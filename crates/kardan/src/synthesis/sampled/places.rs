@@ -1,19 +1,24 @@
 use super::jump::{Jump, nonzero};
 use super::{LoopPlant, Reads, SampledPart, Teller, on_their_way};
 use crate::num::{Matrix, Rational, Scalar, rational_from_f64};
-use crate::reduce::{FirstOrder, LinearModel, over_states};
+use crate::reduce::{FirstOrder, over_states};
 use crate::synthesis::exact_motions::shortest_decimal;
 use crate::synthesis::{Clock, LinearLaw, Told, sizes};
 
 /// Numbers over which a loop is put together.
-pub(super) trait Number: Scalar {
-    /// A gain of a law, which is the double that runs.
+pub(in crate::synthesis) trait Number: Scalar {
+    /// A law, without what slow sensors hold.
+    fn law(part: &SampledPart) -> LinearLaw<Self>;
+    /// A gain, which is the double that runs.
     fn gain(value: f64) -> Self;
     /// A time, s, as it is written.
     fn time(value: f64) -> Self;
 }
 
 impl Number for f64 {
+    fn law(part: &SampledPart) -> LinearLaw {
+        part.direct()
+    }
     fn gain(value: f64) -> Self {
         value
     }
@@ -23,6 +28,9 @@ impl Number for f64 {
 }
 
 impl Number for Rational {
+    fn law(part: &SampledPart) -> LinearLaw<Self> {
+        part.exactly()
+    }
     fn gain(value: f64) -> Self {
         rational_from_f64(value).unwrap_or(Rational::ZERO)
     }
@@ -37,7 +45,7 @@ pub(super) fn written_time(value: f64) -> Option<Rational> {
 }
 
 /// The plant of a loop as equations of first order.
-pub(super) struct FirstOrderPlant<S> {
+pub(in crate::synthesis) struct FirstOrderPlant<S> {
     equations: FirstOrder<S>,
     basis: Matrix<S>,
     lags: Vec<f64>,
@@ -51,10 +59,10 @@ impl FirstOrderPlant<f64> {
 }
 
 impl FirstOrderPlant<Rational> {
-    /// `None` where something else than dampers holds a coordinate without inertia.
-    pub fn exact(model: &LinearModel, lags: &[f64]) -> Option<Self> {
-        assert_eq!(lags.len(), model.inputs.len(), "one lag for each input");
-        Some(Self { equations: model.first_order()?, basis: model.basis.clone(), lags: lags.to_vec() })
+    /// Before rounding; `None` where that is not known, or something else than dampers holds a coordinate without inertia.
+    pub fn exact(plant: &LoopPlant) -> Option<Self> {
+        let model = plant.exact.as_ref()?;
+        Some(Self { equations: model.first_order()?, basis: model.basis.clone(), lags: plant.lags.clone() })
     }
 }
 
@@ -64,7 +72,7 @@ impl<S: Number> FirstOrderPlant<S> {
     }
 }
 
-/// Gains of a law.
+/// Gains of a sensor.
 fn gains<S: Number>(of: &Matrix<f64>) -> Matrix<S> {
     Matrix::from_fn(of.rows(), of.columns(), |i, j| S::gain(of[(i, j)]))
 }
@@ -79,18 +87,18 @@ fn add<S: Scalar>(matrix: &mut Matrix<S>, place: (usize, usize), value: &S) {
 }
 
 /// Where the parts of z are in a [`SampledLoop`](super::SampledLoop), and what changes them.
-pub(super) struct Places<'a, S> {
+pub(in crate::synthesis) struct Places<'a, S> {
     plant: FirstOrderPlant<S>,
     /// Torque of each motor with a lag.
     lagged: Vec<Option<usize>>,
-    pub laws: Vec<LawPlaces<'a>>,
+    pub laws: Vec<LawPlaces<'a, S>>,
     pub size: usize,
 }
 
-pub(super) struct LawPlaces<'a> {
+pub(in crate::synthesis) struct LawPlaces<'a, S> {
     part: &'a SampledPart,
     /// Its linear part, without what slow sensors hold.
-    direct: LinearLaw,
+    direct: LinearLaw<S>,
     /// Commands in force; of a law in continuous time nowhere.
     pub held: usize,
     /// Commands on their way, the next first.
@@ -108,7 +116,7 @@ pub(super) struct LawPlaces<'a> {
     pub excess: Option<usize>,
 }
 
-impl LawPlaces<'_> {
+impl<S: Number> LawPlaces<'_, S> {
     /// Where the errors are that are new when the law computes.
     pub fn fresh(&self) -> impl Iterator<Item = usize> {
         let count = if self.errors.is_some() { self.direct.on_errors.columns() } else { 0 };
@@ -146,15 +154,19 @@ impl<'a> Places<'a, f64> {
             _ => a[(i, j)],
         });
         let equations = FirstOrder { a, b: sizes(&b), moving };
-        let sized = |part: &SampledPart| SampledPart { linear: part.linear.sizes(), ..part.clone() };
-        let parts: Vec<SampledPart> = parts.iter().map(sized).collect();
+        let laws = parts.iter().map(|part| part.linear.sizes()).collect();
         let plant = FirstOrderPlant { equations, basis: sizes(&plant.basis), lags: plant.lags.clone() };
-        Some(sizes(&Places::of(plant, &parts, false).flow().0))
+        Some(sizes(&Places::with(plant, parts, laws, false).flow().0))
     }
 }
 
 impl<'a, S: Number> Places<'a, S> {
     pub fn of(plant: FirstOrderPlant<S>, parts: &'a [SampledPart], driven: bool) -> Self {
+        Self::with(plant, parts, parts.iter().map(S::law).collect(), driven)
+    }
+
+    /// With these laws in place of those of the parts.
+    pub fn with(plant: FirstOrderPlant<S>, parts: &'a [SampledPart], laws: Vec<LinearLaw<S>>, driven: bool) -> Self {
         let mut size = plant.equations.a.rows();
         let mut take = |count: usize| {
             size += count;
@@ -163,7 +175,8 @@ impl<'a, S: Number> Places<'a, S> {
         let lagged = plant.lags.iter().map(|lag| (*lag > 0.0).then(|| take(1))).collect();
         let laws = parts
             .iter()
-            .map(|part| {
+            .zip(laws)
+            .map(|(part, law)| {
                 let outputs = part.outputs();
                 let waiting = part.clock.map_or(0, on_their_way);
                 let held = take(if part.clock.is_some() { outputs } else { 0 });
@@ -179,7 +192,7 @@ impl<'a, S: Number> Places<'a, S> {
                 });
                 LawPlaces {
                     part,
-                    direct: part.direct(),
+                    direct: law,
                     held,
                     queue,
                     wire,
@@ -207,22 +220,22 @@ impl<'a, S: Number> Places<'a, S> {
 
     /// What a law makes of places beside those of plant and states: with `on_references` (or `references`) and `on_errors` (or
     /// `errors`) it multiplies its references and readings' errors, the readings that slow sensors hold, and what other parts tell it.
-    fn enter_references(&self, law: &LawPlaces<'_>, [references, errors]: [&Matrix<f64>; 2], out: &mut Matrix<S>) {
+    fn enter_references(&self, law: &LawPlaces<'_, S>, [references, errors]: [&Matrix<S>; 2], out: &mut Matrix<S>) {
         let told: Vec<(usize, Vec<(usize, S)>)> =
             law.part.reads.iter().map(|(reference, teller)| (*reference, self.told(*teller))).collect();
         for i in 0..out.rows() {
             if let Some(first) = law.references {
-                (0..references.columns()).for_each(|k| add(out, (i, first + k), &S::gain(references[(i, k)])));
+                (0..references.columns()).for_each(|k| add(out, (i, first + k), &references[(i, k)]));
             }
             if let Some(first) = law.errors {
                 let direct = (0..errors.columns()).filter(|k| !law.is_slow(*k));
-                direct.for_each(|k| add(out, (i, first + k), &S::gain(errors[(i, k)])));
+                direct.for_each(|k| add(out, (i, first + k), &errors[(i, k)]));
             }
             for ((reading, _), (held, _)) in law.part.slow.iter().zip(&law.slow) {
-                add(out, (i, *held), &S::gain(errors[(i, *reading)]));
+                add(out, (i, *held), &errors[(i, *reading)]);
             }
             for (reference, row) in &told {
-                let gain = S::gain(references[(i, *reference)]);
+                let gain = &references[(i, *reference)];
                 row.iter().for_each(|(place, x)| add(out, (i, *place), &gain.times(x)));
             }
         }
@@ -244,11 +257,11 @@ impl<'a, S: Number> Places<'a, S> {
     /// The command of a law over z: what it says now, whether sampled or not.
     fn command(&self, number: usize) -> Matrix<S> {
         let law = &self.laws[number];
-        let on_plant = self.plant.over_states([&gains(&law.direct.on_angles), &gains(&law.direct.on_speeds)]);
+        let on_plant = self.plant.over_states([&law.direct.on_angles, &law.direct.on_speeds]);
         let states = law.states..law.states + law.direct.states.rows();
         let mut out = Matrix::from_fn(law.part.outputs(), self.size, |i, j| match j {
             j if j < on_plant.columns() => on_plant[(i, j)].clone(),
-            j if states.contains(&j) => S::gain(law.direct.on_states[(i, j - states.start)]),
+            j if states.contains(&j) => law.direct.on_states[(i, j - states.start)].clone(),
             _ => S::zero(),
         });
         self.enter_references(law, [&law.direct.on_references, &law.direct.on_errors], &mut out);
@@ -258,14 +271,14 @@ impl<'a, S: Number> Places<'a, S> {
     /// What goes into the rates (or the next values) of a law's states, over z, with these torques of its inputs.
     fn rates(&self, number: usize, torques: &Matrix<S>) -> Matrix<S> {
         let law = &self.laws[number];
-        let from_plant = self.plant.over_states([&gains(&law.direct.angles), &gains(&law.direct.speeds)]);
-        let mut out = gains(&law.direct.torques).multiply(torques);
+        let from_plant = self.plant.over_states([&law.direct.angles, &law.direct.speeds]);
+        let mut out = law.direct.torques.multiply(torques);
         for i in 0..out.rows() {
             for j in 0..from_plant.columns() {
                 add(&mut out, (i, j), &from_plant[(i, j)]);
             }
             for j in 0..law.direct.states.rows() {
-                add(&mut out, (i, law.states + j), &S::gain(law.direct.states[(i, j)]));
+                add(&mut out, (i, law.states + j), &law.direct.states[(i, j)]);
             }
         }
         self.enter_references(law, [&law.direct.references, &law.direct.errors], &mut out);
@@ -333,9 +346,23 @@ impl<'a, S: Number> Places<'a, S> {
         (flow, commands)
     }
 
+    /// Of a loop in continuous time with this matrix, over z: what its laws command, how their states change, and these.
+    pub fn signals(&self, flow: &Matrix<S>) -> Matrix<S> {
+        let mut rows: Vec<Vec<S>> = Vec::new();
+        for (number, law) in self.laws.iter().enumerate() {
+            let command = self.command(number);
+            rows.extend((0..command.rows()).map(|i| command.row(i).to_vec()));
+            for place in law.states..law.states + law.direct.states.rows() {
+                rows.push(flow.row(place).to_vec());
+                rows.push((0..self.size).map(|j| unit(j == place)).collect());
+            }
+        }
+        Matrix::from_fn(rows.len(), self.size, |i, j| rows[i][j].clone())
+    }
+
     /// The rates of the states of laws in continuous time, and of those with a clock whose states go on between samples.
     fn add_rates(&self, commands: &Matrix<S>, flow: &mut Matrix<S>) {
-        let flows = |law: &LawPlaces<'_>| law.part.clock.is_none() || law.direct.flowing;
+        let flows = |law: &LawPlaces<'_, S>| law.part.clock.is_none() || law.direct.flowing;
         for (number, law) in self.laws.iter().enumerate().filter(|(_, law)| flows(law)) {
             let torque = |i: usize, j: usize| match law.part.inputs.get(i).map(|input| (*input, self.lagged[*input])) {
                 Some((_, Some(place))) => unit(j == place),
@@ -352,7 +379,7 @@ impl<'a, S: Number> Places<'a, S> {
     }
 
     /// A law computes: its commands go on their way, its states become those of the next sample.
-    pub fn compute(&self, number: usize) -> Jump<S> {
+    pub(super) fn compute(&self, number: usize) -> Jump<S> {
         let law = &self.laws[number];
         let Some(clock) = law.part.clock else { unreachable!("only sampled laws compute at an instant") };
         let m = law.part.outputs();
@@ -389,7 +416,7 @@ impl<'a, S: Number> Places<'a, S> {
     }
 
     /// The next command on the wire of a law reaches its motor, those behind it move up.
-    pub fn arrive(&self, number: usize) -> Jump<S> {
+    pub(super) fn arrive(&self, number: usize) -> Jump<S> {
         let mut out = Jump::new();
         let Some((_, received, waiting)) = &self.laws[number].wire else { return out };
         let chain: Vec<usize> = std::iter::once(*received).chain(waiting.iter().copied()).collect();
@@ -398,7 +425,7 @@ impl<'a, S: Number> Places<'a, S> {
     }
 
     /// The next command of a law that is on its way takes effect, those behind it move up.
-    pub fn apply(&self, number: usize) -> Jump<S> {
+    pub(super) fn apply(&self, number: usize) -> Jump<S> {
         let LawPlaces { held, queue, part, wire, .. } = &self.laws[number];
         let mut out = Jump::new();
         let chain: Vec<usize> = std::iter::once(*held).chain(queue.iter().copied()).collect();
@@ -412,7 +439,7 @@ impl<'a, S: Number> Places<'a, S> {
     }
 
     /// A slow sensor of a law reads.
-    pub fn read(&self, number: usize, slow: usize) -> Jump<S> {
+    pub(super) fn read(&self, number: usize, slow: usize) -> Jump<S> {
         let law = &self.laws[number];
         let (held, last) = law.slow[slow];
         let sensor = &law.part.slow[slow].1;

@@ -1,6 +1,8 @@
+use std::sync::Arc;
+
 use crate::assemble::{CoefficientKind as Kind, TermCoefficient};
 use crate::equations::{Measured, Sensor};
-use crate::num::{Matrix, Rational, rational_to_f64};
+use crate::num::{Matrix, Rational};
 use crate::reduce::{FirstOrder, LinearModel, Reduced, is_answered};
 
 /// A linear plant with its motors, in floating point: `H q̈ + D q̇ + S q = F τ`. Coordinates without inertia have a damping, and no rate as a state.
@@ -24,6 +26,8 @@ pub struct LoopPlant {
     pub lags: Vec<f64>,
     /// Sensors with a sample time of their own.
     pub slow_sensors: Vec<SlowSensor>,
+    /// Its matrices before rounding, with the inputs in the same order, where they are known.
+    pub exact: Option<Arc<LinearModel>>,
 }
 
 /// A sensor that reads at times of its own, from zero on, and holds its reading in between.
@@ -97,6 +101,7 @@ impl LoopPlant {
             inputs: model.inputs.clone(),
             lags: lags.to_vec(),
             slow_sensors: Vec::new(),
+            exact: Some(Arc::new(model.clone())),
         }
     }
 
@@ -118,16 +123,21 @@ impl LoopPlant {
     /// The same with an input along each torque that follows from what blocks answer, behind those of the motors, by the name of its element.
     pub fn with_answered(mut self, reduced: &Reduced) -> Self {
         let laws: Vec<_> = reduced.equations.laws.iter().filter(|law| is_answered(&law.value)).collect();
-        let own = self.input.columns();
-        let along = |i: usize, row: &[(usize, Rational)]| -> f64 {
-            row.iter().map(|(shaft, x)| rational_to_f64(x) * self.basis[(*shaft, i)]).sum()
+        let Some(mut model) = self.exact.as_deref().cloned().filter(|_| !laws.is_empty()) else { return self };
+        let own = model.input.columns();
+        let along = |i: usize, row: &[(usize, Rational)]| {
+            row.iter().fold(Rational::ZERO, |sum, (shaft, x)| sum + x * &model.basis[(*shaft, i)])
         };
-        self.input = Matrix::from_fn(self.input.rows(), own + laws.len(), |i, j| match j.checked_sub(own) {
+        model.input = Matrix::from_fn(model.input.rows(), own + laws.len(), |i, j| match j.checked_sub(own) {
             Some(law) => along(i, &laws[law].row),
-            None => self.input[(i, j)],
+            None => model.input[(i, j)].clone(),
         });
-        self.inputs.extend(laws.iter().map(|law| law.element.clone()));
+        let names: Vec<String> = laws.iter().map(|law| law.element.clone()).collect();
+        model.inputs.extend(names.iter().cloned());
+        self.inputs.extend(names);
         self.lags.extend(laws.iter().map(|_| 0.0));
+        self.input = model.input.to_f64();
+        self.exact = Some(Arc::new(model));
         self
     }
 
@@ -180,7 +190,7 @@ impl VariedPlant {
 
     /// The plant with each coefficient times a factor.
     pub fn at(&self, factors: &[f64]) -> LoopPlant {
-        let mut out = self.nominal.clone();
+        let mut out = LoopPlant { exact: None, ..self.nominal.clone() };
         for ((one, row), factor) in self.terms.iter().zip(factors) {
             let matrix = match one.kind {
                 Kind::Inertia => &mut out.inertia,

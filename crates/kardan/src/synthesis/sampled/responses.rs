@@ -1,11 +1,13 @@
 //! A loop as errors, readings and references see it, frequency by frequency.
 
+use std::sync::Arc;
+
 use faer::Mat;
 
-use super::places::Places;
-use super::{LoopPlant, SampledLoop, SampledPart};
-use crate::num::{Matrix, Rounding, at_zero, at_zero_within, balance, scaled};
+use super::{FirstOrderPlant, LoopPlant, Places, SampledLoop, SampledPart};
+use crate::num::{Matrix, Rational, Rounding, Scalar, at_zero, at_zero_within, balance, rational_from_f64, scaled};
 use crate::reduce::motions_over_states;
+use crate::synthesis::LinearLaw;
 use crate::synthesis::margins::Response;
 
 /// A controller in the loop of a plant, with all controllers as they run.
@@ -46,7 +48,12 @@ impl ControlLoop<'_> {
             let excess = places.laws[self.number].excess?;
             let b = Matrix::from_fn(n, m, |i, j| flow[(i, excess + j)]);
             let c = Matrix::from_fn(m, n, |i, j| commands[(part.inputs[i], j)]);
-            return held(&flow, Places::sizes(self.plant, self.parts).as_ref(), [&b, &c, &Matrix::zeros(m, m)], None);
+            let sizes = Places::sizes(self.plant, self.parts);
+            let found = held(&flow, sizes.as_ref(), [&b, &c, &Matrix::zeros(m, m)], None)?;
+            return Some(match self.motors_before_rounding() {
+                Some(exact) => found.before_rounding(exact),
+                None => found,
+            });
         };
         part.clock?;
         let found = SampledLoop::driven(self.plant, self.parts, period).ok()?;
@@ -57,6 +64,27 @@ impl ControlLoop<'_> {
         held(&map, None, [&b, &c, &Matrix::zeros(m, m)], Some(period))
     }
 
+    /// The same in continuous time before rounding, where it is known: A, B, C, D.
+    fn motors_before_rounding(&self) -> Option<[Matrix<Rational>; 4]> {
+        let places = self.exact_places(self.parts)?;
+        let (flow, commands) = places.flow();
+        let (n, excess) = (places.laws.first()?.references?, places.laws[self.number].excess?);
+        let inputs = &self.parts[self.number].inputs;
+        let m = inputs.len();
+        let b = Matrix::from_fn(n, m, |i, j| flow[(i, excess + j)].clone());
+        let c = Matrix::from_fn(m, n, |i, j| commands[(inputs[i], j)].clone());
+        Some(only_between(&flow, [&b, &c, &Matrix::zeros(m, m)]))
+    }
+
+    /// The loop in continuous time before rounding, where no number of it is rounded.
+    fn exact_places<'a>(&self, parts: &'a [SampledPart]) -> Option<Places<'a, Rational>> {
+        let is_rounded = |part: &SampledPart| part.clock.is_some() || !part.linear.is_finite() || part.is_rounded();
+        if parts.iter().any(is_rounded) || self.plant.exact.as_ref()?.is_rounded() {
+            return None;
+        }
+        Some(Places::of(FirstOrderPlant::exact(self.plant)?, parts, true))
+    }
+
     /// The same for errors of what the controller reads.
     ///
     /// A law with sensors reads these, `sensors` tells each one's row over `[q_r; q̇_r]`; another one reads the angles and speeds of
@@ -64,7 +92,7 @@ impl ControlLoop<'_> {
     ///
     /// # Panics
     /// If there is not one row for each sensor, and one pair of names for each coordinate.
-    pub fn readings(&self, sensors: &[(String, Vec<f64>)], motions: &[[String; 2]]) -> Option<Readings> {
+    pub fn readings(&self, sensors: &[(String, Vec<Rational>)], motions: &[[String; 2]]) -> Option<Readings> {
         let period = self.period().ok()?;
         let mut parts = self.parts.to_vec();
         let part = &mut parts[self.number];
@@ -78,7 +106,7 @@ impl ControlLoop<'_> {
         } else {
             self.motions_as_sensors(part, motions)
         };
-        let (names, rows): (Vec<String>, Vec<Vec<f64>>) = read.into_iter().unzip();
+        let (names, rows): (Vec<String>, Vec<Vec<Rational>>) = read.into_iter().unzip();
         let (errors, inputs) = (names.len(), part.inputs.clone());
         let m = inputs.len();
         let mut direct = Matrix::zeros(m, errors);
@@ -96,27 +124,39 @@ impl ControlLoop<'_> {
             (n, first, flow, Matrix::from_fn(m, n, |i, j| commands[(inputs[i], j)]))
         };
         let b = Matrix::from_fn(n, errors, |i, j| map[(i, first + j)]);
-        let c = Matrix::from_fn(errors, n, |i, j| rows[i].get(j).copied().unwrap_or(0.0));
+        let zero = Rational::ZERO;
+        let exact_c = Matrix::from_fn(errors, n, |i, j| rows[i].get(j).unwrap_or(&zero).clone());
+        let c = exact_c.to_f64();
         let sizes = if period.is_none() { Places::sizes(self.plant, &parts) } else { None };
-        let loops = held(&map, sizes.as_ref(), [&b, &c, &Matrix::zeros(errors, errors)], period)?;
+        let mut loops = held(&map, sizes.as_ref(), [&b, &c, &Matrix::zeros(errors, errors)], period)?;
+        if let Some(places) = self.exact_places(&parts) {
+            let (flow, _) = places.flow();
+            let b = Matrix::from_fn(n, errors, |i, j| flow[(i, first + j)].clone());
+            loops = loops.before_rounding(only_between(&flow, [&b, &exact_c, &Matrix::zeros(errors, errors)]));
+        }
         let commands = held(&map, sizes.as_ref(), [&b, &command, &direct], period)?;
         Some(Readings { names, loops, commands })
     }
 
     /// Gives a law without sensors errors of the angles and speeds that it uses: their names and their rows.
-    fn motions_as_sensors(&self, part: &mut SampledPart, motions: &[[String; 2]]) -> Vec<(String, Vec<f64>)> {
-        let linear = &mut part.linear;
-        let seen = motions_over_states(&self.plant.basis, &self.plant.moving);
+    fn motions_as_sensors(&self, part: &mut SampledPart, motions: &[[String; 2]]) -> Vec<(String, Vec<Rational>)> {
+        let linear = &part.linear;
+        let fraction = |x: f64| rational_from_f64(x).unwrap_or_default();
+        let basis = &self.plant.basis;
+        let seen = match &self.plant.exact {
+            Some(model) => motions_over_states(&model.basis, &self.plant.moving),
+            None => {
+                let basis = Matrix::from_fn(basis.rows(), basis.columns(), |i, j| fraction(basis[(i, j)]));
+                motions_over_states(&basis, &self.plant.moving)
+            }
+        };
         let used =
             |a: &Matrix<f64>, b: &Matrix<f64>, k: usize| [a, b].iter().any(|m| (0..m.rows()).any(|i| m[(i, k)] != 0.0));
         let angles = (0..motions.len()).filter(|k| used(&linear.angles, &linear.on_angles, *k));
         let mut all: Vec<(bool, usize)> = angles.map(|k| (false, k)).collect();
         all.extend((0..motions.len()).filter(|k| used(&linear.speeds, &linear.on_speeds, *k)).map(|k| (true, k)));
-        let pick = |angles: &Matrix<f64>, speeds: &Matrix<f64>| {
-            Matrix::from_fn(angles.rows(), all.len(), |i, j| if all[j].0 { speeds } else { angles }[(i, all[j].1)])
-        };
-        (linear.errors, linear.on_errors) =
-            (pick(&linear.angles, &linear.speeds), pick(&linear.on_angles, &linear.on_speeds));
+        part.linear = reading(linear, &all);
+        part.exact = part.exact.as_deref().map(|exact| Arc::new(reading(exact, &all)));
         let row = |(speed, k): &(bool, usize)| seen[usize::from(*speed)].row(*k).to_vec();
         all.iter().map(|one| (motions[one.1][usize::from(one.0)].clone(), row(one))).collect()
     }
@@ -146,6 +186,18 @@ impl ControlLoop<'_> {
         let same = |other: f64| first.is_some_and(|first| (other / first - 1.0).abs() < 1e-9);
         if all.all(same) { Ok(first) } else { Err(SeveralTimes) }
     }
+}
+
+/// A law with errors of angles, and of speeds, that it uses.
+fn reading<S: Scalar>(law: &LinearLaw<S>, all: &[(bool, usize)]) -> LinearLaw<S> {
+    let pick = |angles: &Matrix<S>, speeds: &Matrix<S>| {
+        Matrix::from_fn(angles.rows(), all.len(), |i, j| {
+            let (speed, k) = all[j];
+            let of = if speed { speeds } else { angles };
+            of[(i, k)].clone()
+        })
+    };
+    LinearLaw { errors: pick(&law.angles, &law.speeds), on_errors: pick(&law.on_angles, &law.on_speeds), ..law.clone() }
 }
 
 /// Part of what adds up to it below which a motion is not seen, or not driven.
@@ -250,8 +302,20 @@ fn add_integrators(shares: &[Matrix<f64>], [a, b, c]: &mut [Matrix<f64>; 3]) {
     }
 }
 
+/// A system with the states alone that have a part in what goes from B to C.
+fn only_between<S: Scalar>(matrix: &Matrix<S>, [b, c, d]: [&Matrix<S>; 3]) -> [Matrix<S>; 4] {
+    let states = between(matrix, b, c);
+    let n = states.len();
+    [
+        Matrix::from_fn(n, n, |i, j| matrix[(states[i], states[j])].clone()),
+        Matrix::from_fn(n, b.columns(), |i, j| b[(states[i], j)].clone()),
+        Matrix::from_fn(c.rows(), n, |i, j| c[(i, states[j])].clone()),
+        d.clone(),
+    ]
+}
+
 /// The states that what enters by B reaches, and that the rows of C are reached from: the others have no part in what goes from one to the other.
-fn between(matrix: &Matrix<f64>, b: &Matrix<f64>, c: &Matrix<f64>) -> Vec<usize> {
+fn between<S: Scalar>(matrix: &Matrix<S>, b: &Matrix<S>, c: &Matrix<S>) -> Vec<usize> {
     let n = b.rows();
     let spread = |mut known: Vec<bool>, acts: &dyn Fn(usize, usize) -> bool| {
         let mut next: Vec<usize> = (0..n).filter(|&k| known[k]).collect();
@@ -265,10 +329,10 @@ fn between(matrix: &Matrix<f64>, b: &Matrix<f64>, c: &Matrix<f64>) -> Vec<usize>
         }
         known
     };
-    let entered = (0..n).map(|i| b.row(i).iter().any(|x| *x != 0.0)).collect();
-    let seen = (0..n).map(|j| (0..c.rows()).any(|i| c[(i, j)] != 0.0)).collect();
-    let reached = spread(entered, &|from, to| matrix[(to, from)] != 0.0);
-    let reaching = spread(seen, &|to, from| matrix[(to, from)] != 0.0);
+    let entered = (0..n).map(|i| b.row(i).iter().any(|x| !x.is_zero())).collect();
+    let seen = (0..n).map(|j| (0..c.rows()).any(|i| !c[(i, j)].is_zero())).collect();
+    let reached = spread(entered, &|from, to| !matrix[(to, from)].is_zero());
+    let reaching = spread(seen, &|to, from| !matrix[(to, from)].is_zero());
     (0..n).filter(|&k| reached[k] && reaching[k]).collect()
 }
 
