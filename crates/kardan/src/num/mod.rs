@@ -25,6 +25,7 @@ pub mod modular_polynomial;
 mod null_vectors;
 mod polynomial;
 mod polynomial_roots;
+mod positive_roots;
 mod prime_field;
 mod reachable;
 mod reconstruct;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::law_slopes::unconstrained;
-use super::{Kinematics, Motion, OperatingPoint, Reduced, law_slopes_at, law_slopes_with};
+use super::{Kinematics, Motion, OperatingPoint, Reduced, law_slopes_with};
 use crate::equations::{Formula, Hold, Meaning};
 use crate::expr::{Expr, Floating, Symbol, lower};
 use crate::num::{Rational, SparseRow, rational_to_f64};
@@ -77,22 +77,23 @@ pub fn answered_torques(
     if !reduced.equations.laws.iter().any(|law| is_answered(&law.value)) {
         return Vec::new();
     }
-    let slopes = law_slopes_with(reduced, point, Some(answer)).into_iter().zip(law_slopes_at(reduced, point));
+    let of = |answer| law_slopes_with(reduced, point, &is_answered, answer);
+    let slopes = of(Some(answer)).into_iter().zip(of(None));
     let more = |with: &SparseRow, without: &SparseRow| -> Vec<(usize, f64)> {
         let mut sum: BTreeMap<usize, Rational> = with.iter().cloned().collect();
         without.iter().for_each(|(place, x)| *sum.entry(*place).or_default() -= x);
         sum.into_iter().filter(|(_, x)| !x.is_zero()).map(|(place, x)| (place, rational_to_f64(&x))).collect()
     };
-    let laws = reduced.equations.laws.iter().zip(slopes).filter(|(law, _)| is_answered(&law.value));
-    laws.map(|(_, (with, without))| AnsweredTorque {
-        element: with.element,
-        row: with.row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x))).collect(),
-        on_answers: with.on_answers,
-        on_positions: more(&with.on_positions, &without.on_positions),
-        on_rates: more(&with.on_rates, &without.on_rates),
-        kinks: [with.kinks, with.jumps],
-    })
-    .collect()
+    slopes
+        .map(|(with, without)| AnsweredTorque {
+            element: with.element,
+            row: with.row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x))).collect(),
+            on_answers: with.on_answers,
+            on_positions: more(&with.on_positions, &without.on_positions),
+            on_rates: more(&with.on_rates, &without.on_rates),
+            kinks: [with.kinks, with.jumps],
+        })
+        .collect()
 }
 
 /// The locks that follow from blocks and are engaged with what these answer at rest at an operating point.

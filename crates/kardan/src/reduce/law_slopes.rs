@@ -2,7 +2,7 @@
 
 use super::{Kinematics, Motion, Reduced, Step, kinematics, pressed_cushions};
 use crate::assemble::{Along, Equations, RestTorque};
-use crate::equations::Hold;
+use crate::equations::{Formula, Hold};
 use crate::expr::{Expr, Interval, Linear, Place, Rationals, Side, Surd, Symbol, bending, linear_sides, lower};
 use crate::num::{LastDigits, Rational, SparseRow, rational_from_f64, rational_to_f64};
 
@@ -277,29 +277,31 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
 /// # Panics
 /// As [`law_slopes`].
 pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes> {
-    law_slopes_with(reduced, point, None)
+    let laws = law_slopes_with(reduced, point, &|_| true, None).into_iter();
+    laws.chain(reduced.equations.carried.iter().map(carried_slopes)).collect()
 }
 
-/// The same with what blocks answer there, by which torques have slopes too; without, blocks answer zero and stand still.
+/// The torques of some laws around an operating point with what blocks answer there, by which torques have slopes too; without, blocks answer zero and
+/// stand still.
 ///
 /// # Panics
 /// As [`law_slopes`].
 pub fn law_slopes_with(
     reduced: &Reduced,
     point: &OperatingPoint,
+    wanted: &dyn Fn(&Formula) -> bool,
     answer: Option<&dyn Fn(&str) -> f64>,
 ) -> Vec<LawSlopes> {
     let equations = &reduced.equations;
-    let carried = equations.carried.iter().map(carried_slopes);
     if equations.laws.is_empty() {
-        return carried.collect();
+        return Vec::new();
     }
     let free = unconstrained(reduced);
     // Blocks are symbols where they answer, and functions of time with them.
     let mut motion = if answer.is_some() { Motion::kinematics(&free, false) } else { Motion::free(&free) };
     let mut standing = Standing::new(reduced, point, &motion);
     let mut out = Vec::new();
-    for term in &equations.laws {
+    for term in equations.laws.iter().filter(|law| wanted(&law.value)) {
         let torque = motion.formula(&free, &term.value);
         let blocks = || motion.timed.blocks.iter();
         let symbol = |(name, own): &(String, Expr)| Some((motion.graph.symbol_of(*own)?, answer?(name)));
@@ -310,7 +312,6 @@ pub fn law_slopes_with(
         let (element, row) = (term.element.clone(), term.row.clone());
         out.push(slopes_of(sides, (standing.coordinates(), &names), &point.side, (element, row)));
     }
-    out.extend(carried);
     out
 }
 

@@ -64,6 +64,7 @@ pub(super) struct Taylor {
     /// Memory for rates and for a state inside.
     rates: Vec<f64>,
     inside: Vec<f64>,
+    slopes: Vec<f64>,
     counts: Counts,
     rounding: Rounding,
 }
@@ -99,6 +100,7 @@ impl Taylor {
             doubtful: false,
             rates: vec![0.0; absolute.len()],
             inside: vec![0.0; absolute.len()],
+            slopes: vec![0.0; absolute.len()],
             counts: Counts::default(),
             rounding: Rounding::new(absolute.len()),
         }
@@ -240,7 +242,7 @@ impl Taylor {
         // Terms that have fallen before the last ones are of a motion that goes on: as between two samples. Those that vanish say nothing.
         let brief = self.order < self.most && self.of(self.order).iter().any(|term| *term != 0.0);
         let most = if doubtful { 1.0 } else { LEFT_OUT + self.rounding.tolerances };
-        let mut memory = [std::mem::take(&mut self.rates), std::mem::take(&mut self.inside)];
+        let mut memory = [&mut self.rates, &mut self.inside, &mut self.slopes].map(std::mem::take);
         let mut before = f64::INFINITY;
         let found = loop {
             let length = self.time - self.previous_time;
@@ -256,7 +258,7 @@ impl Taylor {
             before = left_out;
             self.end_earlier(0.5);
         };
-        [self.rates, self.inside] = memory;
+        [self.rates, self.inside, self.slopes] = memory;
         if found.is_err() {
             self.time = self.previous_time;
             self.state.copy_from_slice(&self.previous);
@@ -268,7 +270,7 @@ impl Taylor {
     fn left_out(
         &mut self,
         (length, places): (f64, &[f64]),
-        [slope, inside]: &mut [Vec<f64>; 2],
+        [slope, inside, own]: &mut [Vec<f64>; 3],
         rates: &mut impl FnMut(f64, &[f64], &mut [f64]),
     ) -> f64 {
         places.iter().fold(0.0, |most: f64, part| {
@@ -276,12 +278,14 @@ impl Taylor {
             self.interpolate(at, inside);
             rates(at, inside, slope);
             self.counts.evaluations += 1;
-            let own = |k: usize| {
-                (1..=self.order).rev().fold(0.0, |sum, order| sum * later + order as f64 * self.of(order)[k])
-            };
+            own.fill(0.0);
+            for order in (1..=self.order).rev() {
+                let factor = order as f64;
+                own.iter_mut().zip(self.of(order)).for_each(|(sum, term)| *sum = *sum * later + factor * term);
+            }
             let parts = self.absolute.iter().enumerate().map(|(k, absolute)| {
                 let size = self.previous[k].abs().max(self.state[k].abs()).max((length * self.of(1)[k]).abs());
-                (slope[k] - own(k)).abs() * length / (absolute + self.relative * size)
+                (slope[k] - own[k]).abs() * length / (absolute + self.relative * size)
             });
             // What is no number is no part of the motion either.
             parts.fold(most, |most: f64, part| if part <= most { most } else { part })

@@ -1,12 +1,14 @@
 //! Blocks between the laws of a variant, where its loop stands.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::PreparedVariant;
 use super::prepared::Settled;
+use crate::equations::Meaning;
+use crate::expr::Symbol;
 use crate::num::Matrix;
-use crate::program::Task;
+use crate::program::{Read, Task};
 use crate::reduce::{Kinematics, OperatingPoint, answered_locks, answered_torques};
 use crate::simulate::{Profile, Scenario};
 use crate::synthesis::{BesideBlocks, Law, LinearTask, LoopBlocks, LoopPlant, SampledPart, Seen, TaskLaw, Told};
@@ -101,9 +103,69 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
     let at_rest = [&kinematics.angles[..], &kinematics.speeds[..]];
     let mut answers = known(variant, beside, at_rest);
     let bend = laws.iter().any(|law| law.bends());
-    let linear = linear_tasks(laws, &mut answers, at_rest);
+    let felt = reduced.equations.laws.iter().flat_map(|law| law.value.all_names());
+    let felt = felt.filter_map(|(_, meaning)| if let Meaning::Block(name, _) = meaning { Some(name) } else { None });
+    let felt: Vec<&str> = felt.chain(beside.iter().flat_map(|law| &law.references)).map(String::as_str).collect();
+    let told = |name: &str| beside.iter().any(|law| law.tells.iter().any(|(own, _)| own == name));
+    let rows = in_loop(&tasks, &told, &felt);
+    let linear = linear_tasks((laws, &rows), &mut answers, at_rest);
     let flat = tasks.iter().zip(&linear).flat_map(|(task, linear)| flat(task, linear)).collect();
     Settled { tasks: linear, answers, bend, flat }
+}
+
+/// Of each task the answers, then the numbers that are remembered, through which a loop may close: what moves, or a law tells, may act on them, and what is
+/// felt by these names may follow from them.
+fn in_loop(tasks: &[Arc<Task>], told: &dyn Fn(&str) -> bool, felt: &[&str]) -> Vec<Vec<usize>> {
+    // What each row follows from at once: whether something that moves, and which other rows.
+    let answer = |name: &str| {
+        let of = |task: &Arc<Task>| task.answers.iter().position(|answer| answer.name == name);
+        tasks.iter().enumerate().find_map(|(number, task)| Some((number, of(task)?)))
+    };
+    let mut rows = Vec::new();
+    for (number, task) in tasks.iter().enumerate() {
+        let remembered = |symbol: &Symbol| task.memory.iter().position(|entry| entry.symbol == *symbol);
+        for (row, (_, expr)) in task.outputs().into_iter().enumerate() {
+            let (mut moved, mut before) = (false, Vec::new());
+            for symbol in task.graph.symbols(&[expr]) {
+                match task.reads.iter().find(|(own, _)| *own == symbol).map(|(_, read)| read) {
+                    Some(Read::Source(name)) => {
+                        moved |= told(name);
+                        before.extend(answer(name));
+                    }
+                    Some(Read::Sensor(name) | Read::AsRead(name)) => {
+                        moved = true;
+                        before.extend(answer(name));
+                    }
+                    Some(Read::Position(_) | Read::Rate(_)) => moved = true,
+                    Some(Read::Time) => {}
+                    None => before.extend(remembered(&symbol).map(|k| (number, task.answers.len() + k))),
+                }
+            }
+            rows.push(((number, row), moved, before));
+        }
+    }
+    let mut acted: BTreeSet<(usize, usize)> = rows.iter().filter(|row| row.1).map(|row| row.0).collect();
+    loop {
+        let count = acted.len();
+        for (row, _, before) in &rows {
+            if before.iter().any(|one| acted.contains(one)) {
+                acted.insert(*row);
+            }
+        }
+        if acted.len() == count {
+            break;
+        }
+    }
+    let mut open: Vec<(usize, usize)> = felt.iter().filter_map(|name| answer(name)).collect();
+    let mut out = vec![Vec::new(); tasks.len()];
+    while let Some(row) = open.pop() {
+        if acted.remove(&row) {
+            out[row.0].push(row.1);
+            open.extend(rows.iter().filter(|(own, ..)| *own == row).flat_map(|(.., before)| before));
+        }
+    }
+    out.iter_mut().for_each(|rows| rows.sort_unstable());
+    out
 }
 
 /// Kinds of blocks that pass nothing on where they stand at a limit or in a dead zone.
@@ -175,7 +237,11 @@ fn known(variant: &PreparedVariant, beside: &[BesideBlocks], [angles, speeds]: [
 }
 
 /// Tasks around where they stand after some samples at rest.
-fn linear_tasks(laws: Vec<TaskLaw>, known: &mut BTreeMap<String, f64>, at_rest: [&[f64]; 2]) -> Vec<LinearTask> {
+fn linear_tasks(
+    (laws, rows): (Vec<TaskLaw>, &[Vec<usize>]),
+    known: &mut BTreeMap<String, f64>,
+    at_rest: [&[f64]; 2],
+) -> Vec<LinearTask> {
     let [angles, speeds] = at_rest;
     // Names are looked up once: values stand in the order in which their names came.
     let mut names: Vec<String> = known.keys().cloned().collect();
@@ -223,7 +289,9 @@ fn linear_tasks(laws: Vec<TaskLaw>, known: &mut BTreeMap<String, f64>, at_rest: 
         }
     }
     known.extend(names.into_iter().zip(values).filter_map(|(name, value)| Some((name, value?))));
-    all.iter().map(|one| one.law.around(&seen(at_rest, &one.references, &one.memory))).collect()
+    let around =
+        |(one, rows): (&Standing, &Vec<usize>)| one.law.around(&seen(at_rest, &one.references, &one.memory), rows);
+    all.iter().zip(rows).map(around).collect()
 }
 
 fn seen<'a>([angles, speeds]: [&'a [f64]; 2], references: &'a [f64], states: &'a [f64]) -> Seen<'a> {

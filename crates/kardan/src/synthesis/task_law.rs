@@ -237,6 +237,12 @@ impl TaskLaw {
 
     /// What it is on the sides of a place, to first order: nothing where no guard vanishes there.
     fn sides_at(&self, inputs: &[f64]) -> Vec<SidesOf> {
+        let all: Vec<usize> = (0..self.answers.len() + self.task.memory.len()).collect();
+        self.sides_among(&all, inputs)
+    }
+
+    /// The same of some answers, then numbers that are remembered.
+    fn sides_among(&self, rows: &[usize], inputs: &[f64]) -> Vec<SidesOf> {
         let (guards, count) = &**self.task.guards();
         let mut memory = guards.memory();
         memory[..inputs.len()].copy_from_slice(inputs);
@@ -246,10 +252,13 @@ impl TaskLaw {
             return Vec::new();
         }
         let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
-        let exprs: Vec<_> = self.task.outputs().into_iter().map(|(_, expr)| expr).collect();
+        let outputs = self.task.outputs();
+        let exprs: Vec<_> = rows.iter().map(|row| outputs[*row].1).collect();
         let place = Inputs { law: self, symbols: &symbols, values: inputs };
         let sense = if self.side.below.is_empty() { 1.0 } else { -1.0 };
-        kinked(&mut graph, &exprs, &place, &|k| sense / (k + 1) as f64)
+        let mut found = kinked(&mut graph, &exprs, &place, &|k| sense / (k + 1) as f64);
+        found.iter_mut().flat_map(|sides| &mut sides.exprs).for_each(|row| *row = rows[*row]);
+        found
     }
 
     /// Derivatives where no guard vanishes: of each answer and each number that is remembered, by what is read or remembered.
@@ -488,11 +497,11 @@ impl TaskLaw {
         }
     }
 
-    /// The task around what it sees there.
-    pub fn around(&self, seen: &Seen<'_>) -> LinearTask {
+    /// The task around what it sees there. Of all rows but these, answers, then what is remembered, kinks are not looked for.
+    pub fn around(&self, seen: &Seen<'_>, rows: &[usize]) -> LinearTask {
         let inputs: Vec<f64> =
             (0..self.comes.len()).map(|k| self.value(k, seen)).chain(seen.states.iter().copied()).collect();
-        let sides = self.sides_at(&inputs);
+        let sides = self.sides_among(rows, &inputs);
         LinearTask {
             kinks: self.kinks_among(&inputs, &sides),
             linear: self.slopes_among(&inputs, &sides),

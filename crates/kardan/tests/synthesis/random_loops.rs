@@ -402,7 +402,9 @@ fn swept(of: &Loop) -> Swept {
         }
     }
     let sizes: Vec<f64> = values.iter().map(|l| size(*l)).collect();
-    let mut best = sizes[0].max(sizes[sizes.len() - 1]);
+    // In continuous time L comes to zero at last, which no sweep reaches.
+    let last = if of.sampled.is_none() { 0.5 } else { sizes[sizes.len() - 1] };
+    let mut best = sizes[0].max(last);
     let largest = sizes.iter().copied().fold(0.0, f64::max);
     for k in 1..all.len() - 1 {
         if sizes[k] < 0.99 * largest || sizes[k] < sizes[k - 1] || sizes[k] < sizes[k + 1] {

@@ -68,7 +68,10 @@ pub fn channel_margins(channel: &Response) -> Option<ChannelMargins> {
     assert_eq!(channel.channels(), 1, "margins of one channel");
     let one = channel.one_channel();
     let (peak, place) = match &one {
-        Some(one) => one.balanced().peak(&channel.first_places()),
+        Some(one) => {
+            let balanced = channel.balanced();
+            one.balanced().peak(&channel.first_places(), &|place| balanced.size(place))
+        }
         None => channel.balanced().peak(),
     };
     let mut out = ChannelMargins {

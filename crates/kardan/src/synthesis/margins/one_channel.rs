@@ -1,12 +1,16 @@
 //! One channel of a response as a quotient of polynomials.
 
 use faer::c64;
+use kardan_rt::functions::exp;
 
+use super::response::golden;
 use crate::num::{Polynomial, Rational, Scalar, is_hurwitz, rational_from_f64, rational_to_f64};
 use crate::synthesis::decoupling::common_denominator;
 
 /// Part of a peak by which a level is above it.
 pub(super) const LEVEL: f64 = 1e-9;
+/// How far from a place a peak is looked for, in the logarithm.
+const BESIDE: f64 = 0.3;
 /// Levels that are tried.
 const ROUNDS: usize = 60;
 
@@ -54,11 +58,7 @@ fn places(over_square: &Polynomial) -> Vec<f64> {
     if over_square.degree() == 0 {
         return Vec::new();
     }
-    let mut out: Vec<f64> =
-        over_square.roots().into_iter().filter(|(re, im)| *im == 0.0 && *re > 0.0).map(|(re, _)| re.sqrt()).collect();
-    out.sort_by(f64::total_cmp);
-    out.dedup();
-    out
+    over_square.positive_roots().into_iter().map(f64::sqrt).collect()
 }
 
 impl OneChannel {
@@ -119,8 +119,9 @@ impl OneChannel {
     /// The largest size of M over all frequencies, and its place; infinite at a pole on the axis.
     ///
     /// From the largest size at some places the roots of `|n|² = γ² |d|²` tell between which places it is exceeded, the middles of these give the next
-    /// γ, until nothing exceeds it (Bruinsma and Steinbuch 1990): no peak is too narrow.
-    pub fn peak(&self, starts: &[f64]) -> (f64, f64) {
+    /// γ, until nothing exceeds it (Bruinsma and Steinbuch 1990): no peak is too narrow. Before, the place of the largest is refined where `near` is about the
+    /// size of M, so that most often one round is enough.
+    pub fn peak(&self, starts: &[f64], near: &dyn Fn(f64) -> f64) -> (f64, f64) {
         let mut best = (0.0f64, 0.0f64);
         let look = |place: f64, best: &mut (f64, f64)| {
             let size = self.size(place);
@@ -128,11 +129,23 @@ impl OneChannel {
                 *best = (size, place);
             }
         };
-        for place in [0.0, f64::INFINITY].iter().chain(starts) {
-            look(*place, &mut best);
+        let mut first = (0.0, 0.0);
+        for &place in starts {
+            match near(place) {
+                size if !size.is_finite() => look(place, &mut best),
+                size if size > first.0 => first = (size, place),
+                _ => {}
+            }
+        }
+        for place in [0.0, f64::INFINITY, first.1] {
+            look(place, &mut best);
         }
         if best.0 == 0.0 && self.numerator.is_zero() {
             return best;
+        }
+        let middle = best.1;
+        if best.0.is_finite() && middle > 0.0 && middle.is_finite() {
+            look(middle * exp(golden(-BESIDE, BESIDE, &|x| -near(middle * exp(x)))), &mut best);
         }
         for _ in 0..ROUNDS {
             let before = best.0;

@@ -335,7 +335,7 @@ impl Response {
     /// The largest singular value over all frequencies, and its place; infinite at a pole on the axis.
     pub(super) fn peak(&self) -> (f64, f64) {
         if let Some(one) = self.one_channel() {
-            return one.peak(&self.first_places());
+            return one.peak(&self.first_places(), &|place| self.size(place));
         }
         largest_between(&self.places(), &|place| self.size(place))
     }
