@@ -14,6 +14,7 @@ mod elimination;
 mod exponential;
 mod float;
 mod fourier;
+mod golden;
 mod held;
 mod invariant_factors;
 mod keeper;
@@ -53,6 +54,7 @@ pub use elimination::{Definiteness, Echelon, definiteness, definiteness_of_rows,
 pub use exponential::{Discretised, discretise, exponential};
 pub use float::{Float, max_or_nan};
 pub use fourier::fourier;
+pub use golden::golden;
 pub use held::{HeldTo, characteristic, held};
 pub use invariant_factors::invariant_factors;
 pub use keeper::Keeper;

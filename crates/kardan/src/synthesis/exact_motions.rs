@@ -171,18 +171,3 @@ fn sent_to_zero(matrix: &Matrix<Rational>) -> Matrix<Rational> {
         known = Matrix::from_fn(n, kernel.columns(), |i, j| kernel[(i, j)].clone());
     }
 }
-
-/// The decimal with the fewest digits that reads back as this double; `None` if it is not finite.
-pub(super) fn shortest_decimal(value: f64) -> Option<Rational> {
-    if !value.is_finite() {
-        return None;
-    }
-    let text = format!("{value:e}");
-    let (digits, exponent) = text.split_once('e')?;
-    let (whole, part) = digits.split_once('.').unwrap_or((digits, ""));
-    let number: i64 = format!("{whole}{part}").parse().ok()?;
-    let exponent: i32 = exponent.parse::<i32>().ok()? - i32::try_from(part.len()).ok()?;
-    let ten = (0..exponent.unsigned_abs()).fold(Rational::ONE, |power, _| power.times(&Rational::from(10)));
-    let number = Rational::from(number);
-    Some(if exponent < 0 { number.over(&ten) } else { number.times(&ten) })
-}

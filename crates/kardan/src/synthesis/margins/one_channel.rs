@@ -3,8 +3,7 @@
 use faer::c64;
 use kardan_rt::functions::exp;
 
-use super::response::golden;
-use crate::num::{Polynomial, Rational, Scalar, is_hurwitz, rational_from_f64, rational_to_f64};
+use crate::num::{Polynomial, Rational, Scalar, golden, is_hurwitz, rational_from_f64, rational_to_f64};
 use crate::synthesis::decoupling::common_denominator;
 
 /// Part of a peak by which a level is above it.

@@ -6,7 +6,7 @@ use kardan_rt::functions::{atan, hypot, powf, tan};
 
 use super::one_channel::{LEVEL, OneChannel};
 use crate::num::{
-    Matrix, Polynomial, Rational, Rounding, at_zero, at_zero_within, balance, eigenvalues, rational_from_f64,
+    Matrix, Polynomial, Rational, Rounding, at_zero, at_zero_within, balance, eigenvalues, golden, rational_from_f64,
 };
 use crate::synthesis::decoupling::{characteristic_polynomial, common_denominator, resolvent};
 
@@ -508,29 +508,6 @@ fn poles_of_rates(rates: &Matrix<f64>, sampled: bool) -> Option<Vec<(f64, f64)>>
     let found = found.map(|rate| if sampled { turned(rate) } else { rate });
     Some(found.filter(|(re, im)| re.is_finite() && im.is_finite()).collect())
 }
-
-/// Where a function is smallest between two places, if it has one minimum there (golden section).
-pub(super) fn golden(low: f64, high: f64, value: &dyn Fn(f64) -> f64) -> f64 {
-    let part = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut low, mut high) = (low, high);
-    let (mut a, mut b) = (high - part * (high - low), low + part * (high - low));
-    let (mut at_a, mut at_b) = (value(a), value(b));
-    for _ in 0..LINE {
-        if at_a <= at_b {
-            (high, b, at_b) = (b, a, at_a);
-            a = high - part * (high - low);
-            at_a = value(a);
-        } else {
-            (low, a, at_a) = (a, b, at_b);
-            b = low + part * (high - low);
-            at_b = value(b);
-        }
-    }
-    0.5 * (low + high)
-}
-
-/// Steps of a search along a line.
-const LINE: usize = 40;
 
 /// The largest singular value of a small matrix, to about a millionth where two are close, else to rounding.
 ///

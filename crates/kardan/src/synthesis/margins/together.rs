@@ -2,7 +2,8 @@ use faer::{Mat, c64};
 use kardan_rt::functions::{exp, hypot, ln, powi};
 
 use super::Response;
-use super::response::{golden, largest_singular};
+use super::response::largest_singular;
+use crate::num::golden;
 
 /// Part of the largest bound that was found by which one between two places may be larger.
 const LOOSE: f64 = 1e-3;
