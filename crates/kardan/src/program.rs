@@ -143,20 +143,29 @@ impl Task {
     /// If it names what it does not read.
     pub fn slopes(&self) -> &Arc<Slopes> {
         self.lists.slopes.get_or_init(|| {
-            let mut graph = self.graph.clone();
-            let exprs: Vec<Expr> = self.outputs().into_iter().map(|(_, expr)| expr).collect();
-            let (mut outputs, mut places) = (Vec::new(), Vec::new());
-            for (column, symbol) in self.inputs().into_iter().enumerate() {
-                for (row, slope) in graph.derivatives(&exprs, symbol).into_iter().enumerate() {
-                    if !graph.is_zero(slope) {
-                        outputs.push((format!("{row}.{column}"), slope));
-                        places.push((row, column));
-                    }
+            let all: Vec<usize> = (0..self.answers.len() + self.memory.len()).collect();
+            Arc::new(self.slopes_among(&all))
+        })
+    }
+
+    /// The same of some of its outputs; those of the others are not among them.
+    ///
+    /// # Panics
+    /// If it names what it does not read.
+    pub fn slopes_among(&self, rows: &[usize]) -> Slopes {
+        let (mut graph, all) = (self.graph.clone(), self.outputs());
+        let exprs: Vec<Expr> = rows.iter().map(|row| all[*row].1).collect();
+        let (mut outputs, mut places) = (Vec::new(), Vec::new());
+        for (column, symbol) in self.inputs().into_iter().enumerate() {
+            for (row, slope) in rows.iter().zip(graph.derivatives(&exprs, symbol)) {
+                if !graph.is_zero(slope) {
+                    outputs.push((format!("{row}.{column}"), slope));
+                    places.push((*row, column));
                 }
             }
-            let plan = compile(&graph, &self.inputs(), &outputs).expect("a slope names what its task reads");
-            Arc::new(Slopes { plan, places })
-        })
+        }
+        let plan = compile(&graph, &self.inputs(), &outputs).expect("a slope names what its task reads");
+        Slopes { plan, places }
     }
 
     /// What chooses its pieces, and stands at zero where it may bend or jump, and how many there are.

@@ -7,7 +7,7 @@ use kardan_rt::Operator;
 
 use super::graph::{Node, raised};
 use super::{Domain, Expr, Function, Graph, Symbol};
-use crate::num::{Rational, Scalar};
+use crate::num::{Rational, Scalar, rational_from_f64};
 use crate::units::Exact;
 
 /// Evaluates expressions over the numbers of a domain, given those of their symbols.
@@ -70,11 +70,11 @@ impl<D: Domain> Lowering<'_, D> {
         self.constant(expr).is_some()
     }
 
-    /// The number that a constant is, π to 120 digits.
+    /// The number that a constant is, with each power of π as the double next to it.
     fn constant(&self, expr: Expr) -> Option<Rational> {
         let part = |part: &Expr| match self.graph.node(*part) {
             Node::Number(value) => Some(value.clone()),
-            Node::Pi => Some(Exact::new(Rational::ONE, 1).to_rational()),
+            Node::Pi => rational_from_f64(std::f64::consts::PI),
             Node::Product(factors) => match factors.as_slice() {
                 [(factor, power)] if *self.graph.node(*factor) == Node::Pi => {
                     Some(Exact::new(Rational::ONE, *power).to_rational())

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::sides::GuardNames;
 use super::{Direction, Expr, Floating, Graph, Interval, Intervals, Place, Side, Sided, Symbol, lower, sides};
-use crate::num::{Rational, Scalar};
+use crate::num::{Rational, Scalar, rational_to_f64};
 
 /// A number at a place.
 #[derive(Debug, Clone)]
@@ -169,6 +169,14 @@ fn linear(graph: &mut Graph, own: Vec<Sided>, place: &dyn Place, names: &mut Gua
     let exactly = exactly.iter().all(|guard| guard.as_ref().is_some_and(Scalar::is_zero));
     let numbers = |graph: &Graph, exprs: &[Expr]| -> Vec<Number> {
         let exact = sides::exactly(graph, exprs, place);
+        // Nothing is compared within rounding then.
+        if exactly && exact.iter().all(Option::is_some) {
+            let number = |exact: Rational| {
+                let value = rational_to_f64(&exact);
+                Number { exact: Some(exact), value, around: Interval::point(value) }
+            };
+            return exact.into_iter().flatten().map(number).collect();
+        }
         let around = lower(graph, exprs, &mut Intervals, |symbol| place.around(symbol));
         let value = lower(graph, exprs, &mut Floating::<f64>::default(), |symbol| place.value(symbol));
         let of = |((exact, around), value)| Number { exact, value, around };

@@ -97,17 +97,23 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
     let sampled = scenario.sensors.iter().chain(&scenario.tasks).filter(|_| seen);
     let tasks = scenario.flow.iter().chain(sampled);
     let tasks: Vec<Arc<Task>> = tasks.cloned().collect();
-    let laws: Vec<TaskLaw> = tasks.iter().map(|task| TaskLaw::new(task, reduced).on(&variant.point.side)).collect();
     let mut kinematics = Kinematics::new(reduced);
     kinematics.update(position, &variant.point.rates);
     let at_rest = [&kinematics.angles[..], &kinematics.speeds[..]];
     let mut answers = known(variant, beside, at_rest);
-    let bend = laws.iter().any(|law| law.bends());
     let felt = reduced.equations.laws.iter().flat_map(|law| law.value.all_names());
     let felt = felt.filter_map(|(_, meaning)| if let Meaning::Block(name, _) = meaning { Some(name) } else { None });
     let felt: Vec<&str> = felt.chain(beside.iter().flat_map(|law| &law.references)).map(String::as_str).collect();
     let told = |name: &str| beside.iter().any(|law| law.tells.iter().any(|(own, _)| own == name));
     let rows = in_loop(&tasks, &told, &felt);
+    let law = |(task, rows): (&Arc<Task>, &Vec<usize>)| {
+        let mut looked_at = [&rows[..], &flat_rows(task)].concat();
+        looked_at.sort_unstable();
+        looked_at.dedup();
+        TaskLaw::new(task, reduced).on(&variant.point.side).with_slopes_among(&looked_at)
+    };
+    let laws: Vec<TaskLaw> = tasks.iter().zip(&rows).map(law).collect();
+    let bend = laws.iter().any(|law| law.bends());
     let linear = linear_tasks((laws, &rows), &mut answers, at_rest);
     let flat = tasks.iter().zip(&linear).flat_map(|(task, linear)| flat(task, linear)).collect();
     Settled { tasks: linear, answers, bend, flat }
@@ -171,7 +177,13 @@ fn in_loop(tasks: &[Arc<Task>], told: &dyn Fn(&str) -> bool, felt: &[&str]) -> V
 /// Kinds of blocks that pass nothing on where they stand at a limit or in a dead zone.
 const FLAT: [&str; 4] = ["saturation", "dead_zone", "table", "pid"];
 
-/// Blocks of these kinds whose answer has no slope over anything that they follow from.
+/// Rows of the answers of these blocks.
+fn flat_rows(task: &Task) -> Vec<usize> {
+    let steps = task.order.iter().filter(|step| FLAT.contains(&step.kind));
+    steps.filter_map(|step| task.answers.iter().position(|answer| answer.name == step.block)).collect()
+}
+
+/// Those of them whose answer has no slope over anything that they follow from.
 fn flat<'a>(task: &'a Task, linear: &'a LinearTask) -> impl Iterator<Item = String> + 'a {
     let slopes = move |row: usize| {
         let linear = &linear.linear;
@@ -179,11 +191,8 @@ fn flat<'a>(task: &'a Task, linear: &'a LinearTask) -> impl Iterator<Item = Stri
             .into_iter()
             .any(|over| over.row(row).iter().any(|slope| *slope != 0.0))
     };
-    let steps = task.order.iter().filter(|step| FLAT.contains(&step.kind));
-    steps.map(|step| step.block.clone()).filter(move |name| {
-        let row = linear.answers.iter().position(|answer| answer == name);
-        row.is_some_and(|row| !slopes(row))
-    })
+    let rows = flat_rows(task).into_iter().filter(move |row| !slopes(*row));
+    rows.map(|row| task.answers[row].name.clone())
 }
 
 /// A law as blocks know it.

@@ -10,7 +10,7 @@ use crate::equations::Measured;
 use crate::expr::{Direction, Interval, Linear, Place, Side, SidesOf, Surd, Symbol, bending, exactly, kinked};
 use crate::num::{Float, Keeper, Matrix, Rational, Scalar, SparseRow, rational_from_f64, rational_to_f64};
 use crate::plan::Plan;
-use crate::program::{Read, Task};
+use crate::program::{Read, Slopes, Task};
 use crate::reduce::Reduced;
 use crate::results::{ControllerData, DataMatrix, Design, Physical, ReadSignal};
 
@@ -97,6 +97,8 @@ pub struct TaskLaw {
     told: Option<String>,
     /// The side on which it is linearised, where it bends.
     side: Side,
+    /// The slopes of those rows that are looked at; `None`: of all.
+    looked_at: Option<Arc<Slopes>>,
     /// The linear part at the design point.
     at_design_point: OnceLock<LinearLaw>,
     exact_at_design_point: OnceLock<Option<Arc<LinearLaw<Rational>>>>,
@@ -226,6 +228,7 @@ impl TaskLaw {
             side: Side::default(),
             at_design_point: OnceLock::new(),
             exact_at_design_point: OnceLock::new(),
+            looked_at: None,
         }
     }
 
@@ -235,10 +238,19 @@ impl TaskLaw {
         Self { side: side.clone(), at_design_point: OnceLock::new(), exact_at_design_point: OnceLock::new(), ..self }
     }
 
+    /// The same with slopes of some rows alone, answers, then what is remembered; others are taken as zero.
+    #[must_use]
+    pub fn with_slopes_among(self, rows: &[usize]) -> Self {
+        Self { looked_at: Some(Arc::new(self.task.slopes_among(rows))), ..self }
+    }
+
     /// What it is on the sides of a place, to first order: nothing where no guard vanishes there.
     fn sides_at(&self, inputs: &[f64]) -> Vec<SidesOf> {
-        let all: Vec<usize> = (0..self.answers.len() + self.task.memory.len()).collect();
-        self.sides_among(&all, inputs)
+        self.sides_among(&self.all_rows(), inputs)
+    }
+
+    fn all_rows(&self) -> Vec<usize> {
+        (0..self.answers.len() + self.task.memory.len()).collect()
     }
 
     /// The same of some answers, then numbers that are remembered.
@@ -263,7 +275,7 @@ impl TaskLaw {
 
     /// Derivatives where no guard vanishes: of each answer and each number that is remembered, by what is read or remembered.
     fn plain_slopes(&self, inputs: &[f64], put: &mut dyn FnMut(usize, usize, f64)) {
-        let found = self.task.slopes();
+        let found = self.looked_at.as_ref().unwrap_or_else(|| self.task.slopes());
         let mut memory = found.plan.memory();
         memory[..inputs.len()].copy_from_slice(inputs);
         let _ = found.plan.block().evaluate(&mut memory);
@@ -408,13 +420,13 @@ impl TaskLaw {
     }
 
     /// The same before rounding; `None` if a slope is not known to be a fraction.
-    fn exact_slopes_among(&self, inputs: &[f64], of_sides: &[SidesOf]) -> Option<LinearLaw<Rational>> {
+    fn exact_slopes_among(&self, rows: &[usize], inputs: &[f64], of_sides: &[SidesOf]) -> Option<LinearLaw<Rational>> {
         let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
         let place = Inputs { law: self, symbols: &symbols, values: inputs };
-        let rows = self.answers.len() + self.task.memory.len();
-        let mut slopes = vec![vec![Rational::ZERO; rows]; inputs.len()];
-        let plain: Vec<usize> =
-            (0..rows).filter(|row| !of_sides.iter().any(|sides| sides.exprs.contains(row))).collect();
+        let count = self.answers.len() + self.task.memory.len();
+        let mut slopes = vec![vec![Rational::ZERO; count]; inputs.len()];
+        let is_plain = |row: &usize| !of_sides.iter().any(|sides| sides.exprs.contains(row));
+        let plain: Vec<usize> = rows.iter().copied().filter(is_plain).collect();
         let outputs = self.task.outputs();
         let exprs: Vec<_> = plain.iter().map(|row| outputs[*row].1).collect();
         for (slopes, symbol) in slopes.iter_mut().zip(&symbols) {
@@ -435,9 +447,14 @@ impl TaskLaw {
     }
 
     /// The same of a task that computes at every instant, with few states: of others only rounded numbers are asked for.
-    fn exact_slopes_of(&self, inputs: &[f64], of_sides: &[SidesOf]) -> Option<Arc<LinearLaw<Rational>>> {
+    fn exact_slopes_of(
+        &self,
+        rows: &[usize],
+        inputs: &[f64],
+        of_sides: &[SidesOf],
+    ) -> Option<Arc<LinearLaw<Rational>>> {
         let asked = self.clock.is_none() && self.task.memory.len() <= MOST_EXACT;
-        Some(Arc::new(asked.then(|| self.exact_slopes_among(inputs, of_sides))??))
+        Some(Arc::new(asked.then(|| self.exact_slopes_among(rows, inputs, of_sides))??))
     }
 
     /// A law with these slopes, of each input over answers, then over what is remembered next.
@@ -505,7 +522,7 @@ impl TaskLaw {
         LinearTask {
             kinks: self.kinks_among(&inputs, &sides),
             linear: self.slopes_among(&inputs, &sides),
-            exact: self.exact_slopes_of(&inputs, &sides),
+            exact: self.exact_slopes_of(rows, &inputs, &sides),
             clock: self.clock,
             answers: self.answers.clone(),
             references: self.references.iter().map(|reference| reference.name.clone()).collect(),
@@ -679,7 +696,7 @@ impl Law for TaskLaw {
     fn linear_exact(&self) -> Option<Arc<LinearLaw<Rational>>> {
         let exact = || {
             let inputs = self.design_point();
-            self.exact_slopes_of(&inputs, &self.sides_at(&inputs))
+            self.exact_slopes_of(&self.all_rows(), &inputs, &self.sides_at(&inputs))
         };
         self.exact_at_design_point.get_or_init(exact).clone()
     }
@@ -705,6 +722,7 @@ impl Law for TaskLaw {
             task,
             at_design_point,
             exact_at_design_point: OnceLock::new(),
+            looked_at: self.looked_at.clone(),
             side,
             point,
             told,

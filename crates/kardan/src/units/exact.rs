@@ -3,7 +3,7 @@
 use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::ops::{Mul, Neg};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use dashu_int::ops::BitTest;
 use dashu_int::{Sign, UBig};
@@ -131,9 +131,13 @@ impl Exact {
 
     /// π to 120 digits.
     pub(super) fn pi_digits() -> RBig {
-        let (words, ten) = (PI_DIGITS, UBig::from(10u8));
-        let numerator = words.iter().fold(UBig::ZERO, |sum, word| sum * ten.pow(20) + UBig::from(*word));
-        RBig::from_parts(numerator.into(), ten.pow(20 * (words.len() - 1)))
+        static PI: OnceLock<RBig> = OnceLock::new();
+        let put_together = || {
+            let (words, ten) = (PI_DIGITS, UBig::from(10u8));
+            let numerator = words.iter().fold(UBig::ZERO, |sum, word| sum * ten.pow(20) + UBig::from(*word));
+            RBig::from_parts(numerator.into(), ten.pow(20 * (words.len() - 1)))
+        };
+        PI.get_or_init(put_together).clone()
     }
 
     /// Whether it is zero.

@@ -444,35 +444,47 @@ fn differences(found: &ChannelMargin, expected: &Swept, tolerance: f64) -> Vec<S
     wrong.map(|(what, found, expected)| format!("{what}: {found} and {expected} in the sweep")).collect()
 }
 
-#[test]
-fn margins_are_those_of_the_transfer_function() {
-    let (mut agree, mut unstable, mut undecided, mut not_decided) = (0, 0, 0, 0);
-    let mut wrong = Vec::new();
-    for seed in loops(60) {
-        if seed % 100 == 99 {
-            println!(
-                "{seed}: {agree} agree, {unstable} unstable, {undecided} next to the limit, {} wrong",
-                wrong.len()
-            );
+/// How many loops are as they should be, and what is wrong with the others.
+#[derive(Debug, Default)]
+struct Found {
+    agree: usize,
+    unstable: usize,
+    next_to_the_limit: usize,
+    not_decided: usize,
+    wrong: Vec<String>,
+}
+
+impl Found {
+    fn of(seeds: impl IntoIterator<Item = u64>) -> Self {
+        let mut out = Self::default();
+        for seed in seeds {
+            out.look(seed);
+            if seed % 100 == 99 {
+                println!("{seed}: {out}");
+            }
         }
+        out
+    }
+
+    fn look(&mut self, seed: u64) {
         let of = Loop::drawn(seed);
         let Some(expected) = of.stable() else {
-            undecided += 1;
-            continue;
+            self.next_to_the_limit += 1;
+            return;
         };
-        let Some(margins) = designed(&of) else { continue };
+        let Some(margins) = designed(&of) else { return };
         let Some(stable) = margins.stable else {
             // Floating point is not sure there, and that is said. Counted, so that it stays rare.
-            not_decided += 1;
-            continue;
+            self.not_decided += 1;
+            return;
         };
         if stable != expected {
-            wrong.push(format!("{seed}: stable is {stable} and {expected}: {of:?} {}", margins.verdict));
-            continue;
+            self.wrong.push(format!("{seed}: stable is {stable} and {expected}: {of:?} {}", margins.verdict));
+            return;
         }
         if !expected {
-            unstable += 1;
-            continue;
+            self.unstable += 1;
+            return;
         }
         let (sweep, motor) = (swept(&of), margins.channels.iter().find(|one| !one.reading).expect("a motor"));
         let mut all = differences(motor, &sweep, 1e-6);
@@ -480,13 +492,34 @@ fn margins_are_those_of_the_transfer_function() {
         // One motor and one reading: the loop is the same wherever it is opened.
         let same = Swept { gain: motor.gain, phase: motor.phase, disk: motor.disk };
         all.extend(differences(reading, &same, 1e-6).into_iter().map(|one| format!("reading {one}")));
-        if all.is_empty() { agree += 1 } else { wrong.push(format!("{seed}: {} {of:?}", all.join("; "))) }
+        if all.is_empty() { self.agree += 1 } else { self.wrong.push(format!("{seed}: {} {of:?}", all.join("; "))) }
     }
-    println!(
-        "{agree} agree, {unstable} unstable as they should be, {undecided} next to the limit, {not_decided} not decided, {} wrong",
-        wrong.len()
-    );
+}
+
+impl std::fmt::Display for Found {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { agree, unstable, next_to_the_limit, not_decided, wrong } = self;
+        write!(
+            f,
+            "{agree} agree, {unstable} unstable as they should be, {next_to_the_limit} next to the limit, {not_decided} not decided, {} wrong",
+            wrong.len()
+        )
+    }
+}
+
+#[test]
+fn margins_are_those_of_the_transfer_function() {
+    let found = Found::of(loops(60));
+    println!("{found}");
+    let Found { agree, unstable, not_decided, wrong, .. } = &found;
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert!(20 * not_decided <= agree + unstable + 20, "{not_decided}");
-    assert!(loops(60).count() < 60 || agree > 10 && unstable > 5, "{agree} {unstable}");
+    assert!(loops(60).count() < 60 || *agree > 10 && *unstable > 5, "{agree} {unstable}");
+}
+
+/// Poles up to 1e9 rad/s beside slow zeros: rounded, the gains of such a law lose what it does at low frequencies, by 1e-6 of it to all of it.
+#[test]
+fn margins_with_very_fast_poles_are_those_before_rounding() {
+    let found = Found::of([146, 348, 398, 410, 442, 497]);
+    assert!(found.wrong.is_empty() && found.agree == 6, "{found} {}", found.wrong.join("\n"));
 }
