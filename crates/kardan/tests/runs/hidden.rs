@@ -14,7 +14,8 @@ const METHODS: [Method; 4] = [Method::Taylor, Method::Dop853, Method::Radau, Met
 /// A run of a model with one variant, to where it came.
 fn run_of(source: &str, method: Method) -> Run {
     let settings = Settings { method, tolerance: Some(RELATIVE), runs_only: true, ..Settings::default() };
-    Project::open(source).run(&settings, &Silent).expect("a model").runs.remove(0)
+    let found = Project::open(source).run(&settings, &Silent);
+    found.unwrap_or_else(|error| panic!("{source}\n{error:?}")).runs.remove(0)
 }
 
 fn last(run: &Run, name: &str) -> f64 {
