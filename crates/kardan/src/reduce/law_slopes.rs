@@ -289,7 +289,7 @@ pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes
 pub fn law_slopes_with(
     reduced: &Reduced,
     point: &OperatingPoint,
-    wanted: &dyn Fn(&Formula) -> bool,
+    which: &dyn Fn(&Formula) -> bool,
     answer: Option<&dyn Fn(&str) -> f64>,
 ) -> Vec<LawSlopes> {
     let equations = &reduced.equations;
@@ -301,7 +301,7 @@ pub fn law_slopes_with(
     let mut motion = if answer.is_some() { Motion::kinematics(&free, false) } else { Motion::free(&free) };
     let mut standing = Standing::new(reduced, point, &motion);
     let mut out = Vec::new();
-    for term in equations.laws.iter().filter(|law| wanted(&law.value)) {
+    for term in equations.laws.iter().filter(|law| which(&law.value)) {
         let torque = motion.formula(&free, &term.value);
         let blocks = || motion.timed.blocks.iter();
         let symbol = |(name, own): &(String, Expr)| Some((motion.graph.symbol_of(*own)?, answer?(name)));

@@ -101,16 +101,16 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
     kinematics.update(position, &variant.point.rates);
     let at_rest = [&kinematics.angles[..], &kinematics.speeds[..]];
     let mut answers = known(variant, beside, at_rest);
-    let felt = reduced.equations.laws.iter().flat_map(|law| law.value.all_names());
-    let felt = felt.filter_map(|(_, meaning)| if let Meaning::Block(name, _) = meaning { Some(name) } else { None });
-    let felt: Vec<&str> = felt.chain(beside.iter().flat_map(|law| &law.references)).map(String::as_str).collect();
-    let told = |name: &str| beside.iter().any(|law| law.tells.iter().any(|(own, _)| own == name));
-    let rows = in_loop(&tasks, &told, &felt);
+    let used = reduced.equations.laws.iter().flat_map(|law| law.value.all_names());
+    let used = used.filter_map(|(_, meaning)| if let Meaning::Block(name, _) = meaning { Some(name) } else { None });
+    let used: Vec<&str> = used.chain(beside.iter().flat_map(|law| &law.references)).map(String::as_str).collect();
+    let from_law = |name: &str| beside.iter().any(|law| law.tells.iter().any(|(own, _)| own == name));
+    let rows = in_loop(&tasks, &from_law, &used);
     let law = |(task, rows): (&Arc<Task>, &Vec<usize>)| {
-        let mut looked_at = [&rows[..], &flat_rows(task)].concat();
-        looked_at.sort_unstable();
-        looked_at.dedup();
-        TaskLaw::new(task, reduced).on(&variant.point.side).with_slopes_among(&looked_at)
+        let mut with_slopes = [&rows[..], &flat_rows(task)].concat();
+        with_slopes.sort_unstable();
+        with_slopes.dedup();
+        TaskLaw::new(task, reduced).on(&variant.point.side).with_slopes_among(&with_slopes)
     };
     let laws: Vec<TaskLaw> = tasks.iter().zip(&rows).map(law).collect();
     let bend = laws.iter().any(|law| law.bends());
@@ -119,9 +119,9 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
     Settled { tasks: linear, answers, bend, flat }
 }
 
-/// Of each task the answers, then the numbers that are remembered, through which a loop may close: what moves, or a law tells, may act on them, and what is
-/// felt by these names may follow from them.
-fn in_loop(tasks: &[Arc<Task>], told: &dyn Fn(&str) -> bool, felt: &[&str]) -> Vec<Vec<usize>> {
+/// Of each task the answers, then the states, through which a loop may close: they may depend on coordinates, sensors or what a law computes, and the plant
+/// or a law may use them, by these names.
+fn in_loop(tasks: &[Arc<Task>], from_law: &dyn Fn(&str) -> bool, used: &[&str]) -> Vec<Vec<usize>> {
     // What each row follows from at once: whether something that moves, and which other rows.
     let answer = |name: &str| {
         let of = |task: &Arc<Task>| task.answers.iter().position(|answer| answer.name == name);
@@ -131,41 +131,41 @@ fn in_loop(tasks: &[Arc<Task>], told: &dyn Fn(&str) -> bool, felt: &[&str]) -> V
     for (number, task) in tasks.iter().enumerate() {
         let remembered = |symbol: &Symbol| task.memory.iter().position(|entry| entry.symbol == *symbol);
         for (row, (_, expr)) in task.outputs().into_iter().enumerate() {
-            let (mut moved, mut before) = (false, Vec::new());
+            let (mut is_driven, mut before) = (false, Vec::new());
             for symbol in task.graph.symbols(&[expr]) {
                 match task.reads.iter().find(|(own, _)| *own == symbol).map(|(_, read)| read) {
                     Some(Read::Source(name)) => {
-                        moved |= told(name);
+                        is_driven |= from_law(name);
                         before.extend(answer(name));
                     }
                     Some(Read::Sensor(name) | Read::AsRead(name)) => {
-                        moved = true;
+                        is_driven = true;
                         before.extend(answer(name));
                     }
-                    Some(Read::Position(_) | Read::Rate(_)) => moved = true,
+                    Some(Read::Position(_) | Read::Rate(_)) => is_driven = true,
                     Some(Read::Time) => {}
                     None => before.extend(remembered(&symbol).map(|k| (number, task.answers.len() + k))),
                 }
             }
-            rows.push(((number, row), moved, before));
+            rows.push(((number, row), is_driven, before));
         }
     }
-    let mut acted: BTreeSet<(usize, usize)> = rows.iter().filter(|row| row.1).map(|row| row.0).collect();
+    let mut driven: BTreeSet<(usize, usize)> = rows.iter().filter(|row| row.1).map(|row| row.0).collect();
     loop {
-        let count = acted.len();
+        let count = driven.len();
         for (row, _, before) in &rows {
-            if before.iter().any(|one| acted.contains(one)) {
-                acted.insert(*row);
+            if before.iter().any(|one| driven.contains(one)) {
+                driven.insert(*row);
             }
         }
-        if acted.len() == count {
+        if driven.len() == count {
             break;
         }
     }
-    let mut open: Vec<(usize, usize)> = felt.iter().filter_map(|name| answer(name)).collect();
+    let mut open: Vec<(usize, usize)> = used.iter().filter_map(|name| answer(name)).collect();
     let mut out = vec![Vec::new(); tasks.len()];
     while let Some(row) = open.pop() {
-        if acted.remove(&row) {
+        if driven.remove(&row) {
             out[row.0].push(row.1);
             open.extend(rows.iter().filter(|(own, ..)| *own == row).flat_map(|(.., before)| before));
         }

@@ -84,6 +84,14 @@ impl<S: Scalar> LinearLaw<S> {
         }
     }
 
+    /// All its numbers.
+    fn entries(&self) -> impl Iterator<Item = &S> {
+        let of_states = [&self.states, &self.angles, &self.speeds, &self.disturbances, &self.torques];
+        let of_commands = [&self.on_states, &self.on_angles, &self.on_speeds, &self.on_disturbances];
+        let others = [&self.references, &self.on_references, &self.errors, &self.on_errors];
+        of_states.into_iter().chain(of_commands).chain(others).flat_map(|matrix| matrix.as_slice())
+    }
+
     /// Some of its commands and states, with some of its sensors.
     pub(super) fn part(&self, [commands, states, sensors]: [&[usize]; 3]) -> Self {
         let rows =
@@ -113,12 +121,7 @@ impl<S: Scalar> LinearLaw<S> {
 impl LinearLaw<Rational> {
     /// Whether a number of it is rounded.
     pub fn is_rounded(&self) -> bool {
-        let mut rounded = false;
-        self.map(&mut |x: &Rational| {
-            rounded |= LastDigits::is_rounded(x);
-            0.0
-        });
-        rounded
+        self.entries().any(LastDigits::is_rounded)
     }
 
     /// The same with other numbers in place of rounded ones, within their last digits.
@@ -131,12 +134,7 @@ impl LinearLaw<Rational> {
 impl LinearLaw {
     /// Whether all its numbers are finite.
     pub fn is_finite(&self) -> bool {
-        let mut finite = true;
-        self.map(&mut |x: &f64| {
-            finite &= x.is_finite();
-            0.0
-        });
-        finite
+        self.entries().all(|x| x.is_finite())
     }
 
     /// The fractions that its numbers are.

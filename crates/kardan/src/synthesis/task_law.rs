@@ -97,8 +97,8 @@ pub struct TaskLaw {
     told: Option<String>,
     /// The side on which it is linearised, where it bends.
     side: Side,
-    /// The slopes of those rows that are looked at; `None`: of all.
-    looked_at: Option<Arc<Slopes>>,
+    /// Slopes of some rows alone; `None`: of all.
+    slopes_of_rows: Option<Arc<Slopes>>,
     /// The linear part at the design point.
     at_design_point: OnceLock<LinearLaw>,
     exact_at_design_point: OnceLock<Option<Arc<LinearLaw<Rational>>>>,
@@ -228,7 +228,7 @@ impl TaskLaw {
             side: Side::default(),
             at_design_point: OnceLock::new(),
             exact_at_design_point: OnceLock::new(),
-            looked_at: None,
+            slopes_of_rows: None,
         }
     }
 
@@ -241,7 +241,7 @@ impl TaskLaw {
     /// The same with slopes of some rows alone, answers, then what is remembered; others are taken as zero.
     #[must_use]
     pub fn with_slopes_among(self, rows: &[usize]) -> Self {
-        Self { looked_at: Some(Arc::new(self.task.slopes_among(rows))), ..self }
+        Self { slopes_of_rows: Some(Arc::new(self.task.slopes_among(rows))), ..self }
     }
 
     /// What it is on the sides of a place, to first order: nothing where no guard vanishes there.
@@ -275,7 +275,7 @@ impl TaskLaw {
 
     /// Derivatives where no guard vanishes: of each answer and each number that is remembered, by what is read or remembered.
     fn plain_slopes(&self, inputs: &[f64], put: &mut dyn FnMut(usize, usize, f64)) {
-        let found = self.looked_at.as_ref().unwrap_or_else(|| self.task.slopes());
+        let found = self.slopes_of_rows.as_ref().unwrap_or_else(|| self.task.slopes());
         let mut memory = found.plan.memory();
         memory[..inputs.len()].copy_from_slice(inputs);
         let _ = found.plan.block().evaluate(&mut memory);
@@ -446,15 +446,15 @@ impl TaskLaw {
         Some(self.law_of(&slopes))
     }
 
-    /// The same of a task that computes at every instant, with few states: of others only rounded numbers are asked for.
+    /// The same of a task that computes at every instant, with few states; `None` of others.
     fn exact_slopes_of(
         &self,
         rows: &[usize],
         inputs: &[f64],
         of_sides: &[SidesOf],
     ) -> Option<Arc<LinearLaw<Rational>>> {
-        let asked = self.clock.is_none() && self.task.memory.len() <= MOST_EXACT;
-        Some(Arc::new(asked.then(|| self.exact_slopes_among(rows, inputs, of_sides))??))
+        let is_small = self.clock.is_none() && self.task.memory.len() <= MOST_EXACT;
+        Some(Arc::new(is_small.then(|| self.exact_slopes_among(rows, inputs, of_sides))??))
     }
 
     /// A law with these slopes, of each input over answers, then over what is remembered next.
@@ -722,7 +722,7 @@ impl Law for TaskLaw {
             task,
             at_design_point,
             exact_at_design_point: OnceLock::new(),
-            looked_at: self.looked_at.clone(),
+            slopes_of_rows: self.slopes_of_rows.clone(),
             side,
             point,
             told,

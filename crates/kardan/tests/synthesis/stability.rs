@@ -90,6 +90,20 @@ fn a_sampled_body_on_the_unit_circle() {
     }
 }
 
+/// A slope of 1e-28 N m/rad makes the linear loop unstable, exactly; nothing in a run grows by it, so that none is refused.
+#[test]
+fn growth_below_rounding_refuses_no_run() {
+    let shafts = "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"0.1 N m s/rad\"\n[torque.l]\nshaft = \"a\"\n\
+                  law = \"0.3 N m/(1 + ((a.phi - 18.75 rad)/(0.31 rad))^16)\"\n[motor.m]\nshaft = \"a\"";
+    let source = program(shafts, "-0.2 N m s/rad*a.w", "sample_time = \"0.1 s\"");
+    let found = margins(&source);
+    assert_eq!(found.stability.word, Stability::Unstable);
+    assert!(matches!(found.free_known, kardan::results::FreeKnown::Within(_)), "{}", found.verdict);
+    let settings = kardan::study::Settings { runs_only: true, ..kardan::study::Settings::default() };
+    let ran = kardan::project::Project::open(&*source).run(&settings, &kardan::study::Silent);
+    assert!(ran.is_ok(), "{ran:?}");
+}
+
 /// A body with damping of its own, whose exponential is no fraction: certified beside the circle; an oscillator that no law
 /// touches is on it, and nothing tells that from the digits of its exponential.
 #[test]

@@ -92,8 +92,9 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         has_blocks: !between.of_loop.is_empty(),
     };
     let decided = asked.decide(&slowest, asked.exact().as_ref());
-    // What grows by a power of the time alone is no exponential: a run shows it.
-    if decided.held != Stability::Unstable || decided.verdict.border.iter().any(|motion| motion.grows()) {
+    // What grows by a power of the time alone is no exponential, and what floating point does not see grow is slow: a run shows it.
+    let is_slow = slowest.stable || decided.verdict.border.iter().any(|motion| motion.grows());
+    if decided.held != Stability::Unstable || is_slow {
         if decided.held != Stability::Stable {
             out.push(on_the_border(&control.name, &decided.verdict).at(control.place.clone(), "this controller"));
         }

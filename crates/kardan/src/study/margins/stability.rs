@@ -167,7 +167,11 @@ impl Asked<'_> {
         LoopStability {
             held: verdict.without_free().word,
             zeros: exact.map_or(found.left_out, |exact| exact.sampled),
-            how: exact.map_or(FreeKnown::Rounded, known),
+            how: match exact {
+                Some(exact) => known(exact),
+                None if verdict.border.is_empty() => FreeKnown::Within(found.rounding),
+                None => FreeKnown::Rounded,
+            },
             next_to_zero: Vec::new(),
             poles: None,
             verdict,

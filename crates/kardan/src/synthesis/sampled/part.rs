@@ -3,7 +3,7 @@ use std::sync::Arc;
 use super::{LoopPlant, SlowSensor};
 use crate::analysis::OutputSignal;
 use crate::names::SignalName;
-use crate::num::{LastDigits, Matrix, Rational, Scalar};
+use crate::num::{LastDigits, Matrix, Rational};
 use crate::synthesis::{Clock, Law, LinearLaw, Told};
 
 /// A wire on which the commands of a sampled law to one of its motors are late.
@@ -104,6 +104,7 @@ impl SampledPart {
 
     /// Its linear part before rounding, as far as that is known; else the fractions that its numbers are.
     pub fn exactly(&self) -> LinearLaw<Rational> {
+        // Of a law that is off the states are left out.
         let known = self.exact.as_ref().filter(|exact| exact.states.rows() == self.linear.states.rows());
         known.map_or_else(|| self.direct().exact(), |exact| (**exact).clone())
     }
@@ -158,8 +159,8 @@ fn is_off(law: &LinearLaw) -> bool {
 }
 
 /// A law whose states act on nothing, without them.
-fn without_states<S: Scalar>(law: &LinearLaw<S>) -> LinearLaw<S> {
-    let none = |of: &Matrix<S>| Matrix::zeros(0, of.columns());
+fn without_states(law: &LinearLaw) -> LinearLaw {
+    let none = |of: &Matrix<f64>| Matrix::zeros(0, of.columns());
     LinearLaw {
         states: Matrix::zeros(0, 0),
         angles: none(&law.angles),
