@@ -137,52 +137,6 @@ impl Task {
         self.lists.values.get_or_init(|| Arc::new(compiled()))
     }
 
-    /// The slopes of its outputs over its inputs.
-    ///
-    /// # Panics
-    /// If it names what it does not read.
-    pub fn slopes(&self) -> &Arc<Slopes> {
-        self.lists.slopes.get_or_init(|| {
-            let all: Vec<usize> = (0..self.answers.len() + self.memory.len()).collect();
-            Arc::new(self.slopes_among(&all))
-        })
-    }
-
-    /// The same of some of its outputs; those of the others are not among them.
-    ///
-    /// # Panics
-    /// If it names what it does not read.
-    pub fn slopes_among(&self, rows: &[usize]) -> Slopes {
-        let (mut graph, all) = (self.graph.clone(), self.outputs());
-        let exprs: Vec<Expr> = rows.iter().map(|row| all[*row].1).collect();
-        let (mut outputs, mut places) = (Vec::new(), Vec::new());
-        for (column, symbol) in self.inputs().into_iter().enumerate() {
-            for (row, slope) in rows.iter().zip(graph.derivatives(&exprs, symbol)) {
-                if !graph.is_zero(slope) {
-                    outputs.push((format!("{row}.{column}"), slope));
-                    places.push((*row, column));
-                }
-            }
-        }
-        let plan = compile(&graph, &self.inputs(), &outputs).expect("a slope names what its task reads");
-        Slopes { plan, places }
-    }
-
-    /// What chooses its pieces, and stands at zero where it may bend or jump, and how many there are.
-    ///
-    /// # Panics
-    /// If it names what it does not read.
-    pub fn guards(&self) -> &Arc<(Plan, usize)> {
-        self.lists.guards.get_or_init(|| {
-            let mut graph = self.graph.clone();
-            let exprs: Vec<Expr> = self.outputs().into_iter().map(|(_, expr)| expr).collect();
-            let guards = graph.all_guards(&exprs).into_iter().enumerate();
-            let outputs: Vec<(String, Expr)> = guards.map(|(k, guard)| (k.to_string(), guard)).collect();
-            let plan = compile(&graph, &self.inputs(), &outputs).expect("a guard names what its task reads");
-            Arc::new((plan, outputs.len()))
-        })
-    }
-
     /// What an answer follows from: reads, by way of what is remembered.
     pub fn reads_of(&self, answer: &TaskAnswer) -> Vec<&Read> {
         let mut exprs = vec![answer.value];
@@ -231,8 +185,6 @@ pub struct Task {
 #[derive(Debug, Default)]
 pub struct Lists {
     values: OnceLock<Arc<Plan>>,
-    slopes: OnceLock<Arc<Slopes>>,
-    guards: OnceLock<Arc<(Plan, usize)>>,
 }
 
 impl Clone for Lists {
@@ -240,15 +192,6 @@ impl Clone for Lists {
     fn clone(&self) -> Self {
         Self::default()
     }
-}
-
-/// Slopes of a task's answers and of what it remembers next, over what it reads and remembers.
-#[derive(Debug)]
-pub struct Slopes {
-    /// Computes those that are not zero everywhere, from what the values follow from.
-    pub plan: Plan,
-    /// Row and column of each.
-    pub places: Vec<(usize, usize)>,
 }
 
 /// A block in its place among those of a task.

@@ -7,6 +7,7 @@
 mod at_once;
 mod derivative;
 mod domains;
+mod forward;
 mod graph;
 mod integral;
 mod interval;
@@ -22,6 +23,7 @@ mod written;
 
 pub use at_once::{AtOnce, Together, at_once};
 pub use domains::{Domain, Floating, Rationals};
+pub use forward::{WithSlopes, forward, slopes_at};
 pub use graph::{Expr, Function, Graph, PiecewisePolynomial, Symbol};
 pub use interval::{Interval, Intervals};
 pub use lookup::{Beyond, Lookup};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::sides::GuardNames;
-use super::{Direction, Expr, Floating, Graph, Interval, Intervals, Place, Side, Sided, Symbol, lower, sides};
+use super::{Direction, Expr, Floating, Graph, Interval, Intervals, Place, Side, Sided, Surds, forward, lower, sides};
 use crate::num::{Rational, Scalar, rational_to_f64};
 
 /// A number at a place.
@@ -167,54 +167,55 @@ fn linear(graph: &mut Graph, own: Vec<Sided>, place: &dyn Place, names: &mut Gua
     let guards: Vec<Expr> = own.iter().flat_map(|side| side.guards.iter().map(|(guard, _)| *guard)).collect();
     let exactly = sides::exactly(graph, &guards, place);
     let exactly = exactly.iter().all(|guard| guard.as_ref().is_some_and(Scalar::is_zero));
-    let numbers = |graph: &Graph, exprs: &[Expr]| -> Vec<Number> {
-        let exact = sides::exactly(graph, exprs, place);
-        // Nothing is compared within rounding then.
-        if exactly && exact.iter().all(Option::is_some) {
-            let number = |exact: Rational| {
-                let value = rational_to_f64(&exact);
-                Number { exact: Some(exact), value, around: Interval::point(value) }
-            };
-            return exact.into_iter().flatten().map(number).collect();
-        }
-        let around = lower(graph, exprs, &mut Intervals, |symbol| place.around(symbol));
-        let value = lower(graph, exprs, &mut Floating::<f64>::default(), |symbol| place.value(symbol));
-        let of = |((exact, around), value)| Number { exact, value, around };
-        exact.into_iter().zip(around).zip(value).map(of).collect()
-    };
     let linear = |side: Sided| {
-        let slopes = slopes(graph, &side.exprs, place);
-        // All in one pass, as they share most of their parts.
-        let all: Vec<Expr> = slopes.iter().flatten().map(|(_, slope)| *slope).collect();
-        let mut found = numbers(graph, &all).into_iter();
-        let own = |own: Vec<(usize, Expr)>| own.into_iter().map(|(place, _)| place).zip(&mut found).collect();
-        Linear {
-            guards: side.named(graph, names),
-            exactly,
-            values: numbers(graph, &side.exprs),
-            slopes: slopes.into_iter().map(own).collect(),
-        }
+        let (values, slopes) = to_first_order(graph, &side.exprs, place, exactly);
+        Linear { guards: side.named(graph, names), exactly, values, slopes }
     };
     own.into_iter().map(linear).collect()
 }
 
-/// Of each expression its derivatives, by the places of symbols.
-fn slopes(graph: &mut Graph, exprs: &[Expr], place: &dyn Place) -> Vec<Vec<(usize, Expr)>> {
-    let mut with: BTreeMap<usize, (Symbol, Vec<usize>)> = BTreeMap::new();
-    for (number, expr) in exprs.iter().enumerate() {
-        for symbol in graph.symbols(&[*expr]) {
-            if let Some(place) = place.place(symbol) {
-                with.entry(place).or_insert_with(|| (symbol, Vec::new())).1.push(number);
-            }
+/// Expressions at a place: values, and slopes by the places of symbols. Where `exactly` is set and all is exact, nothing is compared within rounding, and
+/// rounding is not looked for.
+fn to_first_order(
+    graph: &mut Graph,
+    exprs: &[Expr],
+    place: &dyn Place,
+    exactly: bool,
+) -> (Vec<Number>, Vec<Vec<(usize, Number)>>) {
+    let exact = forward(graph, exprs, Surds, |symbol| (place.exact(symbol), place.place(symbol)));
+    let exact: Vec<_> = exact.into_iter().map(|one| one.map(|x| x?.to_rational())).collect();
+    if exactly && exact.iter().all(|one| one.all().all(Option::is_some)) {
+        let number = |exact: Option<Rational>| {
+            let value = exact.as_ref().map_or(f64::NAN, rational_to_f64);
+            Number { exact, value, around: Interval::point(value) }
+        };
+        return exact.into_iter().map(|one| one.map(number).split()).unzip();
+    }
+    let around = forward(graph, exprs, Intervals, |symbol| (place.around(symbol), place.place(symbol)));
+    let rounded =
+        forward(graph, exprs, Floating::<f64>::default(), |symbol| (place.value(symbol), place.place(symbol)));
+    let mut found = Vec::new();
+    for (((exact, around), rounded), expr) in exact.into_iter().zip(around).zip(rounded).zip(exprs) {
+        let own = |((exact, around), value)| Number { exact, value, around };
+        let (value, mut slopes) = exact.zip(around).zip(rounded).map(own).split();
+        // Behind what overflows there may be a slope that does not, as an expression.
+        for (own, slope) in slopes.iter_mut().filter(|(_, slope)| !slope.is_number()) {
+            let symbol = graph.symbols(&[*expr]).into_iter().find(|symbol| place.place(*symbol) == Some(*own));
+            let derivative = symbol.map(|symbol| graph.derivative(*expr, symbol));
+            *slope = derivative.map_or(slope.clone(), |derivative| number(graph, derivative, place));
         }
+        found.push((value, slopes));
     }
-    let mut out = vec![Vec::new(); exprs.len()];
-    for (place, (symbol, members)) in with {
-        let own: Vec<Expr> = members.iter().map(|number| exprs[*number]).collect();
-        let slopes = graph.derivatives(&own, symbol);
-        members.into_iter().zip(slopes).for_each(|(number, slope)| out[number].push((place, slope)));
+    found.into_iter().unzip()
+}
+
+/// An expression at a place.
+fn number(graph: &Graph, expr: Expr, place: &dyn Place) -> Number {
+    Number {
+        exact: sides::exactly(graph, &[expr], place).swap_remove(0),
+        value: lower(graph, &[expr], &mut Floating::<f64>::default(), |symbol| place.value(symbol))[0],
+        around: lower(graph, &[expr], &mut Intervals, |symbol| place.around(symbol))[0],
     }
-    out
 }
 
 /// The guards whose sides differ, each by itself; where none does by itself, all.

@@ -358,16 +358,6 @@ impl Graph {
         exprs.iter().map(of).collect()
     }
 
-    /// Guards at which expressions may bend or jump.
-    pub fn all_guards(&mut self, exprs: &[Expr]) -> Vec<Expr> {
-        let parts = self.needed(exprs);
-        let mut out: Vec<Expr> =
-            parts.into_iter().flat_map(|part| self.guards_of(part)).map(|(guard, ..)| guard).collect();
-        out.sort();
-        out.dedup();
-        out
-    }
-
     /// Whether expressions vanish at a place, or are so near to it that it is rounded by as much.
     fn vanish(&self, exprs: &[Expr], place: &dyn Place) -> Vec<bool> {
         // An interval has the exact value in it.

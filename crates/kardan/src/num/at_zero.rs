@@ -1,6 +1,5 @@
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
-use kardan_rt::functions::powi;
 
 use super::{Matrix, balance};
 
@@ -128,40 +127,6 @@ fn regular(sizes: &Mat<f64>, inverse: &Mat<f64>) -> bool {
     let n = inverse.nrows();
     let row = |i: usize| (0..n).map(|j| sizes[(i, j)] * inverse[(j, i)].abs()).sum::<f64>();
     ROUNDINGS * n as f64 * f64::EPSILON * (0..n).map(row).sum::<f64>() < 1.0 / CLEAR
-}
-
-/// Splits motions off a square matrix that it is known to send to zero, or to others of them: columns, independent.
-///
-/// `None` if an entry is not finite, or the motions are not independent.
-///
-/// # Panics
-/// If the matrix is not square, or the motions have another number of rows.
-pub fn split_off(matrix: &Matrix<f64>, motions: &Matrix<f64>) -> Option<AtZero> {
-    let (n, k) = (matrix.rows(), motions.columns());
-    assert!(matrix.columns() == n && motions.rows() == n, "motions of another matrix");
-    if [matrix, motions].iter().any(|m| m.as_slice().iter().any(|x| !x.is_finite())) {
-        return None;
-    }
-    let a = Mat::from_fn(n, n, |i, j| matrix[(i, j)]);
-    let scales = balance(&a);
-    let a = Mat::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
-    let length = |j: usize| (0..n).map(|i| powi(motions[(i, j)] / scales[i], 2)).sum::<f64>().sqrt();
-    let lengths: Vec<f64> = (0..k).map(length).collect();
-    let scaled = Mat::from_fn(n, k, |i, j| motions[(i, j)] / scales[i] / lengths[j]);
-    // U of full size: what spans the motions, then what is left.
-    let svd = scaled.svd().ok()?;
-    if (0..k).any(|j| !(svd.S()[j] > f64::EPSILON * n as f64)) {
-        return None;
-    }
-    let others = svd.U().subcols(k, n - k).to_owned();
-    let rest = others.transpose() * &a * &others;
-    Some(AtZero {
-        motions: motions.clone(),
-        rest: Matrix::from_fn(n - k, n - k, |i, j| rest[(i, j)]),
-        left: Matrix::from_fn(n - k, n, |i, j| others[(j, i)] / scales[j]),
-        right: Matrix::from_fn(n, n - k, |i, j| others[(i, j)] * scales[i]),
-        rounding: 0.0,
-    })
 }
 
 #[cfg(test)]

@@ -42,7 +42,7 @@ mod wide;
 
 pub use alone::alone;
 pub(crate) use alone::square;
-pub use at_zero::{AtZero, Rounding, at_zero, at_zero_within, split_off};
+pub use at_zero::{AtZero, Rounding, at_zero, at_zero_within};
 pub use balance::balance;
 pub(crate) use balance::{scaled, unscaled};
 pub use bracket::bracket;

@@ -63,7 +63,7 @@ use plant::{angle_output, output_shaft};
 pub use running::{Block, Running, Seen};
 pub use sample_time::{LONGEST_DELAY, LONGEST_SAMPLE_TIME, SHORTEST_SAMPLE_TIME, clock, running};
 pub use sampled::{
-    BesideBlocks, Change, ControlLoop, ExactMap, LIMIT_STEP, Lifted, Limit, LinearTask, LoopBlocks, LoopPlant,
+    BesideBlocks, Change, ControlLoop, ExactMap, GAINS, LIMIT_STEP, Lifted, Limit, LinearTask, LoopBlocks, LoopPlant,
     Readings, Reads, SampledLoop, SampledLoopError, SampledPart, SlowSensor, Slowest, Survey, Teller, VariedPlant,
     Wire, reading_variance, sampled,
 };

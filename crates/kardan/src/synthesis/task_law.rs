@@ -7,10 +7,13 @@ use kardan_rt::Health;
 use super::{Block, Clock, Kept, Kinks, Law, LinearLaw, LinearTask, Plant, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
-use crate::expr::{Direction, Interval, Linear, Place, Side, SidesOf, Surd, Symbol, bending, exactly, kinked};
+use crate::expr::{
+    Direction, Graph, Interval, Linear, Place, Side, SidesOf, Surd, Surds, Symbol, bending, exactly, forward, kinked,
+    slopes_at,
+};
 use crate::num::{Float, Keeper, Matrix, Rational, Scalar, SparseRow, rational_from_f64, rational_to_f64};
 use crate::plan::Plan;
-use crate::program::{Read, Slopes, Task};
+use crate::program::{Read, Task};
 use crate::reduce::Reduced;
 use crate::results::{ControllerData, DataMatrix, Design, Physical, ReadSignal};
 
@@ -98,7 +101,8 @@ pub struct TaskLaw {
     /// The side on which it is linearised, where it bends.
     side: Side,
     /// Slopes of some rows alone; `None`: of all.
-    slopes_of_rows: Option<Arc<Slopes>>,
+    slopes_of_rows: Option<Vec<usize>>,
+    sides_at_design_point: OnceLock<Vec<SidesOf>>,
     /// The linear part at the design point.
     at_design_point: OnceLock<LinearLaw>,
     exact_at_design_point: OnceLock<Option<Arc<LinearLaw<Rational>>>>,
@@ -106,8 +110,6 @@ pub struct TaskLaw {
 
 /// States of a task up to which its slopes are looked for before rounding.
 const MOST_EXACT: usize = 32;
-/// Guards below this are looked at exactly.
-const NEAR: f64 = 1e-6;
 /// In how many directions places are left at which too many guards vanish.
 const DIRECTIONS: usize = 8;
 /// By how much values or slopes differ there that are not the same, relative to their size or to one.
@@ -226,6 +228,7 @@ impl TaskLaw {
             point: None,
             told: None,
             side: Side::default(),
+            sides_at_design_point: OnceLock::new(),
             at_design_point: OnceLock::new(),
             exact_at_design_point: OnceLock::new(),
             slopes_of_rows: None,
@@ -235,34 +238,32 @@ impl TaskLaw {
     /// The same, linearised on a side of where it bends.
     #[must_use]
     pub fn on(self, side: &Side) -> Self {
-        Self { side: side.clone(), at_design_point: OnceLock::new(), exact_at_design_point: OnceLock::new(), ..self }
+        Self {
+            side: side.clone(),
+            sides_at_design_point: OnceLock::new(),
+            at_design_point: OnceLock::new(),
+            exact_at_design_point: OnceLock::new(),
+            ..self
+        }
     }
 
     /// The same with slopes of some rows alone, answers, then what is remembered; others are taken as zero.
     #[must_use]
     pub fn with_slopes_among(self, rows: &[usize]) -> Self {
-        Self { slopes_of_rows: Some(Arc::new(self.task.slopes_among(rows))), ..self }
+        Self { slopes_of_rows: Some(rows.to_vec()), ..self }
     }
 
-    /// What it is on the sides of a place, to first order: nothing where no guard vanishes there.
-    fn sides_at(&self, inputs: &[f64]) -> Vec<SidesOf> {
-        self.sides_among(&self.all_rows(), inputs)
+    /// What it is on the sides of its design point, to first order: nothing where no guard vanishes there.
+    fn sides(&self) -> &[SidesOf] {
+        self.sides_at_design_point.get_or_init(|| self.sides_among(&self.all_rows(), &self.design_point()))
     }
 
     fn all_rows(&self) -> Vec<usize> {
         (0..self.answers.len() + self.task.memory.len()).collect()
     }
 
-    /// The same of some answers, then numbers that are remembered.
+    /// The same of some answers, then numbers that are remembered, at a place.
     fn sides_among(&self, rows: &[usize], inputs: &[f64]) -> Vec<SidesOf> {
-        let (guards, count) = &**self.task.guards();
-        let mut memory = guards.memory();
-        memory[..inputs.len()].copy_from_slice(inputs);
-        let _ = guards.block().evaluate(&mut memory);
-        // What is no number is looked at as well.
-        if (0..*count).all(|guard| memory[guards.place(guard)].abs() > NEAR) {
-            return Vec::new();
-        }
         let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
         let outputs = self.task.outputs();
         let exprs: Vec<_> = rows.iter().map(|row| outputs[*row].1).collect();
@@ -273,13 +274,13 @@ impl TaskLaw {
         found
     }
 
-    /// Derivatives where no guard vanishes: of each answer and each number that is remembered, by what is read or remembered.
-    fn plain_slopes(&self, inputs: &[f64], put: &mut dyn FnMut(usize, usize, f64)) {
-        let found = self.slopes_of_rows.as_ref().unwrap_or_else(|| self.task.slopes());
-        let mut memory = found.plan.memory();
-        memory[..inputs.len()].copy_from_slice(inputs);
-        let _ = found.plan.block().evaluate(&mut memory);
-        found.places.iter().enumerate().for_each(|(k, (row, column))| put(*row, *column, memory[found.plan.place(k)]));
+    /// Derivatives where no guard vanishes: of some answers and numbers that are remembered, by what is read or remembered.
+    fn plain_slopes(&self, rows: &[usize], inputs: &[f64], put: &mut dyn FnMut(usize, usize, f64)) {
+        let (outputs, symbols) = (self.task.outputs(), self.task.inputs());
+        let exprs: Vec<_> = rows.iter().map(|row| outputs[*row].1).collect();
+        for (row, slopes) in rows.iter().zip(slopes_at(&self.task.graph, &exprs, (&symbols, inputs))) {
+            slopes.into_iter().for_each(|(column, slope)| put(*row, column, slope));
+        }
     }
 
     /// A place just beside another one, in a direction in which this may be left.
@@ -302,7 +303,7 @@ impl TaskLaw {
                 };
                 let at = self.beside(inputs, &|k| sign(k) / (k + 1) as f64);
                 let mut slopes = vec![0.0; columns * (self.answers.len() + self.task.memory.len())];
-                self.plain_slopes(&at, &mut |row, column, slope| slopes[row * columns + column] = slope);
+                self.plain_slopes(rows, &at, &mut |row, column, slope| slopes[row * columns + column] = slope);
                 let mut memory = self.plan.memory();
                 memory[..columns].copy_from_slice(&at);
                 let _ = self.plan.block().evaluate(&mut memory);
@@ -406,7 +407,8 @@ impl TaskLaw {
     /// Slopes where what is read, then what is remembered, has these values.
     fn slopes_among(&self, inputs: &[f64], of_sides: &[SidesOf]) -> LinearLaw {
         let mut slopes = vec![vec![0.0; self.answers.len() + self.task.memory.len()]; inputs.len()];
-        self.plain_slopes(inputs, &mut |row, column, slope| slopes[column][row] = slope);
+        let all = self.slopes_of_rows.clone().unwrap_or_else(|| self.all_rows());
+        self.plain_slopes(&all, inputs, &mut |row, column, slope| slopes[column][row] = slope);
         for SidesOf { exprs, sides, .. } in of_sides {
             let Some(side) = sides.iter().find(|side| side.is_on(&self.side)).or(sides.first()) else { continue };
             for (&row, of) in exprs.iter().zip(&side.slopes) {
@@ -429,10 +431,16 @@ impl TaskLaw {
         let plain: Vec<usize> = rows.iter().copied().filter(is_plain).collect();
         let outputs = self.task.outputs();
         let exprs: Vec<_> = plain.iter().map(|row| outputs[*row].1).collect();
-        for (slopes, symbol) in slopes.iter_mut().zip(&symbols) {
-            let derivatives = graph.derivatives(&exprs, *symbol);
-            for (row, slope) in plain.iter().zip(exactly(&graph, &derivatives, &place)) {
-                slopes[*row] = slope?;
+        let found = forward(&graph, &exprs, Surds, |symbol| (place.exact(symbol), place.place(symbol)));
+        for ((row, expr), found) in plain.iter().zip(&exprs).zip(found) {
+            for (column, slope) in &*found.slopes {
+                let known = slope.as_ref().and_then(Surd::to_rational);
+                // What is not known on the way may not be in the derivative.
+                let written = |graph: &mut Graph| {
+                    let derivative = graph.derivative(*expr, symbols[*column]);
+                    exactly(graph, &[derivative], &place).swap_remove(0)
+                };
+                slopes[*column][*row] = known.or_else(|| written(&mut graph))?;
             }
         }
         for SidesOf { exprs, sides, .. } in of_sides {
@@ -688,7 +696,7 @@ impl Law for TaskLaw {
     fn linear(&self) -> LinearLaw {
         let linear = || {
             let inputs = self.design_point();
-            self.slopes_among(&inputs, &self.sides_at(&inputs))
+            self.slopes_among(&inputs, self.sides())
         };
         self.at_design_point.get_or_init(linear).clone()
     }
@@ -696,14 +704,14 @@ impl Law for TaskLaw {
     fn linear_exact(&self) -> Option<Arc<LinearLaw<Rational>>> {
         let exact = || {
             let inputs = self.design_point();
-            self.exact_slopes_of(&self.all_rows(), &inputs, &self.sides_at(&inputs))
+            self.exact_slopes_of(&self.all_rows(), &inputs, self.sides())
         };
         self.exact_at_design_point.get_or_init(exact).clone()
     }
 
     fn kinks(&self) -> Kinks {
         let inputs = self.design_point();
-        self.kinks_among(&inputs, &self.sides_at(&inputs))
+        self.kinks_among(&inputs, self.sides())
     }
 
     fn on_side(&self, side: &Side) -> Option<Arc<dyn Law>> {
@@ -720,6 +728,7 @@ impl Law for TaskLaw {
             comes,
             plan,
             task,
+            sides_at_design_point: OnceLock::new(),
             at_design_point,
             exact_at_design_point: OnceLock::new(),
             slopes_of_rows: self.slopes_of_rows.clone(),

@@ -1,7 +1,8 @@
 //! Expressions and plans: exact identities, and that each way to evaluate agrees with each other one.
 
 use kardan::expr::{
-    Expr, Floating, Function, Graph, Interval, Intervals, PiecewisePolynomial, Rationals, Style, Symbol, lower, printed,
+    Expr, Floating, Function, Graph, Interval, Intervals, PiecewisePolynomial, Rationals, Style, Symbol, forward,
+    lower, printed, slopes_at,
 };
 use kardan::num::{Rational, rational_from_f64, rational_to_f64};
 use kardan::plan::{Plan, Series, compile, parse};
@@ -188,6 +189,31 @@ proptest! {
         }
     }
 
+    /// Slopes in one pass are those of the derivatives: exactly over the rationals, and with one number in both of two intervals over any functions.
+    #[test]
+    fn slopes_in_one_pass_are_derivatives(seed in any::<u64>(), x in prop::array::uniform3(-2.0f64..2.0)) {
+        let place = |symbols: &[Symbol], symbol| symbols.iter().position(|other| *other == symbol).unwrap();
+        let (mut graph, symbols, wanted) = random(seed, 8, Kinds::Rational);
+        let at = |k: usize| rational_from_f64((x[k] * 64.0).round() / 64.0);
+        let seen = |symbol| (at(place(&symbols, symbol)), Some(place(&symbols, symbol)));
+        let found = forward(&graph, &[wanted], Rationals, seen).swap_remove(0).slopes;
+        for by in 0..3 {
+            let derivative = graph.derivative(wanted, symbols[by]);
+            let slope = lower(&graph, &[derivative], &mut Rationals, |symbol| seen(symbol).0)[0].clone().unwrap();
+            let own = found.iter().find(|(place, _)| *place == by);
+            prop_assert_eq!(own.map_or(Rational::ZERO, |(_, slope)| slope.clone().unwrap()), slope);
+        }
+        let (mut graph, symbols, wanted) = random(seed, 8, Kinds::Any);
+        let seen = |symbol| (Interval::point(x[place(&symbols, symbol)]), Some(place(&symbols, symbol)));
+        let found = forward(&graph, &[wanted], Intervals, seen).swap_remove(0).slopes;
+        for by in 0..3 {
+            let derivative = graph.derivative(wanted, symbols[by]);
+            let slope = lower(&graph, &[derivative], &mut Intervals, |symbol| seen(symbol).0)[0];
+            let own = found.iter().find(|(place, _)| *place == by).map_or(Interval::point(0.0), |(_, slope)| *slope);
+            prop_assert!(!(own.low > slope.high || own.high < slope.low), "{own:?} {slope:?}");
+        }
+    }
+
     /// What is substituted by itself is the same node, and the value of one with numbers put in is that of the other.
     #[test]
     fn substitution_is_evaluation(seed in any::<u64>(), x in prop::array::uniform3(-2i64..3)) {
@@ -227,6 +253,8 @@ fn derivatives_of_functions() {
         let derivative = graph.derivative(value, by);
         let found = lower(&graph, &[derivative], &mut Floating::<f64>::default(), |_| at)[0];
         assert!((found - slope).abs() < 1e-15 * (1.0 + slope.abs()), "{function:?}: {found} {slope}");
+        let at_once = slopes_at(&graph, &[value], (&[by], &[at]))[0][0].1;
+        assert!((at_once - slope).abs() < 1e-15 * (1.0 + slope.abs()), "{function:?}: {at_once} {slope}");
         let single = lower(&graph, &[derivative], &mut Floating::<f32>::default(), |_| at as f32)[0];
         assert!((f64::from(single) - slope).abs() < 1e-6 * (1.0 + slope.abs()), "{function:?}: {single} {slope}");
     }
@@ -252,9 +280,12 @@ fn derivatives_of_quotients_do_not_overflow() {
         let at = |x: f64| lower(graph, &[derivative], &mut Floating::<f64>::default(), |_| x)[0];
         for x in [-3.0, -0.5, 0.25, 1.0, 4.0] {
             assert!((at(x) - slope(x)).abs() <= 1e-14 * slope(x).abs(), "{x}: {} {}", at(x), slope(x));
+            let at_once = slopes_at(graph, &[value], (&[by], &[x]))[0][0].1;
+            assert!((at_once - slope(x)).abs() <= 1e-13 * slope(x).abs(), "{x}: {at_once} {}", slope(x));
         }
         for (x, limit) in [-4000.0, 4000.0].into_iter().zip(limits) {
             assert_eq!(at(x), limit, "{x}");
+            assert_eq!(slopes_at(graph, &[value], (&[by], &[x]))[0][0].1, limit, "{x}");
         }
     };
     let inverse = graph.power(logistic, -1);

@@ -3,13 +3,11 @@
 use std::sync::Arc;
 
 use crate::analysis::despite_rounding;
-use crate::num::{LastDigits, eigenvalues, split_off};
+use crate::num::LastDigits;
 use crate::reduce::{LinearModel, laws_are_linear, linearise_near};
 use crate::results::{FreeKnown, Pole, Stability, StabilityKnown, StabilityVerdict};
 use crate::study::PreparedVariant;
-use crate::synthesis::{
-    ExactMap, ExactMotions, Law, LoopPlant, SampledLoop, SampledPart, Slowest, exact_motions_of, roots,
-};
+use crate::synthesis::{ExactMap, ExactMotions, Law, LoopPlant, SampledPart, Slowest, exact_motions_of, roots};
 
 /// Other numbers within the last digits of rounded ones that are tried.
 const OTHERS: u64 = 8;
@@ -109,16 +107,15 @@ impl Asked<'_> {
         }
         let free = verdict.border.iter().any(|motion| motion.free);
         let zeros = if free { exact.zeros() } else { 0 };
-        let next_to_zero = match found.left_out.checked_sub(zeros) {
-            Some(more) if more > 0 => beside_zero(exact, self.plant, self.parts, more),
-            _ => Vec::new(),
-        };
+        let poles = roots(&crate::num::characteristic_polynomial(&exact.matrix));
+        let more = found.left_out.saturating_sub(zeros);
+        let beside_zero = poles.iter().filter(|pole| (pole.re, pole.im) != (0.0, 0.0)).take(more);
         LoopStability {
             held: verdict.without_free().word,
             zeros,
             how: if exact.before_rounding { FreeKnown::Design } else { FreeKnown::Rounded },
-            next_to_zero,
-            poles: Some(roots(&crate::num::characteristic_polynomial(&exact.matrix))),
+            next_to_zero: beside_zero.map(|pole| pole.re).collect(),
+            poles: Some(poles),
             verdict,
         }
     }
@@ -226,11 +223,4 @@ fn rounded(found: &Slowest) -> LoopStability {
         next_to_zero: Vec::new(),
         poles: None,
     }
-}
-
-/// Real parts of the eigenvalues closest to zero, so many, without those that are exactly there.
-fn beside_zero(exact: &ExactMotions, plant: &LoopPlant, parts: &[SampledPart], count: usize) -> Vec<f64> {
-    let split = split_off(&SampledLoop::flow_of(plant, parts), &exact.motions.to_f64());
-    let poles = split.and_then(|split| eigenvalues(&split.rest)).unwrap_or_default();
-    poles.iter().take(count).map(|(re, _)| *re).collect()
 }

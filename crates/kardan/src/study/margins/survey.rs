@@ -10,10 +10,12 @@ use super::stability::{Asked, LoopStability};
 use super::warnings::{HARDLY, hardly};
 use crate::num::{Matrix, Rational};
 use crate::reduce::{LinearModel, motions_over_states};
-use crate::results::{Design, LoopLimit, Margins, RateLimit};
+use crate::results::{ChannelMargin, Design, LoopLimit, Margins, RateLimit, Stability};
 use crate::study::PreparedVariant;
 use crate::study::loop_blocks::loop_blocks;
-use crate::synthesis::{Clock, ExactMotions, Law, Limit, LoopBlocks, LoopPlant, Plant, Survey, counting_charges};
+use crate::synthesis::{
+    Clock, ExactMotions, GAINS, Law, Limit, LoopBlocks, LoopPlant, Plant, Survey, counting_charges,
+};
 
 /// Relative distance of two frequencies that belong to one motion.
 const SAME_MOTION: f64 = 0.3;
@@ -72,10 +74,14 @@ pub(in crate::study) fn survey(
     let exact = asked.exact();
     let known = as_it_is.as_ref().map(|found| asked.decide(found, exact.as_ref()));
     let stable = known.as_ref().and_then(LoopStability::held_is_stable);
+    let is_unstable = |known: &LoopStability| known.verdict.word == Stability::Unstable;
     // A loop that is unstable as it is has no rate and tolerates nothing.
     let tolerated = stable != Some(false);
-    let gain_margin = within.gain_margin().filter(|_| tolerated);
     let (channels, together) = if stable == Some(true) { errors(variant, number, &within) } else { Default::default() };
+    let gain_margin = match (&laws[number].inputs()[..], channels.first()) {
+        ([_], Some(motor)) if !motor.reading && !motor.searched => Some(of_motor(motor)),
+        _ => within.gain_margin().filter(|_| tolerated),
+    };
     let hard = |[low, high]: [f64; 2]| low > 1.0 / HARDLY || high < HARDLY;
     let hardly = channels.iter().any(|one| !one.reading && hardly(one))
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
@@ -92,7 +98,9 @@ pub(in crate::study) fn survey(
         spectral_radius: as_it_is
             .as_ref()
             .filter(|_| clocks.iter().any(Option::is_some))
-            .map(|found| radius(found.growth)),
+            .map(|found| radius(found.growth))
+            // That of a growth which floating point does not see would speak against the verdict.
+            .filter(|radius| *radius >= 1.0 || !known.as_ref().is_some_and(is_unstable)),
         stable,
         stability: known.as_ref().map(|known| known.verdict.clone()).unwrap_or_default(),
         proven: known.as_ref().is_some_and(|known| known.verdict.is_proven()),
@@ -114,6 +122,15 @@ pub(in crate::study) fn survey(
         peaks: Vec::new(),
         verdict: String::new(),
     }
+}
+
+/// The factors of all torques that a loop tolerates, where there is one: those of its motor.
+fn of_motor(motor: &ChannelMargin) -> [Limit; 2] {
+    let [low, high] = motor.gain;
+    let [at_low, at_high] = motor.gain_frequency.map(|frequency| frequency.unwrap_or(0.0));
+    let low = if low < 1.0 / GAINS { 0.0 } else { low };
+    let high = if high > GAINS { f64::INFINITY } else { high };
+    [Limit { value: low, frequency: at_low }, Limit { value: high, frequency: at_high }]
 }
 
 /// Whether margins are looked for with blocks in the loop: where many of these have another sample time than the controller that would take minutes, and

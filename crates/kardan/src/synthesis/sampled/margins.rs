@@ -21,7 +21,7 @@ const SECTIONS: usize = 16;
 /// Shortest and longest sample time and lag that are looked at, s.
 const RANGE: [f64; 2] = [1e-6, 1.0];
 /// Largest factor of the loop gain that is looked at, either way.
-const GAINS: f64 = 100.0;
+pub const GAINS: f64 = 100.0;
 /// Steps in a sample time in which a late motor is looked at.
 const LATE_STEPS: f64 = 10.0;
 /// Longest delay that is looked at, in sample times.

@@ -32,7 +32,7 @@ pub(super) use hold::{hold_plant, on_their_way};
 pub(super) use interaction::{Problem, Solution, Target};
 pub use lifted::Lifted;
 pub use loop_map::{SampledLoop, Slowest};
-pub use margins::{Change, LIMIT_STEP, Limit, Survey};
+pub use margins::{Change, GAINS, LIMIT_STEP, Limit, Survey};
 pub(super) use memory::{entries, keep_health};
 pub use noise::reading_variance;
 pub use part::{SampledPart, Teller, Wire};
