@@ -170,7 +170,7 @@ impl<D: Domain> Lowering<'_, D> {
             }
         }
         let minus = Rational::from(-1);
-        let mut sum = if constant.is_zero() {
+        let mut sum = if constant.is_zero() && !rest.is_empty() {
             let first = rest.iter().position(|(factor, _)| *factor != minus).unwrap_or(0);
             let (factor, value) = rest.remove(first);
             if factor.is_one() {

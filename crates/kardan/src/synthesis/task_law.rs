@@ -117,6 +117,11 @@ const ROUGH: f64 = 1e-5;
 /// What values that a task reads may be rounded by, relative.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
+/// The parts of a direction in which a place is left: no sum of these with fractions is zero, so that guards with these stay away from it.
+fn along(k: usize) -> f64 {
+    1.0 / (k as f64 + std::f64::consts::PI)
+}
+
 /// What a task reads and remembers at a place.
 struct Inputs<'a> {
     law: &'a TaskLaw,
@@ -269,7 +274,7 @@ impl TaskLaw {
         let exprs: Vec<_> = rows.iter().map(|row| outputs[*row].1).collect();
         let place = Inputs { law: self, symbols: &symbols, values: inputs };
         let sense = if self.side.below.is_empty() { 1.0 } else { -1.0 };
-        let mut found = kinked(&mut graph, &exprs, &place, &|k| sense / (k + 1) as f64);
+        let mut found = kinked(&mut graph, &exprs, &place, &|k| sense * along(k));
         found.iter_mut().flat_map(|sides| &mut sides.exprs).for_each(|row| *row = rows[*row]);
         found
     }
@@ -301,7 +306,7 @@ impl TaskLaw {
                     1 => -1.0,
                     _ => [1.0, -1.0][(number >> (k % 4)) & 1],
                 };
-                let at = self.beside(inputs, &|k| sign(k) / (k + 1) as f64);
+                let at = self.beside(inputs, &|k| sign(k) * along(k));
                 let mut slopes = vec![0.0; columns * (self.answers.len() + self.task.memory.len())];
                 self.plain_slopes(rows, &at, &mut |row, column, slope| slopes[row * columns + column] = slope);
                 let mut memory = self.plan.memory();

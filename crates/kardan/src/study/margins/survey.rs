@@ -78,10 +78,8 @@ pub(in crate::study) fn survey(
     // A loop that is unstable as it is has no rate and tolerates nothing.
     let tolerated = stable != Some(false);
     let (channels, together) = if stable == Some(true) { errors(variant, number, &within) } else { Default::default() };
-    let gain_margin = match (&laws[number].inputs()[..], channels.first()) {
-        ([_], Some(motor)) if !motor.reading && !motor.searched => Some(of_motor(motor)),
-        _ => within.gain_margin().filter(|_| tolerated),
-    };
+    let only_motor = channels.first().filter(|one| laws[number].inputs().len() == 1 && !one.reading && !one.searched);
+    let gain_margin = only_motor.map(of_motor).or_else(|| within.gain_margin().filter(|_| tolerated));
     let hard = |[low, high]: [f64; 2]| low > 1.0 / HARDLY || high < HARDLY;
     let hardly = channels.iter().any(|one| !one.reading && hardly(one))
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
