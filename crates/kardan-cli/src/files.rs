@@ -34,8 +34,9 @@ pub fn expect_plain(path: &Path, name: &str) -> Result<(), Diagnostic> {
     let message = format!("`{name}` is {kind}, not a file");
     Err(match kind {
         "a directory" => Diagnostic::error("file::directory", message).help("name a file inside it"),
-        _ => Diagnostic::error("file::not-plain", message)
-            .help("write what it gives to a file first, and name that; a model may also come through standard input: `-`"),
+        _ => Diagnostic::error("file::not-plain", message).help(
+            "write what it gives to a file first, and name that; a model may also come through standard input: `-`",
+        ),
     })
 }
 

@@ -226,7 +226,10 @@ mod tests {
 
     #[test]
     fn html_is_escaped() {
-        assert_eq!((escape("a\u{202e}b"), json_string("a\u{202e}b")), ("a\\u{202e}b".into(), r#""a\\u{202e}b""#.into()));
+        assert_eq!(
+            (escape("a\u{202e}b"), json_string("a\u{202e}b")),
+            ("a\\u{202e}b".into(), r#""a\\u{202e}b""#.into())
+        );
         assert_eq!(escape("<b a=\"x\">&'\u{7}"), "&lt;b a=&quot;x&quot;&gt;&amp;&#39; ");
     }
 }

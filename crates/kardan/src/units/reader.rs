@@ -359,7 +359,8 @@ impl<'t> Reader<'t> {
         if fraction.is_empty() || whole.is_empty() {
             return general.into();
         }
-        let with_unit = |number: String| format!("\"{}{number}{}\"", self.text[..start].trim_start(), self.text[end..].trim_end());
+        let with_unit =
+            |number: String| format!("\"{}{number}{}\"", self.text[..start].trim_start(), self.text[end..].trim_end());
         let (decimal, all) = (with_unit(format!("{whole}.{fraction}")), with_unit(digits(number)));
         let separator = &number[last..=last];
         let once = number.matches(separator).count() == 1;

@@ -62,7 +62,8 @@ fn signs_commas_and_units_change_nothing() {
     }
     // Of these two may be meant.
     for unit in ["1/s", "Hz"] {
-        let why = identified(SOURCE, table(&format!("t [s],a.w [{unit}],m.tau"), [1.0; 3], ",", plain_cell)).unwrap_err();
+        let why =
+            identified(SOURCE, table(&format!("t [s],a.w [{unit}],m.tau"), [1.0; 3], ",", plain_cell)).unwrap_err();
         assert!(why.contains("`rev/s` or `rad/s`"), "{why}");
     }
 }
@@ -77,7 +78,8 @@ fn missing_numbers_count_as_damage_from_one_percent_on() {
             true => format!("{},{word}\n", line.trim_end().rsplit_once(',').unwrap().0),
             false => line.clone(),
         };
-        let Verdict { sound, text } = identified(SOURCE, lines.iter().enumerate().map(line).collect::<String>()).unwrap().verdict();
+        let Verdict { sound, text } =
+            identified(SOURCE, lines.iter().enumerate().map(line).collect::<String>()).unwrap().verdict();
         (sound, text)
     };
     assert!(without(&|k| k % 134 == 0, "").0, "29 of 4000");
@@ -89,7 +91,10 @@ fn missing_numbers_count_as_damage_from_one_percent_on() {
         (&|k| k > 1500, "", 2500),
     ] {
         let (sound, text) = without(gone, word);
-        assert!(!sound && text.contains("damaged") && text.contains(&format!("{count} of 4000 rows")), "{word}: {text}");
+        assert!(
+            !sound && text.contains("damaged") && text.contains(&format!("{count} of 4000 rows")),
+            "{word}: {text}"
+        );
     }
 }
 

@@ -378,23 +378,27 @@ impl Header {
             let (front, unit) = name.strip_suffix(close)?.rsplit_once(open)?;
             Some((front.trim().to_owned(), unit.trim().to_owned())).filter(|(front, _)| !front.is_empty())
         };
+        if let Some((quantity, unit)) = quotient(&name).filter(|_| self.quotients) {
+            return (quantity.trim().to_owned(), without_brackets(unit.trim()).to_owned());
+        }
         if let Some(pair) = split('[', ']').filter(|(_, unit)| unit.parse::<i64>().is_err()) {
             return pair;
         }
         if let Some(pair) = split('(', ')').filter(|(_, unit)| is_unit(unit)) {
             return pair;
         }
-        let spaced = || name.rsplit_once(" / ").filter(|(_, unit)| is_unit(unit.trim()));
-        let tight = || if self.quotients { quotient(&name) } else { None };
-        match tight().or_else(spaced) {
-            Some((front, unit)) => (front.trim().to_owned(), without_brackets(unit.trim()).to_owned()),
-            None => (name, String::new()),
+        if let Some((front, unit)) = name.rsplit_once(" / ")
+            && is_unit(unit.trim())
+        {
+            return (front.trim().to_owned(), unit.trim().to_owned());
         }
+        (name, String::new())
     }
 }
 
 fn without_brackets(cell: &str) -> &str {
-    let inside = |open: char, close: char| cell.strip_prefix(open)?.strip_suffix(close).filter(|cell| !cell.contains(close));
+    let inside =
+        |open: char, close: char| cell.strip_prefix(open)?.strip_suffix(close).filter(|cell| !cell.contains(close));
     inside('[', ']').or_else(|| inside('(', ')')).unwrap_or(cell).trim()
 }
 
@@ -402,13 +406,16 @@ fn without_brackets(cell: &str) -> &str {
 fn quotient(name: &str) -> Option<(&str, &str)> {
     let (quantity, unit) = name.split_once('/')?;
     let is_unit = matches!(unit.trim(), "1" | "-") || is_unit(unit);
-    (!quantity.trim().is_empty() && is_unit).then_some((quantity, unit))
+    // In `v (m/s)` the `/` is one of the unit.
+    let is_whole = !quantity.trim().is_empty() && quantity.matches('(').count() == quantity.matches(')').count();
+    (is_whole && is_unit).then_some((quantity, unit))
 }
 
 /// Whether names are such quotients: most of them, every one with a `/`, and no quantity twice. Else the `/` belongs to names.
 fn are_quotients(names: &[String]) -> bool {
-    let slashed = || names.iter().filter(|name| name.contains('/'));
-    let quantities: Option<HashSet<&str>> = slashed().map(|name| quotient(name).map(|(quantity, _)| quantity)).collect();
+    let slashed = || names.iter().filter(|name| name.contains('/') && !name.ends_with(']'));
+    let quantities: Option<HashSet<&str>> =
+        slashed().map(|name| quotient(name).map(|(quantity, _)| quantity)).collect();
     let count = slashed().count();
     count > 0 && 2 * count >= names.len() && quantities.is_some_and(|quantities| quantities.len() == count)
 }
@@ -428,7 +435,8 @@ fn are_units(cells: &[String]) -> bool {
     let units = cells().filter(|cell| is_unit(without_brackets(cell))).count();
     let texts = cells().filter(|cell| !cell.is_empty() && *cell != "-" && !is_label(cell)).count();
     let is_time = |cell: &String| {
-        (named_time(cell) && cell.len() > 1) || quotient(cell).is_some_and(|(name, unit)| named_time(name) && is_time_unit(unit))
+        (named_time(cell) && cell.len() > 1)
+            || quotient(cell).is_some_and(|(name, unit)| named_time(name) && is_time_unit(unit))
     };
     units > 0 && 2 * units >= texts && !cells().any(is_time)
 }
@@ -440,11 +448,11 @@ fn is_time_unit(cell: &str) -> bool {
 /// Whether a cell reads like a unit: a product of powers of known symbols.
 fn is_unit(cell: &str) -> bool {
     const SYMBOLS: &[&str] = &[
-        "s", "sec", "second", "seconds", "min", "h", "d", "Hz", "m", "g", "t", "N", "Nm", "NM", "Ncm", "Nmm", "Nms", "J", "W", "Wh", "V",
-        "A", "VA", "ohm", "Ohm", "Ω", "F", "H", "T", "Wb", "C", "K", "Pa", "bar", "psi", "rad", "deg", "°", "grad",
-        "degC", "°C", "rev", "U", "r", "rpm", "RPM", "Upm", "UPM", "rps", "1", "%", "l", "L", "in", "ft", "lb", "lbf", "lbs", "oz", "mph",
-        "mi", "kmh", "kph", "inc", "counts", "pulses", "pls", "px", "dB", "bit", "eV", "cd", "mol", "lx", "Ah", "ppm",
-        "cps", "dps", "B",
+        "s", "sec", "second", "seconds", "min", "h", "d", "Hz", "m", "g", "t", "N", "Nm", "NM", "Ncm", "Nmm", "Nms",
+        "J", "W", "Wh", "V", "A", "VA", "ohm", "Ohm", "Ω", "F", "H", "T", "Wb", "C", "K", "Pa", "bar", "psi", "rad",
+        "deg", "°", "grad", "degC", "°C", "rev", "U", "r", "rpm", "RPM", "Upm", "UPM", "rps", "1", "%", "l", "L", "in",
+        "ft", "lb", "lbf", "lbs", "oz", "mph", "mi", "kmh", "kph", "inc", "counts", "pulses", "pls", "px", "dB", "bit",
+        "eV", "cd", "mol", "lx", "Ah", "ppm", "cps", "dps", "B",
     ];
     const PREFIXES: &[&str] = &["k", "M", "G", "m", "c", "d", "u", "µ", "μ", "n", "p", "h", "da"];
     let is_symbol = |part: &str| {

@@ -106,8 +106,7 @@ fn found(bytes: &[u8]) -> Option<Vec<Field>> {
             _ => None,
         }
     };
-    let of = |field: usize| {
-        Some(Field { name: buffer.text(field, 0)?, unit: unit(field), per_second: per_second(field) })
-    };
+    let of =
+        |field: usize| Some(Field { name: buffer.text(field, 0)?, unit: unit(field), per_second: per_second(field) });
     Some(buffer.tables(schema, 1)?.into_iter().filter_map(of).collect())
 }

@@ -207,14 +207,16 @@ fn unit_factor(unit: &str, quantity: &Quantity) -> Result<f64, String> {
     match header_unit(unit) {
         Ok((factor, dimension)) if dimension == quantity.dimension() => Ok(factor.to_f64()),
         Ok((factor, Dimension::NONE)) if factor == Exact::one() => Ok(1.0),
-        Ok((factor, dimension)) if quantity.is_turning() && dimension == Dimension::FREQUENCY => match factor == per_minute {
-            // Nobody measures radians per minute.
-            true => Ok(header_unit("rpm").map_or(1.0, |(factor, _)| factor.to_f64())),
-            false => Err(format!(
-                "`{}` is a speed, and `{unit}` may be turns or radians in a time: write `rev/s` or `rad/s`",
-                quantity.signal()
-            )),
-        },
+        Ok((factor, dimension)) if quantity.is_turning() && dimension == Dimension::FREQUENCY => {
+            match factor == per_minute {
+                // Nobody measures radians per minute.
+                true => Ok(header_unit("rpm").map_or(1.0, |(factor, _)| factor.to_f64())),
+                false => Err(format!(
+                    "`{}` is a speed, and `{unit}` may be turns or radians in a time: write `rev/s` or `rad/s`",
+                    quantity.signal()
+                )),
+            }
+        }
         Ok((_, dimension)) => Err(format!(
             "`{}` is {}, but the unit `{unit}` is that of {}",
             quantity.signal(),

@@ -67,10 +67,14 @@ fn no_time(file: &str, groups: &[Group], number: usize, named: Option<&str>) -> 
     let own = &groups[number];
     let names = || quoted(own.channels.iter().map(|channel| channel.name.as_str()).take(24));
     let with_time = groups.iter().find_map(|group| Some((group, time_channel(group, named)?, group.rows?)));
-    if let (Some((group, time, rows)), Some(own_rows)) = (with_time.filter(|(.., rows)| Some(*rows) != own.rows), own.rows) {
+    if let (Some((group, time, rows)), Some(own_rows)) =
+        (with_time.filter(|(.., rows)| Some(*rows) != own.rows), own.rows)
+    {
         let time = &group.channels[time].name;
-        let message =
-            format!("`{file}`: the time `{time}` has {rows} rows, but {own_rows} rows have {}: they have no time", names());
+        let message = format!(
+            "`{file}`: the time `{time}` has {rows} rows, but {own_rows} rows have {}: they have no time",
+            names()
+        );
         return Diagnostic::error("log::no-time", message).help(
             "save channels that were recorded together with equally many rows, others each with a time of its own, or give `sample_time` \
              in `[log.NAME]`",
