@@ -2,7 +2,7 @@
 //!
 //! An own reader, because `mdf4-rs` (0.3.3, looked at) takes the whole file and every channel into memory, knows neither
 //! unsorted nor unfinished files, and takes lengths and links as they come. Block numbers and fields are those of the
-//! ASAM MDF standard, 4.1; links to what is not needed (history, events, attachments) are never followed.
+//! ASAM MDF standard, 4.1; links to what is not needed (history, events, attachments) are followed only to see that the file does not end before.
 
 mod blocks;
 mod end;
