@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use kardan::study::Shard;
+use kardan::units::parse_number;
 
 /// From one model file of a drivetrain to its equations, controllers, closed-loop runs and a report.
 #[derive(Debug, Parser)]
@@ -146,8 +147,13 @@ pub enum RunMethod {
     Automatic,
 }
 
+/// A number, written as in model files.
+pub fn number(text: &str) -> Option<f64> {
+    parse_number(text.trim()).ok().map(|number| number.to_f64())
+}
+
 fn relative_tolerance(text: &str) -> Result<f64, String> {
-    let number = text.parse::<f64>().map_err(|_| "not a number, such as 1e-8".to_string())?;
+    let number = number(text).ok_or("not a number, such as 1e-8")?;
     let from_to = kardan::study::TOLERANCES;
     match from_to.contains(&number) {
         true => Ok(number),
@@ -310,16 +316,16 @@ pub struct Limits {
 
 /// A number of events per hour above zero.
 fn rate(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
+    match number(text) {
+        Some(x) if x > 0.0 => Ok(x),
         _ => Err("not a number above zero: write 0.001 for one in a thousand hours".into()),
     }
 }
 
 /// A time above zero, s.
 fn seconds(text: &str) -> Result<f64, String> {
-    match text.trim().trim_end_matches('s').trim().parse::<f64>() {
-        Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
+    match number(text.trim().trim_end_matches('s')) {
+        Some(x) if x > 0.0 => Ok(x),
         _ => Err("not a time above zero in seconds: write 60".into()),
     }
 }
@@ -386,11 +392,10 @@ pub struct IdentifyArgs {
 
 /// A percentage from 1 to below 100.
 fn confidence(text: &str) -> Result<f64, String> {
-    let percent = text.trim().trim_end_matches('%').trim().parse::<f64>();
-    match percent {
+    match number(text.trim().trim_end_matches('%')) {
         // Nobody wants an interval that is right once in a hundred times.
-        Ok(x) if x > 0.0 && x < 1.0 => Err(format!("in percent: did you mean {}?", 100.0 * x)),
-        Ok(x) if (1.0..100.0).contains(&x) => Ok(x),
+        Some(x) if x > 0.0 && x < 1.0 => Err(format!("in percent: did you mean {}?", 100.0 * x)),
+        Some(x) if (1.0..100.0).contains(&x) => Ok(x),
         _ => Err("not from 1 to below 100: write 95".into()),
     }
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use kardan::diagnostics::{Diagnostic, quoted};
 
 use crate::fault;
+use crate::files;
 use crate::output::{prepare_folder, reason, save};
 use crate::render::note;
 
@@ -54,14 +55,14 @@ impl Folder {
     /// two runs do not stand side by side. What somebody has changed since stays. Gives the paths that have gone.
     pub fn finish(&self, command: &str) -> Result<Vec<String>, Diagnostic> {
         let list = self.path.join(LIST);
-        let before = fs::read_to_string(&list).unwrap_or_default();
+        let before = files::read_text(&list).unwrap_or_default();
         let (own, others): (Vec<Line<'_>>, Vec<Line<'_>>) =
             before.lines().filter_map(Line::read).partition(|line| line.command == command);
         let mut gone = Vec::new();
         let written = |name: &str| self.written.iter().any(|(other, _)| other.eq_ignore_ascii_case(name));
         for line in own.iter().filter(|line| !written(line.name)) {
             let path = self.path.join(line.name);
-            let unchanged = fs::read(&path).is_ok_and(|bytes| sum(&bytes) == line.sum);
+            let unchanged = files::read(&path).is_ok_and(|bytes| sum(&bytes) == line.sum);
             if unchanged && is_plain(&path) {
                 self.put_away(line.name)?;
                 gone.push(path.display().to_string());

@@ -1,6 +1,5 @@
 //! Where a model comes from: a built-in one, a file or standard input; every way that can fail is said kindly.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -9,6 +8,7 @@ use kardan::model::{BUILTIN, FileBytes};
 use kardan::study::Project;
 
 use crate::args::Changes;
+use crate::files::{self, expect_plain};
 use crate::output::{protect, reason};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
@@ -138,19 +138,16 @@ fn file(path: &Path, name: &str, limit: u64, missing: &dyn Fn(&str) -> Diagnosti
         std::io::ErrorKind::NotFound => missing(name),
         _ => Diagnostic::error("file::unreadable", format!("cannot read `{name}`: {}", reason(&error))),
     };
-    let metadata = std::fs::metadata(path).map_err(unreadable)?;
-    if metadata.is_dir() {
-        return Err(Diagnostic::error("file::directory", format!("`{name}` is a directory, not a file"))
-            .help("name a file inside it"));
-    }
-    if metadata.len() > limit {
+    expect_plain(path, name)?;
+    let file = files::open(path).map_err(unreadable)?;
+    if file.metadata().map_err(unreadable)?.len() > limit {
         return Err(too_large(name, limit));
     }
     protect(path);
-    bounded(name, File::open(path).map_err(unreadable)?, limit)
+    bounded(name, file, limit)
 }
 
-/// Reads to the end, but never much more than a limit: pipes and devices do not tell their size.
+/// Reads to the end, but never much more than a limit: standard input does not tell its size.
 fn bounded(name: &str, from: impl Read, limit: u64) -> Result<Vec<u8>, Diagnostic> {
     let mut bytes = Vec::new();
     from.take(limit + 1)

@@ -7,6 +7,7 @@ mod args;
 mod commands;
 mod exit;
 mod fault;
+mod files;
 mod folder;
 mod input;
 mod output;

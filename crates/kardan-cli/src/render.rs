@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::sync::Arc;
 
-use kardan::diagnostics::{Diagnostic, Label, Lines, Severity};
+use kardan::diagnostics::{Diagnostic, Label, Lines, Severity, bidi_escaped};
 use miette::{
     GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, MietteError, MietteSpanContents, SourceCode,
     SourceSpan, SpanContents,
@@ -78,9 +78,18 @@ pub fn stderr(text: &str) {
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }
 
-/// The text with control characters (terminal escapes) replaced; every byte offset stays what it was.
+/// The text of a message: control characters (terminal escapes) replaced, those of direction as escapes.
 pub fn visible(text: &str) -> String {
-    let hidden = |c: char| c.is_control() && !matches!(c, '\n' | '\r' | '\t');
+    replaced(&bidi_escaped(text), |c| c.is_control())
+}
+
+/// The text of a source, with both replaced: every byte offset stays what it was.
+fn aligned(text: &str) -> String {
+    replaced(text, |c| c.is_control() || bidi_escaped(c.encode_utf8(&mut [0; 4])).len() > c.len_utf8())
+}
+
+fn replaced(text: &str, is_hidden: impl Fn(char) -> bool) -> String {
+    let hidden = |c: char| is_hidden(c) && !matches!(c, '\n' | '\r' | '\t');
     if !text.contains(hidden) {
         return text.to_owned();
     }
@@ -133,7 +142,7 @@ struct Text {
 
 impl Shown {
     fn new(name: &str, text: &str) -> Self {
-        let text = visible(text);
+        let text = aligned(text);
         Self(Arc::new(Text { name: visible(name), lines: Lines::new(&text), text }))
     }
 }
@@ -309,6 +318,7 @@ mod tests {
     #[test]
     fn terminal_escapes_are_defused_and_offsets_kept() {
         assert_eq!(visible("a\u{1b}[31m\u{85}\tb"), "a?[31m??\tb");
+        assert_eq!((visible("a\u{202e}b"), aligned("a\u{202e}b")), ("a\\u{202e}b".into(), "a???b".into()));
         assert!(!rendered("a\u{1b}[31m", Diagnostic::error("a::b", "\u{1b}").at(0..3, "\u{7}")).contains('\u{1b}'));
     }
 }

@@ -2,6 +2,7 @@
 
 use super::model::{Alert, Block, Body, Cell, Chart, Page, Section, Table, Tone};
 use super::prose::{Piece, pieces, rounded};
+use kardan::diagnostics::bidi_escaped;
 
 /// A matrix with more rows or columns is not shown.
 const LARGE: usize = 40;
@@ -24,7 +25,7 @@ pub(super) fn markdown(page: &Page) -> String {
         out += &format!("\n## {}\n", escape(title));
         blocks(&mut out, body, 3);
     }
-    out
+    bidi_escaped(&out).into_owned()
 }
 
 fn blocks(out: &mut String, body: &Body, level: usize) {

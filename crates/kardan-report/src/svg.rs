@@ -15,6 +15,7 @@ use super::PlotFile;
 use super::curves::{self, Curve, ON_WHITE};
 use super::thin::thin;
 use super::ticks::{self, Axis};
+use kardan::diagnostics::bidi_escaped;
 use kardan::results::{Physical, Plot, Study};
 use kardan_rt::functions::log10;
 use rayon::prelude::*;
@@ -196,7 +197,7 @@ fn format(axis: Axis, logarithmic: bool) -> TickFormat {
 
 /// The text as `kuva` shows it unchanged: it would read `$…$` as mathematics, and XML knows no control characters.
 fn plain(text: &str) -> String {
-    text.replace(|c: char| c.is_control() || c == '\u{fffe}' || c == '\u{ffff}', " ").replace('$', "\\$")
+    bidi_escaped(text).replace(|c: char| c.is_control() || c == '\u{fffe}' || c == '\u{ffff}', " ").replace('$', "\\$")
 }
 
 fn theme() -> Theme {

@@ -2,6 +2,7 @@
 
 use super::model::{Block, Body, Cell, Entry, Matrix, Page, Section, Table, Tone};
 use super::prose::rounded;
+use kardan::diagnostics::bidi_escaped;
 
 /// Columns where nobody tells how many there are, and the most.
 pub(super) const WIDTH: usize = 100;
@@ -45,7 +46,7 @@ pub(super) fn text(page: &Page, origin: &str, columns: usize) -> String {
         c if c.is_control() && c != '\n' => '?',
         c => c,
     };
-    out.chars().map(plain).collect()
+    bidi_escaped(&out).chars().map(plain).collect()
 }
 
 fn blocks(out: &mut String, body: &Body, width: usize) {

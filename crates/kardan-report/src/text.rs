@@ -2,10 +2,12 @@
 
 use std::fmt::Write;
 
-/// The text with everything that HTML would interpret written as entities; control characters become spaces.
+use kardan::diagnostics::bidi_escaped;
+
+/// The text with everything that HTML would interpret written as entities; control characters become spaces, those of direction escapes.
 pub(super) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
-    for character in text.chars() {
+    for character in bidi_escaped(text).chars() {
         match character {
             '&' => escaped.push_str("&amp;"),
             '<' => escaped.push_str("&lt;"),
@@ -105,7 +107,7 @@ fn without_trailing_zeros(number: &str) -> &str {
 pub(super) fn json_string(text: &str) -> String {
     let mut json = String::with_capacity(text.len() + 2);
     json.push('"');
-    for character in text.chars() {
+    for character in bidi_escaped(text).chars() {
         match character {
             '"' => json.push_str("\\\""),
             '\\' => json.push_str("\\\\"),
@@ -224,6 +226,10 @@ mod tests {
 
     #[test]
     fn html_is_escaped() {
+        assert_eq!(
+            (escape("a\u{202e}b"), json_string("a\u{202e}b")),
+            ("a\\u{202e}b".into(), r#""a\\u{202e}b""#.into())
+        );
         assert_eq!(escape("<b a=\"x\">&'\u{7}"), "&lt;b a=&quot;x&quot;&gt;&amp;&#39; ");
     }
 }

@@ -20,6 +20,8 @@
 
 pub mod read;
 mod table;
+mod text;
 pub mod write;
 
 pub use table::{Column, Table};
+pub use text::is_minus;

@@ -5,7 +5,7 @@
 use std::fmt;
 
 use crate::entries::Place;
-pub use crate::names::{nearest, quoted, shortened};
+pub use crate::names::{bidi_escaped, nearest, quoted, shortened};
 
 /// How serious a [`Diagnostic`] is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -8,7 +8,7 @@ use kardan::study::{DesignSettings, Part, ToleranceBox};
 use kardan::{export, study};
 use kardan_report as report;
 
-use crate::args::{DesignArgs, word};
+use crate::args::{DesignArgs, number, word};
 use crate::exit::{DONE, ERROR, exit_code};
 use crate::input;
 use crate::output::{in_words, prepare_files, print, save, save_page, say_written};
@@ -108,9 +108,8 @@ fn tolerance(text: &str) -> Result<ToleranceBox, Failure> {
     if text == "file" {
         return Ok(ToleranceBox::File);
     }
-    let percent = text.trim().trim_end_matches('%').trim().parse::<f64>();
-    match percent {
-        Ok(percent) if percent > 0.0 && percent < 100.0 => Ok(ToleranceBox::Part(percent / 100.0)),
+    match number(text.trim().trim_end_matches('%')) {
+        Some(percent) if percent > 0.0 && percent < 100.0 => Ok(ToleranceBox::Part(percent / 100.0)),
         _ => {
             let message = format!("`--tolerance {text}` is no percentage above 0 and below 100");
             let help = "write `--tolerance 20%`; without a number the tolerances of the file are taken. \

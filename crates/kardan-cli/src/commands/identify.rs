@@ -1,6 +1,5 @@
 //! `kardan identify`: parameters from measured logs.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -14,6 +13,7 @@ use kardan_report as report;
 
 use crate::args::{IdentifyArgs, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
+use crate::files::{self, expect_plain};
 use crate::input;
 use crate::output::{in_words, prepare_files, print, protect, reason, save_over, save_page, say_written};
 use crate::progress::{Bars, because};
@@ -26,7 +26,7 @@ struct OnDisk(PathBuf);
 
 impl Bytes for OnDisk {
     fn open(&self) -> std::io::Result<Box<dyn ReadSeek>> {
-        Ok(Box::new(File::open(&self.0)?))
+        Ok(Box::new(files::open(&self.0)?))
     }
 }
 
@@ -130,12 +130,8 @@ fn log(path: &Path) -> Result<LogFile, Diagnostic> {
         }
         found
     };
-    let metadata = std::fs::metadata(path).map_err(|error| wrong(&error))?;
-    if metadata.is_dir() {
-        return Err(Diagnostic::error("file::directory", format!("`{name}` is a directory, not a log"))
-            .help("name the files inside it, as in `logs/*.csv`"));
-    }
-    File::open(path).map_err(|error| wrong(&error))?;
+    expect_plain(path, &name)?;
+    files::open(path).map_err(|error| wrong(&error))?;
     protect(path);
     Ok(LogFile { name, bytes: Arc::new(OnDisk(path.to_owned())) })
 }

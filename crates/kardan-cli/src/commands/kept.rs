@@ -7,6 +7,7 @@ use kardan::diagnostics::Diagnostic;
 use kardan::project::Project;
 use kardan::study::swept_model;
 
+use crate::files;
 use crate::output::save;
 
 /// What its file is called.
@@ -14,7 +15,7 @@ const MODEL: &str = "model-";
 
 /// The model beside rows that follow from this, as it was swept.
 pub fn kept_model(folder: &Path, identity: &str) -> Option<String> {
-    fs::read_to_string(path_of_model(folder, identity)).ok()
+    files::read_text(&path_of_model(folder, identity)).ok()
 }
 
 /// Where the model of rows is kept.
@@ -37,6 +38,6 @@ pub fn models_of(folder: &Path) -> Vec<PathBuf> {
 /// Keeps the model, with what `--set` has changed, so that what differs can be told later.
 pub fn keep_model(folder: &Path, project: &Project, identity: &str) -> Result<(), Diagnostic> {
     let (path, text) = (path_of_model(folder, identity), project.to_toml());
-    let is_there = fs::read(&path).is_ok_and(|bytes| bytes == text.as_bytes());
+    let is_there = files::read(&path).is_ok_and(|bytes| bytes == text.as_bytes());
     if is_there { Ok(()) } else { save(&path, text.as_bytes()) }
 }

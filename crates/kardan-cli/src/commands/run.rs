@@ -1,6 +1,5 @@
 //! `kardan run`: the study of a model file, its tables, plots and report.
 
-use std::fs;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -17,6 +16,7 @@ use rayon::prelude::*;
 use super::kept::kept_model;
 use crate::args::{Format, RunArgs, RunMethod};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
+use crate::files;
 use crate::folder::{Folder, tell_gone};
 use crate::input;
 use crate::output::{in_words, print, reason, shown, where_to_look};
@@ -71,7 +71,7 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
 /// The model with rows of a file in place of its variants.
 fn rows_again(project: &Project, path: &Path, args: &RunArgs, settings: &Settings) -> Result<Project, Vec<Diagnostic>> {
     let shown = path.display();
-    let read = fs::read(path).map_err(|error| reason(&error)).and_then(export::rows_of_any_sweep);
+    let read = files::read(path).map_err(|error| reason(&error)).and_then(export::rows_of_any_sweep);
     let (identity, mut rows) = read.map_err(|why| {
         let help = "name one of the files `rows-….parquet` that `kardan sweep --out DIR` writes";
         vec![Diagnostic::error("sweep::again", format!("`{shown}`: {why}")).help(help)]

@@ -16,6 +16,7 @@ use super::kept::{keep_model, kept_model, models_of, path_of_model};
 use super::run::method;
 use crate::args::{Limits, MOST_STEPS, MergeArgs, RunMethod, SweepArgs, SweepCommand, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
+use crate::files;
 use crate::input;
 use crate::output::{in_words, prepare_folder, print, quoted_for_shell, reason, save, save_page, say_written};
 use crate::progress::Bars;
@@ -300,7 +301,7 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
         Diagnostic::error("sweep::merge", message)
             .help("name the model, its `--set`, `--method`, `--tolerance`, `--max-steps` and `--variant` that all shards were run with, and their folders alone")
     };
-    let bytes = fs::read(first).map_err(|error| reason(&error));
+    let bytes = files::read(first).map_err(|error| reason(&error));
     let (samples, seed) = bytes.and_then(export::samples_and_seed).map_err(|why| unusable(first, &why))?;
     let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
     let asked = SweepSettings {
@@ -491,7 +492,7 @@ fn rows_before(args: &SweepArgs, out: &Path, (project, plan): (&Project, &SweepP
 
 /// The rows of a block: all of them, of this sweep.
 fn rows_of(project: &Project, plan: &SweepPlan, block: u64, path: &Path) -> Result<Vec<SweepRow>, String> {
-    let read = fs::read(path).map_err(|error| reason(&error));
+    let read = files::read(path).map_err(|error| reason(&error));
     let read = read.and_then(|bytes| export::read_sweep_rows(&plan.head, bytes));
     let found = read.map_err(|why| other_sweep(project, plan, path).unwrap_or(why))?;
     let samples = plan.samples_of(block..block.saturating_add(1));
@@ -515,7 +516,7 @@ fn rows_of(project: &Project, plan: &SweepPlan, block: u64, path: &Path) -> Resu
 
 /// In what rows of another sweep differ from those of this one, if that is what is wrong with them.
 fn other_sweep(project: &Project, plan: &SweepPlan, path: &Path) -> Option<String> {
-    let (here, there) = (&plan.head.identity, export::identity_of_rows(fs::read(path).ok()?).ok()?);
+    let (here, there) = (&plan.head.identity, export::identity_of_rows(files::read(path).ok()?).ok()?);
     let was = kept_model(path.parent()?, &there);
     let told = || format!("it is of another sweep: {}", project.other_sweep(here, &there, was.as_deref()));
     (*here != there).then(told)

@@ -73,7 +73,7 @@ fn bad_inputs_are_explained_by_every_command_that_reads_a_model() {
         ("-", "file::empty", &["standard input"]),
     ];
     if cfg!(unix) {
-        cases.push(("/dev/zero", "file::too-large", &["16 MiB"]));
+        cases.push(("/dev/zero", "file::not-plain", &["a device, not a file", "standard input"]));
         cases.push(("empty.toml/x", "file::unreadable", &["not a directory"]));
     }
     for (model, code, parts) in cases {
@@ -99,6 +99,35 @@ fn bad_inputs_are_explained_by_every_command_that_reads_a_model() {
         }
     }
     assert!(!at.join("kardan-out").exists(), "a bad model must leave no folder behind");
+}
+
+/// Nothing ever comes out of a pipe that nobody writes to: wherever a file is read, it is refused and not waited for.
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices_are_refused_wherever_a_file_is_read() {
+    let at = folder("pipes");
+    assert!(Command::new("mkfifo").arg(at.join("pipe")).status().unwrap().success());
+    std::os::unix::net::UnixListener::bind(at.join("socket")).unwrap();
+    let shaft = "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n";
+    fs::write(at.join("sound.toml"), shaft).unwrap();
+    for (path, kind) in [("pipe", "a pipe"), ("socket", "a socket"), ("/dev/zero", "a device"), (".", "a directory")] {
+        let table = format!("{shaft}[signal.road]\nkind = \"table\"\nfile = \"{path}\"\n");
+        fs::write(at.join("signal.toml"), table).unwrap();
+        fs::write(at.join("curve.toml"), format!("{shaft}[table.c]\nfile = \"{path}\"\n")).unwrap();
+        for arguments in [
+            &["check", path][..],
+            &["identify", "sound.toml", path],
+            &["check", "signal.toml"],
+            &["check", "curve.toml"],
+            &["analyze", "--state-space", path],
+            &["run", "sound.toml", "--variants-from", path],
+        ] {
+            let got = output(&at, arguments);
+            let said = words(&got.stderr);
+            assert_eq!(got.status.code(), Some(2), "{arguments:?}: {said}");
+            assert!(said.contains(&format!("{kind}, not a file")), "{arguments:?}: {said}");
+        }
+    }
 }
 
 #[test]

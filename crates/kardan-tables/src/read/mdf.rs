@@ -2,9 +2,10 @@
 //!
 //! An own reader, because `mdf4-rs` (0.3.3, looked at) takes the whole file and every channel into memory, knows neither
 //! unsorted nor unfinished files, and takes lengths and links as they come. Block numbers and fields are those of the
-//! ASAM MDF standard, 4.1; links to what is not needed (history, events, attachments) are never followed.
+//! ASAM MDF standard, 4.1; links to what is not needed (history, events, attachments) are followed only to see that the file does not end before.
 
 mod blocks;
+mod end;
 mod field;
 mod stream;
 
@@ -14,7 +15,7 @@ use rayon::prelude::*;
 
 use super::source::Source;
 use super::{BLOCK_ROWS, Block, Bytes, Group, Log, LogError, chosen};
-use blocks::{DataGroup, File, MDF};
+use blocks::{DataGroup, File, Layout, MDF};
 use stream::Stream;
 
 /// How many bytes of records are decoded at once.
@@ -27,6 +28,8 @@ pub(super) struct MdfLog {
     notes: Vec<String>,
     reading: Vec<Reading>,
     end_notes: Vec<String>,
+    /// What is lost, in a few words each.
+    lost: Vec<String>,
 }
 
 /// A data group that is being read.
@@ -54,7 +57,7 @@ impl MdfLog {
     pub(super) fn open(bytes: Arc<dyn Bytes>) -> Result<Self, LogError> {
         let mut source = Source::open(&*bytes, MDF)?;
         let (file, groups, notes) = blocks::read(&mut source)?;
-        Ok(Self { bytes, file, groups, notes, reading: Vec::new(), end_notes: Vec::new() })
+        Ok(Self { bytes, file, groups, notes, reading: Vec::new(), end_notes: Vec::new(), lost: Vec::new() })
     }
 
     /// Decodes some records of a group into a block.
@@ -99,6 +102,7 @@ impl Log for MdfLog {
         let channels = chosen(&self.groups, wanted)?;
         self.reading.clear();
         self.end_notes.clear();
+        self.lost = if self.file.truncated { vec!["it is truncated".into()] } else { Vec::new() };
         for (data, of) in self.file.data.iter().enumerate() {
             let wanted =
                 of.groups.iter().filter_map(|layout| layout.group).filter(|group| !channels[*group].is_empty());
@@ -133,12 +137,7 @@ impl Log for MdfLog {
                     self.reading.swap(next, last);
                     return Ok(true);
                 }
-                Ok(false) => {
-                    if reading.stream.cut {
-                        self.end_notes
-                            .push(format!("the recording stops in the middle of a record of {}", self.named(&reading)));
-                    }
-                }
+                Ok(false) => self.note_end(&reading),
                 // The other groups go on: nothing of them is lost.
                 Err(error) => return Err(error),
             }
@@ -147,6 +146,10 @@ impl Log for MdfLog {
 
     fn notes(&self) -> Vec<String> {
         self.notes.iter().chain(&self.end_notes).cloned().collect()
+    }
+
+    fn damage(&self) -> Vec<String> {
+        self.lost.clone()
     }
 }
 
@@ -157,23 +160,56 @@ impl MdfLog {
         names.join(", ")
     }
 
+    /// Notes what is odd about the end of some groups: a record that is not complete, and counters that are wrong.
+    fn note_end(&mut self, reading: &Reading) {
+        if reading.stream.cut {
+            self.end_notes.push(format!("the recording stops in the middle of a record of {}", self.named(reading)));
+            self.lost.push("it ends in the middle of a record".into());
+        }
+        for records in &reading.records {
+            let (name, given) = (&self.groups[records.group].name, records.given);
+            match self.groups[records.group].rows {
+                _ if given == 0 => {
+                    self.end_notes.push(format!("the group `{name}` has no records"));
+                    self.lost.push(format!("group `{name}` is empty"));
+                }
+                Some(rows) if rows < given => self.end_notes.push(format!(
+                    "the group `{name}` has {given} records, and its counter of cycles says {rows}: all are read"
+                )),
+                _ => {}
+            }
+        }
+    }
+
+    /// How many of the records read hold measurements. Where the counter is passed, one of zeros alone ends them: the rest of a block may be
+    /// space that was never written to.
+    fn written(layout: &Layout, raw: &[u8], there: usize, given: u64) -> usize {
+        let Some(rows) = layout.rows else { return there };
+        let counted = usize::try_from(rows.max(1).saturating_sub(given)).unwrap_or(usize::MAX).min(there);
+        let record = raw.len() / there.max(1);
+        let more = raw.chunks_exact(record.max(1)).skip(counted);
+        counted + more.take_while(|bytes| bytes.iter().any(|byte| *byte != 0)).count()
+    }
+
     fn next_sorted(&self, reading: &mut Reading, block: &mut Block) -> Result<bool, LogError> {
         let data = &self.file.data[reading.data];
         let records = &mut reading.records[0];
         let layout = &data.groups[data.index_of(records.group)];
         let record = data.id_bytes + layout.stride();
-        let left = layout.rows.map_or(usize::MAX, |rows| usize::try_from(rows - records.given).unwrap_or(usize::MAX));
-        let count = left.min(BLOCK_ROWS).min((STEP / record).max(1));
-        if count == 0 || reading.ended {
+        let count = BLOCK_ROWS.min((STEP / record).max(1));
+        if reading.ended {
             return Ok(false);
         }
         let failed = reading.stream.fill(&mut reading.raw, count * record).err();
-        let there = (reading.raw.len() / record).min(count);
+        let read = (reading.raw.len() / record).min(count);
+        let there = Self::written(layout, &reading.raw[..read * record], read, records.given);
+        reading.ended = there < read;
         if there == 0 {
             reading.ended = true;
             let records = &reading.records[0];
             return match (failed, layout.rows) {
                 (Some(error), _) => Err(error),
+                (None, Some(rows)) if rows <= records.given => Ok(false),
                 (None, Some(rows)) => {
                     let what = format!(
                         "group `{}` has {} of the {rows} rows announced",

@@ -30,6 +30,8 @@ enum Meaning {
     Unsigned,
     /// Divided by this.
     Scaled(f64),
+    /// A duration or a time of day: divided by this.
+    Elapsed(f64),
     /// The same after the first value is taken off.
     Since(f64),
 }
@@ -134,11 +136,12 @@ impl ParquetLog {
         let schema = self.metadata.file_metadata().schema_descr_ptr();
         let pairs = self.metadata.file_metadata().key_value_metadata();
         let pair = |key: &str| pairs?.iter().find(|pair| pair.key == key)?.value.as_deref();
-        let units = pair("ARROW:schema").map(units::units).unwrap_or_default();
+        let fields = pair("ARROW:schema").map(units::fields).unwrap_or_default();
         let mut unread = None;
         for (leaf, descriptor) in schema.columns().iter().enumerate() {
             let name = descriptor.path().string();
-            let Some((meaning, own_unit)) = meaning(descriptor) else {
+            let field = fields.iter().find(|field| field.name == name);
+            let Some((meaning, own_unit)) = meaning(descriptor, field.and_then(|field| field.per_second)) else {
                 self.notes
                     .push(format!("`{name}` holds no plain numbers ({}) and is left out", descriptor.physical_type()));
                 continue;
@@ -154,7 +157,7 @@ impl ParquetLog {
                 unread = Some(compression);
                 continue;
             }
-            let unit = units.iter().find(|(column, _)| *column == name).map(|(_, unit)| unit.as_str());
+            let unit = field.and_then(|field| field.unit.as_deref());
             let unit = own_unit.or(unit).or_else(|| pair(&format!("unit:{name}"))).unwrap_or("").to_owned();
             self.groups[0].channels.push(Channel { name, unit });
             self.columns.push(Column { leaf, meaning });
@@ -172,14 +175,15 @@ impl ParquetLog {
         }
         make_unique(&mut group.channels);
         let of_stamps = || self.columns.iter().position(|column| matches!(column.meaning, Meaning::Since(_)));
-        group.time = find_time(&group.channels).or_else(of_stamps);
+        let elapsed = || self.columns.iter().position(|column| matches!(column.meaning, Meaning::Elapsed(_)));
+        group.time = find_time(&group.channels).or_else(of_stamps).or_else(elapsed);
         group.rows = u64::try_from(self.metadata.file_metadata().num_rows()).ok();
         Ok(())
     }
 }
 
-/// What the numbers of a column mean and their unit, if that follows.
-fn meaning(descriptor: &ColumnDescriptor) -> Option<(Meaning, Option<&'static str>)> {
+/// What the numbers of a column mean and their unit, if that follows; `durations` is how many of them there are in a second if they are such.
+fn meaning(descriptor: &ColumnDescriptor, durations: Option<f64>) -> Option<(Meaning, Option<&'static str>)> {
     let per_second = |unit: &TimeUnit| match unit {
         TimeUnit::MILLIS => 1e3,
         TimeUnit::MICROS => 1e6,
@@ -190,23 +194,24 @@ fn meaning(descriptor: &ColumnDescriptor) -> Option<(Meaning, Option<&'static st
     }
     let whole = match descriptor.physical_type() {
         Physical::BOOLEAN | Physical::FLOAT | Physical::DOUBLE => return Some((Meaning::Plain, None)),
+        Physical::INT96 => return Some((Meaning::Since(1e9), Some("s"))),
         Physical::INT32 | Physical::INT64 => (descriptor.logical_type_ref(), descriptor.converted_type()),
         _ => return None,
     };
     Some(match whole {
         (Some(LogicalType::Timestamp(kind)), _) => (Meaning::Since(per_second(&kind.unit)), Some("s")),
-        (Some(LogicalType::Time(kind)), _) => (Meaning::Scaled(per_second(&kind.unit)), Some("s")),
+        (Some(LogicalType::Time(kind)), _) => (Meaning::Elapsed(per_second(&kind.unit)), Some("s")),
         (Some(LogicalType::Integer(kind)), _) if !kind.is_signed => (Meaning::Unsigned, None),
         (Some(LogicalType::Decimal(kind)), _) => (Meaning::Scaled(powi(10.0, kind.scale)), None),
         (_, ConvertedType::TIMESTAMP_MILLIS) => (Meaning::Since(1e3), Some("s")),
         (_, ConvertedType::TIMESTAMP_MICROS) => (Meaning::Since(1e6), Some("s")),
-        (_, ConvertedType::TIME_MILLIS) => (Meaning::Scaled(1e3), Some("s")),
-        (_, ConvertedType::TIME_MICROS) => (Meaning::Scaled(1e6), Some("s")),
+        (_, ConvertedType::TIME_MILLIS) => (Meaning::Elapsed(1e3), Some("s")),
+        (_, ConvertedType::TIME_MICROS) => (Meaning::Elapsed(1e6), Some("s")),
         (_, ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64) => {
             (Meaning::Unsigned, None)
         }
         (_, ConvertedType::DECIMAL) => (Meaning::Scaled(powi(10.0, descriptor.type_scale())), None),
-        _ => (Meaning::Plain, None),
+        _ => durations.map_or((Meaning::Plain, None), |per_second| (Meaning::Elapsed(per_second), Some("s"))),
     })
 }
 
@@ -240,7 +245,7 @@ impl Cursor {
         let mut whole = |value: i64, unsigned: u64| match meaning {
             Meaning::Plain => value as f64,
             Meaning::Unsigned => unsigned as f64,
-            Meaning::Scaled(scale) => value as f64 / scale,
+            Meaning::Scaled(scale) | Meaning::Elapsed(scale) => value as f64 / scale,
             Meaning::Since(scale) => (i128::from(value) - i128::from(*start.get_or_insert(value))) as f64 / scale,
         };
         match &mut self.reader {
@@ -252,6 +257,9 @@ impl Cursor {
             }
             Some(ColumnReader::Int64ColumnReader(reader)) => {
                 records(reader, levels, depth, count, out, |x| whole(*x, *x as u64))
+            }
+            Some(ColumnReader::Int96ColumnReader(reader)) => {
+                records(reader, levels, depth, count, out, |x| whole(x.to_nanos(), 0))
             }
             Some(ColumnReader::FloatColumnReader(reader)) => {
                 records(reader, levels, depth, count, out, |x| f64::from(*x))

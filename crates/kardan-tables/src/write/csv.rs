@@ -1,8 +1,9 @@
 //! Comma-separated values.
 
 use crate::Table;
+use crate::text::csv_cell;
 
-/// Gives the table as CSV (RFC 4180, lines end in `\n`): the header `t` and the names, then one line for each time.
+/// Gives the table as CSV (RFC 4180, lines end in `\n`): the header `t` and the names as [`csv_cell`] writes them, then one line for each time.
 ///
 /// Every number is the shortest decimal that reads back as the same `f64`; very small and very large ones carry an
 /// exponent. Minus zero is written as `0`, a number that is not finite as `NaN`, `inf` or `-inf`.
@@ -15,7 +16,7 @@ pub fn csv(table: &Table<'_>) -> Vec<u8> {
     out.push(b't');
     for column in &table.columns {
         out.push(b',');
-        write_name(&mut out, column.name);
+        out.extend_from_slice(csv_cell(column.name).as_bytes());
     }
     out.push(b'\n');
     let mut buffer = zmij::Buffer::new();
@@ -28,16 +29,6 @@ pub fn csv(table: &Table<'_>) -> Vec<u8> {
         out.push(b'\n');
     }
     out
-}
-
-fn write_name(out: &mut Vec<u8>, name: &str) {
-    if name.contains([',', '"', '\n', '\r']) {
-        out.push(b'"');
-        out.extend_from_slice(name.replace('"', "\"\"").as_bytes());
-        out.push(b'"');
-    } else {
-        out.extend_from_slice(name.as_bytes());
-    }
 }
 
 fn decimal(buffer: &mut zmij::Buffer, value: f64) -> &[u8] {

@@ -15,6 +15,7 @@ mod mdf;
 mod parquet;
 mod rows;
 
+pub use crate::text::csv_cell;
 pub use csv::csv;
 pub use mat::{Texts, Values, mat, mat_matrices};
 pub use mdf::mdf;

@@ -90,6 +90,9 @@ schema = pa.schema([
 ])
 columns = [stamps["ms"], stamps["us"], stamps["ns"], holes, pa.array([2**63 + 2048 * j for j in range(N)], pa.uint64()), pa.nulls(N, pa.float64())]
 pq.write_table(pa.table(columns, schema=schema), "nulls.parquet", row_group_size=40)
+elapsed = {unit: pa.array([j * each for j in range(N)], pa.duration(unit)) for unit, each in (("s", 1), ("ms", 10), ("us", 10_000), ("ns", 10_000_000))}
+pq.write_table(pa.table({"run": elapsed["ms"], "s": elapsed["s"], "us": elapsed["us"], "ns": elapsed["ns"], "ramp": ramp}), "duration.parquet")
+pq.write_table(pa.table({"old": stamps["ns"], "ramp": ramp}), "int96.parquet", use_deprecated_int96_timestamps=True)
 pq.write_table(table.select(["time", "ramp"]), "delta.parquet", use_dictionary=False, column_encoding={"time": "BYTE_STREAM_SPLIT", "ramp": "DELTA_BINARY_PACKED"})
 
 

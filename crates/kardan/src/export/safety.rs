@@ -2,6 +2,7 @@
 
 use super::printed::printed;
 use crate::results::{Safety, SafetyRow};
+use kardan_tables::write::csv_cell;
 
 /// The table of faults as one JSON object on one line, in SI.
 ///
@@ -50,11 +51,7 @@ fn cells(table: &Safety, row: &SafetyRow) -> Vec<String> {
     cells
 }
 
-/// A line; what a reader could take for something else stands in quotes.
+/// A line of a table.
 fn line(cells: &[String]) -> String {
-    let quoted = |cell: &String| match cell.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", cell.replace('"', "\"\"")),
-        false => cell.clone(),
-    };
-    cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n"
+    cells.iter().map(|cell| csv_cell(cell)).collect::<Vec<_>>().join(",") + "\n"
 }

@@ -1,6 +1,6 @@
 //! The signals of a run as a table, in SI, for `kardan_tables` to write.
 
-use kardan_tables::write::{self, ParquetError};
+use kardan_tables::write::{self, ParquetError, csv_cell};
 use kardan_tables::{Column, Table};
 
 use crate::results::{Run, Series, Study};
@@ -59,16 +59,12 @@ pub fn mdf(rasters: &[(&str, &Series)]) -> Vec<u8> {
 /// The figures of all runs as CSV, a row for each with its variant, in SI; `None` if the model has no figures. One that a run does not have
 /// is an empty cell.
 pub fn figures_csv(study: &Study) -> Option<String> {
-    let cell = |text: &str| match text.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_string(),
-    };
     let mut out = String::from("variant,figure,value,unit\n");
     let rows = study.runs.iter().flat_map(|run| run.figures.iter().map(move |figure| (run, figure)));
     for (run, figure) in rows.clone() {
         let value = figure.value.filter(|value| value.is_finite());
         let value = value.map(|value| zmij::Buffer::new().format(value).to_string()).unwrap_or_default();
-        out += &format!("{},{},{value},{}\n", cell(&run.name), cell(&figure.name), cell(&figure.unit));
+        out += &format!("{},{},{value},{}\n", csv_cell(&run.name), csv_cell(&figure.name), csv_cell(&figure.unit));
     }
     rows.clone().next().map(|_| out)
 }

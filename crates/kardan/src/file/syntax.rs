@@ -7,6 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::{Entries, Entry, KeyedEntry, Written};
+use crate::units::parse_quantity;
 
 /// Reads the text of a model file as TOML; what is broken is reported and the rest is still there.
 ///
@@ -19,6 +20,7 @@ use crate::entries::{Entries, Entry, KeyedEntry, Written};
 /// let (entries, mistakes) = syntax("inertia = 130 kg mm^2\n");
 /// assert!(entries.get("inertia").is_some());
 /// assert_eq!(mistakes[0].help.as_deref(), Some("write \"130 kg mm^2\""));
+/// assert_eq!(syntax("mu = 0,8\n").1[0].help.as_deref(), Some("write \"0.8\", with a decimal point"));
 /// ```
 pub fn syntax(source: &str) -> (Entries, Vec<Diagnostic>) {
     let (document, errors) = DeTable::parse_recoverable(source);
@@ -31,25 +33,30 @@ pub fn syntax(source: &str) -> (Entries, Vec<Diagnostic>) {
     errors.dedup_by_key(|(span, _)| line(span));
     let diagnostics = errors.into_iter().map(|(span, message)| {
         let text = source.get(span.clone()).unwrap_or("").trim();
+        let start = source[..span.start.min(source.len())].rfind('\n').map_or(0, |at| at + 1);
+        let line = source[start..].lines().next().unwrap_or("").split('#').next().unwrap_or("").trim();
         let (message, help) = if message.starts_with("string values must be quoted") {
             match text {
                 "" => {
                     ("a key without a value".to_string(), "write a value after the `=`, or remove the key".to_string())
                 }
-                _ => ("text without quotes".to_string(), format!("write \"{text}\"")),
+                _ => {
+                    ("text without quotes".to_string(), with_point(line).unwrap_or_else(|| format!("write \"{text}\"")))
+                }
             }
         } else if message.starts_with("duplicate key") {
             ("a key that was given before".to_string(), "keep one of the two".to_string())
         } else {
-            let start = source[..span.start.min(source.len())].rfind('\n').map_or(0, |at| at + 1);
-            let line = shortened(source[start..].lines().next().unwrap_or("").split('#').next().unwrap_or("").trim());
             let help = match message {
-                m if m.starts_with("unclosed table") => format!("write `{line}]`"),
-                m if m.starts_with("unclosed array table") => format!("write `{}]]`", line.trim_end_matches(']')),
+                m if m.starts_with("unclosed table") => format!("write `{}]`", shortened(line)),
+                m if m.starts_with("unclosed array table") => {
+                    format!("write `{}]]`", shortened(line).trim_end_matches(']'))
+                }
                 m if m.contains("string, expected") => "end the text with the quote it begins with".to_string(),
                 m if m.starts_with("key with no value") => "write it as `key = value`".to_string(),
                 m if m.contains("recurse") => "nothing in a model file is nested that deeply".to_string(),
-                _ => "see https://toml.io for how a file of keys and values is written".to_string(),
+                _ => with_point(line)
+                    .unwrap_or_else(|| "see https://toml.io for how a file of keys and values is written".to_string()),
             };
             (message.to_string(), help)
         };
@@ -57,6 +64,12 @@ pub fn syntax(source: &str) -> (Entries, Vec<Diagnostic>) {
     });
     let diagnostics = diagnostics.collect();
     (table(document.get_ref()), diagnostics)
+}
+
+/// What to write for the value of a line, if it is a number with a decimal comma.
+fn with_point(line: &str) -> Option<String> {
+    let mistake = parse_quantity(line.split_once('=')?.1.trim()).err()?;
+    mistake.help.filter(|_| mistake.message.starts_with("unexpected `,`"))
 }
 
 /// A table of the reader as entries, in the order of the file.

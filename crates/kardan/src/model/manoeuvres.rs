@@ -13,6 +13,7 @@ use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
 use crate::manoeuvre::{self, COMMON, Cones, Given, Made, Manoeuvre, ManoeuvreKind, Need, Path};
 use crate::names::{SignalName, unknown_name};
 use crate::schema::{Keys, Placed, Table, Value};
+use crate::units::parse_number;
 
 /// The parameter that is the length of a run.
 const DURATION: &str = "run_duration";
@@ -354,7 +355,7 @@ fn check_keys(node: &Node<'_>, kind: &'static ManoeuvreKind, what: &str, out: &m
 fn check_periods(node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) {
     let Some(found) = node.table.keyed("periods") else { return };
     let (Written::Text(text) | Written::Number(text)) = &found.entry.value else { return };
-    let Some(periods) = text.trim().parse::<f64>().ok().filter(|x| x.is_finite() && x.fract() != 0.0) else { return };
+    let Some(periods) = parse_number(text).ok().map(|x| x.to_f64()).filter(|x| x.fract() != 0.0) else { return };
     let message = format!(
         "{what}: `periods` is {periods}, no whole number of waves: gradients, hystereses and gains are means over whole ones"
     );

@@ -641,7 +641,7 @@ keys! {
         optional {
             column: Text, "The column, or the channel of a binary file, by its name.";
             number: Number(Sign::Positive), "The column by its number, from 1 on, instead.";
-            unit: Text, "Its unit; left out: that of the file, else the SI unit of the signal.";
+            unit: Text, "Its unit; left out: that of the file, else the SI unit of the signal. A speed in `1/min` is in turns.";
             factor: Number(Sign::NonZero) = "1", "What readings are multiplied by, as -1 where the sense differs.";
             scale: AnyQuantity,
                 "What one unit of a reading is, as \"200 N m\" for one volt, instead of a unit: for readings that are \

@@ -2,6 +2,8 @@
 
 mod signal;
 
+use std::borrow::Cow;
+
 pub use signal::{Quantity, SignalName, carrier, parameter};
 
 /// The candidate nearest to a misspelt word, if one is near enough to be meant.
@@ -76,6 +78,26 @@ pub fn quoted<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
         0..=MOST => names.join(", "),
         count => format!("{} and {} more", names[..MOST].join(", "), count - MOST),
     }
+}
+
+/// A text whose characters stand where they are shown: those that turn the direction of what follows (Unicode, bidirectional formatting)
+/// are written as escapes, for with them a name looks like another one.
+///
+/// ```
+/// use kardan::names::bidi_escaped;
+/// assert_eq!(bidi_escaped("wheel\u{202e}tfahs"), "wheel\\u{202e}tfahs");
+/// ```
+pub fn bidi_escaped(text: &str) -> Cow<'_, str> {
+    let turns =
+        |c: char| matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    if !text.contains(turns) {
+        return text.into();
+    }
+    let mut out = String::new();
+    for c in text.chars() {
+        if turns(c) { out.extend(c.escape_unicode()) } else { out.push(c) }
+    }
+    out.into()
 }
 
 /// A text of the file inside a message: cut off if it is long.

@@ -19,7 +19,7 @@ const fn with_prefixes(name: &'static str, factor: (i64, i64, i32), dimension: D
     Unit { name, factor, dimension, prefixes: true }
 }
 
-pub(super) static UNITS: [Unit; 43] = [
+pub(super) static UNITS: [Unit; 46] = [
     with_prefixes("g", (1, 1000, 0), Dimension::mechanical(1, 0, 0, 0)),
     unit("t", (1000, 1, 0), Dimension::mechanical(1, 0, 0, 0)),
     with_prefixes("m", (1, 1, 0), Dimension::mechanical(0, 1, 0, 0)),
@@ -33,6 +33,8 @@ pub(super) static UNITS: [Unit; 43] = [
     with_prefixes("N", (1, 1, 0), Dimension::mechanical(1, 1, -2, 0)),
     unit("lbf", (44_482_216_152_605, 10_000_000_000_000, 0), Dimension::mechanical(1, 1, -2, 0)),
     with_prefixes("Nm", (1, 1, 0), Dimension::TORQUE),
+    unit("Ncm", (1, 100, 0), Dimension::TORQUE),
+    unit("Nmm", (1, 1000, 0), Dimension::TORQUE),
     with_prefixes("Nms", (1, 1, 0), Dimension::mechanical(1, 2, -1, 0)),
     with_prefixes("J", (1, 1, 0), Dimension::TORQUE),
     with_prefixes("W", (1, 1, 0), Dimension::TORQUE_RATE),
@@ -46,6 +48,8 @@ pub(super) static UNITS: [Unit; 43] = [
     unit("rev", (2, 1, 1), Dimension::ANGLE),
     unit("turn", (2, 1, 1), Dimension::ANGLE),
     unit("turns", (2, 1, 1), Dimension::ANGLE),
+    // `U/min`, as data sheets in German write it.
+    unit("U", (2, 1, 1), Dimension::ANGLE),
     unit("rpm", (2, 60, 1), Dimension::ANGULAR_VELOCITY),
     with_prefixes("C", (1, 1, 0), Dimension::CHARGE),
     with_prefixes("A", (1, 1, 0), Dimension::CURRENT),

@@ -1,6 +1,6 @@
 //! Dimensions in words, and what to do about a wrong one.
 
-use super::{Dimension, parse_quantity};
+use super::{Dimension, parse_quantity, unit_as_written};
 
 /// A dimension that has a name.
 pub(super) struct Known {
@@ -138,11 +138,17 @@ impl Dimension {
         if let (true, Ok((value, found))) = (*self == Self::ANGULAR_VELOCITY, parse_quantity(text))
             && found == Self::mechanical(0, 0, -1, 0)
         {
-            return format!("write it as \"{} rev/s\": a turn is 2 pi rad", value.to_f64());
+            return match per_minute(text) {
+                true => format!("write it as \"{} rpm\": a turn is 2 pi rad", 60.0 * value.to_f64()),
+                false => format!("write it as \"{} rev/s\": a turn is 2 pi rad", value.to_f64()),
+            };
         }
         if let (true, Ok((value, Self::ANGULAR_VELOCITY))) = (*self == Self::FREQUENCY, parse_quantity(text)) {
             let turns = value.to_f64() / std::f64::consts::TAU;
-            return format!("write it as \"{turns} Hz\": a turn is 2 pi rad");
+            return match per_minute(text) {
+                true => format!("write it as \"{} 1/min\": a turn is 2 pi rad", 60.0 * turns),
+                false => format!("write it as \"{turns} Hz\": a turn is 2 pi rad"),
+            };
         }
         let bare = matches!(parse_quantity(text), Ok((_, Self::NONE)));
         let candidates = if !bare {
@@ -166,4 +172,11 @@ impl Dimension {
             (false, false) => format!("did you mean {}?", meant.join(" or ")),
         }
     }
+}
+
+/// Whether the unit of a text counts what happens, or turns, in a minute.
+fn per_minute(text: &str) -> bool {
+    let unit = |text: &str| unit_as_written(text).map(|(_, size, _)| size);
+    let (own, counted) = (unit(text), ["1 1/min", "1 rpm"].map(unit));
+    own.is_some() && counted.contains(&own)
 }

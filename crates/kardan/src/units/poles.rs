@@ -1,4 +1,5 @@
 use super::{Exact, UnitError, parse_number};
+use kardan_tables::is_minus;
 
 /// Reads a pole in 1/s, exactly: `-50`, `-14 + 14.3j`; `-14 ± 14.3j` gives a pair, the one with positive imaginary part
 /// first. The unit `1/s` or `rad/s` may follow.
@@ -24,7 +25,7 @@ pub fn parse_poles(text: &str) -> Result<Vec<(Exact, Exact)>, UnitError> {
     let mut before = ' ';
     let mut split = None;
     for (at, c) in complex.char_indices() {
-        if matches!(c, '+' | '-' | '±') && !matches!(before, 'e' | 'E') {
+        if (matches!(c, '+' | '±') || is_minus(c)) && !matches!(before, 'e' | 'E') {
             split = Some((at, c));
         }
         before = c;
@@ -37,7 +38,7 @@ pub fn parse_poles(text: &str) -> Result<Vec<(Exact, Exact)>, UnitError> {
     let imaginary = if imaginary.is_empty() { Exact::one() } else { parse_number(imaginary)? };
     Ok(match sign {
         '±' => vec![(real.clone(), imaginary.clone()), (real, -&imaginary)],
-        '-' => vec![(real, -&imaginary)],
+        sign if is_minus(sign) => vec![(real, -&imaginary)],
         _ => vec![(real, imaginary)],
     })
 }
@@ -50,6 +51,8 @@ mod tests {
     fn forms() {
         let q = Exact::from_ratio;
         for (text, expected) in [
+            ("−50.1", vec![(q(-501, 10), q(0, 1))]),
+            ("−1e−2 − 14.25j", vec![(q(-1, 100), q(-57, 4))]),
             ("-50.1", vec![(q(-501, 10), q(0, 1))]),
             ("-1e2", vec![(q(-100, 1), q(0, 1))]),
             ("-1e-2 + 1.5e+1j", vec![(q(-1, 100), q(15, 1))]),

@@ -7,6 +7,7 @@ use dashu_ratio::RBig;
 
 use super::catalogue::{find_unit, unit_help};
 use super::{Dimension, Exact, UnitError};
+use kardan_tables::is_minus;
 
 /// The largest exponent of ten.
 const EXPONENT_LIMIT: i64 = 400;
@@ -66,11 +67,16 @@ impl<'t> Reader<'t> {
 
     /// Takes a sign; whether it is a minus.
     pub fn sign(&mut self) -> bool {
-        let negative = self.eat('-') || self.eat('−');
-        if !negative {
-            self.eat('+');
+        let negative = self.peek().is_some_and(is_minus);
+        if self.at_sign() {
+            self.at = self.here().end;
         }
         negative
+    }
+
+    /// Whether a sign is next.
+    pub fn at_sign(&self) -> bool {
+        self.peek().is_some_and(|c| c == '+' || is_minus(c))
     }
 
     /// `sign? (decimal | pi) ('*'? pi | '/' decimal | '/' pi)*`
@@ -276,9 +282,7 @@ impl<'t> Reader<'t> {
         } else {
             let name = self.run(|c| c.is_alphabetic() || c == '°' || c == '%' || c == '_');
             if self.rest().starts_with([',', '.']) {
-                let message = format!("unexpected {} in a number", self.found());
-                return Err(UnitError::new("number::syntax", self.here(), message)
-                    .help("write one decimal point and no separators: \"1234.5\""));
+                return Err(self.separator());
             }
             if name.is_empty() {
                 let message = format!("expected a unit, found {}", self.found());
@@ -314,7 +318,7 @@ impl<'t> Reader<'t> {
             raised.chars().map(plain).collect()
         } else if self.eat_power() {
             self.spaces();
-            self.run(|c| c.is_ascii_digit() || c == '-' || c == '+').to_string()
+            self.run(|c| c.is_ascii_digit() || c == '+' || is_minus(c)).replace(is_minus, "-")
         } else {
             let digits = self.run(|c| c.is_ascii_digit());
             if !digits.is_empty() && name != "1" {
@@ -331,6 +335,41 @@ impl<'t> Reader<'t> {
                 format!("expected a power between -{POWER_LIMIT} and {POWER_LIMIT}"),
             )
             .help("write powers like `m^2`, `m**2`, `m²` or `s^-1`")),
+        }
+    }
+
+    /// A comma or a second point in a number.
+    pub fn separator(&self) -> UnitError {
+        let message = format!("unexpected {} in a number", self.found());
+        UnitError::new("number::syntax", self.here(), message).help(self.with_point())
+    }
+
+    /// How the number that goes on here would be written: the last of its separators is its point if it comes once, and the digits behind
+    /// may be thousands or not.
+    fn with_point(&self) -> String {
+        let is_part = |c: char| c.is_ascii_digit() || matches!(c, '.' | ',');
+        let start = self.text[..self.at].rfind(|c| !is_part(c)).map_or(0, |at| at + 1);
+        let start = (start..=self.at).find(|at| self.text.is_char_boundary(*at)).unwrap_or(self.at);
+        let end = self.rest().find(|c| !is_part(c)).map_or(self.text.len(), |end| self.at + end);
+        let number = &self.text[start..end];
+        let general = "write one decimal point and no separators: \"1234.5\"";
+        let Some(last) = number.rfind(['.', ',']) else { return general.into() };
+        let digits = |text: &str| text.replace(['.', ','], "");
+        let (whole, fraction) = (digits(&number[..last]), &number[last + 1..]);
+        if fraction.is_empty() || whole.is_empty() {
+            return general.into();
+        }
+        let with_unit =
+            |number: String| format!("\"{}{number}{}\"", self.text[..start].trim_start(), self.text[end..].trim_end());
+        let (decimal, all) = (with_unit(format!("{whole}.{fraction}")), with_unit(digits(number)));
+        let separator = &number[last..=last];
+        let once = number.matches(separator).count() == 1;
+        let is_decimal = once && (number[..last].contains(['.', ',']) || fraction.len() != 3 || whole.starts_with('0'));
+        match (is_decimal, once) {
+            (true, _) => format!("write {decimal}, with a decimal point"),
+            (false, true) => format!("write {decimal} if it is a decimal comma, {all} if it separates thousands"),
+            (false, false) if fraction.len() == 3 => format!("write {all}, without separators"),
+            (false, false) => general.into(),
         }
     }
 

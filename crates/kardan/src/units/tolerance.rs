@@ -86,7 +86,8 @@ pub struct Tolerated {
 pub fn tolerance_mark(text: &str) -> Option<Range<usize>> {
     let find = |mark: &&str| text.find(mark).map(|at| at..at + mark.len());
     let bracket = || find(&"[").filter(|at| !text[..at.start].trim().is_empty());
-    ["±", "+-", "+−", "+/-"].iter().filter_map(find).min_by_key(|at| at.start).or_else(bracket)
+    let marks = ["±", "+-", "+−", "+–", "+/-", "+/−", "+/–"];
+    marks.iter().filter_map(find).min_by_key(|at| at.start).or_else(bracket)
 }
 
 const FORMS: &str = "write \"1 N m ± 10 %\", \"1 N m ± 0.1 N m\" or \"1 N m [0.9, 1.2]\"";

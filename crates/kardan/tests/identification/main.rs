@@ -7,5 +7,6 @@ mod bench;
 mod identification;
 mod identify;
 mod laws;
+mod logs;
 mod terms;
 mod unmeasured;

@@ -24,6 +24,7 @@ use super::kept::{keep_model, kept_model, models_of};
 use super::sweep::{files_of_rows, manifest_of, merge, settings};
 use crate::args::{MergeArgs, SweepArgs, Target, word};
 use crate::exit::DONE;
+use crate::files;
 use crate::input;
 use crate::output::{prepare_folder, print, quoted_for_shell, reason, save};
 use crate::render::{Failure, note};
@@ -172,7 +173,7 @@ impl<'a> Work<'a> {
     fn take_up(&mut self, project: &Project) -> Result<(), Diagnostic> {
         prepare_folder(&self.out)?;
         let (record, shown) = (self.out.join(RECORD), self.out.display());
-        let before = fs::read_to_string(&record).unwrap_or_default();
+        let before = files::read_text(&record).unwrap_or_default();
         let begun = fs::read_dir(self.out.join("parts")).is_ok_and(|mut parts| parts.next().is_some());
         // A job that was written only has left nothing.
         let before = if begun || before.contains("\njob ") { before } else { String::new() };
@@ -464,7 +465,7 @@ impl<'a> Work<'a> {
     fn why(&self, number: u64) -> String {
         let logs = self.out.join("logs");
         let read = |end: &str| {
-            fs::read(logs.join(format!("{number}.{end}"))).map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+            files::read(&logs.join(format!("{number}.{end}"))).map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
         };
         let said = ["log", "slurm", "hq"].iter().filter_map(|end| read(end).ok()).find_map(|text| {
             let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());

@@ -1,6 +1,9 @@
 //! What stands between two delimiters.
 
+use std::borrow::Cow;
+
 use super::super::decimal;
+use crate::is_minus;
 
 /// The meaning of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,9 +52,20 @@ pub(super) fn unquoted(cell: &[u8]) -> &[u8] {
     cell.strip_prefix(b"\"").and_then(|cell| cell.strip_suffix(b"\"")).map_or(cell, <[u8]>::trim_ascii)
 }
 
+/// A cell with the minus of a keyboard for every other sign that is written for one; of bytes that are no UTF-8 the dashes of Windows.
+fn with_minus(cell: &[u8]) -> Cow<'_, [u8]> {
+    if cell.is_ascii() {
+        return cell.into();
+    }
+    match std::str::from_utf8(cell) {
+        Ok(text) => text.replace(is_minus, "-").into_bytes().into(),
+        Err(_) => cell.iter().map(|byte| if matches!(byte, 0x96 | 0x97) { b'-' } else { *byte }).collect(),
+    }
+}
+
 /// What a cell means.
 pub(super) fn read(cell: &[u8], point: u8) -> Cell {
-    let cell = unquoted(cell);
+    let cell = &*with_minus(unquoted(cell));
     if let Some((value, taken)) = decimal::leading(cell, point)
         && taken == cell.len()
     {

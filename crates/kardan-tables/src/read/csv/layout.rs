@@ -1,10 +1,12 @@
 //! How a text is written: encoding, delimiter, decimal point, where its names, units and numbers are.
 
+use std::collections::HashSet;
 use std::io::Read;
 
 use super::super::{Bytes, Channel, CsvOptions, Group, LogError, find_time, make_unique, named_time};
 use super::cell::{self, Cell};
 use super::encoding::{Encoding, text};
+use crate::text::without_guard;
 
 /// The name of the format in messages.
 pub(super) const CSV: &str = "CSV";
@@ -102,7 +104,11 @@ pub(super) fn find(bytes: &dyn Bytes, options: &CsvOptions) -> Result<(Layout, G
         None => form.start,
     };
     let header = Header::find(&lines[..start], &form, options);
-    Ok(form.layout(header, &rows, start, encoding))
+    let (mut layout, group) = form.layout(header, &rows, start, encoding);
+    if layout.point == layout.delimiter && options.decimal_comma.is_none() {
+        layout.notes.push("a comma in quotes is read as a decimal comma: `\"1,234\"` is 1.234".into());
+    }
+    Ok((layout, group))
 }
 
 /// Delimiter and decimal point, and which cells hold numbers.
@@ -135,7 +141,7 @@ fn form(rows: &[(usize, &[u8])], options: &CsvOptions) -> Option<Form> {
     };
     let mut best: Option<((f64, usize), Form)> = None;
     for &delimiter in &delimiters {
-        for &point in points.iter().filter(|point| **point != delimiter) {
+        for &point in points.iter().filter(|point| **point != delimiter || are_quoted(rows, delimiter)) {
             if let Some((share, form)) = try_form(rows, delimiter, point) {
                 // Whole numbers between commas are no column of decimal commas.
                 let score = (if form.cells == 1 { 0.5 * share } else { share }, form.cells);
@@ -146,6 +152,19 @@ fn form(rows: &[(usize, &[u8])], options: &CsvOptions) -> Option<Form> {
         }
     }
     best.map(|(_, form)| form)
+}
+
+/// Whether there are numbers in quotes that hold the sign between two cells: `"1,5","2,5"`.
+fn are_quoted(rows: &[(usize, &[u8])], delimiter: u8) -> bool {
+    let is_one = |cell: &&[u8]| {
+        let inside = cell::unquoted(cell);
+        inside.contains(&delimiter) && matches!(cell::read(inside, delimiter), Cell::Number(_))
+    };
+    let mut cells = Vec::new();
+    rows.iter().take(SAMPLE).any(|(_, line)| {
+        cell::split(line, delimiter, &mut cells);
+        cells.iter().any(|cell| is_one(cell))
+    })
 }
 
 fn try_form(rows: &[(usize, &[u8])], delimiter: u8, point: u8) -> Option<(f64, Form)> {
@@ -276,6 +295,8 @@ impl Form {
 struct Header {
     names: Vec<String>,
     units: Vec<String>,
+    /// Whether names are quotients of a quantity and its unit.
+    quotients: bool,
 }
 
 /// A text in UTF-8, or else in Latin-1.
@@ -283,7 +304,7 @@ fn decoded(bytes: &[u8]) -> String {
     let bytes = cell::unquoted(bytes);
     let text =
         std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().map(|byte| char::from(*byte)).collect(), str::to_owned);
-    text.replace("\"\"", "\"").trim().to_owned()
+    without_guard(text.replace("\"\"", "\"").trim()).to_owned()
 }
 
 fn without_mark(line: &[u8]) -> &[u8] {
@@ -339,6 +360,7 @@ impl Header {
                 _ => header.names = last,
             }
         }
+        header.quotients = are_quotients(&header.names);
         header
     }
 
@@ -356,6 +378,9 @@ impl Header {
             let (front, unit) = name.strip_suffix(close)?.rsplit_once(open)?;
             Some((front.trim().to_owned(), unit.trim().to_owned())).filter(|(front, _)| !front.is_empty())
         };
+        if let Some((quantity, unit)) = quotient(&name).filter(|_| self.quotients) {
+            return (quantity.trim().to_owned(), without_brackets(unit.trim()).to_owned());
+        }
         if let Some(pair) = split('[', ']').filter(|(_, unit)| unit.parse::<i64>().is_err()) {
             return pair;
         }
@@ -372,8 +397,27 @@ impl Header {
 }
 
 fn without_brackets(cell: &str) -> &str {
-    let inside = |open: char, close: char| cell.strip_prefix(open).and_then(|cell| cell.strip_suffix(close));
+    let inside =
+        |open: char, close: char| cell.strip_prefix(open)?.strip_suffix(close).filter(|cell| !cell.contains(close));
     inside('[', ']').or_else(|| inside('(', ')')).unwrap_or(cell).trim()
+}
+
+/// Quantity and unit of `n/(1/min)`, as ISO 80000 and DIN 1313 write what a column of numbers is.
+fn quotient(name: &str) -> Option<(&str, &str)> {
+    let (quantity, unit) = name.split_once('/')?;
+    let is_unit = matches!(unit.trim(), "1" | "-") || is_unit(unit);
+    // In `v (m/s)` the `/` is one of the unit.
+    let is_whole = !quantity.trim().is_empty() && quantity.matches('(').count() == quantity.matches(')').count();
+    (is_whole && is_unit).then_some((quantity, unit))
+}
+
+/// Whether names are such quotients: most of them, every one with a `/`, and no quantity twice. Else the `/` belongs to names.
+fn are_quotients(names: &[String]) -> bool {
+    let slashed = || names.iter().filter(|name| name.contains('/') && !name.ends_with(']'));
+    let quantities: Option<HashSet<&str>> =
+        slashed().map(|name| quotient(name).map(|(quantity, _)| quantity)).collect();
+    let count = slashed().count();
+    count > 0 && 2 * count >= names.len() && quantities.is_some_and(|quantities| quantities.len() == count)
 }
 
 /// Words that say what a row of the header holds.
@@ -390,7 +434,11 @@ fn are_units(cells: &[String]) -> bool {
     let cells = || cells.iter().filter(|cell| cell.parse::<f64>().is_err());
     let units = cells().filter(|cell| is_unit(without_brackets(cell))).count();
     let texts = cells().filter(|cell| !cell.is_empty() && *cell != "-" && !is_label(cell)).count();
-    units > 0 && 2 * units >= texts && !cells().any(|cell| named_time(cell) && cell.len() > 1)
+    let is_time = |cell: &String| {
+        (named_time(cell) && cell.len() > 1)
+            || quotient(cell).is_some_and(|(name, unit)| named_time(name) && is_time_unit(unit))
+    };
+    units > 0 && 2 * units >= texts && !cells().any(is_time)
 }
 
 fn is_time_unit(cell: &str) -> bool {
@@ -400,11 +448,11 @@ fn is_time_unit(cell: &str) -> bool {
 /// Whether a cell reads like a unit: a product of powers of known symbols.
 fn is_unit(cell: &str) -> bool {
     const SYMBOLS: &[&str] = &[
-        "s", "sec", "second", "seconds", "min", "h", "d", "Hz", "m", "g", "t", "N", "Nm", "NM", "J", "W", "Wh", "V",
-        "A", "VA", "ohm", "Ohm", "Ω", "F", "H", "T", "Wb", "C", "K", "Pa", "bar", "psi", "rad", "deg", "°", "grad",
-        "degC", "°C", "rev", "rpm", "RPM", "rps", "1", "%", "l", "L", "in", "ft", "lb", "lbf", "lbs", "oz", "mph",
-        "mi", "kmh", "kph", "inc", "counts", "pulses", "pls", "px", "dB", "bit", "eV", "cd", "mol", "lx", "Ah", "ppm",
-        "cps", "dps", "B",
+        "s", "sec", "second", "seconds", "min", "h", "d", "Hz", "m", "g", "t", "N", "Nm", "NM", "Ncm", "Nmm", "Nms",
+        "J", "W", "Wh", "V", "A", "VA", "ohm", "Ohm", "Ω", "F", "H", "T", "Wb", "C", "K", "Pa", "bar", "psi", "rad",
+        "deg", "°", "grad", "degC", "°C", "rev", "U", "r", "rpm", "RPM", "Upm", "UPM", "rps", "1", "%", "l", "L", "in",
+        "ft", "lb", "lbf", "lbs", "oz", "mph", "mi", "kmh", "kph", "inc", "counts", "pulses", "pls", "px", "dB", "bit",
+        "eV", "cd", "mol", "lx", "Ah", "ppm", "cps", "dps", "B",
     ];
     const PREFIXES: &[&str] = &["k", "M", "G", "m", "c", "d", "u", "µ", "μ", "n", "p", "h", "da"];
     let is_symbol = |part: &str| {

@@ -77,6 +77,9 @@ impl Plan {
     /// A line of plain numbers at the start of a text; gives its length with its end.
     #[inline]
     fn plain(&self, text: &[u8], columns: &mut [Vec<f64>]) -> Option<usize> {
+        if self.delimiter == self.point {
+            return None;
+        }
         let blanks = self.delimiter == b' ';
         let mut at = 0;
         for (cell, column) in self.columns.iter().enumerate() {

@@ -140,7 +140,11 @@ fn differences(bytes: &[u8], wanted: u64) -> Option<u64> {
 
 impl Inflated {
     pub fn new(pages: SerializedPageReader<Shared>, compression: Compression, column: &ColumnDescriptor) -> Self {
-        let width = if matches!(column.physical_type(), Type::INT64 | Type::DOUBLE) { 8 } else { 4 };
+        let width = match column.physical_type() {
+            Type::INT96 => 12,
+            Type::INT64 | Type::DOUBLE => 8,
+            _ => 4,
+        };
         Self { pages, compression, optional: column.max_def_level() > 0, width, dictionary: false }
     }
 

@@ -1,7 +1,19 @@
-//! Units of columns from the metadata of an Arrow schema: a flatbuffer in base64, as pyarrow writes it.
+//! What an Arrow schema says of columns: a flatbuffer in base64, as pyarrow writes it into the metadata.
 
-/// Names of columns with their units.
-pub(super) fn units(schema: &str) -> Vec<(String, String)> {
+/// What it says of a column.
+pub(super) struct Field {
+    pub name: String,
+    /// `unit` of its metadata.
+    pub unit: Option<String>,
+    /// If its whole numbers are durations: how many there are in a second.
+    pub per_second: Option<f64>,
+}
+
+/// The number of the type `Duration`.
+const DURATION: usize = 18;
+
+/// The columns that are not inside others.
+pub(super) fn fields(schema: &str) -> Vec<Field> {
     decoded(schema).and_then(|bytes| found(&bytes)).unwrap_or_default()
 }
 
@@ -71,20 +83,30 @@ impl Buffer<'_> {
     }
 }
 
-fn found(bytes: &[u8]) -> Option<Vec<(String, String)>> {
+fn found(bytes: &[u8]) -> Option<Vec<Field>> {
     let start = if bytes.starts_with(&[0xff; 4]) { 8 } else { 4 };
     let buffer = Buffer(bytes.get(start..)?);
-    // Message: header in slot 2. Schema: fields in slot 1. Field: name in slot 0, metadata in slot 6.
+    // Message: header in slot 2. Schema: fields in slot 1. Field: name in slot 0, type in slots 2 and 3, metadata in slot 6.
     let schema = buffer.child(buffer.follow(0)?, 2)?;
-    let mut out = Vec::new();
-    for field in buffer.tables(schema, 1)? {
-        for pair in buffer.tables(field, 6).unwrap_or_default() {
-            if let (Some("unit"), Some(unit), Some(name)) =
-                (buffer.text(pair, 0).as_deref(), buffer.text(pair, 1), buffer.text(field, 0))
-            {
-                out.push((name, unit));
-            }
+    let unit = |field: usize| {
+        let pairs = buffer.tables(field, 6)?;
+        buffer.text(*pairs.iter().find(|pair| buffer.text(**pair, 0).as_deref() == Some("unit"))?, 1)
+    };
+    let per_second = |field: usize| {
+        if buffer.number(buffer.slot(field, 2)?, 1)? != DURATION {
+            return None;
         }
-    }
-    Some(out)
+        // Milliseconds are what is not written.
+        let kind = buffer.child(field, 3)?;
+        match buffer.slot(kind, 0).map_or(Some(1), |at| buffer.number(at, 2))? {
+            0 => Some(1.0),
+            1 => Some(1e3),
+            2 => Some(1e6),
+            3 => Some(1e9),
+            _ => None,
+        }
+    };
+    let of =
+        |field: usize| Some(Field { name: buffer.text(field, 0)?, unit: unit(field), per_second: per_second(field) });
+    Some(buffer.tables(schema, 1)?.into_iter().filter_map(of).collect())
 }

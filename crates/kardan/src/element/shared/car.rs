@@ -1,6 +1,7 @@
 //! A car in the making: what its parts are called, and how they are written.
 
 use crate::entries::{Entries, Written};
+use crate::units::parse_number;
 
 /// What is left of a friction that a run makes zero or less.
 const LEAST_FRICTION: &str = "0.001";
@@ -117,7 +118,7 @@ impl Car<'_> {
 
     /// Whether a number is written as something else, which may change in a run.
     fn varies(&self, key: &str) -> bool {
-        matches!(self.given.get(key), Some(Written::Text(text)) if text.trim().parse::<f64>().is_err())
+        matches!(self.given.get(key), Some(Written::Text(text)) if parse_number(text).is_err())
     }
 
     /// What blocks and a run know of frictions that may change.

@@ -8,7 +8,7 @@ use crate::model::document::Document;
 use crate::model::table_reader::TableReader;
 use crate::schema::Table;
 use crate::signal::{MOST_BREAKPOINTS, Samples};
-use crate::units::{Dimension, Exact, parse_quantity};
+use crate::units::{Dimension, Exact, header_unit};
 use kardan_tables::read::{Block, CsvOptions, Group, LogError, in_memory, open, unit_in_name};
 
 /// The points of a table, and what those of a file are of; nothing if there is a mistake, which is told.
@@ -162,11 +162,7 @@ pub(super) fn unknown(key: &'static str, name: &str, group: &Group) -> Refusal {
 
 /// Of a reading in a unit to SI, and its dimension.
 pub(super) fn factor(unit: &str, key: &'static str) -> Result<(f64, Dimension), Refusal> {
-    let unit = unit.trim();
-    if matches!(unit, "" | "-" | "1") {
-        return Ok((1.0, Dimension::NONE));
-    }
-    match parse_quantity(&format!("1 {unit}")) {
+    match header_unit(unit) {
         Ok((factor, dimension)) => Ok((factor.to_f64(), dimension)),
         Err(_) => {
             let message = format!("the unit `{}` is not known", shortened(unit));

@@ -9,7 +9,7 @@ use crate::names::SignalName;
 use crate::names::{did_you_mean, unknown_name};
 use crate::schema::{Sign, Table};
 use crate::study::read::{quantity, read_scalar, read_word};
-use crate::units::{Dimension, parse_quantity};
+use crate::units::{Dimension, Exact, header_unit};
 use kardan_tables::read::Group;
 
 /// `cos nφ` or `sin nφ` of a measured angle.
@@ -62,6 +62,11 @@ impl Quantity {
     /// Whether it is the speed of a shaft or a mass.
     pub fn is_speed_of(&self, shaft: &str) -> bool {
         matches!(self, Self::Speed(own, _) if own == shaft)
+    }
+
+    /// Whether it is the speed of a shaft.
+    fn is_turning(&self) -> bool {
+        matches!(self, Self::Speed(..)) && self.dimension() == Dimension::ANGULAR_VELOCITY
     }
 
     /// Whether it is the torque or the force of an input.
@@ -198,11 +203,20 @@ pub(super) fn wire_by_name(
 /// Of a reading in a unit to SI.
 fn unit_factor(unit: &str, quantity: &Quantity) -> Result<f64, String> {
     let unit = unit.trim();
-    if matches!(unit, "" | "-" | "1") {
-        return Ok(1.0);
-    }
-    match parse_quantity(&format!("1 {unit}")) {
+    let per_minute = Exact::from_ratio(1, 60);
+    match header_unit(unit) {
         Ok((factor, dimension)) if dimension == quantity.dimension() => Ok(factor.to_f64()),
+        Ok((factor, Dimension::NONE)) if factor == Exact::one() => Ok(1.0),
+        Ok((factor, dimension)) if quantity.is_turning() && dimension == Dimension::FREQUENCY => {
+            match factor == per_minute {
+                // Nobody measures radians per minute.
+                true => Ok(header_unit("rpm").map_or(1.0, |(factor, _)| factor.to_f64())),
+                false => Err(format!(
+                    "`{}` is a speed, and `{unit}` may be turns or radians in a time: write `rev/s` or `rad/s`",
+                    quantity.signal()
+                )),
+            }
+        }
         Ok((_, dimension)) => Err(format!(
             "`{}` is {}, but the unit `{unit}` is that of {}",
             quantity.signal(),

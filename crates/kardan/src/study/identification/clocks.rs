@@ -6,7 +6,7 @@ use crate::model::TableReader;
 use crate::names::did_you_mean;
 use crate::schema::{Sign, Table};
 use crate::study::read::{quantity, read_word};
-use crate::units::{Dimension, parse_quantity};
+use crate::units::{Dimension, Exact, header_unit};
 use kardan_tables::read::{Group, unit_in_name};
 
 /// How the time of a group is known.
@@ -58,13 +58,30 @@ pub(super) fn clocks(
         clock
     };
     let clocks = groups.iter().enumerate().map(clock).collect();
-    for number in timeless {
-        let names = groups[number].channels.iter().map(|channel| channel.name.as_str()).take(24);
-        out.push(Diagnostic::error("log::no-time", format!("`{file}`: nobody knows which column is the time")).help(
-            format!("name it in `[log.NAME]` with `time = \"...\"`, one of {}, or give `sample_time`", quoted(names)),
-        ));
-    }
+    out.extend(timeless.into_iter().map(|number| no_time(file, groups, number, named)));
     clocks
+}
+
+/// Of a group that has no time, what is to be said: where another one has, that their channels are not equally long.
+fn no_time(file: &str, groups: &[Group], number: usize, named: Option<&str>) -> Diagnostic {
+    let own = &groups[number];
+    let names = || quoted(own.channels.iter().map(|channel| channel.name.as_str()).take(24));
+    let with_time = groups.iter().find_map(|group| Some((group, time_channel(group, named)?, group.rows?)));
+    if let (Some((group, time, rows)), Some(own_rows)) =
+        (with_time.filter(|(.., rows)| Some(*rows) != own.rows), own.rows)
+    {
+        let time = &group.channels[time].name;
+        let message = format!(
+            "`{file}`: the time `{time}` has {rows} rows, but {own_rows} rows have {}: they have no time",
+            names()
+        );
+        return Diagnostic::error("log::no-time", message).help(
+            "save channels that were recorded together with equally many rows, others each with a time of its own, or give `sample_time` \
+             in `[log.NAME]`",
+        );
+    }
+    Diagnostic::error("log::no-time", format!("`{file}`: nobody knows which column is the time"))
+        .help(format!("name it in `[log.NAME]` with `time = \"...\"`, one of {}, or give `sample_time`", names()))
 }
 
 /// The channel that is the time: as the table names it, as the file says, or by a usual name.
@@ -82,11 +99,10 @@ fn time_factor(table: &Table, group: &Group, channel: usize, file: &str, out: &m
         (unit, _) => unit,
     };
     let unit = read_word(table, "time_unit").unwrap_or(unit).trim();
-    if matches!(unit, "" | "-" | "1") {
-        return 1.0;
-    }
-    if let Ok((factor, Dimension::TIME)) = parse_quantity(&format!("1 {unit}")) {
-        return factor.to_f64();
+    match header_unit(unit) {
+        Ok((factor, Dimension::TIME)) => return factor.to_f64(),
+        Ok((factor, Dimension::NONE)) if factor == Exact::one() => return 1.0,
+        _ => {}
     }
     let message = format!("`{file}`: the unit `{}` of its time is none of a time", shortened(unit));
     out.push(

@@ -15,6 +15,10 @@ const GAP: f64 = 5.0;
 /// A clock that begins later (s, some 3000 years), or is slower (s), is doubted.
 const LATE: f64 = 1e11;
 const SLOW: f64 = 0.5;
+/// Of the rows of a channel, the part without a number from which on its log counts as damaged.
+const MISSING: f64 = 0.01;
+/// Of the rows with a number, the part with one in the row before too, up to which a channel is slower than others.
+const ADJACENT: f64 = 0.1;
 /// Remarks of one kind that are told in full.
 const MOST_REMARKS: usize = 3;
 /// Windows by section (after clock jumps) and number; for each the readings of all slots.
@@ -55,6 +59,36 @@ impl Timing {
     }
 }
 
+/// The rows of a channel that hold no measurement.
+#[derive(Debug, Clone, Default)]
+struct Missing {
+    /// Rows without a number.
+    none: u64,
+    infinite: u64,
+    /// Rows with a number behind a row with one.
+    adjacent: u64,
+    /// Whether the last row has a number.
+    last: bool,
+}
+
+impl Missing {
+    fn add(&mut self, column: &[f64]) {
+        for x in column {
+            let is_number = !x.is_nan();
+            self.none += u64::from(!is_number);
+            self.infinite += u64::from(x.is_infinite());
+            self.adjacent += u64::from(is_number && self.last);
+            self.last = is_number;
+        }
+    }
+
+    /// Whether a channel is slower than others: it has numbers in less than half of the rows, and hardly ever in two that follow each other.
+    fn is_slower(&self, rows: u64) -> bool {
+        let there = rows - self.none;
+        there > 0 && 2 * there <= rows && self.adjacent as f64 <= ADJACENT * there as f64
+    }
+}
+
 /// A group of channels with one clock while it is read.
 pub(super) struct GroupReader {
     timing: Timing,
@@ -69,8 +103,8 @@ pub(super) struct GroupReader {
     gaps: usize,
     jumps: usize,
     repeated: u64,
-    /// For each channel the rows in which it has no number, and those in which it is infinite.
-    missing: Vec<[u64; 2]>,
+    /// For each channel.
+    missing: Vec<Missing>,
     windows: Windows,
     /// Places of the channels among all slots.
     pub slots: Vec<usize>,
@@ -115,7 +149,7 @@ impl GroupReader {
             gaps: 0,
             jumps: 0,
             repeated: 0,
-            missing: vec![[0; 2]; channels.len()],
+            missing: vec![Missing::default(); channels.len()],
             windows,
             slots,
             zeros: channels.iter().map(|one| (one.zero_samples, 0.0, 0.0)).collect(),
@@ -152,8 +186,7 @@ impl GroupReader {
     pub fn add(&mut self, block: &mut Block, slots: usize, windows: &mut SlotWindows, remarks: &mut Vec<String>) {
         let first_column = self.timing.first_column();
         for (missing, column) in self.missing.iter_mut().zip(&block.columns[first_column..]) {
-            missing[0] += column.iter().filter(|x| x.is_nan()).count() as u64;
-            missing[1] += column.iter().filter(|x| x.is_infinite()).count() as u64;
+            missing.add(column);
         }
         self.zero(&mut block.columns[first_column..]);
         self.derive(&block.columns[first_column..]);
@@ -214,19 +247,20 @@ impl GroupReader {
         self.rows += rows as u64;
     }
 
-    /// What is to be said of the readings of a channel that are no numbers; one that is slower than others lacks most of them.
-    pub fn lacks(&self, channel: usize) -> Option<String> {
-        let [none, infinite] = self.missing[channel];
-        let slower = 2 * none >= self.rows;
-        match (if slower { 0 } else { none }, infinite) {
-            (0, 0) => None,
-            (0, infinite) => Some(format!("is infinite in {infinite} rows, which are left out")),
-            (none, 0) => Some(format!("has no number in {none} of {} rows, which are left out", self.rows)),
-            (none, infinite) => Some(format!(
+    /// What is to be said of the readings of a channel that are no numbers, and whether they are so many that its log counts as damaged.
+    pub fn lacks(&self, channel: usize) -> Option<(String, bool)> {
+        let missing = &self.missing[channel];
+        let none = if missing.is_slower(self.rows) { 0 } else { missing.none };
+        let text = match (none, missing.infinite) {
+            (0, 0) => return None,
+            (0, infinite) => format!("is infinite in {infinite} of {} rows, which are left out", self.rows),
+            (none, 0) => format!("has no number in {none} of {} rows, which are left out", self.rows),
+            (none, infinite) => format!(
                 "has no number in {none} of {} rows and is infinite in {infinite}, which are left out",
                 self.rows
-            )),
-        }
+            ),
+        };
+        Some((text, (none + missing.infinite) as f64 > MISSING * self.rows as f64))
     }
 
     /// Ends the windows, and tells what is wrong with the clock.

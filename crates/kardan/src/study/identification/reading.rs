@@ -145,14 +145,14 @@ impl Recording {
             !enough()
         };
         stream(&mut *log, &mut smooth, &mut |error| failed = failed.take().or(Some(error)));
+        let mut damage = log.damage();
         for (group, reader) in readers.iter_mut().enumerate() {
             let Some(reader) = reader else { continue };
             reader.finish(slots.len(), &mut self.windows, &mut read);
             let channels: Vec<&Wired> = wired.iter().filter(|one| one.group == group).collect();
-            self.add_channels(&log.groups()[group], reader, &channels, &mut read);
+            damage.extend(self.add_channels(&log.groups()[group], reader, &channels, &mut read));
         }
         read.remarks.extend(log.notes());
-        let mut damage = log.damage();
         if let Some(error) = failed {
             if read.rows == 0 {
                 return Err((name, error));
@@ -165,13 +165,22 @@ impl Recording {
         Ok(())
     }
 
-    /// Tells of the channels of a group that was read.
-    fn add_channels(&mut self, group: &Group, reader: &GroupReader, channels: &[&Wired], read: &mut LogRead) {
+    /// Tells of the channels of a group that was read; gives what of them counts as damage.
+    fn add_channels(
+        &mut self,
+        group: &Group,
+        reader: &GroupReader,
+        channels: &[&Wired],
+        read: &mut LogRead,
+    ) -> Vec<String> {
+        let mut damage = Vec::new();
         let before = read.span.unwrap_or(Span { from: reader.first, until: reader.last });
         read.span = Some(Span { from: before.from.min(reader.first), until: before.until.max(reader.last) });
         for (number, (slot, one)) in reader.slots.iter().zip(channels).enumerate() {
-            if let Some(lacks) = reader.lacks(number) {
-                read.remarks.push(format!("`{}` {lacks}", group.channels[one.channel].name));
+            if let Some((lacks, is_damage)) = reader.lacks(number) {
+                let remark = format!("`{}` {lacks}", group.channels[one.channel].name);
+                damage.extend(is_damage.then(|| remark.clone()));
+                read.remarks.push(remark);
             }
             if let Some(noise) = one.noise {
                 self.noise[*slot] = (noise, true);
@@ -186,6 +195,7 @@ impl Recording {
                 ..ChannelRead::default()
             });
         }
+        damage
     }
 
     /// Noise that nobody stated: the median over the windows.

@@ -57,6 +57,9 @@ pub(super) fn read(text: &str, of_time: bool) -> Result<Node, UnitError> {
     if parser.reader.peek().is_some() {
         let (here, found) = (parser.reader.here(), parser.reader.found());
         let help = match parser.reader.rest().chars().next() {
+            Some(',') if text[..parser.reader.at].ends_with(|c: char| c.is_ascii_digit()) => {
+                return Err(parser.reader.separator());
+            }
             Some('=') => "two things are compared by `==`",
             Some('&' | '|' | '!') => "write `and`, `or` and `not`",
             Some('±') => {
@@ -94,12 +97,10 @@ impl Parser<'_> {
         let mut left = self.product()?;
         loop {
             self.reader.spaces();
-            let operator = match self.reader.peek() {
-                Some('+') => '+',
-                Some('-' | '−') => '-',
-                _ => break,
-            };
-            self.reader.sign();
+            if !self.reader.at_sign() {
+                break;
+            }
+            let operator = if self.reader.sign() { '-' } else { '+' };
             left = Self::binary(operator, left, self.product()?);
         }
         self.depth -= 1;
@@ -154,7 +155,7 @@ impl Parser<'_> {
     fn signed(&mut self, fractions: bool) -> Result<Node, UnitError> {
         self.reader.spaces();
         let start = self.reader.at;
-        if matches!(self.reader.peek(), Some('-' | '−' | '+')) {
+        if self.reader.at_sign() {
             self.depth += 1;
             if self.depth > DEPTH_LIMIT {
                 return Err(syntax(start..start + 1, "too many signs", "write one sign"));
@@ -191,7 +192,7 @@ impl Parser<'_> {
         if self.depth > DEPTH_LIMIT {
             return Err(syntax(self.reader.here(), "too many powers", "write parentheses"));
         }
-        let power = if matches!(self.reader.peek(), Some('-' | '−' | '+')) {
+        let power = if self.reader.at_sign() {
             let negative = self.reader.sign();
             let inner = self.exponent()?;
             let span = start..inner.span.end;

@@ -1,0 +1,59 @@
+//! Files that are read: plain ones alone. A pipe may never end, a device has no end or no bytes, and a directory holds files.
+
+use std::fs::{self, File, Metadata};
+use std::io;
+use std::path::Path;
+
+use kardan::diagnostics::Diagnostic;
+
+/// What something is that is no plain file.
+fn other_kind(found: &Metadata) -> Option<&'static str> {
+    let kind = found.file_type();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        let kinds = [
+            (kind.is_fifo(), "a pipe"),
+            (kind.is_socket(), "a socket"),
+            (kind.is_char_device() || kind.is_block_device(), "a device"),
+        ];
+        if let Some((_, word)) = kinds.into_iter().find(|(is_it, _)| *is_it) {
+            return Some(word);
+        }
+    }
+    match (kind.is_file(), kind.is_dir()) {
+        (true, _) => None,
+        (_, true) => Some("a directory"),
+        _ => Some("something else"),
+    }
+}
+
+/// Refuses a path to anything but a plain file; `name` is what the user calls it. That nothing is there is for [`open`] to say.
+pub fn expect_plain(path: &Path, name: &str) -> Result<(), Diagnostic> {
+    let Some(kind) = fs::metadata(path).ok().as_ref().and_then(other_kind) else { return Ok(()) };
+    let message = format!("`{name}` is {kind}, not a file");
+    Err(match kind {
+        "a directory" => Diagnostic::error("file::directory", message).help("name a file inside it"),
+        _ => Diagnostic::error("file::not-plain", message).help(
+            "write what it gives to a file first, and name that; a model may also come through standard input: `-`",
+        ),
+    })
+}
+
+/// Opens a plain file.
+pub fn open(path: &Path) -> io::Result<File> {
+    expect_plain(path, &path.display().to_string()).map_err(|mistake| io::Error::other(mistake.message))?;
+    File::open(path)
+}
+
+/// What is in a plain file.
+pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    io::Read::read_to_end(&mut open(path)?, &mut bytes)?;
+    Ok(bytes)
+}
+
+/// The text in a plain file.
+pub fn read_text(path: &Path) -> io::Result<String> {
+    String::from_utf8(read(path)?).map_err(io::Error::other)
+}

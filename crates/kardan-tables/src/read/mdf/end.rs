@@ -1,0 +1,37 @@
+//! Whether a file goes as far as its blocks.
+
+use std::collections::HashSet;
+
+use super::super::LogError;
+use super::super::source::Source;
+use super::blocks::{Header, MDF};
+
+/// The most blocks that are looked at.
+const MOST: usize = 1 << 20;
+
+/// The first block found that the file ends before or within. Links are followed from the header on, to blocks that are not read too; of a
+/// list of records the last block stands for all.
+pub(super) fn missing(source: &mut Source) -> Option<LogError> {
+    let mut seen = HashSet::new();
+    let mut open = vec![64];
+    while let Some(at) = open.pop() {
+        if at == 0 || seen.len() == MOST || !seen.insert(at) {
+            continue;
+        }
+        let header = match Header::read(source, at) {
+            Ok(header) => header,
+            Err(error @ LogError::Truncated { .. }) => return Some(error),
+            Err(_) => continue,
+        };
+        if header.end() > source.size {
+            let what = format!("the block {} at byte {at} goes on to byte {}", header.name(), header.end());
+            return Some(LogError::Truncated { format: MDF, what, end: source.size });
+        }
+        let links = header.links(source).unwrap_or_default();
+        match (&header.id, links.split_first()) {
+            (b"##DL", Some((next, records))) => open.extend(records.iter().max().into_iter().chain([next])),
+            _ => open.extend(links),
+        }
+    }
+    None
+}

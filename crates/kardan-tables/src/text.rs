@@ -1,0 +1,56 @@
+//! Characters and cells of text that programs take for something else.
+
+use std::borrow::Cow;
+
+/// Whether a character is written for the sign of a negative number: the hyphen of a keyboard, the minus U+2212, and the hyphens and
+/// dashes that word processors, spreadsheets and keyboards put in its place.
+///
+/// ```
+/// use kardan_tables::is_minus;
+/// assert!(['-', '−', '–'].into_iter().all(is_minus) && !is_minus('~'));
+/// ```
+pub fn is_minus(c: char) -> bool {
+    matches!(c, '-' | '\u{2010}'..='\u{2015}' | '\u{2212}' | '\u{fe58}' | '\u{fe63}' | '\u{ff0d}')
+}
+
+/// Whether spreadsheets take a text for a formula, apostrophes before it not counted; numbers are none.
+fn is_formula(text: &str) -> bool {
+    let text = text.trim_start_matches('\'');
+    text.starts_with(['=', '+', '-', '@', '\t', '\r', '＝', '＋', '－', '＠']) && text.parse::<f64>().is_err()
+}
+
+/// A text as a cell of a CSV file (RFC 4180): in quotes where it has to be, and behind an apostrophe where a spreadsheet would take it for
+/// a formula and compute it. [`read`](crate::read) takes the apostrophe off the names of columns.
+///
+/// ```
+/// use kardan_tables::write::csv_cell;
+/// assert_eq!(csv_cell("rk.phi"), "rk.phi");
+/// assert_eq!(csv_cell("=HYPERLINK(\"x\")"), "\"'=HYPERLINK(\"\"x\"\")\"");
+/// ```
+pub fn csv_cell(text: &str) -> Cow<'_, str> {
+    let guarded = if is_formula(text) { Cow::Owned(format!("'{text}")) } else { Cow::Borrowed(text) };
+    if guarded.contains([',', '"', '\n', '\r']) {
+        return format!("\"{}\"", guarded.replace('"', "\"\"")).into();
+    }
+    guarded
+}
+
+/// A text without the apostrophe of [`csv_cell`].
+pub(crate) fn without_guard(text: &str) -> &str {
+    text.strip_prefix('\'').filter(|rest| is_formula(rest)).unwrap_or(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_cell_begins_like_a_formula_and_each_reads_back() {
+        for text in ["=1+1", "+a", "-rack", "@x", "\t=1", "'=1", "''-1", "＝1", "'quoted'", "a-b", "", "'"] {
+            let cell = csv_cell(text);
+            assert!(!cell.starts_with(['=', '+', '-', '@', '\t', '＝']), "{cell}");
+            assert_eq!(without_guard(&cell), text);
+        }
+        assert_eq!(csv_cell("-1.5e-3"), "-1.5e-3");
+    }
+}
