@@ -9,6 +9,7 @@ mod exit;
 mod fault;
 mod folder;
 mod input;
+mod lock;
 mod output;
 mod panics;
 mod progress;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use judged::{Begins, Judged, Traces, judge};
 pub use spec::SafetySpec;
-pub(in crate::study) use spec::safety_spec;
+pub(in crate::study) use spec::{check_rows, safety_spec};
 
 use super::prepare::is_error;
 use super::progress::Counted;
