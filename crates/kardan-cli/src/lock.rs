@@ -44,7 +44,8 @@ fn locked(folder: &Path, name: &str, shared: bool) -> Result<File, Diagnostic> {
     stays(folder, &path)?;
     let open = || OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
     let file = fault::step(open).map_err(|error| {
-        let message = format!("cannot lock the folder `{}` by `{}`: {}", folder.display(), path.display(), reason(&error));
+        let message =
+            format!("cannot lock the folder `{}` by `{}`: {}", folder.display(), path.display(), reason(&error));
         Diagnostic::error("output::folder", message).help("remove that file, or name another folder with --out DIR")
     })?;
     match if shared { file.try_lock_shared() } else { file.try_lock() } {

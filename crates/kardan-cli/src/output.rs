@@ -149,7 +149,8 @@ pub fn stays(folder: &Path, path: &Path) -> Result<(), Diagnostic> {
         target = folder_of(&target).join(next);
     }
     let real = |path: &Path| fs::canonicalize(path).ok();
-    let inside = target == path || real(folder).zip(real(folder_of(&target))).is_some_and(|(own, at)| at.starts_with(own));
+    let inside =
+        target == path || real(folder).zip(real(folder_of(&target))).is_some_and(|(own, at)| at.starts_with(own));
     if inside {
         return Ok(());
     }

@@ -202,10 +202,12 @@ pub fn own_files(out: &Path) -> Result<Vec<PathBuf>, Diagnostic> {
     let all = rows.chain(manifests.map(|path| (is_manifest(&path), path)));
     let foreign = |path: &Path| {
         let message = format!("`{}` has the name of a file of a sweep, but kardan has not written it", path.display());
-        let help = "move it away, or name another folder with --out DIR: `--force` removes only what kardan has written";
+        let help =
+            "move it away, or name another folder with --out DIR: `--force` removes only what kardan has written";
         Diagnostic::error("output::foreign", message).help(help)
     };
-    let mut own = all.map(|(own, path)| if own { Ok(path) } else { Err(foreign(&path)) }).collect::<Result<Vec<_>, _>>()?;
+    let mut own =
+        all.map(|(own, path)| if own { Ok(path) } else { Err(foreign(&path)) }).collect::<Result<Vec<_>, _>>()?;
     own.extend(models_of(out));
     Ok(own)
 }

@@ -13,7 +13,9 @@ use kardan::study::{Progress, Settings, Shard, SweepGoal, SweepPlan, SweepSettin
 use kardan_report as report;
 
 use super::kept::keep_model;
-use super::rows::{files_of_rows, put_away, removed, rows_before, rows_of, shard_counts, write_block, write_manifest, Unusable};
+use super::rows::{
+    Unusable, files_of_rows, put_away, removed, rows_before, rows_of, shard_counts, write_block, write_manifest,
+};
 use super::run::method;
 use crate::args::{Limits, MOST_STEPS, MergeArgs, RunMethod, SweepArgs, SweepCommand, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
@@ -51,10 +53,9 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     };
     let mut plan = project.sweep_plan(&settings).map_err(refused)?;
     plan.shard = args.shard;
-    let _lock = args.out.as_deref().map(|out| prepared_folder(out, plan.shard)).transpose()?;
-    let mut rows = match &args.out {
-        Some(out) => rows_before(args, out, (&project, &plan))?,
-        None => SweepRows::default(),
+    let (_lock, mut rows) = match &args.out {
+        Some(out) => (Some(prepared_folder(out, plan.shard)?), rows_before(args, out, (&project, &plan))?),
+        None => (None, SweepRows::default()),
     };
     let bars = Bars::within(quiet, args.limits);
     stop::finish_parts();
@@ -276,16 +277,8 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
         let help = "name the folders that `kardan sweep --shard I/N --out DIR` has filled";
         return Err(Diagnostic::error("sweep::merge", message).help(help).into());
     };
-    let unusable = |path: &Path, why: &str| {
-        let message = format!("`{}` cannot be merged: {why}", path.display());
-        Diagnostic::error("sweep::merge", message)
-            .help("name the model, its `--set`, `--method`, `--tolerance`, `--max-steps` and `--variant` that all shards were run with, and their folders alone")
-    };
-    let damaged = |path: &Path, why: &str| {
-        unusable(path, why).help("run its shard again with `--resume`, which computes its rows again, and merge then")
-    };
     let bytes = fs::read(first).map_err(|error| reason(&error));
-    let (samples, seed) = bytes.and_then(export::samples_and_seed).map_err(|why| damaged(first, &why))?;
+    let (samples, seed) = bytes.and_then(export::samples_and_seed).map_err(|why| unmerged(first, &why, DAMAGED))?;
     let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
     let asked = SweepSettings {
         samples: Some(samples),
@@ -298,31 +291,8 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     };
     let refused = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
     let plan = project.sweep_plan(&asked).map_err(refused)?;
-    let mut blocks: BTreeMap<u64, PathBuf> = BTreeMap::new();
-    let mut rows = SweepRows::default();
-    for (block, path) in files {
-        let read = |path: &Path| {
-            rows_of(&project, &plan, block, path).map_err(|found| match found {
-                Unusable::Damaged(why) => damaged(path, &why),
-                Unusable::OtherSweep(why) => unusable(path, &why),
-            })
-        };
-        let found = read(&path)?;
-        match blocks.get(&block) {
-            Some(other) if !same(&read(other)?, &found) => {
-                return Err(
-                    unusable(&path, &format!("`{}` has other numbers in the same rows", other.display())).into()
-                );
-            }
-            Some(_) => {}
-            None => {
-                rows.extend(found);
-                blocks.insert(block, path);
-            }
-        }
-    }
+    let (mut rows, blocks) = merged_rows((&project, &plan), files)?;
     let missing: Vec<u64> = (0..plan.blocks()).filter(|block| !blocks.contains_key(block)).collect();
-    let files: Files = blocks.iter().map(|(block, path)| (*block, path.clone())).collect();
     let mut found = project.sweep_answers(&plan, &mut rows);
     let empty = args.parts.iter().filter(|part| files_of_rows(part).is_empty());
     let empty: Vec<String> = empty.map(|part| format!("`{}`", part.display())).collect();
@@ -346,9 +316,46 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
         let bars = Bars::within(quiet, Limits { max_steps: args.max_steps, time_limit: None });
         let full = full_page(&project, (&plan, &found), &rows, (&run, &bars), out)?;
         let command = command_again((&args.model, &args.changes.set), (args.method, args.tolerance, args.max_steps));
-        looked = Some(looked_into((&plan, &found), &rows, &files, command, full));
+        looked = Some(looked_into((&plan, &found), &rows, &blocks, command, full));
     }
     tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
+}
+
+/// What to do about a file of rows that cannot be merged: that is of another sweep, or was damaged.
+const OTHER: &str = "name the model, its `--set`, `--method`, `--tolerance`, `--max-steps` and `--variant` that all shards were run with, and their folders alone";
+const DAMAGED: &str = "run its shard again with `--resume`, which computes its rows again, and merge then";
+
+fn unmerged(path: &Path, why: &str, help: &str) -> Diagnostic {
+    Diagnostic::error("sweep::merge", format!("`{}` cannot be merged: {why}", path.display())).help(help)
+}
+
+/// The rows of files, each block once: where it is there twice, both have the same bits.
+fn merged_rows(
+    (project, plan): (&Project, &SweepPlan),
+    files: Vec<(u64, PathBuf)>,
+) -> Result<(SweepRows, Files), Diagnostic> {
+    let (mut rows, mut blocks) = (SweepRows::default(), Files::new());
+    for (block, path) in files {
+        let read = |path: &Path| {
+            rows_of(project, plan, block, path).map_err(|found| match found {
+                Unusable::Damaged(why) => unmerged(path, &why, DAMAGED),
+                Unusable::OtherSweep(why) => unmerged(path, &why, OTHER),
+            })
+        };
+        let found = read(&path)?;
+        match blocks.get(&block) {
+            Some(other) if !same(&read(other)?, &found) => {
+                let why = format!("`{}` has other numbers in the same rows", other.display());
+                return Err(unmerged(&path, &why, OTHER));
+            }
+            Some(_) => {}
+            None => {
+                rows.extend(found);
+                blocks.insert(block, path);
+            }
+        }
+    }
+    Ok((rows, blocks))
 }
 
 /// Shards of blocks, as the manifests in folders say how many there are; none where these do not agree, or are missing.

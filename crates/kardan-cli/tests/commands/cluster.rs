@@ -378,14 +378,24 @@ fn records_and_files_of_others_stay() {
     let foreign = ["parts/notes.txt", "parts/1/notes.txt", "logs/mine.log", "logs/3.log"];
     foreign.iter().for_each(|name| fs::write(at.0.join("o").join(name), "mine").unwrap());
     for text in [
-        "", "mine\n", "\0\u{1}", "sweep x\nshards 18446744073709551615\n", "sweep kardan 0\nshards 99999999999999999999999\n",
-        &record.replace("shards 2", "shards 1000000000000"), &record.replace("shards 2", "shards 0"), &record.replace("sweep ", "sweep"),
+        "",
+        "mine\n",
+        "\0\u{1}",
+        "sweep x\nshards 18446744073709551615\n",
+        "sweep kardan 0\nshards 99999999999999999999999\n",
+        &record.replace("shards 2", "shards 1000000000000"),
+        &record.replace("shards 2", "shards 0"),
+        &record.replace("sweep ", "sweep"),
         &(record.clone() + "job slurm 41\n"),
     ] {
         fs::write(at.0.join("o/jobs.txt"), text).unwrap();
         for more in [&[][..], &["--resume"], &["--force"]] {
             let got = at.sweep(&[&local[..], more].concat());
-            assert!(got.status.code() == Some(2) && said(&got).contains("jobs.txt` cannot be gone on with"), "{text}: {}", said(&got));
+            assert!(
+                got.status.code() == Some(2) && said(&got).contains("jobs.txt` cannot be gone on with"),
+                "{text}: {}",
+                said(&got)
+            );
         }
         assert_eq!(at.read("o/jobs.txt"), text);
     }

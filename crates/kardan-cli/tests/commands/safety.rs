@@ -55,11 +55,16 @@ fn times_shorter_than_a_row_are_refused() {
     for (from, to, told) in [
         ("below = \"5 deg\"", "below = \"5 deg\"\nwindow = \"1 ns\"", "effect `turn`: its window of 0.000000001 s"),
         ("below = \"5 deg\"", "below = \"5 deg\"\nwindow = \"49 us\"", "write at least 5.000e-5 s"),
-        ("[safety]", "[safety]\ndetected = \"a.w < 0 rad/s\"\nwithin = \"1 us\"", "`within` of `[safety]` of 0.000001 s"),
+        (
+            "[safety]",
+            "[safety]\ndetected = \"a.w < 0 rad/s\"\nwithin = \"1 us\"",
+            "`within` of `[safety]` of 0.000001 s",
+        ),
     ] {
         fs::write(at.join("m.toml"), MODEL.replace(from, to)).unwrap();
         let got = kardan(&at, &["safety", "m.toml"]);
-        let error = String::from_utf8_lossy(&got.stderr).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");
+        let error =
+            String::from_utf8_lossy(&got.stderr).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(got.status.code() == Some(2) && error.contains("safety::window") && error.contains(told), "{error}");
     }
     // One row is enough, and a finer step has more of them.

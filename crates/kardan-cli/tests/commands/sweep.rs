@@ -177,7 +177,9 @@ fn damaged_rows_are_seen() {
     let mut flipped = whole.clone();
     flipped[place + 3] ^= 1;
     fs::write(&path, flipped).unwrap();
-    for arguments in [&["sweep", "merge", "m.toml", "o"][..], &["run", "m.toml", "--variants-from", "o/rows-000000.parquet"]] {
+    for arguments in
+        [&["sweep", "merge", "m.toml", "o"][..], &["run", "m.toml", "--variants-from", "o/rows-000000.parquet"]]
+    {
         let got = kardan(&at, arguments);
         let told = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
         assert_eq!(got.status.code(), Some(2), "{told}");

@@ -8,8 +8,8 @@ use crate::text::number;
 use crate::text::{Clock, figure};
 use crate::words;
 use kardan::results::{
-    self, Accuracy, Design, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorStrain, Outcome, Plot, Run, RunVerdict,
-    Signal, Structure, Study, Verdict,
+    self, Accuracy, Design, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorStrain, Outcome, Plot, Run,
+    RunVerdict, Signal, Structure, Study, Verdict,
 };
 
 use super::{analysis, design};
@@ -118,7 +118,8 @@ fn verdict(study: &Study) -> Verdict {
         some => format!("; in {some} of {} variants a motor is at its limit for some time", study.runs.len()),
     };
     let completed = study.runs.iter().all(|run| run.verdict() == RunVerdict::Completed);
-    let weak = |design: &Design| design.margins.as_ref().is_some_and(|found| found.stable == Some(false) || found.hardly);
+    let weak =
+        |design: &Design| design.margins.as_ref().is_some_and(|found| found.stable == Some(false) || found.hardly);
     let sound = completed && passed == judged.len() && !study.designs.iter().any(weak);
     let loops = loops(study);
     let (failed, doubts) = (failed(study), doubts(study));

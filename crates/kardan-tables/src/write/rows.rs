@@ -178,12 +178,13 @@ mod tests {
     /// The published values of FNV-1a with 64 bits.
     #[test]
     fn the_checksum_is_fnv_1a() {
-        for (text, sum) in [("", 0xcbf2_9ce4_8422_2325), ("a", 0xaf63_dc4c_8601_ec8c), ("foobar", 0x8594_4171_f739_67e8)]
+        for (text, sum) in
+            [("", 0xcbf2_9ce4_8422_2325), ("a", 0xaf63_dc4c_8601_ec8c), ("foobar", 0x8594_4171_f739_67e8)]
         {
             let bytes = [text.as_bytes(), &[b'x'; DIGITS]].concat();
-            let zeros = [b'0'; DIGITS].iter().fold(sum, |sum: u64, byte| {
-                (sum ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
-            });
+            let zeros = [b'0'; DIGITS]
+                .iter()
+                .fold(sum, |sum: u64, byte| (sum ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3));
             assert_eq!(checksum(&bytes, &(text.len()..bytes.len())), zeros);
         }
     }

@@ -104,7 +104,9 @@ fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Redu
                 let (along, inputs) = (names(direction), quoted(inputs.iter().map(String::as_str)));
                 match sprung {
                     true => format!("along {along} {springs} alone resist {inputs}, so {it} would jump with them"),
-                    false => format!("along {along} nothing at all resists {inputs}, so {it} would move endlessly fast"),
+                    false => {
+                        format!("along {along} nothing at all resists {inputs}, so {it} would move endlessly fast")
+                    }
                 }
             }
             _ => format!("nothing at all acts along {}", names(direction)),

@@ -157,7 +157,8 @@ impl<'a> Work<'a> {
             return Err(Diagnostic::error("sweep::shards", message).help(help).into());
         }
         let identity = plan.head.identity.replace('\n', " ");
-        let mut work = Work { args, queue, quiet, model, out, template, shards, identity, jobs: Vec::new(), lock: None };
+        let mut work =
+            Work { args, queue, quiet, model, out, template, shards, identity, jobs: Vec::new(), lock: None };
         // All words are known and all paths can be told, before a file is written.
         let job = fill(&work.template.0, &work.template.1, &work.values(&[1])?)?;
         if queue.name == "kubernetes" && job.contains("mountPath: \"/\"") {
@@ -253,7 +254,8 @@ impl<'a> Work<'a> {
                 found.display(),
                 self.out.display()
             );
-            let help = "move it away, or name another folder with --out DIR; if it is of this sweep, go on with `--resume`";
+            let help =
+                "move it away, or name another folder with --out DIR; if it is of this sweep, go on with `--resume`";
             return Err(Diagnostic::error("output::foreign", message).help(help));
         }
         if self.args.force { self.start_anew(0) } else { Ok(()) }
@@ -262,9 +264,11 @@ impl<'a> Work<'a> {
     /// Removes what is there of a sweep before this one, in so many shards: files that kardan has written, and the folders that are empty then.
     fn start_anew(&self, shards: u64) -> Result<(), Diagnostic> {
         let why = "it is of a sweep before this one";
+        ["parts", "logs"].iter().try_for_each(|name| stays(&self.out, &self.out.join(name)))?;
         let mut files = own_files(&self.out)?;
         let mut locks = Vec::new();
         for number in 1..=shards {
+            self.files_of(number).iter().try_for_each(|path| stays(&self.out, path))?;
             if self.part(number).is_dir() {
                 locks.push(Lock::take(&self.part(number), None)?);
             }
@@ -288,7 +292,10 @@ impl<'a> Work<'a> {
             let (part, shard) = (self.part(number), self.shard(number));
             let manifest = path_of_manifest(&part, shard);
             if manifest.symlink_metadata().is_ok() && !is_whole(project, plan, &part, shard) {
-                note(&format!("shard {number}: manifest or rows in `{}` are damaged or gone: it runs again", part.display()));
+                note(&format!(
+                    "shard {number}: manifest or rows in `{}` are damaged or gone: it runs again",
+                    part.display()
+                ));
                 removed(&manifest, "the shard is not done")?;
             }
         }

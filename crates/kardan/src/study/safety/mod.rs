@@ -1,6 +1,7 @@
 //! `kardan safety`: every fault of a list in every variant and at every value, against the same run without it.
 
 mod judged;
+mod rows;
 mod spec;
 
 use std::collections::BTreeSet;
@@ -9,7 +10,8 @@ use rayon::prelude::*;
 
 use judged::{Begins, Judged, Traces, judge};
 pub use spec::SafetySpec;
-pub(in crate::study) use spec::{check_rows, safety_spec};
+pub(in crate::study) use rows::check_rows;
+pub(in crate::study) use spec::safety_spec;
 
 use super::prepare::is_error;
 use super::progress::Counted;
