@@ -1,6 +1,7 @@
 //! Files of a sweep in a folder: rows, block by block, the manifest of a shard, the model. Which are there, whether they are whole, and which of them go.
 
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use kardan::diagnostics::Diagnostic;
@@ -61,8 +62,7 @@ pub fn write_manifest(
 
 /// What the manifest of a shard says of the sweep, before it counts.
 fn manifest_start(plan: &SweepPlan, shard: Shard) -> String {
-    let samples = SweepPlan { shard: Some(shard), ..plan.clone() };
-    let samples = plan.samples_of(samples.own_blocks());
+    let samples = plan.samples_of(blocks_of(plan, shard));
     let identity = plan.head.identity.replace('\\', "\\\\").replace('"', "\\\"");
     let Shard { number, of } = shard;
     format!(
@@ -70,6 +70,13 @@ fn manifest_start(plan: &SweepPlan, shard: Shard) -> String {
         samples.start,
         samples.end - samples.start
     )
+}
+
+/// The blocks of a shard.
+pub fn blocks_of(plan: &SweepPlan, shard: Shard) -> Range<u64> {
+    let mut part = plan.clone();
+    part.shard = Some(shard);
+    part.own_blocks()
 }
 
 /// The name of the manifest of a shard, which is there once the shard is done.
@@ -85,9 +92,8 @@ pub fn path_of_manifest(out: &Path, shard: Shard) -> PathBuf {
 /// Whether a shard is done: its manifest is there, is of this sweep, and so are all its rows, undamaged.
 pub fn is_whole(project: &Project, plan: &SweepPlan, out: &Path, shard: Shard) -> bool {
     let manifest = fs::read_to_string(path_of_manifest(out, shard)).unwrap_or_default();
-    let mut own = SweepPlan { shard: Some(shard), ..plan.clone() }.own_blocks();
     manifest.starts_with(&manifest_start(plan, shard))
-        && own.all(|block| rows_of(project, plan, block, &out.join(name_of(block))).is_ok())
+        && blocks_of(plan, shard).all(|block| rows_of(project, plan, block, &out.join(name_of(block))).is_ok())
 }
 
 /// Into how many shards a sweep was divided, as the manifests in folders say.

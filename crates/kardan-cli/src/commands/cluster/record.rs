@@ -43,7 +43,7 @@ impl Record {
         if sum != checksum(lines) {
             return Err("its checksum is another one".into());
         }
-        let of = |key: &str| lines.lines().filter_map(move |line| line.strip_prefix(key)?.strip_prefix(' '));
+        let of = |key: &'static str| lines.lines().filter_map(move |line| line.strip_prefix(key)?.strip_prefix(' '));
         let shards = of("shards").next().unwrap_or_default();
         let number = shards.parse().ok().filter(|number| (1..=MOST_SHARDS).contains(number));
         Ok(Self {
