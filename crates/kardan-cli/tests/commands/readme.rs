@@ -122,7 +122,7 @@ fn differs_in_zsh(line: &str) -> Option<String> {
             (None, '\'' | '"') => quote = Some(c),
             (Some(open), c) if c == open => quote = None,
             (Some('"'), '!' | '$' | '`') => return Some(format!("`{c}` in double quotes")),
-            (None, '#' | '[' | ']' | '{' | '}' | '(' | ')' | '!' | '?' | '^' | '~' | ';' | '&') => return wrong(c),
+            (None, '#' | '[' | ']' | '{' | '}' | '(' | ')' | '!' | '?' | '^') => return wrong(c),
             (None, '=') if before == ' ' => return wrong(c),
             _ => {}
         }
