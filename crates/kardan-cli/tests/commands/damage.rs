@@ -76,8 +76,8 @@ const SWEEP: [&str; 11] =
     ["sweep", "m.toml", "--samples", "190", "--on", "local", "--shards", "3", "--out", "o", "--quiet"];
 
 impl Swept {
-    fn new() -> Self {
-        let at = Path::new(env!("CARGO_TARGET_TMPDIR")).join("damage");
+    fn new(name: &str) -> Self {
+        let at = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("damage_{name}"));
         let _ = fs::remove_dir_all(&at);
         fs::create_dir_all(&at).unwrap();
         fs::write(at.join("m.toml"), MODEL).unwrap();
@@ -131,7 +131,7 @@ impl Swept {
 #[test]
 fn random_damage_is_refused_or_repaired() {
     let count: u64 = std::env::var("KARDAN_MODELS").ok().and_then(|count| count.parse().ok()).unwrap_or(12);
-    let swept = Swept::new();
+    let swept = Swept::new("random");
     let resume = [&SWEEP[..], &["--resume"]].concat();
     let merge = ["sweep", "merge", "m.toml", "o/parts/1", "o/parts/2", "o/parts/3", "--out", "o", "--quiet"];
     let mut refused = [[0; 2]; 3];
@@ -167,7 +167,7 @@ fn random_damage_is_refused_or_repaired() {
 /// Whatever is gone, with or without its manifest, `--resume` makes it again.
 #[test]
 fn what_is_gone_is_made_again() {
-    let swept = Swept::new();
+    let swept = Swept::new("gone");
     let resume = [&SWEEP[..], &["--resume"]].concat();
     let gone: [&[&str]; 7] = [
         &["parts/2/shard-2-of-3.json"],

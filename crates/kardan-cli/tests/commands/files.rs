@@ -198,7 +198,7 @@ mod unix {
     fn links_out_of_an_output_folder_are_not_followed() {
         let at = folder("outside");
         let swept = MODEL.replace("0.01 kg m^2", "0.01 kg m^2 ± 10 %")
-            + "[[requirement]]\nsignal = \"axle.w\"\nbelow = \"1e3 rad/s\"\n";
+            + "[[requirement]]\nsignal = \"axle.w\"\nmeasure = \"max\"\nbelow = \"1e3 rad/s\"\n";
         fs::write(at.join("swept.toml"), swept).unwrap();
         let commands: [&[&str]; 5] = [
             &["run", "axle.toml", "--out", "o"],
@@ -234,7 +234,12 @@ mod unix {
                 let said = words(&got.stderr);
                 assert_eq!(fs::read(&victim).unwrap(), b"mine", "{arguments:?}: {}", path.display());
                 if got.status.code() == Some(2) {
-                    assert!(said.contains("is a symbolic link to"), "{arguments:?}: {}: {said}", path.display());
+                    let other = path.ends_with("jobs.txt") && said.contains("cannot be gone on with");
+                    assert!(
+                        other || said.contains("is a symbolic link to"),
+                        "{arguments:?}: {}: {said}",
+                        path.display()
+                    );
                     told += 1;
                     fs::remove_file(&path).unwrap();
                     fs::write(&path, whole).unwrap();
