@@ -356,7 +356,7 @@ below = \"1 rad\"
         let said = |text: &str| assign(&mut syntax(&model).0, text).unwrap();
         let told = "`beta` is set; the variants `soft` and the manoeuvres `weave` have values of their own for it";
         assert_eq!(said("beta=20 deg").as_deref(), Some(told));
-        let told = "`scenario.duration` is set; the manoeuvres `weave` and `park` have a `duration` of their own";
+        let told = "`scenario.duration` is set; the manoeuvres `weave`, `park` have a `duration` of their own";
         assert_eq!(said("scenario.duration=2 s").as_deref(), Some(told));
         assert_eq!(said("column.law=lqr"), None);
     }

@@ -691,7 +691,7 @@ fn broken(sign: Sign, value: &Exact) -> Option<&'static str> {
     match (sign, value.signum()) {
         (Sign::NonNegative, -1) => Some("zero or more"),
         (Sign::NonZero, 0) => Some("anything but zero"),
-        (Sign::Positive, -1 | 0) => Some("more than zero"),
+        (Sign::Positive | Sign::Period, -1 | 0) => Some("more than zero"),
         (Sign::Period, _) if value.to_f64() < SHORTEST_PERIOD => {
             Some("at least 1 us (a run computes each time: a million for each second)")
         }

@@ -638,7 +638,7 @@ fn is_coefficient(dimension: Dimension) -> bool {
 pub(crate) fn broken(sign: Sign, number: &Exact) -> Option<(&'static str, &'static str)> {
     match (sign, number.signum()) {
         (Sign::NonNegative, -1) => Some(("must not be negative", "write zero or a number above zero")),
-        (Sign::Positive, -1 | 0) => Some(("must be more than zero", "write a number above zero")),
+        (Sign::Positive | Sign::Period, -1 | 0) => Some(("must be more than zero", "write a number above zero")),
         (Sign::NonZero, 0) => Some(("must not be zero", "write a number other than zero")),
         (Sign::Period, _) if number.to_f64() < SHORTEST_PERIOD => Some((
             "must be at least 1 us",

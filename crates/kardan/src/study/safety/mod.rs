@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use judged::{Begins, Judged, Traces, judge};
-pub use spec::SafetySpec;
 pub(in crate::study) use rows::check_rows;
+pub use spec::SafetySpec;
 pub(in crate::study) use spec::safety_spec;
 
 use super::prepare::is_error;

@@ -6,11 +6,11 @@ use crate::model::tables::Measure;
 use crate::model::{Document, TableReader, VariantSettings, no_such_fault};
 use crate::results::SafetyEffect;
 use crate::schema::{Placed, Scalar as Written, Sign, Table, Value};
+use crate::study::NamedFault;
 use crate::study::asked::{Measuring, known_variants};
 use crate::study::computed::asked;
 use crate::study::known::Known;
 use crate::study::read::{quantity, read_scalar, read_word, read_words};
-use crate::study::NamedFault;
 use crate::units::Dimension;
 
 /// The table in messages.
