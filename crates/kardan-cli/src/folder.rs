@@ -8,7 +8,7 @@ use kardan::diagnostics::{Diagnostic, quoted};
 
 use crate::fault;
 use crate::files;
-use crate::output::{prepare_folder, reason, save};
+use crate::output::{prepare_folder, reason, save_in, stays};
 use crate::render::note;
 
 /// A folder known to take files.
@@ -30,8 +30,7 @@ impl Folder {
     /// Writes a file whose name is made from `stem`, and gives its path.
     pub fn write(&mut self, stem: &str, extension: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
         let name = self.name(stem, extension);
-        let path = self.path.join(&name);
-        save(&path, bytes)?;
+        let path = save_in(&self.path, &name, bytes)?;
         self.written.push((name, sum(bytes)));
         Ok(path.display().to_string())
     }
@@ -71,13 +70,14 @@ impl Folder {
         let own = self.written.iter().map(|(name, sum)| Line { command, sum: *sum, name });
         let now: String = others.into_iter().chain(own).map(|line| line.written()).collect();
         if now != before {
-            save(&list, now.as_bytes())?;
+            save_in(&self.path, LIST, now.as_bytes())?;
         }
         Ok(gone)
     }
 
     fn put_away(&self, name: &str) -> Result<(), Diagnostic> {
         let (from, folder) = (self.path.join(name), self.path.join(EARLIER));
+        stays(&self.path, &folder)?;
         let done = fault::step(|| fs::create_dir_all(&folder))
             .and_then(|()| fault::step(|| fs::rename(&from, folder.join(name))));
         done.map_err(|error| {

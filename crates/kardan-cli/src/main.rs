@@ -10,6 +10,7 @@ mod fault;
 mod files;
 mod folder;
 mod input;
+mod lock;
 mod output;
 mod panics;
 mod progress;

@@ -5,7 +5,8 @@
 //! brings the bytes to the disk and renames: at any moment the old file is there or the new one, whole. Where that cannot be
 //! done without taking something away it refuses and says so: a file that the command reads, one that is read-only, belongs to
 //! somebody else, or has several names (hard links: renaming would leave the others with the old content, writing in place
-//! could lose both). A symbolic link is followed. Extended attributes and access lists are not carried over.
+//! could lose both). A symbolic link that the user has named is followed; one in an output folder, where the command chooses the
+//! names, only if it stays in the folder ([`save_in`]). Extended attributes and access lists are not carried over.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
@@ -46,7 +47,8 @@ fn print_bytes(bytes: &[u8]) -> Result<(), Diagnostic> {
 /// A word for a shell that means this text, whatever is in it.
 pub fn quoted_for_shell(text: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@%".contains(c);
-    match !text.is_empty() && text.chars().all(plain) {
+    // A word that begins with `=` is the path of a command in zsh.
+    match !text.is_empty() && !text.starts_with('=') && text.chars().all(plain) {
         true => text.into(),
         false => format!("'{}'", text.replace('\'', "'\\''")),
     }
@@ -129,6 +131,36 @@ pub fn prepare_folder(path: &Path) -> Result<(), Diagnostic> {
         .and_then(|mut part| fault::write(&mut part.file, b"kardan"))
         .map_err(|error| wrong(format!("cannot write in the output folder `{shown}`: {}", reason(&error))))?;
     Ok(())
+}
+
+/// The same for a folder whose name the command has chosen, in one that the user has named.
+pub fn prepare_folder_in(folder: &Path, name: &str) -> Result<PathBuf, Diagnostic> {
+    let path = folder.join(name);
+    stays(folder, &path)?;
+    prepare_folder(&path)?;
+    Ok(path)
+}
+
+/// Refuses a path in a folder that is a symbolic link out of it: nobody has named what it leads to.
+pub fn stays(folder: &Path, path: &Path) -> Result<(), Diagnostic> {
+    let mut target = path.to_owned();
+    for _ in 0..LINKS {
+        let Ok(next) = fs::read_link(&target) else { break };
+        target = folder_of(&target).join(next);
+    }
+    let real = |path: &Path| fs::canonicalize(path).ok();
+    let inside =
+        target == path || real(folder).zip(real(folder_of(&target))).is_some_and(|(own, at)| at.starts_with(own));
+    if inside {
+        return Ok(());
+    }
+    let message = format!(
+        "`{}` is not written: it is a symbolic link to `{}`, out of the folder `{}`",
+        path.display(),
+        target.display(),
+        folder.display()
+    );
+    Err(Diagnostic::error("file::link", message).help("remove the link, or name another folder with --out DIR"))
 }
 
 /// Says whether a file can be written there, before anything is computed; makes its folder if that is not there.
@@ -270,6 +302,14 @@ fn names(_: &fs::Metadata) -> u64 {
 /// file is written to.
 pub fn save(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
     save_over(path, bytes, None)
+}
+
+/// The same for a file whose name the command has chosen, in a folder that the user has named; gives its path.
+pub fn save_in(folder: &Path, name: &str, bytes: &[u8]) -> Result<PathBuf, Diagnostic> {
+    let path = folder.join(name);
+    stays(folder, &path)?;
+    save(&path, bytes)?;
+    Ok(path)
 }
 
 /// A page as Markdown or as HTML: extension and text.
@@ -480,8 +520,14 @@ mod tests {
 
     #[test]
     fn words_for_a_shell_are_one_word() {
-        for (text, word) in [("/a/b-1.toml", "/a/b-1.toml"), ("", "''"), ("a b", "'a b'"), ("it's $x", "'it'\\''s $x'")]
-        {
+        for (text, word) in [
+            ("/a/b-1.toml", "/a/b-1.toml"),
+            ("", "''"),
+            ("a b", "'a b'"),
+            ("it's $x", "'it'\\''s $x'"),
+            ("=ls", "'=ls'"),
+            ("a[0]=~", "'a[0]=~'"),
+        ] {
             assert_eq!(quoted_for_shell(text), word);
         }
     }

@@ -8,7 +8,7 @@ use kardan::project::Project;
 use kardan::study::swept_model;
 
 use crate::files;
-use crate::output::save;
+use crate::output::save_in;
 
 /// What its file is called.
 const MODEL: &str = "model-";
@@ -20,7 +20,11 @@ pub fn kept_model(folder: &Path, identity: &str) -> Option<String> {
 
 /// Where the model of rows is kept.
 pub fn path_of_model(folder: &Path, identity: &str) -> PathBuf {
-    folder.join(format!("{MODEL}{}.toml", swept_model(identity).unwrap_or_default()))
+    folder.join(name_of_model(identity))
+}
+
+fn name_of_model(identity: &str) -> String {
+    format!("{MODEL}{}.toml", swept_model(identity).unwrap_or_default())
 }
 
 /// Models that are kept in a folder.
@@ -37,7 +41,7 @@ pub fn models_of(folder: &Path) -> Vec<PathBuf> {
 
 /// Keeps the model, with what `--set` has changed, so that what differs can be told later.
 pub fn keep_model(folder: &Path, project: &Project, identity: &str) -> Result<(), Diagnostic> {
-    let (path, text) = (path_of_model(folder, identity), project.to_toml());
-    let is_there = files::read(&path).is_ok_and(|bytes| bytes == text.as_bytes());
-    if is_there { Ok(()) } else { save(&path, text.as_bytes()) }
+    let text = project.to_toml();
+    let is_there = files::read(&path_of_model(folder, identity)).is_ok_and(|bytes| bytes == text.as_bytes());
+    if is_there { Ok(()) } else { save_in(folder, &name_of_model(identity), text.as_bytes()).map(|_| ()) }
 }

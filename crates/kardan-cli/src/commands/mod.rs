@@ -12,6 +12,7 @@ mod identify;
 mod kept;
 mod linearise;
 mod models;
+mod rows;
 mod run;
 mod safety;
 mod schema;

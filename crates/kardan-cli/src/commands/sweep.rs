@@ -1,7 +1,6 @@
 //! `kardan sweep`: a model over many values of its parameters.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -12,19 +11,24 @@ use kardan::results::{RowAgain, Sweep, SweepRow, SweepRows, SweptRequirement};
 use kardan::study::{Progress, Settings, Shard, SweepGoal, SweepPlan, SweepSettings};
 use kardan_report as report;
 
-use super::kept::{keep_model, kept_model, models_of, path_of_model};
+use super::kept::keep_model;
+use super::rows::{
+    Unusable, files_of_rows, put_away, removed, rows_before, rows_of, shard_counts, write_block, write_manifest,
+};
 use super::run::method;
 use crate::args::{Limits, MOST_STEPS, MergeArgs, RunMethod, SweepArgs, SweepCommand, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
 use crate::files;
 use crate::input;
-use crate::output::{in_words, prepare_folder, print, quoted_for_shell, reason, save, save_page, say_written};
+use crate::lock::Lock;
+use crate::output::{in_words, prepare_folder, print, quoted_for_shell, reason, save_in, say_written, shown, stays};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
 
-/// What files of rows are called.
-const STEM: &str = "rows-";
+/// The page and the answers.
+const PAGE: &str = "sweep.html";
+const ANSWERS: &str = "sweep.json";
 /// The page with the full runs of the worst cases, and how many.
 const FULL: &str = "worst.html";
 const MOST_FULL: usize = 3;
@@ -49,9 +53,9 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     };
     let mut plan = project.sweep_plan(&settings).map_err(refused)?;
     plan.shard = args.shard;
-    let mut rows = match &args.out {
-        Some(out) => rows_before(args, out, (&project, &plan))?,
-        None => SweepRows::default(),
+    let (_lock, mut rows) = match &args.out {
+        Some(out) => (Some(prepared_folder(out, plan.shard)?), rows_before(args, out, (&project, &plan))?),
+        None => (None, SweepRows::default()),
     };
     let bars = Bars::within(quiet, args.limits);
     stop::finish_parts();
@@ -108,6 +112,13 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
         None => None,
     };
     tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
+}
+
+/// Makes the folder of a sweep ready: it can be written, nothing in it leads out of it, and no other sweep fills it.
+pub fn prepared_folder(out: &Path, shard: Option<Shard>) -> Result<Lock, Diagnostic> {
+    prepare_folder(out)?;
+    [PAGE, ANSWERS, FULL].iter().try_for_each(|name| stays(out, &out.join(name)))?;
+    Lock::take(out, shard)
 }
 
 /// How to go on with a sweep that has ended early.
@@ -196,7 +207,7 @@ fn full_page(
     let made = asked.then(|| full_runs(project, (plan, found), rows, (settings, bars)));
     bars.finish();
     match &made {
-        Some(Ok(page)) => save_page(&path, page)?,
+        Some(Ok(page)) => save_in(out, FULL, shown(page, false).1.as_bytes()).map(|_| ())?,
         _ => removed(&path, "it is of a sweep before this one")?,
     }
     Ok(made.map(|made| made.map(|_| FULL.into())))
@@ -233,17 +244,6 @@ fn full_runs(
     bars.stop().map_or(Ok(report::study(&study)), Err)
 }
 
-/// Removes a file, if it is there.
-fn removed(path: &Path, why: &str) -> Result<(), Diagnostic> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            let message = format!("cannot remove `{}`: {}", path.display(), reason(&error));
-            Err(Diagnostic::error("output::folder", message).help(format!("remove it: {why}")))
-        }
-        _ => Ok(()),
-    }
-}
-
 /// What is swept.
 pub fn settings(args: &SweepArgs) -> SweepSettings {
     let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
@@ -262,25 +262,6 @@ fn goal(args: &SweepArgs) -> SweepGoal {
     }
 }
 
-/// What a shard has done, beside its rows.
-fn write_manifest(out: &Path, (plan, shard): (&SweepPlan, Shard), rows: u64, seconds: f64) -> Result<(), Diagnostic> {
-    let (samples, threads) = (plan.samples_of(plan.own_blocks()), rayon::current_num_threads());
-    let identity = plan.head.identity.replace('\\', "\\\\").replace('"', "\\\"");
-    let Shard { number, of } = shard;
-    let text = format!(
-        "{{\"sweep\":\"{identity}\",\"shard\":{number},\"shards\":{of},\"first_sample\":{},\"samples\":{},\"rows\":{rows},\
-         \"seconds\":{seconds:.3},\"threads\":{threads}}}\n",
-        samples.start,
-        samples.end - samples.start
-    );
-    save(&manifest_of(out, number, of), text.as_bytes())
-}
-
-/// Where the manifest of a shard is, once it is done.
-pub fn manifest_of(out: &Path, number: u64, of: u64) -> PathBuf {
-    out.join(format!("shard-{number}-of-{of}.json"))
-}
-
 /// `kardan sweep merge`.
 pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
@@ -296,13 +277,8 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
         let help = "name the folders that `kardan sweep --shard I/N --out DIR` has filled";
         return Err(Diagnostic::error("sweep::merge", message).help(help).into());
     };
-    let unusable = |path: &Path, why: &str| {
-        let message = format!("`{}` cannot be merged: {why}", path.display());
-        Diagnostic::error("sweep::merge", message)
-            .help("name the model, its `--set`, `--method`, `--tolerance`, `--max-steps` and `--variant` that all shards were run with, and their folders alone")
-    };
     let bytes = files::read(first).map_err(|error| reason(&error));
-    let (samples, seed) = bytes.and_then(export::samples_and_seed).map_err(|why| unusable(first, &why))?;
+    let (samples, seed) = bytes.and_then(export::samples_and_seed).map_err(|why| unmerged(first, &why, DAMAGED))?;
     let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
     let asked = SweepSettings {
         samples: Some(samples),
@@ -315,26 +291,8 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     };
     let refused = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
     let plan = project.sweep_plan(&asked).map_err(refused)?;
-    let mut blocks: BTreeMap<u64, PathBuf> = BTreeMap::new();
-    let mut rows = SweepRows::default();
-    for (block, path) in files {
-        let read = |path: &Path| rows_of(&project, &plan, block, path).map_err(|why| unusable(path, &why));
-        let found = read(&path)?;
-        match blocks.get(&block) {
-            Some(other) if !same(&read(other)?, &found) => {
-                return Err(
-                    unusable(&path, &format!("`{}` has other numbers in the same rows", other.display())).into()
-                );
-            }
-            Some(_) => {}
-            None => {
-                rows.extend(found);
-                blocks.insert(block, path);
-            }
-        }
-    }
+    let (mut rows, blocks) = merged_rows((&project, &plan), files)?;
     let missing: Vec<u64> = (0..plan.blocks()).filter(|block| !blocks.contains_key(block)).collect();
-    let files: Files = blocks.iter().map(|(block, path)| (*block, path.clone())).collect();
     let mut found = project.sweep_answers(&plan, &mut rows);
     let empty = args.parts.iter().filter(|part| files_of_rows(part).is_empty());
     let empty: Vec<String> = empty.map(|part| format!("`{}`", part.display())).collect();
@@ -353,27 +311,56 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
         ));
     }
     let mut looked = None;
+    let _lock = args.out.as_deref().map(|out| prepared_folder(out, None)).transpose()?;
     if let Some(out) = &args.out {
-        prepare_folder(out)?;
         let bars = Bars::within(quiet, Limits { max_steps: args.max_steps, time_limit: None });
         let full = full_page(&project, (&plan, &found), &rows, (&run, &bars), out)?;
         let command = command_again((&args.model, &args.changes.set), (args.method, args.tolerance, args.max_steps));
-        looked = Some(looked_into((&plan, &found), &rows, &files, command, full));
+        looked = Some(looked_into((&plan, &found), &rows, &blocks, command, full));
     }
     tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
 }
 
+/// What to do about a file of rows that cannot be merged: that is of another sweep, or was damaged.
+const OTHER: &str = "name the model, its `--set`, `--method`, `--tolerance`, `--max-steps` and `--variant` that all shards were run with, and their folders alone";
+const DAMAGED: &str = "run its shard again with `--resume`, which computes its rows again, and merge then";
+
+fn unmerged(path: &Path, why: &str, help: &str) -> Diagnostic {
+    Diagnostic::error("sweep::merge", format!("`{}` cannot be merged: {why}", path.display())).help(help)
+}
+
+/// The rows of files, each block once: where it is there twice, both have the same bits.
+fn merged_rows(
+    (project, plan): (&Project, &SweepPlan),
+    files: Vec<(u64, PathBuf)>,
+) -> Result<(SweepRows, Files), Diagnostic> {
+    let (mut rows, mut blocks) = (SweepRows::default(), Files::new());
+    for (block, path) in files {
+        let read = |path: &Path| {
+            rows_of(project, plan, block, path).map_err(|found| match found {
+                Unusable::Damaged(why) => unmerged(path, &why, DAMAGED),
+                Unusable::OtherSweep(why) => unmerged(path, &why, OTHER),
+            })
+        };
+        let found = read(&path)?;
+        match blocks.get(&block) {
+            Some(other) if !same(&read(other)?, &found) => {
+                let why = format!("`{}` has other numbers in the same rows", other.display());
+                return Err(unmerged(&path, &why, OTHER));
+            }
+            Some(_) => {}
+            None => {
+                rows.extend(found);
+                blocks.insert(block, path);
+            }
+        }
+    }
+    Ok((rows, blocks))
+}
+
 /// Shards of blocks, as the manifests in folders say how many there are; none where these do not agree, or are missing.
 fn shards_of(parts: &[PathBuf], plan: &SweepPlan, missing: &[u64]) -> Vec<String> {
-    let names = parts.iter().filter_map(|part| fs::read_dir(part).ok()).flatten().filter_map(Result::ok);
-    let count = |name: &str| -> Option<u64> {
-        let (_, of) = name.strip_prefix("shard-")?.strip_suffix(".json")?.split_once("-of-")?;
-        of.parse().ok()
-    };
-    let mut counts: Vec<u64> = names.filter_map(|entry| count(&entry.file_name().to_string_lossy())).collect();
-    counts.sort_unstable();
-    counts.dedup();
-    let &[of @ ..=MOST_COUNTED] = &counts[..] else { return Vec::new() };
+    let &[of @ 1..=MOST_COUNTED] = &shard_counts(parts)[..] else { return Vec::new() };
     let mut part = plan.clone();
     let mut lacks = |number: &u64| {
         part.shard = Some(Shard { number: *number, of });
@@ -408,120 +395,6 @@ fn same(one: &[SweepRow], other: &[SweepRow]) -> bool {
     one.len() == other.len() && one.iter().zip(other).all(|(one, other)| bits(one) == bits(other))
 }
 
-/// The name of a block's file.
-fn path_of(out: &Path, block: u64) -> PathBuf {
-    out.join(format!("{STEM}{block:06}.parquet"))
-}
-
-/// Writes a block; behind the first one of a sweep that starts anew those of another one go.
-fn write_block(out: &Path, plan: &SweepPlan, block: u64, rows: &[SweepRow], first: bool) -> Result<(), Diagnostic> {
-    let bytes = export::sweep_rows(&plan.head, rows)
-        .map_err(|error| Diagnostic::error("output::folder", format!("rows cannot be written as Parquet: {error}")))?;
-    save(&path_of(out, block), &bytes)?;
-    if first { start_anew(out, plan, block) } else { Ok(()) }
-}
-
-/// Files of rows in the folder, by their blocks.
-pub fn files_of_rows(out: &Path) -> Vec<(u64, PathBuf)> {
-    let entries = fs::read_dir(out).into_iter().flatten().filter_map(Result::ok);
-    let block = |path: PathBuf| {
-        let name = path.file_name()?.to_str()?.strip_prefix(STEM)?.strip_suffix(".parquet")?;
-        Some((name.parse().ok()?, path))
-    };
-    let mut found: Vec<(u64, PathBuf)> = entries.filter_map(|entry| block(entry.path())).collect();
-    found.sort();
-    found
-}
-
-/// Removes files of rows behind those of a sweep that is complete: they are of another one, whose others were replaced.
-fn put_away(out: &Path, blocks: u64) -> Result<(), Diagnostic> {
-    let mut behind = files_of_rows(out).into_iter().filter(|(block, _)| *block >= blocks);
-    behind.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
-}
-
-/// Removes rows of another sweep once this one has written its first block: where it is ended early, what is there is of one sweep. Of a shard its own part, and
-/// what no shard of this sweep has.
-fn start_anew(out: &Path, plan: &SweepPlan, written: u64) -> Result<(), Diagnostic> {
-    if let Some(Shard { number, of }) = plan.shard {
-        removed(&manifest_of(out, number, of), "it is of a sweep before this one")?;
-    }
-    if plan.shard.is_none() {
-        let own = path_of_model(out, &plan.head.identity);
-        let mut old = models_of(out).into_iter().filter(|path| *path != own);
-        old.try_for_each(|path| removed(&path, "it is the model of a sweep before this one"))?;
-    }
-    let own = |block: u64| block != written && (plan.own_blocks().contains(&block) || block >= plan.blocks());
-    let mut old = files_of_rows(out).into_iter().filter(|(block, _)| own(*block));
-    old.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
-}
-
-/// The rows that are there already, of the same sweep; a folder with those of another one is refused.
-fn rows_before(args: &SweepArgs, out: &Path, (project, plan): (&Project, &SweepPlan)) -> Result<SweepRows, Diagnostic> {
-    prepare_folder(out)?;
-    let mut files = files_of_rows(out);
-    if plan.shard.is_some() {
-        // Shards may fill one folder.
-        files.retain(|(block, _)| plan.own_blocks().contains(block));
-    }
-    let shown = out.display();
-    if !args.resume {
-        if !files.is_empty() && !args.force {
-            let message = format!("the folder `{shown}` holds rows of a sweep already");
-            let help = "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR";
-            return Err(Diagnostic::error("output::folder", message).help(help));
-        }
-        let page = out.join("sweep.html");
-        if files.is_empty() && plan.shard.is_none() && !args.force && page.exists() {
-            let message = format!("`{}` is there already, without rows of a sweep", page.display());
-            let help = "replace it with `--force`, or name another folder with --out DIR";
-            return Err(Diagnostic::error("output::folder", message).help(help));
-        }
-        return Ok(SweepRows::default());
-    }
-    let mut rows = SweepRows::default();
-    for (block, path) in files {
-        let found = rows_of(project, plan, block, &path).map_err(|why| {
-            let message = format!("`{}` cannot be gone on with: {why}", path.display());
-            let help = "run with the model and the options that made it, remove it to run its samples again, or start anew with `--force`";
-            Diagnostic::error("sweep::resume", message).help(help)
-        })?;
-        rows.extend(found);
-    }
-    Ok(rows)
-}
-
-/// The rows of a block: all of them, of this sweep.
-fn rows_of(project: &Project, plan: &SweepPlan, block: u64, path: &Path) -> Result<Vec<SweepRow>, String> {
-    let read = files::read(path).map_err(|error| reason(&error));
-    let read = read.and_then(|bytes| export::read_sweep_rows(&plan.head, bytes));
-    let found = read.map_err(|why| other_sweep(project, plan, path).unwrap_or(why))?;
-    let samples = plan.samples_of(block..block.saturating_add(1));
-    let own = found.iter().filter(|row| samples.contains(&row.sample)).count();
-    if own != found.len() || own != samples.count() * plan.head.variants.len() {
-        return Err("it does not hold all rows of its block".into());
-    }
-    // Where samples follow from their numbers alone, what was damaged is seen.
-    let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-    let differs = |row: &&SweepRow| {
-        let values = plan.values(row.sample);
-        !values.is_empty() && bits(&values) != bits(&row.values)
-    };
-    match found.iter().find(differs) {
-        None => Ok(found),
-        Some(row) => {
-            Err(format!("sample {} has other values than follow from its number: the file was damaged", row.sample))
-        }
-    }
-}
-
-/// In what rows of another sweep differ from those of this one, if that is what is wrong with them.
-fn other_sweep(project: &Project, plan: &SweepPlan, path: &Path) -> Option<String> {
-    let (here, there) = (&plan.head.identity, export::identity_of_rows(files::read(path).ok()?).ok()?);
-    let was = kept_model(path.parent()?, &there);
-    let told = || format!("it is of another sweep: {}", project.other_sweep(here, &there, was.as_deref()));
-    (*here != there).then(told)
-}
-
 /// Writes and prints what was found, all of it or not.
 fn tell(
     (found, looked): (&Sweep, Option<(report::Samples, report::Again)>),
@@ -532,10 +405,10 @@ fn tell(
     let page = report::sweep(found);
     let mut written = Vec::new();
     if let Some(out) = out {
-        let (pages, numbers) = (out.join("sweep.html"), out.join("sweep.json"));
         let whole = looked.map(|(samples, again)| report::sweep_with(found, &samples, &again));
-        save_page(&pages, whole.as_ref().unwrap_or(&page))?;
-        save(&numbers, (export::sweep_json(found) + "\n").as_bytes())?;
+        let (_, whole) = shown(whole.as_ref().unwrap_or(&page), false);
+        let pages = save_in(out, PAGE, whole.as_bytes())?;
+        let numbers = save_in(out, ANSWERS, (export::sweep_json(found) + "\n").as_bytes())?;
         written = vec![pages, numbers];
     }
     print(&if json { export::sweep_json(found) + "\n" } else { in_words(&page, origin) })?;

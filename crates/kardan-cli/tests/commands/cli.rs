@@ -476,3 +476,27 @@ fn variants_that_differ_in_controllers_have_their_names() {
         assert!(names.iter().all(|name| energy.contains(&format!("\n  {name} "))), "{energy}");
     }
 }
+
+/// What happens again and again does so at times that a run can follow, as laws do: sensors, blocks, noise, pulses, drivers, by themselves and through parameters.
+#[test]
+fn absurdly_short_times_are_refused() {
+    let at = Path::new(env!("CARGO_TARGET_TMPDIR")).join("short_times");
+    fs::create_dir_all(&at).unwrap();
+    let sensor = "[sensor.e]\nshaft = \"a\"\nmeasures = \"angle\"\nsample_time = TIME\n";
+    let block = "[block.b]\nkind = \"hold\"\ninput = \"a.phi\"\nsample_time = TIME\n";
+    let noise = "[signal.n]\nkind = \"noise\"\ndeviation = \"1 N m\"\nhold = TIME\n";
+    let pulses = "[signal.p]\nkind = \"pulses\"\nhigh = \"1 N m\"\nwidth = \"0.1 ns\"\nperiod = TIME\n";
+    for part in [sensor, block, noise, pulses] {
+        for (time, right) in [("\"1 ns\"", false), ("\"0.999 us\"", false), ("\"t0\"", false), ("\"1 us\"", true)] {
+            let model = format!(
+                "[shaft.a]\ninertia = \"1 kg m^2\"\n[parameters]\nt0 = \"1 ps\"\n{}",
+                part.replace("TIME", time)
+            );
+            fs::write(at.join("m.toml"), model).unwrap();
+            let got =
+                Command::new(env!("CARGO_BIN_EXE_kardan")).current_dir(&at).args(["check", "m.toml"]).output().unwrap();
+            let said = String::from_utf8_lossy(&got.stderr).into_owned();
+            assert_eq!(!said.contains("at least 1 us"), right, "{part} {time}: {said}");
+        }
+    }
+}

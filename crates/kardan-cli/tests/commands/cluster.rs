@@ -352,6 +352,72 @@ fn jobs_are_written_where_there_is_no_scheduler() {
     }
 }
 
+/// Paths with all that a shell reads are one word of it, whatever a template does with them.
+#[test]
+fn paths_are_words_of_the_shell_in_templates() {
+    let at = Place::new("quo'te $HOME `id` \"x\" !y", &[]);
+    let template = "cd {{root}} && pwd >pwd.txt\nfor path in {{out}} {{logs}} {{root}} {{kardan}}; do\n\
+                    test -e \"$path\" || echo \"$path\" >>missing.txt; done\nfor i in {{list}}; do {{shard}} $i; done\n";
+    fs::write(at.0.join("mine.sh"), template).unwrap();
+    let got = at.sweep(&["--on", "local", "--shards", "2", "--template", "mine.sh", "--out", "o o"]);
+    assert_eq!(got.status.code(), Some(1), "{}", said(&got));
+    at.is_whole("o o");
+    assert_eq!((at.read("pwd.txt").trim_end(), at.read("missing.txt").as_str()), (at.0.to_str().unwrap(), ""));
+    // YAML and a shell read no word alike that has both quotes.
+    let got = at.sweep(&["--on", "kubernetes", "--shards", "2", "--out", "k", "--dry-run"]);
+    assert!(got.status.code() == Some(2) && said(&got).contains("do not read alike"), "{}", said(&got));
+}
+
+/// Whose record `jobs.txt` is not, or that was damaged, is refused; nothing of it is believed, and nothing of others is removed.
+#[test]
+fn records_and_files_of_others_stay() {
+    let at = Place::new("others", &[]);
+    let local = ["--on", "local", "--shards", "2", "--out", "o"];
+    assert_eq!(at.sweep(&local).status.code(), Some(1));
+    let record = at.read("o/jobs.txt");
+    let foreign = ["parts/notes.txt", "parts/1/notes.txt", "logs/mine.log", "logs/3.log"];
+    foreign.iter().for_each(|name| fs::write(at.0.join("o").join(name), "mine").unwrap());
+    for text in [
+        "",
+        "mine\n",
+        "\0\u{1}",
+        "sweep x\nshards 18446744073709551615\n",
+        "sweep kardan 0\nshards 99999999999999999999999\n",
+        &record.replace("shards 2", "shards 1000000000000"),
+        &record.replace("shards 2", "shards 0"),
+        &record.replace("sweep ", "sweep"),
+        &(record.clone() + "job slurm 41\n"),
+    ] {
+        fs::write(at.0.join("o/jobs.txt"), text).unwrap();
+        for more in [&[][..], &["--resume"], &["--force"]] {
+            let got = at.sweep(&[&local[..], more].concat());
+            assert!(
+                got.status.code() == Some(2) && said(&got).contains("jobs.txt` cannot be gone on with"),
+                "{text}: {}",
+                said(&got)
+            );
+        }
+        assert_eq!(at.read("o/jobs.txt"), text);
+    }
+    fs::write(at.0.join("o/jobs.txt"), &record).unwrap();
+    let got = at.sweep(&[&local[..], &["--force"]].concat());
+    assert_eq!(got.status.code(), Some(1), "{}", said(&got));
+    at.is_whole("o");
+    assert!(foreign.iter().all(|name| at.read(&format!("o/{name}")) == "mine"));
+    // Without a record nothing there is known to be of a sweep.
+    for name in ["parts/x", "logs/1.log", "shard.sh", "job.sh"] {
+        let _ = fs::remove_dir_all(at.0.join("p"));
+        let own = at.0.join("p").join(name);
+        fs::create_dir_all(own.parent().unwrap()).unwrap();
+        fs::write(&own, "mine").unwrap();
+        for more in [&[][..], &["--force"]] {
+            let got = at.sweep(&[&["--on", "local", "--shards", "2", "--out", "p"], more].concat());
+            assert!(got.status.code() == Some(2) && said(&got).contains("is in the way"), "{name}: {}", said(&got));
+        }
+        assert_eq!(fs::read(own).unwrap(), b"mine");
+    }
+}
+
 #[test]
 fn nonsense_is_refused_before_something_is_submitted() {
     let at = Place::new("nonsense", &[("sbatch", SBATCH), ("squeue", SQUEUE)]);

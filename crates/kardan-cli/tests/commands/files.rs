@@ -193,6 +193,87 @@ mod unix {
         refused(&at, &["analyze", "axle.toml", "--report", "a"], &["symbolic links"]);
     }
 
+    /// Where a command chooses the names, in a folder that was named, no link out of that folder is followed: what it leads to stays as it is.
+    #[test]
+    fn links_out_of_an_output_folder_are_not_followed() {
+        let at = folder("outside");
+        let swept = MODEL.replace("0.01 kg m^2", "0.01 kg m^2 ± 10 %")
+            + "[[requirement]]\nsignal = \"axle.w\"\nmeasure = \"max\"\nbelow = \"1e3 rad/s\"\n";
+        fs::write(at.join("swept.toml"), swept).unwrap();
+        let commands: [&[&str]; 5] = [
+            &["run", "axle.toml", "--out", "o"],
+            &["bench", "axle.toml", "--out", "o"],
+            &["sweep", "swept.toml", "--samples", "70", "--out", "o", "--resume"],
+            &["sweep", "swept.toml", "--samples", "70", "--shard", "1/2", "--out", "o", "--resume"],
+            &[
+                "sweep",
+                "swept.toml",
+                "--samples",
+                "70",
+                "--on",
+                "local",
+                "--shards",
+                "2",
+                "--retries",
+                "0",
+                "--out",
+                "o",
+                "--resume",
+            ],
+        ];
+        let victim = at.join("victim");
+        for arguments in commands {
+            let _ = fs::remove_dir_all(at.join("o"));
+            assert_eq!(kardan(&at, arguments).status.code(), Some(0), "{arguments:?}");
+            let mut told = 0;
+            for (path, whole) in contents(&at.join("o")) {
+                fs::write(&victim, "mine").unwrap();
+                fs::remove_file(&path).unwrap();
+                symlink(&victim, &path).unwrap();
+                let got = kardan(&at, arguments);
+                let said = words(&got.stderr);
+                assert_eq!(fs::read(&victim).unwrap(), b"mine", "{arguments:?}: {}", path.display());
+                if got.status.code() == Some(2) {
+                    let other = path.ends_with("jobs.txt") && said.contains("cannot be gone on with");
+                    assert!(
+                        other || said.contains("is a symbolic link to"),
+                        "{arguments:?}: {}: {said}",
+                        path.display()
+                    );
+                    told += 1;
+                    fs::remove_file(&path).unwrap();
+                    fs::write(&path, whole).unwrap();
+                } else {
+                    // What was of no use any more went away, or was not written.
+                    assert_eq!(got.status.code(), Some(0), "{}: {said}", path.display());
+                    let _ = fs::remove_file(&path);
+                    fs::write(&path, whole).unwrap();
+                }
+            }
+            assert!(told > 2, "{arguments:?}: {told}");
+        }
+        // Folders too, and a link that leads nowhere yet; one that stays in the folder, and the folder itself, are followed.
+        fs::remove_dir_all(at.join("o/parts")).unwrap();
+        fs::create_dir(at.join("elsewhere")).unwrap();
+        symlink("../elsewhere", at.join("o/parts")).unwrap();
+        refused(&at, commands[4], &["file::link", "o/parts"]);
+        assert_eq!(fs::read_dir(at.join("elsewhere")).unwrap().count(), 0);
+        fs::remove_dir_all(at.join("o")).unwrap();
+        fs::create_dir(at.join("o")).unwrap();
+        symlink("../new", at.join("o/report.html")).unwrap();
+        let got = kardan(&at, commands[0]);
+        assert!(
+            got.status.code() == Some(2)
+                && words(&got.stderr).contains("`o/report.html` is not written: it is a symbolic link")
+        );
+        assert!(!at.join("new").exists() && at.join("o/axle.csv").is_file());
+        fs::remove_file(at.join("o/report.html")).unwrap();
+        symlink("inside", at.join("o/report.html")).unwrap();
+        symlink("o", at.join("named")).unwrap();
+        assert_eq!(kardan(&at, &["run", "axle.toml", "--out", "named"]).status.code(), Some(0));
+        assert!(at.join("o/inside").is_file() && at.join("o/report.html").is_symlink());
+    }
+
     #[test]
     fn files_that_cannot_be_replaced_as_they_are_stay() {
         let at = folder("kept");

@@ -5,6 +5,8 @@ mod changes;
 mod cli;
 #[cfg(unix)]
 mod cluster;
+#[cfg(unix)]
+mod damage;
 mod design;
 mod end_to_end;
 mod files;

@@ -79,11 +79,96 @@ fn the_readme_is_short_and_its_links_lead_somewhere() {
     }
 }
 
-/// The model of the first steps is one.
+/// The model of the first steps is one, and the commands below it work as they are printed; the last one waits for changes.
 #[test]
-fn the_first_model_has_no_mistakes() {
+#[cfg(unix)]
+fn the_first_steps_work_as_printed() {
     let text = fs::read_to_string(root().join("docs/first-model.md")).unwrap();
     let model = text.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let mistakes = kardan::study::check(model);
     assert!(mistakes.is_empty(), "{mistakes:?}");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("first-model");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join("arm.toml"), model).unwrap();
+    let kardan = Path::new(env!("CARGO_BIN_EXE_kardan")).parent().unwrap();
+    let path = format!("{}:{}", kardan.display(), std::env::var("PATH").unwrap());
+    let lines: Vec<String> = shell_lines(&text).into_iter().filter(|line| !line.contains("--watch")).collect();
+    assert!(lines[0].starts_with("kardan check") && lines.len() == 3, "{lines:?}");
+    for shell in ["sh", "zsh"] {
+        for line in &lines {
+            let mut command = Command::new(shell);
+            command.args(["-c", line]).current_dir(&folder).env("PATH", &path).stdin(Stdio::null());
+            // Not everybody has zsh.
+            let Ok(got) = command.output() else { continue };
+            assert_eq!(got.status.code(), Some(0), "{shell}: {line}: {}", String::from_utf8_lossy(&got.stderr));
+        }
+    }
+}
+
+/// Lines of a page that are typed into a shell.
+fn shell_lines(text: &str) -> Vec<String> {
+    let programs = ["kardan ", "cargo ", "python3 "];
+    let lines = text.lines().filter(|line| line.starts_with("    ")).map(|line| line.trim().trim_start_matches("$ "));
+    lines.filter(|line| programs.iter().any(|program| line.starts_with(program))).map(String::from).collect()
+}
+
+/// What zsh, typed into, takes otherwise than sh in a command: comments, brackets, braces, `!`, and `=` that begins a word. `*` is meant where it stands for files.
+fn differs_in_zsh(line: &str) -> Option<String> {
+    let (mut quote, mut before) = (None, ' ');
+    let wrong = |c: char| Some(format!("`{c}` outside of quotes"));
+    for c in line.chars() {
+        match (quote, c) {
+            (None, '\'' | '"') => quote = Some(c),
+            (Some(open), c) if c == open => quote = None,
+            (Some('"'), '!' | '$' | '`') => return Some(format!("`{c}` in double quotes")),
+            (None, '#' | '[' | ']' | '{' | '}' | '(' | ')' | '!' | '?' | '^') => return wrong(c),
+            (None, '=') if before == ' ' => return wrong(c),
+            _ => {}
+        }
+        before = c;
+    }
+    quote.map(|open| format!("`{open}` is not closed"))
+}
+
+/// Commands of the README, of all pages and of the help mean the same in sh, bash and zsh.
+#[test]
+fn every_command_means_the_same_in_zsh() {
+    for (line, wrong) in [
+        ("kardan check arm.toml   # all", true),
+        ("kardan run m.toml --set a[0].to=1", true),
+        ("kardan run m.toml --set \"a[0].to=1\"", false),
+        ("kardan run m.toml --set 'a=!x'", false),
+        ("kardan run m.toml --set \"a=!x\"", true),
+        ("kardan run =m.toml", true),
+        ("kardan sweep merge m.toml parts/* --out all", false),
+        ("kardan run 'm.toml", true),
+    ] {
+        assert_eq!(differs_in_zsh(line).is_some(), wrong, "{line}");
+    }
+    let pages = fs::read_dir(root().join("docs")).unwrap().flatten().map(|entry| entry.path());
+    let pages = pages.filter(|path| path.extension().is_some_and(|extension| extension == "md"));
+    let mut lines = Vec::new();
+    for page in pages.chain([root().join("README.md"), root().join("ARCHITECTURE.md")]) {
+        let text = fs::read_to_string(&page).unwrap();
+        let inline = text.split('`').skip(1).step_by(2).filter(|code| code.starts_with("kardan ")).map(String::from);
+        lines.extend(shell_lines(&text).into_iter().chain(inline).map(|line| (page.display().to_string(), line)));
+    }
+    let help = |arguments: &[&str]| {
+        let got = Command::new(env!("CARGO_BIN_EXE_kardan")).args(arguments).arg("--help").output().unwrap();
+        String::from_utf8(got.stdout).unwrap()
+    };
+    let all = help(&[]);
+    let commands = all.split("Commands:").nth(1).unwrap().lines().skip(1).take_while(|line| !line.trim().is_empty());
+    let commands: Vec<&str> = commands.filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(commands.contains(&"sweep") && commands.contains(&"run"), "{commands:?}");
+    for command in commands.into_iter().filter(|command| *command != "help") {
+        let text = help(&[command]);
+        let examples = text.lines().map(str::trim).filter(|line| line.starts_with("kardan "));
+        lines.extend(examples.map(|line| (format!("{command} --help"), line.to_string())));
+    }
+    assert!(lines.len() > 100, "{}", lines.len());
+    let wrong = lines.iter().filter_map(|(whose, line)| Some(format!("{whose}: {line}: {}", differs_in_zsh(line)?)));
+    let wrong: Vec<String> = wrong.collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

@@ -48,6 +48,35 @@ signal = \"a.phi\"
 below = \"5 deg\"
 ";
 
+/// Times in which no row of the results lies are refused: all would be harmless in them, or nothing detected. Rows lie 50 us apart behind a fault.
+#[test]
+fn times_shorter_than_a_row_are_refused() {
+    let at = folder("short");
+    for (from, to, told) in [
+        ("below = \"5 deg\"", "below = \"5 deg\"\nwindow = \"1 ns\"", "effect `turn`: its window of 0.000000001 s"),
+        ("below = \"5 deg\"", "below = \"5 deg\"\nwindow = \"49 us\"", "write at least 5.000e-5 s"),
+        (
+            "[safety]",
+            "[safety]\ndetected = \"a.w < 0 rad/s\"\nwithin = \"1 us\"",
+            "`within` of `[safety]` of 0.000001 s",
+        ),
+    ] {
+        fs::write(at.join("m.toml"), MODEL.replace(from, to)).unwrap();
+        let got = kardan(&at, &["safety", "m.toml"]);
+        let error =
+            String::from_utf8_lossy(&got.stderr).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(got.status.code() == Some(2) && error.contains("safety::window") && error.contains(told), "{error}");
+    }
+    // One row is enough, and a finer step has more of them.
+    for (window, step) in [("50 us", "1 ms"), ("5 us", "0.1 ms")] {
+        let model = MODEL.replace("below = \"5 deg\"", &format!("below = \"5 deg\"\nwindow = \"{window}\""));
+        let model = model.replace("[scenario]", &format!("[scenario]\noutput_step = \"{step}\""));
+        fs::write(at.join("m.toml"), model).unwrap();
+        let got = kardan(&at, &["safety", "m.toml"]);
+        assert_ne!(got.status.code(), Some(2), "{}", String::from_utf8_lossy(&got.stderr));
+    }
+}
+
 #[test]
 fn the_table_in_all_its_forms() {
     let at = folder("forms");

@@ -161,7 +161,7 @@ fn the_page_of_a_search_has_bounds() {
     assert!(page.contains("the worst that was found") && at.join("o/worst.html").is_file());
 }
 
-/// Rows whose values do not follow from their numbers are not gone on with: a bit of one was turned.
+/// A bit of a measured value is flipped: a merge refuses the file by name, so does a run of its rows, and `--resume` computes it again.
 #[test]
 fn damaged_rows_are_seen() {
     let at = folder("damaged");
@@ -170,20 +170,92 @@ fn damaged_rows_are_seen() {
     assert_eq!(sweep(&[]).status.code(), Some(1));
     let path = at.join("o/rows-000000.parquet");
     let whole = fs::read(&path).unwrap();
-    // The first value of the inertia, where it stands as it is.
-    let table = kardan(&at, &["sweep", "m.toml", "--samples", "64", "--json"]);
-    assert!(table.status.code() == Some(1) && sweep(&["--resume"]).status.code() == Some(1));
-    let inertia = (0..whole.len() - 8).find(|at| {
-        let value = f64::from_le_bytes(whole[*at..*at + 8].try_into().unwrap());
-        (1.8..2.2).contains(&value)
-    });
-    let mut turned = whole.clone();
-    turned[inertia.expect("a value") + 3] ^= 1;
-    fs::write(&path, turned).unwrap();
-    let got = sweep(&["--resume"]);
-    let told = String::from_utf8_lossy(&got.stderr).into_owned();
-    assert_eq!(got.status.code(), Some(2), "{told}");
-    assert!(told.contains("damaged") && told.contains("rows-000000.parquet"), "{told}");
+    // The last value of the final speed, 4 N m s over the inertia, where it stands as it is.
+    let (_, rows) = kardan::export::rows_of_any_sweep(whole.clone()).unwrap();
+    let speed = rows[63].values.iter().find(|(name, _)| name == "requirement.1.measured").unwrap().1;
+    let place = whole.windows(8).position(|bytes| bytes == speed.to_le_bytes()).expect("a value");
+    let mut flipped = whole.clone();
+    flipped[place + 3] ^= 1;
+    fs::write(&path, flipped).unwrap();
+    for arguments in
+        [&["sweep", "merge", "m.toml", "o"][..], &["run", "m.toml", "--variants-from", "o/rows-000000.parquet"]]
+    {
+        let got = kardan(&at, arguments);
+        let told = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(got.status.code(), Some(2), "{told}");
+        assert!(told.contains("damaged or altered") && told.contains("rows-000000.parquet"), "{told}");
+    }
+    assert_eq!(sweep(&["--resume"]).status.code(), Some(1));
+    assert_eq!(fs::read(&path).unwrap(), whole);
+}
+
+/// A folder is filled by one sweep at a time; the lock of one that was killed is gone with it. Shards fill one together, each once.
+#[test]
+fn two_sweeps_in_one_folder_are_refused() {
+    let at = folder("locked");
+    fs::write(at.join("m.toml"), MODEL).unwrap();
+    let small = ["sweep", "m.toml", "--samples", "70", "--out", "o", "--force"];
+    let refused = |arguments: &[&str], told: &str| {
+        let got = kardan(&at, arguments);
+        let error = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(got.status.code() == Some(2) && error.contains(told), "{arguments:?}: {error}");
+        assert!(error.contains("wait until it has ended, or name another folder"), "{error}");
+    };
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));
+    command.current_dir(&at).args(["sweep", "m.toml", "--samples", "1000000", "--out", "o"]);
+    let mut running = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    while !at.join("o/rows-000000.parquet").exists() {
+        assert!(running.try_wait().unwrap().is_none(), "it has ended");
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    for other in [&small[..], &["sweep", "m.toml", "--samples", "70", "--out", "o", "--on", "local", "--resume"]] {
+        refused(other, "another sweep is running in the folder");
+    }
+    refused(&["sweep", "m.toml", "--shard", "1/2", "--out", "o", "--resume"], "in the folder `o`");
+    running.kill().unwrap();
+    running.wait().unwrap();
+    assert_eq!(kardan(&at, &small).status.code(), Some(1));
+    // Another shard runs; the same one does not run twice.
+    let lock = |name: &str| {
+        let path = at.join("s").join(name);
+        fs::OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).unwrap()
+    };
+    fs::create_dir(at.join("s")).unwrap();
+    let (folder, own) = (lock(".kardan-lock"), lock(".kardan-lock-1-of-2"));
+    folder.lock_shared().unwrap();
+    own.lock().unwrap();
+    let shard = |part: &'static str| ["sweep", "m.toml", "--samples", "70", "--out", "s", "--shard", part];
+    assert_eq!(kardan(&at, &shard("2/2")).status.code(), Some(1));
+    refused(&shard("1/2"), "in the folder `s`");
+    refused(&["sweep", "m.toml", "--samples", "70", "--out", "s", "--resume"], "in the folder `s`");
+    drop(own);
+    assert_eq!(kardan(&at, &shard("1/2")).status.code(), Some(1));
+}
+
+/// `--force` removes what kardan has written, and nothing that only has such a name.
+#[test]
+fn force_leaves_what_is_of_others() {
+    let at = folder("foreign");
+    fs::write(at.join("m.toml"), MODEL).unwrap();
+    fs::create_dir(at.join("o")).unwrap();
+    for name in ["rows-000001.parquet", "rows-000009.parquet", "shard-1-of-2.json"] {
+        let own = at.join("o").join(name);
+        fs::write(&own, "mine").unwrap();
+        let got = kardan(&at, &["sweep", "m.toml", "--samples", "70", "--out", "o", "--force"]);
+        let error = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(got.status.code() == Some(2) && error.contains(name) && error.contains("not written it"), "{error}");
+        assert_eq!(fs::read(&own).unwrap(), b"mine");
+        fs::remove_file(own).unwrap();
+    }
+    // Names that kardan never gives are not looked at.
+    for name in ["rows-1.parquet", "rows-0000001.parquet", "model-mine.toml"] {
+        fs::write(at.join("o").join(name), "mine").unwrap();
+    }
+    for _ in 0..2 {
+        let got = kardan(&at, &["sweep", "m.toml", "--samples", "70", "--out", "o", "--force"]);
+        assert_eq!(got.status.code(), Some(1), "{}", String::from_utf8_lossy(&got.stderr));
+    }
+    assert_eq!(fs::read(at.join("o/rows-1.parquet")).unwrap(), b"mine");
 }
 
 /// What is missing is made, and nothing else; rows of another sweep are refused.
@@ -209,8 +281,11 @@ fn it_goes_on_where_it_ended() {
         let error = printed(&got.stdout).to_string();
         assert!(error.contains(told), "{error}");
     }
+    // What is damaged is made again, which is told.
     fs::write(at.join("o/rows-000001.parquet"), b"PAR1").unwrap();
-    assert!(printed(&sweep(&["--resume"]).stdout).to_string().contains("cannot be gone on with"));
+    let again = sweep(&["--resume"]);
+    assert!(String::from_utf8_lossy(&again.stderr).contains("rows-000001.parquet`: it cannot be read"), "{again:?}");
+    assert_eq!((printed(&again.stdout), bytes(1)), (printed(&first.stdout), before[1].clone()));
     assert_eq!(sweep(&["--force", "--seed", "3"]).status.code(), Some(1));
 }
 

@@ -58,7 +58,7 @@ fn an_energy_balance_that_does_not_close_is_no_completed_run() {
     assert!(run["outcome"]["cause"].as_str().unwrap().starts_with("the energy balance does not close"));
     assert_eq!(run["requirements"][0]["passed"], false);
     assert!(run["notes"].to_string().contains("All requirements count as not met"), "{}", run["notes"]);
-    let said = "The run reached its end, but its energy balance does not close, so that its numbers are wrong; the requirement is not met.";
+    let said = "The run reached its end, but its energy balance does not close, so that its numbers are wrong; the requirement is not met: max |a.phi| < 1e9 rad.";
     let got = with(&["--markdown"]);
     assert_eq!(got.status.code(), Some(2));
     assert!(text(&got.stdout).contains(said), "{}", text(&got.stdout));
@@ -120,7 +120,7 @@ fn errors_as_large_as_signals_are_told_first() {
     assert!(unreliable["error"].as_f64().unwrap() >= 0.1 * unreliable["size"].as_f64().unwrap(), "{unreliable}");
     assert!(run["warnings"][0].as_str().unwrap().contains("the estimated error of"), "{}", run["warnings"]);
     assert_eq!(with(&["long.toml", "--json", "--strict"]).status.code(), Some(1));
-    let said = "The run reached its end, but its numbers are in doubt; no requirements are stated.";
+    let said = "The run reached its end, but its numbers are in doubt; accuracy: the estimated error of a.phi reaches its first digit; no requirements are stated.";
     let got = with(&["long.toml", "--markdown"]);
     assert!(text(&got.stdout).contains(said), "{}", text(&got.stdout));
     assert!(text(&fs::read(at.join("o/report.md")).unwrap()).contains(said));
@@ -131,4 +131,61 @@ fn errors_as_large_as_signals_are_told_first() {
     );
     // Without a second run there is no estimate to be strict about.
     assert_eq!(with(&["short.toml", "--strict", "--runs-only"]).status.code(), Some(2));
+}
+
+/// A position loop on an arm, with three samples of delay, in two variants that a parameter tells apart.
+const DELAYED: &str = "\
+[parameters]
+J = \"0.8 kg m^2\"
+[shaft.arm]
+inertia = \"J\"
+[motor.drive]
+shaft = \"arm\"
+[control.position]
+law = \"position_loop\"
+output = \"arm.phi\"
+input = \"drive\"
+natural_frequency = \"FREQUENCY rad/s\"
+reference = \"ref\"
+sample_time = \"10 ms\"
+delay = \"30 ms\"
+[scenario]
+duration = \"1 s\"
+[[scenario.event]]
+at = \"0.1 s\"
+signal = \"ref\"
+to = \"90 deg\"
+[[variant]]
+name = \"light\"
+[[variant]]
+name = \"heavy\"
+set = { J = \"0.81 kg m^2\" }
+[[requirement]]
+signal = \"arm.phi\"
+measure = \"max\"
+below = \"92 deg\"
+[[requirement]]
+signal = \"arm.w\"
+measure = \"max_abs\"
+below = \"1000 rad/s\"
+";
+
+/// The first line names what is not met and the loop with low margins, and calls variants as the file does.
+#[test]
+fn the_first_line_names_what_is_wrong() {
+    let at = folder("first");
+    fs::write(at.join("slow.toml"), DELAYED.replace("FREQUENCY", "5")).unwrap();
+    fs::write(at.join("fast.toml"), DELAYED.replace("FREQUENCY", "17")).unwrap();
+    let with = |model: &str| kardan(&at, &["run", model, "--out", "o"]);
+    let got = with("slow.toml");
+    assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
+    assert!(
+        text(&got.stdout).contains("All 2 variants completed; all 4 requirements are met."),
+        "{}",
+        text(&got.stdout)
+    );
+    let got = with("fast.toml");
+    assert_eq!(got.status.code(), Some(1), "{}", text(&got.stderr));
+    let said = "2 of 4 requirements are met, 2 are not: max arm.phi < 92 deg (light, heavy); low margins: `position` has the disk margin 0.2";
+    assert!(text(&got.stdout).contains(said), "{}", text(&got.stdout));
 }

@@ -398,8 +398,8 @@ fn least(structure: &Structure) -> Body {
     }
     let certificate = &structure.certificate;
     let kind = match structure.kind.as_str() {
-        "pure damping" => "The model has no springs, so the damping alone decides these numbers.",
-        "no damping" => "The model has no damping, so the springs alone decide these numbers.",
+        "pure damping" => "The model has no stiffness: each degree of freedom needs an input and an output of its own.",
+        "no damping" => "The model has no damping, so its stiffness alone decides these numbers.",
         _ => "",
     };
     let (inputs, outputs) = (certificate.inputs.as_ref(), certificate.outputs.as_ref());

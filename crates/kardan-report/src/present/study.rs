@@ -8,12 +8,14 @@ use crate::text::number;
 use crate::text::{Clock, figure};
 use crate::words;
 use kardan::results::{
-    self, Accuracy, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorStrain, Outcome, Plot, Run, RunVerdict,
-    Signal, Structure, Study, Verdict,
+    self, Accuracy, Design, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorStrain, Outcome, Plot, Run,
+    RunVerdict, Signal, Structure, Study, Verdict,
 };
 
 use super::{analysis, design};
 
+/// Requirements, runs and loops that the first sentence names; more are counted.
+const NAMED: usize = 3;
 /// More events of one variant are counted, not listed.
 const EVENTS: usize = 300;
 
@@ -116,8 +118,75 @@ fn verdict(study: &Study) -> Verdict {
         some => format!("; in {some} of {} variants a motor is at its limit for some time", study.runs.len()),
     };
     let completed = study.runs.iter().all(|run| run.verdict() == RunVerdict::Completed);
-    let sound = completed && passed == judged.len();
-    Verdict { sound, text: format!("{}; {requirements}{strained}.", ended(study)) }
+    let weak =
+        |design: &Design| design.margins.as_ref().is_some_and(|found| found.stable == Some(false) || found.hardly);
+    let sound = completed && passed == judged.len() && !study.designs.iter().any(weak);
+    let loops = loops(study);
+    let (failed, doubts) = (failed(study), doubts(study));
+    Verdict { sound, text: format!("{}{doubts}; {requirements}{failed}{loops}{strained}.", ended(study)) }
+}
+
+/// Names behind a sentence: `: first; second; and 3 more`.
+fn behind(names: &[String]) -> String {
+    let told: Vec<&str> = names.iter().take(NAMED).map(String::as_str).collect();
+    match (names.len(), names.len().saturating_sub(NAMED)) {
+        (0, _) => String::new(),
+        (_, 0) => format!(": {}", told.join("; ")),
+        (_, more) => format!(": {}; and {more} more", told.join("; ")),
+    }
+}
+
+/// A part of a sentence with the runs that it is about, where there are several.
+fn about(study: &Study, text: &str, runs: &[&Run]) -> String {
+    let labels: Vec<String> = runs.iter().map(|run| variant_label(study, run)).collect();
+    if study.runs.len() < 2 { text.into() } else { format!("{text} ({})", words::list(&labels, NAMED)) }
+}
+
+/// The requirements that are not met.
+fn failed(study: &Study) -> String {
+    let mut all: Vec<(&str, Vec<&Run>)> = Vec::new();
+    for run in &study.runs {
+        for judged in run.requirements.iter().filter(|judged| !judged.passed) {
+            match all.iter_mut().find(|(text, _)| *text == judged.text) {
+                Some((_, runs)) => runs.push(run),
+                None => all.push((&judged.text, vec![run])),
+            }
+        }
+    }
+    behind(&all.iter().map(|(text, runs)| about(study, text, runs)).collect::<Vec<_>>())
+}
+
+/// What the comparison with a second run speaks against numbers.
+fn doubts(study: &Study) -> String {
+    let doubt = |run: &Run| {
+        let found = run.accuracy.as_ref()?;
+        let text = match (&found.unreliable, &found.undecided) {
+            (Some(one), _) => format!("the estimated error of {} reaches its first digit", one.signal),
+            (None, Some(first)) => {
+                format!("counts of `{}` decide from {} on", first.sensor, clock(study).time(first.time))
+            }
+            (None, None) if !found.same_events => "a second run comes through other events".into(),
+            _ => return None,
+        };
+        Some(about(study, &text, &[run]))
+    };
+    let all: Vec<String> = study.runs.iter().filter_map(doubt).collect();
+    if all.is_empty() { String::new() } else { format!("; accuracy{}", behind(&all)) }
+}
+
+/// Loops that are unstable or have low margins.
+fn loops(study: &Study) -> String {
+    let one = |design: &Design| {
+        let margins = design.margins.as_ref()?;
+        let name = &design.controller;
+        match (margins.stable, margins.low()) {
+            (Some(false), _) => Some(format!("`{name}` is not stable")),
+            (_, Some(low)) => Some(format!("`{name}` has the disk margin {} at `{}`", figure(low.disk, 2), low.name)),
+            _ => None,
+        }
+    };
+    let all: Vec<String> = study.designs.iter().filter_map(one).collect();
+    if all.is_empty() { String::new() } else { format!("; low margins{}", behind(&all)) }
 }
 
 /// How all runs ended, and whether their numbers may be used.

@@ -6,7 +6,7 @@
 //! | [`parquet()`] | pyarrow, polars, DuckDB, MATLAB |
 //! | [`mat()`] | MATLAB, Octave, SciPy |
 //! | [`mdf()`] | CANape, dSPACE, asammdf |
-//! | [`rows()`] | as Parquet: rows without a time, with texts; [`read_rows`] gives them back, [`metadata`] the texts behind them |
+//! | [`rows()`] | as Parquet: rows without a time, with texts; [`read_rows`] gives them back, if no bit of them has changed |
 
 mod arrow_schema;
 mod csv;
@@ -20,4 +20,4 @@ pub use csv::csv;
 pub use mat::{Texts, Values, mat, mat_matrices};
 pub use mdf::mdf;
 pub use parquet::{ParquetError, parquet};
-pub use rows::{Rows, metadata, read_rows, rows};
+pub use rows::{Rows, read_rows, rows};

@@ -1,5 +1,9 @@
 //! Rows of numbers and texts as Apache Parquet files, written and read again.
+//!
+//! The last pair of the metadata is a checksum of the whole file: FNV-1a of all its bytes, with zeros in place of the digits of the checksum itself.
+//! It is verified before anything else is read, so that damaged bytes reach no decoder. Other readers see a pair of the metadata.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use ::parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
@@ -13,6 +17,12 @@ use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
 
 use crate::Column;
+
+/// The key of the checksum, and what stands before its digits.
+const CHECKSUM: &str = "checksum";
+const ALGORITHM: &[u8] = b"fnv-1a-64:";
+/// Hexadecimal digits of the checksum.
+const DIGITS: usize = 16;
 
 /// Rows that were read: names, columns, pairs of the metadata.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -65,6 +75,8 @@ pub fn rows(
         metadata.iter().map(|&(key, value)| KeyValue::new(key.into(), value.to_owned())).collect();
     let unit = |column: &Column<'_>| KeyValue::new(format!("unit:{}", column.name), column.unit.to_owned());
     pairs.extend(numbers.iter().map(unit));
+    let blank = String::from_utf8_lossy(ALGORITHM) + "0000000000000000";
+    pairs.push(KeyValue::new(CHECKSUM.into(), blank.into_owned()));
     let properties =
         WriterProperties::builder().set_compression(Compression::SNAPPY).set_key_value_metadata(Some(pairs)).build();
     let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
@@ -81,14 +93,44 @@ pub fn rows(
         chunk.close()?;
     }
     group.close()?;
-    writer.into_inner()
+    let mut bytes = writer.into_inner()?;
+    let digits = digits_of(&bytes).expect("the checksum is the last pair of the metadata");
+    let sum = format!("{:016x}", checksum(&bytes, &digits));
+    bytes[digits].copy_from_slice(sum.as_bytes());
+    Ok(bytes)
+}
+
+/// Where the digits of the checksum are.
+fn digits_of(bytes: &[u8]) -> Option<Range<usize>> {
+    let start = bytes.windows(ALGORITHM.len()).rposition(|window| window == ALGORITHM)? + ALGORITHM.len();
+    (start + DIGITS <= bytes.len()).then_some(start..start + DIGITS)
+}
+
+/// FNV-1a of the bytes, with zeros in place of these digits.
+fn checksum(bytes: &[u8], digits: &Range<usize>) -> u64 {
+    let add = |sum: u64, byte: &u8| (sum ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
+    let before = bytes[..digits.start].iter().chain(&[b'0'; DIGITS]).fold(0xcbf2_9ce4_8422_2325, add);
+    bytes[digits.end..].iter().fold(before, add)
+}
+
+/// Whether the bytes are those that were written.
+fn verify(bytes: &[u8]) -> Result<(), ParquetError> {
+    let wrong = |what: &str| Err(ParquetError::General(what.into()));
+    let Some(digits) = digits_of(bytes) else {
+        return wrong("it has no checksum: it was damaged, or kardan has not written it");
+    };
+    match format!("{:016x}", checksum(bytes, &digits)).as_bytes() == &bytes[digits] {
+        true => Ok(()),
+        false => wrong("its checksum is another one: it was damaged or altered"),
+    }
 }
 
 /// Reads such rows; columns of other types are left out.
 ///
 /// # Errors
-/// What is wrong with the bytes.
+/// The bytes are not those that [`rows`] has written: their checksum is missing or another one.
 pub fn read_rows(bytes: Vec<u8>) -> Result<Rows, ParquetError> {
+    verify(&bytes)?;
     let reader = SerializedFileReader::new(bytes::Bytes::from(bytes))?;
     let file = reader.metadata().file_metadata();
     let metadata = pairs(&reader);
@@ -117,15 +159,49 @@ pub fn read_rows(bytes: Vec<u8>) -> Result<Rows, ParquetError> {
     Ok(out)
 }
 
-/// The texts behind such rows alone.
-///
-/// # Errors
-/// What is wrong with the bytes.
-pub fn metadata(bytes: Vec<u8>) -> Result<Vec<(String, String)>, ParquetError> {
-    SerializedFileReader::new(bytes::Bytes::from(bytes)).map(|reader| pairs(&reader))
-}
-
 fn pairs(reader: &SerializedFileReader<bytes::Bytes>) -> Vec<(String, String)> {
     let pairs = reader.metadata().file_metadata().key_value_metadata().cloned().unwrap_or_default();
     pairs.into_iter().map(|pair| (pair.key, pair.value.unwrap_or_default())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn written() -> Vec<u8> {
+        let values: Vec<f64> = (0..40).map(|k| f64::from(k) * 0.1).collect();
+        let words: Vec<String> = (0..40).map(|k| format!("row {}", k % 3)).collect();
+        let column = Column { name: "x", unit: "m", description: "", values: &values };
+        rows(&[column], &[("reason", &words)], &[("sweep", "it")]).unwrap()
+    }
+
+    /// The published values of FNV-1a with 64 bits.
+    #[test]
+    fn the_checksum_is_fnv_1a() {
+        for (text, sum) in
+            [("", 0xcbf2_9ce4_8422_2325), ("a", 0xaf63_dc4c_8601_ec8c), ("foobar", 0x8594_4171_f739_67e8)]
+        {
+            let bytes = [text.as_bytes(), &[b'x'; DIGITS]].concat();
+            let zeros = [b'0'; DIGITS]
+                .iter()
+                .fold(sum, |sum: u64, byte| (sum ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3));
+            assert_eq!(checksum(&bytes, &(text.len()..bytes.len())), zeros);
+        }
+    }
+
+    /// Every bit of the file counts, and every length.
+    #[test]
+    fn every_changed_bit_and_every_other_length_is_refused() {
+        let whole = written();
+        assert_eq!(read_rows(whole.clone()).unwrap().texts[0].1.len(), 40);
+        for bit in 0..8 * whole.len() {
+            let mut other = whole.clone();
+            other[bit / 8] ^= 1 << (bit % 8);
+            assert!(read_rows(other).is_err(), "bit {bit}");
+        }
+        for length in 0..whole.len() {
+            assert!(read_rows(whole[..length].to_vec()).is_err(), "{length} bytes");
+        }
+        assert!(read_rows([&whole[..], &[0]].concat()).is_err());
+    }
 }

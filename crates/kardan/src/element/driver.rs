@@ -34,7 +34,7 @@ keys! {
                                        `two_level` needs it.";
             anticipation: Quantity(Dimension::TIME, Sign::NonNegative) = "0.2 s", "By how much earlier the wheel is turned for it, of `two_level`.";
             reaction: Quantity(Dimension::TIME, Sign::NonNegative) = "0.15 s", "Time until what is seen moves the hands.";
-            sample_time: Quantity(Dimension::TIME, Sign::Positive) = "10 ms", "How often the driver looks; `reaction` is a multiple of it.";
+            sample_time: Quantity(Dimension::TIME, Sign::Period) = "10 ms", "How often the driver looks; `reaction` is a multiple of it.";
             lag: Quantity(Dimension::TIME, Sign::Positive) = "0.1 s", "Time constant of nerves and muscles; a steering robot has about \"5 ms\".";
             stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive) = "60 N m/rad", "Stiffness of the arms; a steering robot has about \"5 kN m/rad\".";
             damping: Quantity(Dimension::DAMPING, Sign::NonNegative) = "3 N m s/rad", "Damping of the arms.";

@@ -29,7 +29,7 @@ keys! {
             phase: Number(Sign::NonNegative) = "0",
                 "Where within a step the sensor stands at zero, from 0 to below 1: the reading is step * \
                  floor(angle/step + phase); with 0.5 it rounds to the nearest step.";
-            sample_time: Quantity(Dimension::TIME, Sign::Positive),
+            sample_time: Quantity(Dimension::TIME, Sign::Period),
                 "Time between readings, held in between; a speed is then the difference of two rounded angles. Left \
                  out: continuous.";
             noise: AnyQuantity,

@@ -73,24 +73,35 @@ pub fn sweep_rows(head: &SweepHead, rows: &[SweepRow]) -> Result<Vec<u8>, write:
     write::rows(&numbers, &[(VARIANT, &variants), (REASON, &reasons)], &metadata)
 }
 
+/// Why a file is not taken as rows of a sweep.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum RowsError {
+    /// It is not what was written, in words.
+    Damaged(String),
+    /// It is of another sweep, which follows from this.
+    OtherSweep(String),
+}
+
+/// The pairs of the metadata with the rows, if no bit of them has changed; what they follow from.
+fn read(bytes: Vec<u8>) -> Result<(String, write::Rows), String> {
+    let read = write::read_rows(bytes).map_err(|error| format!("it cannot be read: {error}"))?;
+    let identity = value(&read, IDENTITY).map(String::from);
+    identity.map(|identity| (identity, read)).ok_or_else(|| "it holds no rows of a sweep".into())
+}
+
+/// A value of the metadata.
+fn value<'r>(read: &'r write::Rows, key: &str) -> Option<&'r str> {
+    read.metadata.iter().find(|(other, _)| other == key).map(|(_, value)| value.as_str())
+}
+
 /// How many samples the sweep of a file of rows has, and its seed.
 ///
 /// # Errors
 /// The file is damaged, or holds no rows of a sweep.
 pub fn samples_and_seed(bytes: Vec<u8>) -> Result<(u64, u64), String> {
-    let metadata = write::metadata(bytes).map_err(|error| format!("it cannot be read: {error}"))?;
-    let number = |key: &str| metadata.iter().find(|(other, _)| other == key).and_then(|(_, value)| value.parse().ok());
+    let (_, read) = read(bytes)?;
+    let number = |key: &str| value(&read, key).and_then(|value| value.parse().ok());
     number(SAMPLES).zip(number(SEED)).ok_or_else(|| "it holds no rows of a sweep".to_string())
-}
-
-/// What the rows of a file follow from, in words.
-///
-/// # Errors
-/// The file is damaged, or holds no rows of a sweep.
-pub fn identity_of_rows(bytes: Vec<u8>) -> Result<String, String> {
-    let metadata = write::metadata(bytes).map_err(|error| format!("it cannot be read: {error}"))?;
-    let identity = metadata.into_iter().find(|(key, _)| key == IDENTITY);
-    identity.map(|(_, value)| value).ok_or_else(|| "it holds no rows of a sweep".to_string())
 }
 
 /// What rows follow from, and each with the numbers of its columns: values of what varies, beside others.
@@ -98,11 +109,10 @@ pub fn identity_of_rows(bytes: Vec<u8>) -> Result<String, String> {
 /// # Errors
 /// The file is damaged, or holds no rows of a sweep.
 pub fn rows_of_any_sweep(bytes: Vec<u8>) -> Result<(String, Vec<RowAgain>), String> {
-    let read = write::read_rows(bytes).map_err(|error| format!("it cannot be read: {error}"))?;
-    let identity = read.metadata.iter().find(|(key, _)| key == IDENTITY).map(|(_, value)| value.clone());
+    let (identity, read) = read(bytes)?;
     let samples = read.numbers.iter().find(|(name, _)| name == SAMPLE).map(|(_, values)| values);
     let variants = read.texts.iter().find(|(name, _)| name == VARIANT).map(|(_, values)| values);
-    let (Some(identity), Some(samples), Some(variants)) = (identity, samples, variants) else {
+    let (Some(samples), Some(variants)) = (samples, variants) else {
         return Err("it holds no rows of a sweep".into());
     };
     if read.numbers.iter().any(|(_, column)| column.len() != samples.len()) || variants.len() < samples.len() {
@@ -119,15 +129,17 @@ pub fn rows_of_any_sweep(bytes: Vec<u8>) -> Result<(String, Vec<RowAgain>), Stri
 /// Reads such rows again.
 ///
 /// # Errors
-/// The file is damaged, or of another sweep: with what is different.
-pub fn read_sweep_rows(head: &SweepHead, bytes: Vec<u8>) -> Result<Vec<SweepRow>, String> {
-    let read = write::read_rows(bytes).map_err(|error| format!("it cannot be read: {error}"))?;
-    let identity = read.metadata.iter().find(|(key, _)| key == IDENTITY).map(|(_, value)| value.as_str());
-    match identity {
-        Some(identity) if identity == head.identity => {}
-        Some(identity) => return Err(format!("it is of another sweep: {identity}; this one is {}", head.identity)),
-        None => return Err("it holds no rows of a sweep".into()),
+/// The file is damaged, or of another sweep.
+pub fn read_sweep_rows(head: &SweepHead, bytes: Vec<u8>) -> Result<Vec<SweepRow>, RowsError> {
+    let (identity, read) = read(bytes).map_err(RowsError::Damaged)?;
+    match identity == head.identity {
+        true => own_rows(head, &read).map_err(RowsError::Damaged),
+        false => Err(RowsError::OtherSweep(identity)),
     }
+}
+
+/// The rows of this sweep.
+fn own_rows(head: &SweepHead, read: &write::Rows) -> Result<Vec<SweepRow>, String> {
     let columns = columns(head);
     let number = |name: &str| read.numbers.iter().find(|(other, _)| other == name).map(|(_, values)| values);
     let text = |name: &str| read.texts.iter().find(|(other, _)| other == name).map(|(_, values)| values);

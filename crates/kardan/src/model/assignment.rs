@@ -6,7 +6,7 @@ use crate::file::syntax;
 use crate::names::{did_you_mean, nearest, quoted, shortened, unknown_name};
 
 /// Tables whose keys are their own, not those of something named below them; they may be missing.
-const OF_KEYS: [&str; 6] = ["model", "scenario", "analysis", "bench", "identification", "variants"];
+const OF_KEYS: [&str; 8] = ["model", "scenario", "analysis", "bench", "identification", "variants", "safety", "sweep"];
 
 /// A part of a path: a key, or the number of an entry of a list.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -36,6 +36,11 @@ pub(crate) fn assign(model: &mut Entries, text: &str) -> Result<Option<String>, 
     put(model, &steps, value(written), path)?;
     Ok(match steps.as_slice() {
         [Step::Key(table), Step::Key(name)] if table == "parameters" => hold(model, name),
+        [Step::Key(table), Step::Key(key)] if table == "scenario" && key == "duration" => {
+            let own = manoeuvres(model, |_| true);
+            let list = quoted(own.iter().map(String::as_str));
+            (!own.is_empty()).then(|| format!("`{path}` is set; the manoeuvres {list} have a `duration` of their own"))
+        }
         _ => None,
     })
 }
@@ -87,6 +92,9 @@ fn steps(path: &str) -> Result<Vec<Step>, Diagnostic> {
 fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Step>, Diagnostic> {
     let below = |table: &str| [vec![Step::Key(table.into())], steps.clone()].concat();
     match steps.as_slice() {
+        [Step::Key(table), Step::Key(name)] if table == "parameters" => {
+            from_the_top(model, vec![Step::Key(name.clone())], path)
+        }
         [Step::Key(name)] => {
             let parameters: Vec<&str> = keys(model.table("parameters"));
             if parameters.contains(&name.as_str()) {
@@ -201,6 +209,11 @@ fn put(model: &mut Entries, steps: &[Step], value: Written, path: &str) -> Resul
             }
         }
     }
+    let is_new = table.get(key).is_none() && !matches!(value, Written::Table(_));
+    let all_tables = !table.is_empty() && table.iter().all(|entry| matches!(entry.entry.value, Written::Table(_)));
+    if is_new && steps.len() == 2 && is_group(first) && all_tables {
+        return Err(unknown(key, keys(Some(table))));
+    }
     if matches!(table.get(key), Some(Written::Table(inner)) if !matches!(value, Written::Table(_)) && !inner.is_empty())
     {
         return Err(whole());
@@ -243,19 +256,30 @@ fn hold(model: &mut Entries, name: &str) -> Option<String> {
         }
         return Some(format!("`{name}` is set: [variants] does not vary it now"));
     }
-    let Some(Written::List(variants)) = model.get("variant") else { return None };
-    let own = |entry: &Entry| match &entry.value {
-        Written::Table(variant) if variant.table("set").is_some_and(|set| set.get(name).is_some()) => {
-            match variant.get("name") {
-                Some(Written::Text(variant)) => Some(variant.clone()),
-                _ => None,
-            }
-        }
+    let sets = |table: &Entries| table.table("set").is_some_and(|set| set.get(name).is_some());
+    let called = |entry: &Entry| match &entry.value {
+        Written::Table(variant) if sets(variant) => match variant.get("name") {
+            Some(Written::Text(name)) => Some(name.clone()),
+            _ => None,
+        },
         _ => None,
     };
-    let own: Vec<String> = variants.iter().filter_map(own).collect();
-    let list = quoted(own.iter().map(String::as_str));
-    (!own.is_empty()).then(|| format!("`{name}` is set; the variants {list} have values of their own for it"))
+    let variants: Vec<String> = match model.get("variant") {
+        Some(Written::List(variants)) => variants.iter().filter_map(called).collect(),
+        _ => Vec::new(),
+    };
+    let whose = [("variants", variants), ("manoeuvres", manoeuvres(model, sets))];
+    let whose = whose.iter().filter(|(_, names)| !names.is_empty());
+    let whose: Vec<String> =
+        whose.map(|(what, names)| format!("the {what} {}", quoted(names.iter().map(String::as_str)))).collect();
+    (!whose.is_empty()).then(|| format!("`{name}` is set; {} have values of their own for it", whose.join(" and ")))
+}
+
+/// The manoeuvres of which something is so.
+fn manoeuvres(model: &Entries, is_so: impl Fn(&Entries) -> bool) -> Vec<String> {
+    let all = model.table("manoeuvre").into_iter().flat_map(Entries::iter);
+    let own = all.filter(|one| matches!(&one.entry.value, Written::Table(table) if is_so(table)));
+    own.map(|one| one.key.clone()).collect()
 }
 
 #[cfg(test)]
@@ -323,6 +347,20 @@ below = \"1 rad\"
         assert_eq!(said.as_deref(), Some("`beta` is set: [variants] does not vary it now"));
     }
 
+    /// Values of variants and of manoeuvres go before one that is set, which is told.
+    #[test]
+    fn what_goes_before_a_value_is_told() {
+        let own = "[[variant]]\nname = \"soft\"\nset = { beta = \"1 deg\" }\n[[variant]]\nname = \"hard\"\n\
+                   [manoeuvre.weave]\nset = { beta = \"2 deg\" }\n[manoeuvre.park]\nset = { gamma = 1 }\n";
+        let model = MODEL.replace("[variants]\nbeta = \"[0, 10] deg\"\n", own);
+        let said = |text: &str| assign(&mut syntax(&model).0, text).unwrap();
+        let told = "`beta` is set; the variants `soft` and the manoeuvres `weave` have values of their own for it";
+        assert_eq!(said("beta=20 deg").as_deref(), Some(told));
+        let told = "`scenario.duration` is set; the manoeuvres `weave`, `park` have a `duration` of their own";
+        assert_eq!(said("scenario.duration=2 s").as_deref(), Some(told));
+        assert_eq!(said("column.law=lqr"), None);
+    }
+
     #[test]
     fn mistakes_say_what_was_meant() {
         for (text, expected) in [
@@ -332,6 +370,8 @@ below = \"1 rad\"
             ("colum.law=lqr", "did you mean `column`?"),
             ("shaft.wh.inertia=1", "did you mean `wg`?"),
             ("shaft.wg=1", "is a table"),
+            ("shaft.wh=1", "`shaft.wh`: there is no `wh`"),
+            ("parameters.gamma=1", "the model has no parameter `gamma`"),
             ("shaft=1", "no parameter `shaft`"),
             ("requirement[1].below=1", "it has one entry: write [0]"),
             ("requirement[0]=1", "is a table"),

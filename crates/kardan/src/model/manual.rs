@@ -409,6 +409,7 @@ fn describe(kind: &Kind) -> String {
         Sign::NonNegative => ", zero or more",
         Sign::Positive => ", above zero",
         Sign::NonZero => ", not zero",
+        Sign::Period => ", at least 1 us",
     };
     match kind {
         Kind::Shaft => "shaft".into(),

@@ -43,7 +43,7 @@ pub const BLOCK: &[Field] = &[
     Field::required("kind", Kind::Choice(BLOCKS), "Which kind of block."),
     Field::optional(
         "sample_time",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
+        Kind::Quantity(Dimension::TIME, Sign::Period),
         "When it computes, as on a control unit; its answer holds until the next sample. Left out: at every instant.",
     ),
     Field::optional(

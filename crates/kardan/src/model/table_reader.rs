@@ -12,7 +12,7 @@ use crate::element::{Resolved, Values};
 use crate::entries::Place;
 use crate::equations::{Domain, GROUND};
 use crate::names::{Quantity, SignalName, did_you_mean, stands_still};
-use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
+use crate::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Table, Value};
 use crate::units::{Dimension, Exact, Expression, UnitError, shown_quantity};
 
 impl fmt::Display for Rounded {
@@ -691,7 +691,10 @@ fn broken(sign: Sign, value: &Exact) -> Option<&'static str> {
     match (sign, value.signum()) {
         (Sign::NonNegative, -1) => Some("zero or more"),
         (Sign::NonZero, 0) => Some("anything but zero"),
-        (Sign::Positive, -1 | 0) => Some("more than zero"),
+        (Sign::Positive | Sign::Period, -1 | 0) => Some("more than zero"),
+        (Sign::Period, _) if value.to_f64() < SHORTEST_PERIOD => {
+            Some("at least 1 us (a run computes each time: a million for each second)")
+        }
         _ => None,
     }
 }

@@ -535,7 +535,7 @@ keys! {
                  friction within `spread` of its value.";
             spread: Number(Sign::NonNegative) = "0.1",
                 "How far drawn true values may be from those of the file, as a part of them, below 1.";
-            sample_time: Quantity(Dimension::TIME, Sign::Positive) = "1 ms",
+            sample_time: Quantity(Dimension::TIME, Sign::Period) = "1 ms",
                 "Time between two rows of a log, and between two commands of the servo loops.";
             seed: Number(Sign::NonNegative) = "1",
                 "Whole number that noise, drawn true values and drawn excitations come from.";
@@ -617,7 +617,7 @@ keys! {
             time_unit: Text, "Unit of the time; left out: that of the file, else s.";
             time_offset: Quantity(Dimension::TIME, Sign::Any) = "0 s",
                 "What is added to the time, where clocks differ.";
-            sample_time: Quantity(Dimension::TIME, Sign::Positive), "Time between rows of a file without a time.";
+            sample_time: Quantity(Dimension::TIME, Sign::Period), "Time between rows of a file without a time.";
             delimiter: Text, "What stands between the cells of a text file; left out: found out.";
             decimal: Choice(&["point", "comma"]), "The decimal sign of a text file; left out: found out.";
             names_row: Number(Sign::Positive), "Row of a text file with names; left out: found out.";

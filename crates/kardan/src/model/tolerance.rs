@@ -5,7 +5,7 @@ use super::document::{Document, Setting, keys_of};
 use super::table_reader::TableReader;
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
-use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
+use crate::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Table, Value};
 use crate::units::{Dimension, Exact};
 
 /// A parameter with the interval that it may lie in; `lower <= nominal <= upper` and `lower < upper`.
@@ -204,6 +204,9 @@ fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &st
             // A value that breaks the rule itself is reported elsewhere.
             Sign::Positive if lower.signum() <= 0 && nominal.signum() > 0 => {
                 (if lower.is_zero() { "zero" } else { "zero and below" }, "be above zero")
+            }
+            Sign::Period if lower.to_f64() < SHORTEST_PERIOD && nominal.to_f64() >= SHORTEST_PERIOD => {
+                ("below 1 us", "be at least 1 us")
             }
             Sign::NonNegative if lower.signum() < 0 && nominal.signum() >= 0 => ("below zero", "not be negative"),
             Sign::NonZero if lower.signum() * upper.signum() <= 0 && !nominal.is_zero() => ("zero", "not be zero"),

@@ -14,6 +14,8 @@ pub enum NoEquilibrium {
     Driven {
         /// Their elements.
         inputs: Vec<String>,
+        /// Whether springs act along it too.
+        sprung: bool,
         /// The shafts that move, with their shares.
         direction: Vec<(usize, Rational)>,
     },
@@ -85,7 +87,8 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<Along<Exact>>, NoEq
         let laws = equations.laws.iter().filter(|law| acts(&law.row)).map(|law| law.element.clone());
         let inputs: Vec<String> = inputs.chain(laws).collect();
         if !inputs.is_empty() {
-            return Err(NoEquilibrium::Driven { inputs, direction: direction(column) });
+            let sprung = equations.springs.iter().any(|spring| acts(&spring.row));
+            return Err(NoEquilibrium::Driven { inputs, sprung, direction: direction(column) });
         }
         let (mut torque, mut offset) = (vec![Rational::ZERO; n], Rational::ZERO);
         for spring in &equations.springs {

@@ -73,6 +73,17 @@ pub struct Margins {
     pub verdict: String,
 }
 
+/// Disk margin of one channel below which small errors of the model are too much: a factor of 1.5, 23°.
+pub const LOW_DISK: f64 = 0.4;
+
+impl Margins {
+    /// The channel with the lowest disk margin, where that is low.
+    pub fn low(&self) -> Option<&ChannelMargin> {
+        let least = self.channels.iter().min_by(|a, b| a.disk.total_cmp(&b.disk));
+        least.filter(|one| self.hardly || one.disk < LOW_DISK)
+    }
+}
+
 /// How far a loop is from instability with backlash in contact.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ContactMargins {

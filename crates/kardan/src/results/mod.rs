@@ -753,7 +753,7 @@ pub struct Study {
     pub model: ModelSummary,
     /// One run for each variant, in the order of the file.
     pub runs: Vec<Run>,
-    /// Whether variants differ in more than their parameters, in their controllers or faults: then only their names tell them apart.
+    /// Whether variants are called by their names: the file gives them, or they differ in more than their parameters, in their controllers or faults.
     pub named: bool,
     /// The plots to draw.
     pub plots: Vec<Plot>,

@@ -16,7 +16,12 @@ pub enum Sign {
     Positive,
     /// Anything but zero.
     NonZero,
+    /// A time after which something happens again, s: at least [`SHORTEST_PERIOD`].
+    Period,
 }
+
+/// Shortest time after which something happens again, s: a run computes each time, a million for each second.
+pub const SHORTEST_PERIOD: f64 = 1e-6;
 
 /// What a field of a table holds.
 #[derive(Debug, Clone, Copy, PartialEq)]

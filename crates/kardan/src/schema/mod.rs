@@ -6,7 +6,7 @@ mod field;
 mod given;
 mod keys;
 
-pub use field::{ExactPole, Field, Kind, Placed, Scalar, Sign, Table, Value};
+pub use field::{ExactPole, Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Table, Value};
 pub use given::{Given, Lists, Named, Quantities, Quantity, Words};
 pub use keys::{BlockKeys, ElementKeys, Keys, LawKeys, SignalKeys};
 

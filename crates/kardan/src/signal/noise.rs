@@ -11,7 +11,7 @@ keys! {
     signal Noise("noise") {
         required {
             deviation: AnyQuantity, "Standard deviation; its unit is that of the signal.";
-            hold: Quantity(Dimension::TIME, Sign::Positive), "How long each value holds, `1 ms`.";
+            hold: Quantity(Dimension::TIME, Sign::Period), "How long each value holds, `1 ms`.";
         }
         optional {
             mean: AnyQuantity, "Mean, which holds before the start; left out: zero.";

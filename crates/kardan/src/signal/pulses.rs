@@ -10,7 +10,7 @@ keys! {
     signal Pulses("pulses") {
         required {
             high: AnyQuantity, "Value during a pulse; its unit is that of the signal.";
-            period: Quantity(Dimension::TIME, Sign::Positive), "Time from one pulse to the next.";
+            period: Quantity(Dimension::TIME, Sign::Period), "Time from one pulse to the next.";
             width: Quantity(Dimension::TIME, Sign::Positive), "How long a pulse lasts, less than the period.";
         }
         optional {

@@ -95,6 +95,15 @@ pub fn expected_effort(variant: &PreparedVariant) -> Effort {
         found.cause = format!("its blocks compute {} times, each of which ends a step", short(computed));
     }
     found.steps += computed;
+    let equations = &variant.reduced.equations;
+    let sensors = equations.sensors.iter().chain(&equations.signal_sensors);
+    let times = sensors.filter_map(|(_, sensor)| sensor.sample_time.as_ref());
+    let readings: f64 = times.map(|time| duration / time.to_f64()).sum();
+    if readings > found.steps {
+        found.element = None;
+        found.cause = format!("its sensors are read {} times", short(readings));
+    }
+    found.steps = found.steps.max(readings);
     found
 }
 

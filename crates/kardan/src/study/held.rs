@@ -88,7 +88,7 @@ fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Redu
         let is_circuit = direction.iter().all(|(k, _)| equations.domain(*k) == Domain::Charge);
         let branches =
             direction.iter().filter(|_| is_circuit).map(|(k, _)| equations.coordinates[*k].clone()).collect();
-        let (springs, jumps, help) = match (&error, is_circuit) {
+        let (springs, it, help) = match (&error, is_circuit) {
             (NoEquilibrium::Free { .. }, _) => {
                 ("", "", "give one of these shafts an inertia, or tie it to another one by a gear or a spring")
             }
@@ -100,11 +100,15 @@ fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Redu
             ),
         };
         let why = match &error {
-            NoEquilibrium::Driven { inputs, direction } => format!(
-                "along {} {springs} alone resist {}, so {jumps} would jump with them",
-                names(direction),
-                quoted(inputs.iter().map(String::as_str))
-            ),
+            NoEquilibrium::Driven { inputs, sprung, direction } => {
+                let (along, inputs) = (names(direction), quoted(inputs.iter().map(String::as_str)));
+                match sprung {
+                    true => format!("along {along} {springs} alone resist {inputs}, so {it} would jump with them"),
+                    false => {
+                        format!("along {along} nothing at all resists {inputs}, so {it} would move endlessly fast")
+                    }
+                }
+            }
             _ => format!("nothing at all acts along {}", names(direction)),
         };
         Refusal { branches, ..refusal(why, help) }

@@ -234,6 +234,7 @@ pub(super) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Diagnostic> 
     Ok(Prepared {
         name: prepared.name.clone(),
         description: prepared.description.clone(),
+        named: prepared.named,
         variants: prepared.variants.iter().map(one).collect::<Result<_, _>>()?,
         requirements: Vec::new(),
         figures: Vec::new(),

@@ -28,7 +28,7 @@ use super::passage::check_passage;
 use super::places::places_in_control;
 use super::progress::{Progress, Silent};
 use super::redundant::check_redundant;
-use super::safety::safety_spec;
+use super::safety::{check_rows, safety_spec};
 use super::scenario::scenario;
 use super::stops::check_stops;
 use super::sweep::sweep_spec;
@@ -74,7 +74,7 @@ pub(super) fn prepare_document(
     progress: &dyn Progress,
     out: &mut Vec<Diagnostic>,
 ) -> Prepared {
-    let mut prepared = Prepared::default();
+    let mut prepared = Prepared { named: !document.named_variants.is_empty(), ..Prepared::default() };
     let unread = out.iter().any(is_error);
     let all_settings = document.variant_settings();
     let mut first = None;
@@ -128,6 +128,7 @@ pub(super) fn prepare_document(
         prepared.all().map(|variant| (variant.name.clone(), variant.scenario.duration)).collect();
     late_monitors(document, &ends, &mut mistakes);
     prepared.safety = safety_spec(&known, &names, (&faults, &ends), &mut mistakes);
+    check_rows(document, &prepared, &mut mistakes);
     prepared.sweep = Some(sweep_spec(&known, &names, &mut mistakes));
     prepared.tolerance = tolerance(document, &mut mistakes);
     if !document.doubts.equations {

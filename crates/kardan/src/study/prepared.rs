@@ -23,6 +23,8 @@ pub struct Prepared {
     pub name: String,
     /// A sentence.
     pub description: String,
+    /// Whether the file names its variants, which is how they are called then.
+    pub named: bool,
     /// One entry for each run.
     pub variants: Vec<Arc<PreparedVariant>>,
     /// Bounds on signals.

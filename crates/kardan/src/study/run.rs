@@ -156,7 +156,7 @@ fn run_all(
     let study = Arc::new(Study {
         model: prepared.variants.first().map(|variant| summarise(prepared, variant)).unwrap_or_default(),
         runs,
-        named: chosen.windows(2).any(|pair| acting(pair[0]) != acting(pair[1])),
+        named: prepared.named || chosen.windows(2).any(|pair| acting(pair[0]) != acting(pair[1])),
         plots,
         spectra,
         warnings: if settings.runs_only { warnings.to_vec() } else { [warnings, &[MISSING.into()]].concat() },

@@ -15,7 +15,7 @@ macro_rules! law_keys {
                     observer: Table($crate::synthesis::Observer),
                         "An observer: the law then sees its sensors and its estimates, not the true state. Left out: all \
                          angles and speeds are known.";
-                    sample_time: Quantity($crate::units::Dimension::TIME, $crate::schema::Sign::Positive),
+                    sample_time: Quantity($crate::units::Dimension::TIME, $crate::schema::Sign::Period),
                         "Sample time at which the controller runs, up to 1 s: it reads its sensors then, and its torques \
                          are held in between. Left out: continuous time.";
                     delay: Quantity($crate::units::Dimension::TIME, $crate::schema::Sign::NonNegative) = "0 s",

@@ -7,7 +7,7 @@ use super::{Clock, Law, SynthesisError, sampled};
 use crate::element::Values;
 
 /// Shortest sample time of a controller, s.
-pub const SHORTEST_SAMPLE_TIME: f64 = 1e-6;
+pub const SHORTEST_SAMPLE_TIME: f64 = crate::schema::SHORTEST_PERIOD;
 
 /// Longest sample time of a controller, s.
 pub const LONGEST_SAMPLE_TIME: f64 = 1.0;

@@ -562,6 +562,10 @@ fn constants_without_sense() -> Vec<(&'static str, &'static str)> {
             "`sample_time` of block `a`: must be more than zero, found 0 ms",
         ),
         (
+            "[block.a]\nkind = \"delay\"\ninput = \"u\"\nsample_time = \"999 ns\"\n",
+            "`sample_time` of block `a`: must be at least 1 us, found 999 ns",
+        ),
+        (
             "[block.a]\nkind = \"dead_zone\"\ninput = \"u\"\nhigh = -1\n",
             "block `a`: `high` is below zero, and `low`, which is left out, is its opposite",
         ),

@@ -274,6 +274,7 @@ fn what_nothing_holds_is_refused_by_name() {
     };
     let soft = "stiffness = \"1 N m/rad\"";
     refused("", &["`m`", "nothing at all acts along `m`"]);
+    refused("[motor.push]\nshaft = \"m\"\n", &["`m`", "nothing at all resists `push`", "endlessly fast"]);
     refused(
         &(spring("s", "a", "m", soft) + "[motor.push]\nshaft = \"m\"\n"),
         &["`m`", "springs alone resist `push`", "jump"],

@@ -2,9 +2,11 @@
 //!
 //! All that is known between two commands stands in the folder: `jobs.txt` (what is swept, in how many shards, and the jobs that were submitted),
 //! `shard.sh` (runs one shard), `job.sh` or `job.yaml` (runs many, made from a template), `parts/I` (the rows of a shard, and its manifest when it is
-//! done), `logs/I.log`. A shard is done when its manifest is there, whatever a queue says of it.
+//! done), `logs/I.log`. A shard is done when its manifest is there, whatever a queue says of it. What is there before a command that goes on is read:
+//! a shard whose manifest or rows are damaged or gone is not done.
 
 mod queue;
+mod record;
 mod template;
 
 use std::fmt::Write as _;
@@ -17,16 +19,20 @@ use std::time::{Duration, Instant};
 use kardan::diagnostics::Diagnostic;
 use kardan::num::Random;
 use kardan::project::Project;
+use kardan::study::{Shard, SweepPlan};
 
 use self::queue::Queue;
+use self::record::{MOST_SHARDS, Record};
 use self::template::{check, fill, ranges};
-use super::kept::{keep_model, kept_model, models_of};
-use super::sweep::{files_of_rows, manifest_of, merge, settings};
+use super::kept::{keep_model, kept_model};
+use super::rows::{files_of_rows, is_whole, own_files, path_of_manifest, removed, shard_counts};
+use super::sweep::{merge, prepared_folder, settings};
 use crate::args::{MergeArgs, SweepArgs, Target, word};
 use crate::exit::DONE;
 use crate::files;
 use crate::input;
-use crate::output::{prepare_folder, print, quoted_for_shell, reason, save};
+use crate::lock::Lock;
+use crate::output::{prepare_folder_in, print, quoted_for_shell, reason, save_in, stays};
 use crate::render::{Failure, note};
 use crate::stop;
 
@@ -34,9 +40,10 @@ use crate::stop;
 const SHARD: &str = include_str!("templates/shard.sh");
 /// Samples of a shard, if nobody says how many shards there are.
 const SAMPLES: u64 = 1000;
-const MOST_SHARDS: u64 = 1000;
 /// The record of what was submitted.
 const RECORD: &str = "jobs.txt";
+/// The ends of names of logs: of the shard itself, and of queues.
+const LOGS: [&str; 3] = ["log", "slurm", "hq"];
 /// Between two looks at signals and at processes of our own.
 const SLICE: Duration = Duration::from_millis(20);
 /// Between two looks at the folder and the queue: at first, and at most.
@@ -92,8 +99,10 @@ pub fn sweep(args: &SweepArgs, target: Target, quiet: bool) -> Result<u8, Failur
     let parts = work.all().iter().map(|number| work.part(*number)).collect();
     let (variants, changes) = (args.variants.clone(), args.changes.clone());
     let (out, json, method, tolerance) = (args.out.clone(), args.json, args.method, args.tolerance);
-    let max_steps = args.limits.max_steps;
-    merge(&MergeArgs { model: work.model, parts, variants, out, json, method, tolerance, max_steps, changes }, quiet)
+    let (max_steps, model) = (args.limits.max_steps, work.model);
+    // The merge locks the folder by itself.
+    drop(work.lock);
+    merge(&MergeArgs { model, parts, variants, out, json, method, tolerance, max_steps, changes }, quiet)
 }
 
 /// A sweep that is run as shards.
@@ -111,6 +120,8 @@ struct Work<'a> {
     identity: String,
     /// Jobs in the queue that were submitted from this folder.
     jobs: Vec<String>,
+    /// Nobody else fills the folder.
+    lock: Option<Lock>,
 }
 
 impl<'a> Work<'a> {
@@ -147,7 +158,8 @@ impl<'a> Work<'a> {
             return Err(Diagnostic::error("sweep::shards", message).help(help).into());
         }
         let identity = plan.head.identity.replace('\n', " ");
-        let mut work = Work { args, queue, quiet, model, out, template, shards, identity, jobs: Vec::new() };
+        let mut work =
+            Work { args, queue, quiet, model, out, template, shards, identity, jobs: Vec::new(), lock: None };
         // All words are known and all paths can be told, before a file is written.
         let job = fill(&work.template.0, &work.template.1, &work.values(&[1])?)?;
         if queue.name == "kubernetes" && job.contains("mountPath: \"/\"") {
@@ -158,80 +170,156 @@ impl<'a> Work<'a> {
             let help = "put the model and the folder of `--out` into one folder, that of the claim";
             return Err(Diagnostic::error("sweep::on", message).help(help).into());
         }
-        work.take_up(&project)?;
-        for folder in ["parts", "logs"] {
-            prepare_folder(&work.out.join(folder))?;
-        }
-        let script = fill("shard.sh", SHARD, &work.values(&[])?)?;
-        save(&work.out.join("shard.sh"), script.as_bytes())?;
-        keep_model(&work.out, &project, &work.identity)?;
+        work.lock = Some(prepared_folder(&work.out, None)?);
+        work.take_up((&project, &plan))?;
+        // From here on what is there is of this sweep.
         work.record()?;
+        for folder in ["parts", "logs"] {
+            prepare_folder_in(&work.out, folder)?;
+        }
+        work.all().into_iter().flat_map(|number| work.files_of(number)).try_for_each(|path| stays(&work.out, &path))?;
+        let script = fill("shard.sh", SHARD, &work.values(&[])?)?;
+        save_in(&work.out, "shard.sh", script.as_bytes())?;
+        keep_model(&work.out, &project, &work.identity)?;
+        if work.args.resume {
+            work.undo_damaged((&project, &plan))?;
+        }
         Ok(work)
     }
 
-    /// What the folder tells of the commands before; a folder with another sweep is refused.
-    fn take_up(&mut self, project: &Project) -> Result<(), Diagnostic> {
-        prepare_folder(&self.out)?;
-        let (record, shown) = (self.out.join(RECORD), self.out.display());
-        let before = files::read_text(&record).unwrap_or_default();
-        let begun = fs::read_dir(self.out.join("parts")).is_ok_and(|mut parts| parts.next().is_some());
-        // A job that was written only has left nothing.
-        let before = if begun || before.contains("\njob ") { before } else { String::new() };
+    /// What the folder tells of the commands before; a folder with another sweep, or with files of somebody else, is refused.
+    fn take_up(&mut self, (project, plan): (&Project, &SweepPlan)) -> Result<(), Diagnostic> {
+        let (path, shown) = (self.out.join(RECORD), self.out.display());
         let rows = files_of_rows(&self.out);
+        if !rows.is_empty() && !self.args.force {
+            let message = format!("the folder `{shown}` holds rows of a sweep already");
+            let help =
+                "they were made without `--on`: replace them with `--force`, or name another folder with --out DIR";
+            return Err(Diagnostic::error("output::folder", message).help(help));
+        }
+        let other = |what: String, help: &str| {
+            let message = format!("`{}` cannot be gone on with: {what}", path.display());
+            Err(Diagnostic::error("sweep::resume", message).help(help))
+        };
+        let record = match files::read(&path) {
+            Ok(bytes) => match Record::read(&bytes) {
+                Ok(record) => record,
+                Err(why) => {
+                    let help = "kardan has not written it, or it was damaged: name another folder with --out DIR, or, if it is of this sweep, remove it and go on with `--resume`";
+                    return other(why, help);
+                }
+            },
+            Err(_) => return self.without_record(plan),
+        };
+        let begun = fs::read_dir(self.out.join("parts")).is_ok_and(|mut parts| parts.next().is_some());
         if self.args.force {
-            let gone = ["parts", "logs"]
-                .map(|name| self.out.join(name))
-                .into_iter()
-                .filter(|path| !before.is_empty() && path.is_dir());
-            let gone = gone.map(|path| (fs::remove_dir_all(&path), path));
-            let files = rows.into_iter().map(|(_, path)| path).chain(models_of(&self.out));
-            let gone = gone.chain(files.map(|path| (fs::remove_file(&path), path)));
-            for (done, path) in gone {
-                done.map_err(|error| {
-                    let message = format!("cannot remove `{}`: {}", path.display(), reason(&error));
-                    Diagnostic::error("output::folder", message).help("remove it: it holds rows of another sweep")
-                })?;
+            return self.start_anew(record.shards);
+        }
+        // A job that was written only has left nothing.
+        if record.jobs.is_empty() && !begun {
+            return Ok(());
+        }
+        if !self.args.resume {
+            let message = format!("the folder `{shown}` holds rows of a sweep already");
+            let help = "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR";
+            return Err(Diagnostic::error("output::folder", message).help(help));
+        }
+        if record.sweep != self.identity {
+            let help = "run with the model and the options that made it, or start anew with `--force`";
+            let was = kept_model(&self.out, &record.sweep);
+            let told = project.other_sweep(&self.identity, &record.sweep, was.as_deref());
+            return other(format!("it is of another sweep: {told}"), help);
+        }
+        if self.args.on.shards.is_some_and(|asked| asked != record.shards) {
+            let help = "leave `--shards` out to go on with those, or start anew with `--force`";
+            return other(format!("its sweep is in {} shards, not {}", record.shards, self.shards), help);
+        }
+        (self.shards, self.jobs) = (record.shards, record.jobs);
+        Ok(())
+    }
+
+    /// A folder without a record: nothing of a job is there, or what is there is to be gone on with.
+    fn without_record(&mut self, plan: &SweepPlan) -> Result<(), Diagnostic> {
+        if self.args.resume {
+            let parts = fs::read_dir(self.out.join("parts")).into_iter().flatten().filter_map(Result::ok);
+            let parts: Vec<PathBuf> = parts.map(|entry| entry.path()).collect();
+            if let (None, &[of]) = (self.args.on.shards, &shard_counts(&parts)[..]) {
+                self.shards = of.clamp(1, plan.blocks().min(MOST_SHARDS));
             }
             return Ok(());
         }
-        if !rows.is_empty() || !(before.is_empty() || self.args.resume) {
-            let message = format!("the folder `{shown}` holds rows of a sweep already");
-            let help = match rows.is_empty() {
-                true => "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR",
-                false => {
-                    "they were made without `--on`: replace them with `--force`, or name another folder with --out DIR"
-                }
-            };
-            return Err(Diagnostic::error("output::folder", message).help(help));
+        let names = ["shard.sh", self.queue.file, "parts", "logs"];
+        if let Some(found) = names.map(|name| self.out.join(name)).iter().find(|path| path.symlink_metadata().is_ok()) {
+            let message = format!(
+                "`{}` is in the way: no `{RECORD}` in `{}` says that kardan has written it",
+                found.display(),
+                self.out.display()
+            );
+            let help =
+                "move it away, or name another folder with --out DIR; if it is of this sweep, go on with `--resume`";
+            return Err(Diagnostic::error("output::foreign", message).help(help));
         }
-        let of =
-            |key: &str| before.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix(' ')).collect::<Vec<_>>();
-        let other = |what: String, help: &str| {
-            let message = format!("`{}` cannot be gone on with: {what}", record.display());
-            Err(Diagnostic::error("sweep::resume", message).help(help))
-        };
-        if let Some(found) = of("sweep").first().filter(|found| **found != self.identity) {
-            let help = "run with the model and the options that made it, or start anew with `--force`";
-            let told = project.other_sweep(&self.identity, found, kept_model(&self.out, found).as_deref());
-            return other(format!("it is of another sweep: {told}"), help);
-        }
-        if let Some(found) = of("shards").first().and_then(|found| found.parse().ok()) {
-            if self.args.on.shards.is_some_and(|asked| asked != found) {
-                let help = "leave `--shards` out to go on with those, or start anew with `--force`";
-                return other(format!("its sweep is in {found} shards, not {}", self.shards), help);
+        if self.args.force { self.start_anew(0) } else { Ok(()) }
+    }
+
+    /// Removes what is there of a sweep before this one, in so many shards: files that kardan has written, and the folders that are empty then.
+    fn start_anew(&self, shards: u64) -> Result<(), Diagnostic> {
+        let why = "it is of a sweep before this one";
+        ["parts", "logs"].iter().try_for_each(|name| stays(&self.out, &self.out.join(name)))?;
+        let mut files = own_files(&self.out)?;
+        let mut locks = Vec::new();
+        for number in 1..=shards {
+            self.files_of(number).iter().try_for_each(|path| stays(&self.out, path))?;
+            if self.part(number).is_dir() {
+                locks.push(Lock::take(&self.part(number), None)?);
             }
-            self.shards = found;
+            files.extend(own_files(&self.part(number))?);
+            files.extend(["sweep.html", "sweep.json"].map(|name| self.part(number).join(name)));
+            files.extend(self.logs_of(number));
         }
-        self.jobs = of("job").into_iter().map(String::from).collect();
+        files.iter().try_for_each(|path| removed(path, why))?;
+        locks.into_iter().for_each(Lock::remove);
+        let parts = (1..=shards).map(|number| self.part(number));
+        for folder in parts.chain(["parts", "logs"].map(|name| self.out.join(name))) {
+            // One with files of somebody else stays.
+            let _ = fs::remove_dir(folder);
+        }
+        Ok(())
+    }
+
+    /// Takes the manifests of shards away that are not whole: of which rows or the manifest are damaged or gone. They are computed again.
+    fn undo_damaged(&self, (project, plan): (&Project, &SweepPlan)) -> Result<(), Diagnostic> {
+        for number in self.all() {
+            let (part, shard) = (self.part(number), self.shard(number));
+            let manifest = path_of_manifest(&part, shard);
+            if manifest.symlink_metadata().is_ok() && !is_whole(project, plan, &part, shard) {
+                note(&format!(
+                    "shard {number}: manifest or rows in `{}` are damaged or gone: it runs again",
+                    part.display()
+                ));
+                removed(&manifest, "the shard is not done")?;
+            }
+        }
         Ok(())
     }
 
     fn record(&self) -> Result<(), Diagnostic> {
-        let mut text = format!("sweep {}\nshards {}\n", self.identity, self.shards);
-        self.jobs.iter().for_each(|job| {
-            let _ = writeln!(text, "job {job}");
-        });
-        save(&self.out.join(RECORD), text.as_bytes())
+        let record = Record { sweep: self.identity.clone(), shards: self.shards, jobs: self.jobs.clone() };
+        save_in(&self.out, RECORD, record.written().as_bytes()).map(|_| ())
+    }
+
+    fn shard(&self, number: u64) -> Shard {
+        Shard { number, of: self.shards }
+    }
+
+    /// What a shard and its queue say.
+    fn logs_of(&self, number: u64) -> Vec<PathBuf> {
+        LOGS.iter().map(|end| self.out.join("logs").join(format!("{number}.{end}"))).collect()
+    }
+
+    /// The folder of a shard, and its logs.
+    fn files_of(&self, number: u64) -> Vec<PathBuf> {
+        [vec![self.part(number)], self.logs_of(number)].concat()
     }
 
     fn all(&self) -> Vec<u64> {
@@ -244,7 +332,7 @@ impl<'a> Work<'a> {
 
     /// Those of the shards that are not done.
     fn missing(&self, shards: &[u64]) -> Vec<u64> {
-        let done = |number: u64| manifest_of(&self.part(number), number, self.shards).is_file();
+        let done = |number: u64| path_of_manifest(&self.part(number), self.shard(number)).is_file();
         shards.iter().copied().filter(|number| !done(*number)).collect()
     }
 
@@ -287,11 +375,26 @@ impl<'a> Work<'a> {
             ("name", self.name()),
             ("out", quoted(&self.out)?),
             ("logs", quoted(&self.out.join("logs"))?),
-            ("root", format!("\"{}\"", text(root)?.replace('\\', "\\\\").replace('"', "\\\""))),
+            ("root", self.quoted_root(&text(root)?)?),
             ("kardan", quoted(&own)?),
             ("arguments", self.arguments(&text(&model)?)),
             ("version", env!("CARGO_PKG_VERSION").into()),
         ])
+    }
+
+    /// The folder above model and results as a word of a script; for Kubernetes one that YAML and a shell read alike.
+    fn quoted_root(&self, root: &str) -> Result<String, Diagnostic> {
+        if self.queue.name != "kubernetes" {
+            return Ok(quoted_for_shell(root));
+        }
+        match (root.contains(['$', '`', '\\', '"', '!']), root.contains('\'')) {
+            (false, _) => Ok(format!("\"{root}\"")),
+            (true, false) => Ok(format!("'{root}'")),
+            (true, true) => {
+                let message = format!("`{root}` has quotes that YAML and a shell do not read alike");
+                Err(Diagnostic::error("sweep::on", message).help("give that folder another name"))
+            }
+        }
     }
 
     /// The model as any folder has it: the name of a built-in one, or the path of the file from the root.
@@ -332,8 +435,7 @@ impl<'a> Work<'a> {
     /// Writes the job that runs these shards: its path and its text.
     fn write_job(&self, shards: &[u64]) -> Result<(PathBuf, String), Diagnostic> {
         let text = fill(&self.template.0, &self.template.1, &self.values(shards)?)?;
-        let path = self.out.join(self.queue.file);
-        save(&path, text.as_bytes())?;
+        let path = save_in(&self.out, self.queue.file, text.as_bytes())?;
         Ok((path, text))
     }
 
@@ -463,11 +565,9 @@ impl<'a> Work<'a> {
 
     /// Why a shard is not done, as far as its log tells.
     fn why(&self, number: u64) -> String {
-        let logs = self.out.join("logs");
-        let read = |end: &str| {
-            files::read(&logs.join(format!("{number}.{end}"))).map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
-        };
-        let said = ["log", "slurm", "hq"].iter().filter_map(|end| read(end).ok()).find_map(|text| {
+        let logs = self.logs_of(number);
+        let read = |path: &PathBuf| files::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+        let said = logs.iter().filter_map(|path| read(path).ok()).find_map(|text| {
             let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
             // The first error, which may go on in lines of its own.
             let mut rest = lines.clone().skip_while(|line| !line.starts_with("× "));
@@ -477,7 +577,7 @@ impl<'a> Work<'a> {
             });
             error.or_else(|| lines.next_back().map(String::from)).map(|said| said.chars().take(300).collect())
         });
-        said.unwrap_or_else(|| match logs.join(format!("{number}.log")).exists() {
+        said.unwrap_or_else(|| match logs[0].exists() {
             true => "it ended without a word: killed, or never through".into(),
             false => "it has not begun".into(),
         })

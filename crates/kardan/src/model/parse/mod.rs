@@ -42,7 +42,7 @@ use self::masses::{meant_bodies, moves_along};
 use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
 use crate::names::nearest_or_alike;
-use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
+use crate::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Table, Value};
 use crate::units::{
     Dimension, Exact, Expression, Tolerated, UnitError, parse_number, parse_poles, parse_quantity, parse_tolerated,
     tolerance_mark, written_quantity,
@@ -638,8 +638,12 @@ fn is_coefficient(dimension: Dimension) -> bool {
 pub(crate) fn broken(sign: Sign, number: &Exact) -> Option<(&'static str, &'static str)> {
     match (sign, number.signum()) {
         (Sign::NonNegative, -1) => Some(("must not be negative", "write zero or a number above zero")),
-        (Sign::Positive, -1 | 0) => Some(("must be more than zero", "write a number above zero")),
+        (Sign::Positive | Sign::Period, -1 | 0) => Some(("must be more than zero", "write a number above zero")),
         (Sign::NonZero, 0) => Some(("must not be zero", "write a number other than zero")),
+        (Sign::Period, _) if number.to_f64() < SHORTEST_PERIOD => Some((
+            "must be at least 1 us",
+            "check its unit; a run computes each time: a million for each second with \"1 us\", a thousand with \"1 ms\"",
+        )),
         _ => None,
     }
 }

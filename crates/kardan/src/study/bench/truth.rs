@@ -7,7 +7,7 @@ use crate::names::SignalName;
 use crate::names::{did_you_mean, unknown_name};
 use crate::num::{Random, rational_from_f64};
 use crate::results::TrueValue;
-use crate::schema::{Field, Kind, Placed, Scalar, Sign, Value};
+use crate::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Value};
 use crate::study::read::of_dimension;
 use crate::units::{Dimension, Exact};
 
@@ -199,6 +199,7 @@ fn read(
         Sign::NonNegative => (value.signum() >= 0, "zero or more"),
         Sign::Positive => (value.signum() > 0, "more than zero"),
         Sign::NonZero => (value.signum() != 0, "anything but zero"),
+        Sign::Period => (value.to_f64() >= SHORTEST_PERIOD, "at least 1 us"),
     };
     if fits {
         return Some(value);

@@ -3,12 +3,10 @@
 use kardan_rt::functions::ln;
 
 use super::verdict::{at, at_once, because, time};
-use crate::results::{ChannelMargin, Margins, TogetherMargin};
+use crate::results::{ChannelMargin, LOW_DISK, Margins, TogetherMargin};
 
 /// Factor of a torque within which a loop must be stable, or is hardly so.
 pub(super) const HARDLY: f64 = 1.1;
-/// Disk margin of one channel below which a loop deserves a warning: a factor of 1.5, 23°.
-const DISK: f64 = 0.4;
 /// The same for all motors at once: a factor of 1.22, 11°.
 const DISK_TOGETHER: f64 = 0.2;
 /// Turn of the phase of one channel, rad, below which a loop deserves a warning: 15°.
@@ -23,11 +21,11 @@ const WORSE: f64 = 0.75;
 /// What of the margins must not be overlooked.
 pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
     let mut out: Vec<String> = found.channels.iter().filter_map(close).collect();
-    let wrong = |one: &&ChannelMargin| close(one).is_none() && one.disk < DISK;
+    let wrong = |one: &&ChannelMargin| close(one).is_none() && one.disk < LOW_DISK;
     out.extend(found.channels.iter().filter(wrong).map(|one| {
         format!(
             "{} may be wrong by no more than factors from {:.3} to {:.3} with up to {:.1}° of phase: the disk margin is {:.3}{}, and \
-             below {DISK} (a factor of 1.5, 23°) small errors of the model are too much",
+             below {LOW_DISK} (a factor of 1.5, 23°) small errors of the model are too much",
             of(one),
             one.disk_gain[0],
             one.disk_gain[1],

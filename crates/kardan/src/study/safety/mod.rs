@@ -1,6 +1,7 @@
 //! `kardan safety`: every fault of a list in every variant and at every value, against the same run without it.
 
 mod judged;
+mod rows;
 mod spec;
 
 use std::collections::BTreeSet;
@@ -8,6 +9,7 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use judged::{Begins, Judged, Traces, judge};
+pub(in crate::study) use rows::check_rows;
 pub use spec::SafetySpec;
 pub(in crate::study) use spec::safety_spec;
 

@@ -14,7 +14,7 @@ use crate::study::read::{quantity, read_scalar, read_word, read_words};
 use crate::units::Dimension;
 
 /// The table in messages.
-const SAFETY: &str = "`[safety]`";
+pub(super) const SAFETY: &str = "`[safety]`";
 
 /// What is tried, and how it is judged.
 #[derive(Debug, Clone, PartialEq, Default)]

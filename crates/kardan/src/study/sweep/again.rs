@@ -91,6 +91,7 @@ impl Project {
         let prepared = Prepared {
             name: prepared.name.clone(),
             description: prepared.description.clone(),
+            named: prepared.named,
             variants,
             requirements: prepared.requirements.clone(),
             figures: prepared.figures.clone(),

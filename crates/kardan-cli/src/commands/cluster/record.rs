@@ -1,0 +1,87 @@
+//! The record of what was submitted from a folder, `jobs.txt`: the sweep, in how many shards, the jobs. Its last line is a checksum of those before it, so
+//! that no number of it is believed that kardan has not written.
+
+use std::fmt::Write as _;
+
+use kardan::num::Random;
+
+/// Shards of a sweep, at most.
+pub const MOST_SHARDS: u64 = 1000;
+
+/// What was submitted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Record {
+    /// What is swept, in words.
+    pub sweep: String,
+    pub shards: u64,
+    /// Jobs in queues: name of the queue, and number.
+    pub jobs: Vec<String>,
+}
+
+impl Record {
+    /// The text of the file.
+    pub fn written(&self) -> String {
+        let mut text = format!("sweep {}\nshards {}\n", self.sweep, self.shards);
+        self.jobs.iter().for_each(|job| {
+            let _ = writeln!(text, "job {job}");
+        });
+        let sum = checksum(&text);
+        text + &sum
+    }
+
+    /// Reads it again.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn read(bytes: &[u8]) -> Result<Self, String> {
+        let text = std::str::from_utf8(bytes).map_err(|_| "it is no text")?;
+        if !text.starts_with("sweep kardan ") {
+            return Err("it does not begin with `sweep kardan `".into());
+        }
+        let at = text.rfind("checksum ").ok_or("it has no checksum in its last line")?;
+        let (lines, sum) = text.split_at(at);
+        if sum != checksum(lines) {
+            return Err("its checksum is another one".into());
+        }
+        let of = |key: &'static str| lines.lines().filter_map(move |line| line.strip_prefix(key)?.strip_prefix(' '));
+        let shards = of("shards").next().unwrap_or_default();
+        let number = shards.parse().ok().filter(|number| (1..=MOST_SHARDS).contains(number));
+        Ok(Self {
+            sweep: of("sweep").next().unwrap_or_default().into(),
+            shards: number.ok_or_else(|| format!("`shards {shards}` is no number from 1 to {MOST_SHARDS}"))?,
+            jobs: of("job").map(String::from).collect(),
+        })
+    }
+}
+
+/// The last line.
+fn checksum(lines: &str) -> String {
+    format!("checksum {:016x}\n", Random::fnv(Random::FNV, lines.as_bytes()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_is_read_as_it_was_written_and_nothing_else_is() {
+        let jobs = vec!["slurm 41".to_string(), "local checksum".into()];
+        let record = Record { sweep: "kardan 0.1.0, model 1".into(), shards: 7, jobs };
+        let text = record.written();
+        assert_eq!(Record::read(text.as_bytes()), Ok(record));
+        for at in 0..text.len() {
+            for bit in 0..8 {
+                let mut other = text.clone().into_bytes();
+                other[at] ^= 1 << bit;
+                assert!(Record::read(&other).is_err(), "bit {bit} of {at}");
+            }
+            assert!(Record::read(&text.as_bytes()[..at]).is_err(), "{at} bytes");
+        }
+        assert!(Record::read((text + "job slurm 42\n").as_bytes()).is_err());
+        for shards in ["0", "1001", "18446744073709551616", "-1", "", "1e3"] {
+            let lines = format!("sweep kardan 0\nshards {shards}\n");
+            let why = Record::read((lines.clone() + &checksum(&lines)).as_bytes()).unwrap_err();
+            assert!(why.contains(&format!("`shards {shards}`")), "{why}");
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! Files of a sweep in a folder: rows, block by block, the manifest of a shard, the model. Which are there, whether they are whole, and which of them go.
+
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use kardan::diagnostics::Diagnostic;
+use kardan::export::{self, RowsError};
+use kardan::project::Project;
+use kardan::results::{SweepRow, SweepRows};
+use kardan::study::{Shard, SweepPlan};
+
+use super::kept::{kept_model, models_of, path_of_model};
+use crate::args::SweepArgs;
+use crate::files;
+use crate::output::{reason, save_in};
+use crate::render::note;
+
+/// What files of rows are called.
+const STEM: &str = "rows-";
+/// What every file of rows has in its metadata.
+const MARK: &[u8] = b"kardan:sweep";
+/// How the manifest of a shard begins.
+const MANIFEST: &str = "{\"sweep\":\"kardan ";
+
+/// Files of rows in the folder, by their blocks.
+pub fn files_of_rows(out: &Path) -> Vec<(u64, PathBuf)> {
+    let entries = fs::read_dir(out).into_iter().flatten().filter_map(Result::ok);
+    let block = |path: PathBuf| {
+        let name = path.file_name()?.to_str()?;
+        let block = name.strip_prefix(STEM)?.strip_suffix(".parquet")?.parse().ok()?;
+        (name == name_of(block)).then_some((block, path))
+    };
+    let mut found: Vec<(u64, PathBuf)> = entries.filter_map(|entry| block(entry.path())).collect();
+    found.sort();
+    found
+}
+
+/// The name of a block's file.
+fn name_of(block: u64) -> String {
+    format!("{STEM}{block:06}.parquet")
+}
+
+/// Writes a block; behind the first one of a sweep that starts anew those of another one go.
+pub fn write_block(out: &Path, plan: &SweepPlan, block: u64, rows: &[SweepRow], first: bool) -> Result<(), Diagnostic> {
+    let bytes = export::sweep_rows(&plan.head, rows)
+        .map_err(|error| Diagnostic::error("output::folder", format!("rows cannot be written as Parquet: {error}")))?;
+    save_in(out, &name_of(block), &bytes)?;
+    if first { start_anew(out, plan, block) } else { Ok(()) }
+}
+
+/// What a shard has done, beside its rows.
+pub fn write_manifest(
+    out: &Path,
+    (plan, shard): (&SweepPlan, Shard),
+    rows: u64,
+    seconds: f64,
+) -> Result<(), Diagnostic> {
+    let threads = rayon::current_num_threads();
+    let text = format!("{}{rows},\"seconds\":{seconds:.3},\"threads\":{threads}}}\n", manifest_start(plan, shard));
+    save_in(out, &name_of_manifest(shard), text.as_bytes()).map(|_| ())
+}
+
+/// What the manifest of a shard says of the sweep, before it counts.
+fn manifest_start(plan: &SweepPlan, shard: Shard) -> String {
+    let samples = plan.samples_of(blocks_of(plan, shard));
+    let identity = plan.head.identity.replace('\\', "\\\\").replace('"', "\\\"");
+    let Shard { number, of } = shard;
+    format!(
+        "{{\"sweep\":\"{identity}\",\"shard\":{number},\"shards\":{of},\"first_sample\":{},\"samples\":{},\"rows\":",
+        samples.start,
+        samples.end - samples.start
+    )
+}
+
+/// The blocks of a shard.
+pub fn blocks_of(plan: &SweepPlan, shard: Shard) -> Range<u64> {
+    let mut part = plan.clone();
+    part.shard = Some(shard);
+    part.own_blocks()
+}
+
+/// The name of the manifest of a shard, which is there once the shard is done.
+fn name_of_manifest(Shard { number, of }: Shard) -> String {
+    format!("shard-{number}-of-{of}.json")
+}
+
+/// Where the manifest of a shard is.
+pub fn path_of_manifest(out: &Path, shard: Shard) -> PathBuf {
+    out.join(name_of_manifest(shard))
+}
+
+/// Whether a shard is done: its manifest is there, is of this sweep, and so are all its rows, undamaged.
+pub fn is_whole(project: &Project, plan: &SweepPlan, out: &Path, shard: Shard) -> bool {
+    let manifest = files::read_text(&path_of_manifest(out, shard)).unwrap_or_default();
+    manifest.starts_with(&manifest_start(plan, shard))
+        && blocks_of(plan, shard).all(|block| rows_of(project, plan, block, &out.join(name_of(block))).is_ok())
+}
+
+/// Into how many shards a sweep was divided, as the manifests in folders say.
+pub fn shard_counts(folders: &[PathBuf]) -> Vec<u64> {
+    let names = folders.iter().filter_map(|part| fs::read_dir(part).ok()).flatten().filter_map(Result::ok);
+    let count = |name: &str| -> Option<u64> {
+        let (_, of) = name.strip_prefix("shard-")?.strip_suffix(".json")?.split_once("-of-")?;
+        of.parse().ok()
+    };
+    let mut counts: Vec<u64> = names.filter_map(|entry| count(&entry.file_name().to_string_lossy())).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    counts
+}
+
+/// Why rows of a block cannot be used.
+pub enum Unusable {
+    /// They are not what was written, in words.
+    Damaged(String),
+    /// They are of another sweep: in what it differs.
+    OtherSweep(String),
+}
+
+impl Unusable {
+    /// In words.
+    pub fn why(self) -> String {
+        match self {
+            Self::Damaged(why) | Self::OtherSweep(why) => why,
+        }
+    }
+}
+
+/// The rows of a block: all of them, of this sweep.
+pub fn rows_of(project: &Project, plan: &SweepPlan, block: u64, path: &Path) -> Result<Vec<SweepRow>, Unusable> {
+    let bytes = files::read(path).map_err(|error| Unusable::Damaged(reason(&error)))?;
+    let found = export::read_sweep_rows(&plan.head, bytes).map_err(|error| match error {
+        RowsError::Damaged(why) => Unusable::Damaged(why),
+        RowsError::OtherSweep(there) => {
+            let was = path.parent().and_then(|folder| kept_model(folder, &there));
+            let differs = project.other_sweep(&plan.head.identity, &there, was.as_deref());
+            Unusable::OtherSweep(format!("it is of another sweep: {differs}"))
+        }
+    })?;
+    let samples = plan.samples_of(block..block.saturating_add(1));
+    let own = found.iter().filter(|row| samples.contains(&row.sample)).count();
+    match own == found.len() && own == samples.count() * plan.head.variants.len() {
+        true => Ok(found),
+        false => Err(Unusable::Damaged("it does not hold all rows of its block".into())),
+    }
+}
+
+/// The rows that are there already, of the same sweep; a folder with those of another one is refused. Blocks whose files are damaged are left out, which
+/// is told: they are computed again.
+pub fn rows_before(
+    args: &SweepArgs,
+    out: &Path,
+    (project, plan): (&Project, &SweepPlan),
+) -> Result<SweepRows, Diagnostic> {
+    let mut files = files_of_rows(out);
+    if plan.shard.is_some() {
+        // Shards may fill one folder.
+        files.retain(|(block, _)| plan.own_blocks().contains(block));
+    }
+    let shown = out.display();
+    if !args.resume {
+        if args.force {
+            own_files(out)?;
+            return Ok(SweepRows::default());
+        }
+        if !files.is_empty() {
+            let message = format!("the folder `{shown}` holds rows of a sweep already");
+            let help = "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR";
+            return Err(Diagnostic::error("output::folder", message).help(help));
+        }
+        let page = out.join("sweep.html");
+        if plan.shard.is_none() && page.exists() {
+            let message = format!("`{}` is there already, without rows of a sweep", page.display());
+            let help = "replace it with `--force`, or name another folder with --out DIR";
+            return Err(Diagnostic::error("output::folder", message).help(help));
+        }
+        return Ok(SweepRows::default());
+    }
+    let mut rows = SweepRows::default();
+    for (block, path) in files {
+        match rows_of(project, plan, block, &path) {
+            Ok(found) => rows.extend(found),
+            Err(Unusable::Damaged(why)) if plan.own_blocks().contains(&block) => {
+                note(&format!("`{}`: {why}; its rows are computed again", path.display()));
+            }
+            Err(unusable) => {
+                let message = format!("`{}` cannot be gone on with: {}", path.display(), unusable.why());
+                let help = "run with the model and the options that made it, remove it to run its samples again, or start anew with `--force`";
+                return Err(Diagnostic::error("sweep::resume", message).help(help));
+            }
+        }
+    }
+    Ok(rows)
+}
+
+/// Files of a sweep in a folder that kardan has written: rows, manifests, models.
+///
+/// # Errors
+/// A file that has the name of one, but is none: nobody but its owner can say whether it may go.
+pub fn own_files(out: &Path) -> Result<Vec<PathBuf>, Diagnostic> {
+    let is_manifest = |path: &Path| files::read(path).is_ok_and(|bytes| bytes.starts_with(MANIFEST.as_bytes()));
+    let manifests = fs::read_dir(out).into_iter().flatten().filter_map(Result::ok).map(|entry| entry.path());
+    let manifests = manifests.filter(|path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        name.starts_with("shard-") && name.contains("-of-") && name.ends_with(".json")
+    });
+    let rows = files_of_rows(out).into_iter().map(|(_, path)| (is_rows(&path), path));
+    let all = rows.chain(manifests.map(|path| (is_manifest(&path), path)));
+    let foreign = |path: &Path| {
+        let message = format!("`{}` has the name of a file of a sweep, but kardan has not written it", path.display());
+        let help =
+            "move it away, or name another folder with --out DIR: `--force` removes only what kardan has written";
+        Diagnostic::error("output::foreign", message).help(help)
+    };
+    let mut own =
+        all.map(|(own, path)| if own { Ok(path) } else { Err(foreign(&path)) }).collect::<Result<Vec<_>, _>>()?;
+    own.extend(models_of(out));
+    Ok(own)
+}
+
+/// Whether kardan has written a file of rows, whatever has become of it since.
+fn is_rows(path: &Path) -> bool {
+    let bytes = files::read(path).unwrap_or_default();
+    bytes.starts_with(b"PAR1") && bytes.windows(MARK.len()).any(|window| window == MARK)
+}
+
+/// Removes files of rows behind those of a sweep that is complete: they are of another one, whose others were replaced.
+pub fn put_away(out: &Path, blocks: u64) -> Result<(), Diagnostic> {
+    let mut behind = files_of_rows(out).into_iter().filter(|(block, path)| *block >= blocks && is_rows(path));
+    behind.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
+}
+
+/// Removes rows of another sweep once this one has written its first block: where it is ended early, what is there is of one sweep. Of a shard its own part, and
+/// what no shard of this sweep has.
+fn start_anew(out: &Path, plan: &SweepPlan, written: u64) -> Result<(), Diagnostic> {
+    if let Some(shard) = plan.shard {
+        removed(&path_of_manifest(out, shard), "it is of a sweep before this one")?;
+    }
+    if plan.shard.is_none() {
+        let own = path_of_model(out, &plan.head.identity);
+        let mut old = models_of(out).into_iter().filter(|path| *path != own);
+        old.try_for_each(|path| removed(&path, "it is the model of a sweep before this one"))?;
+    }
+    let own = |block: u64| block != written && (plan.own_blocks().contains(&block) || block >= plan.blocks());
+    let mut old = files_of_rows(out).into_iter().filter(|(block, _)| own(*block));
+    old.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
+}
+
+/// Removes a file, if it is there.
+pub fn removed(path: &Path, why: &str) -> Result<(), Diagnostic> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            let message = format!("cannot remove `{}`: {}", path.display(), reason(&error));
+            Err(Diagnostic::error("output::folder", message).help(format!("remove it: {why}")))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,59 @@
+//! A folder is filled by one sweep at a time: it is locked while that runs. The system releases the locks of a process that ends, however it ends.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::path::{Path, PathBuf};
+
+use kardan::diagnostics::Diagnostic;
+use kardan::study::Shard;
+
+use crate::fault;
+use crate::output::{reason, stays};
+
+/// What is locked: alone by a sweep, together with others by a shard.
+const LOCK: &str = ".kardan-lock";
+
+/// Locks on a folder, as long as they live.
+pub struct Lock {
+    folder: PathBuf,
+    _files: Vec<File>,
+}
+
+impl Lock {
+    /// Locks the folder for a sweep, or for a shard of it: shards may fill one folder together, each once.
+    pub fn take(folder: &Path, shard: Option<Shard>) -> Result<Self, Diagnostic> {
+        let mut files = vec![locked(folder, LOCK, shard.is_some())?];
+        if let Some(Shard { number, of }) = shard {
+            files.push(locked(folder, &format!("{LOCK}-{number}-of-{of}"), false)?);
+        }
+        Ok(Self { folder: folder.to_owned(), _files: files })
+    }
+
+    /// Takes the files away that were locked, those of shards too; nobody has locked them beside this.
+    pub fn remove(self) {
+        let entries = fs::read_dir(&self.folder).into_iter().flatten().filter_map(Result::ok);
+        let own = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(LOCK));
+        own.for_each(|entry| {
+            let _ = fs::remove_file(entry.path());
+        });
+    }
+}
+
+/// A file of the folder, locked; where the file system knows no locks it is as if nobody else were there.
+fn locked(folder: &Path, name: &str, shared: bool) -> Result<File, Diagnostic> {
+    let path = folder.join(name);
+    stays(folder, &path)?;
+    let open = || OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+    let file = fault::step(open).map_err(|error| {
+        let message =
+            format!("cannot lock the folder `{}` by `{}`: {}", folder.display(), path.display(), reason(&error));
+        Diagnostic::error("output::folder", message).help("remove that file, or name another folder with --out DIR")
+    })?;
+    match if shared { file.try_lock_shared() } else { file.try_lock() } {
+        Err(TryLockError::WouldBlock) => {
+            let message = format!("another sweep is running in the folder `{}`", folder.display());
+            let help = "wait until it has ended, or name another folder with --out DIR";
+            Err(Diagnostic::error("output::locked", message).help(help))
+        }
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(file),
+    }
+}

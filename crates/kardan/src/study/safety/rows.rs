@@ -1,0 +1,46 @@
+//! Whether something can be seen in the times that `[safety]` names: rows of the results lie in them.
+
+use super::spec::{Effect, SAFETY};
+use crate::diagnostics::Diagnostic;
+use crate::model::{Document, TableReader};
+use crate::schema::Value;
+use crate::study::read::read_word;
+use crate::study::{NamedFault, Prepared, PreparedVariant};
+
+/// Refuses times that are shorter than the rows of the results lie apart behind the begin of a fault: nothing would be seen in them.
+pub(in crate::study) fn check_rows(document: &Document, prepared: &Prepared, out: &mut Vec<Diagnostic>) {
+    let (Some(spec), table) = (&prepared.safety, &document.safety) else { return };
+    let effects = match table.values.get("effect").map(|found| &found.value) {
+        Some(Value::Tables(tables)) => &tables[..],
+        _ => &[],
+    };
+    let window = |effect: &Effect| {
+        let place = effects.iter().find(|table| read_word(table, "name") == Some(&effect.told.name));
+        let place = place.map(|table| TableReader::place(table, "window")).unwrap_or_default();
+        (format!("effect `{}`: its window", effect.told.name), effect.window, place)
+    };
+    let within = spec.within.map(|time| (format!("`within` of {SAFETY}"), time, TableReader::place(table, "within")));
+    let tried = |variant: &&PreparedVariant| spec.variants.is_empty() || spec.variants.contains(&variant.name);
+    for (what, length, place) in spec.effects.iter().map(window).chain(within) {
+        let next = |variant: &PreparedVariant, fault: &NamedFault| {
+            let (begins, times) = (fault.begins(), &variant.scenario.times);
+            let next = times.get(times.partition_point(|time| *time <= begins * (1.0 + 1e-12)))?;
+            (begins + length * (1.0 + 1e-9) < *next).then(|| (fault.name.clone(), begins, next - begins))
+        };
+        let own = |fault: &&NamedFault| spec.faults.contains(&fault.name);
+        let found = prepared
+            .all()
+            .filter(tried)
+            .find_map(|variant| variant.faults.iter().filter(own).find_map(|fault| next(variant, fault)));
+        let Some((fault, begins, step)) = found else { continue };
+        let message = format!(
+            "{what} of {length} s behind the begin of `{fault}` at {begins} s is over before the next row of the results, {step:.3e} s later: nothing \
+             can be seen in it"
+        );
+        out.push(
+            Diagnostic::error("safety::window", message)
+                .at(place, "shorter than a row")
+                .help(format!("write at least {step:.3e} s, or a smaller `output_step` under `[scenario]`")),
+        );
+    }
+}
