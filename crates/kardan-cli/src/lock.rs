@@ -42,7 +42,7 @@ impl Lock {
 fn locked(folder: &Path, name: &str, shared: bool) -> Result<File, Diagnostic> {
     let path = folder.join(name);
     stays(folder, &path)?;
-    let open = || OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+    let open = || OpenOptions::new().read(true).write(true).create(true).truncate(true).open(&path);
     let file = fault::step(open).map_err(|error| {
         let message =
             format!("cannot lock the folder `{}` by `{}`: {}", folder.display(), path.display(), reason(&error));

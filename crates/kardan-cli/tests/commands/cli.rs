@@ -461,15 +461,18 @@ fn reports_as_markdown() {
 
 /// Variants that differ in their controllers too are called by their names, whatever parameters they differ in.
 #[test]
-fn variants_that_differ_in_controllers_have_their_names() {
+fn variants_have_the_names_of_the_file() {
     let at = folder("variant_names");
     let model = "[parameters]\nk = \"1.5 N m\"\n[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n\
                  [control.c]\nlaw = \"program\"\ncommands = { m = \"k\" }\n[[variant]]\nname = \"on-soft\"\nset = { k = \"1 N m\" }\n\
                  [[variant]]\nname = \"off\"\nFEWER[[variant]]\nname = \"on-hard\"\nset = { k = \"2 N m\" }\n";
-    for (fewer, names) in
-        [("controls = []\n", ["on-soft", "off", "on-hard"]), ("", ["k = 1 N m", "k = 1.5 N m", "k = 2 N m"])]
+    let (names, values) = (["on-soft", "off", "on-hard"], ["k = 1 N m", "k = 2 N m"]);
+    let grid = model.split("[[variant]]").next().unwrap().to_string() + "[variants]\nk = \"[1, 2] N m\"\n";
+    // Without names in the file, the parameters tell variants apart.
+    for (model, names) in
+        [(model.replace("FEWER", "controls = []\n"), &names[..]), (model.replace("FEWER", ""), &names), (grid, &values)]
     {
-        fs::write(at.join("m.toml"), model.replace("FEWER", fewer)).unwrap();
+        fs::write(at.join("m.toml"), model).unwrap();
         let got = output(&at, &["run", "m.toml", "--out", "o", "--no-report"]);
         let rows = text(&got.stdout);
         let energy = rows.split("Energy balance").nth(1).unwrap();

