@@ -131,7 +131,7 @@ fn regular(sizes: &Mat<f64>, inverse: &Mat<f64>) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use kardan_rt::functions::hypot;
+    use kardan_rt::functions::{hypot, powi};
 
     use super::*;
     use crate::num::{Random, eigenvalues};

@@ -163,7 +163,7 @@ fn are_quoted(rows: &[(usize, &[u8])], delimiter: u8) -> bool {
     let mut cells = Vec::new();
     rows.iter().take(SAMPLE).any(|(_, line)| {
         cell::split(line, delimiter, &mut cells);
-        cells.iter().any(|cell| is_one(cell))
+        cells.iter().any(&is_one)
     })
 }
 
