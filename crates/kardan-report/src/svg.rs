@@ -15,7 +15,7 @@ use super::PlotFile;
 use super::curves::{self, Curve, ON_WHITE};
 use super::thin::thin;
 use super::ticks::{self, Axis};
-use kardan::diagnostics::bidi_escaped;
+use kardan::results::bidi_escaped;
 use kardan::results::{Physical, Plot, Study};
 use kardan_rt::functions::log10;
 use rayon::prelude::*;

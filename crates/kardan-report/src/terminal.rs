@@ -2,7 +2,7 @@
 
 use super::model::{Block, Body, Cell, Entry, Matrix, Page, Section, Table, Tone};
 use super::prose::rounded;
-use kardan::diagnostics::bidi_escaped;
+use kardan::results::bidi_escaped;
 
 /// Columns where nobody tells how many there are, and the most.
 pub(super) const WIDTH: usize = 100;

@@ -32,6 +32,7 @@ use serde::Serialize;
 use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
+pub use crate::names::bidi_escaped;
 pub use accuracy::*;
 pub use analysis::*;
 pub use bench::*;

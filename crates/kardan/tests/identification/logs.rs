@@ -41,12 +41,12 @@ fn signs_commas_and_units_change_nothing() {
     let plain_cell = |cell: String| cell;
     let expected = damping(SOURCE, table("t,a.w,m.tau", [1.0; 3], ",", plain_cell));
     assert!((expected - 2.0).abs() < 0.1, "{expected}");
-    let same = |name: &str, log: String| {
+    let same = |name: &str, log: String, within: f64| {
         let value = damping(SOURCE, log);
-        assert!((value - expected).abs() < 1e-9, "{name}: {value} and not {expected}");
+        assert!((value - expected).abs() <= within, "{name}: {value} and not {expected}");
     };
-    same("minus", table("t,a.w,m.tau", [1.0; 3], ",", |cell| cell.replace('-', "\u{2212}")));
-    same("quotes", table("t,a.w,m.tau", [1.0; 3], ",", |cell| format!("\"{}\"", cell.replace('.', ","))));
+    same("minus", table("t,a.w,m.tau", [1.0; 3], ",", |cell| cell.replace('-', "\u{2212}")), 0.0);
+    same("quotes", table("t,a.w,m.tau", [1.0; 3], ",", |cell| format!("\"{}\"", cell.replace('.', ","))), 0.0);
     let turns = 30.0 / std::f64::consts::PI;
     for (header, factors) in [
         ("t/s,a.w/(rad/s),m.tau/Nm", [1.0; 3]),
@@ -58,7 +58,8 @@ fn signs_commas_and_units_change_nothing() {
         ("t [s],a.w [\u{b0}/s],m.tau [N\u{b7}m]", [1.0, 6.0 * turns, 1.0]),
         ("t [s],a.w [U/s],m.tau [Nm]", [1.0, turns / 60.0, 1.0]),
     ] {
-        same(header, table(header, factors, ",", plain_cell));
+        // Speeds that are rounded in other digits are no longer constant to the last one, which weighs the rows a little otherwise.
+        same(header, table(header, factors, ",", plain_cell), 1e-4);
     }
     // Of these two may be meant.
     for unit in ["1/s", "Hz"] {
