@@ -228,7 +228,8 @@ mod unix {
             let mut told = 0;
             for (path, whole) in contents(&at.join("o")) {
                 fs::write(&victim, "mine").unwrap();
-                fs::remove_file(&path).unwrap_or_else(|why| panic!("{arguments:?}: {}: {why}", path.display()));
+                // A shard whose rows were refused has no manifest any more.
+                let _ = fs::remove_file(&path);
                 symlink(&victim, &path).unwrap();
                 let got = kardan(&at, arguments);
                 let said = words(&got.stderr);
