@@ -26,6 +26,8 @@ pub(super) struct MdfLog {
     file: File,
     groups: Vec<Group>,
     notes: Vec<String>,
+    /// Whether the file ends before its last block does.
+    truncated: bool,
     reading: Vec<Reading>,
     end_notes: Vec<String>,
     /// What is lost, in a few words each.
@@ -56,8 +58,12 @@ struct Records {
 impl MdfLog {
     pub(super) fn open(bytes: Arc<dyn Bytes>) -> Result<Self, LogError> {
         let mut source = Source::open(&*bytes, MDF)?;
-        let (file, groups, notes) = blocks::read(&mut source)?;
-        Ok(Self { bytes, file, groups, notes, reading: Vec::new(), end_notes: Vec::new(), lost: Vec::new() })
+        let (file, groups, mut notes) = blocks::read(&mut source)?;
+        // The last block of a recording that was not finished has no length yet.
+        let missing = if file.unfinished_length { None } else { end::missing(&mut source) };
+        let truncated = missing.is_some();
+        notes.extend(missing.map(|error| error.to_string()));
+        Ok(Self { bytes, file, groups, notes, truncated, reading: Vec::new(), end_notes: Vec::new(), lost: Vec::new() })
     }
 
     /// Decodes some records of a group into a block.
@@ -102,7 +108,7 @@ impl Log for MdfLog {
         let channels = chosen(&self.groups, wanted)?;
         self.reading.clear();
         self.end_notes.clear();
-        self.lost = if self.file.truncated { vec!["it is truncated".into()] } else { Vec::new() };
+        self.lost = if self.truncated { vec!["it is truncated".into()] } else { Vec::new() };
         for (data, of) in self.file.data.iter().enumerate() {
             let wanted =
                 of.groups.iter().filter_map(|layout| layout.group).filter(|group| !channels[*group].is_empty());

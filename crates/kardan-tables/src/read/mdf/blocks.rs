@@ -4,7 +4,6 @@ use std::collections::HashSet;
 
 use super::super::source::Source;
 use super::super::{Channel, Group, LogError, find_time, make_unique};
-use super::end::missing;
 use super::field::{Conversion, Field, Kind};
 
 /// The name of the format in messages.
@@ -28,8 +27,6 @@ pub(super) struct File {
     pub places: Vec<Place>,
     /// Whether the length of the last block of records is unknown.
     pub unfinished_length: bool,
-    /// Whether the file ends before its last block does.
-    pub truncated: bool,
 }
 
 /// Records that stand in one stream.
@@ -197,12 +194,8 @@ pub(super) fn read(source: &mut Source) -> Result<(File, Vec<Group>, Vec<String>
         };
         return Err(LogError::NoChannels { format: MDF, why });
     }
-    let mut notes = walk.notes;
-    // The last block of a recording that was not finished has no length yet.
-    let missing = if unfinished { None } else { missing(source) };
-    let truncated = missing.is_some();
-    notes.extend(missing.map(|error| error.to_string()));
-    Ok((File { data, places, unfinished_length: unfinished, truncated }, groups, notes))
+    let notes = walk.notes;
+    Ok((File { data, places, unfinished_length: unfinished }, groups, notes))
 }
 
 impl Walk<'_> {
