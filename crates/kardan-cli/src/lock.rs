@@ -15,7 +15,16 @@ const LOCK: &str = ".kardan-lock";
 /// Locks on a folder, as long as they live.
 pub struct Lock {
     folder: PathBuf,
-    _files: Vec<File>,
+    files: Vec<File>,
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // Closing does not do, where a process that begins at this moment has them open too.
+        self.files.iter().for_each(|file| {
+            let _ = file.unlock();
+        });
+    }
 }
 
 impl Lock {
@@ -25,7 +34,7 @@ impl Lock {
         if let Some(Shard { number, of }) = shard {
             files.push(locked(folder, &format!("{LOCK}-{number}-of-{of}"), false)?);
         }
-        Ok(Self { folder: folder.to_owned(), _files: files })
+        Ok(Self { folder: folder.to_owned(), files })
     }
 
     /// Takes the files away that were locked, those of shards too; nobody has locked them beside this.

@@ -228,7 +228,7 @@ fn two_sweeps_in_one_folder_are_refused() {
     assert_eq!(kardan(&at, &shard("2/2")).status.code(), Some(1));
     refused(&shard("1/2"), "in the folder `s`");
     refused(&["sweep", "m.toml", "--samples", "70", "--out", "s", "--resume"], "in the folder `s`");
-    drop(own);
+    own.unlock().unwrap();
     assert_eq!(kardan(&at, &shard("1/2")).status.code(), Some(1));
 }
 
