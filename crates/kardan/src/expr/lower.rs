@@ -160,8 +160,10 @@ impl<D: Domain> Lowering<'_, D> {
                 (Some(value), _) => constant += value * factor,
                 // Of a product the constants are rounded with the factor.
                 (None, Node::Product(factors)) if factors.iter().any(|(part, _)| self.is_constant(*part)) => {
-                    let (number, value) = self.product(factors);
-                    rest.extend(value.map(|value| (number * factor, value)));
+                    match self.product(factors) {
+                        (number, Some(value)) => rest.push((number * factor, value)),
+                        (number, None) => constant += number * factor,
+                    }
                 }
                 (None, _) => {
                     let value = self.get(*term);
