@@ -483,7 +483,7 @@ pub struct BenchArgs {
 #[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Examples:\n  kardan safety my.toml\n  kardan safety my.toml --report faults.html --csv faults.csv\n  kardan safety my.toml --set v=\"20 m/s\"\n  \
-                        kardan safety my.toml --json | jq '.rows[] | select(.verdict == \"not detected and harmful\") | .command'"
+                        kardan safety my.toml --json | jq '.rows[] | [.command, .verdict]'"
 )]
 pub struct SafetyArgs {
     /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
