@@ -22,7 +22,7 @@ mod written;
 
 pub use at_once::{AtOnce, Together, at_once};
 pub use domains::{Domain, Floating, Rationals};
-pub use graph::{Expr, Function, Graph, PiecewisePolynomial, Symbol};
+pub use graph::{Expr, Function, Graph, PiecewisePolynomial, Substitution, Symbol};
 pub use interval::{Interval, Intervals};
 pub use lookup::{Beyond, Lookup};
 pub use lower::lower;

@@ -25,7 +25,7 @@ impl Document {
         out: &mut Vec<Diagnostic>,
     ) -> Programs {
         let written = |name: &str| {
-            let control = self.controls.iter().find(|control| control.name == name)?;
+            let control = self.controls.get(name)?;
             let Value::Map(commands) = &control.table.values.get("commands")?.value else { return None };
             Some(commands)
         };
@@ -36,7 +36,7 @@ impl Document {
                 Some(Commands { control: control.name.clone(), period, written: written(&control.name)? })
             })
             .collect();
-        let formulas = self.signals.iter().any(|signal| self.program_of(signal).is_some());
+        let formulas = self.signals.iter().any(|signal| signal.formula.is_some());
         for control in self.controls.iter().filter(|control| laws.iter().any(|law| law.control == control.name)) {
             if let Some(design) = control.table.values.get("design") {
                 let message = format!("`design` of control `{}` does nothing: a program is not designed", control.name);
@@ -133,13 +133,13 @@ impl Document {
 
     /// Whether a sensor can be read at every instant: what moves, and the twist of a spring.
     pub(crate) fn reads_at_every_instant(&self, sensor: &str) -> bool {
-        let Some(sensor) = self.elements.iter().find(|element| element.name == sensor) else { return false };
+        let Some(sensor) = self.elements.get(sensor) else { return false };
         let word = |key: &str| match &sensor.table.values.get(key)?.value {
             Value::Word(word) => Some(word.as_str()),
             _ => None,
         };
         let twists = |name: &str| {
-            let found = self.elements.iter().find(|element| element.name == name);
+            let found = self.elements.get(name);
             found.is_some_and(|element| element.kind.keyword == "spring_damper")
         };
         match word("measures") {
@@ -220,7 +220,7 @@ impl Document {
                 }
                 _ => continue,
             };
-            let Some(sensor) = self.elements.iter().find(|element| element.name == name) else { continue };
+            let Some(sensor) = self.elements.get(name) else { continue };
             if told.contains(&name) {
                 continue;
             }

@@ -178,7 +178,7 @@ impl Document {
                 let message =
                     format!("control `{}` and control `{}` both command the motor `{input}`", control.name, other.name);
                 let place = |name: &str| {
-                    let control = self.controls.iter().find(|c| c.name == name)?;
+                    let control = self.controls.get(name)?;
                     words(&control.table, &input).into_iter().next()
                 };
                 out.push(
@@ -219,7 +219,7 @@ impl Document {
                 }
                 Measured::Angle(_) | Measured::Speed(_) | Measured::NetTorque(_) | Measured::Signal(_) => continue,
             };
-            let known = self.elements.iter().any(|e| e.name == *element);
+            let known = self.elements.has(element);
             if !known || doubtful.contains(&named.element) || doubtful.contains(element) || self.doubts.has(element) {
                 doubtful.insert(named.element.clone());
                 continue;

@@ -120,7 +120,7 @@ fn figure(reading: &Measuring<'_>, number: usize, before: &[Figure], out: &mut V
 
 /// What has the name of a figure already.
 fn taken(name: &str, before: &[Figure], known: &Known<'_>) -> Option<&'static str> {
-    let is_parameter = || known.document.parameters.iter().any(|parameter| parameter.name == name);
+    let is_parameter = || known.document.parameters.has(name);
     match name {
         _ if before.iter().any(|other| other.name == name) => Some("a figure"),
         "pi" => Some("a number"),
@@ -574,7 +574,7 @@ fn check_limited(signal: &str, place: &Place, document: &Document, what: &str, o
         _ => None,
     };
     let named = |name: &str| {
-        let motor = document.elements.iter().find(|e| e.name == name)?;
+        let motor = document.elements.get(name)?;
         Some((motor, limit(motor.kind.keyword)?))
     };
     let problem = match motor_of(signal).and_then(named) {

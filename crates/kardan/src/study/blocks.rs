@@ -159,7 +159,7 @@ pub(super) fn engaged_locks(variant: &PreparedVariant) -> Vec<String> {
 /// A warning of an element that follows from blocks.
 fn of_element(document: &Document, element: &str, message: String, help: &str) -> Diagnostic {
     let told = Diagnostic::warning("block::loop", message).help(help);
-    match document.elements.iter().find(|one| one.name == element) {
+    match document.elements.get(element) {
         Some(own) => told.at(own.place.clone(), "this element"),
         None => told,
     }
@@ -203,7 +203,7 @@ fn check_told(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out: &m
         let own = model.controls.iter().zip(laws).find(|(control, _)| control.name == head);
         let Some((control, law)) = own else {
             let message = format!("`{name}` is 0 all the time where control `{head}` is not in the loop");
-            let place = document.controls.iter().find(|one| one.name == head).map(|one| one.place.clone());
+            let place = document.controls.get(head).map(|one| one.place.clone());
             let told = Diagnostic::warning("block::told", message);
             let told = place.into_iter().fold(told, |told, at| told.at(at, "not in this loop"));
             out.push(told.help(

@@ -27,7 +27,7 @@ pub(super) fn sources(
     for control in &model.controls {
         commanded.extend((control.law.inputs)(&control.values));
         for reference in control.law.all_references(&control.values) {
-            let element = document.elements.iter().find(|e| e.name == reference.name);
+            let element = document.elements.get(&reference.name);
             if let Some((_, answer)) = blocks.iter().find(|(name, _)| *name == reference.name) {
                 of_block(document, control, &reference, answer, out);
                 continue;

@@ -28,7 +28,7 @@ pub(super) fn source_signals(
         return Vec::new();
     }
     let mut making = Functions::new(reader, document, (duration, seed));
-    for signal in document.signals.iter().filter(|signal| document.program_of(signal).is_none()) {
+    for signal in document.signals.iter().filter(|signal| signal.formula.is_none()) {
         making.signal(&signal.name, out);
     }
     let mut found: Vec<SourceSignal> = Vec::new();
@@ -68,7 +68,7 @@ fn of_reference(
     making: &mut Functions<'_, '_>,
     out: &mut Vec<Diagnostic>,
 ) -> Option<OfTime> {
-    let signal = document.signals.iter().find(|signal| signal.name == source.name)?;
+    let signal = document.signals.get(&source.name)?;
     let names = |control: &&ControlSpec| {
         control.law.all_references(&control.values).iter().any(|reference| reference.name == source.name)
     };
@@ -77,7 +77,7 @@ fn of_reference(
     let place = &places[places.len() - 1];
     let shown = shortened(&source.name);
     let what = format!("control `{}`: the signal `{shown}`, which is its reference", control.name);
-    if let Some(written) = document.program_of(signal) {
+    if let Some(written) = &signal.formula {
         let sensor = |name: &&str| {
             let head = SignalName::new(name).element;
             let is_sensor = document.elements.iter().any(|one| one.name == head && one.kind.keyword == "sensor");
