@@ -293,10 +293,11 @@ impl<'a> TableReader<'a> {
                 return None;
             }
             if let Some(wanted) = broken(sign, &value) {
-                let text = self.settings.iter().find(|s| s.name == name).map_or_else(
-                    || Some(declared.text.clone()),
-                    |set| Some(set.text.clone()),
-                );
+                let text = self
+                    .settings
+                    .iter()
+                    .find(|s| s.name == name)
+                    .map_or_else(|| Some(declared.text.clone()), |set| Some(set.text.clone()));
                 let message = format!("{what} must be {wanted}, but `{name}` is {}", text.unwrap_or_default());
                 out.push(
                     Diagnostic::error("number::sign", message)
@@ -450,7 +451,8 @@ impl<'a> TableReader<'a> {
                 (Kind::Signal, Some(Placed { value: Value::Word(signal), place })) => {
                     let label = format!("`{}` of {what}", field.name);
                     let name = SignalName::new(signal);
-                    let is_angle = self.motion(signal).is_some_and(|(body, number)| number == 0 && self.body(body).is_some());
+                    let is_angle =
+                        self.motion(signal).is_some_and(|(body, number)| number == 0 && self.body(body).is_some());
                     if is_angle || self.document.doubts.has(name.element) {
                         continue;
                     }
@@ -505,7 +507,8 @@ impl<'a> TableReader<'a> {
         let is_reading =
             name.word.is_none() || is_motion || matches!(quantity, Some(Quantity::Torque | Quantity::Force));
         let of_sensor = alone && is_reading && self.kinds(head).contains(&"sensor");
-        let is_output = |(coordinate, number): (&str, usize)| self.body(coordinate).is_some() || measured && number == 1;
+        let is_output =
+            |(coordinate, number): (&str, usize)| self.body(coordinate).is_some() || measured && number == 1;
         if self.motion(signal).is_some_and(is_output) || of_sensor || self.document.doubts.has(head) {
             return;
         }
@@ -618,7 +621,8 @@ impl<'a> TableReader<'a> {
 
     /// A shaft, a mass, or `ground`, which stands still.
     fn check_body(&self, kind: &Kind, name: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
-        if self.body(name).is_some_and(|domain| is_of(kind, domain)) || self.document.doubts.has(name) || name == GROUND {
+        if self.body(name).is_some_and(|domain| is_of(kind, domain)) || self.document.doubts.has(name) || name == GROUND
+        {
             return;
         }
         let what = match kind {

@@ -64,6 +64,11 @@ impl<T: HasName> NamedList<T> {
         few.iter().filter(move |entry| entry.name() == name).chain(many.iter().map(|place| &self.list[*place]))
     }
 
+    /// The entries alone.
+    pub fn into_vec(self) -> Vec<T> {
+        self.list
+    }
+
     /// Adds an entry behind the others.
     pub fn push(&mut self, entry: T) {
         self.list.push(entry);

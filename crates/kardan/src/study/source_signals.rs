@@ -1,6 +1,8 @@
 //! Functions of time of a scenario: what of them is added to sources.
 
-use super::events::not_settable;
+use std::collections::HashSet;
+
+use super::events::{not_settable, settable};
 use super::places::places_in_control;
 use super::read::physical_dimension;
 use crate::diagnostics::{Diagnostic, shortened};
@@ -32,18 +34,16 @@ pub(super) fn source_signals(
         making.signal(&signal.name, out);
     }
     let mut found: Vec<SourceSignal> = Vec::new();
-    let set_there = |name: &str| given.iter().any(|(other, _)| other.value == name);
+    let set_there: HashSet<&str> = given.iter().map(|(name, _)| name.value.as_str()).collect();
     for (k, source) in sources.iter().enumerate() {
-        if source.target == SourceTarget::Reference && !set_there(&source.name) {
+        if source.target == SourceTarget::Reference && !set_there.contains(source.name.as_str()) {
             let function = of_reference((document, model), source, &mut making, out);
             found.extend(function.map(|function| SourceSignal { source: k, function }));
         }
     }
     for (name, scalar) in given {
         let what = format!("`{}` in `signals` of `[scenario]`", shortened(&name.value));
-        let Some(source) =
-            sources.iter().position(|source| source.name == name.value && source.target != SourceTarget::Block)
-        else {
+        let Some(source) = settable(sources, &name.value) else {
             let words = ["a function of time", "functions of time"];
             if let Some((message, help)) = not_settable(&name.value, sources, (document, model), words) {
                 let message = format!("`signals` of `[scenario]`: {message}");

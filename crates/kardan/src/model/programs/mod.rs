@@ -12,8 +12,6 @@ use super::functions::Functions;
 use super::monitors::{self, WrittenMonitor};
 use super::overlaps::{self, Known, WrittenGuard};
 use super::table_reader::TableReader;
-use tasks::Ordered;
-use writing::{Source, WrittenFormula};
 use crate::block::{BlockKind, Expressions, Guard, List, Rule, Wiring};
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::element::{Mistake, Values};
@@ -24,6 +22,8 @@ use crate::num::Rational;
 use crate::program::{AS_READ, KeyRule, Lists, Looked, Read, TableCall, Task, TaskAnswer};
 use crate::schema::{Kind, Placed, Scalar, Table, Value};
 use crate::units::{Dimension, Exact, UnitError};
+use tasks::Ordered;
+use writing::{Source, WrittenFormula};
 
 /// The blocks of a model as tasks, with what comes from outside.
 #[derive(Debug, Clone, Default)]

@@ -6,6 +6,7 @@ use super::{BREAK_CIRCLE, Blocks, Command, outside_name};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::Place;
 use crate::expr::{Expr, Floating, Graph, Substitution, Symbol, lower};
+use crate::model::in_order::in_order;
 use crate::names::{SignalName, circle};
 use crate::program::{Entry, Lists, Read, Step, Task, TaskAnswer};
 use crate::schema::{Scalar, Value};
@@ -116,7 +117,8 @@ impl<'a> Blocks<'a, '_, '_> {
     /// All answers, each behind those that it follows from at once. Circles are told.
     pub(super) fn order(&self, out: &mut Vec<Diagnostic>) -> Option<Vec<Ordered<'a>>> {
         let all = self.all_answers();
-        let places: HashMap<&str, usize> = all.iter().enumerate().map(|(k, answer)| (answer.name.as_str(), k)).collect();
+        let places: HashMap<&str, usize> =
+            all.iter().enumerate().map(|(k, answer)| (answer.name.as_str(), k)).collect();
         let period = |block: &str| self.made.get(block)?.as_ref().map(|made| &made.period);
         let needs = |answer: &Ordered<'_>| {
             // What another task answers stands still.
@@ -127,18 +129,13 @@ impl<'a> Blocks<'a, '_, '_> {
             names.filter_map(|name| places.get(name.as_str()).copied()).collect()
         };
         let needs: Vec<Vec<usize>> = all.iter().map(needs).collect();
-        match behind_needed(&needs) {
-            Ok(order) => {
-                let mut all: Vec<Option<Ordered<'a>>> = all.into_iter().map(Some).collect();
-                Some(order.into_iter().filter_map(|k| all[k].take()).collect())
-            }
-            Err(places) => {
-                let answers: Vec<(&str, &str)> =
-                    places.into_iter().map(|k| (all[k].block, all[k].name.as_str())).collect();
-                out.push(self.circle(&answers));
-                None
-            }
+        let (order, circles) = in_order(&needs);
+        for circle in &circles {
+            let answers: Vec<(&str, &str)> = circle.iter().map(|k| (all[*k].block, all[*k].name.as_str())).collect();
+            out.push(self.circle(&answers));
         }
+        let mut all: Vec<Option<Ordered<'a>>> = all.into_iter().map(Some).collect();
+        circles.is_empty().then(|| order.into_iter().filter_map(|k| all[k].take()).collect())
     }
 
     /// What is wrong with answers of blocks that follow from each other at once, with the signals between them where there are few.
@@ -321,7 +318,8 @@ impl<'a> Blocks<'a, '_, '_> {
             let symbol = graph.symbol_of(*expr)?;
             Some((symbol, Read::Source(name.clone())))
         });
-        let mut reads: Vec<_> = outside.chain(others).filter(|(symbol, _)| used.binary_search(symbol).is_ok()).collect();
+        let mut reads: Vec<_> =
+            outside.chain(others).filter(|(symbol, _)| used.binary_search(symbol).is_ok()).collect();
         reads.sort_by(|a, b| a.1.cmp(&b.1));
         reads
     }
@@ -329,36 +327,3 @@ impl<'a> Blocks<'a, '_, '_> {
 
 /// The most blocks of a circle that is told with the signals between them.
 const MOST_WITH_SIGNALS: usize = 20;
-
-/// Numbers from zero on, each behind those that it needs, or some that need each other in a circle.
-fn behind_needed(needs: &[Vec<usize>]) -> Result<Vec<usize>, Vec<usize>> {
-    let (mut order, mut is_done, mut depths) = (Vec::new(), vec![false; needs.len()], vec![None; needs.len()]);
-    // Each with how many of its needs are left.
-    let mut open: Vec<(usize, usize)> = Vec::new();
-    for first in 0..needs.len() {
-        if is_done[first] {
-            continue;
-        }
-        depths[first] = Some(0);
-        open.push((first, needs[first].len()));
-        while let Some((k, left)) = open.last_mut() {
-            if *left == 0 {
-                is_done[*k] = true;
-                order.push(*k);
-                open.pop();
-                continue;
-            }
-            *left -= 1;
-            let next = needs[*k][*left];
-            if is_done[next] {
-                continue;
-            }
-            if let Some(depth) = depths[next] {
-                return Err(open[depth..].iter().map(|(k, _)| *k).collect());
-            }
-            depths[next] = Some(open.len());
-            open.push((next, needs[next].len()));
-        }
-    }
-    Ok(order)
-}

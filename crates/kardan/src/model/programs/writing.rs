@@ -414,9 +414,10 @@ impl<'a> Blocks<'a, '_, '_> {
                 _ => given.push((key, name.map(String::from), found)),
             }
         }
-        let guards = guards.into_iter().zip(ways).map(|((when, place), way)| {
-            Some(WrittenGuard { transition: way?, when, place: place.clone() })
-        });
+        let guards = guards
+            .into_iter()
+            .zip(ways)
+            .map(|((when, place), way)| Some(WrittenGuard { transition: way?, when, place: place.clone() }));
         let guards: Vec<WrittenGuard> = guards.collect::<Option<_>>()?;
         if kind.keyword == "monitor" {
             self.take_as_read(&mut given);
@@ -493,12 +494,7 @@ fn transitions(table: &Table) -> impl Iterator<Item = &Table> {
 }
 
 /// From where to where the transitions of a machine with a condition lead; nothing for one that names no state, which is told.
-fn ways(
-    table: &Table,
-    states: &[String],
-    what: &str,
-    out: &mut Vec<Diagnostic>,
-) -> Vec<Option<kardan_rt::Transition>> {
+fn ways(table: &Table, states: &[String], what: &str, out: &mut Vec<Diagnostic>) -> Vec<Option<kardan_rt::Transition>> {
     let mut places: HashMap<&str, usize> = HashMap::new();
     for (k, state) in states.iter().enumerate() {
         places.entry(state).or_insert(k);

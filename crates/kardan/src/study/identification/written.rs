@@ -123,11 +123,8 @@ impl Written {
             motion(&[names::Quantity::Angle, names::Quantity::Position]),
             motion(&[names::Quantity::Speed, names::Quantity::Velocity]),
         );
-        let taken = |name: &str| {
-            document.parameters.has(name)
-                || document.elements.has(name)
-                || document.signals.has(name)
-        };
+        let taken =
+            |name: &str| document.parameters.has(name) || document.elements.has(name) || document.signals.has(name);
         let free = |name: &str| {
             let plain = name.replace(|c: char| !c.is_ascii_alphanumeric(), "_");
             let numbered = (2..).map(|k| format!("{plain}_{k}"));
