@@ -62,7 +62,7 @@ fn commands(source: &str) {
     if let Err(out) = Project::open(source).sweep_plan(&SweepSettings::default()) {
         tell(out);
     }
-    let log = LogFile { name: "log.csv".into(), bytes: in_memory(b"t,a.phi,m.tau\n0,0,1\n0.1,0,1\n0.2,0.1,1\n") };
+    let log = LogFile { name: "log.csv".into(), bytes: in_memory(&b"t,a.phi,m.tau\n0,0,1\n0.1,0,1\n0.2,0.1,1\n"[..]) };
     if let Err(out) = study::identify(source, vec![log], &IdentifySettings::default(), &Silent) {
         tell(out);
     }
