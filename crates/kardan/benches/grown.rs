@@ -8,7 +8,7 @@ mod grown;
 use std::hint::black_box;
 use std::time::Instant;
 
-use grown::{CHAINS, CIRCLES, COUPLED, Kind, WIDE};
+use grown::{CHAINS, CIRCLES, COUPLED, Kind, REFUSED, WIDE};
 use kardan::study;
 
 /// A kind that took so long (s) is not asked for more entries.
@@ -46,7 +46,8 @@ fn measure((name, model): &Kind) {
 
 fn main() {
     let word = std::env::args().skip(1).find(|word| !word.starts_with('-')).unwrap_or_default();
-    for (title, kinds) in [("wide", WIDE), ("chains", CHAINS), ("circles", CIRCLES), ("coupled", COUPLED)] {
+    let all = [("wide", WIDE), ("chains", CHAINS), ("circles", CIRCLES), ("refused", REFUSED), ("coupled", COUPLED)];
+    for (title, kinds) in all {
         println!("{title}: 10, 100, 1000, 10,000 entries");
         kinds.iter().filter(|(name, _)| name.contains(&word)).for_each(measure);
     }

@@ -566,8 +566,8 @@ impl<'a> TableReader<'a> {
 
     /// Coordinates with their rates: of shafts, masses and charges.
     pub(super) fn all_motions(&self) -> impl Iterator<Item = [String; 2]> {
-        let of_charge = |charge: &String| Domain::Charge.motion().map(|quantity| quantity.of(charge));
-        self.motions().chain(self.charges().iter().map(of_charge))
+        let of_charge = |charge: String| Domain::Charge.motion().map(|quantity| quantity.of(&charge));
+        self.motions().chain(self.document.charges().into_iter().map(of_charge))
     }
 
     /// The coordinate that a name is the position (0) or the rate (1) of.
@@ -669,6 +669,7 @@ impl<'a> TableReader<'a> {
         if self.body(name).is_some() || self.document.doubts.has(name) {
             return;
         }
+        let charges = self.document.charges();
         let fitting = || self.bodies(&Kind::Body).chain(charges.iter().map(String::as_str));
         let help = did_you_mean(guess(name, fitting(), out), || match fitting().next() {
             Some(_) if out.len() < GUESSES => format!("there are {}", quoted(fitting())),

@@ -72,9 +72,6 @@ pub const WIDE: &[Kind] = &[
         };
         within("", n, event, "")
     }),
-    ("events at one time", |n| {
-        with(n, |_| "[[scenario.event]]\nat = \"1 ms\"\nsignal = \"m.tau\"\nto = \"1 N m\"\n\n".into())
-    }),
     ("faults", |n| with(n, |k| format!("[fault.x{k}]\nmotor = \"m\"\nkind = \"off\"\nat = \"{} us\"\n\n", k + 1))),
     ("requirements", |n| {
         with(n, |k| format!("[[requirement]]\nsignal = \"a.phi\"\nmeasure = \"max\"\nbelow = \"{} rad\"\n\n", k + 1))
@@ -118,10 +115,10 @@ pub const CHAINS: &[Kind] = &[
     ("blocks in a chain from behind", |n| {
         with(n, |k| block(&format!("x{}", n - 1 - k), "gain", &before(n - 1 - k, "a.phi"), "gain = 1.5"))
     }),
-    ("delays in a chain", |n| with(n, |k| block(&format!("x{k}"), "delay", &before(k, "a.phi"), "samples = 1"))),
+    ("delays in a chain", |n| with(n, |k| block(&format!("x{k}"), "delay", &before(k, "a.phi"), "time = \"1 ms\""))),
     ("holds of formulas in a chain", |n| {
         let pair = |k: usize| {
-            let own = signal(&format!("f{k}"), &format!("2 * {}", before(k, "a.phi")));
+            let own = signal(&format!("f{k}"), &format!("{} + 1 rad", before(k, "a.phi")));
             own + &block(&format!("x{k}"), "hold", &format!("f{k}"), "")
         };
         with(n, pair)
@@ -140,6 +137,17 @@ pub const CIRCLES: &[Kind] = &[
     ("blocks in a circle", |n| {
         with(n, |k| block(&format!("x{k}"), "gain", &format!("x{}", (k + 1) % n), "gain = 0.5\nunit = \"rad\""))
     }),
+];
+
+/// Entries that speak against each other, which each of them tells in a message of its own.
+pub const REFUSED: &[Kind] = &[
+    ("events at one time", |n| {
+        with(n, |_| "[[scenario.event]]\nat = \"1 ms\"\nsignal = \"m.tau\"\nto = \"1 N m\"\n\n".into())
+    }),
+    ("signals that are not there", |n| {
+        with(n, |k| format!("[[requirement]]\nsignal = \"b{k}.phi\"\nmeasure = \"max\"\nbelow = \"1 rad\"\n\n"))
+    }),
+    ("parameters that are not there", |n| with(n, |k| format!("[disturbance.x{k}]\nshaft = \"b{k}\"\n\n"))),
 ];
 
 /// Coupled bodies: the linear algebra of their equations takes longer than a number of times as many.

@@ -227,6 +227,9 @@ impl<'a, 'd> Functions<'a, 'd> {
     /// A signal of that name, which there is; nothing if it has a mistake, which was told. Those that it names are made before it.
     pub(crate) fn signal(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<(Expr, Dimension)> {
         let document = self.document;
+        if let Some(made) = self.made.get(name) {
+            return *made;
+        }
         let mut open = Vec::from_iter(document.signals.get(name).map(|signal| (signal, self.named_by(signal))));
         let mut waiting = HashMap::from([(name, 0)]);
         while let Some((signal, left)) = open.last_mut() {
@@ -243,7 +246,10 @@ impl<'a, 'd> Functions<'a, 'd> {
                         let names: Vec<&str> = open[first..].iter().map(|(signal, _)| signal.name.as_str()).collect();
                         let what = format!("signal `{}`", shortened(&signal.name));
                         let message = format!("{what}: `{}` follows from itself: {}", next.name, circle(&names));
-                        let place = TableReader::place(&signal.table, "value");
+                        let place = match signal.table.values.get("value") {
+                            Some(Placed { value: Value::Word(text), place }) => place.part(text, 0..text.len()),
+                            _ => signal.place.clone(),
+                        };
                         let mistake = Diagnostic::error("signal::circle", message).at(place, "in a circle");
                         out.push(mistake.help("write one of them without the others"));
                         None
