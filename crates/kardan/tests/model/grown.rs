@@ -108,6 +108,24 @@ fn deep_chains_are_checked() {
     });
 }
 
+/// What a chain of formulas comes to is what its recurrence says: f(k) = f(k − 1) + f(k − 2)/2, from 1.5 and 2 times the angle.
+#[test]
+fn formulas_of_the_two_before_follow_their_recurrence() {
+    let (_, model) = CHAINS.iter().find(|(name, _)| *name == "formulas of the two before").expect("of that name");
+    let source = model(40).replace("duration =", "initial = { \"a.phi\" = \"1 rad\" }\nduration =");
+    let study = study::run(&source, &Settings::default(), &Silent).expect("runs");
+    let last = |name: &str| {
+        let signal = study.runs[0].series.signals.iter().find(|signal| signal.name == name).expect("a column");
+        *signal.values.last().expect("a row")
+    };
+    let mut factors = vec![1.5, 2.0];
+    (2..40).for_each(|k| factors.push(factors[k - 1] + 0.5 * factors[k - 2]));
+    for (k, factor) in factors.iter().enumerate() {
+        let (found, expected) = (last(&format!("x{k}")), factor * last("a.phi"));
+        assert!((found - expected).abs() <= 1e-15 * k.max(4) as f64 * expected, "x{k}: {found} {expected}");
+    }
+}
+
 /// A circle is told once, however long it is, in a message of a few lines.
 #[test]
 fn circles_are_told_once() {

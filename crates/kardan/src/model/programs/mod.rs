@@ -22,8 +22,6 @@ use crate::num::Rational;
 use crate::program::{AS_READ, KeyRule, Lists, Looked, Read, TableCall, Task, TaskAnswer};
 use crate::schema::{Kind, Placed, Scalar, Table, Value};
 use crate::units::{Dimension, Exact, UnitError};
-use tasks::Ordered;
-use writing::{Source, WrittenFormula};
 
 /// The blocks of a model as tasks, with what comes from outside.
 #[derive(Debug, Clone, Default)]
@@ -97,6 +95,48 @@ struct Made {
     memory: Memory,
     /// Names in its expressions, signals written out.
     reads: Arc<BTreeSet<String>>,
+}
+
+/// What is written by its expressions.
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    Block(&'a BlockTable),
+    /// A signal that names what moves.
+    Formula(&'a SignalTable),
+    /// A sensor of a signal: its name, the signal that it names and where.
+    Sensor(&'a str, &'a str, &'a Place),
+}
+
+impl<'a> Source<'a> {
+    fn name(self) -> &'a str {
+        match self {
+            Self::Block(block) => &block.name,
+            Self::Formula(signal) => &signal.name,
+            Self::Sensor(name, ..) => name,
+        }
+    }
+}
+
+/// A formula as it was written out, with the names in it.
+#[derive(Clone)]
+struct WrittenFormula {
+    value: Expr,
+    dimension: Dimension,
+    reads: Arc<BTreeSet<String>>,
+}
+
+/// An answer in its place among those that it follows from.
+struct Ordered<'a> {
+    /// Its block, or the signal that it is the formula of.
+    block: &'a str,
+    /// Its name behind that of the block.
+    answer: String,
+    /// Its name outside.
+    name: String,
+    value: Expr,
+    dimension: Dimension,
+    /// Answers of other blocks, or others of the same, that it follows from at the same sample.
+    at_once: Vec<String>,
 }
 
 /// The blocks of a document in the making.

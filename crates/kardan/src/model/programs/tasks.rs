@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
 
-use super::{BREAK_CIRCLE, Blocks, Command, outside_name};
+use super::{BREAK_CIRCLE, Blocks, Command, Ordered, outside_name};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::Place;
 use crate::expr::{Expr, Floating, Graph, Substitution, Symbol, lower};
@@ -11,20 +11,6 @@ use crate::names::{SignalName, circle};
 use crate::program::{Entry, Lists, Read, Step, Task, TaskAnswer};
 use crate::schema::{Scalar, Value};
 use crate::units::{Dimension, Exact, shown_quantity};
-
-/// An answer in its place among those that it follows from.
-pub(super) struct Ordered<'a> {
-    /// Its block, or the signal that it is the formula of.
-    pub block: &'a str,
-    /// Its name behind that of the block.
-    pub answer: String,
-    /// Its name outside.
-    pub name: String,
-    pub value: Expr,
-    pub dimension: Dimension,
-    /// Answers of other blocks, or others of the same, that it follows from at the same sample.
-    pub at_once: Vec<String>,
-}
 
 /// The names in all expressions of a value.
 fn names_in(value: &Value, out: &mut BTreeSet<String>) {

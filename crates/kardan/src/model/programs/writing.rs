@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use super::{Blocks, Given, Made, Outside, errors, foretold, outside_name, warn_of_growth};
+use super::{Blocks, Given, Made, Outside, Source, WrittenFormula, errors, foretold, outside_name, warn_of_growth};
 use crate::block::List;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::Values;
@@ -17,40 +17,12 @@ use crate::program::{KeyRule, Read};
 use crate::schema::{Kind, Placed, Scalar, Table, Value};
 use crate::units::{Dimension, Expression};
 
-/// What is written by its expressions.
-#[derive(Clone, Copy)]
-pub(super) enum Source<'a> {
-    Block(&'a BlockTable),
-    /// A signal that names what moves.
-    Formula(&'a SignalTable),
-    /// A sensor of a signal: its name, the signal that it names and where.
-    Sensor(&'a str, &'a str, &'a Place),
-}
-
-impl<'a> Source<'a> {
-    fn name(self) -> &'a str {
-        match self {
-            Self::Block(block) => &block.name,
-            Self::Formula(signal) => &signal.name,
-            Self::Sensor(name, ..) => name,
-        }
-    }
-}
-
 /// Why an expression is not written.
 pub(super) enum Stopped<'a> {
     /// It, or what it names, has a mistake, which was told.
     Mistake,
     /// It names what is to be written before.
     Needs(Source<'a>),
-}
-
-/// A formula as it was written out, with the names in it.
-#[derive(Clone)]
-pub(super) struct WrittenFormula {
-    pub value: Expr,
-    pub dimension: Dimension,
-    pub reads: Arc<BTreeSet<String>>,
 }
 
 /// An expression that is to be written, with its place and what it is in messages.
