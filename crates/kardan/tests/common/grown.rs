@@ -72,19 +72,24 @@ pub const WIDE: &[Kind] = &[
         };
         within("", n, event, "")
     }),
-    ("faults", |n| with(n, |k| format!("[fault.x{k}]\nmotor = \"m\"\nkind = \"off\"\nat = \"{} us\"\n\n", k + 1))),
+    ("faults", |n| with(n, |k| format!("[fault.x{k}]\nmotor = \"m\"\nkind = \"dead\"\nat = \"{} us\"\n\n", k + 1))),
     ("requirements", |n| {
         with(n, |k| format!("[[requirement]]\nsignal = \"a.phi\"\nmeasure = \"max\"\nbelow = \"{} rad\"\n\n", k + 1))
     }),
     ("figures", |n| with(n, |k| format!("[[figure]]\nname = \"x{k}\"\nsignal = \"a.phi\"\nmeasure = \"max\"\n\n"))),
-    ("plots", |n| with(n, |k| format!("[[plot]]\nname = \"x{k}\"\nsignals = [\"a.phi\"]\n\n"))),
+    ("plots", |n| with(n, |k| format!("[[plot]]\nname = \"x{k}\"\ntitle = \"x\"\nsignals = [\"a.phi\"]\n\n"))),
     ("variants", |n| {
         let open = "[parameters]\np = \"1 kg m^2\"\n\n[shaft.b]\ninertia = \"p\"\n\n";
         within(open, n, |k| format!("[[variant]]\nname = \"x{k}\"\nset = {{ p = \"{} kg m^2\" }}\n\n", k + 1), "")
     }),
-    ("values of a sweep", |n| {
-        let open = "[parameters]\np = \"1 kg m^2\"\n\n[shaft.b]\ninertia = \"p\"\n\n[[sweep.vary]]\nparameter = \"p\"\nvalues = [";
-        within(open, n, |k| format!("\"{} kg m^2\", ", k + 1), "]\n")
+    ("varied values of a sweep", |n| {
+        let varied = |k: usize| {
+            let spring =
+                format!("[spring_damper.x{k}]\nshaft_1 = \"a\"\nshaft_2 = \"ground\"\nstiffness = \"p{k}\"\n\n");
+            spring + &format!("[[sweep.vary]]\nparameter = \"p{k}\"\nfrom = \"1 N m/rad\"\nto = \"2 N m/rad\"\n\n")
+        };
+        let parameters: String = (0..n).map(|k| format!("p{k} = \"1 N m/rad\"\n")).collect();
+        within(&format!("[parameters]\n{parameters}\n[sweep]\nsamples = 2\n\n"), n, varied, "")
     }),
 ];
 

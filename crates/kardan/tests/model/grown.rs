@@ -79,7 +79,7 @@ fn each(kinds: &[Kind], count: usize, look: impl Fn(&str, &str) + Sync) {
 /// What stands beside each other or in a chain has no mistakes, and no command ends in an abort.
 #[test]
 fn wide_and_deep_models_come_to_an_end() {
-    let count = asked(12);
+    let count = asked(6);
     for kinds in [WIDE, CHAINS, COUPLED] {
         each(kinds, count, |name, source| {
             assert_eq!(errors(source), [""; 0], "{name}");

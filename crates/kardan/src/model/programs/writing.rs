@@ -10,7 +10,7 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::Values;
 use crate::entries::Place;
 use crate::expr::{Expr, Graph, Named};
-use crate::model::document::{BlockTable, SignalTable};
+use crate::model::document::BlockTable;
 use crate::model::overlaps::WrittenGuard;
 use crate::names::{SignalName, circle};
 use crate::program::{KeyRule, Read};
