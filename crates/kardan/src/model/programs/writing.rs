@@ -45,6 +45,9 @@ struct Open<'a> {
     keys: Keys,
 }
 
+/// Expressions that were asked for, what they came to, and the names in them.
+type Expressions<'a> = (Vec<Asked<'a>>, Vec<(Expr, Dimension)>, Arc<BTreeSet<String>>);
+
 /// Keys of a block that are no expressions.
 #[derive(Default)]
 struct Keys {
@@ -374,7 +377,7 @@ impl<'a> Blocks<'a, '_, '_> {
     fn written(
         &mut self,
         block: &'a BlockTable,
-        (asked, written, reads): (Vec<Asked<'a>>, Vec<(Expr, Dimension)>, Arc<BTreeSet<String>>),
+        (asked, written, reads): Expressions<'a>,
         Keys { values, unit, lists, own, ways }: Keys,
         out: &mut Vec<Diagnostic>,
     ) -> Option<Made> {
