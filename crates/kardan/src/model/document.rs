@@ -390,6 +390,11 @@ impl Document {
         self.parameters.iter().chain(&self.implicit).chain(&self.of_runs)
     }
 
+    /// The one of these that has a name.
+    pub(crate) fn declared(&self, name: &str) -> Option<&Parameter> {
+        [&self.parameters, &self.implicit, &self.of_runs].into_iter().find_map(|list| list.get(name))
+    }
+
     /// What an expression may name: the first of that name in [`Self::in_order`].
     pub(crate) fn parameter(&self, name: &str) -> Option<&Parameter> {
         let lists = [&self.parameters, &self.implicit, &self.of_runs, &self.keys];

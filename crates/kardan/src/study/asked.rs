@@ -381,7 +381,7 @@ impl Measuring<'_> {
     /// The unit of the bounds as the file writes it, `None` if it is the SI unit.
     pub(super) fn unit_of_bounds(&self, table: &Table, dimension: Dimension) -> Option<DisplayUnit> {
         let text = ["below", "above"].into_iter().find_map(|key| table.written.get(key))?;
-        let named = || self.known.document.all_parameters().find(|parameter| &parameter.name == text);
+        let named = || self.known.document.declared(text);
         let text = named().map_or(text, |parameter| &parameter.text);
         let (unit, size, found) = unit_as_written(text)?;
         let size = size.to_f64();
